@@ -12,7 +12,7 @@ _SCRIPT = """
 import sys, time
 import heyoka, sympy
 from wucht.files.building import machine_from
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 n = int(sys.argv[1])
 pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.1}
 machine = machine_from({

@@ -25,16 +25,16 @@ import sympy as sp
 
 from wucht.files.catalogue import load_machine
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.continuation.deflation import deflated, seeded
+from wucht.numerics.continuation.deflation import deflated_solutions, random_starts
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Branch, Equilibria
 from wucht.numerics.continuation.fold_curves import Folds
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import STEPS, Cycles
-from wucht.studies.phase_portrait.computation import section
+from wucht.studies.phase_portrait.computation import planar_section
 from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.system import System
 
@@ -88,7 +88,7 @@ def least(function: Callable[[], T], repetitions: int) -> tuple[float, T]:
 
 def _planar() -> tuple[System, Mapping[str, float]]:
     """The equations of both pendulums together, and the numbers of Table 5.1."""
-    made = section(PhasePortrait(together=True), load_machine("drozdetskaya-2020/table-5.1"))
+    made = planar_section(PhasePortrait(together=True), load_machine("drozdetskaya-2020/table-5.1"))
     return made.system, made.values
 
 
@@ -102,7 +102,7 @@ def _of_equilibria(
     system: System, values: Mapping[str, float], equations: Equations, both: Equations
 ) -> Iterator[tuple[str, str]]:
     problem = Equilibria(equations, (0.05, 20.0))
-    states = deflated(equations, [1.0], seeded([-math.pi, 0.4], [math.pi, 2.0], 60)).points
+    states = deflated_solutions(equations, [1.0], random_starts([-math.pi, 0.4], [math.pi, 2.0], 60)).points
     start = problem.start(states[:, states[1].argmin()], 1.0)
     taken, branch = least(lambda: problem.branch(start), 100)
     (fold,) = branch.special
@@ -185,10 +185,10 @@ def _on_autos_mesh(system: System, values: Mapping[str, float], cycle: Cycle) ->
     mesh, y = cycle.problem.mesh, cycle.states.T
     u = np.empty(0)
     for _ in range(3):
-        better = Mesh(mesh.adapted(y, True, intervals).edges, degree)
+        better = Mesh(mesh.adapt(y, True, intervals).edges, degree)
         problem = cycles.problem(better, cycle.period)
-        u = np.concatenate([mesh.at(y, better.nodes).ravel(), [cycle.period, cycle.parameter]])
-        problem = replace(problem, reference=problem.referred(u))
+        u = np.concatenate([mesh.interpolate(y, better.nodes).ravel(), [cycle.period, cycle.parameter]])
+        problem = replace(problem, reference=problem.reference_from(u))
         towards = np.zeros(len(u))
         towards[-1] = 1.0
         u = cycles.exactly(cycles.curve(problem)).start(u, towards).u

@@ -22,7 +22,7 @@ from typing import Literal
 
 import numpy as np
 
-from wucht.dynamics.sampling.ensemble_equations import Variants, equations_of, parameters_of
+from wucht.dynamics.sampling.ensemble_equations import Variants, member_equations, parameters_of
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -127,7 +127,7 @@ def _by_hand(case: Case, times: np.ndarray) -> Callable[[], object]:
 
     plan = prepare(case.question, case.machine)
     begun, _ = plan.starts(0, np.arange(case.cells**2))
-    equations, variants = equations_of(plan.question, begun[:, 0]), Variants.among(case.machine, {}, begun.shape[1])
+    equations, variants = member_equations(plan.question, begun[:, 0]), Variants.from_values(case.machine, {}, begun.shape[1])
     system, starts = equations.system, equations.starts(begun, variants)
     program, width = lower(system, system.derivatives), compile_ensemble(system, _TOLERANCE).width
     variables, translate = translation(program)

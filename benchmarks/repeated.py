@@ -25,7 +25,7 @@ def measure() -> Iterator[tuple[str, str]]:
     plan = prepare(asked, machine)
     motion, case = _motion(plan), plan.cases[0].run
     initial, values, grid = case.models[0].initial, case.models[0].values, motion.trajectory.time
-    alone = best(lambda: integrate(motion.compiled, initial, values, grid, None, case.horizon.energy), 9)
+    alone = best(lambda: integrate(motion.compiled_system, initial, values, grid, None, case.horizon.energy), 9)
     yield "integration alone", f"{1e3 * alone:8.2f} ms"
     watched = best(lambda: _legs(motion, plan), 25) / best(lambda: _unwatched(motion, plan), 25)
     yield "integrated leg by leg and watched, times the same unwatched", f"{watched:8.2f}"
@@ -36,7 +36,7 @@ def measure() -> Iterator[tuple[str, str]]:
 
 
 def _legs(motion: Motion, plan: Plan) -> None:
-    model, watched = plan.cases[0].run.models[0], motion.watched
+    model, watched = plan.cases[0].run.models[0], motion.integration
     leg = watched.begin(model.initial, model.values)
     for grid, _, _ in plan.cases[0].run.horizon.legs():
         leg = watched.leg(leg, grid)
@@ -47,7 +47,7 @@ def _unwatched(motion: Motion, plan: Plan) -> None:
     model, horizon = plan.cases[0].run.models[0], plan.cases[0].run.horizon
     state, values = model.initial, model.values
     for grid, _, _ in horizon.legs():
-        leg = integrate(motion.compiled, state, values, grid, None, horizon.energy)
+        leg = integrate(motion.compiled_system, state, values, grid, None, horizon.energy)
         state, values = leg.end_state, leg.parameters
 
 

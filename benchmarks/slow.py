@@ -14,10 +14,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from benchmarks.run_up import GRID, best
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.system import System
 
@@ -25,8 +25,8 @@ _SCRIPT = """
 import time
 import heyoka, sympy
 from wucht.files.building import machine_from
-from wucht.analysis.averaged import averaged_machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.analysis.averaged_machine import averaged_machine
+from wucht.numerics.flow.compiled_system import compile_system
 pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.1}
 def machine(n):
     return machine_from({

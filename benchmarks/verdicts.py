@@ -20,14 +20,14 @@ import numpy as np
 import wucht
 from benchmarks.random_machines import drawn
 from wucht.dynamics.run_ups.horizon import SPEED_LIMIT, RunSettings
-from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict, judge
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.studies.spec import DEFAULT_TOLERANCE
 
 _TIMES = (1.0, 4.0, 16.0)  # times T
@@ -67,7 +67,7 @@ def course(number: int, tolerance: float = DEFAULT_TOLERANCE) -> Course:
         over = verdict.outcome in (Outcome.FAILED, Outcome.RUNAWAY)
         if follows is not None and (goal == follows or over):
             advised += verdicts[-1:] if follows > of.until else []
-            follows = verdict.needed if len(advised) < _STEPS else None
+            follows = verdict.needed_time if len(advised) < _STEPS else None
             if follows is not None and follows < _LONGEST * of.until and motion.turns * follows / goal < _MOST_TURNS:
                 goals = sorted({*goals, follows})
         if over:
@@ -87,7 +87,7 @@ class Motion:
     def __init__(self, case: RunUpCase) -> None:
         self.case, (model,), horizon = case, case.models, case.horizon
         compiled = compile_system(model.system, horizon.tolerance, model.events(horizon.events))
-        self.watched = Watched(case.watch, compiled, model.seen, horizon.vibration, horizon.energy)
+        self.watched = ObservedIntegration(case.observer, compiled, model.machine_motion, horizon.vibration, horizon.energy)
         self.leg: Leg = self.watched.begin(model.initial, model.values)
         self.seen = self.watched.observation(self.leg)
 
@@ -98,10 +98,10 @@ class Motion:
 
     def until(self, time: float) -> Verdict:
         """The verdict at a time."""
-        begin = self.leg.stored.end_time
-        if not self.leg.stored.ended:
+        begin = self.leg.trajectory.end_time
+        if not self.leg.trajectory.has_ended:
             self.leg = self.watched.leg(self.leg, np.linspace(begin, time, 1 + math.ceil(20 * (time - begin) / time)))
-        last, machine, self.seen = self.leg.stored, self.case.machine, self.watched.observation(self.leg)
+        last, machine, self.seen = self.leg.trajectory, self.case.machine, self.watched.observation(self.leg)
         free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
         return judge(machine, self.seen, free, last.failure, last.stopped_by == SPEED_LIMIT)
 
@@ -207,7 +207,7 @@ def advice_on(of: Tried) -> Judged:
     while time < of.until:
         before = motion.leg
         verdict = motion.until(time)
-        looks.append((time, str(verdict.outcome), verdict.needed, before))
+        looks.append((time, str(verdict.outcome), verdict.needed_time, before))
         time *= _CLOSER
     final = looks[-1][1]
     last = max((i for i, (_, outcome, _, _) in enumerate(looks) if outcome != final), default=-1)

@@ -8,7 +8,7 @@ import sympy as sp
 
 from wucht.mechanics.averaging import Averaged, averaged
 from wucht.mechanics.standard_form import with_amplitude_and_phase
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.system import System
 

@@ -6,7 +6,7 @@ python examples/numerics_alone.py
 import numpy as np
 import sympy as sp
 
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.system import System

@@ -50,11 +50,11 @@ class _InputRefusal(Refusal):
         super().check(error)
         assert isinstance(error, InputError)
         assert _without_folders(error.key) == self.key, f"{error.key!r}: {error}"
-        assert self.given is _ANYTHING or repr(error.given) == repr(self.given), f"{error.given!r}: {error}"
+        assert self.given is _ANYTHING or repr(error.value) == repr(self.given), f"{error.value!r}: {error}"
         assert self.file is None or _without_folders(error.file) == self.file, f"{error.file!r}: {error}"
-        assert str(error).startswith(error.where)
-        assert error.key in error.where
-        assert error.shown in str(error)
+        assert str(error).startswith(error.location)
+        assert error.key in error.location
+        assert error.value_text in str(error)
 
 
 def _without_folders(place: str) -> str:

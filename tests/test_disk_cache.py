@@ -14,7 +14,8 @@ import pytest
 import sympy as sp
 
 from wucht import disk_cache
-from wucht.analysis import averaged, relative_equilibria
+from wucht.analysis import averaged_machine as averaged
+from wucht.analysis import relative_equilibria
 from wucht.machines import structure
 from wucht.machines.parts.base import Release
 from wucht.mechanics import linear_carrier
@@ -22,7 +23,7 @@ from wucht.numerics.continuation import equations
 from wucht.numerics.flow import program
 from wucht.numerics.phase_plane import plane
 
-disk_cache._KNOWN.add(__name__)  # as if the classes here were the program's
+disk_cache._STABLE_PACKAGES.add(__name__)  # as if the classes here were the program's
 
 
 @dataclass(frozen=True)
@@ -130,14 +131,14 @@ def test_a_flipped_bit_is_noticed(folder):
         damaged[k // 8] ^= 1 << k % 8
         file.write_bytes(damaged)
         with pytest.raises(ValueError):
-            disk_cache.read_kept(file)
+            disk_cache.read_stored(file)
 
 
 def test_a_whole_file_of_another_type_or_another_name_is_derived_again(folder):
     derived(Question(x), 1.0)
     file = the_file(folder)
     whole = file.read_bytes()
-    disk_cache.keep(file, pickle.dumps(None))
+    disk_cache.store(file, pickle.dumps(None))
     assert derived(Question(x), 1.0) == Question(x**2 * 1.0)
     derived(Question(x + 1), 1.0)
     (other,) = (p for p in file.parent.iterdir() if p != file)
@@ -166,11 +167,11 @@ def test_only_what_nobody_else_can_write_is_read(folder):
     file = the_file(folder)
     assert file.stat().st_mode & 0o777 == 0o600
     assert file.parent.stat().st_mode & 0o777 == 0o700
-    disk_cache.keep(file, pickle.dumps(Evil()))
+    disk_cache.store(file, pickle.dumps(Evil()))
     for mode in (0o620, 0o602, 0o666):
         file.chmod(mode)
         derived(Question(x), 1.0)
-        disk_cache.keep(file, pickle.dumps(Evil()))
+        disk_cache.store(file, pickle.dumps(Evil()))
     assert calls.count("unpickled") == 0
     assert len(calls) == 4
     for mode in (0o720, 0o702, 0o777):
@@ -259,10 +260,11 @@ def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_p
 
 RUN = """
 import sys, sympy
-import wucht.mechanics.lagrange, wucht.mechanics.averaged.averaged_system, wucht.analysis.averaged
+import wucht.mechanics.lagrange, wucht.mechanics.averaged.averaged_system, wucht.analysis.averaged_machine
 def symbolic(*a, **k): raise AssertionError("symbolic work in a second process")
 if sys.argv[1] == "second":
-    sympy.lambdify = wucht.mechanics.lagrange.equations_of_motion = wucht.analysis.averaged.averaged_equations = symbolic
+    sympy.lambdify = wucht.mechanics.lagrange.equations_of_motion = symbolic
+    wucht.analysis.averaged_machine.averaged_equations = symbolic
 import wucht
 run = wucht.run_file("drozdetskaya-2020/r1", {"study.until": 2.0, "study.model": "both"})
 print(run.wucht.summary["outcome"], repr(float(run.speed[0, -1])), repr(float(run.slow_speed[0, -1])))

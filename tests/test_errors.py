@@ -16,7 +16,7 @@ from wucht.studies.approximation.computation import UnmeasuredError
 
 
 def fields(error: InputError) -> tuple[object, ...]:
-    return error.where, error.given, error.allowed, error.file, error.key, error.code, error.shown, str(error)
+    return error.location, error.value, error.explanation, error.file, error.key, error.code, error.value_text, str(error)
 
 
 @pytest.mark.parametrize(
@@ -40,51 +40,51 @@ def test_the_sentence_states_key_what_was_given_and_what_is_allowed(where: str, 
 def test_what_was_given_is_shortened_in_the_sentence_alone() -> None:
     given = "a" * 1000 + "z"
     error = InputError("title", given, "must be short")
-    assert error.given == given
-    assert error.shown.startswith("'aaa") and error.shown.endswith("aaaz'")
-    assert len(error.shown) <= 80
-    assert str(error) == f"title: given {error.shown}; must be short"
+    assert error.value == given
+    assert error.value_text.startswith("'aaa") and error.value_text.endswith("aaaz'")
+    assert len(error.value_text) <= 80
+    assert str(error) == f"title: given {error.value_text}; must be short"
     just = "a" * 78
-    assert InputError("title", just, "").shown == repr(just)
+    assert InputError("title", just, "").value_text == repr(just)
 
 
 def test_a_file_that_is_wrong_as_a_whole_has_no_key() -> None:
-    error = InputError.of_file("motor.csv", "there is no such file", code="no-file")
+    error = InputError.file_error("motor.csv", "there is no such file", code="no-file")
     assert fields(error) == ("motor.csv", None, "there is no such file", "motor.csv", "", "no-file", "",
                              "motor.csv: there is no such file")  # fmt: skip
-    assert error.in_file("study.toml").file == "motor.csv"
-    assert str(error.in_file("study.toml")) == "study.toml: motor.csv: there is no such file"
+    assert error.with_file("study.toml").file == "motor.csv"
+    assert str(error.with_file("study.toml")) == "study.toml: motor.csv: there is no such file"
 
 
 def test_in_a_file_the_key_stays_and_the_file_is_added() -> None:
     error = InputError("machine.mass", -1, "must be positive", code="limits")
-    inner = error.in_file("base.toml")
+    inner = error.with_file("base.toml")
     assert fields(inner) == ("base.toml: machine.mass", -1, "must be positive", "base.toml", "machine.mass", "limits", "-1",
                              "base.toml: machine.mass: given -1; must be positive")  # fmt: skip
-    outer = inner.in_file("study.toml")
+    outer = inner.with_file("study.toml")
     assert (outer.file, outer.key, outer.code) == ("base.toml", "machine.mass", "limits"), "the file that is wrong is the inner"
     assert str(outer) == "study.toml: base.toml: machine.mass: given -1; must be positive"
-    nowhere = InputError("", None, "needed is a table", code="missing").in_file("study.toml")
-    assert (nowhere.where, nowhere.file, nowhere.key, nowhere.code) == ("study.toml", "study.toml", "", "missing")
-    assert (error.file, error.where) == ("", "machine.mass"), "the error itself is as it was"
+    nowhere = InputError("", None, "needed is a table", code="missing").with_file("study.toml")
+    assert (nowhere.location, nowhere.file, nowhere.key, nowhere.code) == ("study.toml", "study.toml", "", "missing")
+    assert (error.file, error.location) == ("", "machine.mass"), "the error itself is as it was"
 
 
 def test_within_a_table_its_key_is_in_front() -> None:
     error = InputError("mass", -1, "must be positive", code="limits")
-    assert fields(error.within("machine"))[:6] == ("machine.mass", -1, "must be positive", "", "machine.mass", "limits")
-    assert error.within("bodies[0]").within("machine").key == "machine.bodies[0].mass"
-    assert error.within("r.csv", ": ").where == "r.csv: mass"
-    assert InputError("", 3, "must be a table", code="type").within("machine").key == "machine"
-    kept = InputError("r.csv: speed", None, "it is empty", "r.csv", "speed", "count").within("study")
-    assert (kept.where, kept.file, kept.key, kept.code) == ("study.r.csv: speed", "r.csv", "study.speed", "count")
+    assert fields(error.with_prefix("machine"))[:6] == ("machine.mass", -1, "must be positive", "", "machine.mass", "limits")
+    assert error.with_prefix("bodies[0]").with_prefix("machine").key == "machine.bodies[0].mass"
+    assert error.with_prefix("r.csv", ": ").location == "r.csv: mass"
+    assert InputError("", 3, "must be a table", code="type").with_prefix("machine").key == "machine"
+    kept = InputError("r.csv: speed", None, "it is empty", "r.csv", "speed", "count").with_prefix("study")
+    assert (kept.location, kept.file, kept.key, kept.code) == ("study.r.csv: speed", "r.csv", "study.speed", "count")
 
 
 ERRORS = [
     WuchtError("no sense", code="name-twice"),
     RunError("failed", code="no-convergence"),
     InputError("study.until", [1, "s"], "must be a time", code="limits"),
-    InputError("study.until", None, "must be a time").in_file("study.toml"),
-    InputError.of_file("motor.csv", "there is no such file", code="no-file"),
+    InputError("study.until", None, "must be a time").with_file("study.toml"),
+    InputError.file_error("motor.csv", "there is no such file", code="no-file"),
     FieldError("must be positive", code="limits"),
     FieldError("mass", "must be positive", code="limits"),
     NotTrigonometricError("no polynomial of sines", code="not-trigonometric"),

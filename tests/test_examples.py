@@ -14,8 +14,8 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
-from wucht.cams.milled import MilledCam
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
+from wucht.cams.milled_cam import MilledCam
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.workshop.lists import read_list
 from wucht.files.catalogue import load_machine
@@ -157,8 +157,8 @@ def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -
     assert fitted.sine == pytest.approx(module.SINE, abs=0.01)
     milled = MilledCam(read_list(tmp_path / "mill" / "cam.txt").position, drive.follower)
     phi = truth.angle(even_angles(1024))
-    motion = Harmonics.sampled(milled.motion(phi, CorrectedLaw(drive.motion.law, drive.turning)(phi)))
+    motion = Harmonics.from_samples(milled.motion(phi, CorrectedLaw(drive.motion.law, drive.turning)(phi)))
     acceleration = motion.derivative(2).amplitudes
     assert acceleration[5:30].max() < 5e-3 * acceleration[0]
-    assert above(orders(MotionOverTime(drive.motion.law, truth)), 5) > 0.5
+    assert share_above_order(orders(MotionOverTime(drive.motion.law, truth)), 5) > 0.5
     assert (tmp_path / "cam-correction.png").exists()

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wucht.file_names import UNNAMED, printable, safe_name
+from wucht.file_names import DEFAULT_NAME, printable, safe_name
 from wucht.files.catalogue import short_name
 from wucht.results.store import save_csv
 from wucht.studies.study_file import run_file
@@ -29,7 +29,7 @@ def test_a_safe_name_is_one_file_of_its_folder(text: str) -> None:
     [
         ("run-up", "run-up"), ("my machine 2.1", "my machine 2.1"), ("Prüfstand", "Prüfstand"), ("../../x", "x"),
         ("/etc/passwd", "etc-passwd"),
-        ("..", UNNAMED), ("", UNNAMED), ("a\nb\x1b[31mc", "a-b-31mc"), ("CON", "CON-"), ("com1.txt", "com1.txt-"),
+        ("..", DEFAULT_NAME), ("", DEFAULT_NAME), ("a\nb\x1b[31mc", "a-b-31mc"), ("CON", "CON-"), ("com1.txt", "com1.txt-"),
         ("x" * 300, "x" * 100), (90 * "洗", 66 * "洗"),
     ],
 )  # fmt: skip
@@ -43,7 +43,7 @@ def test_what_is_said_of_a_name_is_one_line_of_utf_8() -> None:
 
 
 def test_a_study_file_called_by_dots_alone_is_kept_in_no_folder_above() -> None:
-    assert short_name(Path("somewhere/...toml")) == Path(UNNAMED)
+    assert short_name(Path("somewhere/...toml")) == Path(DEFAULT_NAME)
     assert short_name(Path("somewhere/a.toml")) == Path("a")
 
 

@@ -9,7 +9,7 @@ import sympy as sp
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from tests.refusals import rejected
 
-from wucht.piecewise import Pieces, PiecewiseCubic, interpolated, step
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces, step
 
 x, t = sp.symbols("x t", real=True)
 TIMES, VALUES = [-2.0, -0.5, 1.0, 1.25, 4.0], [1.0, -3.0, 2.0, 2.0, 0.5]
@@ -33,14 +33,14 @@ def held(points):
     ],
 )
 def test_between_points_as_numpy_and_scipy(kind, reference):
-    function = interpolated("f", TIMES, VALUES, kind)
+    function = interpolated_pieces("f", TIMES, VALUES, kind)
     assert function(INSIDE) == pytest.approx(reference(INSIDE), abs=1e-13)
     assert function(OUTSIDE) == pytest.approx(held(OUTSIDE), abs=0)
 
 
 def test_smooth_goes_from_value_to_value_without_slope_or_overshoot():
     """Between two points 3 s^2 - 2 s^3 of the way: half the way in the middle, 0.15625 of it after a quarter."""
-    function = interpolated("f", TIMES, VALUES, "smooth")
+    function = interpolated_pieces("f", TIMES, VALUES, "smooth")
     assert function(np.array(TIMES)) == pytest.approx(VALUES, abs=1e-14)
     assert function.derivative(np.array(TIMES)) == pytest.approx(0, abs=1e-13)
     assert function.derivative(np.array(TIMES) - 1e-9) == pytest.approx(0, abs=1e-7)
@@ -51,7 +51,7 @@ def test_smooth_goes_from_value_to_value_without_slope_or_overshoot():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_one_point_is_a_constant(kind):
-    function = interpolated("f", [3.0], [7.0], kind)
+    function = interpolated_pieces("f", [3.0], [7.0], kind)
     assert [function(at) for at in (-1e9, 3.0, 1e9)] == [7.0, 7.0, 7.0]
     assert function.degree == 0
     assert function.jumps() == ()
@@ -60,7 +60,7 @@ def test_one_point_is_a_constant(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_derivative_is_the_slope(kind):
     """Against central differences of 1e-6, away from breakpoints; those are right to 1e-9 for cubics of order one."""
-    function, h = interpolated("f", TIMES, VALUES, kind), 1e-6
+    function, h = interpolated_pieces("f", TIMES, VALUES, kind), 1e-6
     smooth = np.array([p for p in INSIDE if np.abs(p - np.array(TIMES)).min() > 2 * h])
     slope = (function(smooth + h) - function(smooth - h)) / (2 * h)
     assert function.derivative(smooth) == pytest.approx(slope, abs=2e-8)
@@ -70,22 +70,25 @@ def test_at_a_breakpoint_the_value_from_the_right_holds():
     heaviside = step("H", 2.0, -1.0, 5.0)
     assert heaviside(2.0) == 5.0
     assert heaviside(np.nextafter(2.0, -1)) == -1.0
-    assert interpolated("f", [0, 1, 2], [4, 5, 6], "steps")(1.0) == 5.0
+    assert interpolated_pieces("f", [0, 1, 2], [4, 5, 6], "steps")(1.0) == 5.0
 
 
 def test_jumps_are_where_the_value_jumps():
     assert step("H", 2.0, -1.0, 5.0).jumps() == (2.0,)
     assert step("H", 2.0, 3.0, 3.0).jumps() == ()
-    assert interpolated("f", [0, 1, 2, 3], [4, 5, 5, 7], "steps").jumps() == (1.0, 3.0)  # 4 holds before the first point too
+    assert interpolated_pieces("f", [0, 1, 2, 3], [4, 5, 5, 7], "steps").jumps() == (
+        1.0,
+        3.0,
+    )  # 4 holds before the first point too
     for kind in KINDS[1:]:
-        assert interpolated("f", TIMES, VALUES, kind).jumps() == ()
+        assert interpolated_pieces("f", TIMES, VALUES, kind).jumps() == ()
     assert Pieces("f", (0.0, 1.0), ((0, 0, 0, 0), (0, 1, 0, 0), (2, 0, 0, 0))).jumps() == (1.0,)
 
 
 def test_degree():
-    kinds = {k: interpolated("f", TIMES, VALUES, k).degree for k in KINDS}
+    kinds = {k: interpolated_pieces("f", TIMES, VALUES, k).degree for k in KINDS}
     assert kinds == {"steps": 0, "linear": 1, "smooth": 3, "monotone": 3, "spline": 3}
-    assert interpolated("f", TIMES, VALUES, "linear").derivative.degree == 0
+    assert interpolated_pieces("f", TIMES, VALUES, "linear").derivative.degree == 0
 
 
 @pytest.mark.parametrize(
@@ -107,19 +110,19 @@ def test_what_is_no_function_is_refused(breakpoints, coefficients, refusal):
 
 
 def test_equal_pieces_are_one_symbolic_function():
-    one, other = (PiecewiseCubic(x, interpolated("f", TIMES, VALUES, "linear")) for _ in range(2))
+    one, other = (PiecewiseCubic(x, interpolated_pieces("f", TIMES, VALUES, "linear")) for _ in range(2))
     assert one == other
     assert hash(one) == hash(other)
     assert one - other == 0
-    different = PiecewiseCubic(x, interpolated("f", TIMES, [1.0, -3.0, 2.0, 2.0, 0.6], "linear"))
+    different = PiecewiseCubic(x, interpolated_pieces("f", TIMES, [1.0, -3.0, 2.0, 2.0, 0.6], "linear"))
     assert one != different
-    assert one != PiecewiseCubic(x, interpolated("g", TIMES, VALUES, "linear"))
+    assert one != PiecewiseCubic(x, interpolated_pieces("g", TIMES, VALUES, "linear"))
     assert copy.deepcopy(one) == one
     assert pickle.loads(pickle.dumps(one.args[1])) == one.args[1]
 
 
 def test_the_chain_rule():
-    pieces = interpolated("f", TIMES, VALUES, "monotone")
+    pieces = interpolated_pieces("f", TIMES, VALUES, "monotone")
     derivative = sp.diff(PiecewiseCubic(x**2 - 1, pieces), x)
     assert derivative == 2 * x * PiecewiseCubic(x**2 - 1, pieces.derivative)
     assert sp.diff(PiecewiseCubic(x, pieces), t) == 0
@@ -129,14 +132,14 @@ def test_the_chain_rule():
 
 
 def test_a_number_gives_a_number():
-    pieces = interpolated("f", TIMES, VALUES, "linear")
+    pieces = interpolated_pieces("f", TIMES, VALUES, "linear")
     assert PiecewiseCubic(sp.Rational(1, 4), pieces) == pytest.approx(-0.5)
     assert PiecewiseCubic(x, pieces).subs(x, sp.Rational(1, 4)) == pytest.approx(-0.5)
     assert PiecewiseCubic(x, pieces).is_real
 
 
 def test_it_is_printed_by_its_name():
-    pieces = interpolated("drive.voltage", TIMES, VALUES, "linear")
+    pieces = interpolated_pieces("drive.voltage", TIMES, VALUES, "linear")
     assert str(PiecewiseCubic(t, pieces)) == "drive.voltage(t)"
     assert sp.latex(PiecewiseCubic(t, pieces)) == r"\mathrm{drive.voltage}\left(t\right)"
     assert sp.latex(PiecewiseCubic(t, pieces) ** 2).endswith("^{2}")

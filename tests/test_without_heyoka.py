@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from wucht.files.catalogue import load_machine
-from wucht.numerics.flow.compiled import available_engine
+from wucht.numerics.flow.compiled_system import available_engine
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -14,7 +14,7 @@ from wucht.studies.runner import run
 @pytest.fixture
 def no_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
     find = importlib.util.find_spec
-    monkeypatch.setattr("wucht.numerics.flow.compiled.find_spec", lambda name: None if name == "heyoka" else find(name))
+    monkeypatch.setattr("wucht.numerics.flow.compiled_system.find_spec", lambda name: None if name == "heyoka" else find(name))
     monkeypatch.setitem(sys.modules, "heyoka", None)  # an import would fail
 
 

@@ -55,7 +55,7 @@ def _energies(name: str) -> str:
     shown = notation_of(machine).symbols(machine.coordinates, latex=True)
     zero = {symbol: 0 for symbol, value in machine.numbers.items() if value == 0}
     whole = sum(machine.energies, Energies())
-    given = sp.Add(*(applied.power for applied in whole.applied))
+    given = sp.Add(*(applied.power for applied in whole.applied_forces))
     formulas = {"T": whole.kinetic, "V": whole.potential, "R": whole.dissipation, "P": given}
     rows = [f"{letter} &= {sp.latex(formula.xreplace(zero).xreplace(shown))}" for letter, formula in formulas.items()]
     return "\n".join([_BEGIN, " \\\\\n".join(rows), _END])

@@ -11,7 +11,7 @@ from wucht.cams.drive import followers, laws, linkages
 from wucht.files.catalogue import FOLDER
 from wucht.kinds import classes_of
 from wucht.machines.models import Model
-from wucht.machines.parts import GROUP, known
+from wucht.machines.parts import GROUP, part_kinds
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
@@ -51,7 +51,7 @@ def pages(entries: Sequence[Entry]) -> dict[str, str]:
 def parts() -> Iterator[tuple[str, tuple[str, type[Any], str]]]:
     """Place of the page, and kind, class, table of each part; those of a family that is not known here are others."""
     for family, (base, where) in FAMILIES.items():
-        yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in known(base).items())
+        yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in part_kinds(base).items())
     bases = tuple(base for base, _ in FAMILIES.values())
     others = sorted((c for c in classes_of(Part, GROUP) if not issubclass(c, bases)), key=lambda c: c.kind)
     yield from ((f"others/{cls.kind}", (cls.kind, cls, "")) for cls in others)

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from typing import Any
+from warnings import warn
 
 import lazy_loader
 
@@ -38,6 +39,9 @@ __all__ = ["__version__", *_names]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> Any:
+    if name == "OwnEquations":
+        warn("wucht.OwnEquations is now called wucht.UserSystem", DeprecationWarning, stacklevel=2)
+        return _first_used("UserSystem")
     if name not in _names:
         raise AttributeError(f"module 'wucht' has no attribute {name!r}")
     if name == "parts":  # a package; lazy_loader knows names of modules alone

@@ -2,13 +2,13 @@
 from .cams.drive import CamDrive as CamDrive
 from .files.catalogue import load_equations as load_equations
 from .files.catalogue import load_machine as load_machine
-from .files.own_equations import OwnEquations as OwnEquations
+from .files.user_system import UserSystem as UserSystem
 from .machines import parts as parts
 from .machines.machine import Machine as Machine
 from .mechanics.averaging import averaged as averaged
 from .mechanics.separation import separated as separated
 from .mechanics.strong_damping import strongly_damped as strongly_damped
-from .numerics.flow.compiled import compile_system as compile_system
+from .numerics.flow.compiled_system import compile_system as compile_system
 from .numerics.flow.integrate import integrate as integrate
 from .numerics.orbits import periodic_orbit as periodic_orbit
 from .plots.page import JOURNAL as JOURNAL
@@ -46,6 +46,8 @@ from .studies.sweep import Sweep as Sweep
 from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
 from .studies.torque_balance import TorqueBalance as TorqueBalance
 from .system import System as System
+
+OwnEquations = UserSystem  # the earlier name, deprecated
 
 __version__: str
 __all__: list[str]

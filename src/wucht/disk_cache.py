@@ -27,10 +27,13 @@ from types import UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 _Result = TypeVar("_Result")
-_KNOWN = {"wucht", "sympy", "builtins"}  # packages whose classes belong to the state of the program
+_STABLE_PACKAGES = {"wucht", "sympy", "builtins"}  # packages whose classes belong to the state of the program
 _WINDOWS = sys.platform == "win32"
 _BINARY = getattr(os, "O_BINARY", 0)  # on Windows
-_READ, _CREATE = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | _BINARY, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BINARY
+_READ_FLAGS, _CREATE_FLAGS = (
+    os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | _BINARY,
+    os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BINARY,
+)
 _DIGEST = 32  # bytes before the pickled content
 _PROGRAMS = 4  # states of the program whose results are kept: those used last
 
@@ -43,9 +46,9 @@ def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
     """
 
     @wraps(function)
-    def derived(*inputs: Any) -> _Result:
+    def cached_function(*inputs: Any) -> _Result:
         try:
-            key = sha256(_written(inputs, True)).hexdigest()[:40]
+            key = sha256(_pickle_bytes(inputs, True)).hexdigest()[:40]
         except (pickle.PicklingError, TypeError, AttributeError):
             return function(*inputs)
         folder = _folder()
@@ -53,21 +56,21 @@ def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
             return function(*inputs)
         path = folder / f"{function.__module__}.{function.__name__}-{key}"
         with suppress(Exception):  # not there, or damaged: then pickle may raise anything
-            kept: _Result = pickle.loads(read_kept(path))
-            if _returns(function, kept):
-                return kept
+            stored_result: _Result = pickle.loads(read_stored(path))
+            if _has_return_type(function, stored_result):
+                return stored_result
         result = function(*inputs)
         with suppress(OSError):  # no room, or no right to write there: another process derives it again
-            keep(path, _written(result, False))
+            store(path, _pickle_bytes(result, False))
         return result
 
-    return derived
+    return cached_function
 
 
-def _returns(function: Callable[..., Any], value: object) -> bool:
+def _has_return_type(function: Callable[..., Any], value: object) -> bool:
     """True if a value is of the type that the function returns."""
-    stated = get_type_hints(function)["return"]
-    kinds = get_args(stated) if isinstance(stated, UnionType) else (stated,)
+    annotation = get_type_hints(function)["return"]
+    kinds = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
     return isinstance(value, tuple(get_origin(kind) or kind for kind in kinds))
 
 
@@ -76,10 +79,10 @@ def _digest(path: Path, content: bytes) -> bytes:
     return sha256(path.name.encode() + content).digest()
 
 
-def read_kept(path: Path) -> bytes:
+def read_stored(path: Path) -> bytes:
     """Content of a stored file. Raises ``OSError`` or ``ValueError`` where it is not there, not private or damaged."""
-    with os.fdopen(os.open(path, _READ), "rb") as file:
-        if not _is_own(os.fstat(file.fileno())):
+    with os.fdopen(os.open(path, _READ_FLAGS), "rb") as file:
+        if not _is_private_file(os.fstat(file.fileno())):
             raise ValueError
         content = file.read()
     digest, content = content[:_DIGEST], content[_DIGEST:]
@@ -88,26 +91,26 @@ def read_kept(path: Path) -> bytes:
     return content
 
 
-def keep(path: Path, content: bytes) -> None:
+def store(path: Path, content: bytes) -> None:
     """Store content in a file, atomically: written beside it and renamed, readable by the user alone."""
-    beside = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}")
+    temporary_path = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}")
     try:
-        with os.fdopen(os.open(beside, _CREATE, 0o600), "wb") as file:
+        with os.fdopen(os.open(temporary_path, _CREATE_FLAGS, 0o600), "wb") as file:
             file.write(_digest(path, content) + content)
-        beside.replace(path)
+        temporary_path.replace(path)
     finally:
-        beside.unlink(missing_ok=True)
+        temporary_path.unlink(missing_ok=True)
 
 
-def _is_own(of: os.stat_result) -> bool:
+def _is_private_file(status: os.stat_result) -> bool:
     """True if a file belongs to the user and nobody else may write it; on Windows its folder decides."""
-    return _WINDOWS or (of.st_uid == os.geteuid() and not of.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
+    return _WINDOWS or (status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
 
 def _is_private(folder: Path) -> bool:
     """True if the content of a folder can be trusted. Where it exists and cannot, warn once in a process."""
     try:
-        private = folder.resolve().is_relative_to(Path.home()) if _WINDOWS else _is_own(os.lstat(folder))
+        private = folder.resolve().is_relative_to(Path.home()) if _WINDOWS else _is_private_file(os.lstat(folder))
     except (OSError, RuntimeError):
         return False
     if not private:
@@ -117,8 +120,8 @@ def _is_private(folder: Path) -> bool:
 
 @cache
 def _warn_once(folder: Path) -> None:
-    why = "is not in your profile folder" if _WINDOWS else "is not yours alone (others may write there)"
-    warnings.warn(f"the cache folder {folder} {why}: it is not used; see WUCHT_CACHE_DIR", RuntimeWarning, stacklevel=2)
+    reason = "is not in your profile folder" if _WINDOWS else "is not yours alone (others may write there)"
+    warnings.warn(f"the cache folder {folder} {reason}: it is not used; see WUCHT_CACHE_DIR", RuntimeWarning, stacklevel=2)
 
 
 class _Pickler(pickle.Pickler):
@@ -131,18 +134,18 @@ class _Pickler(pickle.Pickler):
 
     def reducer_override(self, value: Any) -> Any:
         if isinstance(value, type):
-            if self._as_key and value.__module__.split(".")[0] not in _KNOWN:
+            if self._as_key and value.__module__.split(".")[0] not in _STABLE_PACKAGES:
                 raise pickle.PicklingError(f"{value.__qualname__} is a class of the user")
             return NotImplemented
         if is_dataclass(value):
-            own = [f.name for f in fields(value) if f.compare or not self._as_key]
-            return __newobj__, (type(value),), {name: getattr(value, name) for name in own}
+            field_names = [f.name for f in fields(value) if f.compare or not self._as_key]
+            return __newobj__, (type(value),), {name: getattr(value, name) for name in field_names}
         if self._as_key and hasattr(value, "model_fields_set"):  # a set, whose order differs between processes
             return __newobj__, (type(value),), dict(vars(value))
         return NotImplemented
 
 
-def _written(value: Any, as_key: bool) -> bytes:
+def _pickle_bytes(value: Any, as_key: bool) -> bytes:
     file = BytesIO()
     _Pickler(file, as_key).dump(value)
     return file.getvalue()
@@ -182,9 +185,9 @@ def program_state() -> str:
 
 def cache_folder() -> Path:
     """The folder of all cached data: the user's cache folder, or ``WUCHT_CACHE_DIR``."""
-    given = os.environ.get("WUCHT_CACHE_DIR")
-    if given:
-        return Path(given)
+    folder = os.environ.get("WUCHT_CACHE_DIR")
+    if folder:
+        return Path(folder)
     from platformdirs import user_cache_path
 
     return user_cache_path("wucht", appauthor=False)

@@ -29,36 +29,38 @@ class InputError(WuchtError):
     itself is wrong. value_text: the given value, shortened.
     """
 
-    def __init__(self, where: str, given: object, allowed: str, file: str = "", key: str | None = None, code: str = "") -> None:
-        self.where, self.given, self.allowed = where, given, allowed
-        self.file, self.key = file, where if key is None else key
-        self.shown = "" if given is None else _brief(given)
-        super().__init__(f"{where}:{f' given {self.shown};' if self.shown else ''} {allowed}", code=code)
+    def __init__(
+        self, location: str, value: object, explanation: str, file: str = "", key: str | None = None, code: str = ""
+    ) -> None:
+        self.location, self.value, self.explanation = location, value, explanation
+        self.file, self.key = file, location if key is None else key
+        self.value_text = "" if value is None else short_text(value)
+        super().__init__(f"{location}:{f' given {self.value_text};' if self.value_text else ''} {explanation}", code=code)
 
     @classmethod
-    def of_file(cls, path: object, allowed: str, code: str = "") -> InputError:
+    def file_error(cls, path: object, explanation: str, code: str = "") -> InputError:
         """An error of a file as a whole, or of a missing file."""
-        return cls(str(path), None, allowed, str(path), "", code)
+        return cls(str(path), None, explanation, str(path), "", code)
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str, str, str]]:
         """Support pickling, to pass the error between processes."""
-        return InputError, (self.where, self.given, self.allowed, self.file, self.key, self.code)
+        return InputError, (self.location, self.value, self.explanation, self.file, self.key, self.code)
 
-    def within(self, prefix: str, separator: str = ".") -> InputError:
+    def with_prefix(self, prefix: str, separator: str = ".") -> InputError:
         """The same error, located from one level further out."""
-        where, key = (f"{prefix}{separator}{inner}" if inner else prefix for inner in (self.where, self.key))
-        return InputError(where, self.given, self.allowed, self.file, key, self.code)
+        location, key = (f"{prefix}{separator}{inner}" if inner else prefix for inner in (self.location, self.key))
+        return InputError(location, self.value, self.explanation, self.file, key, self.code)
 
-    def in_file(self, path: object) -> InputError:
+    def with_file(self, path: object) -> InputError:
         """The same error, located with its file; an error that knows its file keeps it."""
-        where = f"{path}: {self.where}" if self.where else str(path)
-        return InputError(where, self.given, self.allowed, self.file or str(path), self.key, self.code)
+        location = f"{path}: {self.location}" if self.location else str(path)
+        return InputError(location, self.value, self.explanation, self.file or str(path), self.key, self.code)
 
 
-def _brief(given: object) -> str:
+def short_text(value: object) -> str:
     """A given value as text on one line of limited length."""
     try:
-        text = str(given) if isinstance(given, date | time) else repr(given)
+        text = str(value) if isinstance(value, date | time) else repr(value)
     except ValueError:  # Python refuses to print integers of thousands of digits
         text = "a number of thousands of digits"
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 20]} ... {text[-10:]}"
@@ -85,16 +87,16 @@ class RunError(WuchtError):
     """A run failed. The sentence gives time, state and a remedy."""
 
 
-def nearest(given: str, known: Iterable[str]) -> str:
+def nearest(name: str, known_names: Iterable[str]) -> str:
     """The clause that helps with an unknown name: the nearest known one, and the list.
 
     Parameters are the given name and the known ones. Returns e.g.
     ``did you mean 'stiffness'? known: damping, mass, stiffness``.
     """
-    names = sorted(known)
-    given = given[:_LONGEST]
-    close = get_close_matches(given, names, n=1, cutoff=0.5)
+    names = sorted(known_names)
+    name = name[:_LONGEST]
+    close = get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"did you mean {close[0]!r}? " if close else ""
-    listed = ", ".join(n[:_LONGEST] for n in names[:_MOST_KNOWN]) or "none"
+    listing = ", ".join(n[:_LONGEST] for n in names[:_MOST_KNOWN]) or "none"
     more = f" and {len(names) - _MOST_KNOWN} more" if len(names) > _MOST_KNOWN else ""
-    return f"{hint}known: {listed}{more}"
+    return f"{hint}known: {listing}{more}"

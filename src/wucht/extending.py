@@ -24,20 +24,67 @@ from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Frame, Load, Part, Point
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.plots.sheet import legend_below, legend_beside, new_figure, new_grid
 from wucht.plots.style import COLOURS
-from wucht.results.formatting import ReportLines, formats, in_lines, label
+from wucht.results.formatting import ReportLines, formats, label, report_lines
 from wucht.results.quantities import Quantity, answer, table
 from wucht.schema import si
 from wucht.studies.runner import draw, export, load, report, run
 from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolerance, Values, Whole
 
 __all__ = [
-    "COLOURS", "Attachment", "Body", "Drive", "Energies", "Engine", "Frame", "InputError", "Interval", "Load", "Machine",
-    "Motion", "Outcome", "Pair", "Part", "Path", "Point", "Quantity", "ReportLines", "RunError", "RunSettings", "RunUpCase",
-    "Spec", "Start", "Support", "Tolerance", "Values", "Verdict", "Vibration", "Whole", "Work", "WuchtError", "answer",
-    "compile_system", "draw", "export", "formats", "in_lines", "integrate", "label", "legend_below", "legend_beside", "load",
-    "load_machine", "new_figure", "new_grid", "report", "run", "run_to_end", "run_up", "si", "table",
+    "COLOURS",
+    "Attachment",
+    "Body",
+    "Drive",
+    "Energies",
+    "Engine",
+    "Frame",
+    "InputError",
+    "Interval",
+    "Load",
+    "Machine",
+    "Motion",
+    "Outcome",
+    "Pair",
+    "Part",
+    "Path",
+    "Point",
+    "Quantity",
+    "ReportLines",
+    "RunError",
+    "RunSettings",
+    "RunUpCase",
+    "Spec",
+    "Start",
+    "Support",
+    "Tolerance",
+    "Values",
+    "Verdict",
+    "Vibration",
+    "Whole",
+    "Work",
+    "WuchtError",
+    "answer",
+    "compile_system",
+    "draw",
+    "export",
+    "formats",
+    "integrate",
+    "label",
+    "legend_below",
+    "legend_beside",
+    "load",
+    "load_machine",
+    "new_figure",
+    "new_grid",
+    "report",
+    "report_lines",
+    "run",
+    "run_to_end",
+    "run_up",
+    "si",
+    "table",
 ]  # fmt: skip

@@ -20,9 +20,9 @@ def _load(group: str) -> None:
             for inner in iter_modules(getattr(import_module(entry.value), "__path__", ())):
                 import_module(f"{entry.value}.{inner.name}")
         except ImportError as error:
-            what = group.rpartition(".")[2]
+            family_name = group.rpartition(".")[2]
             raise WuchtError(
-                f"the {what} {entry.name!r} ({entry.value}) cannot be loaded: {error}", code="not-loaded"
+                f"the {family_name} {entry.name!r} ({entry.value}) cannot be loaded: {error}", code="not-loaded"
             ) from error
 
 
@@ -41,9 +41,9 @@ def kinds_of(family: Any, group: str) -> dict[str, type[Any]]:
     """The classes of a family by the name of their kind. Raises ``InputError`` where two have one name."""
     kinds: dict[str, type[Any]] = {}
     for cls in classes_of(family, group):
-        other = kinds.setdefault(cls.kind, cls)
-        if (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
-            mine, theirs = sorted((cls, other), key=lambda c: c.__module__.startswith("wucht."))
-            taken = f"not allowed: {theirs.__module__} has this kind; give yours another name"
-            raise InputError(f"kind of {mine.__module__}.{mine.__name__}", cls.kind, taken, code="taken")
+        existing_class = kinds.setdefault(cls.kind, cls)
+        if (existing_class.__module__, existing_class.__qualname__) != (cls.__module__, cls.__qualname__):
+            mine, theirs = sorted((cls, existing_class), key=lambda c: c.__module__.startswith("wucht."))
+            explanation = f"not allowed: {theirs.__module__} has this kind; give yours another name"
+            raise InputError(f"kind of {mine.__module__}.{mine.__name__}", cls.kind, explanation, code="taken")
     return dict(sorted(kinds.items()))

@@ -37,10 +37,10 @@ class Pieces(sp.Atom):  # type: ignore[misc]
             )
         if not (np.isfinite(x).all() and np.isfinite(c).all() and (np.diff(x) > 0).all()):
             raise WuchtError(f"{name}: the breakpoints must increase, and all numbers be finite", code="not-increasing")
-        made: Pieces = super().__new__(cls)
-        made.name, made.breakpoints = name, tuple(x.tolist())
-        made.coefficients = tuple(tuple(row) for row in c.tolist())
-        return made
+        instance: Pieces = super().__new__(cls)
+        instance.name, instance.breakpoints = name, tuple(x.tolist())
+        instance.coefficients = tuple(tuple(row) for row in c.tolist())
+        return instance
 
     def _hashable_content(self) -> tuple[Any, ...]:
         return (self.name, self.breakpoints, self.coefficients)
@@ -114,8 +114,8 @@ class PiecewiseCubic(sp.Function):  # type: ignore[misc]
 
     def _latex(self, printer: Any, exp: str | None = None) -> str:
         name = self.args[1].name.replace("_", "\\_")
-        shown = f"\\mathrm{{{name}}}\\left({printer._print(self.args[0])}\\right)"
-        return shown if exp is None else f"{{{shown}}}^{{{exp}}}"
+        latex = f"\\mathrm{{{name}}}\\left({printer._print(self.args[0])}\\right)"
+        return latex if exp is None else f"{{{latex}}}^{{{exp}}}"
 
 
 def step(name: str, at: float, before: float, after: float) -> Pieces:
@@ -126,7 +126,7 @@ def step(name: str, at: float, before: float, after: float) -> Pieces:
 ABSOLUTE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
 
 
-def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[float], kind: str) -> Pieces:
+def interpolated_pieces(name: str, abscissae: Sequence[float], ordinates: Sequence[float], kind: str) -> Pieces:
     """A function through points, constant before the first and after the last.
 
     abscissae, ordinates: (n,), the first increasing. kind: ``"steps"`` (each value holds until the next point), ``"linear"``,
@@ -152,4 +152,4 @@ def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[floa
 
 
 # The argument, clamped to -1 and 1.
-WITHIN_1 = Pieces("within", (-1.0, 1.0), ((-1, 0, 0, 0), (-1, 1, 0, 0), (1, 0, 0, 0)))
+CLAMP_TO_ONE = Pieces("within", (-1.0, 1.0), ((-1, 0, 0, 0), (-1, 1, 0, 0), (1, 0, 0, 0)))

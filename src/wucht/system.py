@@ -105,26 +105,26 @@ class System:
         _refuse_repeated("output or quadrature", [o.name for o in (*self.outputs, *self.quadratures)])
         if TIME.name in (*self.state_names, *self.parameter_names):
             raise WuchtError(f"{TIME} is the time: no state and no parameter may have that name", code="time-taken")
-        known = {*self.states, *self.parameters, TIME}
+        known_symbols = {*self.states, *self.parameters, TIME}
         for symbol, expression in self.definitions:
-            self._refuse_unknown(expression, known, f"the definition of {symbol}")
-            if symbol in known:
+            self._refuse_unknown(expression, known_symbols, f"the definition of {symbol}")
+            if symbol in known_symbols:
                 raise WuchtError(f"{symbol} is defined twice, or is a state or a parameter as well", code="defined-twice")
-            known.add(symbol)
+            known_symbols.add(symbol)
         for state, expression in zip(self.states, self.derivatives, strict=True):
-            self._refuse_unknown(expression, known, f"the derivative of {state}")
+            self._refuse_unknown(expression, known_symbols, f"the derivative of {state}")
         for output in (*self.outputs, *self.quadratures):
-            self._refuse_unknown(output.expression, known, f"the output {output.name}")
-            self._refuse_unknown(output.jump, known, f"the jump of {output.name}")
+            self._refuse_unknown(output.expression, known_symbols, f"the output {output.name}")
+            self._refuse_unknown(output.jump, known_symbols, f"the jump of {output.name}")
         if not self.angles <= set(self.states):
             raise WuchtError(f"angles {sorted(map(str, self.angles - set(self.states)))} are no states", code="no-angle")
 
     @staticmethod
-    def _refuse_unknown(expression: sp.Expr, known: set[sp.Symbol], what: str) -> None:
-        unknown = sp.sympify(expression).free_symbols - known
+    def _refuse_unknown(expression: sp.Expr, known_symbols: set[sp.Symbol], subject: str) -> None:
+        unknown = sp.sympify(expression).free_symbols - known_symbols
         if unknown:
             raise WuchtError(
-                f"{what} uses {', '.join(sorted(map(str, unknown)))}: neither state, parameter, nor defined before",
+                f"{subject} uses {', '.join(sorted(map(str, unknown)))}: neither state, parameter, nor defined before",
                 code="unknown-symbol",
             )
 
@@ -155,19 +155,19 @@ class System:
         """The expression with all definitions substituted: in states, parameters and time alone."""
         return substitute_definitions(expression, self.definitions)
 
-    def values(self, given: Mapping[str, float]) -> tuple[float, ...]:
+    def values(self, values_by_name: Mapping[str, float]) -> tuple[float, ...]:
         """Parameter values in order, from a mapping by name. Raises ``WuchtError`` on a missing one."""
-        missing = [name for name in self.parameter_names if name not in given]
+        missing = [name for name in self.parameter_names if name not in values_by_name]
         if missing:
             raise WuchtError(f"no value for the parameter {', '.join(missing)}", code="no-value")
-        return tuple(float(given[name]) for name in self.parameter_names)
+        return tuple(float(values_by_name[name]) for name in self.parameter_names)
 
 
-def _refuse_repeated(what: str, names: Iterable[str]) -> None:
+def _refuse_repeated(category: str, names: Iterable[str]) -> None:
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
         raise WuchtError(
-            f"more than one {what} has the name {', '.join(twice)}: each needs a different name", code="name-twice"
+            f"more than one {category} has the name {', '.join(twice)}: each needs a different name", code="name-twice"
         )
 
 
@@ -183,9 +183,12 @@ def needed_definitions(
     definitions: Iterable[tuple[sp.Symbol, sp.Expr]], expressions: Iterable[sp.Expr]
 ) -> list[tuple[sp.Symbol, sp.Expr]]:
     """The definitions that the expressions use, directly or through one another, in order."""
-    used, needed = set[sp.Basic]().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
+    used_symbols, needed_pairs = (
+        set[sp.Basic]().union(*(e.free_symbols for e in expressions)),
+        list[tuple[sp.Symbol, sp.Expr]](),
+    )
     for symbol, meaning in reversed(tuple(definitions)):
-        if symbol in used:
-            needed.append((symbol, sp.sympify(meaning)))
-            used |= needed[-1][1].free_symbols
-    return needed[::-1]
+        if symbol in used_symbols:
+            needed_pairs.append((symbol, sp.sympify(meaning)))
+            used_symbols |= needed_pairs[-1][1].free_symbols
+    return needed_pairs[::-1]

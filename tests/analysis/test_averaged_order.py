@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import FullMotion, averaged_machine
+from wucht.analysis.averaged_machine import FullMotion, averaged_machine
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.approximation.computation import weakened
+from wucht.studies.approximation.computation import scale_epsilon
 
 PHASES = {"p1": -0.5, "p2": 0.7}
 PENDULUM = {"kind": "pendulum", "about": "drum", "inertia": 1.69e-3, "damping": 0.169}
@@ -45,7 +45,7 @@ def machine(name: str) -> Machine:
 
 def largest_error(given: Machine, kappa: float, start: Mapping[str, float], until: float, inertia: bool, order: int) -> float:
     """Of the rotor's speed, over a time until/kappa."""
-    small = weakened(given, kappa)
+    small = scale_epsilon(given, kappa)
     slow = averaged_machine(small, inertia, order)
     state = np.array([start[name] for name in slow.system.state_names if name in start])
     if inertia:  # on the slow manifold: the slips that the damped equations give

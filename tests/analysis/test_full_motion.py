@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import AveragedMachine, FullMotion, averaged_machine
+from wucht.analysis.averaged_machine import AveragedMachine, FullMotion, averaged_machine
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 
 PENDULUM = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "inertia": 1.69e-3, "damping": 0.169}
@@ -84,7 +84,7 @@ def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(cas
     machine = load_machine(name).with_values(values)
     slow = averaged_machine(machine, True, order)
     speeds = {b.name: slow.senses[b.name] * 0.45 * 200.0 for b in machine.bodies}
-    if machine.shaken is not None:
+    if machine.shaken_coordinate is not None:
         speeds = {b.name: 6.0 for b in machine.bodies}
     w = max(map(abs, speeds.values()))
     start = slow.state({b.name: 0.3 * k for k, b in enumerate(machine.bodies)}, speeds)
@@ -94,7 +94,7 @@ def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(cas
     run = integrate(flow, start, slow.values(), time)
     full = rebuilt(slow, time, run.states, run.quadratures["rotor_angle"])
     for c in machine.carrier:
-        if c.prescribed is not None:
+        if c.prescribed_velocity is not None:
             continue
         q, v = full[c.position.name], full[c.velocity.name]
         fourth = (q[:-4] - 8 * q[1:-3] + 8 * q[3:-1] - q[4:]) / (12 * step)
@@ -165,7 +165,7 @@ def test_at_rest_nothing_is_fast() -> None:
 
 
 def test_a_held_speed() -> None:
-    slow = averaged_machine(drum(), True, held=True)
+    slow = averaged_machine(drum(), True, has_fixed_speed=True)
     state = slow.state({"drum": 0.0, "p1": 0.5, "p2": 1.0}, {"drum": 70.0, "p1": 70.0, "p2": 70.0})
     full = dict(
         zip(slow.machine.state_names, FullMotion(slow)(np.zeros(1), state[:, None], np.zeros(1), speed=70.0), strict=True)

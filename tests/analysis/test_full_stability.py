@@ -12,7 +12,7 @@ import pytest
 
 from wucht.analysis.configurations import full_stability as module
 from wucht.analysis.configurations.averaged_stability import Stability
-from wucht.analysis.configurations.closed_form import State, at_speed
+from wucht.analysis.configurations.closed_form import State, fixed_speed_states
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.synchronous_motion import SynchronousMotion, SynchronousMotions
@@ -37,7 +37,7 @@ def full() -> FullStability:
 
 @pytest.fixture(scope="module")
 def state(full: FullStability) -> State:
-    return at_speed(full.torques, 100.0)[0]
+    return fixed_speed_states(full.torques, 100.0)[0]
 
 
 class Orbit:
@@ -91,14 +91,14 @@ def test_what_neither_grows_nor_decays(monkeypatch: pytest.MonkeyPatch, full: Fu
     assert judged(monkeypatch, full, state, [2e-6, -1.0]).stable is False
     undamped = stability(damping=0.0)
     reason = "the carrier is not damped: its free vibration neither grows nor decays"
-    assert judged(monkeypatch, undamped, at_speed(undamped.torques, 100.0)[0], [0.0]).reason == reason
+    assert judged(monkeypatch, undamped, fixed_speed_states(undamped.torques, 100.0)[0], [0.0]).reason == reason
 
 
 @pytest.mark.parametrize(("gravity", "by"), [(0.0, ""), (9.81, " by gravity")])
 def test_a_broken_family_is_judged_across_it(monkeypatch: pytest.MonkeyPatch, gravity: float, by: str) -> None:
     """Where what happens along it is at least ten times slower."""
     full = stability(gravity)
-    family = replace(at_speed(full.torques, 100.0)[0], dimension=1)
+    family = replace(fixed_speed_states(full.torques, 100.0)[0], dimension=1)
     creep = f"the family is broken{by}: bodies creep along it, here by up to 3 degrees a turn"
     n = family.neutral
     slow = Orbit(full, [1.0] * n + [1.0 - 0.00999], [0.9, -0.5])
@@ -146,9 +146,9 @@ def of(*exponents: complex) -> Stability:
 
 
 def test_where_they_agree_there_is_nothing_to_say(full: FullStability, state: State) -> None:
-    assert full.why(state, of(-1.0), of(-1.0)) is None
-    assert full.why(state, of(-1.0), Stability.undecided("x")) is None
-    assert full.why(state, Stability.undecided("x"), of(-1.0)) is None
+    assert full.disagreement(state, of(-1.0), of(-1.0)) is None
+    assert full.disagreement(state, of(-1.0), Stability.without_verdict("x")) is None
+    assert full.disagreement(state, Stability.without_verdict("x"), of(-1.0)) is None
 
 
 @pytest.fixture
@@ -165,13 +165,15 @@ def test_why_the_models_disagree(full: FullStability, state: State) -> None:
     slowest = -full.torques.vibration.poles.real.max()
     tail = f": {STEADY}, but its transients decay with no more than {slowest:.3g} 1/s, while the phases move with up to 2.5 1/s"
     slow, stable = of(2.5), of(-0.125 + 3.0j, -7.0)
-    assert full.why(state, slow, stable) == (
+    assert full.disagreement(state, slow, stable) == (
         f"in the full equations all perturbations decay (the slowest with 0.125 1/s){tail}"
     )
     slow = of(-2.5)
-    assert full.why(state, slow, of(0.125, -7.0)) == f"a real multiplier leaves the unit circle (growth 0.125 1/s){tail}"
-    assert full.why(state, slow, of(0.125 + 9.9e-5j, -7.0)) == full.why(state, slow, of(0.125, -7.0))
-    pair = full.why(state, slow, of(0.125 + 0.01j, -7.0))
+    assert (
+        full.disagreement(state, slow, of(0.125, -7.0)) == f"a real multiplier leaves the unit circle (growth 0.125 1/s){tail}"
+    )
+    assert full.disagreement(state, slow, of(0.125 + 9.9e-5j, -7.0)) == full.disagreement(state, slow, of(0.125, -7.0))
+    pair = full.disagreement(state, slow, of(0.125 + 0.01j, -7.0))
     assert pair == f"a pair of multipliers with the frequency 0.01 rad/s leaves the unit circle (growth 0.125 1/s){tail}"
 
 
@@ -180,7 +182,7 @@ def test_a_pair_may_be_the_carriers_vibration_less_whole_turns(full: FullStabili
     own = np.abs(full.torques.vibration.poles.imag).max()
     seen = abs(own - 100.0 * round(own / 100.0))
     for off, its in ((0.049, True), (-0.049, True), (0.051, False)):
-        words = full.why(state, of(-2.5), of(0.125 + 1j * (seen + off * own), -7.0))
+        words = full.disagreement(state, of(-2.5), of(0.125 + 1j * (seen + off * own), -7.0))
         carrier = f", those of the carrier's free vibration at about {own:.4g} rad/s, leaves the unit circle"
         assert words is not None and (carrier in words) is its, off
 
@@ -188,7 +190,7 @@ def test_a_pair_may_be_the_carriers_vibration_less_whole_turns(full: FullStabili
 def test_without_damping_there_is_no_slowest_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FullStability, "_agrees_in_second_order", lambda *_: False)
     undamped = stability(damping=0.0)
-    words = undamped.why(at_speed(undamped.torques, 100.0)[0], of(-2.5), of(0.125))
+    words = undamped.disagreement(fixed_speed_states(undamped.torques, 100.0)[0], of(-2.5), of(0.125))
     assert words is not None
     assert words.endswith(
         "but its transients are not damped by anything outside the rotor, while the phases move with up to 2.5 1/s"
@@ -204,12 +206,12 @@ def test_the_next_order_may_agree(monkeypatch: pytest.MonkeyPatch, full: FullSta
 
     monkeypatch.setattr(module, "averaged_machine", lambda *given: given)
     monkeypatch.setattr(module, "AveragedStability", second)
-    words = replace(full).why(state, of(2.5), of(-0.125))
+    words = replace(full).disagreement(state, of(2.5), of(-0.125))
     assert words == (
         f"in the full equations all perturbations decay (the slowest with 0.125 1/s): {STEADY}; those of second order agree"
     )
     assert asked == [(full.torques, (full.torques.machine, True, 2))]
-    against = replace(full).why(state, of(-2.5), of(0.125))
+    against = replace(full).disagreement(state, of(-2.5), of(0.125))
     assert against is not None and "second order" not in against
 
 

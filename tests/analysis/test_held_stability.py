@@ -19,4 +19,4 @@ def test_neutral_is_relative_to_the_fastest_rate(size: float, slowest: float, st
     matrices = size * np.diag([-1.0, slowest, -0.3])[None]
     monkeypatch.setattr(averaged_stability, "averaged_matrices", lambda *_: matrices)
     held: Any = None
-    assert averaged_stability.held_stability(held, np.ones(1), np.zeros((3, 1)), 0).tolist() == [stable]
+    assert averaged_stability.transverse_stability(held, np.ones(1), np.zeros((3, 1)), 0).tolist() == [stable]

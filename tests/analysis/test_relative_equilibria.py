@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed, refused
 
-from wucht.analysis.configurations.closed_form import State, at_speed
+from wucht.analysis.configurations.closed_form import State, fixed_speed_states
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import all_states
 from wucht.analysis.configurations.torques import SteadyTorques
@@ -38,7 +38,11 @@ def drum(carrier: dict[str, Any] | None = None, drive: Any = MOTOR, bodies: Any 
 def judged(m: Machine, **near: float) -> tuple[FullStability, State]:
     """The state of the averaged equations nearest to a speed, and the full equations."""
     torques, top = SteadyTorques.of(m), 1.0001 * abs(m.values.get("drive.no_load_speed", 0.0))
-    states = all_states(torques, 1e-3 * top, top).states if torques.given is None else at_speed(torques, torques.given)
+    states = (
+        all_states(torques, 1e-3 * top, top).states
+        if torques.fixed_speed is None
+        else fixed_speed_states(torques, torques.fixed_speed)
+    )
     return FullStability(torques, True), min(states, key=lambda s: abs(s.speed - near.get("speed", s.speed)))
 
 
@@ -70,12 +74,12 @@ def test_the_machines_equations_hold_in_the_turning_frame(more: list[dict[str, A
     states, time = rng.normal(size=(len(m.state_names), 6)) * 0.1, np.zeros(6)
     rate = Evaluator.of_rates(m.system).array(time, states, m.system.values(m.values))
     h = 1e-6
-    expected = (r.turned(states + h * rate) - r.turned(states - h * rate)) / (2 * h)
-    found = Evaluator.of_rates(r.system).array(time, r.turned(states), r.system.values(r.values))
+    expected = (r.to_turning_frame(states + h * rate) - r.to_turning_frame(states - h * rate)) / (2 * h)
+    found = Evaluator.of_rates(r.system).array(time, r.to_turning_frame(states), r.system.values(r.values))
     assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
     angle = states[m.row(m.rotor.coordinate.position)]
-    assert r.fixed(r.turned(states), angle) == pytest.approx(states, abs=1e-14)
-    assert r.fixed(r.turned(states[:, 0]), angle[0]) == pytest.approx(states[:, 0], abs=1e-14)
+    assert r.to_fixed_frame(r.to_turning_frame(states), angle) == pytest.approx(states, abs=1e-14)
+    assert r.to_fixed_frame(r.to_turning_frame(states[:, 0]), angle[0]) == pytest.approx(states[:, 0], abs=1e-14)
 
 
 def test_machines_of_one_structure_share_the_equations() -> None:
@@ -126,7 +130,7 @@ def test_other_machines_are_refused_with_the_reason(described: dict[str, Any], s
     assert str(raised.value).startswith("machine: steady rotation is not an equilibrium in a frame that turns with drum")
     assert sentence in str(raised.value)
     assert SynchronousMotions.of(m).relative is None
-    assert sentence in SynchronousMotions.of(m).outside
+    assert sentence in SynchronousMotions.of(m).outside_reason
 
 
 # --- both ways agree ---
@@ -134,14 +138,14 @@ def test_other_machines_are_refused_with_the_reason(described: dict[str, Any], s
 
 def assert_both_ways_agree(full: FullStability, state: State) -> None:
     """Floquet exponents in the frame at rest are the eigenvalues in the turning one but for whole multiples of i w."""
-    motion = full.motions.near(full.start(state), state.speed, state.neutral, state.dimension)
+    motion = full.motions.find_near(full.start(state), state.speed, state.neutral, state.dimension)
     orbit = full.motions.orbit(full.start(state), state.speed, state.dimension)
     assert motion.equilibrium is not None
     assert motion.period == pytest.approx(orbit.period, rel=1e-10)
     assert full.motions.relative is not None
     relative = full.motions.relative
     # Of a family each way may find another member: then those of the orbit's member.
-    found = relative.near(relative.turned(orbit.state), state.neutral)
+    found = relative.find_near(relative.to_turning_frame(orbit.state), state.neutral)
     expected = np.append(found.eigenvalues, 0.0) * orbit.period
     logarithms = orbit.logarithms.copy()
     for value in expected[np.argsort(-expected.real)]:
@@ -175,15 +179,15 @@ def test_a_family_has_eigenvalues_that_are_zero() -> None:
     assert_both_ways_agree(full, state)
     assert full.motions.relative is not None
     relative = full.motions.relative
-    found = relative.near(relative.turned(full.start(state)), 1)
+    found = relative.find_near(relative.to_turning_frame(full.start(state)), 1)
     size = np.abs(found.eigenvalues).max()
     assert (np.abs(found.eigenvalues) < 1e-9 * size).sum() == found.neutral == 1
     assert found.exponents.real.max() < -1e-4 * size
     assert full.stability(state).stable is True
     with failed("singular", "0"):
-        relative.near(found.state)
+        relative.find_near(found.state)
     with failed("no-single-branch"):
-        relative.along("drive.slope", (0.01, 0.1), found)
+        relative.branches_over("drive.slope", (0.01, 0.1), found)
 
 
 @pytest.mark.slow
@@ -200,10 +204,10 @@ def test_one_number_and_two_equal_ones_give_the_same() -> None:
 def test_an_anisotropic_carrier_has_an_orbit() -> None:
     m = drum({"stiffness": [1e5, 1.2e5]})
     full, state = judged(m, speed=200.0)
-    motion = full.motions.near(full.start(state), state.speed)
+    motion = full.motions.find_near(full.start(state), state.speed)
     assert motion.orbit is not None and motion.equilibrium is None
     assert motion.orbit.advance[[m.row(b.coordinate.position) for b in m.bodies]] == pytest.approx(2 * math.pi)
-    assert full.motions.outside.endswith("(with carrier.stiffness.x, carrier.stiffness.y)")
+    assert full.motions.outside_reason.endswith("(with carrier.stiffness.x, carrier.stiffness.y)")
     assert motion.exponents.real.max() < 0
 
 
@@ -218,13 +222,13 @@ def test_a_long_run_stays_and_decays_as_the_slowest_eigenvalue_says() -> None:
     relative = full.motions.relative
     assert relative is not None
     captured = min(all_states(torques, 1e-3, 2.0002).states, key=lambda s: abs(s.speed - 0.7028953))
-    found = relative.near(relative.turned(full.start(captured)))
+    found = relative.find_near(relative.to_turning_frame(full.start(captured)))
     values = np.array(full.flow.system.values(m.values))
 
     def run(state: np.ndarray, time: np.ndarray) -> np.ndarray:
         """How far a run is from the relative equilibrium (n-1, N)."""
-        states = integrate(full.flow, relative.fixed(state, 0.3), values, time).states
-        return np.asarray(relative.turned(states) - found.state[:, None])
+        states = integrate(full.flow, relative.to_fixed_frame(state, 0.3), values, time).states
+        return np.asarray(relative.to_turning_frame(states) - found.state[:, None])
 
     assert np.abs(run(found.state, np.array([0.0, 1000.0]))).max() < 1e-9
     eigenvalues, vectors = np.linalg.eig(relative.linear()(found.state)[1])
@@ -238,19 +242,19 @@ def test_unknown_parameters_are_refused() -> None:
     full, state = judged(drum(), speed=200.0)
     relative = full.motions.relative
     assert relative is not None
-    found = relative.near(relative.turned(full.start(state)))
+    found = relative.find_near(relative.to_turning_frame(full.start(state)))
     with refused("parameter", given="carrier.gravity"):
-        relative.along("carrier.gravity", (0, 10), found)
+        relative.branches_over("carrier.gravity", (0, 10), found)
 
 
 def test_a_start_that_leads_nowhere_is_told() -> None:
     relative = RelativeEquilibria.of(load_machine("drozdetskaya-2020/table-5.1", {"u": 1.0}))
-    away = relative.turned(np.array([-1.0, 0.2, 0.0, 5.0, 5.3, 0.1, -0.6, 0.7, 0.7, 0.7]))
-    assert relative.near(away).speed > 0
+    away = relative.to_turning_frame(np.array([-1.0, 0.2, 0.0, 5.0, 5.3, 0.1, -0.6, 0.7, 0.7, 0.7]))
+    assert relative.find_near(away).speed > 0
     with failed("no-family", "1"):
-        relative.near(away, 1)
+        relative.find_near(away, 1)
     with failed("singular"):
-        relative.near(np.full(len(relative.system.states), 1e6))
+        relative.find_near(np.full(len(relative.system.states), 1e6))
 
 
 @pytest.mark.slow
@@ -259,11 +263,11 @@ def test_speeds_without_torque_are_a_family() -> None:
     m = drum(drive={"kind": "table", "points": [[0, 20], [100, 15], [150, 10], [200, 0]]})
     torques = SteadyTorques.of(m)
     full = FullStability(torques, True)
-    (state,) = {s.speed: s for s in all_states(torques, 0.2, 200.02).states if s.indifferent}.values()
-    motion = full.motions.near(full.start(state.inside), state.inside.speed, state.neutral)
+    (state,) = {s.speed: s for s in all_states(torques, 0.2, 200.02).states if s.is_indifferent}.values()
+    motion = full.motions.find_near(full.start(state.interior_state), state.interior_state.speed, state.neutral)
     assert motion.equilibrium is not None and motion.equilibrium.neutral == 1
     assert full.stability(state).stable is True
-    orbit = full.motions.orbit(full.start(state.inside), state.inside.speed)
+    orbit = full.motions.orbit(full.start(state.interior_state), state.interior_state.speed)
     assert motion.exponents[0].real == pytest.approx(np.log(np.abs(orbit.nontrivial(2)[0])) / orbit.period, rel=1e-7)
 
 

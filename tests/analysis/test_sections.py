@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.analysis.averaged import averaged_machine, keeps_inertia
+from wucht.analysis.averaged_machine import averaged_machine, keeps_inertia
 from wucht.analysis.sections import section_of
 from wucht.files.catalogue import load_machine
-from wucht.machines.operation import turning
+from wucht.machines.operation import machine_at_speed
 from wucht.numerics.flow.program import Evaluator
 
 R2, TABLE = "drozdetskaya-2020/r2", "drozdetskaya-2020/table-5.1"
@@ -26,7 +26,7 @@ def test_inertia_is_kept_but_for_the_dimensionless_machines() -> None:
 @pytest.mark.parametrize(("inertia", "count"), [(True, 3), (False, 2)])
 def test_a_section_has_the_rates_of_the_whole(inertia: bool, count: int) -> None:
     """Embedded, its rates are those of the averaged equations with equal phases and slips."""
-    slow = averaged_machine(turning(load_machine(R2), None), inertia)
+    slow = averaged_machine(machine_at_speed(load_machine(R2), None), inertia)
     made = section_of(slow, True)
     assert made.embedding.shape == (len(slow.system.states), count) and made.inertia is inertia
     x = np.array([[0.4, 90.0, 88.0][:count]]).T
@@ -37,7 +37,7 @@ def test_a_section_has_the_rates_of_the_whole(inertia: bool, count: int) -> None
 
 
 def test_bodies_that_differ_do_not_keep_together_with_inertia_either() -> None:
-    slow = averaged_machine(turning(load_machine(R2, {"p2.mass": 0.13}), None))
+    slow = averaged_machine(machine_at_speed(load_machine(R2, {"p2.mass": 0.13}), None))
     with refused("study.together", "p1", "p2", code="phases-part"):
         section_of(slow, True)
 
@@ -47,7 +47,7 @@ def test_a_speed_that_a_drive_prescribes_is_that_of_the_section(sense: float) ->
     """Signed, for every state; the phases alone are its axes."""
     rollers = load_machine("sperling-rollers/table-1")
     given = rollers.values["drive.speed"]
-    slow = averaged_machine(turning(rollers.with_values({"drive.speed": sense * given}), None))
+    slow = averaged_machine(machine_at_speed(rollers.with_values({"drive.speed": sense * given}), None))
     made = section_of(slow, None)
     assert made.turning == -1 and made.speed == pytest.approx(sense * given)
     assert made.rotor_speed(np.zeros((len(made.axes), 3))) == pytest.approx(np.full(3, sense * given))

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
-from wucht.analysis.configurations.closed_form import at_speed
+from wucht.analysis.configurations.closed_form import fixed_speed_states
 from wucht.analysis.configurations.steady_branches import steady_branches
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.analysis.vibration import Forced
+from wucht.analysis.vibration import ForcedVibration
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.machines.operation import turning
+from wucht.machines.operation import machine_at_speed
 
 NAMES = ("drozdetskaya-2020/r1", "practice/exciter", "drozdetskaya-2020/figure-5.14")
 
@@ -28,10 +28,10 @@ def test_at_each_speed_they_are_the_states_at_that_speed(name: str) -> None:
     mass, _, stiffness = machine.matrices
     for share in (0.4, 1.1, 1.9):
         w = share * float(np.sqrt(stiffness[0, 0] / mass[0, 0]))
-        held = turning(machine, w)
+        held = machine_at_speed(machine, w)
         torques, at = SteadyTorques.of(held), np.array([w])
         stability = AveragedStability(torques, averaged_machine(held))
-        expected = {tuple(np.round(s.phases, 9)): stability.stability(s).stable for s in at_speed(torques, w)}
+        expected = {tuple(np.round(s.phases, 9)): stability.stability(s).stable for s in fixed_speed_states(torques, w)}
         there = [b for b in branches if b.labels(at)[0]]
         found = {tuple(np.round(b.phases(at)[:, 0] % (2 * np.pi), 9)): bool(b.stable(at)[0]) for b in there}
         assert found == expected
@@ -42,11 +42,11 @@ def test_slopes_along_a_branch_are_those_of_the_curve(name: str) -> None:
     """By central differences: of the vibration's torque and amplitude, with the phases that change with the speed."""
     machine = load_machine(name)
     _, branches = steady_branches(machine)
-    forced, top = Forced.of(machine, np.zeros(len(machine.bodies))), 200.0 if machine.units.speed else 2.0
+    forced, top = ForcedVibration.of(machine, np.zeros(len(machine.bodies))), 200.0 if machine.units.speed else 2.0
     for branch in branches:
         w, h = np.linspace(0.05, 1.0, 60) * top, 1e-6 * top
         whole = np.isfinite(branch.phases(w + 0.005 * top)[-1]) & np.isfinite(branch.phases(w - 0.005 * top)[-1])
-        w, along = w[whole], replace(forced, placed=branch.placed)
+        w, along = w[whole], replace(forced, phase_law=branch.machine_phases)
         for curve in (along.torque, along.amplitude):
             slope, numeric = curve(w)[1], (curve(w + h)[0] - curve(w - h)[0]) / (2 * h)
             assert slope == pytest.approx(numeric, rel=1e-5, abs=1e-7 * np.abs(numeric).max(initial=0.0))

@@ -38,7 +38,7 @@ def captured(equal: bool) -> tuple[SynchronousMotions, SynchronousMotion]:
     motions, start = SynchronousMotions.of(machine), np.zeros(len(machine.state_names))
     start[[machine.row(b.coordinate.position) for b in machine.bodies[1:]]] = 0.3, -0.5
     state = integrate(motions.flow, start, machine.values, np.array([0.0, 15.0])).states[:, -1]
-    return motions, motions.near(state, float(state[machine.row(machine.rotor.coordinate.velocity)]))
+    return motions, motions.find_near(state, float(state[machine.row(machine.rotor.coordinate.velocity)]))
 
 
 @pytest.mark.slow
@@ -46,9 +46,9 @@ def test_orbits_of_an_isotropic_machine_fold_where_its_relative_equilibria_do() 
     """Two formulations of the same: u1* = 1.833108 of table 5.1, times SLOPE."""
     motions, near = captured(True)
     assert motions.relative is not None and near.equilibrium is not None
-    equilibria = motions.relative.along("drive.slope", (SLOPE, 3 * SLOPE), near.equilibrium)
+    equilibria = motions.relative.branches_over("drive.slope", (SLOPE, 3 * SLOPE), near.equilibrium)
     (fold,) = equilibria.branch(equilibria.start(near.equilibrium.state, SLOPE)).special
-    cycles, first = motions.along("drive.slope", (SLOPE, 3 * SLOPE), near)
+    cycles, first = motions.orbit_branch("drive.slope", (SLOPE, 3 * SLOPE), near)
     np.testing.assert_allclose(np.sort(first.logarithms.real)[-4:] / near.period, np.sort(near.exponents.real)[-4:], rtol=1e-6)
     (same,) = [c for c in cycles.walk(first) if c.kind]
     assert same.kind == "fold" and same.parameter == pytest.approx(fold.parameter, rel=1e-9)
@@ -61,7 +61,7 @@ def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
     """The slowest rate vanishes there; a motor a little weaker keeps the rotor, a little stronger does not."""
     motions, near = captured(False)
     assert motions.relative is None and near.orbit is not None
-    cycles, first = motions.along("drive.slope", (SLOPE, 4 * SLOPE), near)
+    cycles, first = motions.orbit_branch("drive.slope", (SLOPE, 4 * SLOPE), near)
     branch = [first, *cycles.walk(first)]
     (fold,) = [c for c in branch if c.kind == "fold"]
     assert 1.2 * SLOPE < fold.parameter < 3 * SLOPE
@@ -90,10 +90,10 @@ def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
 def test_what_cannot_be_followed_is_told() -> None:
     motions, near = captured(False)
     with refused("parameter", given="drive.slop"):
-        motions.along("drive.slop", (0, 1), near)
+        motions.orbit_branch("drive.slop", (0, 1), near)
     held = SynchronousMotions.of(drum([1e5, 1.1e5], {"kind": "constant-speed", "speed": 70.0}))
     with refused("machine", given=None):
-        held.along("carrier.damping", (100, 300), near)
+        held.orbit_branch("carrier.damping", (100, 300), near)
 
 
 def steady(speed: float) -> tuple[SynchronousMotions, np.ndarray]:
@@ -117,7 +117,7 @@ def test_what_a_branch_of_synchronous_motions_begins_with(monkeypatch: pytest.Mo
 
     monkeypatch.setattr("wucht.analysis.synchronous_motion.Cycles.of", cycles)
     monkeypatch.setattr("wucht.analysis.synchronous_motion.cycle_near", lambda *of: of)
-    found: Any = motions.along("drive.slope", (1e-4, 5e-4), near)
+    found: Any = motions.orbit_branch("drive.slope", (1e-4, 5e-4), near)
     assert found[0] == "cycles"
     _, time, states, value = found[1]
     assert value == SLOPE and time[[0, -1]] == pytest.approx([0.0, 2 * math.pi / 100.0]) and len(time) == 201
@@ -147,7 +147,7 @@ def test_a_branch_begins_at_no_run_that_fails(monkeypatch: pytest.MonkeyPatch) -
     motions, start = steady(100.0)
     monkeypatch.setattr("wucht.analysis.synchronous_motion.integrate", lambda *_: Failed())
     with pytest.raises(RunError, match=r"^there is no orbit: it burst$"):
-        motions.along("drive.slope", (1e-4, 5e-4), SynchronousMotion(start, 0.0625, np.array([-1.0])))
+        motions.orbit_branch("drive.slope", (1e-4, 5e-4), SynchronousMotion(start, 0.0625, np.array([-1.0])))
 
 
 def test_an_equilibrium_at_rest_is_no_motion() -> None:
@@ -160,4 +160,4 @@ def test_an_equilibrium_at_rest_is_no_motion() -> None:
 
     motions, start = steady(100.0)
     with pytest.raises(RunError, match="the nearest equilibrium is at rest"):
-        replace(motions, relative=Relative()).near(start, 100.0)  # type: ignore[arg-type]
+        replace(motions, relative=Relative()).find_near(start, 100.0)  # type: ignore[arg-type]

@@ -24,7 +24,7 @@ def sampled(z: np.ndarray, a_turn: float, deck: float | None) -> Throw:
     steps = np.where(np.arange(int(40 * a_turn)) % 7 == 3, 0.8, 1.0)
     time = np.cumsum(steps) * 2 * math.pi / SPEED / a_turn
     turning = np.exp(1j * SPEED * time)
-    return Throw.sampled(time, (z[:, None] * turning).real, (1j * SPEED * z[:, None] * turning).real, deck)
+    return Throw.from_samples(time, (z[:, None] * turning).real, (1j * SPEED * z[:, None] * turning).real, deck)
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -32,7 +32,7 @@ def sampled(z: np.ndarray, a_turn: float, deck: float | None) -> Throw:
 def test_an_ellipse(angle: float, sense: float) -> None:
     z, deck = ellipse(angle, sense), -0.1
     own = math.hypot(MAJOR * math.sin(angle - deck), MINOR * math.cos(angle - deck))  # half its height over the deck
-    for throw, exact in ((Throw.harmonic(z, SPEED, deck), 1e-12), (sampled(z, 24.3, deck), 1e-4)):
+    for throw, exact in ((Throw.from_harmonic(z, SPEED, deck), 1e-12), (sampled(z, 24.3, deck), 1e-4)):
         assert (throw.stroke, throw.across) == pytest.approx((2 * MAJOR, 2 * MINOR), rel=max(exact, 2e-3))
         assert math.sin(throw.direction - angle) == pytest.approx(0.0, abs=max(exact, 3e-3)), "a line has no sense"
         assert throw.acceleration == pytest.approx(MAJOR * SPEED**2, rel=exact)
@@ -51,16 +51,16 @@ def test_samples_that_follow_one_another_at_once() -> None:
     """The last one of a run may lie just behind the last of its grid."""
     time = np.append(np.linspace(0.0, 1.0, 401), 1.0 + 1e-13)
     turning = ellipse(0.78, 1.0)[:, None] * np.exp(1j * SPEED * time)
-    throw = Throw.sampled(
+    throw = Throw.from_samples(
         np.append(time, time[-1]), *(np.hstack([q, q[:, -1:]]) for q in (turning.real, (1j * SPEED * turning).real))
     )
     assert throw.acceleration == pytest.approx(MAJOR * SPEED**2, rel=2e-3)
 
 
 def test_a_line_a_circle_and_rest() -> None:
-    line = Throw.harmonic(np.array([0.0, 1e-3]), 100.0, 0.0)
+    line = Throw.from_harmonic(np.array([0.0, 1e-3]), 100.0, 0.0)
     assert (line.direction, line.ratio) == (pytest.approx(math.pi / 2), pytest.approx(0.0, abs=1e-12))
     assert line.throw_number(0.0) == pytest.approx(line.machine_number)
-    assert Throw.harmonic(np.array([1e-3, -1e-3j]), 100.0).ratio == pytest.approx(1.0)
-    rest = Throw.sampled(np.arange(5.0), np.zeros((2, 5)), np.zeros((2, 5)))
+    assert Throw.from_harmonic(np.array([1e-3, -1e-3j]), 100.0).ratio == pytest.approx(1.0)
+    rest = Throw.from_samples(np.arange(5.0), np.zeros((2, 5)), np.zeros((2, 5)))
     assert (rest.stroke, rest.ratio, rest.acceleration) == (0.0, 0.0, 0.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wucht.analysis.vibration import Vibration
-from wucht.analysis.working_points import only_braked, torque_surplus
+from wucht.analysis.working_points import is_only_braked, torque_surplus
 from wucht.files.building import machine_from
 
 CARRIER = {"mass": 6.0, "stiffness": 1e4, "damping": 20.0, "gravity": 9.81}
@@ -35,7 +35,7 @@ def machine(bodies=(ROTOR,), carrier=CARRIER, **more):
     ids=["bearing", "no losses", "ball", "fixed", "linear drive", "constant torque", "loads", "two rotors"],
 )
 def test_a_swing_can_only_lose_energy_to_what_is_damped(braked):
-    assert only_braked(braked, 50.0)
+    assert is_only_braked(braked, 50.0)
 
 
 @pytest.mark.parametrize(
@@ -52,13 +52,13 @@ def test_a_swing_can_only_lose_energy_to_what_is_damped(braked):
     ids=["shaken", "prescribed", "another prescribed", "free ball", "free carrier", "rising torque", "of another rotor"],
 )
 def test_not_so_where_it_is_shaken_driven_by_more_at_a_speed_than_at_rest_or_not_damped(fed):
-    assert not only_braked(fed, 50.0)
+    assert not is_only_braked(fed, 50.0)
 
 
 @pytest.mark.parametrize(("fastest", "braked"), [(20.0, True), (21.0, True), (25.0, False)])
 def test_speeds_beyond_the_fastest_do_not_matter(fastest, braked):
     """The torque of the drive exceeds that at rest from 21 rad/s on."""
-    assert only_braked(machine([ROTOR | {"bearing_damping": 0.0}], drive=RISING), fastest) is braked
+    assert is_only_braked(machine([ROTOR | {"bearing_damping": 0.0}], drive=RISING), fastest) is braked
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

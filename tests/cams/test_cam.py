@@ -12,7 +12,7 @@ from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
-from wucht.cams.shape import Extreme, beyond_common
+from wucht.cams.shape import Extreme, pressure_angle_remarks
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -217,7 +217,7 @@ def test_a_pressure_angle_up_to_what_is_common_is_not_told(unit, common):
 
     def told(*angles):
         extremes = [Extreme(math.radians(a), math.radians(at)) for a, at in angles]
-        return beyond_common([SimpleNamespace(pressure_angle=e) for e in extremes], unit)
+        return pressure_angle_remarks([SimpleNamespace(pressure_angle=e) for e in extremes], unit)
 
     assert told((common - 1, 0), (common - 20, 0)) == told((common - 1e-9, 0)) == []
     (text,) = told((common - 20, 10), (common + 5, 400), (common + 1, 20))

@@ -7,7 +7,15 @@ import pytest
 from scipy.special import jv
 from tests.refusals import refused
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, compared, left_by_order, orders, residuals
+from wucht.cams.correction import (
+    CorrectedLaw,
+    MotionOverTime,
+    compare_with_measurement,
+    orders,
+    residual_of_extra_order,
+    residuals,
+    share_above_order,
+)
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics
@@ -57,7 +65,7 @@ def test_each_is_the_inverse_of_the_other():
 
 def test_what_is_left_where_the_shaft_turns_otherwise():
     """To first order what is left is proportional to what is wrong: five degrees leave five times as much as one."""
-    found = {r.what: r.share for r in residuals(LAW, 5, shaft())}
+    found = {r.condition: r.share for r in residuals(LAW, 5, shaft())}
     assert found.pop("as measured") < 1e-13
     one, five = (found.pop(f"the phase of the speed, or the cam on its shaft, off by {d}°") for d in (1, 5))
     assert five == pytest.approx(5 * one, rel=0.05)
@@ -72,42 +80,47 @@ def test_what_is_left_where_the_shaft_turns_otherwise():
 
 @pytest.mark.parametrize("degrees", [1, -1, 5, -5])
 def test_a_phase_that_is_off_either_way_leaves_no_more_than_is_said(degrees):
-    said = {r.what: r.share for r in residuals(LAW, 5, shaft())}
+    said = {r.condition: r.share for r in residuals(LAW, 5, shaft())}
     one = said[f"the phase of the speed, or the cam on its shaft, off by {abs(degrees)}°"]
-    both = [above(orders(MotionOverTime(CorrectedLaw(LAW, shaft(), math.radians(d)), shaft())), 5) for d in (degrees, -degrees)]
+    both = [
+        share_above_order(orders(MotionOverTime(CorrectedLaw(LAW, shaft(), math.radians(d)), shaft())), 5)
+        for d in (degrees, -degrees)
+    ]
     assert one == max(both)
     assert abs(both[0] - both[1]) > 1e-4 * one
 
 
 def test_a_mean_speed_that_is_off_is_worse_below():
     """At 10 % less the fluctuation is 1/0.9 of what it was, at 10 % more 1/1.1."""
-    said = {r.what: r.share for r in residuals(LAW, 5, shaft())}
-    slower, faster = (above(orders(MotionOverTime(CorrectedLaw(LAW, shaft()), shaft(1 / by))), 5) for by in (0.9, 1.1))
+    said = {r.condition: r.share for r in residuals(LAW, 5, shaft())}
+    slower, faster = (
+        share_above_order(orders(MotionOverTime(CorrectedLaw(LAW, shaft()), shaft(1 / by))), 5) for by in (0.9, 1.1)
+    )
     assert slower > 1.2 * faster
     assert said["a mean speed off by 10%, the fluctuation the same in rad/s"] == pytest.approx(slower, rel=1e-12)
     # 92 % of the speed, of order 1: at 10 % less it would turn back.
-    strong = [r.what for r in residuals(LAW, 5, ShaftMotion(Harmonics.of(OMEGA, [0.92 * OMEGA])))]
+    strong = [r.condition for r in residuals(LAW, 5, ShaftMotion(Harmonics.of(OMEGA, [0.92 * OMEGA])))]
     assert "a mean speed higher by 10%, the fluctuation the same in rad/s" in strong
 
 
 def test_what_an_order_leaves_that_nobody_corrects_for():
     """As much as if it were known and left out, to the worst of its phases."""
     whole = shaft()
-    known = {r.what: r.share for r in residuals(LAW, 5, whole)}
+    known = {r.condition: r.share for r in residuals(LAW, 5, whole)}
     for j in (2, 3, 4, 5):
-        more = left_by_order(LAW, 5, whole.without(j), j, float(whole.speed.amplitudes[j - 1]))
+        more = residual_of_extra_order(LAW, 5, whole.without(j), j, float(whole.speed.amplitudes[j - 1]))
         assert 0.9 < more / known[f"order {j} left out of the correction"] < 1.3
-    beyond = left_by_order(LAW, 5, whole, 9, 0.5)  # an order above those of the speed
-    assert 0.01 < beyond == pytest.approx(left_by_order(LAW, 5, whole, 9, 0.25) * 2, rel=0.05)
+    beyond = residual_of_extra_order(LAW, 5, whole, 9, 0.5)  # an order above those of the speed
+    assert 0.01 < beyond == pytest.approx(residual_of_extra_order(LAW, 5, whole, 9, 0.25) * 2, rel=0.05)
     with refused("speed", given=None):
-        left_by_order(LAW, 5, whole, 1, OMEGA)
+        residual_of_extra_order(LAW, 5, whole, 1, OMEGA)
 
 
 def test_an_order_left_out_leaves_what_it_would_have_made():
     """A shaft with nothing but that order, under a cam made for an even one."""
     of = ShaftMotion(Harmonics.of(OMEGA, [0.01 * OMEGA]))
-    (left,) = [r.share for r in residuals(LAW, 5, of) if r.what == "order 1 left out of the correction"]
-    assert left == pytest.approx(above(orders(MotionOverTime(LAW, of)), 5))
+    (left,) = [r.share for r in residuals(LAW, 5, of) if r.condition == "order 1 left out of the correction"]
+    assert left == pytest.approx(share_above_order(orders(MotionOverTime(LAW, of)), 5))
     assert 0.01 < left < 0.2
 
 
@@ -121,28 +134,28 @@ def test_a_measured_acceleration_is_compared_order_by_order():
     found = orders(MotionOverTime(LAW, of))
     scale = OMEGA**2
     measured = Harmonics(0.0, scale * found.cosine[:20], scale * found.sine[:20])
-    same = compared(measured, LAW, of)
+    same = compare_with_measurement(measured, LAW, of)
     assert same.share == pytest.approx(1.0)
-    assert same.computed.cosine == pytest.approx(measured.cosine)
-    opposite = compared(Harmonics(0.0, -measured.cosine, -measured.sine), LAW, of)
+    assert same.computed_orders.cosine == pytest.approx(measured.cosine)
+    opposite = compare_with_measurement(Harmonics(0.0, -measured.cosine, -measured.sine), LAW, of)
     assert opposite.share == pytest.approx(-3.0, abs=0.01)
     # An order that the computed motion does not have is not explained: as large as all others, half of the mean square.
     rms = math.sqrt((measured.amplitudes**2).sum())
     noisy = Harmonics(0.0, np.append(measured.cosine, np.zeros(2000)), np.append(measured.sine, np.zeros(2000)))
     noisy.cosine[1500] = rms
-    assert compared(noisy, LAW, of).share == pytest.approx(0.5, abs=1e-3)
-    assert compared(noisy, LAW, of).delayed == pytest.approx((0.0, 0.5), abs=1e-3)
+    assert compare_with_measurement(noisy, LAW, of).share == pytest.approx(0.5, abs=1e-3)
+    assert compare_with_measurement(noisy, LAW, of).best_delay == pytest.approx((0.0, 0.5), abs=1e-3)
     with refused("acceleration", code="no-orders"):
-        compared(Harmonics.of(1.0), LAW, of)
+        compare_with_measurement(Harmonics.of(1.0), LAW, of)
 
 
 @pytest.mark.parametrize("degrees", [5.0, -40.0, 0.0])
 def test_the_delay_of_a_measured_acceleration(degrees):
     of = shaft()
     found = orders(MotionOverTime(LAW, of))
-    measured = Harmonics(7.0, OMEGA**2 * found.cosine[:15], OMEGA**2 * found.sine[:15]).shifted(math.radians(degrees))
-    comparison = compared(measured, LAW, of)
-    delay, share = comparison.delayed
+    measured = Harmonics(7.0, OMEGA**2 * found.cosine[:15], OMEGA**2 * found.sine[:15]).shift(math.radians(degrees))
+    comparison = compare_with_measurement(measured, LAW, of)
+    delay, share = comparison.best_delay
     assert math.degrees(delay) == pytest.approx(degrees, abs=1e-6)
     assert share == pytest.approx(1.0, abs=1e-12)
     assert comparison.share <= share + 1e-12
@@ -152,4 +165,4 @@ def test_the_delay_of_a_measured_acceleration(degrees):
 def test_a_record_without_orders_is_no_acceleration(mean):
     rounding = 1e-14 * mean * np.ones(15)
     with refused("acceleration", code="constant"):
-        compared(Harmonics(mean, rounding, rounding), LAW, shaft())
+        compare_with_measurement(Harmonics(mean, rounding, rounding), LAW, shaft())

@@ -152,7 +152,7 @@ def test_what_is_refused(tables, sentence):
         assert made.motion.law is not None
         if made.linkage is not None:
             assert made.closure is not None
-        assert made.turning is not None
+        assert made.shaft_motion is not None
     assert str(raised.value).startswith(sentence)
 
 

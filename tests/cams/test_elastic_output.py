@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.refusals import refused
 
-from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, excited, largest_on_arc, truncated
+from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, largest_on_arc, ranked_excitations, truncate_law
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.cams.laws.synthesis import Band, equiripple, synthesise
 from wucht.numerics.harmonics import Harmonics
@@ -121,14 +121,14 @@ def test_a_truncated_polynomial_law_differs_from_its_integration_by_what_is_left
     true = settled(OUTPUT, POLYNOMIAL, omega, 7, at)
     off, left = [], []
     for count in (15, 30, 60):
-        found = truncated(POLYNOMIAL, count)
+        found = truncate_law(POLYNOMIAL, count)
         off.append(np.abs(OUTPUT.steady(found.series, omega)(at) - true).max())
         assert count * omega > math.sqrt(2) * OUTPUT.natural_frequency
-        assert off[-1] < found.left_out
-        left.append(found.left_out)
+        assert off[-1] < found.omitted_amplitude
+        left.append(found.omitted_amplitude)
         # Orders go down as 1/k^4, of the acceleration as 1/k^2: half of the samples and above have 1/128^3, 1/128.
-        assert np.abs(found.series(TAU) - POLYNOMIAL(TAU)).max() < found.left_out * (1 + 1e-6)
-        assert np.abs(found.series(TAU, 2) - POLYNOMIAL(TAU, 2)).max() < found.left_out_acceleration * 1.01
+        assert np.abs(found.series(TAU) - POLYNOMIAL(TAU)).max() < found.omitted_amplitude * (1 + 1e-6)
+        assert np.abs(found.series(TAU, 2) - POLYNOMIAL(TAU, 2)).max() < found.omitted_acceleration * 1.01
     assert left[0] > 6 * left[1] > 36 * left[2]  # orders go down as 1/k^4: their sum as 1/k^3
     assert off[0] > 10 * off[1] > 100 * off[2]  # and |H| at least as 1/k
 
@@ -147,7 +147,7 @@ def test_with_a_tuned_lever_the_output_makes_the_law_exactly(output, omega):
 
 def test_a_tuned_lever_is_for_one_speed():
     """It excites less than the plain one about its own speed, and more far below it."""
-    tuned = OUTPUT.tuned(LAW, 30.0)
+    tuned = OUTPUT.tuned_lever(LAW, 30.0)
     speeds = np.linspace(1.0, 33.0, 33)
     of_tuned, plain = (OUTPUT.residual_over_speed(lever, speeds, [DWELL]).deviation for lever in (tuned, LAW))
     assert np.argmin(of_tuned) == 29
@@ -174,7 +174,7 @@ def test_a_finite_series_has_no_resonance_below_that_of_its_last_order_and_a_pol
     clean = output.residual_over_speed(LAW, speeds, [DWELL])
     assert len(clean.orders) == 0
     assert (np.diff(clean.deviation) > 0).all()
-    rough = output.residual_over_speed(truncated(POLYNOMIAL, 40).series, speeds, [DWELL])
+    rough = output.residual_over_speed(truncate_law(POLYNOMIAL, 40).series, speeds, [DWELL])
     assert rough.orders.tolist() == list(range(6, 15))
     inner = rough.acceleration[1:-1]
     peaks = speeds[1:-1][(inner > rough.acceleration[:-2]) & (inner > rough.acceleration[2:])]
@@ -203,7 +203,7 @@ def test_units_do_not_matter():
 
 @pytest.mark.parametrize(("begin", "end"), [(-1.0, 1.0), (5.5, 0.7), (2.0, 2.0), (0.0, TURN), (1.0, 1.3), (-7.0, -6.5)])
 def test_the_largest_on_an_arc_is_that_of_a_fine_grid(begin, end):
-    series = SERIES.shifted(math.pi)  # least about 0
+    series = SERIES.shift(math.pi)  # least about 0
     arc = begin + np.linspace(0, end - begin + (TURN if end < begin else 0), 40001)
     found = Dwell(begin, end).largest(series)
     on_grid = np.abs(series(arc)).max()
@@ -230,15 +230,15 @@ def test_the_corrected_cam_excites_less_than_the_original_one_and_the_polynomial
 
     # The dwell of the original cam over tau, such that its angle stays within the dwell of the law.
     ends = [float(np.interp(a, TAU - math.pi + ahead(TAU - math.pi), TAU - math.pi)) for a in (-HALF, HALF)]
-    series = truncated(original, 30)
-    assert series.left_out < 1e-13
+    series = truncate_law(original, 30)
+    assert series.omitted_amplitude < 1e-13
     motions = [
-        LeverWithDwells("3-4-5", truncated(POLYNOMIAL, 60).series, (DWELL,)),
+        LeverWithDwells("3-4-5", truncate_law(POLYNOMIAL, 60).series, (DWELL,)),
         LeverWithDwells("original", series.series, (Dwell(*ends),)),
         LeverWithDwells("corrected", LAW, (DWELL,)),
-        LeverWithDwells("tuned", OUTPUT.tuned(LAW, 28.5), (DWELL,)),
+        LeverWithDwells("tuned", OUTPUT.tuned_lever(LAW, 28.5), (DWELL,)),
     ]
-    found = excited(OUTPUT, motions, 28.5)  # order 7 in resonance
+    found = ranked_excitations(OUTPUT, motions, 28.5)  # order 7 in resonance
     assert [e.name for e in found] == ["tuned", "corrected", "original", "3-4-5"]
     tuned, corrected, uneven, polynomial = found
     assert tuned.output_orders == pytest.approx(28.5**2 * LAW.derivative(2).amplitudes, rel=1e-12)
@@ -285,7 +285,7 @@ def test_an_impossible_output_is_refused(values, refusal):
 
 @pytest.mark.parametrize("omega", [0.0, -3.0, math.nan, math.inf])
 def test_a_speed_that_is_not_positive_is_refused(omega):
-    for ask in (OUTPUT.steady, OUTPUT.elastic_part, OUTPUT.tuned):
+    for ask in (OUTPUT.steady, OUTPUT.elastic_part, OUTPUT.tuned_lever):
         with refused("omega", "rad/s", given=omega, code="not-positive"):
             ask(LAW, omega)
     with refused("omega", "rad/s", given=omega, code="not-positive"):
@@ -315,19 +315,19 @@ def test_an_undamped_output_at_resonance_has_no_steady_motion_but_for_levers_wit
 def test_a_lever_is_not_tuned_to_an_order_that_makes_it_unreasonable(omega, refusal):
     undamped = ElasticOutput(0.05, 2000.0)
     with refusal:
-        undamped.tuned(LAW, omega)
+        undamped.tuned_lever(LAW, omega)
     if omega != 50.0:
-        same(undamped.steady(undamped.tuned(LAW, omega, math.inf), omega), LAW, 1e-12)
+        same(undamped.steady(undamped.tuned_lever(LAW, omega, math.inf), omega), LAW, 1e-12)
     else:
         odd = ElasticOutput(0.07, 1900.0)
         assert 0 < abs(1 / odd.response(odd.natural_frequency / 3 * 3 * (1 + 1e-15))) < 1e-12  # but for rounding
         with refused("law", "order 3", code="near-resonance"):
-            odd.tuned(LAW, odd.natural_frequency / 3 * (1 + 1e-15), math.inf)
+            odd.tuned_lever(LAW, odd.natural_frequency / 3 * (1 + 1e-15), math.inf)
 
 
 def test_other_input_that_makes_no_sense_is_refused():
     with refused("most", given=1.0):
-        OUTPUT.tuned(LAW, 10.0, 1.0)
+        OUTPUT.tuned_lever(LAW, 10.0, 1.0)
     with refused("dwell", given=[0.0, 7.0]):
         Dwell(0.0, 7.0)
     with refused("dwell.value", given=float("nan")):
@@ -337,9 +337,9 @@ def test_other_input_that_makes_no_sense_is_refused():
     with refused("speeds", given=None):
         OUTPUT.residual_over_speed(LAW, np.zeros(0), [DWELL])
     with refused("orders", given=50):
-        truncated(POLYNOMIAL, 50, 100)
+        truncate_law(POLYNOMIAL, 50, 100)
     with refused("a law without a dwell: dwells", given=None):
-        excited(OUTPUT, [LeverWithDwells("a law without a dwell", LAW, ())], 10.0)
+        ranked_excitations(OUTPUT, [LeverWithDwells("a law without a dwell", LAW, ())], 10.0)
 
 
 @pytest.mark.parametrize("stiffness", [2000.0, 1 / 2000])

@@ -41,7 +41,7 @@ def settled(cam, turns, at):
 @pytest.mark.parametrize("cam", [pytest.param(OriginalCam, marks=pytest.mark.slow), CorrectedCam])
 def test_it_is_what_integration_settles_to(cam):
     at = np.linspace(0, TURN, 100)
-    found = SHAFT.turning(cam(LAW, J), DRIVE, OMEGA, 192)
+    found = SHAFT.periodic_motion(cam(LAW, J), DRIVE, OMEGA, 192)
     ahead, speed = settled(cam, 7, at)
     assert np.abs(found.fluctuation(at) - ahead).max() < 1e-8
     assert np.abs(found.speed(at) / OMEGA - speed).max() < 1e-8
@@ -50,7 +50,7 @@ def test_it_is_what_integration_settles_to(cam):
 
 def test_without_an_output_each_order_is_passed_on_as_the_textbook_says():
     for cam in CAMS:
-        found = SHAFT.turning(cam(LAW, 0.0), DRIVE, OMEGA)
+        found = SHAFT.periodic_motion(cam(LAW, 0.0), DRIVE, OMEGA)
         w = OMEGA * np.arange(1, 4)
         passed = SHAFT.stiffness + 1j * w * SHAFT.damping
         expected = (DRIVE.cosine - 1j * DRIVE.sine) * passed / (passed - SHAFT.inertia * w**2)
@@ -63,8 +63,8 @@ def test_without_an_output_each_order_is_passed_on_as_the_textbook_says():
 @pytest.mark.parametrize("cam", CAMS)
 def test_it_converges_faster_than_any_power_of_the_number_of_points(cam):
     load = cam(LAW, J)
-    true = SHAFT.turning(load, DRIVE, OMEGA, 192).fluctuation(TAU)
-    found = {n: SHAFT.turning(load, DRIVE, OMEGA, n) for n in (16, 32, 64, 128)}
+    true = SHAFT.periodic_motion(load, DRIVE, OMEGA, 192).fluctuation(TAU)
+    found = {n: SHAFT.periodic_motion(load, DRIVE, OMEGA, n) for n in (16, 32, 64, 128)}
     off = {n: np.abs(t.fluctuation(TAU) - true).max() for n, t in found.items()}
     order = [math.log2(off[n] / off[2 * n]) for n in (16, 32, 64)]
     assert order[0] < order[1] < order[2]
@@ -81,7 +81,7 @@ def test_it_converges_faster_than_any_power_of_the_number_of_points(cam):
 def test_a_stiff_shaft_turns_as_its_flywheel(cam):
     off = []
     for c in (1e6, 1e7, 1e8):
-        found = ElasticShaft(0.02, c, 0.1).turning(cam(LAW, J), DRIVE, OMEGA)
+        found = ElasticShaft(0.02, c, 0.1).periodic_motion(cam(LAW, J), DRIVE, OMEGA)
         off.append(np.abs(found.fluctuation(TAU) - DRIVE(TAU)).max())
     assert off[0] < 1e-4
     assert off[0] / off[1] == pytest.approx(10, rel=1e-2)
@@ -90,7 +90,7 @@ def test_a_stiff_shaft_turns_as_its_flywheel(cam):
 
 @pytest.mark.parametrize("cam", CAMS)
 def test_over_a_turn_the_flywheel_gives_what_the_damper_takes(cam):
-    found = SHAFT.turning(cam(LAW, J), DRIVE, OMEGA, 160)
+    found = SHAFT.periodic_motion(cam(LAW, J), DRIVE, OMEGA, 160)
     speed, of_flywheel = found.speed(TAU), OMEGA * (1 + DRIVE(TAU, 1))
     to_cam, given = np.mean(found.torque(TAU) * speed), np.mean(found.torque(TAU) * of_flywheel)
     lost = np.mean(SHAFT.damping * (of_flywheel - speed) ** 2)
@@ -102,8 +102,8 @@ def test_over_a_turn_the_flywheel_gives_what_the_damper_takes(cam):
 @pytest.mark.parametrize("cam", CAMS)
 def test_at_any_time_the_shaft_gives_what_cam_and_output_store(cam):
     """From tau = 0: the work of the torque against the kinetic energy."""
-    found = SHAFT.turning(cam(LAW, J), DRIVE, OMEGA, 160)
-    power = Harmonics.sampled(found.torque(TAU) * found.speed(TAU) / OMEGA)
+    found = SHAFT.periodic_motion(cam(LAW, J), DRIVE, OMEGA, 160)
+    power = Harmonics.from_samples(found.torque(TAU) * found.speed(TAU) / OMEGA)
     k = np.arange(1, power.count + 1)
     work = Harmonics(0.0, -power.sine / k, power.cosine / k)
     stored = (SHAFT.inertia * found.speed(TAU) ** 2 + J * (OMEGA * found.output(TAU, 1)) ** 2) / 2
@@ -112,7 +112,7 @@ def test_at_any_time_the_shaft_gives_what_cam_and_output_store(cam):
 
 
 def test_the_output_is_the_law_over_the_angle_or_over_time():
-    original, corrected = (SHAFT.turning(cam(LAW, J), DRIVE, OMEGA, 160) for cam in CAMS)
+    original, corrected = (SHAFT.periodic_motion(cam(LAW, J), DRIVE, OMEGA, 160) for cam in CAMS)
     assert original.output(TAU) == pytest.approx(LAW(original.angle(TAU)), abs=1e-12)
     assert corrected.output(TAU) == pytest.approx(LAW(TAU), abs=1e-12)
     assert original.output.amplitudes[5] > 1e-3
@@ -137,8 +137,8 @@ class CutFor:
 
 
 def test_a_corrected_cam_turns_as_that_cam_with_the_law_it_is_cut_with():
-    corrected = SHAFT.turning(CorrectedCam(LAW, J), DRIVE, OMEGA)
-    cut = SHAFT.turning(OriginalCam(CutFor(LAW, corrected), J), DRIVE, OMEGA)
+    corrected = SHAFT.periodic_motion(CorrectedCam(LAW, J), DRIVE, OMEGA)
+    cut = SHAFT.periodic_motion(OriginalCam(CutFor(LAW, corrected), J), DRIVE, OMEGA)
     assert np.abs(cut.fluctuation(TAU) - corrected.fluctuation(TAU)).max() < 1e-8
     assert np.abs(cut.output(TAU) - LAW(TAU)).max() < 1e-8
 
@@ -158,9 +158,9 @@ def test_the_derivatives_of_the_torque_are_those_of_differences(cam):
 
 @pytest.mark.parametrize("cam", CAMS)
 def test_units_and_time_do_not_matter(cam):
-    base = SHAFT.turning(cam(LAW, J), DRIVE, OMEGA)
-    heavy = ElasticShaft(20.0, 200e3, 400.0).turning(cam(LAW, 1e3 * J), DRIVE, OMEGA)
-    quick = ElasticShaft(0.02, 200.0 * 49, 0.4 * 7).turning(cam(LAW, J), DRIVE, OMEGA * 7)
+    base = SHAFT.periodic_motion(cam(LAW, J), DRIVE, OMEGA)
+    heavy = ElasticShaft(20.0, 200e3, 400.0).periodic_motion(cam(LAW, 1e3 * J), DRIVE, OMEGA)
+    quick = ElasticShaft(0.02, 200.0 * 49, 0.4 * 7).periodic_motion(cam(LAW, J), DRIVE, OMEGA * 7)
     for found, torque, speed in ((heavy, 1e3, 1), (quick, 49, 7)):
         assert np.abs(found.fluctuation(TAU) - base.fluctuation(TAU)).max() < 1e-12
         assert found.torque(TAU) == pytest.approx(torque * base.torque(TAU), abs=1e-9 * torque)
@@ -170,7 +170,7 @@ def test_units_and_time_do_not_matter(cam):
 
 def test_a_heavy_output_on_a_light_cam_needs_more_steps_and_is_found():
     light = ElasticShaft(0.02, 50.0, 0.1)
-    found = light.turning(CorrectedCam(LAW, 0.12), Harmonics.of(0.0), OMEGA)
+    found = light.periodic_motion(CorrectedCam(LAW, 0.12), Harmonics.of(0.0), OMEGA)
     assert found.iterations > 4
     assert found.residual < 0.01
     assert found.speed.bounds[0] < 0.5 * OMEGA
@@ -178,17 +178,17 @@ def test_a_heavy_output_on_a_light_cam_needs_more_steps_and_is_found():
 
 def test_where_the_cam_would_turn_back_it_says_so():
     with failed("stands-still", "20 rad/s"):
-        ElasticShaft(0.02, 700.0, 0.1).turning(OriginalCam(LAW, 0.2), DRIVE, OMEGA)
+        ElasticShaft(0.02, 700.0, 0.1).periodic_motion(OriginalCam(LAW, 0.2), DRIVE, OMEGA)
 
 
 def test_where_no_motion_is_found_it_says_how_far_it_came():
     with failed("no-convergence", "N", "m"):
-        ElasticShaft(0.02, 300.0, 0.1).turning(CorrectedCam(LAW, 0.2), DRIVE, OMEGA)
+        ElasticShaft(0.02, 300.0, 0.1).periodic_motion(CorrectedCam(LAW, 0.2), DRIVE, OMEGA)
 
 
 def test_an_undamped_shaft_in_resonance_says_so():
     with failed("resonance", "3"):
-        ElasticShaft(0.02, 0.02 * (3 * OMEGA) ** 2).turning(OriginalCam(LAW, 0.0), DRIVE, OMEGA)
+        ElasticShaft(0.02, 0.02 * (3 * OMEGA) ** 2).periodic_motion(OriginalCam(LAW, 0.0), DRIVE, OMEGA)
 
 
 @pytest.mark.parametrize(
@@ -215,19 +215,19 @@ def test_other_input_that_makes_no_sense_is_refused():
     load = OriginalCam(LAW, J)
     for omega in (0.0, -1.0, math.nan):
         with refused("omega"):
-            SHAFT.turning(load, DRIVE, omega)
+            SHAFT.periodic_motion(load, DRIVE, omega)
     for points in (63, 6, 2):
         with refused("points"):
-            SHAFT.turning(load, DRIVE, OMEGA, points)
+            SHAFT.periodic_motion(load, DRIVE, OMEGA, points)
     with refused("drive", given=None):
-        SHAFT.turning(load, Harmonics.of(0.0, [0.0, 0.6]), OMEGA)
+        SHAFT.periodic_motion(load, Harmonics.of(0.0, [0.0, 0.6]), OMEGA)
 
 
 def test_newtons_method_has_as_many_steps_as_it_is_given(monkeypatch):
     load = CorrectedCam(LAW, J)
-    needed = SHAFT.turning(load, DRIVE, OMEGA, 32).iterations
+    needed = SHAFT.periodic_motion(load, DRIVE, OMEGA, 32).iterations
     monkeypatch.setattr(elastic_shaft, "_MOST_STEPS", needed)
-    assert SHAFT.turning(load, DRIVE, OMEGA, 32).iterations == needed
+    assert SHAFT.periodic_motion(load, DRIVE, OMEGA, 32).iterations == needed
     monkeypatch.setattr(elastic_shaft, "_MOST_STEPS", needed - 1)
     with failed("no-convergence"):
-        SHAFT.turning(load, DRIVE, OMEGA, 32)
+        SHAFT.periodic_motion(load, DRIVE, OMEGA, 32)

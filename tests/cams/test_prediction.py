@@ -13,7 +13,7 @@ from scipy.special import ellipe
 from tests.refusals import failed, refused
 
 from wucht.cams import prediction
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.prediction import CamShaft, _newton
 from wucht.errors import InputError, RunError
@@ -107,7 +107,7 @@ def test_eigenmotion_of_the_example_of_the_cases():
     """cases.md: J = 2 (1 + 0.3 cos 2 phi), E = 15300: T = 0.0505045348634485. It is 1.4 + 1.2 cos^2 phi: psi = sin phi."""
     period = 0.0505045348634485
     of = CamShaft(1.4, 1.2, TURN / period)
-    found = of.with_cam(SINE)
+    found = of.motion_with_cam(SINE)
     assert kinetic_energy_of_the_original(of, SINE, found) == pytest.approx(np.full(512, 15300.0), rel=1e-12)
     phi = found.angle(TAU)
     assert found.speed(TAU) == pytest.approx(np.sqrt(15300.0 / (1 + 0.3 * np.cos(2 * phi))), rel=1e-12)
@@ -129,10 +129,10 @@ def test_energy_of_the_eigenmotion_is_constant_and_its_mean_speed_as_asked(ratio
 def test_eigenmotion_is_that_of_the_elliptic_integral(ratio):
     """psi = sin tau: the mean of sqrt(x - kappa cos^2 tau) is sqrt(x) E(kappa/x) 2/pi, of sqrt(1 + kappa cos^2) likewise."""
     of = CamShaft(1.0, ratio, OMEGA)
-    found = of.with_cam(SINE)
+    found = of.motion_with_cam(SINE)
     kinetic = (OMEGA * math.sqrt(1 + ratio) * ellipe(ratio / (1 + ratio)) * 2 / math.pi) ** 2 / 2
     assert kinetic_energy_of_the_original(of, SINE, found) == pytest.approx(np.full(512, kinetic), rel=1e-12)
-    kinetic = kinetic_energy_of_the_corrected(of, SINE, of.with_corrected_cam(SINE))
+    kinetic = kinetic_energy_of_the_corrected(of, SINE, of.motion_with_corrected_cam(SINE))
     x = 2 * kinetic.mean() / OMEGA**2
     assert kinetic == pytest.approx(np.full(512, kinetic.mean()), rel=1e-9)
     assert math.sqrt(x) * ellipe(ratio / x) * 2 / math.pi == pytest.approx(1, abs=1e-9)
@@ -141,13 +141,13 @@ def test_eigenmotion_is_that_of_the_elliptic_integral(ratio):
 def test_eigenmotion_with_the_corrected_cam_ends_where_the_mean_of_a_root_says(points):
     """sqrt(kappa) times the mean of |sin|, 2/pi, must be below 1: kappa < pi^2/4 = 2.467. The original cam has no end."""
     points(64)
-    slowest = [CamShaft(1.0, ratio, OMEGA).with_corrected_cam(SINE).speed.bounds[0] for ratio in (2.3, 2.4, 2.46)]
+    slowest = [CamShaft(1.0, ratio, OMEGA).motion_with_corrected_cam(SINE).speed.bounds[0] for ratio in (2.3, 2.4, 2.46)]
     assert OMEGA / 4 > slowest[0] > slowest[1] > slowest[2] > 0
     beyond = CamShaft(1.0, 2.48, OMEGA)
     said = "without a torque the shaft would come to rest in each turn: the inertia ratio J1 max psi'^2/J0 is 2.48; without"
     with pytest.raises(RunError, match=re.escape(said) + r" a drive this law allows up to 2\.4\d: a larger flywheel"):
-        beyond.with_corrected_cam(SINE)
-    assert beyond.with_cam(SINE).mean == pytest.approx(OMEGA)
+        beyond.motion_with_corrected_cam(SINE)
+    assert beyond.motion_with_cam(SINE).mean == pytest.approx(OMEGA)
 
 
 @pytest.mark.parametrize(
@@ -176,16 +176,16 @@ def test_the_cam_corrected_beforehand_runs_clean_in_integration_over_time(ratio,
     of = shaft(ratio, torque)
     found = of.with_corrected_cam(LAW)
     law = CorrectedLaw(LAW, found)
-    series = Harmonics.sampled(law(even_angles(2048))).without_rounding()  # the same, many times faster
+    series = Harmonics.from_samples(law(even_angles(2048))).without_rounding()  # the same, many times faster
     other = np.linspace(0, TURN, 77)
     assert series(other, 2) == pytest.approx(law(other, 2), abs=1e-9)
     mean, phi, speed = settled(of, series, 12)
     assert found.mean == pytest.approx(mean, rel=1e-9)
     assert np.abs(found.speed(TAU) - speed).max() < 1e-8 * mean
-    output = Harmonics.sampled(series(phi)).amplitudes
+    output = Harmonics.from_samples(series(phi)).amplitudes
     assert output[:5] == pytest.approx(orders(LAW, 0).amplitudes[:5], rel=1e-8)
     assert output[5:].max() < 1e-9 * output[0]
-    assert Harmonics.sampled(LAW(phi)).amplitudes[5:].max() > 5e-3 * output[0]  # the original cam on that shaft
+    assert Harmonics.from_samples(LAW(phi)).amplitudes[5:].max() > 5e-3 * output[0]  # the original cam on that shaft
 
 
 @pytest.mark.parametrize(
@@ -303,7 +303,7 @@ def test_cutting_and_measuring_comes_to_the_cam_that_is_found_directly(torque, p
     cam = CorrectedLaw(LAW, direct)
     again = of.with_cam(cam)  # the cam is its own successor
     assert again.speed(TAU) == pytest.approx(direct.speed(TAU), rel=1e-11)
-    assert above(orders(MotionOverTime(cam, again)), 5) < 1e-9
+    assert share_above_order(orders(MotionOverTime(cam, again)), 5) < 1e-9
     speeds, cam = [], LAW
     for _ in range(4):
         measured = of.with_cam(cam)
@@ -311,7 +311,7 @@ def test_cutting_and_measuring_comes_to_the_cam_that_is_found_directly(torque, p
         cam = CorrectedLaw(LAW, measured)
     assert all(0.05 < after / before < 0.2 for before, after in itertools.pairwise(speeds))
     original, second = cut_and_measured(of, 2)
-    assert original == pytest.approx(above(orders(MotionOverTime(LAW, of.with_cam(LAW))), 5), rel=1e-12)
+    assert original == pytest.approx(share_above_order(orders(MotionOverTime(LAW, of.with_cam(LAW))), 5), rel=1e-12)
     assert second < original / 5
     left, motion = of.left_by(LAW, 5)
     assert left == original
@@ -350,7 +350,7 @@ def test_the_finer_solution_starts_from_the_coarser_one(method, points, monkeypa
     points(32, 512)
     sizes, solve = [], np.linalg.solve
     monkeypatch.setattr(np.linalg, "solve", lambda a, b: sizes.append(len(b)) or solve(a, b))
-    rough = Harmonics.sampled(np.abs(np.sin(even_angles(4096))) ** 3)  # of a third derivative that jumps
+    rough = Harmonics.from_samples(np.abs(np.sin(even_angles(4096))) ** 3)  # of a third derivative that jumps
     getattr(shaft(0.3, motor_and_fan), method)(rough)
     assert sizes.count(32) >= 3
     assert sizes.count(512) <= 2
@@ -371,7 +371,7 @@ def test_power_at_constant_speed_is_what_changes_the_energy_of_the_output():
     of = CamShaft(J0, 3.0, 40.0)
     power = of.power_at_constant_speed(LAW)
     tau = even_angles(len(power))
-    changes = Harmonics.sampled(3.0 * (40.0 * LAW(tau, 1)) ** 2 / 2).derivative()(tau) * 40.0  # d/dt = omega d/dtau
+    changes = Harmonics.from_samples(3.0 * (40.0 * LAW(tau, 1)) ** 2 / 2).derivative()(tau) * 40.0  # d/dt = omega d/dtau
     assert power == pytest.approx(changes, abs=1e-10 * np.abs(changes).max())
     assert abs(power.mean()) < 1e-13 * power.max()
     assert CamShaft(J0, 3.0, 80.0).power_at_constant_speed(LAW) == pytest.approx(8 * power)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from wucht.cams.laws.programs import InfeasibleError
-from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, _round_a_shaft
+from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, _centre_around_shaft
 from wucht.errors import RunError
 
 
@@ -49,14 +49,14 @@ def centre(base: float, beside: float = 1.0) -> Any:
 
 def test_a_cam_that_goes_round_its_shaft_is_taken_as_it_is() -> None:
     far = 3 + 4j
-    assert _round_a_shaft(Layout(), far, 5.0, centre(1.0)) == far  # type: ignore[arg-type]
-    assert _round_a_shaft(Layout(), 3 + 1j * LEAST_DISTANCE, 3.0, centre(1.0)) == 3 + 1j * LEAST_DISTANCE  # type: ignore[arg-type]
+    assert _centre_around_shaft(Layout(), far, 5.0, centre(1.0)) == far  # type: ignore[arg-type]
+    assert _centre_around_shaft(Layout(), 3 + 1j * LEAST_DISTANCE, 3.0, centre(1.0)) == 3 + 1j * LEAST_DISTANCE  # type: ignore[arg-type]
 
 
 def test_else_that_with_the_largest_pressure_angle_that_does() -> None:
     """Its base circle is as large as it must be, or a little larger."""
     of = centre(0.5, beside=0.01)
-    found = _round_a_shaft(Layout(), of(Layout()), 4.0, of)  # type: ignore[arg-type]
+    found = _centre_around_shaft(Layout(), of(Layout()), 4.0, of)  # type: ignore[arg-type]
     assert abs(found) == pytest.approx(4.0, rel=1e-7) and abs(found) >= 4.0
 
 
@@ -67,12 +67,12 @@ def test_the_distance_of_a_rod_must_be_greater_than_zero_too() -> None:
         share = layout.tangents[0] / 0.75
         return 10 + 1j * (0.75 - share)
 
-    found = _round_a_shaft(Layout(), of(Layout()), 4.0, of)  # type: ignore[arg-type]
+    found = _centre_around_shaft(Layout(), of(Layout()), 4.0, of)  # type: ignore[arg-type]
     assert found.imag == pytest.approx(LEAST_DISTANCE, rel=1e-2) and found.imag >= LEAST_DISTANCE
 
 
 def test_a_shaft_that_no_cam_goes_round_is_refused() -> None:
     of = centre(0.5)
     with pytest.raises(RunError, match="no cam round a shaft of that radius was found") as raised:
-        _round_a_shaft(Layout(), of(Layout()), 1e9, of)  # type: ignore[arg-type]
+        _centre_around_shaft(Layout(), of(Layout()), 1e9, of)  # type: ignore[arg-type]
     assert raised.value.code == "no-cam"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from tests import refusals
 
-from wucht.cams.shaft_motion import ShaftMotion, over_time, with_period
+from wucht.cams.shaft_motion import ShaftMotion, shaft_motion_over_time, with_period
 from wucht.numerics.harmonics import Harmonics
 
 OMEGA = 500 * math.pi / 30
@@ -95,15 +95,15 @@ def test_a_speed_over_angle_is_another_one_over_time():
     differences = []
     for scale in (1.0, 0.25):
         over_angle = Harmonics.of(OMEGA, [0, 2.4 * scale], [0, 0, scale])
-        of = over_time(over_angle, 40)
+        of = shaft_motion_over_time(over_angle, 40)
         assert of.speed(TAU) == pytest.approx(over_angle(of.angle(TAU)), rel=1e-10)
         differences.append(abs(of.speed.cosine[3] + 0j) + abs(of.mean - OMEGA))
     assert differences[1] == pytest.approx(differences[0] / 16, rel=0.1)
-    assert over_time(Harmonics.of(OMEGA), 3).speed.bounds == pytest.approx((OMEGA, OMEGA))
+    assert shaft_motion_over_time(Harmonics.of(OMEGA), 3).speed.bounds == pytest.approx((OMEGA, OMEGA))
 
 
 def test_the_period_of_the_cases():
     """cases.md: J = 2 (1 + 0.3 cos 2 phi), E = 15300: the period of the eigenmotion phi' = sqrt(2 E/J)."""
     phi = 2 * math.pi * np.arange(256) / 256
-    over_angle = Harmonics.sampled(np.sqrt(2 * 15300 / (2 * (1 + 0.3 * np.cos(2 * phi)))))
-    assert 2 * math.pi / over_time(over_angle, 20).mean == pytest.approx(0.0505045348634485, rel=1e-12)
+    over_angle = Harmonics.from_samples(np.sqrt(2 * 15300 / (2 * (1 + 0.3 * np.cos(2 * phi)))))
+    assert 2 * math.pi / shaft_motion_over_time(over_angle, 20).mean == pytest.approx(0.0505045348634485, rel=1e-12)

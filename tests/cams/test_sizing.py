@@ -84,9 +84,9 @@ def test_nothing_near_by_is_smaller(kind, step):
     least = 0.02 if "radius" in kind else None
     size = "blank" if "blank" in kind else "base"
     if "lever" in kind:
-        found, law = smallest_lever_cam(SWING, ARM, ROLLER, 40 * DEG, least_radius=least, smallest=size), SWING
+        found, law = smallest_lever_cam(SWING, ARM, ROLLER, 40 * DEG, least_radius=least, size=size), SWING
     else:
-        found, law = smallest_rod_cam(LIFT, ROLLER, 40 * DEG, least_radius=least, smallest=size), LIFT
+        found, law = smallest_rod_cam(LIFT, ROLLER, 40 * DEG, least_radius=least, size=size), LIFT
     fine = np.concatenate([PHI, found.binding, [found.sharpest]])
     measure = (lambda cam: np.abs(cam.pitch(fine)).max()) if size == "blank" else (lambda cam: base(cam, fine))
     here = measure(RollerCam(law, found.follower))
@@ -102,7 +102,7 @@ def test_nothing_near_by_is_smaller(kind, step):
 
 def test_the_smallest_blank_is_not_the_smallest_base_circle():
     """Where the curvature binds the two differ, each is the better by its own measure."""
-    base_best, blank = (smallest_lever_cam(SWING, ARM, ROLLER, 0.8, least_radius=0.05, smallest=s) for s in ("base", "blank"))
+    base_best, blank = (smallest_lever_cam(SWING, ARM, ROLLER, 0.8, least_radius=0.05, size=s) for s in ("base", "blank"))
     assert base_best.base_radius < 0.99 * blank.base_radius
     assert blank.largest_radius < 0.99 * base_best.largest_radius
 
@@ -200,13 +200,13 @@ def test_a_rod_against_a_direct_optimisation(angles, clockwise):
 )
 def test_no_lever_with_that_curvature_is_smaller(permitted, least, size):
     """A grid of centres: those that keep both and have the smallest circle have none smaller than that found."""
-    found = smallest_lever_cam(SWING, ARM, ROLLER, permitted * DEG, least_radius=least, smallest=size)
+    found = smallest_lever_cam(SWING, ARM, ROLLER, permitted * DEG, least_radius=least, size=size)
     cam = RollerCam(SWING, found.follower)
     assert found.least_radius == pytest.approx(sharpest(cam), rel=1e-4)
     assert found.least_radius >= least * (1 - 1e-7)
     assert found.pressure_angle <= permitted * DEG + 1e-9
     assert found.least_radius == pytest.approx(least, rel=1e-6)  # it binds: without it the cam is smaller
-    free = smallest_lever_cam(SWING, ARM, ROLLER, permitted * DEG, smallest=size)
+    free = smallest_lever_cam(SWING, ARM, ROLLER, permitted * DEG, size=size)
     assert free.least_radius < least
     best, mine = math.inf, found.base_radius if size == "base" else found.largest_radius
     for pivot in np.linspace(0.05, 0.15, 41):
@@ -286,13 +286,13 @@ def test_a_flat_face_has_a_distance_even_where_its_law_is_never_zero():
 def test_a_rod_cam_goes_round_its_shaft(size):
     """In harmonic motion D = roller + shaft, and sin alpha = (h/2)/(D + h/2) is the least pressure angle there is."""
     law = Harmonics.of(0.015, [-0.015])
-    free = smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, smallest=size)
+    free = smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, size=size)
     assert free.base_radius < ROLLER, "the shaft would lie outside of the cam"
-    found = smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, shaft_radius=0.012, smallest=size)
+    found = smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, shaft_radius=0.012, size=size)
     assert found.base_radius == pytest.approx(ROLLER + 0.012, rel=1e-6)
     assert found.base_radius >= ROLLER + 0.012
     assert math.sin(found.pressure_angle) == pytest.approx(0.015 / (ROLLER + 0.012 + 0.015), rel=1e-6)
-    never_zero = smallest_rod_cam(Harmonics.of(0.045, [-0.015]), ROLLER, 60 * DEG, shaft_radius=0.0, smallest=size)
+    never_zero = smallest_rod_cam(Harmonics.of(0.045, [-0.015]), ROLLER, 60 * DEG, shaft_radius=0.0, size=size)
     assert never_zero.follower.distance == pytest.approx(1e-6, rel=1e-2)
 
 
@@ -342,14 +342,14 @@ def test_the_first_distance_on_a_ray_at_which_no_curvature_is_too_sharp(bent, ex
     """From 2 to 10 the pressure angles allow it, and from ``bent`` on the curvature; found as exactly as it is halved."""
 
     class Rays(_Rays):
-        free = 10.0
+        free_distance = 10.0
 
         def worst(self, ray, at):
             return np.where(at < bent, 2.0, 1.0) * self.most
 
     ahead = np.array([-1.0 + 0j])  # so that a distance along the ray is at least 2
     rays = Rays(0j, 5.0, np.zeros(1, complex), np.ones(1, complex), ahead, np.array([-2.0]))
-    assert rays.first(0.0) == pytest.approx(expected, rel=1e-9)
+    assert rays.feasible_distance(0.0) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("clockwise", [True, False])

@@ -54,9 +54,9 @@ def test_a_waist_is_cut_through_by_a_roller_of_its_half_width(clockwise):
     """There the pitch curve is 0.02 from the centre on both sides: the roller meets itself. Locally it is hollow."""
     assert waisted(0.0, clockwise=clockwise).largest_roller().radius == pytest.approx(0.02, rel=1e-9)
     below, above = cut(waisted(0.01999, clockwise=clockwise)), cut(waisted(0.02001, clockwise=clockwise))
-    assert below.missing == below.elsewhere == ()
+    assert below.missing == below.remote_arcs == ()
     assert above.undercut == ()
-    assert above.missing == above.elsewhere
+    assert above.missing == above.remote_arcs
     assert [0.5 * (b + e) for b, e in above.missing] == pytest.approx([PI / 2, 3 * PI / 2], abs=1e-6)
 
 
@@ -121,7 +121,7 @@ def test_the_ends_of_an_undercut_arc_are_cusps():
 def test_the_sentence_names_a_roller_that_will_do(cam, key):
     with pytest.raises(InputError, match="would cut the contour away at a cam angle of") as error:
         cam.check()
-    assert error.value.where == "follower.roller_radius"
+    assert error.value.location == "follower.roller_radius"
     assert key in str(error.value)
     told = float(re.search(r"at most (\S+) m", str(error.value)).group(1))
     replace(cam, follower=cam.follower.model_copy(update={"roller_radius": told})).check()

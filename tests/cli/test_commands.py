@@ -16,7 +16,7 @@ import pytest
 
 import wucht as package
 from wucht.numerics.flow import heyoka_engine
-from wucht.results.output_folder import claimed
+from wucht.results.output_folder import claim_folder
 
 Command = Callable[..., Any]
 Study = Callable[..., Path]
@@ -147,7 +147,7 @@ def test_nothing_of_an_earlier_result_stays_but_what_is_the_users(wucht: Command
 
 @pytest.mark.usefixtures("no_figures")
 def test_a_second_run_into_one_folder_is_refused(wucht: Command, study: Study) -> None:
-    file, claim = study(), claimed(Path("out"))
+    file, claim = study(), claim_folder(Path("out"))
     with ThreadPoolExecutor(1) as other:
         other.submit(claim.__enter__).result()
         refused = wucht("run", file, "-o", "out")

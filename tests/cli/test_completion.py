@@ -92,21 +92,23 @@ def test_nothing_heavy_is_loaded(here: Path) -> None:
 
 def test_what_is_kept_is_gathered_anew_where_it_is_damaged(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(here / "cache"))
-    monkeypatch.setattr("wucht.cli.completion_words.gathered", lambda: {"commands": {"walk": {}}, "values": {}, "names": {}})
+    monkeypatch.setattr(
+        "wucht.cli.completion_words.gather_words", lambda: {"commands": {"walk": {}}, "values": {}, "names": {}}
+    )
     assert words("wucht w") == ["walk"]
     kept = here / "cache/completion"
     whole = kept.read_bytes()
     for damaged in (b"", b"{", b"null", whole.replace(b"walk", b"wall")):
         kept.write_bytes(damaged)
         assert words("wucht w") == ["walk"]
-    monkeypatch.setattr("wucht.cli.completion_words.gathered", lambda: {"commands": {"wait": {}}})
+    monkeypatch.setattr("wucht.cli.completion_words.gather_words", lambda: {"commands": {"wait": {}}})
     assert words("wucht w") == ["walk"], "read, not gathered"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
 def test_what_is_kept_is_the_users_alone(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(here / "cache"))
-    monkeypatch.setattr("wucht.cli.completion_words.gathered", lambda: {"commands": {}})
+    monkeypatch.setattr("wucht.cli.completion_words.gather_words", lambda: {"commands": {}})
     before = os.umask(0o002)
     try:
         words("wucht ")

@@ -21,7 +21,7 @@ import xarray as xr
 import wucht as package
 from wucht import cli
 from wucht.cli.progress import Progress
-from wucht.cli.surroundings import interruptible
+from wucht.cli.surroundings import interrupt_check
 
 Command = Callable[..., Any]
 Study = Callable[..., Path]
@@ -310,12 +310,12 @@ def test_kill_leaves_what_was_saved(study: Study, here: Path, wucht: Command) ->
 
 def test_a_signal_before_anything_is_found_acts_at_once() -> None:
     """While equations are derived, say: nothing is lost."""
-    with pytest.raises(KeyboardInterrupt), interruptible():
+    with pytest.raises(KeyboardInterrupt), interrupt_check():
         signal.raise_signal(signal.SIGINT)
 
 
 def test_a_later_signal_is_answered_before_the_step_is_done(capfd: pytest.CaptureFixture[str]) -> None:
-    with interruptible() as check:
+    with interrupt_check() as check:
         check()
         signal.raise_signal(signal.SIGINT)
         assert "stopping" in capfd.readouterr().err
@@ -338,7 +338,7 @@ def test_a_run_with_nothing_to_report_yet_shows_that_it_is_alive(
 
 def test_a_library_that_fails_on_ctrl_c_is_an_interruption() -> None:
     """An import that Ctrl-C cuts off half-way says something else."""
-    with pytest.raises(KeyboardInterrupt), interruptible():
+    with pytest.raises(KeyboardInterrupt), interrupt_check():
         try:
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt:
@@ -346,13 +346,13 @@ def test_a_library_that_fails_on_ctrl_c_is_an_interruption() -> None:
 
 
 def test_what_fails_by_itself_is_no_interruption() -> None:
-    with pytest.raises(ImportError), interruptible():
+    with pytest.raises(ImportError), interrupt_check():
         raise ImportError("no such module")
 
 
 def test_a_ctrl_c_that_is_swallowed_is_raised_by_the_next_check() -> None:
     """As in a callback of which Python ignores what it raises."""
-    with pytest.raises(KeyboardInterrupt), interruptible() as check:
+    with pytest.raises(KeyboardInterrupt), interrupt_check() as check:
         with suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
         check()

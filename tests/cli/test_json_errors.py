@@ -73,7 +73,7 @@ def test_a_run_that_fails_is_an_object_with_what_was_computed(
 
 
 def test_an_error_keeps_its_place_in_another_process() -> None:
-    error = InputError("mass", -1, "must be more than 0").within("carrier").in_file("a.toml").in_file("b.toml")
+    error = InputError("mass", -1, "must be more than 0").with_prefix("carrier").with_file("a.toml").with_file("b.toml")
     again = pickle.loads(pickle.dumps(error))
     assert (str(again), again.file, again.key) == (
         "b.toml: a.toml: carrier.mass: given -1; must be more than 0",

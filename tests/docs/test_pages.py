@@ -138,7 +138,7 @@ def test_files_are_read(page: Path, block: Block, here: Path) -> None:
         machine_from(machine)
     if "study" in document:
         table = document["study"]
-        studies()[table["kind"]].spec.read(table)
+        studies()[table["kind"]].spec.from_table(table)
 
 
 @pytest.mark.slow

@@ -31,7 +31,7 @@ def test_values_and_the_subject_with_them() -> None:
         assert with_parameters(subject, {path: value}).values == {**subject.values, path: 0.3}
         with pytest.raises(InputError) as raised:
             parameter_of(subject, "nu", "second")
-        assert raised.value.where == "study.second"
+        assert raised.value.location == "study.second"
     with refused("study.values[1]", code="limits") as raised:
         values_of(MACHINE, parameter_of(MACHINE, "sigma"), (0.3, -0.3))
-    assert raised.value.where == "study.values[1]"
+    assert raised.value.location == "study.values[1]"

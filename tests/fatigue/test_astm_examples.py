@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys, rainflow, range_pairs
 
 HISTORY = np.array([-2, 1, -3, 5, -1, 3, -4, 4, -2], dtype=float)
@@ -11,8 +11,8 @@ FIGURE_2 = np.array([-0.8, 1.3, 0.7, 3.4, 0.7, 2.5, -1.4, -0.5, -2.3, -2.2, -2.6
 FIGURE_3 = np.array([0.0, 1.5, 0.5, 3.5, 0.5, 2.5, -1.5, -0.5, -2.5, -2.0, -2.7, -2.5, -3.5, 1.5, 0.5, 3.5, -0.5])
 
 
-def table(cycles: Cycles) -> dict[float, float]:
-    rows, _ = cycles.by_range()
+def table(cycles: LoadCycles) -> dict[float, float]:
+    rows, _ = cycles.group_by_range()
     return dict(zip(np.round(rows.ranges, 9).tolist(), rows.counts.tolist(), strict=True))
 
 
@@ -64,7 +64,7 @@ def test_peaks():
 def test_all_peaks_without_a_reference():
     peaks, valleys = peaks_and_valleys(FIGURE_3)
     assert (len(peaks), len(valleys)) == (8, 7)
-    closed = peaks_and_valleys(FIGURE_3, closed=True)
+    closed = peaks_and_valleys(FIGURE_3, is_repeated=True)
     assert [len(part) for part in closed] == [8, 8]
     assert (closed[0][0], closed[1][-1]) == (3.5, -3.5)
 

@@ -27,11 +27,11 @@ def test_pieces_give_what_the_whole_gives(values, cuts):
     found, kept, times = TurningPoints(), [], []
     for new in np.split(np.arange(len(values)), sorted(min(c, len(values)) for c in cuts)):
         part = np.concatenate([new[:1] - 1, new]) if len(new) and new[0] else new  # with the last sample of that before
-        found = found.after(time[part], values[part])
+        found = found.update(time[part], values[part])
         kept.append(found.values)
         times.append(found.time)
-        found = found.forgotten()
-    end_time, end = found.closed()
+        found = found.without_points()
+    end_time, end = found.points_to_end()
     assert np.concatenate([*kept, end]).tolist() == whole.tolist()
     assert (np.diff(np.concatenate([*times, end_time])) > 0).all()
 
@@ -40,9 +40,9 @@ def test_extremes_between_samples():
     """Of a vibration with 48 samples a period, not evenly spaced: right to h^4/32."""
     time = np.sort(np.random.default_rng(3).uniform(0.0, 60.0, int(60 * 48 / (2 * np.pi))))
     time = np.linspace(0, 60, len(time)) + 0.2 * (time - np.linspace(0, 60, len(time))).clip(-0.1, 0.1)
-    found = TurningPoints().after(time, np.cos(time), between=True)
+    found = TurningPoints().update(time, np.cos(time), interpolate=True)
     extremes = found.values[1:]
     step = np.diff(time).max()
     assert np.abs(np.abs(extremes) - 1).max() < step**4 / 32
     assert np.abs(found.time[1:] / np.pi - np.round(found.time[1:] / np.pi)).max() < step**2 / 10
-    assert np.abs(np.abs(TurningPoints().after(time, np.cos(time)).values[1:]) - 1).max() > 20 * step**4 / 32
+    assert np.abs(np.abs(TurningPoints().update(time, np.cos(time)).values[1:]) - 1).max() > 20 * step**4 / 32

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pylife.stress.rainflow import FourPointDetector, LoopValueRecorder
 
-from wucht.fatigue.counted_cycles import Cycles, RangeMeanMatrix, distance
+from wucht.fatigue.counted_cycles import LoadCycles, RangeMeanMatrix, frequency_distance
 from wucht.fatigue.counting import (
     cycles_of_levels,
     cycles_of_peaks,
@@ -34,7 +34,7 @@ def by_pylife(values):
     recorder = LoopValueRecorder()
     detector = FourPointDetector(recorder=recorder).process(values)
     one, other = np.array(recorder.values_from), np.array(recorder.values_to)
-    return Cycles.between(one, other, np.ones(len(one))), np.array(detector.residuals)
+    return LoadCycles.from_extremes(one, other, np.ones(len(one))), np.array(detector.residuals)
 
 
 @ANY
@@ -42,7 +42,7 @@ def by_pylife(values):
 def test_closed_cycles_and_residue_are_those_of_pylife(values):
     closed, residue = by_pylife(turning_points(values))
     assert table(rainflow(values, "drop")) == table(closed)
-    halves = Cycles.between(residue[:-1], residue[1:], np.full(max(len(residue) - 1, 0), 0.5))
+    halves = LoadCycles.from_extremes(residue[:-1], residue[1:], np.full(max(len(residue) - 1, 0), 0.5))
     assert table(rainflow(values)) == table(closed.joined(halves))
 
 
@@ -140,7 +140,7 @@ def test_crossings_and_peaks_against_counting_by_hand(values):
 def test_classes_keep_the_sum(values):
     cycles = rainflow(values)
     for width in (None, 0.7, 3.0):
-        rows, row = cycles.by_range(width)
+        rows, row = cycles.group_by_range(width)
         assert rows.total == pytest.approx(cycles.total)
         assert float((rows.ranges * rows.counts).sum()) == pytest.approx(float((cycles.ranges * cycles.counts).sum()))
         assert np.bincount(row, cycles.counts, minlength=len(rows.counts)).tolist() == pytest.approx(rows.counts.tolist())
@@ -152,11 +152,11 @@ def test_classes_keep_the_sum(values):
 def test_cumulative_frequencies(values):
     cycles = rainflow(values)
     expected = [cycles.counts[cycles.ranges >= size - 1e-6].sum() for size in cycles.ranges]
-    assert cycles.exceeding(cycles.ranges).tolist() == pytest.approx(expected)
+    assert cycles.cumulative_frequency(cycles.ranges).tolist() == pytest.approx(expected)
 
 
 def test_the_distance_of_spectra():
     one, other = rainflow(np.array([0, 1] * 50 + [0.0])), rainflow(np.array([0, 1] * 25 + [0, 2] * 25 + [0.0]))
-    assert distance(one, one) == 0
-    assert distance(one, other) == distance(other, one) == pytest.approx(0.5)
-    assert distance(rainflow(np.array([0, 1] * 25 + [0.0])), one, times=2.0) == pytest.approx(0.0)
+    assert frequency_distance(one, one) == 0
+    assert frequency_distance(one, other) == frequency_distance(other, one) == pytest.approx(0.5)
+    assert frequency_distance(rainflow(np.array([0, 1] * 25 + [0.0])), one, times=2.0) == pytest.approx(0.0)

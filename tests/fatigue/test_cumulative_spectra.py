@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.cumulative_spectra import (
     EXPONENTS,
     amplitude_distance,
     amplitudes_at,
-    shifted,
+    shift_spectrum,
     standard_spectrum,
     tabulated_spectrum,
 )
@@ -22,8 +22,8 @@ from wucht.fatigue.cumulative_spectra import (
 COUNT, LARGEST = 1e6, 3.0
 
 
-def of(amplitudes: list[float], counts: list[float]) -> Cycles:
-    return Cycles(2 * np.array(amplitudes, float), np.zeros(len(amplitudes)), np.array(counts, float))
+def of(amplitudes: list[float], counts: list[float]) -> LoadCycles:
+    return LoadCycles(2 * np.array(amplitudes, float), np.zeros(len(amplitudes)), np.array(counts, float))
 
 
 def test_the_normal_shape_is_rayleighs_and_the_straight_line_exponential() -> None:
@@ -35,7 +35,9 @@ def test_the_normal_shape_is_rayleighs_and_the_straight_line_exponential() -> No
         cycles = standard_spectrum(LARGEST, COUNT, EXPONENTS[shape])
         assert cycles.total == pytest.approx(COUNT)
         assert cycles.largest == pytest.approx(2 * LARGEST)
-        assert cycles.exceeding(2 * at) == pytest.approx(COUNT * law.sf(at), rel=0.06)  # parts of a twentieth of a decade
+        assert cycles.cumulative_frequency(2 * at) == pytest.approx(
+            COUNT * law.sf(at), rel=0.06
+        )  # parts of a twentieth of a decade
         assert np.average(cycles.ranges / 2, weights=cycles.counts) == pytest.approx(law.mean(), rel=1e-4)
 
 
@@ -70,8 +72,8 @@ def test_a_table_is_met_at_its_rows_and_between_them_by_the_logarithm() -> None:
 
 
 def test_a_stepped_table_has_its_amplitudes_alone() -> None:
-    cycles = tabulated_spectrum(np.array([1.0, 2.0, 4.0]), np.array([1e5, 1e3, 10.0]), stepped=True)
-    rows, _ = cycles.by_range()
+    cycles = tabulated_spectrum(np.array([1.0, 2.0, 4.0]), np.array([1e5, 1e3, 10.0]), is_stepped=True)
+    rows, _ = cycles.group_by_range()
     assert rows.ranges == pytest.approx([2.0, 4.0, 8.0])
     assert rows.counts == pytest.approx([1e5 - 1e3, 1e3 - 10, 10.0])
 
@@ -87,11 +89,11 @@ def test_the_distance_of_amplitudes() -> None:
     assert amplitude_distance(of([1.4, 2.4, 4.4], [1.0, 2.0, 1.0]), one) == pytest.approx(0.1)
     assert amplitude_distance(of([1.0, 2.0, 4.0, 4.0], [1.0, 1.0, 1.0, 1.0]), one) == pytest.approx(0.125)
     assert amplitude_distance(of([1.0, 2.0, 4.0], [5.0, 10.0, 5.0]), one) == pytest.approx(0.0, abs=1e-12)
-    assert amplitude_distance(Cycles.none(), one) == math.inf
+    assert amplitude_distance(LoadCycles.empty(), one) == math.inf
 
 
 def test_a_shifted_spectrum_makes_up_for_a_difference() -> None:
     """What is 0.5 too small at each share is asked for 0.5 larger; amplitudes do not fall below zero."""
     target, asked, got = of([2.0, 1.0], [1.0, 3.0]), of([3.0, 1.0], [1.0, 3.0]), of([2.5, 0.5], [2.0, 6.0])
-    assert shifted(target, asked, got).ranges.tolist() == [5.0, 3.0]
-    assert shifted(of([0.2], [4.0]), got, asked).ranges.tolist() == [0.0]
+    assert shift_spectrum(target, asked, got).ranges.tolist() == [5.0, 3.0]
+    assert shift_spectrum(of([0.2], [4.0]), got, asked).ranges.tolist() == [0.0]

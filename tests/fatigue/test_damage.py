@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pylife.strength import Fatigue
 from pylife.stress.collective import LoadCollective
 
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.damage import AccumulatedDamage, WoehlerLine, slope_below
 
@@ -46,7 +46,7 @@ def test_against_pylife(miner):
 
 
 def test_no_cycles_do_no_damage():
-    assert WoehlerLine(K, ND, SD, K).damages(Cycles.none()).sum() == 0
+    assert WoehlerLine(K, ND, SD, K).damages(LoadCycles.empty()).sum() == 0
 
 
 LINE = WoehlerLine(k=5, ND=1e3, SD=2.0, k2=9)
@@ -58,7 +58,7 @@ VALUES = st.lists(st.integers(-5, 5).map(float), max_size=60)
 def test_in_pieces_and_at_once(pieces):
     damage = AccumulatedDamage(LINE)
     for i, piece in enumerate(pieces):
-        damage = damage.after(np.array(piece))
+        damage = damage.update(np.array(piece))
         history = np.array([x for one in pieces[: i + 1] for x in one])
         assert damage.total == pytest.approx(LINE.damages(rainflow(history)).sum(), rel=1e-12)
         assert len(damage.open_points) <= 2 * 11  # of eleven values: ranges that grow, then ranges that shrink
@@ -67,5 +67,5 @@ def test_in_pieces_and_at_once(pieces):
 def test_constant_amplitude_in_closed_form():
     damage = AccumulatedDamage(LINE)
     for _ in range(4):
-        damage = damage.after(np.array([4.0, -4.0] * 100))
+        damage = damage.update(np.array([4.0, -4.0] * 100))
     assert damage.total == pytest.approx(399.5 * 2.0**5 / 1e3)

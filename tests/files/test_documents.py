@@ -13,7 +13,7 @@ from tests import refusals
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_equations, load_machine
-from wucht.files.documents import LARGEST, changed_title, contents_of, read_text, read_toml, refuse_bare_frequencies
+from wucht.files.documents import LARGEST, changed_title, contents_digest, read_text, read_toml, refuse_bare_frequencies
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study
 
@@ -112,14 +112,14 @@ def test_a_device_is_not_read(refused: Refused, study: Study) -> None:
     linear = 'kind = "linear"\nslope = "0.04 N m s"\nno_load_speed = "200 rad/s"'
     file = study(linear, 'kind = "table"\nfile = "/dev/zero"')
     refused("run", file, says=("study.toml: machine.drive.file: given '/dev/zero'; this is no file",))
-    assert contents_of(Path("/dev/zero")) == ""
+    assert contents_digest(Path("/dev/zero")) == ""
 
 
 def test_nor_is_what_waits_for_a_writer(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with refusals.refused("", given=None, file="pipe"):
         read_text(tmp_path / "pipe")
-    assert contents_of(tmp_path / "pipe") == ""
+    assert contents_digest(tmp_path / "pipe") == ""
 
 
 def test_a_file_larger_than_what_is_read(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_a_file_larger_than_what_is_read(tmp_path: Path) -> None:
     with large.open("wb") as file:
         file.write(b"1,2\n")
     assert read_text(large) == "1,2\n"
-    assert len(contents_of(large)) == 64
+    assert len(contents_digest(large)) == 64
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from tests.refusals import refused
 
 from witness import moved
 from wucht import Machine, parts
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.switching import with_rigid_pendulums
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -121,8 +121,8 @@ def test_other_bodies_leave_them_where_they_are() -> None:
 def test_what_is_refused(document: dict, where: str, sentence: str) -> None:
     with pytest.raises(InputError) as error:
         machine_from(document)
-    assert error.value.where.startswith(f"machine.{where}")
-    assert sentence in error.value.allowed
+    assert error.value.location.startswith(f"machine.{where}")
+    assert sentence in error.value.explanation
 
 
 def test_bodies_of_a_screen_turn_them_along() -> None:

@@ -10,7 +10,7 @@ from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.machines.parts import drives
-from wucht.schema import checked
+from wucht.schema import validate_model
 
 few = settings(max_examples=40, deadline=None, derandomize=True)
 INDUCTION = {
@@ -38,7 +38,7 @@ DESCRIBED = {
 def drive(kind, **changes):
     """A drive as a study file describes it."""
     described = {**DESCRIBED.get(kind, {"on": "m"}), **changes}
-    return checked(drives()[kind], {k: v for k, v in described.items() if v is not None}, "machine.drive")
+    return validate_model(drives()[kind], {k: v for k, v in described.items() if v is not None}, "machine.drive")
 
 
 def values(part):
@@ -181,4 +181,4 @@ def test_bad_values_are_refused_with_place_and_remedy(kind, changes, refusal):
 def test_impossible_motors_are_refused(kind, changes, field):
     with pytest.raises(InputError, match="must be") as error:
         drive(kind, **changes)
-    assert error.value.where == f"machine.drive.{field}"
+    assert error.value.location == f"machine.drive.{field}"

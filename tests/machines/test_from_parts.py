@@ -245,10 +245,10 @@ def test_a_refusal_is_the_same_sentence(in_python: Callable[[], object], in_file
         in_python()
     with pytest.raises(InputError) as of_file:
         machine_from(in_file)
-    assert of_python.value.allowed == of_file.value.allowed
-    assert of_python.value.given == of_file.value.given
-    assert of_python.value.where == place
-    assert of_file.value.where.startswith("machine.")
+    assert of_python.value.explanation == of_file.value.explanation
+    assert of_python.value.value == of_file.value.value
+    assert of_python.value.location == place
+    assert of_file.value.location.startswith("machine.")
 
 
 @given(mass=st.floats(-1, 1), length=st.floats(-1, 1), inertia=st.floats(-1, 1))
@@ -260,7 +260,7 @@ def test_a_part_is_the_same_or_refused_alike(mass: float, length: float, inertia
         try:
             outcomes.append(build().values)
         except InputError as error:
-            outcomes.append((error.where.rpartition(".")[2], error.given, error.allowed))
+            outcomes.append((error.location.rpartition(".")[2], error.value, error.explanation))
     assert outcomes[0] == outcomes[1]
 
 
@@ -277,7 +277,7 @@ def test_a_part_is_the_same_or_refused_alike(mass: float, length: float, inertia
 def test_what_is_no_part_of_that_kind_is_refused(given: Callable[[], object], where: str) -> None:
     with pytest.raises(InputError) as error:
         given()
-    assert error.value.where == where
+    assert error.value.location == where
 
 
 # The machine itself.
@@ -286,11 +286,11 @@ def test_what_is_no_part_of_that_kind_is_refused(given: Callable[[], object], wh
 def test_a_changed_machine_derives_anew_and_keeps_the_first() -> None:
     machine = made()
     before = machine.values
-    bare = machine.changed(parameters={}, title="bare")
+    bare = machine.with_fields(parameters={}, title="bare")
     assert (bare.values, bare.title) == ({}, "bare")
     assert machine.values is before
     with pytest.raises(AssertionError, match="no field of a machine"):
-        machine.changed(titel="x")
+        machine.with_fields(titel="x")
     with pytest.raises(AttributeError):
         machine.title = "x"  # type: ignore[misc]
     assert same(pickle.loads(pickle.dumps(machine)), machine)

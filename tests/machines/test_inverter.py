@@ -10,12 +10,12 @@ from scipy.linalg import expm
 from tests.refusals import refused
 
 from witness import energy_gap, moved
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import drives
-from wucht.schema import checked
+from wucht.schema import validate_model
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -104,7 +104,7 @@ def test_the_poles_of_steady_rotation_have_those_of_the_controller() -> None:
     names = found.system.state_names
     guess = np.zeros(len(names))
     guess[names.index("drum.speed")] = 119.0
-    steady = found.near(guess)
+    steady = found.find_near(guess)
     assert steady.speed == pytest.approx(SET, rel=1e-12)
     assert steady.state[names.index("drive.integral")] == pytest.approx(B * SET, rel=1e-9)
     own = np.roots([J, K + B, K / T_I])
@@ -182,9 +182,11 @@ def test_a_ramp_of_the_set_speed_is_followed() -> None:
 
 
 def test_the_line_through_its_working_point_is_upright() -> None:
-    made = checked(drives()["inverter"], {"on": "drum"} | {k: v for k, v in DRIVE.items() if k != "kind"}, "machine.drive")
-    assert made.linearised(SET) == (math.inf, SET)
-    assert made.linearised(10.0) == (0.0, math.inf)
+    made = validate_model(
+        drives()["inverter"], {"on": "drum"} | {k: v for k, v in DRIVE.items() if k != "kind"}, "machine.drive"
+    )
+    assert made.linearisation(SET) == (math.inf, SET)
+    assert made.linearisation(10.0) == (0.0, math.inf)
     assert [made.torque_at(w) for w in (0.0, 119.0, SET, 121.0, -50.0)] == [LIMIT, LIMIT, 0.0, -LIMIT, LIMIT]
     assert made.no_load_path() == "drive.set_speed"
     weakened = made.model_copy(update={"power_limit": 300.0})

@@ -11,7 +11,7 @@ from tests.refusals import refused
 from wucht.machines.parts import loads
 from wucht.machines.parts.base import Frame
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import checked
+from wucht.schema import validate_model
 
 few = settings(max_examples=40, deadline=None, derandomize=True)
 
@@ -26,7 +26,7 @@ SPEEDS = st.floats(-200, 200)
 
 def load(kind, **changes):
     """A load as a study file describes it."""
-    return checked(loads()[kind], {"on": "m", **DESCRIBED[kind], **changes}, "machine.loads[0]")
+    return validate_model(loads()[kind], {"on": "m", **DESCRIBED[kind], **changes}, "machine.loads[0]")
 
 
 def values(part):
@@ -57,7 +57,7 @@ def test_a_load_is_odd_and_takes_power(kind, speed):
 @pytest.mark.parametrize("kind", sorted(DESCRIBED))
 def test_the_power_is_booked_as_lost(kind):
     made = load(kind)
-    turning = Coordinate.named("m.angle", "m.speed", angle=True)
+    turning = Coordinate.from_names("m.angle", "m.speed", angle=True)
     (applied,) = made.energies(Frame(bodies={"m": turning})).applied
     assert applied.booked == "lost"
     numbers = {sp.Symbol(k, real=True): sp.Float(v) for k, v in values(made).items()}

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from witness import moved
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.files.building import machine_from
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run

@@ -102,7 +102,7 @@ def test_circuit_and_part_agree(magnetising):
     # What is drawn and not lost in resistances crosses the air gap.
     s, rotor = 0.05, c.torque(0.05) * c.synchronous
     lost = 3 * c.current(s) ** 2 * c.stator_resistance
-    assert c.drawn(s).real == pytest.approx(rotor + lost, rel=1e-12)
+    assert c.complex_power(s).real == pytest.approx(rotor + lost, rel=1e-12)
 
 
 @pytest.mark.parametrize("power", KRAUSE)
@@ -136,7 +136,7 @@ def test_any_circuit_is_found_again(r1, slip, x, xm, r2):
     """Of usual motors, in ohm of a motor of 1 ohm rated impedance. Iron losses change nothing."""
     c = EquivalentCircuit(230.0, 2 * math.pi * 30, r1, r2, x, x, xm)
     assume(slip < 0.6 * c.breakdown()[0] and c.breakdown()[1] > 1.1 * c.torque(slip))
-    drawn = c.drawn(slip) + 1.5 * 3 * c.current(slip) ** 2 * r1  # the iron takes more than the winding
+    drawn = c.complex_power(slip) + 1.5 * 3 * c.current(slip) ** 2 * r1  # the iron takes more than the winding
     outside = drawn.real - c.torque(slip) * c.synchronous
     assume(abs(drawn) ** 2 / (3 * c.voltage**2) * r1 < 0.49 * outside)  # with the iron's current too
     shaft = c.torque(slip) * c.synchronous * (1 - slip)

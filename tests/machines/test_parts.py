@@ -116,7 +116,7 @@ def test_linear_drive(machine):
 def test_a_constant_speed_is_prescribed():
     drive = {"kind": "constant-speed", "speed": "600 rpm", "angle": "90 deg"}
     machine = machine_from(changed("drive", drive))
-    assert machine.rotor.coordinate.prescribed == symbol("drive.speed")
+    assert machine.rotor.coordinate.prescribed_velocity == symbol("drive.speed")
     assert machine.values["drive.speed"] == pytest.approx(20 * sp.pi.evalf())
     assert machine.start_angles == {"drum": pytest.approx(float(sp.pi / 2))}
     assert "drum.speed" not in machine.system.state_names

@@ -8,10 +8,10 @@ from tests.refusals import refused
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
-from wucht.machines.schedules import SCHEDULED, proportional_voltage
-from wucht.numerics.flow.compiled import compile_system
+from wucht.machines.schedules import SCHEDULE_WORK, proportional_voltage
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.piecewise import interpolated
+from wucht.piecewise import interpolated_pieces
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -37,7 +37,7 @@ def inverter_machine(*schedules, drive=None, **parts):
 def test_the_voltage_is_proportional_up_to_the_rated_frequency(kind, boost):
     """And the rated one above it: over points that rise beyond, fall and end below it, with a corner in between."""
     times, values = [0.0, 1.0, 3.0, 4.0, 6.0], [0.0, 20.0, 80.0, 80.0, 10.0]
-    frequency = interpolated("f", times, values, kind)
+    frequency = interpolated_pieces("f", times, values, kind)
     voltage = proportional_voltage("U", frequency, (50.0, 230.0), boost)
     t = np.linspace(-1.0, 7.0, 1601)
     exact = np.where(frequency(t) < 50, boost + (230 - boost) * frequency(t) / 50, 230.0)
@@ -127,7 +127,9 @@ def moved(machine, end, samples=201, start=None, engine=None):
 
 def energy_gap(rows):
     """Work of motors and schedules less what is lost and stored. (N,), relative to the largest of them"""
-    gap = rows["supplied_work"] + rows[SCHEDULED] - rows["dissipated_work"] - rows["stored_energy"] + rows["stored_energy"][0]
+    gap = (
+        rows["supplied_work"] + rows[SCHEDULE_WORK] - rows["dissipated_work"] - rows["stored_energy"] + rows["stored_energy"][0]
+    )
     return np.abs(gap) / max(np.abs(rows["supplied_work"]).max(), np.abs(rows["stored_energy"]).max())
 
 
@@ -149,7 +151,7 @@ def test_a_voltage_ramp(engine):
     machine = machine_with(schedule("drive.voltage", ["0.2 s", "0 V"], [1.5, 26.0]), bodies=[BALANCED], drive=DC)
     rows = moved(machine, 4.0, engine=engine)
     assert rows["drum.speed"] == pytest.approx(voltage_ramp(rows["time"]), abs=1e-9)
-    assert rows[SCHEDULED] == pytest.approx(0.0, abs=1e-12)  # a voltage stores nothing
+    assert rows[SCHEDULE_WORK] == pytest.approx(0.0, abs=1e-12)  # a voltage stores nothing
 
 
 def test_a_smooth_voltage():
@@ -195,7 +197,7 @@ def test_the_energy_of_a_support_that_softens(kind, engine):
     machine = machine_with(SOFTER[kind], bodies=[DRUM, PENDULUM])
     rows = moved(machine, 1.5, 401, {"p": 1.0, "carrier": {"x": "3 mm"}}, engine)
     assert energy_gap(rows).max() < 1e-9  # at the samples at the very corners as well
-    assert np.ptp(rows[SCHEDULED]) > 1e-3
+    assert np.ptp(rows[SCHEDULE_WORK]) > 1e-3
 
 
 def test_the_work_of_a_step_by_hand():
@@ -210,7 +212,7 @@ def test_the_work_of_a_step_by_hand():
     late = rows["time"] > 0.41
     s, w2 = rows["time"][late] - 0.4, w * math.sqrt(2)
     assert rows["carrier.x"][late] == pytest.approx(x1 * np.cos(w2 * s) + v1 / w2 * np.sin(w2 * s), abs=1e-13)
-    assert rows[SCHEDULED][late] == pytest.approx(300 * x1**2 / 2, abs=1e-13)
+    assert rows[SCHEDULE_WORK][late] == pytest.approx(300 * x1**2 / 2, abs=1e-13)
 
 
 @pytest.mark.parametrize("kind", ["linear", "steps", "smooth"])
@@ -231,7 +233,7 @@ def test_a_laundry_that_loses_water_loses_its_energy():
     arms = schedule("drum.eccentricity", [0.2, 0.01], [0.5, 0.003], [0.7, 0.003], [1.0, 0.008])
     rows = moved(machine_with(masses, arms, bodies=[DRUM, PENDULUM]), 1.4, 281, {"p": -0.5})
     assert energy_gap(rows).max() < 1e-9
-    assert rows[SCHEDULED][-1] < -0.01
+    assert rows[SCHEDULE_WORK][-1] < -0.01
 
 
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
@@ -373,7 +375,7 @@ def test_a_schedule_overrides_what_is_set():
 def test_a_run_up_with_a_schedule_reports_its_energy():
     result = run(RunUp(until=1.5), machine_with(SOFTER["steps"]))
     assert result.wucht.summary["energy_residual"] < 1e-9
-    assert result[SCHEDULED].attrs["units"] == "J"
+    assert result[SCHEDULE_WORK].attrs["units"] == "J"
 
 
 def test_a_run_up_whose_legs_end_at_a_corner():

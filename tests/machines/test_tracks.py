@@ -7,10 +7,10 @@ import pytest
 from tests.refusals import refused
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.files.building import machine_from
 from wucht.machines.tracks import angular_width
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.run_up.computation import prepare
 from wucht.studies.run_up.spec import RunUp
@@ -35,7 +35,7 @@ def ball(name, **more):
 
 
 def moved(machine, start, grid, engine=None):
-    machine, initial = placed_at_start(machine, start, float(grid[-1]))
+    machine, initial = prepare_start(machine, start, float(grid[-1]))
     flow = compile_system(machine.system, engine=engine)
     run = integrate(flow, initial, machine.values, grid)
     assert run.failure is None

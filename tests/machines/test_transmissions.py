@@ -14,7 +14,7 @@ from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import ConstantTorque, LinearDrive
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.run_up.spec import RunUp

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed
 
-from wucht.measurements.cusum import Cusum, chart
+from wucht.measurements.cusum import Cusum, design_chart
 
 NONE = np.zeros(1)
 # D. C. Montgomery, Introduction to Statistical Quality Control, table 9.3, after J. M. Lucas: average run lengths of the
@@ -23,7 +23,7 @@ TABLE = {
 def test_run_lengths_are_those_of_the_table(threshold, shift):
     printed = TABLE[threshold][shift]
     digit = 10.0 ** (math.floor(math.log10(printed)) - 2)
-    assert Cusum(0.5, threshold, 1.0).between_alarms(np.array([shift])) == pytest.approx(printed, abs=0.51 * digit)
+    assert Cusum(0.5, threshold, 1.0).mean_alarm_interval(np.array([shift])) == pytest.approx(printed, abs=0.51 * digit)
 
 
 def siegmund(threshold: float, reference: float) -> float:
@@ -36,8 +36,8 @@ def siegmund(threshold: float, reference: float) -> float:
 def test_a_chart_has_the_false_alarms_that_are_wanted(reference, readings):
     """In any unit; by Siegmund's formula, which is good to a few per cent where k is no more than half a deviation."""
     unit = 3.7
-    made = chart(unit * reference, unit, readings, NONE)
-    assert made.between_alarms(NONE) == pytest.approx(readings, rel=1e-5)
+    made = design_chart(unit * reference, unit, readings, NONE)
+    assert made.mean_alarm_interval(NONE) == pytest.approx(readings, rel=1e-5)
     assert siegmund(made.threshold / unit, reference) / 2 == pytest.approx(readings, rel=0.05)
 
 
@@ -45,13 +45,13 @@ def test_a_chart_has_the_false_alarms_that_are_wanted(reference, readings):
 def test_false_alarms_by_simulation(amplitude):
     """Also of a mean that beats: nothing that is drawn from normal numbers knows of it."""
     beat = amplitude * np.sin(2 * np.pi * np.arange(20) / 20)
-    made = chart(1.0, 1.0, 250.0, beat)
+    made = design_chart(1.0, 1.0, 250.0, beat)
     readings = np.tile(beat, 150) + np.random.default_rng(5).standard_normal((3000, 3000))
     first = made.first_alarms(readings)
     assert first.max() < 3000
     assert (first + 1).mean() == pytest.approx(250.0, abs=4 * first.std() / math.sqrt(len(first)))
     if amplitude:  # taken for even readings it would alarm in each beat
-        assert chart(1.0, 1.0, 250.0, NONE).between_alarms(beat) < 20
+        assert design_chart(1.0, 1.0, 250.0, NONE).mean_alarm_interval(beat) < 20
 
 
 @pytest.mark.parametrize("steady", [True, False])
@@ -120,14 +120,14 @@ def test_what_is_not_known_is_not_stated():
     ):  # fmt: skip
         alarms = made.alarms(None, known, again, 0.9999, most)
         assert len(alarms.first) == readings
-        assert not alarms.certain and alarms.quantile(0.5) is None
+        assert not alarms.is_certain and alarms.quantile(0.5) is None
         assert alarms.curve(0.9999, 10)[0][-1] == readings - 1
 
 
 def test_beating_far_beyond_the_noise():
     """The density is computed with a little more noise then: false alarms are no more frequent than wanted."""
     beat = 3.0 * np.sin(2 * np.pi * np.arange(20) / 20)
-    made = chart(1.0, 0.01, 1e4, beat)
+    made = design_chart(1.0, 0.01, 1e4, beat)
     readings = np.tile(beat, 100) + 0.01 * np.random.default_rng(7).standard_normal((200, 2000))
     assert (made.first_alarms(readings) == 2000).all()
     assert made.detection(beat, beat + 4.0 * np.ones(20))[-1] == pytest.approx(1.0, abs=1e-9)
@@ -135,4 +135,4 @@ def test_beating_far_beyond_the_noise():
 
 def test_no_such_chart():
     with failed("too-few-alarms"):
-        chart(5.0, 1.0, 2.0, NONE)
+        design_chart(5.0, 1.0, 2.0, NONE)

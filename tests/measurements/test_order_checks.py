@@ -9,10 +9,10 @@ from known_motion import OMEGA, ORDERS, PERIOD, TURN, angle_at, channel, pulse_r
 from wucht.errors import InputError
 from wucht.measurements import order_checks
 from wucht.measurements.order_checks import (
-    LeftOutOrder,
+    OmittedOrder,
     check_outliers,
     drift,
-    left_out_orders,
+    fit_omitted_orders,
     roughness,
     unexplained_warning,
     warnings_of,
@@ -26,7 +26,7 @@ from wucht.numerics.harmonics import Harmonics
 def refused(shaft, sentence, orders=(1, 2)):
     with pytest.raises(InputError, match=re.escape(sentence)) as error:
         fit_orders(shaft, orders)
-    assert error.value.where.startswith(shaft.where)
+    assert error.value.location.startswith(shaft.where)
 
 
 def test_a_record_shorter_than_a_turn():
@@ -90,14 +90,14 @@ def residual_of(values, t, orders=(1,), mean=Mean.SPEED):
     model = OrderModel(np.array(orders), mean)
     theta = np.zeros(model.size)
     theta[0] = OMEGA
-    return model, model.at(t, values, theta)
+    return model, model.normal_equations(t, values, theta)
 
 
 def test_each_order_alone():
     t = uneven(9, 4000) - 4.5 * PERIOD
     rest = 0.5 * np.cos(3 * OMEGA * t) - 1.2 * np.sin(3 * OMEGA * t)
     model, fit = residual_of(OMEGA + rest, t)
-    second, third = left_out_orders(model, fit, t, OMEGA + rest, np.array([2, 3]), len(t))
+    second, third = fit_omitted_orders(model, fit, t, OMEGA + rest, np.array([2, 3]), len(t))
     assert (second.order, third.order) == (2, 3)
     assert third.amplitude == pytest.approx(1.3, rel=1e-9)
     assert third.share == pytest.approx(1, rel=2e-3)
@@ -109,7 +109,7 @@ def test_of_an_angle_in_speed():
     t = uneven(9, 4000) - 4.5 * PERIOD
     angles = OMEGA * t + 0.01 * np.sin(3 * OMEGA * t)
     model, fit = residual_of(angles, t, mean=Mean.ANGLE)
-    (third,) = left_out_orders(model, fit, t, angles, np.array([3]), len(t))
+    (third,) = fit_omitted_orders(model, fit, t, angles, np.array([3]), len(t))
     assert third.amplitude == pytest.approx(0.01 * 3 * OMEGA, rel=1e-9)
     assert third.error == pytest.approx(3 * OMEGA * (2 * fit.variance / len(t)) ** 0.5)
 
@@ -118,7 +118,7 @@ def test_white_noise_holds_no_order():
     t = uneven(9, 20000) - 4.5 * PERIOD
     values = OMEGA + np.random.default_rng(0).standard_normal(len(t))
     model, fit = residual_of(values, t)
-    found = left_out_orders(model, fit, t, values, np.arange(2, 40), len(t))
+    found = fit_omitted_orders(model, fit, t, values, np.arange(2, 40), len(t))
     assert max(o.share for o in found) < 1e-3
     assert np.mean([(o.amplitude / o.error) ** 2 for o in found]) == pytest.approx(2, abs=1.2)
 
@@ -126,8 +126,8 @@ def test_white_noise_holds_no_order():
 def test_nothing_left():
     t = uneven(3, 100)
     model, fit = residual_of(np.full(100, OMEGA), t)
-    assert left_out_orders(model, fit, t, np.full(100, OMEGA), np.array([2]), 100) == ()
-    assert left_out_orders(model, fit, t, np.full(100, OMEGA), np.array([], int), 100) == ()
+    assert fit_omitted_orders(model, fit, t, np.full(100, OMEGA), np.array([2]), 100) == ()
+    assert fit_omitted_orders(model, fit, t, np.full(100, OMEGA), np.array([], int), 100) == ()
     assert drift(model, fit, t, np.full(100, OMEGA)) == (0.0, 0.0)
 
 
@@ -165,7 +165,7 @@ def test_order_one_is_kept():
 @pytest.mark.parametrize(("error", "count"), [(0.3, 1), (0.4, 0)])
 def test_only_above_three_standard_errors(error, count):
     assert len(warnings_of(FIRST, (1,), np.array([error]), (), QUIET)) == count
-    left = (LeftOutOrder(1, 1.0, error, 0.5),)
+    left = (OmittedOrder(1, 1.0, error, 0.5),)
     assert len(warnings_of(Harmonics.of(100.0, [0, 0, 1]), (3,), np.array([0.1]), left, QUIET)) == count
 
 
@@ -178,7 +178,7 @@ def test_order_two_is_kept():
     """The output of a cardan joint bent by beta has order 2 of about beta^2/2 of the speed."""
     beta, x = np.radians(10), 2 * np.pi * np.arange(64) / 64
     ratio = np.cos(beta) / (1 - np.sin(beta) ** 2 * np.cos(x) ** 2)
-    speed = Harmonics.sampled(100 * ratio)
+    speed = Harmonics.from_samples(100 * ratio)
     (text,) = warnings_of(Harmonics(100.0, speed.cosine[:2], speed.sine[:2]), (2,), np.array([1e-3]), (), QUIET)
     assert text == (
         "Order 2 is 1.5 % of the speed and is kept. A cardan (universal) joint bent by 10 deg between shaft and encoder shows "
@@ -195,14 +195,14 @@ def test_an_eccentric_encoder_shows_what_is_said():
 
 
 def test_order_one_is_left_out():
-    left = (LeftOutOrder(1, 1.0, 0.1, 0.5),)
+    left = (OmittedOrder(1, 1.0, 0.1, 0.5),)
     (text,) = warnings_of(Harmonics.of(100.0, [0, 3]), (), np.array([]), left, QUIET)[:1]
     assert text.startswith(
         "Order 1 is left out, but the record holds 1 % of the speed in it. If the shaft does turn so, a correction without it "
         "leaves about 9 % of the motion as it was. An encoder off centre by 1 %"
     )
     assert text.endswith("before it is left out.")
-    small = (LeftOutOrder(1, 0.05, 0.01, 0.5), LeftOutOrder(2, 0.05, 0.01, 0.5))
+    small = (OmittedOrder(1, 0.05, 0.01, 0.5), OmittedOrder(2, 0.05, 0.01, 0.5))
     assert warnings_of(Harmonics.of(100.0, [0, 0, 3]), (3,), np.array([0.1]), small, QUIET) == ()
 
 
@@ -235,8 +235,8 @@ SMOOTH, ROUGH = (0.1, 0.01), (2.0, 2.0)
         (0.02, (1.5, 0.1), (), 0.0, 1),
         (0.6, SMOOTH, (), 0.0, 0),
         (0.02, ROUGH, (), 0.0, 0),
-        (0.02, SMOOTH, (LeftOutOrder(1, 1.0, 0.1, 0.3), LeftOutOrder(7, 1.0, 0.1, 0.3)), 0.0, 0),
-        (0.02, SMOOTH, (LeftOutOrder(1, 1.0, 0.5, 0.6),), 0.0, 1),
+        (0.02, SMOOTH, (OmittedOrder(1, 1.0, 0.1, 0.3), OmittedOrder(7, 1.0, 0.1, 0.3)), 0.0, 0),
+        (0.02, SMOOTH, (OmittedOrder(1, 1.0, 0.5, 0.6),), 0.0, 1),
         (0.02, SMOOTH, (), 0.6, 0),
     ],
 )

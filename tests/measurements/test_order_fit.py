@@ -40,7 +40,7 @@ def test_without_noise_the_orders_are_exact(kind):
     fit = fit_orders(RECORDS[kind](), ORDERS)
     assert coefficients(fit) == pytest.approx(truth(), abs=1e-9)
     assert fit.speed.cosine[3] == fit.speed.sine[3] == 0.0, "an order that is not fitted"
-    assert fit.explained == pytest.approx(1, abs=1e-12)
+    assert fit.explained_share == pytest.approx(1, abs=1e-12)
 
 
 @pytest.mark.parametrize("kind", RECORDS)
@@ -117,18 +117,18 @@ def test_the_angle_is_the_integral_of_the_speed():
     assert of_angle.angle(t) == pytest.approx(angle_at(t), abs=1e-10)
     of_speed = fit_orders(RECORDS["speed"](), ORDERS)
     assert np.ptp(of_speed.angle(t) - angle_at(t)) < 1e-10
-    moved = of_angle.about(0.123)
+    moved = of_angle.with_origin(0.123)
     assert moved.angle(t) == pytest.approx(angle_at(t), abs=1e-10)
 
 
 @pytest.mark.parametrize("kind", RECORDS)
 def test_about_another_origin_is_a_fit_with_that_origin(kind):
     shaft = RECORDS[kind](1.0)
-    moved, fitted = fit_orders(shaft, ORDERS).about(0.35), fit_orders(shaft, ORDERS, origin=0.35)
+    moved, fitted = fit_orders(shaft, ORDERS).with_origin(0.35), fit_orders(shaft, ORDERS, origin=0.35)
     assert coefficients(moved) == pytest.approx(coefficients(fitted), abs=1e-9)
     assert moved.covariance == pytest.approx(fitted.covariance, rel=1e-6, abs=1e-12)
     assert moved.standard_errors[0] == fit_orders(shaft, ORDERS).standard_errors[0]
-    far = moved.about(100.0).standard_errors
+    far = moved.with_origin(100.0).standard_errors
     assert far[2] > 5 * moved.standard_errors[2], "phases far from the record are not known"
 
 
@@ -142,7 +142,7 @@ def test_the_covariance_about_another_origin_is_that_of_its_derivatives():
         return np.concatenate([[omega], turned.real, -turned.imag])
 
     change = np.array([(moved(start + h) - moved(start - h)) / 2e-6 for h in 1e-6 * np.eye(5)]).T
-    assert fit.about(at).covariance == pytest.approx(change @ fit.covariance @ change.T, rel=1e-6, abs=1e-12)
+    assert fit.with_origin(at).covariance == pytest.approx(change @ fit.covariance @ change.T, rel=1e-6, abs=1e-12)
 
 
 @settings(max_examples=25, deadline=None)
@@ -172,20 +172,20 @@ def test_what_is_left_and_explained():
     kept, left = 2.4**2 / 2 + 1.1**2 / 2, (0.3**2 + 0.2**2 + 0.7**2 + 0.4**2 + 0.25**2 + 0.6**2) / 2 + 0.3**2
     assert fit.kept_rms == pytest.approx(np.sqrt(kept), rel=0.01)
     assert fit.residual_rms == pytest.approx(np.sqrt(left), rel=0.03)
-    assert fit.explained == pytest.approx(kept / (kept + left), rel=0.01)
+    assert fit.explained_share == pytest.approx(kept / (kept + left), rel=0.01)
     assert fit.unit == "rad/s"
     assert [o.order for o in fit.notable(0.05)] == [1, 3, 5]
     assert [o.order for o in fit.notable(0.4)] == [3]
     third = fit.notable(0.4)[0]
     assert third.amplitude == pytest.approx(np.hypot(0.7, 0.4), abs=4 * third.error)
     assert third.share == pytest.approx(third.amplitude**2 / 2 / fit.residual_rms**2, rel=0.01)
-    assert [o.order for o in fit.left_out][-1] == 20
-    assert [o.order for o in fit_orders(speed_record(t), [2], look_up_to=4).left_out] == [1, 3, 4]
+    assert [o.order for o in fit.omitted_orders][-1] == 20
+    assert [o.order for o in fit_orders(speed_record(t), [2], look_up_to=4).omitted_orders] == [1, 3, 4]
 
 
 def test_orders_left_out_of_an_angle_are_told_in_speed():
     fit = fit_orders(angle_record(np.linspace(0, 8 * PERIOD, 4000), 1e-4), [2])
-    found = {o.order: o.amplitude for o in fit.left_out}
+    found = {o.order: o.amplitude for o in fit.omitted_orders}
     assert found[3] == pytest.approx(np.hypot(0.7, 0.4), rel=0.05)
     assert found[5] == pytest.approx(np.hypot(0.25, 0.6), rel=0.05)
     assert fit.unit == "rad"
@@ -273,7 +273,7 @@ def test_a_run_up_is_told_by_its_drift():
     t = np.linspace(0, 10, 40000)
     fit = fit_orders(speed_signal(channel(t, 10 + 99 * t)), [1, 2])
     assert any("drifts by +99" in w for w in fit.warnings)
-    assert fit.explained < 1e-3
+    assert fit.explained_share < 1e-3
 
 
 def test_a_constant_speed_has_no_orders():

@@ -8,12 +8,12 @@ from wucht.measurements.order_regression import (
     Mean,
     OrderModel,
     block_means,
+    initial_fit,
+    least_squares_step,
     mean_speed,
     middle,
     powers,
     scaled_gram,
-    solved,
-    start,
 )
 
 T = uneven(3.3, 3000) - 0.2
@@ -50,7 +50,7 @@ def test_the_normal_equations_are_those_of_all_rows():
     """However the samples are taken in parts."""
     model = OrderModel(np.array(ORDERS), Mean.ANGLE)
     theta, values = some_theta(model), np.sin(3 * T)
-    rows, found = model.rows(T, values, theta), model.at(T, values, theta)
+    rows, found = model.rows(T, values, theta), model.normal_equations(T, values, theta)
     assert found.gram == pytest.approx(rows[:-1] @ rows[:-1].T, rel=1e-12, abs=1e-9)
     assert found.gradient == pytest.approx(rows[:-1] @ rows[-1], rel=1e-12, abs=1e-9)
     assert found.squares == pytest.approx(rows[-1] @ rows[-1], rel=1e-12)
@@ -63,7 +63,7 @@ def test_a_fit_from_near_by(mean):
     theta = np.zeros(model.size)
     theta[:2] = OMEGA * 1.004, OMEGA if mean is Mean.FREE else 0.0
     fit = model.fit(T, values, theta)
-    assert fit.converged
+    assert fit.has_converged
     assert fit.theta[0] == pytest.approx(OMEGA, rel=1e-11)
     assert fit.squares < 1e-20 * len(T) * np.abs(values).max() ** 2
 
@@ -71,8 +71,8 @@ def test_a_fit_from_near_by(mean):
 def test_few_steps_do_not_converge():
     model = OrderModel(np.array(ORDERS), Mean.SPEED)
     theta = np.append(1.02 * OMEGA, np.zeros(8))
-    assert not model.fit(T, speed_at(T), theta, most=1).converged
-    assert model.fit(T, speed_at(T), theta).converged
+    assert not model.fit(T, speed_at(T), theta, most=1).has_converged
+    assert model.fit(T, speed_at(T), theta).has_converged
 
 
 def test_powers():
@@ -85,7 +85,7 @@ def test_powers():
 def test_columns_of_any_length_are_solved_alike():
     rows = np.random.default_rng(0).standard_normal((3, 50)) * np.array([[1e-9], [1.0], [1e9]])
     wanted = np.array([2e9, -1.0, 3e-9])
-    assert solved(rows @ rows.T, rows @ (wanted @ rows)) == pytest.approx(wanted, rel=1e-10)
+    assert least_squares_step(rows @ rows.T, rows @ (wanted @ rows)) == pytest.approx(wanted, rel=1e-10)
     correlations, lengths = scaled_gram(np.diag([4.0, 0.0]))
     assert (correlations.tolist(), lengths.tolist()) == ([[1, 0], [0, 0]], [2, 1])
 
@@ -133,5 +133,5 @@ def test_a_start_far_out_of_phase(off, mean):
     t = uneven(30, 30 * 60) - 15 * PERIOD
     values = angle_at(t) if mean is Mean.ANGLE else speed_at(t)
     model = OrderModel(np.array(ORDERS), mean)
-    theta = start(model, t, values, off * OMEGA).theta
+    theta = initial_fit(model, t, values, off * OMEGA).theta
     assert theta[0] == pytest.approx(OMEGA, rel=1e-6)

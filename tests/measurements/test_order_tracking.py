@@ -5,7 +5,7 @@ import pytest
 from known_motion import OMEGA, PERIOD, TURN, angle_at, angle_record, channel, pulse_record, speed_record, times_of
 from tests.refusals import refused
 
-from wucht.measurements.order_tracking import tracked
+from wucht.measurements.order_tracking import track_orders
 from wucht.measurements.shaft_signal import ShaftSignal, angle_signal
 from wucht.numerics.harmonics import Harmonics
 
@@ -14,7 +14,7 @@ TRUE = Harmonics.of(0.7, [1.0, 0.0, -0.5], [0.2, 0.0, 0.0, 0.8])
 
 
 def tracked_of(values, shaft=None, per_turn=32, t=T):
-    return tracked(channel(t, values, "m/s^2", "vibration"), shaft or angle_record(T), per_turn)
+    return track_orders(channel(t, values, "m/s^2", "vibration"), shaft or angle_record(T), per_turn)
 
 
 def test_a_signal_of_whole_orders():

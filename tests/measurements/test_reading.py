@@ -12,7 +12,7 @@ from scipy.io import wavfile
 from tests.refusals import refused
 
 from wucht.measurements.reading import read_recording, read_sound
-from wucht.measurements.recording import SPEED
+from wucht.measurements.recording import SPEED_UNIT
 
 
 @pytest.mark.parametrize("ending", ["csv", "TXT", "tsv", "asc"])
@@ -108,8 +108,8 @@ def test_it_has_no_unit(tmp_path):
     wavfile.write(path, 1000, np.array([0.1, 0.2], np.float32))
     channel = read_sound(path).channel("1")
     with refused("r.wav: 1", code="full-scale"):
-        channel.in_si(SPEED)
-    assert channel.scaled(1000, "rpm").in_si(SPEED).values == pytest.approx([10.472, 20.944], rel=1e-4)
+        channel.to_si(SPEED_UNIT)
+    assert channel.with_scale(1000, "rpm").to_si(SPEED_UNIT).values == pytest.approx([10.472, 20.944], rel=1e-4)
 
 
 def test_it_has_samples(tmp_path):
@@ -139,7 +139,7 @@ def test_time_signals(tmp_path):
     write(path, {"id1": "speed", "data": T + 60}, {"id1": "force", "data": T - 1, "ordinate_axis_units_lab": "NONE"})
     found = read_recording(path)
     assert found.names == ("speed", "force")
-    speed = found.channel("speed", SPEED)
+    speed = found.channel("speed", SPEED_UNIT)
     assert speed.time == pytest.approx(T)
     assert speed.values == pytest.approx((T + 60) * np.pi / 30)
     assert (found.channel("force").unit, found.channel("force").values.tolist()) == ("", (T - 1).tolist())
@@ -185,7 +185,7 @@ def test_a_waveform(tmp_path):
     write_tdms(path, ("g", "speed", VALUES, {"wf_increment": 0.1, "wf_start_offset": 1.0, "unit_string": "rpm"}))
     found = read_recording(path)
     assert found.names == ("speed",)
-    speed = found.channel("speed", SPEED)
+    speed = found.channel("speed", SPEED_UNIT)
     assert speed.time == pytest.approx([1, 1.1, 1.2])
     assert speed.values == pytest.approx(VALUES * np.pi / 30)
 
@@ -243,7 +243,7 @@ def test_channels_each_over_its_own_time(tmp_path):
     write_mdf(path, [("speed", SLOW, [60.0, 90, 120], "rpm")], [("x", FAST, FAST**2, ""), ("n", FAST, np.arange(6), "")])
     found = read_recording(path)
     assert sorted(found.names) == ["n", "speed", "x"]
-    speed = found.channel("speed", SPEED)
+    speed = found.channel("speed", SPEED_UNIT)
     assert speed.time.tolist() == SLOW.tolist()
     assert speed.values == pytest.approx(np.array([60, 90, 120]) * np.pi / 30)
     assert found.channel("x").values.tolist() == (FAST**2).tolist()

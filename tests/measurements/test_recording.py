@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.refusals import refused
 
-from wucht.measurements.recording import ANGLE, FULL_SCALE, SPEED, Channel, Recording
+from wucht.measurements.recording import ANGLE_UNIT, FULL_SCALE, SPEED_UNIT, Channel, Recording
 from wucht.schema import Unit
 
 T = np.array([0.0, 0.1, 0.3])
@@ -19,12 +19,12 @@ def channel(unit="", values=(1.0, 2.0, 4.0), time=T):
 @pytest.mark.parametrize(
     ("given", "unit", "first"),
     [
-        ("rpm", SPEED, np.pi / 30),
-        ("Hz", SPEED, 2 * np.pi),
-        ("deg/s", SPEED, np.pi / 180),
-        ("", SPEED, 1.0),
-        ("deg", ANGLE, np.pi / 180),
-        ("°", ANGLE, np.pi / 180),
+        ("rpm", SPEED_UNIT, np.pi / 30),
+        ("Hz", SPEED_UNIT, 2 * np.pi),
+        ("deg/s", SPEED_UNIT, np.pi / 180),
+        ("", SPEED_UNIT, 1.0),
+        ("deg", ANGLE_UNIT, np.pi / 180),
+        ("°", ANGLE_UNIT, np.pi / 180),
         ("mm/s^2", Unit("m/s^2", "acceleration"), 1e-3),
         ("g", Unit("m/s^2", "acceleration"), 9.80665),
         ("g", Unit("kg", "mass"), 1e-3),
@@ -40,14 +40,14 @@ def test_units(given, unit, first):
 @pytest.mark.parametrize(
     ("given", "unit", "refusal"),
     [
-        ("deg", SPEED, refused("r.csv: x", given="deg", code="dimension")),
-        ("rpm", ANGLE, refused("r.csv: x", given="rpm", code="dimension")),
+        ("deg", SPEED_UNIT, refused("r.csv: x", given="deg", code="dimension")),
+        ("rpm", ANGLE_UNIT, refused("r.csv: x", given="rpm", code="dimension")),
         (
             "blorps",
-            ANGLE,
+            ANGLE_UNIT,
             refused("r.csv: x", "unit = 'rad'", code="unknown-unit"),
         ),
-        (FULL_SCALE, SPEED, refused("r.csv: x", "scale = NUMBER", "unit = 'rad/s'", code="full-scale")),
+        (FULL_SCALE, SPEED_UNIT, refused("r.csv: x", "scale = NUMBER", "unit = 'rad/s'", code="full-scale")),
     ],
 )
 def test_units_of_another_kind(given, unit, refusal):
@@ -59,18 +59,18 @@ def test_units_of_another_kind(given, unit, refusal):
 def test_scaled(factor):
     found = channel(FULL_SCALE).scaled(factor, "rpm")
     assert found.unit == "rpm"
-    assert found.in_si(SPEED).values == pytest.approx(factor * np.pi / 30 * np.array([1, 2, 4]), rel=1e-12, abs=1e-300)
+    assert found.in_si(SPEED_UNIT).values == pytest.approx(factor * np.pi / 30 * np.array([1, 2, 4]), rel=1e-12, abs=1e-300)
 
 
 def test_what_is_said_of_a_channel_counts():
     assert channel("rad/s").corrected().unit == "rad/s"
-    assert channel("rad/s").corrected("rpm").in_si(SPEED).values == pytest.approx(np.pi / 30 * np.array([1, 2, 4]))
+    assert channel("rad/s").corrected("rpm").in_si(SPEED_UNIT).values == pytest.approx(np.pi / 30 * np.array([1, 2, 4]))
     turned = channel("rpm").corrected(scale=-2)
     assert (turned.unit, turned.values.tolist()) == ("rpm", [-2, -4, -8])
-    assert channel(FULL_SCALE).corrected("rpm", 600).in_si(SPEED).values[0] == pytest.approx(20 * np.pi)
+    assert channel(FULL_SCALE).corrected("rpm", 600).in_si(SPEED_UNIT).values[0] == pytest.approx(20 * np.pi)
     for said in ({"unit": "rpm"}, {"scale": 600}):
         with refused("r.csv: x", "scale = NUMBER", code="full-scale"):
-            channel(FULL_SCALE).corrected(**said).in_si(SPEED)
+            channel(FULL_SCALE).corrected(**said).in_si(SPEED_UNIT)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_a_recording_of_arrays():
     recording = Recording.of("made", T, {"speed": np.array([1.0, 2, 3]), "angle": np.array([1.0, 2])}, {"speed": "rpm"})
     assert recording.names == ("speed", "angle")
     assert recording.channel("speed").unit == "rpm"
-    assert recording.channel("speed", SPEED).values[0] == pytest.approx(np.pi / 30)
+    assert recording.channel("speed", SPEED_UNIT).values[0] == pytest.approx(np.pi / 30)
     with refused("made: angle", given=None, code="count"):
         recording.channel("angle")
     with refused("made", "speed", given="sped"):

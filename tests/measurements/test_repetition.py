@@ -19,7 +19,7 @@ ANGLES = {"rad": 1.0, "deg": TURN / 360, "rev": TURN}
 def refused(shaft, sentence, orders=ORDERS):
     with pytest.raises(InputError, match=re.escape(sentence)) as error:
         fit_orders(shaft, orders)
-    assert error.value.where == shaft.where
+    assert error.value.location == shaft.where
 
 
 def suspicions(fit):
@@ -132,7 +132,7 @@ def test_orders_that_were_left_out_are_no_other_speed(turns, left_out):
     fits.append(fit_orders(pulse_signal(channel(times, times, "s", "pulses"), 64), [3, 4, 5]))
     for fit in fits:
         assert suspicions(fit) == []
-        assert max(fit.left_out, key=lambda o: o.share).order == left_out
+        assert max(fit.omitted_orders, key=lambda o: o.share).order == left_out
 
 
 @pytest.mark.parametrize("teeth", [12, 19, 24, 38, 48, 60])
@@ -203,7 +203,7 @@ def test_two_speeds_are_compared_in_blocks_of_the_faster_over_turns_of_the_slowe
     """A twelfth of a period of the highest order, and sixty turns; the middle of the record."""
     slow, fast, highest = min(one, two), max(one, two), 5
     time = np.linspace(-40.0, 40.0, 400_001)
-    t, y = repetition._at_speeds(time, time**2, np.array([1, 2, highest]), one, two)
+    t, y = repetition._blocks_at_speeds(time, time**2, np.array([1, 2, highest]), one, two)
     block = TURN / fast / highest / 12
     assert np.diff(t) == pytest.approx(block, rel=0.05)
     assert -t[0] == pytest.approx(30 * TURN / slow, abs=2 * block)
@@ -214,5 +214,5 @@ def test_two_speeds_are_compared_in_blocks_of_the_faster_over_turns_of_the_slowe
 def test_speeds_that_are_far_apart_are_compared_over_fewer_turns(monkeypatch):
     monkeypatch.setattr(repetition, "_MOST_BLOCKS", 200)
     time = np.linspace(-40.0, 40.0, 400_001)
-    t, _ = repetition._at_speeds(time, time, np.array([1, 2, 5]), 10.0, 40.0)
+    t, _ = repetition._blocks_at_speeds(time, time, np.array([1, 2, 5]), 10.0, 40.0)
     assert 195 <= len(t) <= 205

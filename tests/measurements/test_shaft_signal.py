@@ -118,9 +118,12 @@ T = np.linspace(0, 7.37 * PERIOD, 3000)
 def test_a_speed():
     shaft = speed_signal(channel(T, speed_at(T) * 30 / np.pi, "rpm"))
     assert shaft.values == pytest.approx(speed_at(T))
-    assert (shaft.quantity, shaft.where, shaft.unit) == ("speed", "r.csv: speed", "rpm")
+    assert (shaft.quantity, shaft.location, shaft.unit) == ("speed", "r.csv: speed", "rpm")
     assert speed_signal(channel(T, speed_at(T), "")).unit == ""
-    assert (shaft.stated(TURN), speed_signal(channel(T, speed_at(T), "")).stated(TURN)) == ("60 rpm", "6.2832 rad/s")
+    assert (shaft.format_speed(TURN), speed_signal(channel(T, speed_at(T), "")).format_speed(TURN)) == (
+        "60 rpm",
+        "6.2832 rad/s",
+    )
     assert shaft.speed()[1] is shaft.values
     with refused("r.csv: speed", given="mm", code="dimension"):
         speed_signal(channel(T, speed_at(T), "mm"))
@@ -225,7 +228,7 @@ RECORD = Recording.of(
 )
 def test_what_a_column_holds(column, quantity):
     shaft = shaft_signal(RECORD, column, per_turn=16)
-    assert (shaft.quantity, shaft.where) == (quantity, f"f.csv: {column}")
+    assert (shaft.quantity, shaft.location) == (quantity, f"f.csv: {column}")
     assert shaft.speed()[1].mean() == pytest.approx(OMEGA, rel=0.02)
 
 

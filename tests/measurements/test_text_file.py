@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.refusals import refused
 
-from wucht.measurements.recording import SPEED
+from wucht.measurements.recording import SPEED_UNIT
 from wucht.measurements.text_file import read_text_file
 
 
@@ -65,7 +65,7 @@ def test_without_heading(read):
 )
 def test_german_loggers(read, text):
     (name,) = read(text).names
-    speed = read(text).channel(name, SPEED)
+    speed = read(text).channel(name, SPEED_UNIT)
     assert name.startswith("Drehzahl")
     assert speed.time.tolist() == [0, 0.5]
     assert speed.values == pytest.approx([2 * np.pi, 4 * np.pi])
@@ -79,7 +79,7 @@ def test_words_that_are_no_unit(read):
 def test_a_heading_of_units_alone(read):
     found = read("s, rpm\n0, 60\n1, 60\n")
     assert found.names == ("rpm",)
-    assert found.channel("rpm", SPEED).values == pytest.approx(2 * np.pi)
+    assert found.channel("rpm", SPEED_UNIT).values == pytest.approx(2 * np.pi)
 
 
 def test_the_first_column_is_the_time_if_none_is_called_so(read):

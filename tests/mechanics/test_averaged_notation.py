@@ -6,12 +6,12 @@ import re
 
 import pytest
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped
+from wucht.machines.operation import has_damped_balancers
 from wucht.machines.symbols import notation_of
-from wucht.mechanics.notation import written_averaged
+from wucht.mechanics.notation import printed_averaged_equations
 
 MACHINES = (
     "drozdetskaya-2020/table-3.1-carrier",
@@ -29,9 +29,11 @@ KNOWN_FUNCTIONS = r"\b(cos|sin|sqrt|pi|Abs|sign|tanh|signedsquare)\b"
 
 
 def written(machine: Machine, inertia: bool | None = None, order: int = 1, latex: bool = False) -> tuple[list[str], list[str]]:
-    with_inertia = not damped(machine) if inertia is None else inertia
+    with_inertia = not has_damped_balancers(machine) if inertia is None else inertia
     zero = [s for s, v in machine.numbers.items() if v == 0]
-    return written_averaged(averaged_machine(machine, with_inertia, order).equations, notation_of(machine), zero, latex)
+    return printed_averaged_equations(
+        averaged_machine(machine, with_inertia, order).equations, notation_of(machine), zero, latex
+    )
 
 
 def left_over(expression: str, known: set[str]) -> str:

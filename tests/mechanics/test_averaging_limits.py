@@ -9,7 +9,7 @@ from tests.refusals import rejected
 
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
-from wucht.mechanics.zero_testing import identically_zero
+from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.system import TIME, Output, System
 
 x, v, epsilon = sp.symbols("x v epsilon", real=True)
@@ -75,7 +75,7 @@ def test_equal_frequencies_that_are_written_differently(wave, other):
     for which in (1, 2):
         averaging = averaged(System((x,), (rate,), (epsilon, A, B)), epsilon, which)
         assert averaging.first == (x / 2,)
-        assert not any(identically_zero(w) for w in averaging.divisors)
+        assert not any(is_identically_zero(w) for w in averaging.divisors)
 
 
 def test_resonances_of_the_second_order_are_reported():

@@ -15,7 +15,7 @@ from wucht.mechanics.lagrange import Coordinate, equations_of_motion, first_orde
 from wucht.numerics.flow.program import Evaluator
 from wucht.system import System
 
-X, Y, PHI, THETA = (Coordinate.named(n, f"v{n}", angle=n in ("phi", "theta")) for n in ("x", "y", "phi", "theta"))
+X, Y, PHI, THETA = (Coordinate.from_names(n, f"v{n}", angle=n in ("phi", "theta")) for n in ("x", "y", "phi", "theta"))
 K, L, G, B = sp.symbols("k l g b", real=True)
 PLANE = Turning((X, Y), (PHI, THETA))
 

@@ -3,7 +3,7 @@
 import sympy as sp
 from tests.refusals import rejected
 
-from wucht.mechanics.energies import Applied, Energies
+from wucht.mechanics.energies import AppliedForce, Energies
 from wucht.mechanics.lagrange import (
     Coordinate,
     Lock,
@@ -14,23 +14,23 @@ from wucht.mechanics.lagrange import (
     reaction,
     supplied_power,
 )
-from wucht.mechanics.notation import Notation, written
+from wucht.mechanics.notation import Notation, printed_equations
 from wucht.system import TIME, System
 
 sin, cos = sp.sin, sp.cos
 M, m, m1, m2, l, l1, l2, g, b, c, F, Omega = sp.symbols("M m m1 m2 l l1 l2 g b c F Omega", positive=True)  # noqa: E741
 x, theta, alpha, beta = (
-    Coordinate.named("x", "vx"),
-    Coordinate.named("theta", "omega", angle=True),
-    Coordinate.named("alpha", "v_alpha", angle=True),
-    Coordinate.named("beta", "v_beta", angle=True),
+    Coordinate.from_names("x", "vx"),
+    Coordinate.from_names("theta", "omega", angle=True),
+    Coordinate.from_names("alpha", "v_alpha", angle=True),
+    Coordinate.from_names("beta", "v_beta", angle=True),
 )
 
 # A cart of mass M on a rail, pushed by F and braked by b; a pendulum hangs from it, theta measured from straight down.
 CART = Energies(
     kinetic=M * x.velocity**2 / 2,
     dissipation=b * x.velocity**2 / 2,
-    applied=(Applied(F, x.velocity, "push"),),
+    applied_forces=(AppliedForce(F, x.velocity, "push"),),
 )
 HANGING = Energies(
     kinetic=m
@@ -77,7 +77,7 @@ def test_a_pivot_that_shakes_adds_to_gravity():
 
 
 def test_a_turning_table_gives_coriolis_and_centrifugal_force():
-    y = Coordinate.named("y", "vy")
+    y = Coordinate.from_names("y", "vy")
     turning = ((x.velocity - Omega * y.position) ** 2 + (y.velocity + Omega * x.position) ** 2) / 2
     motion = equations_of_motion([Energies(kinetic=m * turning)], [x, y])
     expected = m * sp.Matrix([2 * Omega * y.velocity + Omega**2 * x.position, -2 * Omega * x.velocity + Omega**2 * y.position])
@@ -86,7 +86,10 @@ def test_a_turning_table_gives_coriolis_and_centrifugal_force():
 
 def test_the_order_of_parts_and_their_number_do_not_matter():
     whole = Energies(
-        CART.kinetic + HANGING.kinetic, CART.potential + HANGING.potential, CART.dissipation + HANGING.dissipation, CART.applied
+        CART.kinetic + HANGING.kinetic,
+        CART.potential + HANGING.potential,
+        CART.dissipation + HANGING.dissipation,
+        CART.applied_forces,
     )
     together = equations_of_motion([whole], [x, theta])
     apart = equations_of_motion([HANGING, CART], [x, theta])
@@ -117,7 +120,7 @@ def test_an_expression_with_an_unknown_symbol_is_refused():
 
 def test_reaction_torque_of_a_pendulum_turned_at_a_given_speed():
     """A pendulum on a sprung cart is driven with speed Omega t: its motor gives what inertia, cart and gravity ask for."""
-    driven = Coordinate.named("theta", "omega", angle=True, prescribed=Omega * TIME)
+    driven = Coordinate.from_names("theta", "omega", angle=True, prescribed_velocity=Omega * TIME)
     spring = Energies(potential=c * x.position**2 / 2)
     motion = equations_of_motion([CART, HANGING, spring], [x, driven])
     system = first_order(motion, [x, driven], [M, m, l, g, b, F, c, Omega])
@@ -132,7 +135,7 @@ def test_reaction_torque_of_a_pendulum_turned_at_a_given_speed():
 
 def test_a_pendulum_locked_to_a_shaft_that_speeds_up_follows_it():
     """Locked, its acceleration is that of the shaft, and the cart feels it as if the pendulum were part of the shaft."""
-    shaft = Coordinate.named("theta", "omega", angle=True, prescribed=Omega * TIME)
+    shaft = Coordinate.from_names("theta", "omega", angle=True, prescribed_velocity=Omega * TIME)
     locked = sp.Symbol("locked", real=True)
     follows = {theta.position: alpha.position, theta.velocity: alpha.velocity}
     hanging = Energies(kinetic=HANGING.kinetic.subs(follows), potential=HANGING.potential.subs(follows))
@@ -153,24 +156,24 @@ def test_a_pendulum_locked_to_a_shaft_that_speeds_up_follows_it():
 
 
 def test_power_is_booked_on_its_side():
-    brake = Energies(applied=(Applied(-c * theta.velocity, theta.velocity, "brake", booked="lost"),))
+    brake = Energies(applied_forces=(AppliedForce(-c * theta.velocity, theta.velocity, "brake", energy_side="lost"),))
     parts = [CART, HANGING, brake]
     assert sp.expand(supplied_power(parts, [x, theta]) - F * x.velocity) == 0
     assert sp.expand(dissipated_power(parts, [x, theta]) - b * x.velocity**2 - c * theta.velocity**2) == 0
 
 
 def test_an_enforced_speed_supplies_power():
-    driven = Coordinate.named("theta", "omega", angle=True, prescribed=Omega)
+    driven = Coordinate.from_names("theta", "omega", angle=True, prescribed_velocity=Omega)
     assert supplied_power([CART, HANGING], [x, driven]) == F * x.velocity + reaction(driven) * driven.velocity
 
 
 def test_equations_that_are_written_with_their_inertia_divided_out() -> None:
     """4 x'' = 6 F - 2 x: as it is, and as x'' = 3/2 F - x/2."""
-    q = Coordinate.named("x", "v")
+    q = Coordinate.from_names("x", "v")
     F = sp.Symbol("F", real=True)
     motion = equations_of_motion([Energies(kinetic=2 * q.velocity**2, potential=q.position**2 - 6 * F * q.position)], [q])
     names = Notation({"x": "x", "F": "F"})
-    lines = [written(motion, [q], names, [], False, normalise)[0].replace(" ", "") for normalise in (False, True)]
+    lines = [printed_equations(motion, [q], names, [], False, normalise)[0].replace(" ", "") for normalise in (False, True)]
     left, right = zip(*(line.split("=") for line in lines), strict=True)
     assert left[0].startswith("4*")
     assert not left[1].startswith("4*")

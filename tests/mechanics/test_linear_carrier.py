@@ -8,7 +8,7 @@ from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.mechanics.linear_carrier import linear_carrier
 
-x, y, phi = Coordinate.named("x", "vx"), Coordinate.named("y", "vy"), Coordinate.named("phi", "w", angle=True)
+x, y, phi = Coordinate.from_names("x", "vx"), Coordinate.from_names("y", "vy"), Coordinate.from_names("phi", "w", angle=True)
 m0, m, U, J, kx, ky, k12, bx, by, g = sp.symbols("m0 m U J kx ky k12 bx by g", positive=True)
 vx, vy, w = x.velocity, y.velocity, phi.velocity
 

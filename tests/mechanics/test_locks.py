@@ -12,9 +12,9 @@ from tests.refusals import refused
 
 from witness import Mechanism, along
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.files.building import machine_from
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -113,7 +113,7 @@ def test_after_its_release_a_body_is_free(engine):
     if engine == "heyoka":
         pytest.importorskip("heyoka")
     machine = released({"time": 0.8}, {"time": 0.5})
-    machine, initial = placed_at_start(machine, START)
+    machine, initial = prepare_start(machine, START)
     result = run(RunUp(until=2.0, start=START, engine=engine), machine)
     state, parts = initial, []
     for begin, end, locked in ((0.0, 0.5, (1, 1)), (0.5, 0.8, (1, 0)), (0.8, 2.0, (0, 0))):

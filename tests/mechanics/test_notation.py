@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from wucht.mechanics.lagrange import Coordinate
-from wucht.mechanics.notation import Notation, written
+from wucht.mechanics.notation import Notation, printed_equations
 from wucht.system import SecondOrder
 
 OMEGA = sp.Symbol("omega", real=True)
@@ -25,7 +25,7 @@ def test_a_motion_that_is_prescribed_takes_the_torque_of_a_motor_or_the_force_of
     angle: bool, latex: bool, expected: list[str]
 ) -> None:
     """It acts with the other torques or forces, here with a drag."""
-    c = Coordinate.named("d.position", "d.velocity", angle, OMEGA)
+    c = Coordinate.from_names("d.position", "d.velocity", angle, OMEGA)
     motion = SecondOrder((c.position,), (c.velocity,), sp.ImmutableMatrix([[2]]), sp.ImmutableMatrix([-c.velocity]))
     notation = Notation({"d.position": "q", "omega": "omega"})
-    assert written(motion, [c], notation, (), latex, False) == expected
+    assert printed_equations(motion, [c], notation, (), latex, False) == expected

@@ -27,7 +27,7 @@ def test_a_complex_expression_is_split() -> None:
 def test_arithmetic_is_that_of_complex_numbers() -> None:
     a, b = Phasor(A, B), Phasor(B, C)
     x, y = A + sp.I * B, B + sp.I * C
-    for computed, meant in ((a * b, x * y), (a + b, x + y), (a - b, x - y), (a.turned, sp.I * x), (a.conj, A - sp.I * B)):
+    for computed, meant in ((a * b, x * y), (a + b, x + y), (a - b, x - y), (a.times_i, sp.I * x), (a.conj, A - sp.I * B)):
         assert sp.expand(computed.re + sp.I * computed.im - meant) == 0
     assert product([a, b], [b, a]) == Phasor(sp.Add(*2 * [(a * b).re]), sp.Add(*2 * [(a * b).im]))
 

@@ -47,7 +47,7 @@ def test_without_forcing_the_damped_states_are_zero():
     """(3.24)-(3.25): eta_0 = 0; what is left of y is epsilon times the bounded solution of y' = K y + Y(x, 0, t)."""
     reduction = strongly_damped(UNFORCED, [y, z], epsilon)
     assert reduction.manifold == (0, 0)
-    assert zero(reduction.averaged.first[0] - (1 - x))
+    assert zero(reduction.averaging.first[0] - (1 - x))
     assert reduction.conditions == ()
     K, Y = reduction.rates, sp.Matrix([x * sp.cos(TIME), x**2])
     following = sp.Matrix(reduction.next)
@@ -59,7 +59,7 @@ def test_with_forcing_they_follow_it():
     expected = forced(1 + x**2, x)
     assert zero(reduction.manifold[0] - expected)
     c = x / ((1 + x**2) ** 2 + 1)  # <eta_0 cos t> = c (1 + x^2)/2, <eta_0^2> = c^2 ((1 + x^2)^2 + 1)/2 = c x/2
-    assert zero(reduction.averaged.first[0] - (1 - x + c * (1 + x**2) / 2 - c * x / 2))
+    assert zero(reduction.averaging.first[0] - (1 - x + c * (1 + x**2) / 2 - c * x / 2))
 
 
 def _rotor(directions):
@@ -84,7 +84,7 @@ def test_the_sommerfeld_effect_from_the_full_equations(directions):
     reduction = strongly_damped(system, damped, epsilon)
     A, B = 1 - omega**2, 2 * sigma * omega
     resistance = directions * sigma * omega**5 / (A**2 + B**2)
-    assert zero(reduction.averaged.first[0] - (u * (lam - omega) - resistance) / omega)
+    assert zero(reduction.averaging.first[0] - (u * (lam - omega) - resistance) / omega)
     assert zero(reduction.manifold[0] - omega**2 * (A * sp.cos(TIME) + B * sp.sin(TIME)) / (A**2 + B**2))
     if directions == 2:
         assert zero(reduction.manifold[2] - omega**2 * (A * sp.sin(TIME) - B * sp.cos(TIME)) / (A**2 + B**2))
@@ -116,7 +116,7 @@ def test_a_machine_from_its_energies():
     at, vx, vy, w = heavy.states[2:]
     reduction = strongly_damped(with_angle_as_time(heavy, at), [*heavy.states[:2], vx, vy], epsilon)
     impedance = (k - (m0 + m) * w**2) ** 2 + (c * w) ** 2
-    assert zero(reduction.averaged.first[0] * w * J + b * w + c * w**5 * (m * e) ** 2 / impedance)
+    assert zero(reduction.averaging.first[0] * w * J + b * w + c * w**5 * (m * e) ** 2 / impedance)
     assert reduction.conditions == ()
 
 
@@ -132,7 +132,7 @@ def _errors(system, damped, which, ks):
     for small in 2.0**-ks:
         values, time = {"epsilon": small}, np.linspace(0, 1 / small, 301)
         near = full(
-            reduction.averaged.system, system.state_names, values, time, run(reduction.averaged.system, values, [0.4], time)
+            reduction.averaging.system, system.state_names, values, time, run(reduction.averaging.system, values, [0.4], time)
         )
         gap = np.abs(near - run(system, values, _on_manifold(reduction, values, 0.4), time)).max(axis=1)
         errors.append((gap[0], gap[1:].max()))
@@ -169,9 +169,9 @@ def test_errors_of_the_sommerfeld_effect(which):
     reduction = strongly_damped(system, damped, epsilon, which)
     for small in 2.0**-ks:
         values, time = {"epsilon": small, "u": 1.0, "lambda": 2.0, "sigma": 0.3}, np.linspace(0, 1 / small, 301)
-        start = full(reduction.averaged.system, system.state_names, values, np.zeros(1), np.array([[0.5]]))[:, 0]
+        start = full(reduction.averaging.system, system.state_names, values, np.zeros(1), np.array([[0.5]]))[:, 0]
         near = full(
-            reduction.averaged.system, system.state_names, values, time, run(reduction.averaged.system, values, [0.5], time)
+            reduction.averaging.system, system.state_names, values, time, run(reduction.averaging.system, values, [0.5], time)
         )
         gap = np.abs(near - run(system, values, start, time)).max(axis=1)
         errors.append((gap[0], gap[1:].max()))
@@ -187,7 +187,7 @@ def test_the_damped_states_relax_onto_the_manifold():
         values, later = {"epsilon": small}, 2 * math.log(1 / small)
         time = np.linspace(0, 2 * later, 200)
         true = run(UNFORCED, values, [0.4, 1.5, 0.0], time)
-        on = evaluate(reduction.averaged.system, [small * e for e in reduction.next], values, time, true[:1])
+        on = evaluate(reduction.averaging.system, [small * e for e in reduction.next], values, time, true[:1])
         gap = np.linalg.norm(true[1:] - on, axis=0)
         early = time < later / 2
         assert np.polyfit(time[early], np.log(gap[early]), 1)[0] == approx(-1, abs=0.05)
@@ -199,7 +199,7 @@ def test_the_damped_states_relax_onto_the_manifold():
 def test_outputs_and_quadratures_know_the_damped_states():
     system = System(FORCED.states, FORCED.derivatives, FORCED.parameters, (),
                     (Output("sum", x + y),), (Output("heat", y**2, "J"),))  # fmt: skip
-    slow = strongly_damped(system, [y], epsilon).averaged.system
+    slow = strongly_damped(system, [y], epsilon).averaging.system
     assert [o.name for o in slow.outputs] == ["full.x", "full.y", "sum"]
     X, Y = (slow.output(f"full.{n}").expression for n in "xy")
     assert slow.output("sum").expression == X + Y
@@ -259,7 +259,7 @@ def test_a_frequency_that_depends_on_a_slow_state_is_refused_at_each_order(which
 def test_jumps_are_as_accurate_as_the_motion(of_order, follows):
     """y' = x^2 - y + 5 epsilon x with x' = epsilon: y is x^2, and in the second order 5 epsilon x - 2 x x' more."""
     system = System((x, y), (epsilon, x**2 - y + 5 * epsilon * x), (epsilon,), quadratures=(Output("Q", y, jump=3 * y),))
-    slow = strongly_damped(system, [y], epsilon, of_order).averaged.system
+    slow = strongly_damped(system, [y], epsilon, of_order).averaging.system
     assert zero(slow.output("Q").jump - 3 * (x**2 + follows))
 
 
@@ -267,7 +267,7 @@ def test_jumps_of_quadratures_know_definitions_and_damped_states():
     half, K = sp.Symbol("half", real=True), 2 + x
     given = System((x, y), (epsilon * (half - x * y), -K * y + x), (epsilon,), ((half, x / 2),),
                    quadratures=(Output("Q", y + half, jump=half * y), Output("P", x, jump=half)))  # fmt: skip
-    slow = strongly_damped(given, [y], epsilon).averaged.system
+    slow = strongly_damped(given, [y], epsilon).averaging.system
     assert zero(slow.output("Q").jump - x / 2 * x / K)
     assert zero(slow.output("P").jump - x / 2)
     turning = System((x, y), (epsilon * x, -y + sp.cos(TIME)), (epsilon,), quadratures=(Output("Q", y, jump=y),))
@@ -279,7 +279,7 @@ def test_outputs_stay_where_the_fast_part_is_not_known():
     given = System(
         (x, y), (epsilon * (1 - x) / (2 + sp.cos(TIME)), -y + sp.cos(TIME)), (epsilon,), outputs=(Output("sum", x + y),)
     )
-    averaging = strongly_damped(given, [y], epsilon).averaged
+    averaging = strongly_damped(given, [y], epsilon).averaging
     assert [o.name for o in averaging.system.outputs] == ["full.y", "sum"]
     assert zero(averaging.system.explicit(averaging.system.output("sum").expression) - x - forced(1, 1))
 

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from wucht.mechanics.zero_testing import cancels, identically_zero
+from wucht.mechanics.zero_testing import is_cancelled_sum, is_identically_zero
 
 a, b = sp.symbols("a b", real=True)
 p, q = sp.symbols("p q", positive=True)
@@ -22,7 +22,7 @@ p, q = sp.symbols("p q", positive=True)
     ],
 )
 def test_identities(expression):
-    assert identically_zero(expression)
+    assert is_identically_zero(expression)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_identities(expression):
     ],
 )
 def test_what_is_zero_somewhere_or_nearly_is_not_zero(expression):
-    assert not identically_zero(expression)
+    assert not is_identically_zero(expression)
 
 
 @pytest.mark.parametrize(
@@ -52,4 +52,4 @@ def test_what_is_zero_somewhere_or_nearly_is_not_zero(expression):
     ],
 )
 def test_frequencies_that_cancel(w, v, expected):
-    assert cancels(w, v, sp.expand(w + v)) is expected
+    assert is_cancelled_sum(w, v, sp.expand(w + v)) is expected

@@ -78,10 +78,10 @@ def test_true_errors_are_below_the_bounds(name, small):
     low, high = np.array([box[n] for n in system.state_names]).T
     assert (np.clip(true.T, low, high) == true.T).all()
     error = np.linalg.norm(true - near, axis=0)
-    assert (error <= numbers.bound(time)).all()
+    assert (error <= numbers.error_bound(time)).all()
     at = np.isin(time, whole)
     assert at.sum() > 5
-    assert (error[at] <= numbers.at_periods(time[at])).all()
+    assert (error[at] <= numbers.periodic_bound(time[at])).all()
 
 
 def _run(system, small, start, time):

@@ -62,7 +62,7 @@ def test_a_shift_moves_the_function(f, by):
 @pytest.mark.parametrize("count", [19, 20])
 def test_samples_give_all_harmonics_below_half_their_number(count):
     f = Harmonics.of(0.5, np.arange(1.0, 10), np.arange(3.0, 12))
-    found = Harmonics.sampled(f(2 * math.pi * np.arange(count) / count))
+    found = Harmonics.from_samples(f(2 * math.pi * np.arange(count) / count))
     assert found.count == 9
     assert found.mean == pytest.approx(0.5)
     assert found.cosine == pytest.approx(f.cosine)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.refusals import rejected
 
 from wucht.numerics.intervals import enclosure
-from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces
 
 X = sp.Symbol("x", real=True)
 
@@ -41,7 +41,7 @@ def test_bounds_of_piecewise_cubics_are_their_range(seed: int, kind: str, deriva
     """Against values close together; a jump counts with both its values."""
     draw = np.random.default_rng(seed)
     breakpoints = np.cumsum(draw.uniform(0.1, 2.0, 6))
-    pieces = interpolated("f", breakpoints.tolist(), draw.normal(size=6).tolist(), kind)
+    pieces = interpolated_pieces("f", breakpoints.tolist(), draw.normal(size=6).tolist(), kind)
     for _ in range(derivatives):
         pieces = pieces.derivative
     low = draw.uniform(-1.0, breakpoints[-1] + 1.0, 20)

@@ -10,11 +10,11 @@ import pytest
 import sympy as sp
 from tests.refusals import rejected
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.numerics.jacobian import Jacobian, variational
-from wucht.piecewise import PiecewiseCubic, interpolated
+from wucht.numerics.jacobian import Jacobian, variational_system
+from wucht.piecewise import PiecewiseCubic, interpolated_pieces
 from wucht.system import TIME, System
 
 x, y, v, a, b, g, h = sp.symbols("x y v a b g h", real=True)
@@ -28,7 +28,7 @@ def chain() -> System:
 
 def test_against_sympy() -> None:
     system, at = chain(), {x: 0.3, y: -1.2, a: 0.7, b: 2.0}
-    f, fx, fp = Jacobian.of(system, ("b", "a")).at([0.3, -1.2], [0.7, 2.0])
+    f, fx, fp = Jacobian.of(system, ("b", "a")).values_at([0.3, -1.2], [0.7, 2.0])
     explicit = sp.Matrix([system.explicit(d) for d in system.derivatives])
     exact = [np.array(m.xreplace(at).evalf(), float) for m in (explicit, explicit.jacobian([x, y]), explicit.jacobian([b, a]))]
     assert f == pytest.approx(exact[0][:, 0], rel=1e-14)
@@ -42,7 +42,7 @@ def test_arrays_and_numbers_are_the_same() -> None:
     whole = lin(states, [0.7, 2.0])
     assert [w.shape for w in whole] == [(2, 7), (2, 2, 7), (2, 1, 7)]
     for k in range(7):
-        for single, together in zip(lin.at(states[:, k], [0.7, 2.0]), whole, strict=True):
+        for single, together in zip(lin.values_at(states[:, k], [0.7, 2.0]), whole, strict=True):
             assert single == pytest.approx(together[..., k], rel=1e-14)
 
 
@@ -55,10 +55,10 @@ def test_a_constant_and_a_zero_entry() -> None:
 
 
 def test_a_table_and_the_time() -> None:
-    table = interpolated("table", [0.0, 1.0, 3.0], [0.0, 2.0, 3.0], "linear")
+    table = interpolated_pieces("table", [0.0, 1.0, 3.0], [0.0, 2.0, 3.0], "linear")
     system = System((x,), (PiecewiseCubic(x, table) * TIME,))
     lin = Jacobian.of(system)
-    assert lin.at([0.5], [], 2.0)[1][0, 0] == pytest.approx(4.0)
+    assert lin.values_at([0.5], [], 2.0)[1][0, 0] == pytest.approx(4.0)
 
 
 def test_an_unknown_parameter_is_refused() -> None:
@@ -67,7 +67,7 @@ def test_an_unknown_parameter_is_refused() -> None:
 
 
 def test_a_division_by_zero_is_no_number() -> None:
-    f, fx, _ = Jacobian.of(System((x,), (1 / x,))).at([0.0], [])
+    f, fx, _ = Jacobian.of(System((x,), (1 / x,))).values_at([0.0], [])
     assert math.isnan(f[0])
     assert math.isnan(fx[0, 0])
 
@@ -79,16 +79,16 @@ def test_averaged_machines_against_differences(name: str, inertia: bool) -> None
     system, values = slow.system, list(slow.values())
     lin, draw = Jacobian.of(system, (system.parameter_names[0],)), np.random.default_rng(3)
     state = np.array([draw.uniform(0, 6) if s in system.angles else draw.uniform(90, 110) for s in system.states])
-    f, fx, fp = lin.at(state, values)
+    f, fx, fp = lin.values_at(state, values)
     step = 1e-5
     for j in range(len(state)):
         move = step * max(1.0, abs(state[j])) * np.eye(len(state))[j]
-        slope = (lin.at(state + move, values)[0] - lin.at(state - move, values)[0]) / (2 * move[j])
+        slope = (lin.values_at(state + move, values)[0] - lin.values_at(state - move, values)[0]) / (2 * move[j])
         assert fx[:, j] == pytest.approx(slope, rel=1e-6, abs=1e-7 * np.abs(fx).max())
     more, less = list(values), list(values)
     move = 1e-5 * values[0] or 1e-5
     more[0], less[0] = values[0] + move, values[0] - move
-    slope = (lin.at(state, more)[0] - lin.at(state, less)[0]) / (2 * move)
+    slope = (lin.values_at(state, more)[0] - lin.values_at(state, less)[0]) / (2 * move)
     assert fp[:, 0] == pytest.approx(slope, rel=1e-5, abs=1e-7 * (np.abs(fp).max() + np.abs(f).max()))
 
 
@@ -108,7 +108,7 @@ def test_ten_balls_stay_small() -> None:
     )
     begun = clock.perf_counter()
     lin = Jacobian.of(slow.system)
-    lin.at([1.0] * len(slow.system.states), slow.values())
+    lin.values_at([1.0] * len(slow.system.states), slow.values())
     assert len(lin.program.lines) < 50 * len(slow.system.states)
     assert clock.perf_counter() - begun < 20  # s; about 1 s when this was written
 
@@ -122,7 +122,7 @@ def test_the_variational_equations_are_the_derivative():
         (a,),
         ((q, x**2 + a), (r, sp.sqrt(q) + v)),
     )
-    both = variational(system)
+    both = variational_system(system)
     states, moves = system.states, both.states[2:]
     whole = [system.explicit(d) for d in system.derivatives]
     for derivative, expression in zip(both.derivatives[2:], whole, strict=True):

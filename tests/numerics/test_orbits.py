@@ -15,7 +15,7 @@ from tests.refusals import failed, rejected
 from witness import machine_from
 from wucht.errors import RunError
 from wucht.numerics import orbits
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.orbits import periodic_orbit
 from wucht.piecewise import Pieces, PiecewiseCubic, step
 from wucht.system import TIME, Output, System
@@ -395,5 +395,5 @@ def test_collocation_begins_with_a_run_from_a_state_or_with_the_samples_that_are
     closing = SimpleNamespace(period=3.0)
     motion = np.full((1, 65), 5.0) if count == 1 else given
     equations = Equations(SimpleNamespace(system=None), np.zeros(0), 0.0)
-    assert equations.closed(given, motion, closing, 25) == ("orbit", closing)
+    assert equations.close_orbit(given, motion, closing, 25) == ("orbit", closing)
     assert len(begun) == 1 and begun[0] is (ran if run else motion)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wucht.numerics.recurrence import recurrence, rests
+from wucht.numerics.recurrence import is_at_rest, recurrence
 
 TIMES = np.linspace(0.0, 100.0, 20_001)
 PLAIN = np.array([False, False])
@@ -41,8 +41,8 @@ def test_a_motion_that_never_returns() -> None:
 
 
 def test_rest_is_no_orbit() -> None:
-    assert rests(np.ones((2, 50)))
-    assert not rests(np.array([np.sin(TIMES), 0 * TIMES]))
+    assert is_at_rest(np.ones((2, 50)))
+    assert not is_at_rest(np.array([np.sin(TIMES), 0 * TIMES]))
     assert recurrence(TIMES, np.ones((2, len(TIMES))), PLAIN) is None
 
 

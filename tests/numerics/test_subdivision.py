@@ -110,7 +110,7 @@ def test_a_linear_equation_does_not_shrink_boxes_to_nothing() -> None:
 def test_a_double_zero_is_left_undecided() -> None:
     zeros = all_zeros(lambda x: x**2, lambda x: 2 * x[None], lambda x, r: 2 * r[None], [-1.0], [1.2])
     assert not zeros.complete
-    centre, radius = zeros.undecided
+    centre, radius = zeros.undecided_boxes
     assert (np.abs(centre) <= radius + 1e-3).all()
 
 
@@ -122,7 +122,7 @@ def test_a_curve_of_zeros_is_left_undecided() -> None:
 
     zeros = all_zeros(twice, lambda x: np.array([[2 * x[0], 2 * x[1]]] * 2), circles_spread, [-2, -2], [2, 2], smallest=0.01)
     assert not zeros.complete
-    centre, radius = zeros.undecided
+    centre, radius = zeros.undecided_boxes
     assert np.abs(np.hypot(*centre) - 1).max() < 0.1
     angles = np.sort(np.arctan2(centre[1], centre[0]))
     assert np.diff(angles).max() < 0.1

@@ -7,13 +7,13 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from wucht.numerics.zeros_and_peaks import (
-    at_passages,
-    between_samples,
     crossings,
     envelope,
     extremes,
     first_where,
+    interval_maxima,
     interval_peaks,
+    values_at_passages,
 )
 
 
@@ -63,10 +63,10 @@ def test_the_first_where_a_condition_holds() -> None:
 def test_what_a_curve_is_where_samples_pass_a_value() -> None:
     """Between samples by straight lines; a stretch that stays on the value is its first sample."""
     samples, of = np.array([0.0, 2.0, 4.0, 4.0, 1.0]), np.array([[0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 10.0, 20.0, 30.0, 40.0]])
-    before, there = at_passages(samples, 3.0, of)
+    before, there = values_at_passages(samples, 3.0, of)
     assert before.tolist() == [1, 3]
     np.testing.assert_allclose(there, [[1.5, 3 + 1 / 3], [15.0, 30 + 10 / 3]])
-    before, there = at_passages(samples, 4.0, of[0])
+    before, there = values_at_passages(samples, 4.0, of[0])
     assert (before.tolist(), there.tolist()) == ([1, 2, 3], [2.0, 2.0, 3.0])
 
 
@@ -87,7 +87,7 @@ def test_the_largest_between_any_two_samples_is_that_of_their_cubic():
     signal, slope = rng.normal(size=(2, 1001))
     places = time[:-1] + np.linspace(0.0, 1.0, 501)[:, None] * np.diff(time)
     expected = CubicHermiteSpline(time, signal, slope)(places).max(axis=0)
-    assert between_samples(time, signal, slope) == pytest.approx(expected, abs=1e-4)
+    assert interval_maxima(time, signal, slope) == pytest.approx(expected, abs=1e-4)
 
 
 def test_a_signal_without_a_peak_between_keeps_its_larger_neighbour():

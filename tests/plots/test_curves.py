@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thinned, without_jumps
+from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thin_curve, without_jumps
 
 
 def test_what_swings_faster_than_is_drawn_is_a_band() -> None:
@@ -31,7 +31,7 @@ def test_thinning_keeps_extremes_and_ends(count: int) -> None:
         y = generator.uniform(-1, 1, count)
         y[peak] = 5.0
         y[(peak + count // 2) % count] = -5.0
-        tx, ty = thinned(x, y)
+        tx, ty = thin_curve(x, y)
         assert len(tx) == len(ty) <= 5000
         assert (tx[0], tx[-1]) == (0.0, 1.0)
         assert (np.diff(tx) > 0).all()

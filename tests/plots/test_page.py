@@ -10,17 +10,17 @@ from matplotlib import rc_context, rcParams
 
 import wucht as package
 from wucht.plots import arranging, sheet
-from wucht.plots.page import JOURNAL, PRINT, Page, made_for
+from wucht.plots.page import JOURNAL, PRINT, Page, page_context
 
 MM = 25.4
 
 
 def test_what_is_tried() -> None:
-    lower, wide, both = JOURNAL.instead
+    lower, wide, both = JOURNAL.fallback_pages
     assert [round(page.width * MM) for page in (lower, wide, both)] == [88, 180, 180]
     assert lower.height == both.height < JOURNAL.height == wide.height
-    assert {page.tallest for page in (JOURNAL, *JOURNAL.instead)} == {230 / MM}
-    assert [page.width for page in PRINT.instead] == [PRINT.width]
+    assert {page.tallest for page in (JOURNAL, *JOURNAL.fallback_pages)} == {230 / MM}
+    assert [page.width for page in PRINT.fallback_pages] == [PRINT.width]
 
 
 @pytest.mark.parametrize(("panels", "width"), [(2, 88), (6, 88), (9, 180)])
@@ -46,7 +46,7 @@ def test_panels_of_a_column_have_the_room_that_it_needs() -> None:
     """A second scale beside the panels of one column takes nothing from those of the other but width."""
 
     def widths(scaled: bool, page: Page = PRINT) -> tuple[list[float], float]:
-        with made_for(page):
+        with page_context(page):
             drawn, axes = sheet.new_grid(4, "", columns=2)
             for axis in axes:
                 axis.plot([0, 1])
@@ -66,6 +66,6 @@ def test_panels_of_a_column_have_the_room_that_it_needs() -> None:
 
 def test_the_settings_of_the_user_do_not_count() -> None:
     """Of matplotlib: a style for slides, or TeX that is not installed."""
-    with rc_context({"text.usetex": True, "axes.facecolor": "red", "lines.linewidth": 9.0}), made_for(PRINT):
+    with rc_context({"text.usetex": True, "axes.facecolor": "red", "lines.linewidth": 9.0}), page_context(PRINT):
         assert (rcParams["text.usetex"], rcParams["axes.facecolor"], rcParams["lines.linewidth"]) == (False, "white", 1.5)
         assert rcParams["font.size"] == PRINT.font

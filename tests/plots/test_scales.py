@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.plots.scales import decades_about, multiples_of_pi, of_pi, parameter_label, printed, travel_unit
+from wucht.plots.scales import decades_about, fraction_of_pi, multiples_of_pi, parameter_label, printed_values, travel_unit
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ def test_ticks_of_angles(low: float, high: float, words: list[str]) -> None:
 
 
 def test_multiples_of_pi_are_in_lowest_terms_with_a_minus_sign() -> None:
-    assert [of_pi(n, 2) for n in (-3, -2, -1, 0, 1, 2, 3)] == ["−3π/2", "−π", "−π/2", "0", "π/2", "π", "3π/2"]
+    assert [fraction_of_pi(n, 2) for n in (-3, -2, -1, 0, 1, 2, 3)] == ["−3π/2", "−π", "−π/2", "0", "π/2", "π", "3π/2"]
 
 
 @pytest.mark.parametrize(
@@ -45,10 +45,10 @@ def test_a_logarithmic_scale_ends_at_decades(values: list[float], limits: tuple[
 
 def test_lengths_are_drawn_in_millimetres_and_what_has_a_unit_of_its_own_in_that() -> None:
     result = xr.Dataset({"a": ("n", [0.5], {"long_name": "amplitude", "units": "m"})})
-    values, name = printed(result, "a")
+    values, name = printed_values(result, "a")
     assert (values.tolist(), name) == ([500.0], "amplitude (mm)")
     result.a.attrs |= {"printed_units": "µm", "printed_factor": 1e6}
-    assert printed(result, "a")[1] == "amplitude (µm)"
+    assert printed_values(result, "a")[1] == "amplitude (µm)"
 
 
 @pytest.mark.parametrize(("unit", "drawn"), [("rad", (180 / math.pi, "°")), ("m", (1e3, "mm"))])

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import figure_checks
 from wucht.plots import sheet
 from wucht.plots.arranging import arrange
-from wucht.plots.page import JOURNAL, PRINT, Page, made_for
+from wucht.plots.page import JOURNAL, PRINT, Page, page_context
 from wucht.plots.style import line_style
 
 PAGES = pytest.mark.parametrize("page", [PRINT, JOURNAL], ids=["print", "journal"])
@@ -21,7 +21,7 @@ PAGES = pytest.mark.parametrize("page", [PRINT, JOURNAL], ids=["print", "journal
 
 def drawn(page: Page, names: list[str], title: str = "title", **keys: Any) -> Figure:
     """Two panels over one abscissa; in the first as many lines as there are names."""
-    with made_for(page):
+    with page_context(page):
         figure, axes = sheet.new_figure(2, title, **keys)
         for k, name in enumerate(names):
             axes[0].plot([0.0, 1.0], [k, 2.0 * k], label=name, **line_style(k))
@@ -72,7 +72,7 @@ def test_rpm_beside_radians_a_second_only() -> None:
     figure.draw_without_rendering()
     [second] = figure.axes[0].child_axes
     assert second.get_ylim() == pytest.approx(np.array(figure.axes[0].get_ylim()) * 30 / np.pi)
-    with made_for(PRINT):
+    with page_context(PRINT):
         _, (axis,) = sheet.new_figure(1, "title")
         sheet.rpm_axis(axis, "")
     assert axis.child_axes == []
@@ -81,7 +81,7 @@ def test_rpm_beside_radians_a_second_only() -> None:
 @pytest.mark.parametrize(("ends", "direct"), [((1.0, 5.0, 9.0), True), ((1.0, 1.1, 9.0), False), ((1.0, 5.0, None), False)])
 def test_lines_are_named_where_they_end_if_there_is_room(ends: tuple[float | None, ...], direct: bool) -> None:
     """Not where they end too near to each other, or before the others."""
-    with made_for(PRINT):
+    with page_context(PRINT):
         figure, (axis,) = sheet.new_figure(1, "title")
         for k, end in enumerate(ends):
             x = [0.0, 10.0] if end is not None else [0.0, 5.0]
@@ -139,14 +139,14 @@ def test_a_figure_that_is_no_more_needed_is_freed() -> None:
         (lambda figure, axis: axis.set_xticks([]), -1.8),
         (lambda figure, axis: axis.set_xticks([0, 1], ["rest", "one\ntwo\nthree"]), 2 * 1.25),
         (lambda figure, axis: sheet.rpm_axis(axis, "rad/s", "x"), 1.8 + 1.25 + 0.4),
-        (lambda figure, axis: sheet.state(figure, ["no friction"]), 1.25 * PRINT.small / PRINT.font),
+        (lambda figure, axis: sheet.write_assumptions(figure, ["no friction"]), 1.25 * PRINT.small / PRINT.font),
     ],
 )
 def test_a_figure_grows_by_what_stands_above_and_below_a_panel(change: Any, added: float) -> None:
     """In sizes of the text: a line 1.25, the numbers of a scale 1.8, half a size where no title is, 0.7 above and below one."""
 
     def height(changed: bool) -> float:
-        with made_for(PRINT):
+        with page_context(PRINT):
             figure, (axis,) = sheet.new_figure(1, "title")
             axis.plot([0.0, 1.0], [0.0, 1.0])
             axis.set_xlabel("time")
@@ -162,7 +162,7 @@ def test_a_figure_grows_by_what_stands_above_and_below_a_panel(change: Any, adde
 
 
 def test_scale_legend_and_title_stand_above_a_panel_in_this_order_and_close_together() -> None:
-    with made_for(PRINT):
+    with page_context(PRINT):
         figure, (axis,) = sheet.new_figure(1, "title")
         axis.plot([0.0, 1.0], [0.0, 1.0], label="a line")
         axis.set_title("a panel")
@@ -185,7 +185,7 @@ def test_a_lone_right_edge_and_a_second_scale_narrow_a_panel_by_their_widths() -
     """4.1 sizes for the numbers, a line for the name and 0.7 about it at the left; 1.7 or a scale's 6.2 at the right."""
     widths = {}
     for unit in ("", "rad/s"):
-        with made_for(PRINT):
+        with page_context(PRINT):
             figure, (axis,) = sheet.new_figure(1, "title")
             axis.plot([0.0, 1.0], [0.0, 1.0])
             axis.set_ylabel("speed")

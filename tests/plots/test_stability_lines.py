@@ -13,10 +13,10 @@ from wucht.plots.stability_lines import (
     draw_classes,
     draw_kinds,
     draw_region,
-    entries_of_kinds,
     equal_stretches,
+    extend_backwards,
     field,
-    meeting,
+    kind_entries,
     smooth_curve,
 )
 
@@ -35,7 +35,7 @@ def test_classes_without_points_are_neither_drawn_nor_named() -> None:
 def test_special_points_and_their_legend_have_the_same_symbols() -> None:
     axis = Figure().add_subplot()
     draw_kinds(axis, np.arange(5.0), np.arange(5.0), KINDS, SYMBOLS)
-    handles = entries_of_kinds(KINDS, SYMBOLS)
+    handles = kind_entries(KINDS, SYMBOLS)
     assert [h.get_label() for h in handles] == ["Hopf point", "branch point", "torus"]
     assert [line.get_marker() for line in axis.get_lines()] == [h.get_marker() for h in handles] == ["D", "s", "^"]
     assert [len(np.atleast_1d(line.get_xdata())) for line in axis.get_lines()] == [2, 1, 1]
@@ -62,7 +62,7 @@ def test_runs_of_equal_values(kinds: list[int], expected: list[tuple[int, int]])
 def test_a_dashed_line_begins_where_the_solid_one_ends() -> None:
     axis = Figure().add_subplot()
     x, stable = np.arange(6.0), np.array([True, True, False, False, True, True])
-    assert meeting(~stable).tolist() == [False, False, True, True, True, False]
+    assert extend_backwards(~stable).tolist() == [False, False, True, True, True, False]
     draw_by_stability(axis, x, 2 * x, stable, "load", color="black")
     solid, dashed = axis.get_lines()
     assert (solid.get_label(), dashed.get_label(), dashed.get_linestyle()) == ("load", "load, unstable", "--")

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from wucht.files.building import machine_from
-from wucht.machines.machine import LOST, SUPPLIED
-from wucht.machines.schedules import SCHEDULED
+from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
+from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -113,8 +113,8 @@ def test_energy_is_booked_completely(drawn):
     document, start = drawn
     result = run(RunUp(until=0.8, start=start), machine_from(document))
     assert result.attrs["failure"] == ""
-    stored, supplied, lost = (result[n].values for n in ("stored_energy", SUPPLIED, LOST))
-    scheduled = result[SCHEDULED].values if SCHEDULED in result else 0.0
+    stored, supplied, lost = (result[n].values for n in ("stored_energy", SUPPLIED_WORK, DISSIPATED_WORK))
+    scheduled = result[SCHEDULE_WORK].values if SCHEDULE_WORK in result else 0.0
     gap = supplied + scheduled - lost - (stored - stored[0])
     assert np.abs(gap).max() < 1e-9 * max(np.abs(supplied).max(), np.abs(stored).max(), np.abs(lost).max())
     assert math.isfinite(float(stored[-1]))

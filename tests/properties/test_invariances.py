@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
-from wucht.machines.machine import LOST, SUPPLIED
-from wucht.numerics.flow.compiled import compile_system
+from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -114,10 +114,10 @@ def assert_equal(one, other, tolerance):
 def test_energy_is_booked_completely(document, start):
     """Work of the motor less what the dampers take is what is stored: full equations, outputs and quadratures together."""
     run = motion(document, start_of(document, start), twenty_turns(document))
-    gap = run[SUPPLIED] - run[LOST] - (run["stored_energy"] - run["stored_energy"][0])
-    scale = max(np.abs(run[SUPPLIED]).max(), np.abs(run["stored_energy"]).max())
+    gap = run[SUPPLIED_WORK] - run[DISSIPATED_WORK] - (run["stored_energy"] - run["stored_energy"][0])
+    scale = max(np.abs(run[SUPPLIED_WORK]).max(), np.abs(run["stored_energy"]).max())
     assert np.abs(gap).max() / scale < 1e-9
-    assert (np.diff(run[LOST]) >= 0).all()  # dampers only take
+    assert (np.diff(run[DISSIPATED_WORK]) >= 0).all()  # dampers only take
 
 
 @pytest.mark.slow
@@ -183,7 +183,7 @@ def test_a_turned_frame_turns_the_orbit_and_nothing_else(document, start, turn):
     for body in document["bodies"]:
         assert_equal(one[f"{body['name']}.speed"], other[f"{body['name']}.speed"], 1e-8)
         assert np.abs(other[f"{body['name']}.angle"] - one[f"{body['name']}.angle"] - turn).max() < 1e-7
-    for name in ("stored_energy", "motor_torque", SUPPLIED, LOST):
+    for name in ("stored_energy", "motor_torque", SUPPLIED_WORK, DISSIPATED_WORK):
         assert_equal(one[name], other[name], 1e-8)
 
 
@@ -248,7 +248,7 @@ def test_the_units_of_the_file_do_not_matter(document, start):
     assert workshop.system == si.system
     begin, until = start_of(document, start), twenty_turns(document)
     asked = {"until": f"{until * 1e3!r} ms", "start": {n: f"{math.degrees(a)!r} deg" for n, a in begin.items()}}
-    one, other = run(RunUp(until=until, start=begin), si), run(RunUp.read(asked), workshop)
+    one, other = run(RunUp(until=until, start=begin), si), run(RunUp.from_table(asked), workshop)
     assert other.attrs["outcome"] == one.attrs["outcome"]
     for name in ("speed", "displacement", "motor_torque", "bearing_force", "residual_unbalance"):
         assert_equal(one[name].values[..., -1], other[name].values[..., -1], 1e-8)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 
 few = settings(

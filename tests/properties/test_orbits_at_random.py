@@ -63,7 +63,7 @@ def assert_no_multiplier_is_negative(system: System, most: float) -> None:
         return
     points: list[Cycle] = [first, *cycles.walk(first)]
     assert not {DOUBLING, TORUS} & {p.kind for p in points}
-    assert not any(p.hidden is not None and p.hidden.kind in (DOUBLING, TORUS) for p in points)
+    assert not any(p.hidden_point is not None and p.hidden_point.kind in (DOUBLING, TORUS) for p in points)
     assert all(p.logarithms[0].imag == 0 for p in points)
 
 

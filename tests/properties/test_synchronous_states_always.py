@@ -13,10 +13,10 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from wucht.analysis.configurations.closed_form import State, at_speed, compensating, members
-from wucht.analysis.configurations.search import by_subdivision
+from wucht.analysis.configurations.closed_form import State, compensating_phases, family_members, fixed_speed_states
+from wucht.analysis.configurations.search import search_by_subdivision
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.analysis.configurations.torus import OnTheTorus
+from wucht.analysis.configurations.torus import TorusProblem
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 
@@ -53,7 +53,7 @@ def turned(a: State, b: State) -> float:
 @given(UNBALANCE, st.lists(UNBALANCE, min_size=1, max_size=5), SPEED, DAMPING)
 def test_nothing_is_left_of_the_torques(rotor: float, balls: list[float], speed: float, damping: float) -> None:
     torques = SteadyTorques.of(machine(rotor, balls, speed, damping))
-    states = at_speed(torques, speed)
+    states = fixed_speed_states(torques, speed)
     phases = np.array([s.phases for s in states]).reshape(len(states), torques.size).T  # one ball may have none
     left = torques.residual(np.full(len(states), speed), phases)[1:]
     influence = np.abs(torques.influence(np.array([speed]))[0]).max()
@@ -65,7 +65,7 @@ def test_nothing_is_left_of_the_torques(rotor: float, balls: list[float], speed:
 def test_the_search_finds_what_the_closed_form_says(a: float, b: float, c: float, speed: float, damping: float) -> None:
     """No less and no more. Where a triangle is all but flat two states nearly coincide, and the search may stay undecided."""
     torques = SteadyTorques.of(machine(a, [b, c], speed, damping))
-    closed, searched = at_speed(torques, speed), by_subdivision(torques, 0.0, 0.0, 20_000)
+    closed, searched = fixed_speed_states(torques, speed), search_by_subdivision(torques, 0.0, 0.0, 20_000)
     for state in searched.states:
         exchanged = replace(state, phases=state.phases[[0, 2, 1]]) if len(torques.classes) == 1 else state
         assert min(turned(s, other) for other in closed for s in (state, exchanged)) < 1e-6
@@ -91,7 +91,7 @@ def test_equal_bodies_may_be_exchanged(rotor: float, ball: float, count: int, sp
     """Each entry stands for its multiplicity: together they are the states of bodies that can be told apart."""
     torques = SteadyTorques.of(machine(rotor, [ball] * count, speed, damping))
     apart = SteadyTorques.of(machine(rotor, [ball * (1 + 1e-9 * k) for k in range(count)], speed, damping))
-    equal, different = (sum(s.multiplicity for s in at_speed(t, speed) if s.beside) for t in (torques, apart))
+    equal, different = (sum(s.multiplicity for s in fixed_speed_states(t, speed) if s.sides) for t in (torques, apart))
     assert len(torques.classes) == 1
     assert len(apart.classes) == count
     assert equal == different
@@ -104,13 +104,13 @@ def test_the_family_compensates(rotor: float, balls: list[float]) -> None:
     """Where the force polygon closes, 000 (41), and only there."""
     torques = SteadyTorques.of(machine(rotor, balls, 100.0, 50.0))
     sizes = np.array([rotor, *balls])
-    closed = compensating(torques)
+    closed = compensating_phases(torques)
     if 2 * sizes.max() > sizes.sum() * (1 + 1e-6):
         assert closed == []
     elif 2 * sizes.max() < sizes.sum() * (1 - 1e-6):
         ((at, dimension, _),) = closed
         assert dimension == len(balls) - 2
-        every = np.concatenate([at[:, None], members(torques, 10)], axis=1)
+        every = np.concatenate([at[:, None], family_members(torques, 10)], axis=1)
         assert np.abs((sizes[:, None] * np.exp(1j * every)).sum(axis=0)).max() < 1e-11 * sizes.sum()
 
 
@@ -119,7 +119,7 @@ def test_the_family_compensates(rotor: float, balls: list[float]) -> None:
 def test_the_machine_turned_by_a_right_angle(a: float, b: float, c: float, speed: float, damping: float) -> None:
     """x and y exchanged: phases count from the rotor, so that they are the same; both stiffnesses act alike."""
     states, turned_states = (
-        at_speed(SteadyTorques.of(machine(a, [b, c], speed, damping, by_90)), speed) for by_90 in (False, True)
+        fixed_speed_states(SteadyTorques.of(machine(a, [b, c], speed, damping, by_90)), speed) for by_90 in (False, True)
     )
     assert len(states) == len(turned_states)
     for state in states:
@@ -131,7 +131,7 @@ def test_the_machine_turned_by_a_right_angle(a: float, b: float, c: float, speed
 @given(st.integers(0, 10_000), st.sampled_from([None, 60.0]), st.floats(0.001, 1.0), st.floats(0.001, 20.0))
 def test_the_bounds_on_the_jacobian_hold(seed: int, held: float | None, turn: float, wide: float) -> None:
     """What makes the search complete: nowhere in a box does the Jacobian differ by more than is claimed."""
-    problem, draw = OnTheTorus(SteadyTorques.of(driven(held))), np.random.default_rng(seed)
+    problem, draw = TorusProblem(SteadyTorques.of(driven(held))), np.random.default_rng(seed)
     unknowns = 2 if held is not None else 3
     centre, radius = draw.uniform(0, 2 * np.pi, (unknowns, 20)), np.full((unknowns, 20), turn)
     if held is None:

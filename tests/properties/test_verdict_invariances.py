@@ -120,7 +120,7 @@ def faster_by(rate, document, start, until):
 
 def verdict(document, start, until):
     asked = {"start": start} | ({"until": until} if until else {})
-    return run(RunUp.read(asked), machine_from(document)).wucht.summary
+    return run(RunUp.from_table(asked), machine_from(document)).wucht.summary
 
 
 @cache

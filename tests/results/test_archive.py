@@ -67,8 +67,8 @@ data = st.recursive(
 def back(folder: Path, **values: Any) -> dict[str, Any]:
     """What is read of values that were written."""
     group = folder / uuid4().hex
-    archive.write(group, values)
-    return archive.read(group)
+    archive.write_values(group, values)
+    return archive.read_values(group)
 
 
 @given(data)
@@ -98,7 +98,7 @@ def test_arrays_keep_type_and_shape(tmp_path: Path, kind: str) -> None:
 
 
 def test_other_readers_of_zarr_find_the_numbers(tmp_path: Path) -> None:
-    archive.write(tmp_path / "a", {"x": Inner(np.arange(3.0)), "y": np.array([4.0])})
+    archive.write_values(tmp_path / "a", {"x": Inner(np.arange(3.0)), "y": np.array([4.0])})
     group = zarr.open_group(tmp_path / "a", mode="r")
     assert group["float64"][:].tolist() == [0.0, 1.0, 2.0, 4.0]
     assert json.loads(str(group.attrs["tree"]))["y"] == {"array": "float64", "begin": 3, "shape": [1]}
@@ -107,7 +107,7 @@ def test_other_readers_of_zarr_find_the_numbers(tmp_path: Path) -> None:
 @pytest.mark.parametrize("value", [object(), {1, 2}, lambda: None, Path(), np.array([object()])])
 def test_what_is_no_frozen_data_is_refused(tmp_path: Path, value: Any) -> None:
     with pytest.raises((WuchtError, ValueError)):
-        archive.write(tmp_path / "a", {"x": value})
+        archive.write_values(tmp_path / "a", {"x": value})
     assert not (tmp_path / "a").exists()
 
 
@@ -119,7 +119,7 @@ def _files(group: Path) -> list[Path]:
 @pytest.mark.parametrize("number", range(5))
 def test_a_group_that_is_not_whole_is_refused(tmp_path: Path, number: int, content: bytes | None) -> None:
     """Whichever of its files is not there, or is another: its own description, those of its two arrays, and their numbers."""
-    archive.write(tmp_path / "a", {"x": np.arange(9.0), "y": np.arange(9)})
+    archive.write_values(tmp_path / "a", {"x": np.arange(9.0), "y": np.arange(9)})
     files = _files(tmp_path / "a")
     assert len(files) == 5
     if content is None:
@@ -127,17 +127,17 @@ def test_a_group_that_is_not_whole_is_refused(tmp_path: Path, number: int, conte
     else:
         files[number].write_bytes(content)
     with rejected("incomplete"):
-        archive.read(tmp_path / "a")
+        archive.read_values(tmp_path / "a")
 
 
 def test_numbers_of_another_group_are_refused(tmp_path: Path) -> None:
     """Well written, but not those that belong to it."""
     for name, x in {"a": 1.0, "b": 2.0}.items():
-        archive.write(tmp_path / name, {"x": np.full(9, x)})
+        archive.write_values(tmp_path / name, {"x": np.full(9, x)})
     numbers = Path("float64") / "c" / "0"
     (tmp_path / "a" / numbers).write_bytes((tmp_path / "b" / numbers).read_bytes())
     with rejected("incomplete"):
-        archive.read(tmp_path / "a")
+        archive.read_values(tmp_path / "a")
 
 
 @pytest.mark.parametrize("name", ["os:system", "builtins:eval", "nowhere:Class", "pathlib:Path"])
@@ -145,7 +145,7 @@ def test_reading_makes_nothing_but_dataclasses(tmp_path: Path, name: str) -> Non
     tree = json.dumps({"x": {"class": name, "fields": {}}})
     zarr.create_group(tmp_path / "a", attributes={"tree": tree, "types": [], "digest": sha256(tree.encode()).hexdigest()})
     with rejected("incomplete"):
-        archive.read(tmp_path / "a")
+        archive.read_values(tmp_path / "a")
 
 
 def test_more_numbers_than_are_written_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,8 +156,8 @@ def test_more_numbers_than_are_written_at_once(tmp_path: Path, monkeypatch: pyte
         "table": np.arange(15.0).reshape(3, 5).T,
         "none": np.zeros((0, 2)),
     }
-    archive.write(tmp_path / "group", values)
-    assert same(archive.read(tmp_path / "group"), values)
+    archive.write_values(tmp_path / "group", values)
+    assert same(archive.read_values(tmp_path / "group"), values)
     assert zarr.open_group(tmp_path / "group", mode="r")["float64"].chunks == (7,)
 
 

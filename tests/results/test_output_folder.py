@@ -18,7 +18,17 @@ from tests.refusals import failed, refused
 
 from wucht.errors import RunError
 from wucht.results import output_folder
-from wucht.results.output_folder import CHECKSUMS, COMMIT, NEW, SUMMARY, checksum, claimed, commit, latest, note_figure
+from wucht.results.output_folder import (
+    CHECKSUMS,
+    COMMIT,
+    NEW,
+    SUMMARY,
+    checksum,
+    claim_folder,
+    commit,
+    latest_file,
+    note_figure,
+)
 from wucht.studies import memory
 
 CLAIM = """
@@ -33,17 +43,17 @@ with claimed(Path(sys.argv[1])):
 
 def test_a_folder_is_made_and_given_free_again(tmp_path: Path) -> None:
     folder = tmp_path / "a" / "b"
-    with claimed(folder), claimed(folder):
+    with claim_folder(folder), claim_folder(folder):
         assert folder.is_dir()
         (folder / "result.nc").write_text("")
     assert [p.name for p in folder.iterdir()] == ["result.nc"]
 
 
 def test_a_folder_that_stays_empty_is_not_left(tmp_path: Path) -> None:
-    with pytest.raises(ZeroDivisionError), claimed(tmp_path / "a" / "b"):
+    with pytest.raises(ZeroDivisionError), claim_folder(tmp_path / "a" / "b"):
         raise ZeroDivisionError
     assert list(tmp_path.iterdir()) == []
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         pass
     assert tmp_path.is_dir(), "it was there before"
 
@@ -53,7 +63,7 @@ def test_another_process_is_kept_out_until_it_is_killed(tmp_path: Path) -> None:
     try:
         assert other.stdout is not None
         assert other.stdout.readline() == "claimed\n"
-        with refusals.refused("-o"), claimed(tmp_path):
+        with refusals.refused("-o"), claim_folder(tmp_path):
             pytest.fail("two runs write into one folder")
     finally:
         other.kill()
@@ -61,7 +71,7 @@ def test_another_process_is_kept_out_until_it_is_killed(tmp_path: Path) -> None:
         if other.stdout is not None:
             other.stdout.close()
     assert list(tmp_path.iterdir()), "what it left behind"
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         pass
     assert list(tmp_path.iterdir()) == []
 
@@ -86,11 +96,11 @@ FRESH = {"result.nc": "new", "run-up.png": "new", "run-up.pdf": "the same in bot
 
 
 def test_a_result_takes_the_place_of_the_earlier_one_and_of_its_figures(tmp_path: Path) -> None:
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         put(tmp_path, OLD, ("run-up.png", "run-up.pdf"))
         commit(tmp_path)
     assert files_of(tmp_path) == OLD
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         put(tmp_path, {"result.nc": "another", "basin.png": "another"}, ("basin.png",))
         commit(tmp_path)
     assert files_of(tmp_path) == {"result.nc": "another", "basin.png": "another"}
@@ -98,9 +108,9 @@ def test_a_result_takes_the_place_of_the_earlier_one_and_of_its_figures(tmp_path
 
 def test_what_was_not_committed_is_removed(tmp_path: Path) -> None:
     put(tmp_path, OLD)
-    assert latest(tmp_path / "result.nc") == tmp_path / "result.nc"
+    assert latest_file(tmp_path / "result.nc") == tmp_path / "result.nc"
     assert (tmp_path / NEW).is_dir(), "it may be that of a run that goes on"
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         assert not (tmp_path / NEW).exists()
 
 
@@ -109,7 +119,7 @@ def test_cut_off_anywhere_it_is_the_earlier_result_or_the_new_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: int
 ) -> None:
     """As by SIGKILL: at any change of a name, what is left is completed by the next who opens the folder."""
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         put(tmp_path, OLD, ("run-up.png", "run-up.pdf"))
         commit(tmp_path)
     steps = count(1)
@@ -120,8 +130,8 @@ def test_cut_off_anywhere_it_is_the_earlier_result_or_the_new_one(
         with suppress(KeyboardInterrupt):
             commit(tmp_path)
     assert next(steps) == min(step, STEPS) + 1, "each step is tried"
-    result = latest(tmp_path / "result.nc").read_text()
-    with claimed(tmp_path):
+    result = latest_file(tmp_path / "result.nc").read_text()
+    with claim_folder(tmp_path):
         pass
     assert files_of(tmp_path) == {"old": OLD, "new": FRESH}[result]
     noted = json.loads((tmp_path / SUMMARY).read_text())[CHECKSUMS]
@@ -149,9 +159,9 @@ def test_a_folder_that_cannot_be_written_is_read_all_the_same(tmp_path: Path, mo
         raise OSError(errno.EROFS, "Read-only file system")
 
     monkeypatch.setattr(Path, "replace", refused)
-    assert latest(tmp_path / "result.nc").read_text() == "new"
+    assert latest_file(tmp_path / "result.nc").read_text() == "new"
     monkeypatch.undo()
-    assert latest(tmp_path / "result.nc") == tmp_path / "result.nc"
+    assert latest_file(tmp_path / "result.nc") == tmp_path / "result.nc"
     assert not (tmp_path / COMMIT).exists()
 
 
@@ -166,18 +176,18 @@ def test_a_file_that_a_viewer_has_open_is_tried_again_and_then_named(tmp_path: P
         return move(source, target)
 
     monkeypatch.setattr(Path, "replace", held)
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         put(tmp_path, OLD, ("run-up.png",))
         commit(tmp_path)
     assert files_of(tmp_path) == OLD, "closed after a while"
     monkeypatch.setattr(output_folder, "_PATIENCE_S", 0.2)
     opened[0] = 100
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         put(tmp_path, FRESH, ("run-up.png",))
         with failed("not-replaced", "up.png"):
             commit(tmp_path)
     opened[0] = 0
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         assert files_of(tmp_path)["run-up.png"] == "new"
 
 
@@ -197,7 +207,7 @@ def test_only_what_is_noted_and_unchanged_is_removed(tmp_path: Path) -> None:
 
 
 def replace_result(folder: Path) -> None:
-    with claimed(folder):
+    with claim_folder(folder):
         put(folder, {"result.nc": ""})
         commit(folder)
 
@@ -219,7 +229,7 @@ def test_a_folder_in_which_nothing_can_be_written(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(output_folder, "FileIO", refuse)
     with (
         refusals.refused("-o", "nothing can be written there", "Read-only file system", given=str(tmp_path)),
-        claimed(tmp_path),
+        claim_folder(tmp_path),
     ):
         pytest.fail("it cannot be claimed")
 
@@ -230,7 +240,7 @@ def test_where_there_are_no_locks_nothing_is_kept(tmp_path: Path, monkeypatch: p
         raise OSError(errno.ENOLCK, "No locks available")
 
     monkeypatch.setattr(output_folder.fcntl, "flock", none)
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         (tmp_path / "result.nc").write_text("")
     assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
 
@@ -238,7 +248,7 @@ def test_where_there_are_no_locks_nothing_is_kept(tmp_path: Path, monkeypatch: p
 @pytest.mark.skipif(sys.platform == "win32", reason="files that are open can be removed")
 def test_a_lock_that_was_removed_meanwhile_is_taken_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the run that had it and has ended: the file of that name is another one then."""
-    lock, opened, real = tmp_path / ".wucht.lock", list[Any](), output_folder._taken
+    lock, opened, real = tmp_path / ".wucht.lock", list[Any](), output_folder._is_lock_held
 
     def taken(file: Any) -> bool:
         opened.append(file)
@@ -249,7 +259,7 @@ def test_a_lock_that_was_removed_meanwhile_is_taken_anew(tmp_path: Path, monkeyp
         return real(file)
 
     monkeypatch.setattr(output_folder, "_taken", taken)
-    with claimed(tmp_path):
+    with claim_folder(tmp_path):
         assert [file.closed for file in opened] == [True, True, False] and lock.is_file()
     assert opened[2].closed and not lock.exists()
 
@@ -264,7 +274,7 @@ def test_a_lock_that_is_removed_again_and_again_is_given_up(tmp_path: Path, monk
         return False
 
     monkeypatch.setattr(output_folder, "_taken", taken)
-    with refusals.refused("-o", "another run is writing a result there"), claimed(tmp_path):
+    with refusals.refused("-o", "another run is writing a result there"), claim_folder(tmp_path):
         pytest.fail("it cannot be claimed")
     assert len(opened) == 10 and all(file.closed for file in opened)
 
@@ -307,7 +317,7 @@ def test_what_is_kept_in_a_folder_that_another_process_changes(tmp_path: Path, m
     (tmp_path / "a").mkdir()
     with monkeypatch.context() as patch:
         patch.setattr(Path, "glob", gone)
-        assert memory._found(tmp_path, "*") == []
+        assert memory._matching_paths(tmp_path, "*") == []
     memory._remove(tmp_path / "nothing", tmp_path)
     with monkeypatch.context() as patch:
         patch.setattr(Path, "rename", full)

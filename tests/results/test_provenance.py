@@ -17,8 +17,8 @@ from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.results import provenance
-from wucht.results.output_folder import load
-from wucht.results.provenance import CHECKSUMS, check_attributes, sealed, unsealed
+from wucht.results.output_folder import load_result
+from wucht.results.provenance import CHECKSUMS, check_attributes, verify_checksums, with_checksums
 from wucht.results.store import save
 
 Command = Callable[..., Any]
@@ -46,8 +46,8 @@ def test_what_netcdf_keeps_has_the_checksum_it_was_written_with(values: np.ndarr
     """Whatever the type: with values that are not numbers, infinite, of either sign of zero."""
     dimensions = tuple(f"d{k}" for k in range(values.ndim))
     written = xr.Dataset({"v": (dimensions, values, {"units": unit}), "t": ("text", texts)}, attrs=ATTRIBUTES)
-    read = xr.load_dataset(sealed(written).to_netcdf(engine="h5netcdf"), engine="h5netcdf")
-    assert CHECKSUMS not in unsealed(read).attrs
+    read = xr.load_dataset(with_checksums(written).to_netcdf(engine="h5netcdf"), engine="h5netcdf")
+    assert CHECKSUMS not in verify_checksums(read).attrs
 
 
 def test_each_change_is_named(tmp_path: Path) -> None:
@@ -74,17 +74,17 @@ def test_each_change_is_named(tmp_path: Path) -> None:
     for what, (name, change) in changes.items():
         change(whole.copy(deep=True)).to_netcdf(file, engine="h5netcdf")
         with pytest.raises(InputError) as error:
-            load(file)
+            load_result(file)
         assert error.value.key == name, what
         assert str(file) in str(error.value), what
 
 
 def test_a_changed_dataset_can_be_saved_again(tmp_path: Path) -> None:
     """Its checksums are gone when it is read, as from a file that had none."""
-    result = load(save(xr.Dataset({"speed": ("time", [1.0, 2.0])}, attrs=ATTRIBUTES), tmp_path / "a.nc"))
+    result = load_result(save(xr.Dataset({"speed": ("time", [1.0, 2.0])}, attrs=ATTRIBUTES), tmp_path / "a.nc"))
     assert CHECKSUMS not in result.attrs
     (2 * result).assign_attrs(result.attrs).to_netcdf(tmp_path / "b.nc", engine="h5netcdf")
-    assert load(tmp_path / "b.nc").speed.values.tolist() == [2.0, 4.0]
+    assert load_result(tmp_path / "b.nc").speed.values.tolist() == [2.0, 4.0]
 
 
 def test_a_damaged_byte_is_noticed_or_means_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -95,7 +95,7 @@ def test_a_damaged_byte_is_noticed_or_means_nothing(tmp_path: Path, capfd: pytes
     for k in tried:
         file.write_bytes(whole[:k] + bytes([whole[k] ^ (1 << k % 8)]) + whole[k + 1 :])
         try:
-            assert load(file).identical(result.copy())
+            assert load_result(file).identical(result.copy())
         except InputError:
             noticed += 1
     assert noticed > 15, "most of the rest is room that HDF5 keeps free"
@@ -108,7 +108,7 @@ def edited(wucht: Command, study: Callable[..., Path]) -> Callable[..., None]:
     if not Path("out").exists():
         assert wucht("run", study('until = "0.5 s"', 'until = "0.02 s"'), "-o", "out").code == 0
 
-    whole = load(Path("out/result.nc"))
+    whole = load_result(Path("out/result.nc"))
 
     def write(change: Callable[[xr.Dataset], xr.Dataset]) -> None:
         change(whole.copy()).to_netcdf("edited.nc", engine="h5netcdf")

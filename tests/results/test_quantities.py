@@ -12,7 +12,7 @@ import xarray as xr
 from tests.refusals import rejected
 
 from wucht.results.formatting import ReportLines
-from wucht.results.quantities import Answer, Quantity, answer, group, table, variables_of
+from wucht.results.quantities import Answer, Quantity, answer, dataset_from_quantities, group, table
 
 POINTS = [
     {"speed": 10.0, "torque": 2.0, "stable": True, "name": "low"},
@@ -101,7 +101,7 @@ def test_a_name_is_given_once() -> None:
 
 
 def test_an_empty_table_has_empty_columns_of_the_same_kinds() -> None:
-    empty = variables_of(table("points", [], "points", PARTS, "point", COLUMNS))
+    empty = dataset_from_quantities(table("points", [], "points", PARTS, "point", COLUMNS))
     full = made()
     for name in ("point_speed", "point_torque", "point_stable", "point_name"):
         assert empty[name].shape == (0,)

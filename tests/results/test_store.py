@@ -11,7 +11,7 @@ import xarray as xr
 from tests.hand_made import variable
 from tests.refusals import failed, refused
 
-from wucht.results.store import prepare_folder, replacing, save_csv
+from wucht.results.store import prepare_folder, replace_file, save_csv
 
 
 def test_two_at_once_do_not_mix(tmp_path: Path) -> None:
@@ -20,12 +20,12 @@ def test_two_at_once_do_not_mix(tmp_path: Path) -> None:
 
     def slowly(beside: Path) -> None:
         beside.write_text("first, h")
-        replacing(file, lambda other: other.write_text("second"))
+        replace_file(file, lambda other: other.write_text("second"))
         seen.append(file.read_text())
         with beside.open("a") as rest:
             rest.write("alf and half")
 
-    replacing(file, slowly)
+    replace_file(file, slowly)
     assert seen == ["second"]
     assert file.read_text() == "first, half and half"
     assert list(tmp_path.iterdir()) == [file]
@@ -33,14 +33,14 @@ def test_two_at_once_do_not_mix(tmp_path: Path) -> None:
 
 def test_what_cannot_be_written_leaves_what_was_there(tmp_path: Path) -> None:
     file = tmp_path / "a"
-    replacing(file, lambda beside: beside.write_text("whole"))
+    replace_file(file, lambda beside: beside.write_text("whole"))
 
     def full(beside: Path) -> None:
         beside.write_text("ha")
         raise OSError(28, "No space left on device")
 
     with failed("not-written"):
-        replacing(file, full)
+        replace_file(file, full)
     assert file.read_text() == "whole"
     assert list(tmp_path.iterdir()) == [file]
 

@@ -67,7 +67,7 @@ def load_everything() -> None:
 
     import wucht.cli.app
     import wucht.studies.runner
-    from wucht.machines.parts import known  # noqa: F401
+    from wucht.machines.parts import part_kinds  # noqa: F401
     from wucht.studies.registry import studies
 
     with suppress(ImportError):

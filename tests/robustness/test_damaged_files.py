@@ -79,15 +79,15 @@ def result(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 @pytest.mark.parametrize("count", [16, pytest.param(1000, marks=pytest.mark.slow)])
 def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> None:
     """What is read all the same is what was written: there are bytes that mean nothing."""
-    from wucht.results.output_folder import load
+    from wucht.results.output_folder import load_result
 
     whole, changed = result.read_bytes(), tmp_path / "result.nc"
 
     def read(expected: xr.Dataset) -> None:
-        assert load(changed).identical(expected)
+        assert load_result(changed).identical(expected)
 
     def attempts() -> Iterator[tuple[str, Callable[[], object]]]:
-        expected = load(result)
+        expected = load_result(result)
         for seed in range(count):
             changed.write_bytes(damage.bytes_changed(whole, seed))
             yield f"seed {seed}", lambda: read(expected)
@@ -98,7 +98,7 @@ def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> 
 @pytest.mark.parametrize("every", [151, pytest.param(1, marks=pytest.mark.slow)])
 def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
     """Each is drawn, reported, exported, written as CSV and compared."""
-    from wucht.results.output_folder import load
+    from wucht.results.output_folder import load_result
     from wucht.results.store import save_csv
     from wucht.studies import runner
     from wucht.studies.study_file import answer, read_comparison
@@ -107,12 +107,12 @@ def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
     written.mkdir()
 
     def attempts() -> Iterator[tuple[str, Callable[[], object]]]:
-        original = load(result)
+        original = load_result(result)
         uses: dict[str, Callable[[], Any]] = {
-            "draw": lambda: runner.draw(load(changed)),
-            "report": lambda: runner.report(load(changed)),
-            "csv": lambda: save_csv(load(changed), written),
-            "export": lambda: runner.export(load(changed), written),
+            "draw": lambda: runner.draw(load_result(changed)),
+            "report": lambda: runner.report(load_result(changed)),
+            "csv": lambda: save_csv(load_result(changed), written),
+            "export": lambda: runner.export(load_result(changed), written),
             "compare": lambda: answer(read_comparison([str(changed), str(changed)], {}, {})),
         }
         for number, (name, edit) in enumerate(damage.edits(original)):

@@ -12,7 +12,7 @@ import pytest
 from tests.interrupting import assert_same
 from tests.robustness import children
 
-from wucht.results.output_folder import load
+from wucht.results.output_folder import load_result
 from wucht.studies.registry import studies
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="what is killed is a fork")
@@ -49,6 +49,6 @@ def test_killed_and_resumed(kind: str, tmp_path: Path) -> None:
     assert killed > 0, f"in {time.perf_counter() - begun} s"
     resumed = children.call(children.wucht(*words, "--resume"), tmp_path)
     assert resumed.code == 0, resumed.err
-    assert_same(load(tmp_path / "killed"), load(tmp_path / "whole"))
+    assert_same(load_result(tmp_path / "killed"), load_result(tmp_path / "whole"))
     files = [sorted(path.name for path in (tmp_path / name).iterdir()) for name in ("killed", "whole")]
     assert files[0] == files[1], "and nothing else is left"

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from wucht.cli.list import kinds
 from wucht.errors import InputError
 from wucht.files.equal_bodies import keys_in_files
-from wucht.schema import Described, keys_of, models_in, si
+from wucht.schema import TableModel, keys_of, models_in, si
 from wucht.studies.registry import studies
 
 EVERY = {f"{cls.__module__}.{cls.__name__}": cls for of_kind in kinds().values() for cls in of_kind.values()}
@@ -25,7 +25,7 @@ def _with_tables(cls: type[BaseModel]) -> set[type[BaseModel]]:
         if one not in found:
             found.add(one)
             pending += [m for field in one.model_fields.values() for m in models_in(field.annotation)]
-            pending += [base for base in one.__bases__ if issubclass(base, Described)]
+            pending += [base for base in one.__bases__ if issubclass(base, TableModel)]
     return found
 
 
@@ -41,7 +41,7 @@ def test_no_docstring_describes_keys(name: str) -> None:
         assert re.findall(rf"(?:^|[.;:,] |`)((?:{keys})`*: )", " ".join((cls.__doc__ or "").split())) == [], cls
 
 
-class Fan(Described):
+class Fan(TableModel):
     """A fan."""
 
     speed: float = si("rad/s", "speed", gt=0, help="speed of the shaft, at which the torque is given")

@@ -8,18 +8,18 @@ import pytest
 from pydantic import Field
 
 from wucht.cli.list import kinds
-from wucht.schema import Described, Key, keys_of, si
+from wucht.schema import Key, TableModel, keys_of, si
 from wucht.studies.registry import studies
 
 
-class Inner(Described):
+class Inner(TableModel):
     """A table inside."""
 
     at: tuple[float, float] = si("m", "place", alias="@", help="place in the frame")
     then: Inner | None = None
 
 
-class Outer(Described):
+class Outer(TableModel):
     """A table."""
 
     mass: float = si("kg", "mass", gt=0, le=5)

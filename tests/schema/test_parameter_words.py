@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from wucht.files.catalogue import load_machine
-from wucht.schema import Parameter, in_words
+from wucht.schema import Parameter, full_name
 
 
 @pytest.mark.parametrize(
@@ -24,24 +24,24 @@ from wucht.schema import Parameter, in_words
 )
 def test_what_it_is_and_whose(machine: str, path: str, words: str) -> None:
     parameter = load_machine(machine).parameters[path]
-    assert parameter.words == parameter.called == words
+    assert parameter.full_name == parameter.sentence_name == words
 
 
 def test_every_parameter_of_the_catalogue_has_words_of_its_own() -> None:
     for machine in ("practice/laundry-drum", "practice/screen"):
         parameters = load_machine(machine).parameters.values()
-        assert len({p.words for p in parameters}) == len(parameters)
-        assert not [p.words for p in parameters if "_" in p.words]
+        assert len({p.full_name for p in parameters}) == len(parameters)
+        assert not [p.full_name for p in parameters if "_" in p.full_name]
 
 
 def test_a_symbol_stays_one() -> None:
     u = load_machine("drozdetskaya-2020/table-5.1").parameters["u"]
-    assert (u.called, u.at(2.5)) == ("u", "u = 2.5")
+    assert (u.sentence_name, u.value_text(2.5)) == ("u", "u = 2.5")
 
 
 def test_a_value_has_its_unit() -> None:
-    assert Parameter("drive.voltage", 1.0, "V", "U", "voltage").at(230.0) == "voltage of the drive = 230 V"
+    assert Parameter("drive.voltage", 1.0, "V", "U", "voltage").value_text(230.0) == "voltage of the drive = 230 V"
 
 
 def test_a_letter_within_a_word_is_no_owner() -> None:
-    assert in_words("a.mass", "mass") == "mass of a"
+    assert full_name("a.mass", "mass") == "mass of a"

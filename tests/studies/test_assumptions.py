@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from wucht.files.catalogue import load_equations, load_machine
 from wucht.plots.arranging import arrange
-from wucht.plots.page import JOURNAL, made_for
-from wucht.plots.sheet import new_figure, state
+from wucht.plots.page import JOURNAL, page_context
+from wucht.plots.sheet import new_figure, write_assumptions
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.assumptions import assumptions
 from wucht.studies.basin.spec import Basin
@@ -22,14 +22,14 @@ from wucht.studies.registry import studies
 from wucht.studies.response.spec import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
-from wucht.studies.spec import AVERAGED, FULL, Spec
+from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 R1, DIMENSIONLESS = "drozdetskaya-2020/r1", "drozdetskaya-2020/table-5.1"
 WITHOUT, KEPT = (f"averaged equations {word} the inertia of the balancing bodies" for word in ("without", "with"))
 MOTOR = "drum driven by its motor (linear)"
-SECOND = KEPT.replace(AVERAGED, f"{AVERAGED} of second order")
+SECOND = KEPT.replace(AVERAGED_EQUATIONS, f"{AVERAGED_EQUATIONS} of second order")
 CLOSED, DAMPING = "steady vibration of a linear carrier, in closed form", {"damping": (0.1, 1)}
 AT_ZERO = "balancing bodies start at p1 0°, p2 0° to their rotor, at rest"
 SCREEN, MOTORS = "practice/screen", ["e1 driven by its motor (induction); e2 driven by its motor (induction)"]
@@ -40,26 +40,29 @@ SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
 @pytest.mark.parametrize(
     ("name", "spec", "statements"),
     [
-        (R1, RunUp(until=1.0), [FULL, MOTOR, AT_ZERO]),
+        (R1, RunUp(until=1.0), [FULL_EQUATIONS, MOTOR, AT_ZERO]),
         (R1, RunUp(until=1.0, model="slow"), [WITHOUT, MOTOR, AT_ZERO]),
         (R1, RunUp(until=1.0, model="slow", inertia=True, order=2), [SECOND, MOTOR, AT_ZERO]),
-        (R1, RunUp(until=1.0, model="both"), [f"{FULL} and {WITHOUT}", MOTOR, AT_ZERO]),
-        (R1, Approximation(), [f"{FULL}, compared with {WITHOUT}", MOTOR, AT_ZERO]),
+        (R1, RunUp(until=1.0, model="both"), [f"{FULL_EQUATIONS} and {WITHOUT}", MOTOR, AT_ZERO]),
+        (R1, Approximation(), [f"{FULL_EQUATIONS}, compared with {WITHOUT}", MOTOR, AT_ZERO]),
         (R1, Basin(axes={"p1": (0, 6, 3), "p2": (0, 6, 3)}, model="slow"), [WITHOUT, MOTOR]),
-        (R1, OptimiseBalancer(vary=DAMPING, model="slow"), [f"{KEPT} for the search, {FULL} for the front", MOTOR]),
+        (R1, OptimiseBalancer(vary=DAMPING, model="slow"), [f"{KEPT} for the search, {FULL_EQUATIONS} for the front", MOTOR]),
         (R1, SpeedCurve(along="drive.slope", range=(0.01, 0.1)), [KEPT, MOTOR]),
-        (R1, SynchronousStates(), [f"{KEPT} for the states, {FULL} for their stability", MOTOR]),
+        (R1, SynchronousStates(), [f"{KEPT} for the states, {FULL_EQUATIONS} for their stability", MOTOR]),
         (R1, SynchronousStates(full=False, speed=150.0), [KEPT, "the main rotor held at study.speed"]),
         (R1, Response(), [CLOSED, "all bodies turn at each speed of the range"]),
         (DIMENSIONLESS, RunUp(until=1.0, model="slow"), [WITHOUT, "rotor driven with limited power", AT_ZERO]),
         (DIMENSIONLESS, SpeedCurve(along="u", range=(1, 2)), [WITHOUT, "rotor driven with limited power"]),
-        ("sperling-rollers/table-2", RunUp(until=1.0), [FULL, "drum at its given speed", TURNING]),
-        (R1, RunUp(until=1.0, start={"p1": 0.3}), [FULL, MOTOR, "balancing bodies start at p2 0° to their rotor, at rest"]),
-        (R1, RunUp(until=1.0, start={"psi": 0.3}), [FULL, MOTOR]),
-        (SCREEN, RunUp(until=1.0), [FULL, *MOTORS, "rotors start at e1 0°, e2 0°, at rest"]),
-        (SCREEN, RunUp(until=1.0, start={"e1": 1.0}), [FULL, *MOTORS, "rotors start at e2 0°, at rest"]),
-        (R1, RunUp(until=1.0, starts=({"p1": 0.3, "p2": 1.0}, {"p2": 0.3})), [FULL, MOTOR, AT_ZERO.replace(", p2 0°", "")]),
-        ("sperling-vibration/figure-2a", RunUp(until=1.0, model="slow"), [AVERAGED, "rotor driven by its motor (linear)"]),
+        ("sperling-rollers/table-2", RunUp(until=1.0), [FULL_EQUATIONS, "drum at its given speed", TURNING]),
+        (R1, RunUp(until=1.0, start={"p1": 0.3}),
+        [FULL_EQUATIONS, MOTOR, "balancing bodies start at p2 0° to their rotor, at rest"]),
+        (R1, RunUp(until=1.0, start={"psi": 0.3}), [FULL_EQUATIONS, MOTOR]),
+        (SCREEN, RunUp(until=1.0), [FULL_EQUATIONS, *MOTORS, "rotors start at e1 0°, e2 0°, at rest"]),
+        (SCREEN, RunUp(until=1.0, start={"e1": 1.0}), [FULL_EQUATIONS, *MOTORS, "rotors start at e2 0°, at rest"]),
+        (R1, RunUp(until=1.0, starts=({"p1": 0.3, "p2": 1.0}, {"p2": 0.3})),
+        [FULL_EQUATIONS, MOTOR, AT_ZERO.replace(", p2 0°", "")]),
+        ("sperling-vibration/figure-2a", RunUp(until=1.0, model="slow"),
+        [AVERAGED_EQUATIONS, "rotor driven by its motor (linear)"]),
     ],
 )  # fmt: skip
 def test_what_follows_from_question_and_machine(name: str, spec: Spec, statements: list[str]) -> None:
@@ -88,11 +91,11 @@ def test_it_is_said_everywhere(wucht: Callable[..., Any], study: Callable[..., P
 
 def test_the_figure_says_it_below_its_heading() -> None:
     result = run(RunUp(until=0.05), load_machine(R1))
-    assert result.wucht.assumed == [FULL, MOTOR, AT_ZERO]
-    assert f"  assumed      {FULL}; {MOTOR}; {AT_ZERO}" in report(result)
+    assert result.wucht.assumed == [FULL_EQUATIONS, MOTOR, AT_ZERO]
+    assert f"  assumed      {FULL_EQUATIONS}; {MOTOR}; {AT_ZERO}" in report(result)
     drawn = draw(result)
     (small,) = drawn.texts[1:] if drawn.texts[0] is drawn._suptitle else drawn.texts  # type: ignore[attr-defined]
-    assert " ".join(small.get_text().split()) == f"assumed: {FULL}; {MOTOR}; {AT_ZERO}"
+    assert " ".join(small.get_text().split()) == f"assumed: {FULL_EQUATIONS}; {MOTOR}; {AT_ZERO}"
     earlier = result.copy()
     del earlier.attrs["assumed"]  # one that an earlier version wrote
     assert all("assumed" not in text.get_text() for text in draw(earlier).texts)
@@ -102,7 +105,7 @@ def test_the_figure_says_it_below_its_heading() -> None:
 def test_panels_keep_their_height_and_their_distance_from_the_statements(statements: list[str]) -> None:
     def made(stated: list[str]) -> tuple[Figure, float]:
         figure, axes = new_figure(2, "Title", "sentence")
-        state(figure, stated)
+        write_assumptions(figure, stated)
         return arrange(figure), round(axes[0].get_position().height * figure.get_figheight(), 6)
 
     (figure, height), (_, before) = made(statements), made([])
@@ -116,7 +119,7 @@ def test_panels_keep_their_height_and_their_distance_from_the_statements(stateme
 
 
 def test_a_column_of_a_journal_has_no_heading_and_no_statements() -> None:
-    with made_for(JOURNAL):
+    with page_context(JOURNAL):
         figure, _ = new_figure(1, "Title", "sentence")
-        state(figure, ["short"])
+        write_assumptions(figure, ["short"])
     assert arrange(figure).texts == []

@@ -14,7 +14,7 @@ from tests.refusals import refused
 
 from wucht.errors import RunError
 from wucht.studies import cluster
-from wucht.studies.cluster import Cluster, _check_versions, _made_with, _on_worker, _teller
+from wucht.studies.cluster import DaskCluster, _check_versions, _compute_on_worker, _environment, _progress_reporter
 
 distributed = pytest.importorskip("distributed")
 
@@ -54,18 +54,18 @@ def worker(monkeypatch: pytest.MonkeyPatch) -> Work:
 
 
 def test_a_worker_computes_what_it_is_given(worker: Work, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _on_worker(pickle.dumps(half), _made_with(), "topic", "name") == 0.5
+    assert _compute_on_worker(pickle.dumps(half), _environment(), "topic", "name") == 0.5
     assert worker.events == [], "within a second nothing is told"
     monkeypatch.setattr(cluster, "_TELL_S", -1.0)
-    assert _on_worker(pickle.dumps(half), _made_with(), "topic", "name") == 0.5
+    assert _compute_on_worker(pickle.dumps(half), _environment(), "topic", "name") == 0.5
     assert worker.events == [("topic", ("name", 0.25))]
 
 
 def test_a_worker_with_something_else_refuses(worker: Work) -> None:
-    asked = _made_with() | {"numpy": "0.1", "heyoka-of-mine": "2"}
+    asked = _environment() | {"numpy": "0.1", "heyoka-of-mine": "2"}
     with pytest.raises(RunError) as raised:
-        _on_worker(pickle.dumps(half), asked, "topic", "name")
-    differ = f"numpy {_made_with()['numpy']} (here 0.1), heyoka-of-mine None (here 2)"
+        _compute_on_worker(pickle.dumps(half), asked, "topic", "name")
+    differ = f"numpy {_environment()['numpy']} (here 0.1), heyoka-of-mine None (here 2)"
     assert str(raised.value) == f"the worker tcp://w:1 has {differ}: all must have the same, for the same result"
     assert raised.value.code == "other-versions"
 
@@ -73,19 +73,19 @@ def test_a_worker_with_something_else_refuses(worker: Work) -> None:
 @pytest.mark.parametrize("name", [b"own_module_of_nobody\nTask", b"wucht.studies.cluster\nTaskOfNobody"])
 def test_a_worker_that_cannot_load_the_task(worker: Work, name: bytes) -> None:
     with pytest.raises(RunError, match=r"^the worker tcp://w:1 cannot load its task \(") as raised:
-        _on_worker(b"c" + name + b"\n.", _made_with(), "topic", "name")
+        _compute_on_worker(b"c" + name + b"\n.", _environment(), "topic", "name")
     assert raised.value.code == "not-loaded" and str(raised.value).endswith("modules given by --import must be installed there")
 
 
 def test_a_task_that_is_stopped_is_scheduled_anew(worker: Work) -> None:
     with pytest.raises(distributed.Reschedule):
-        _on_worker(pickle.dumps(stopped), _made_with(), "topic", "name")
+        _compute_on_worker(pickle.dumps(stopped), _environment(), "topic", "name")
 
 
 def test_how_far_a_task_is_is_told_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     now, worker = [100.0], Work()
     monkeypatch.setattr(clock, "monotonic", lambda: now[0])
-    tell: Any = _teller(worker, "topic", "name")  # type: ignore[arg-type]
+    tell: Any = _progress_reporter(worker, "topic", "name")  # type: ignore[arg-type]
     for at, share in ((101.0, 0.1), (101.1, 0.2), (102.0, 0.3), (102.2, 0.4), (103.1, 0.5)):
         now[0] = at
         tell(share)
@@ -96,12 +96,12 @@ def test_how_far_a_task_is_is_told_once_a_second(monkeypatch: pytest.MonkeyPatch
 def test_a_task_for_which_nobody_waits_is_stopped(state: str | None) -> None:
     worker = Work(state)
     with pytest.raises(KeyboardInterrupt):
-        _teller(worker, "topic", "name")(0.5)  # type: ignore[arg-type]
+        _progress_reporter(worker, "topic", "name")(0.5)  # type: ignore[arg-type]
     assert worker.events == []
 
 
 def test_other_versions_are_refused() -> None:
-    ours = _made_with()["wucht"]
+    ours = _environment()["wucht"]
 
     def client(scheduler: Any, **workers: Any) -> Any:
         versions = {"scheduler": scheduler, "workers": workers}
@@ -155,7 +155,7 @@ class Client:
         return {"a": 2}
 
     def submit(self, function: Any, *given: Any, key: str, pure: bool) -> Future:
-        assert function is _on_worker and not pure and key.endswith(f"-{given[3]}")
+        assert function is _compute_on_worker and not pure and key.endswith(f"-{given[3]}")
         return next(self._futures)
 
     def cancel(self, futures: list[Any]) -> None:
@@ -164,7 +164,7 @@ class Client:
 
 def computed(client: Client, count: int, report: Any = lambda *_: None) -> list[Any]:
     tasks = {f"t{k}": half for k in range(count)}
-    return list(Cluster(client, "tcp://s:1").computed(tasks, report))  # type: ignore[arg-type]
+    return list(DaskCluster(client, "tcp://s:1").compute(tasks, report))  # type: ignore[arg-type]
 
 
 def test_results_come_with_their_names_and_the_share_is_told() -> None:
@@ -190,7 +190,7 @@ def test_after_an_interrupt_what_is_done_still_comes() -> None:
 
     tasks, come = {f"t{k}": half for k in range(4)}, list[Any]()
     with pytest.raises(KeyboardInterrupt):
-        for one in Cluster(client, "tcp://s:1").computed(tasks, stop):  # type: ignore[arg-type]
+        for one in DaskCluster(client, "tcp://s:1").compute(tasks, stop):  # type: ignore[arg-type]
             come.append(one)
     assert come == [("t0", 1), ("t2", 3), ("t3", 4)] and client.cancelled == [slow] and client.topics == []
 
@@ -238,4 +238,4 @@ def test_without_workers_it_waits() -> None:
     told = list[str]()
     assert computed(Empty(Future(1)), 1, lambda _, what: told.append(what)) == [("t0", 1)]
     assert told == [", waiting for workers at tcp://s:1"]
-    assert cluster._counted({"a": 1, "b": 1}) == "2 workers"
+    assert cluster._worker_count({"a": 1, "b": 1}) == "2 workers"

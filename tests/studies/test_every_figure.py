@@ -10,7 +10,7 @@ import pytest
 
 import figure_checks
 from wucht.plots.page import JOURNAL, PRINT
-from wucht.results.output_folder import load
+from wucht.results.output_folder import load_result
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw
 
@@ -27,7 +27,7 @@ def test_the_figure_of_its_template(kind: str, wucht: Callable[..., Any]) -> Non
     assert done.code == 0, done.err
     drawn = (Path("out") / f"{kind}.svg").read_text(encoding="utf-8")
     assert [mm for mm in (88, 180) if f'width="{mm / 25.4 * 72:.6f}'[:12] in drawn], "of the width of the journal"
-    result = load(Path("out/result.nc"))
+    result = load_result(Path("out/result.nc"))
     figure_checks.check(draw(result, PRINT))
     column = draw(result, JOURNAL)
     figure_checks.check(column)

@@ -17,7 +17,7 @@ import pytest
 from tests.refusals import failed, rejected
 
 from wucht.studies import memory as remembering
-from wucht.studies.memory import Memory, questions_of
+from wucht.studies.memory import UnitMemory, stored_questions
 
 QUESTION, OTHER = {"study": "x"}, {"study": "y"}
 
@@ -34,7 +34,7 @@ def unit(k: int, of: str = "x") -> Unit:
 
 def kept(folder: Path, question: dict[str, Any], count: int) -> list[int]:
     """Which units a folder has of a question; they are the right ones."""
-    memory = Memory.resumed(folder, question)
+    memory = UnitMemory.resume(folder, question)
     numbers = [k for k in range(count) if memory.knows(f"u{k}")]
     for k in numbers:
         read, expected = memory.unit(f"u{k}", lambda: pytest.fail("it is known")), unit(k, question["study"])
@@ -43,8 +43,8 @@ def kept(folder: Path, question: dict[str, Any], count: int) -> list[int]:
     return numbers
 
 
-def fill(folder: Path, numbers: range = range(3), question: dict[str, Any] = QUESTION) -> Memory:
-    memory = Memory.begun(folder, question)
+def fill(folder: Path, numbers: range = range(3), question: dict[str, Any] = QUESTION) -> UnitMemory:
+    memory = UnitMemory.start(folder, question)
     for k in numbers:
         memory.unit(f"u{k}", lambda k=k: unit(k, question["study"]))
         memory.flush()
@@ -62,7 +62,7 @@ def test_in_which_order_a_question_has_its_keys_does_not_matter(tmp_path: Path) 
 def test_what_was_flushed_survives_a_kill(tmp_path: Path) -> None:
     """What was cut off is computed again, whichever file it is."""
     fill(tmp_path)
-    assert questions_of(tmp_path) == [QUESTION]
+    assert stored_questions(tmp_path) == [QUESTION]
     assert kept(tmp_path, QUESTION, 3) == [0, 1, 2]
     groups = list((tmp_path / "units").glob("*/*/"))
     assert len(groups) == 3
@@ -70,7 +70,7 @@ def test_what_was_flushed_survives_a_kill(tmp_path: Path) -> None:
     (groups[1] / "zarr.json").unlink()
     left = kept(tmp_path, QUESTION, 3)
     assert len(left) == 1
-    again, made = Memory.resumed(tmp_path, QUESTION), list[int]()
+    again, made = UnitMemory.resume(tmp_path, QUESTION), list[int]()
     for k in range(3):
         again.unit(f"u{k}", lambda k=k: made.append(k) or unit(k))
     assert sorted([*made, *left]) == [0, 1, 2]
@@ -82,52 +82,52 @@ def test_another_question_is_begun_without_units_of_this_one(tmp_path: Path) -> 
     fill(tmp_path)
     assert kept(tmp_path, OTHER, 3) == []
     fill(tmp_path, range(1), OTHER)
-    assert questions_of(tmp_path) == [OTHER]
+    assert stored_questions(tmp_path) == [OTHER]
     assert kept(tmp_path, QUESTION, 3) == []
 
 
 def test_what_is_forgotten_leaves_nothing(tmp_path: Path) -> None:
     fill(tmp_path).forget()
     assert list(tmp_path.iterdir()) == []
-    Memory(tmp_path, QUESTION).forget()
+    UnitMemory(tmp_path, QUESTION).forget()
 
 
 def test_what_a_killed_removal_left_is_removed(tmp_path: Path) -> None:
     fill(tmp_path)
     (tmp_path / "units").rename(tmp_path / ".units-0")
-    Memory.begun(tmp_path, QUESTION)
+    UnitMemory.start(tmp_path, QUESTION)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_one_that_finishes_leaves_the_units_of_others(tmp_path: Path) -> None:
     """Of two questions at once in one folder."""
-    first, other = fill(tmp_path), Memory(tmp_path, OTHER)
+    first, other = fill(tmp_path), UnitMemory(tmp_path, OTHER)
     other.keep("u1", unit(1, "y"))
     other.flush()
-    assert questions_of(tmp_path) in ([QUESTION, OTHER], [OTHER, QUESTION])
+    assert stored_questions(tmp_path) in ([QUESTION, OTHER], [OTHER, QUESTION])
     first.forget()
-    assert questions_of(tmp_path) == [OTHER]
+    assert stored_questions(tmp_path) == [OTHER]
     assert kept(tmp_path, OTHER, 3) == [1]
 
 
 def test_one_whose_store_was_removed_goes_on(tmp_path: Path) -> None:
     memory = fill(tmp_path)
-    Memory.begun(tmp_path, OTHER)
+    UnitMemory.start(tmp_path, OTHER)
     memory.unit("u3", lambda: unit(3))
     memory.flush()
-    assert questions_of(tmp_path) == [QUESTION]
+    assert stored_questions(tmp_path) == [QUESTION]
     assert kept(tmp_path, QUESTION, 4) == [3]
 
 
 def test_a_unit_that_cannot_be_kept_says_so(tmp_path: Path) -> None:
-    memory = Memory.begun(tmp_path, {})
+    memory = UnitMemory.start(tmp_path, {})
     memory.unit("a", object)
     with rejected("unit"):
         memory.flush()
 
 
 def test_a_disk_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    memory = Memory.begun(tmp_path, {})
+    memory = UnitMemory.start(tmp_path, {})
     memory.unit("a", lambda: 1.0)
 
     def full(*_: Any) -> None:

@@ -40,7 +40,7 @@ class Disc(Body):
         """Carried mass with unbalance, m r^2 phi'^2/4."""
         m, r = self.symbols("weight", "radius")
         turning = Energies(kinetic=m * r**2 * frame.speed(self.name) ** 2 / 4)
-        return frame.carried(m, self.moment(), self.name) + turning
+        return frame.carried_energies(m, self.moment(), self.name) + turning
 
 
 class Beam(Support):
@@ -61,9 +61,9 @@ class Beam(Support):
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The deflection."""
-        return (Coordinate.named("carrier.y", "carrier.vy", prescribed=self.prescribed("y")),)
+        return (Coordinate.from_names("carrier.y", "carrier.vy", prescribed_velocity=self.prescribed_velocity("y")),)
 
-    def placed(self) -> Frame:
+    def reference_frame(self) -> Frame:
         """In the middle."""
         (y,) = self.coordinates()
         return Frame(centre=Point(y=y.position, vy=y.velocity), gravity=self.symbol("gravity"))
@@ -117,7 +117,7 @@ def test_a_kind_of_a_part_that_is_taken_is_refused(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(Disc, "kind", "rotor")
     with pytest.raises(InputError) as refusal:
         bodies()
-    assert (refusal.value.given, "Disc" in str(refusal.value)) == ("rotor", True)
+    assert (refusal.value.value, "Disc" in str(refusal.value)) == ("rotor", True)
 
 
 @pytest.fixture(scope="module", autouse=True)

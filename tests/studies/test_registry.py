@@ -118,8 +118,8 @@ def test_what_has_no_template_has_one_of_its_keys(wucht: Callable[..., Any], cou
 def test_two_packages_with_one_kind(monkeypatch: pytest.MonkeyPatch) -> None:
     known = {"run-up": Study("run-up", "theirs")}
     with refused("kind of ours", "theirs", given="run-up"):
-        registry._add(known, Study("run-up", "ours"), "ours")
-    registry._add(known, Study("run-up", "theirs"), "theirs")
+        registry._add_study(known, Study("run-up", "ours"), "ours")
+    registry._add_study(known, Study("run-up", "theirs"), "theirs")
 
 
 def test_the_example_of_the_public_module() -> None:
@@ -148,7 +148,7 @@ def test_studies_that_lack_something(monkeypatch: pytest.MonkeyPatch) -> None:
         _ = study.run
     assert str(raised.value) == "the study 'own' (own_study_without_functions) has no function 'run'"
     assert study.line == "the study 'own' (own_study_without_functions) has no spec of that kind"
-    assert study.tiled is False
+    assert study.has_tiles is False
     whole.prepare = whole.run = whole.dataset = whole.figure = lambda *_: None  # type: ignore[attr-defined]
     whole.report = "words"  # type: ignore[attr-defined]
     with pytest.raises(WuchtError, match=r"\(own_study_without_functions\): report must be a function$"):

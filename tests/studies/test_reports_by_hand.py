@@ -19,8 +19,8 @@ from wucht.files.catalogue import load_machine
 from wucht.results.quantities import Answer, Quantity
 from wucht.studies.registry import study_of
 from wucht.studies.run_up import combined_runs
-from wucht.studies.run_up.combined_runs import joined
-from wucht.studies.shared_keys import Woehler, woehler_at, woehler_line
+from wucht.studies.run_up.combined_runs import join_models
+from wucht.studies.shared_keys import Woehler, woehler_line, woehler_validator
 
 AT = "10 rad/s (95 rpm)"
 
@@ -136,13 +136,13 @@ def test_what_is_not_swept() -> None:
     with refused("study.along", "would run away", given=frequency):
         study_of("sweep").prepare(wucht.Sweep(along=frequency, range=(5.0, 7.0), rate=1e-3), shaken)
     schedule: Any = SimpleNamespace(parameter="carrier.stiffness")
-    scheduled = load_machine("drozdetskaya-2020/r1").changed(schedules=(schedule,))
+    scheduled = load_machine("drozdetskaya-2020/r1").with_fields(schedules=(schedule,))
     with refused("machine.schedules", given=None):
         study_of("sweep").prepare(wucht.Sweep(along="drive.slope", range=(1e-3, 2e-3), rate=1e-6), scheduled)
 
 
 def test_woehler_lines() -> None:
-    read: Any = woehler_at("study.woehler").func
+    read: Any = woehler_validator("study.woehler").func
     line = read({"k": 5, "ND": 1e6, "SD": "8 mm"})
     assert isinstance(line, Woehler) and read(line) is line and read(None) is None
     with pytest.raises(ValueError, match=r"^must be a table: woehler = \{ k = SLOPE"):
@@ -161,11 +161,11 @@ def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one(monkeypatch: py
     full = Answer([speed, radius], "full", ["w"])
     slow = Answer([replace(speed, value=[[5.0, 6.0]]), replace(radius, value=[7.0, 8.0])], "slow", failure="it burst")
     motions = [SimpleNamespace(), SimpleNamespace()]
-    assert joined(motions[:1], [full]) is full  # type: ignore[arg-type]
+    assert join_models(motions[:1], [full]) is full  # type: ignore[arg-type]
     monkeypatch.setattr(combined_runs, "course_of", lambda motion: None)
     for name in ("at_equal_angle", "at_equal_phase"):
         monkeypatch.setattr(combined_runs, name, lambda *courses: None)
-    both = joined(motions, [full, slow])  # type: ignore[arg-type]
+    both = join_models(motions, [full, slow])  # type: ignore[arg-type]
     assert both.warnings == ["w", "averaged equations: it burst"]
     assert both.attributes == {"model": "both"}
     result = both.dataset()

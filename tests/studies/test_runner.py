@@ -19,11 +19,11 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.plots.sheet import save_figure
-from wucht.results.output_folder import NEW, load
+from wucht.results.output_folder import NEW, load_result
 from wucht.results.quantities import Quantity, answer
 from wucht.schema import si
 from wucht.studies import runner
-from wucht.studies.memory import Memory
+from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import studies
 from wucht.studies.response.spec import Response
 from wucht.studies.run_up.spec import RunUp
@@ -140,7 +140,7 @@ def test_what_every_result_has(tmp_path: Path) -> None:
     assert (result.attrs["title"], result.attrs["dimensionless"], result.attrs["finished"]) == ("numbers", 1, 1)
     assert json.loads(result.attrs["input"])["study"] == {"kind": "squares", "count": 3.0, "times": 1.0}
     assert result.wucht.summary == {"sentence": "done", "sum": 14.0}
-    assert load(tmp_path / "result.nc").equals(result)
+    assert load_result(tmp_path / "result.nc").equals(result)
     assert ask(Squares(count=3), [1.0, 2.0, 3.0], folder=str(tmp_path), resume=True).equals(result)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["result.nc"], "units are forgotten once the study is finished"
 
@@ -154,7 +154,7 @@ def test_interrupted_and_resumed_it_is_the_uninterrupted_one(tmp_path: Path, at:
     assert part.attrs["finished"] == 0
     assert part.sizes["number"] == at - 1
     assert any("--resume" in w for w in part.wucht.warnings)
-    assert load(tmp_path / "result.nc").attrs["finished"] == 0
+    assert load_result(tmp_path / "result.nc").attrs["finished"] == 0
     again = ask(Squares(), numbers, folder=tmp_path, resume=True)
     assert computed == [f"square {k}" for k in range(5)], "no unit is computed twice"
     assert again.attrs["finished"] == 1
@@ -172,7 +172,7 @@ def test_interrupted_again_and_again(tmp_path: Path) -> None:
 
 
 def test_without_a_folder_nothing_is_kept() -> None:
-    memory = Memory()
+    memory = UnitMemory()
     assert [memory.unit("a", lambda: len(computed)), computed.append("x"), memory.unit("a", lambda: len(computed))][::2] == [
         0,
         1,
@@ -254,7 +254,7 @@ def test_a_result_that_is_not_complete_is_saved_on_the_way(tmp_path: Path, monke
     def look(_share: float, _what: str) -> None:
         assert not (tmp_path / "result.nc").exists(), "it takes its place when it is complete"
         if (tmp_path / NEW / "result.nc").exists():
-            saved = load(tmp_path / NEW / "result.nc")
+            saved = load_result(tmp_path / NEW / "result.nc")
             seen.append((saved.attrs["finished"], saved.sizes["number"]))
         time.sleep(0.01)
 
@@ -271,7 +271,7 @@ def test_a_failure_is_no_finished_result() -> None:
 def test_a_finished_result_of_another_question_is_not_handed_back(tmp_path: Path) -> None:
     """One that was killed before its first result stood in the place of the one before."""
     ask(Squares(times=2.0), [1.0, 2.0], folder=tmp_path)
-    memory = Memory.begun(tmp_path, {"study": Squares().asked(), "machine": {"numbers": [1.0, 2.0]}})
+    memory = UnitMemory.start(tmp_path, {"study": Squares().to_table(), "machine": {"numbers": [1.0, 2.0]}})
     memory.keep("square 0", Square(1.0, np.random.default_rng(0).normal(size=3)))
     memory.flush()
     computed.clear()
@@ -300,7 +300,7 @@ def test_a_bug_of_a_figure_is_no_incomplete_result() -> None:
 
 
 def test_parts_share_the_progress_and_name_their_units() -> None:
-    stop, memory, names = Stop(-1), Memory(), list[str]()
+    stop, memory, names = Stop(-1), UnitMemory(), list[str]()
     work = Work(memory, stop)
     first, second = work.part("a", 0.0, 0.5), work.part("b", 0.5, 1.0)
     first.report(0.5)

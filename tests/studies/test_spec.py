@@ -31,19 +31,19 @@ DIMENSIONLESS = "drozdetskaya-2020/table-5.1"
 )
 def test_a_wrong_value_is_located(given: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        Response.read(given)
+        Response.from_table(given)
 
 
 def test_units_are_refused_where_the_machine_has_none() -> None:
     machine = load_machine(DIMENSIONLESS)
-    assert prepare(Response.read({"range": [0.5, 2]}), machine).range == (0.5, 2.0)
+    assert prepare(Response.from_table({"range": [0.5, 2]}), machine).range == (0.5, 2.0)
     with refused("study.range[1]", given="2 rad/s", code="dimension"):
-        run(Response.read({"range": [0.5, "2 rad/s"]}), machine)
+        run(Response.from_table({"range": [0.5, "2 rad/s"]}), machine)
 
 
 @pytest.mark.parametrize("until", ["settled", {"turns": 3}, {"settled": True}])
 def test_words_for_another_key_are_no_quantities(until: Any) -> None:
-    spec = RunUp.read({"until": until})
+    spec = RunUp.from_table({"until": until})
     spec.refuse_units()
     (case,) = prepare_run_up(spec, load_machine(DIMENSIONLESS)).cases
     assert case.run.horizon.until_settled == ("turns" not in dict.fromkeys(until))

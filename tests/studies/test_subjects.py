@@ -16,9 +16,9 @@ from tests.refusals import refused
 from wucht.errors import InputError
 from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.memory import question_of, untitled
+from wucht.studies.memory import question_of, without_titles
 from wucht.studies.study_file import read_study, run_file
-from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, OfMachineOrSystem, _text, equations_of
+from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, MachineOrSystemSubject, _text, subject_system
 
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 BARE = re.compile(rf"(?<=[\s\[,=]){NUMBER}(?=[\s\],}}]|$)")  # a TOML number
@@ -54,7 +54,7 @@ def with_one_number_changed(text: str) -> Iterator[tuple[str, str]]:
 
 def asked(path: Path) -> Any:
     study = read_study(str(path))
-    return untitled(question_of(study.spec, study.subject))
+    return without_titles(question_of(study.spec, study.subject))
 
 
 def unnoticed(name: str, folder: Path) -> tuple[list[str], int]:
@@ -123,8 +123,8 @@ engine = "scipy"
 
 def test_machines_and_own_equations_are_systems_with_values() -> None:
     own, machine = load_equations("drozdetskaya-2020/figure-2.10"), load_machine("drozdetskaya-2020/table-5.1")
-    assert equations_of(own) is own
-    of_machine = equations_of(machine)
+    assert subject_system(own) is own
+    of_machine = subject_system(machine)
     assert of_machine.system == machine.system and of_machine.values["u"] == 2.5
     for each in (own, of_machine):
         numbers = each.system.values(each.values)
@@ -149,7 +149,7 @@ def test_fingerprints_are_of_what_is_known() -> None:
 def test_subjects_are_machines_or_equations(tmp_path: Path) -> None:
     with refused("machine", "must be a machine", given="drum"):
         MACHINE.describe("drum")
-    either = OfMachineOrSystem()
+    either = MachineOrSystemSubject()
     with refused("machine", given=None):
         either.read({"study": {}}, tmp_path, "a", {})
     with refused("system", given=None):

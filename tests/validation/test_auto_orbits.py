@@ -12,20 +12,20 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from auto_demos import CIR, LORENZ, PEN, PP2
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.files.catalogue import load_machine
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.jacobian import Jacobian
-from wucht.numerics.periodic.connection_starts import of_excursion
+from wucht.numerics.periodic.connection_starts import connection_from_excursion
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
-from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near, doubled, settled
+from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_from_nodes, cycle_near, doubled_branch
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
+from wucht.numerics.periodic.floquet import integrated_maps, logarithms, transverse_maps
 from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System
 
@@ -38,13 +38,13 @@ def hopf(system: System, parameter: str, bounds: tuple[float, float], state: lis
 def at(cycles: Cycles, points: list[Cycle], value: float) -> Cycle:
     """The orbit at a value of the parameter, from the nearest of a branch."""
     near = min(points, key=lambda p: abs(p.parameter - value))
-    return settled(cycles, near.problem.mesh, near.states.T, near.period, value)
+    return cycle_from_nodes(cycles, near.problem.mesh, near.states.T, near.period, value)
 
 
 def exact_multipliers(system: System, values: dict[str, float], cycle: Cycle) -> tuple[np.ndarray, float]:
     """ln mu by integration of the variational equations, and that of the trivial one."""
     edges = cycle.problem.mesh.edges
-    across, along = across_flow(*integrated_maps(system, values, edges * cycle.period, cycle.at(edges)))
+    across, along = transverse_maps(*integrated_maps(system, values, edges * cycle.period, cycle.states_at(edges)))
     return logarithms(across)[0], along
 
 
@@ -87,7 +87,7 @@ def test_cir_the_homoclinic_orbit_of_the_circuit(way: int) -> None:
     Two of them: the equations do not change with the sign of all states.
     """
     connections = Connections.of(CIR, ["nu"], {"be": 0.6, "r": 0.6, "ga": 0.0}, [(-1.0, -0.5)], 60.0)
-    orbit = of_excursion(connections, [0.0, 0.0, 0.0], [-0.73], way)
+    orbit = connection_from_excursion(connections, [0.0, 0.0, 0.0], [-0.73], way)
     assert orbit.parameters[0] == pytest.approx(-0.721309, abs=2e-6)
     assert np.abs(orbit.states[:, [0, -1]]).max() < 1e-5
     assert way * orbit.states[0][np.abs(orbit.states[0]).argmax()] > 0.4
@@ -135,12 +135,12 @@ def test_pen_period_doubling_and_the_rotation_of_twice_the_period() -> None:
     assert point.kind == "period-doubling"
     assert point.parameter == pytest.approx(0.17916377811, rel=2e-8)
     assert point.period == pytest.approx(3.7052721214, rel=1e-8)
-    more, first = doubled(cycles, point)
+    more, first = doubled_branch(cycles, point)
     assert first.period == pytest.approx(2 * point.period, rel=1e-5)
     np.testing.assert_array_equal(more.winding, [2, 2, 0, 0])
     walk = more.walk(first)
     cycle = [next(walk) for _ in range(8)][-1]
-    half, later = (cycle.at(np.linspace(0, 0.5, 40) + begin) for begin in (0.0, 0.5))
+    half, later = (cycle.states_at(np.linspace(0, 0.5, 40) + begin) for begin in (0.0, 0.5))
     np.testing.assert_allclose(later, half[[1, 0, 3, 2]] + 2 * np.pi * np.array([[1], [1], [0], [0]]), atol=1e-6)
     assert np.abs(half[0] - half[1]).max() > 0.05
 
@@ -154,7 +154,7 @@ def test_pen_period_doublings_over_two_parameters_are_those_of_branches_in_one()
     (end,) = [e for e in ends if e.parameters[1] == 0.25]
     there = Cycles.of(PEN, "current", PENDULA | {"gamma": 0.25}, (0.15, 0.6), winding=BOTH)
     near = min(points, key=lambda p: abs(p.parameter - 0.3))
-    first = settled(there, near.problem.mesh, near.states.T, near.period, 0.3)  # in phase, whatever the coupling
+    first = cycle_from_nodes(there, near.problem.mesh, near.states.T, near.period, 0.3)  # in phase, whatever the coupling
     (found,) = [p for p in there.walk(first if first.point.tangent[-1] < 0 else there.backwards(first)) if p.kind]
     assert found.kind == "period-doubling" and end.parameters[0] == pytest.approx(found.parameter, abs=1e-8)
     assert end.period == pytest.approx(found.period, rel=1e-8)
@@ -195,7 +195,7 @@ def test_dissertation_periods_and_speeds_of_the_rotating_orbit() -> None:
         assert speed_of(cycles, points, u)[2] == pytest.approx(expected, rel=1e-8)
     for u, low, high in ((2.0, 0.77291, 1.42312), (3.0, 0.81310, 1.56264)):
         cycle, _, _ = speed_of(cycles, points, u)
-        fine = cycle.at(np.linspace(0, 1, 40_001))[2]  # its peak is sharp
+        fine = cycle.states_at(np.linspace(0, 1, 40_001))[2]  # its peak is sharp
         assert (fine.min(), fine.max()) == pytest.approx((low, high), abs=6e-6)
 
 
@@ -246,10 +246,10 @@ def test_dissertation_stability_is_lost_over_sigma_as_over_u() -> None:
 
     middle = at(cycles, list(points), 2.5)
     over_sigma = Cycles.of(system, "sigma", others | {"u": 2.5}, (0.05, 0.11), winding=WINDING)
-    first = settled(over_sigma, middle.problem.mesh, middle.states.T, middle.period, 0.1)
+    first = cycle_from_nodes(over_sigma, middle.problem.mesh, middle.states.T, middle.period, 0.1)
     there = list(over_sigma.walk(first if first.point.tangent[-1] > 0 else over_sigma.backwards(first)))[-1]
     over_u = Cycles.of(system, "u", fixed | {"sigma": 0.11}, (0.5, 3.3), winding=WINDING)
-    first = settled(over_u, there.problem.mesh, there.states.T, there.period, 2.5)
+    first = cycle_from_nodes(over_u, there.problem.mesh, there.states.T, there.period, 2.5)
     branch = over_u.walk(first if first.point.tangent[-1] > 0 else over_u.backwards(first))
     found = next(p for p in branch if p.kind)
     assert found.kind == "branch-point" and end.parameters[0] == pytest.approx(found.parameter, abs=1e-8)

@@ -351,7 +351,7 @@ def result_of(name: str, *settings: tuple[str, Any], **start: Any) -> tuple[dict
     study = dict(load_document(f"drozdetskaya-2020/{name}")[0]["study"])
     if start:
         study["start"] = {body: dict(value) if isinstance(value, tuple) else value for body, value in start.items()}
-    result = run(RunUp.read(study), machine)
+    result = run(RunUp.from_table(study), machine)
     return result.wucht.summary, result
 
 
@@ -619,8 +619,8 @@ def test_si_machine_and_its_dimensionless_numbers_run_alike(u_: float):
     k = 100.0  # rad/s
     length = 0.125 * 0.104 / 10.0  # m r/M*
     start = {"p1": 0.3, "p2": -0.5}
-    in_si = run(RunUp.read({"until": 2.0, "start": start}), si)
-    in_tau = run(RunUp.read({"until": 2.0 * k, "start": start}), model)
+    in_si = run(RunUp.from_table({"until": 2.0, "start": start}), si)
+    in_tau = run(RunUp.from_table({"until": 2.0 * k, "start": start}), model)
     in_tau = in_tau.assign_coords(time=in_tau.time / k)
 
     # Both are sampled alike. 1e-9 of the largest value: 1e-12 a step, over some 60 turns, in a motion that is not chaotic.

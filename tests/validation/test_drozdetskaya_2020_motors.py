@@ -57,7 +57,7 @@ def test_the_separately_excited_motor_against_its_circuit(voltage, speed):
 @pytest.mark.parametrize("speed", [-100.0, 0.0, 100.0, 224.0])
 def test_the_separately_excited_motor_is_the_line_of_the_dissertation(speed):
     """(2.93): slope k^2 Phi^2/R_A and no-load speed U/(k Phi), from any working point."""
-    assert SEPARATE.linearised(speed) == pytest.approx((K**2 * FLUX**2 / RA, U / (K * FLUX)), rel=EXACT)
+    assert SEPARATE.linearisation(speed) == pytest.approx((K**2 * FLUX**2 / RA, U / (K * FLUX)), rel=EXACT)
 
 
 @some
@@ -75,7 +75,7 @@ def test_the_shunt_motor_runs_idle_at_a_speed_that_does_not_depend_on_the_voltag
     """(2.99): R_E/(k L_E)."""
     for voltage in (110.0, 220.0):
         motor = SHUNT.model_copy(update={"voltage": voltage})
-        assert motor.linearised(50.0)[1] == pytest.approx(SHUNT.field_resistance / (K * L), rel=EXACT)
+        assert motor.linearisation(50.0)[1] == pytest.approx(SHUNT.field_resistance / (K * L), rel=EXACT)
 
 
 @some
@@ -95,7 +95,7 @@ def test_the_series_motor_without_load_runs_away():
     assert [SERIES.torque_at(w) for w in speeds] == pytest.approx(torques, rel=1e-9)
     assert speeds[-1] > 1e8
     for speed in speeds:
-        slope, no_load = SERIES.linearised(float(speed))
+        slope, no_load = SERIES.linearisation(float(speed))
         assert slope > 0
         assert no_load > speed  # each tangent promises an end that the curve does not have
 

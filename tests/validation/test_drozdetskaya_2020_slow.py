@@ -26,7 +26,7 @@ START = {"psi": 0.0, "delta": 0.5}
 @cache
 def both(u: float, until: float) -> tuple[xr.Dataset, dict[str, Any]]:
     machine = load_machine(TABLE_5_1).with_values({"u": u})
-    actual = run(RunUp.read({"kind": "run-up", "until": until, "start": START, "model": "both"}), machine)
+    actual = run(RunUp.from_table({"kind": "run-up", "until": until, "start": START, "model": "both"}), machine)
     return actual, actual.wucht.summary
 
 
@@ -93,7 +93,7 @@ DEVIATIONS = {
 def section_5_6(along: tuple[str, ...], value: float) -> dict[str, Any]:
     machine = load_machine(TABLE_5_1).with_values({"u": 2.5})
     keys = {"kind": "approximation", "along": list(along), "values": [value], "start": START, "until": 400.0}
-    return run(Approximation.read(keys), machine).wucht.summary
+    return run(Approximation.from_table(keys), machine).wucht.summary
 
 
 @pytest.mark.parametrize("case", DEVIATIONS)
@@ -124,7 +124,7 @@ def test_real_machines(name: str) -> None:
     full, slow, until = REAL[name]
     machine = load_machine(name)
     keys = {"kind": "run-up", "until": until, "start": {"p1": 0.3, "p2": -0.5}, "model": "both"}
-    mine = run(RunUp.read(keys), machine).wucht.summary
+    mine = run(RunUp.from_table(keys), machine).wucht.summary
     assert (mine["outcome"], mine["slow"]["outcome"]) == (full, slow)
     assert mine["slow"]["energy_residual"] < 1e-8
     for model in (r for r in (mine, mine["slow"]) if r["outcome"] == "compensated"):

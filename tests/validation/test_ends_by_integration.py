@@ -18,7 +18,7 @@ from wucht.dynamics.branches.orbit_branches import StoredOrbit
 from wucht.dynamics.branches.orbit_diagram import OrbitFindings
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_document, names
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.orbit_branch.computation import Plan, prepare, run
 from wucht.studies.study_file import read_study
@@ -48,7 +48,7 @@ def gap(plan: Plan, orbit: StoredOrbit, growth: float) -> float:
     parts = [max(1, int(np.ceil((b - a) * orbit.period * growth))) for a, b in pairwise(orbit.mesh.edges)]
     inner = [np.linspace(a, b, k, endpoint=False) for (a, b), k in zip(pairwise(orbit.mesh.edges), parts, strict=True)]
     tau = np.append(np.concatenate(inner), 1.0)
-    places = orbit.mesh.at(orbit.states, tau)
+    places = orbit.mesh.interpolate(orbit.states, tau)
     ends = [
         integrate(compiled, place, parameters, np.array([begin, end]) * orbit.period).states[:, -1]
         for place, (begin, end) in zip(places, pairwise(tau), strict=False)
@@ -63,7 +63,7 @@ def extents(orbit: StoredOrbit) -> np.ndarray:
 def distance(plan: Plan, orbit: StoredOrbit, equilibrium: np.ndarray) -> float:
     """From the nearest place of an orbit, angles but for whole turns."""
     tau = np.unique(np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(orbit.mesh.edges)]))
-    away = orbit.mesh.at(orbit.states, tau) - equilibrium
+    away = orbit.mesh.interpolate(orbit.states, tau) - equilibrium
     away -= np.where(plan.problem.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
     return float(np.linalg.norm(away / extents(orbit), axis=1).min())
 
@@ -72,8 +72,8 @@ def distance(plan: Plan, orbit: StoredOrbit, equilibrium: np.ndarray) -> float:
 def test_ends_are_those_of_orbits_that_integration_confirms(name: str) -> None:
     plan, findings = branches(name)
     for part in (p for b in findings.branches for p in b.parts):
-        end, last = part.end, [o for o in part.kept if not o.kind][-1]
-        before = [o for o in part.kept if not o.kind and o.period < last.period / 1.3]
+        end, last = part.end, [o for o in part.stored_orbits if not o.kind][-1]
+        before = [o for o in part.stored_orbits if not o.kind and o.period < last.period / 1.3]
         assert end.kind in {"saddle-node-on-orbit", "saddle-connection", "range"}, end.sentence
         rates = np.sort(end.eigenvalues.real) if len(end.eigenvalues) else np.ones(1)
         assert gap(plan, last, float(np.abs(rates).max())) < CLOSES

@@ -23,7 +23,7 @@ from wucht.analysis.vibration import Vibration
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.run_up.spec import RunUp
@@ -36,7 +36,7 @@ FIXED = {"mass": 1e9, "directions": "x", "stiffness": 1e9}
 
 def summary_and_motion(machine: Machine, **study: Any) -> tuple[dict[str, Any], xr.Dataset]:
     """The summary and the Dataset of a run-up."""
-    result = run(RunUp.read(study), machine)
+    result = run(RunUp.from_table(study), machine)
     return result.wucht.summary, result
 
 

@@ -37,7 +37,7 @@ def rates(machine: Machine, state: dict[str, float]) -> dict[str, float]:
 @pytest.mark.parametrize("seed", range(3))
 def test_one_pendulum_of_twice_the_mass_is_two_that_stay_together(seed: int) -> None:
     """Lengths are in units of m r/M*, which are twice as long with the heavy pendulum."""
-    of_two, of_one = load_machine(TWO), load_machine(ONE).with_unchecked({**HEAVY, "u": load_machine(TWO).values["u"]})
+    of_two, of_one = load_machine(TWO), load_machine(ONE).with_unchecked_values({**HEAVY, "u": load_machine(TWO).values["u"]})
     random = np.random.default_rng(seed)
     carrier = {n: random.normal() for n in of_two.state_names if n.startswith("carrier")}
     turning = {f"{b}.{key}": random.normal() for b in ("rotor", "p1") for key in ("angle", "speed")}

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics
@@ -47,7 +47,7 @@ def test_the_original_cam_gains_the_orders_up_to_n_plus_m_and_the_corrected_one_
     of = shaft()
     original, corrected = (orders(MotionOverTime(law, of)) for law in (LAW, CorrectedLaw(LAW, of)))
     assert original.amplitudes[5:10].max() > 0.1 * original.amplitudes[0]
-    assert above(corrected, 5) < 1e-13
+    assert share_above_order(corrected, 5) < 1e-13
     assert corrected.amplitudes[:5] == pytest.approx(orders(LAW).amplitudes[:5])
 
 

@@ -21,16 +21,16 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.sections import section_of
-from wucht.dynamics.branches.ending_curves import BOTH, RETURNS, TO_SADDLE, curves_between
+from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDLE, curves_between
 from wucht.dynamics.branches.ending_map import EndingMapCase
 from wucht.dynamics.branches.orbit_endings import OrbitEnding, ending_at
 from wucht.files.catalogue import load_machine
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.numerics.recurrence import rests
+from wucht.numerics.recurrence import is_at_rest
 from wucht.studies.runner import run
 from wucht.studies.stability_map.computation import EndingPlan, prepare
 from wucht.studies.stability_map.spec import StabilityMap
@@ -125,7 +125,7 @@ def _case() -> EndingMapCase:
 
 def _ending(beta_r: float, sigma: float) -> OrbitEnding:
     case = _case()
-    there = case.motion.at({"beta_r": beta_r, "sigma": sigma})
+    there = case.motion.with_values({"beta_r": beta_r, "sigma": sigma})
     return ending_at(there, (beta_r, sigma), lambda: None)
 
 
@@ -157,7 +157,7 @@ def test_saddle_connection_of_the_middle_region() -> None:
         parameters = system.values(values | {"u": u, "beta_r": 1.3, "sigma": 0.1})
         start = list(x - 1e-6 * v * np.sign(v[0]))
         states = integrate(compile_system(system, 1e-12), start, parameters, np.linspace(0, 4e4, 4001)).states
-        rotates.append(not rests(states[:, -500:]))
+        rotates.append(not is_at_rest(states[:, -500:]))
     assert rotates == [True, False]
 
 
@@ -168,9 +168,9 @@ def test_the_curves_from_two_places() -> None:
     found = curves_between(case.motion, case.plane, _ending(1.0, 0.08), _ending(0.5, 0.08), lambda _: None)
     (point,) = found.points
     assert (point.x, point.y, point.value) == pytest.approx(DOUBLE, rel=1e-6)
-    assert found.lost == ()
+    assert found.omissions == ()
     kinds = {c.kind: c for c in found.curves}
-    assert set(kinds) == {RETURNS, TO_SADDLE, BOTH}
+    assert set(kinds) == {RETURNS, TO_SADDLE, BOTH_VANISH}
     first = kinds[RETURNS]
     order = np.argsort(first.y)
     assert np.interp(0.1, first.y[order], first.x[order]) == pytest.approx(1.0208205, abs=1e-4)

@@ -78,7 +78,7 @@ def test_figure_a_3_ends_on_a_saddle_connection() -> None:
 def test_the_limits_of_section_6_2() -> None:
     """Figure 6.7 (b), footnote 2: s = 1, p = 0.99, beta_r = 0.2, beta_p = 2; the pendulums together: u from 2.150 to 5.161."""
     exciter = {"mu": 0.1, "w": 0.899, "lambda": 2.0, "s": 1.0, "beta_r": 0.2, "beta_p": 2.0, "sigma": 0.1}
-    machine = load_machine("drozdetskaya-2020/table-5.1").with_unchecked(exciter)
+    machine = load_machine("drozdetskaya-2020/table-5.1").with_unchecked_values(exciter)
     asked = OrbitBranch(along="u", range=(1.0, 8.0), at=(3.0,), together=True, values=(3.0,))
     found = [u for _, u in ends(run(asked, machine).wucht.summary)]
     assert found == [pytest.approx(2.150, abs=6e-4), pytest.approx(5.161, abs=6e-4)]

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.full_stability import FullStability
@@ -37,12 +37,12 @@ def near(name: str, speed: float, **given: float) -> tuple[FullStability, State,
     full = FullStability(torques, True)
     relative = full.motions.relative
     assert relative is not None
-    return full, state, relative, relative.near(relative.turned(full.start(state)))
+    return full, state, relative, relative.find_near(relative.to_turning_frame(full.start(state)))
 
 
 def branch(parameter: str, low: float, high: float, name: str, speed: float, **given: float) -> Branch:
     _, _, relative, found = near(name, speed, **given)
-    problem = relative.along(parameter, (low, high), found)
+    problem = relative.branches_over(parameter, (low, high), found)
     return problem.branch(problem.start(found.state, relative.machine.values[parameter]))
 
 

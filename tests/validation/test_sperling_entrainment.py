@@ -25,7 +25,7 @@ TORQUE = UNBALANCE * FREQUENCY**2 * AMPLITUDE / 2  # the largest vibration torqu
 
 
 def answered(machine: Machine, **table: Any) -> tuple[xr.Dataset, dict[str, Any]]:
-    result = run(Entrainment.read(table), machine)
+    result = run(Entrainment.from_table(table), machine)
     assert result.attrs["finished"], result.attrs["failure"]
     return result, result.wucht.summary
 
@@ -165,7 +165,7 @@ def test_exciters_that_turn_against_each_other() -> None:
     senses = {b.name: sense_of(machine, b) for b in machine.bodies}
     averaged = AveragedEquations(machine, swept_parameter(machine, "drives.e2.voltage"), senses, (200, 260))
     equilibria = averaged.equilibria(230.0)
-    (stable,) = (x for x in equilibria if averaged.stable(x, 230.0))
+    (stable,) = (x for x in equilibria if averaged.is_stable(x, 230.0))
     assert -math.degrees(stable[0]) == pytest.approx(90.4, abs=0.05)
     assert len(equilibria) == 2
 
@@ -199,7 +199,7 @@ def test_phases_37_and_their_stability_40(stiffness: float, phase: float) -> Non
     averaged = AveragedEquations(machine, swept, {b.name: sense_of(machine, b) for b in machine.bodies}, (-9.0, 9.0))
     synchronous = [x for x in averaged.equilibria(0.0) if x[1] == pytest.approx(12.0, rel=1e-6)]
     assert sorted(abs(math.sin(x[0])) for x in synchronous) == pytest.approx([0.0, 0.0], abs=1e-6)
-    assert {round(math.cos(x[0])): averaged.stable(x, 0.0) for x in synchronous} == {1: phase == 0.0, -1: phase != 0.0}
+    assert {round(math.cos(x[0])): averaged.is_stable(x, 0.0) for x in synchronous} == {1: phase == 0.0, -1: phase != 0.0}
 
 
 @pytest.mark.slow

@@ -185,7 +185,7 @@ def final_phases(table: int, speed: float, start: tuple[float, float], **options
     options.setdefault("beta", 2e-5 if speed == 40.0 else 5e-5)
     driven = machine(*UNBALANCES[table], {"kind": "constant-speed", "speed": speed}, **options)
     begin = {"r1": math.radians(start[0] + 3), "r2": math.radians(start[1] - 4)}
-    actual = run(RunUp.read({"until": RUN_TIME[speed], "start": begin}), driven).wucht.summary
+    actual = run(RunUp.from_table({"until": RUN_TIME[speed], "start": begin}), driven).wucht.summary
     return np.degrees([actual["final_phases"]["r1"], actual["final_phases"]["r2"]]), actual
 
 

@@ -110,9 +110,9 @@ def test_rotor_on_a_prescribed_motion_equations_12_13() -> None:
     expected = symbol("rotor.inertia") * symbol("rotor.angle.acceleration") + loss - u * x_2 * sp.sin(phi)
     assert sp.expand(actual - expected) == 0  # (12), with k_1 Omega_1 = L_1
     (carrier,) = machine.carrier
-    assert carrier.prescribed is not None
+    assert carrier.prescribed_velocity is not None
     x = symbol("carrier.motion.amplitude") * sp.cos(symbol("carrier.motion.frequency") * t)
-    assert sp.simplify(carrier.prescribed - sp.diff(x, t)) == 0  # (13)
+    assert sp.simplify(carrier.prescribed_velocity - sp.diff(x, t)) == 0  # (13)
 
 
 def test_balancing_equations_42_43() -> None:

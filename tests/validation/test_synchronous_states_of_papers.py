@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.runner import run
 from wucht.studies.synchronous_states.spec import SynchronousStates

@@ -31,7 +31,7 @@ from wucht.system import System
 _MOST_STEPS = 30
 _TOLERANCE = 1e-11  # of the states' sizes: Newton's last step
 _SINGULAR = 1e-12  # share of the largest singular value below which there is a family of equilibria
-_LEFT = 1e-8  # of the fastest rate: a larger residual along a family means that there is none
+_FAMILY_RESIDUAL = 1e-8  # of the fastest rate: a larger residual along a family means that there is none
 _HALVINGS = 10
 
 
@@ -82,7 +82,7 @@ class RelativeEquilibria:
         """
         bare = without_contacts(machine)
         try:
-            return cls(bare, _checked(bare, senses))
+            return cls(bare, _turning_frame_system(bare, senses))
         except WuchtError as error:
             reason = f"steady rotation is not an equilibrium in a frame that turns with {machine.rotor.name}: {error}"
             raise InputError("machine", None, reason) from None
@@ -99,16 +99,16 @@ class RelativeEquilibria:
         pairs = [[row(s) for s in (c.position, c.velocity)] for c in turning.plane] or [[], []]
         return pairs[0], pairs[1], [row(c.position) for c in turning.angles[1:]], row(turning.angles[0].position)
 
-    def turned(self, states: np.ndarray) -> np.ndarray:
+    def to_turning_frame(self, states: np.ndarray) -> np.ndarray:
         """States (n-1,) or (n-1, N) in the turning frame, from those of the machine's equations (n,) or (n, N)."""
         x, y, angles, main = self._rows
-        seen = np.array(states, float)
-        z = (seen[x] + 1j * seen[y]) * np.exp(-1j * seen[main])
-        seen[x], seen[y] = z.real, z.imag
-        seen[angles] -= seen[main]
-        return np.delete(seen, main, axis=0)
+        values = np.array(states, float)
+        z = (values[x] + 1j * values[y]) * np.exp(-1j * values[main])
+        values[x], values[y] = z.real, z.imag
+        values[angles] -= values[main]
+        return np.delete(values, main, axis=0)
 
-    def fixed(self, states: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
+    def to_fixed_frame(self, states: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
         """The way back: states (n,) or (n, N), the main rotor's angle being a number or (N,)."""
         x, y, angles, main = self._rows
         rest = np.insert(np.asarray(states, float), main, angle, axis=0)
@@ -120,7 +120,7 @@ class RelativeEquilibria:
     def speed(self, state: np.ndarray) -> float:
         """The main rotor's speed, signed, in a state (n-1,) of the turning frame."""
         coordinate = self.machine.rotor.coordinate
-        if coordinate.prescribed is not None:
+        if coordinate.prescribed_velocity is not None:
             return float(self.machine.prescribed_speed(coordinate, 0.0)[0])
         return float(state[self.system.state_names.index(coordinate.velocity.name)])
 
@@ -133,17 +133,17 @@ class RelativeEquilibria:
         speed, mass = abs(self.speed(state)) or 1.0, float(np.abs(self.machine.matrices[0]).max(initial=0.0))
         away = float(np.abs(unbalances(self.machine)).sum()) / mass if mass else 1.0
         if x:
-            away = max(away, float(np.hypot(*self.fixed(state, 0.0)[[x[0], y[0]]])))
+            away = max(away, float(np.hypot(*self.to_fixed_frame(state, 0.0)[[x[0], y[0]]])))
         size = [1.0 if c.angle else away for c in self.machine.coordinates]
-        size += [speed * (1.0 if c.angle else away) for c in self.machine.coordinates if c.prescribed is None]
-        size += self.machine.evaluate(*(own.size for own in self.machine.internal))
+        size += [speed * (1.0 if c.angle else away) for c in self.machine.coordinates if c.prescribed_velocity is None]
+        size += self.machine.evaluate(*(internal_state.size for internal_state in self.machine.internal))
         return np.delete(np.array(size), main)
 
     def linear(self) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
         """The rates f (n-1,) and df/dx (n-1, n-1) as a function of a state (n-1,)."""
-        return _differentiated(self.system).bound(self.system.values(self.values))
+        return _system_jacobian(self.system).with_parameters(self.system.values(self.values))
 
-    def near(self, guess: np.ndarray, neutral: int = 0) -> RelativeEquilibrium:
+    def find_near(self, guess: np.ndarray, neutral: int = 0) -> RelativeEquilibrium:
         """The relative equilibrium near a state (n-1,) of the turning frame, by Newton's method.
 
         neutral: the dimension of the family that it belongs to, as of more than two bodies that compensate; the nearest
@@ -155,23 +155,23 @@ class RelativeEquilibria:
             f, f_x = linear(x)
             if not (np.isfinite(f).all() and np.isfinite(f_x).all()):
                 break
-            left, values, right = np.linalg.svd(f_x * sizes / (sizes[:, None] * rate))
+            left_vectors, values, right_vectors = np.linalg.svd(f_x * sizes / (sizes[:, None] * rate))
             rank = len(x) - neutral
             if values[rank - 1] <= _SINGULAR * values[0]:
                 raise RunError(
                     f"the equations are singular here: there is a family of more than {neutral} dimensions", code="singular"
                 )
-            step = -right[:rank].T @ ((left[:, :rank].T @ (f / (sizes * rate))) / values[:rank])
+            step = -right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ (f / (sizes * rate))) / values[:rank])
             if np.abs(step).max() <= _TOLERANCE:
-                if np.abs(f / (sizes * rate)).max() > _LEFT * values[0]:
+                if np.abs(f / (sizes * rate)).max() > _FAMILY_RESIDUAL * values[0]:
                     raise RunError(
                         f"there is no steady rotation here: near this state there is no family of {neutral} dimensions",
                         code="no-family",
                     )
-                return self.at(x + step * sizes, neutral)
-            share, missed = 1.0, np.linalg.norm(f / sizes)
+                return self.equilibrium_at(x + step * sizes, neutral)
+            share, residual = 1.0, np.linalg.norm(f / sizes)
             for _ in range(_HALVINGS):
-                if np.linalg.norm(linear(x + share * step * sizes)[0] / sizes) < missed:
+                if np.linalg.norm(linear(x + share * step * sizes)[0] / sizes) < residual:
                     break
                 share /= 2
             x = x + share * step * sizes
@@ -179,13 +179,13 @@ class RelativeEquilibria:
             f"no convergence to a steady rotation: {_MOST_STEPS} steps of Newton's method were not enough; start nearer"
         )
 
-    def at(self, state: np.ndarray, neutral: int = 0) -> RelativeEquilibrium:
+    def equilibrium_at(self, state: np.ndarray, neutral: int = 0) -> RelativeEquilibrium:
         """A state (n-1,) that is known to be a relative equilibrium, with its eigenvalues."""
         eigenvalues = np.linalg.eigvals(self.linear()(state)[1])
         order = np.lexsort((-eigenvalues.imag, -eigenvalues.real))
         return RelativeEquilibrium(state, self.speed(state), eigenvalues[order].astype(complex), neutral)
 
-    def along(
+    def branches_over(
         self, parameter: str, bounds: tuple[float, float], near: RelativeEquilibrium, steps: Steps | None = None
     ) -> Equilibria:
         """The branches of relative equilibria over a parameter (its path), with folds and Hopf points of the full equations.
@@ -194,47 +194,49 @@ class RelativeEquilibria:
         unknown parameter, ``RunError`` for a member of a family, which has no single branch over one parameter.
         """
         if parameter not in self.system.parameter_names:
-            allowed = f"must be a parameter of the equations: {', '.join(self.system.parameter_names)}"
-            raise InputError("parameter", parameter, allowed)
+            explanation = f"must be a parameter of the equations: {', '.join(self.system.parameter_names)}"
+            raise InputError("parameter", parameter, explanation)
         if near.neutral:
             family = f"a family of {near.neutral} dimensions"
             raise RunError(f"{family} has no single branch over {parameter}: follow an isolated state", code="no-single-branch")
         sizes = self.sizes(near.state).tolist()
         scale = dict(zip(self.system.state_names, sizes, strict=True)) | {parameter: bounds[1] - bounds[0]}
-        fixed = {name: value for name, value in self.values.items() if name != parameter}
-        return Equilibria(Equations.of(self.system, [parameter], fixed, scale), bounds, steps or Steps())
+        fixed_values = {name: value for name, value in self.values.items() if name != parameter}
+        return Equilibria(Equations.of(self.system, [parameter], fixed_values, scale), bounds, steps or Steps())
 
 
 def without_contacts(machine: Machine) -> Machine:
     """The machine without contacts on tracks, all bodies released."""
-    released = tuple(replace(b, release=None) for b in machine.bodies)
-    return machine.changed(energies=machine.without_contacts, tracks=(), bodies=released)
+    released_bodies = tuple(replace(b, release=None) for b in machine.bodies)
+    return machine.with_fields(energies=machine.without_contacts, tracks=(), bodies=released_bodies)
 
 
 def turning_of(structure: Structure) -> Turning:
     """The coordinates of a machine that change when it is turned as a whole."""
     plane = tuple(c for label, c in zip(structure.labels, structure.carrier, strict=True) if label in ("x", "y"))
-    others = [b for b in structure.bodies if b is not structure.rotor]
-    return Turning(plane, tuple(b.coordinate for b in (structure.rotor, *others)))
+    other_bodies = [b for b in structure.bodies if b is not structure.rotor]
+    return Turning(plane, tuple(b.coordinate for b in (structure.rotor, *other_bodies)))
 
 
-def _checked(machine: Machine, senses: Mapping[str, float] | None) -> System:
+def _turning_frame_system(machine: Machine, senses: Mapping[str, float] | None) -> System:
     """The System in the turning frame. Raises ``WuchtError`` where there is none, with the reason."""
     if machine.schedules:
         raise WuchtError(f"{machine.schedules[0].parameter} changes over time")
     turn = {r.name: sense_of(machine, r) if senses is None else senses[r.name] for r in machine.rotors}
-    against = [name for name, sense in turn.items() if sense != turn[machine.rotor.name]]
-    if against:
-        raise WuchtError(f"{against[0]} turns against it")
-    held = [b.name for b in machine.bodies if b is not machine.rotor and b.coordinate.prescribed is not None]
-    if held:
-        raise WuchtError(f"the speed of {held[0]} is prescribed")
+    opposing = [name for name, sense in turn.items() if sense != turn[machine.rotor.name]]
+    if opposing:
+        raise WuchtError(f"{opposing[0]} turns against it")
+    prescribed_bodies = [
+        b.name for b in machine.bodies if b is not machine.rotor and b.coordinate.prescribed_velocity is not None
+    ]
+    if prescribed_bodies:
+        raise WuchtError(f"the speed of {prescribed_bodies[0]} is prescribed")
     gravity = sp.sympify(machine.frame.gravity)
     weightless = gravity.is_Symbol and machine.numbers[gravity] == 0
-    derived = _corotating(machine.structure, (gravity,) if weightless else ())
-    if isinstance(derived, str):
-        raise WuchtError(derived)
-    return derived
+    turning_system = _corotating(machine.structure, (gravity,) if weightless else ())
+    if isinstance(turning_system, str):
+        raise WuchtError(turning_system)
+    return turning_system
 
 
 @lru_cache(maxsize=64)
@@ -251,5 +253,5 @@ def _corotating(structure: Structure, zero: tuple[sp.Symbol, ...]) -> System | s
 
 @lru_cache(maxsize=64)
 @derived_once
-def _differentiated(system: System) -> Jacobian:
+def _system_jacobian(system: System) -> Jacobian:
     return Jacobian.of(system)

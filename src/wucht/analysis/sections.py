@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine
+from wucht.analysis.averaged_machine import AveragedMachine
 from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
@@ -58,7 +58,7 @@ class Section:
 
     def transverse(self, state: np.ndarray) -> np.ndarray:
         """The eigenvalues (n - k,) of a fixed point in the directions that lead out of the section, the largest first."""
-        matrix = jacobian_of(replace(self.whole, outputs=(), quadratures=())).at(
+        matrix = jacobian_of(replace(self.whole, outputs=(), quadratures=())).values_at(
             self.embedding @ state, self.whole.values(self.values)
         )[1]
         out = np.linalg.qr(self.embedding, mode="complete")[0][:, self.embedding.shape[1] :]
@@ -89,20 +89,22 @@ def section_of(slow: AveragedMachine, together: bool | Sequence[str] | None, spe
     machine = slow.machine
     values = dict(machine.values) | ({} if speed is None else {SPEED.name: slow.senses[machine.rotor.name] * speed})
     groups = _groups(together, slow)
-    system, axes = _named(slow, machine, groups)
+    system, axes = _section_system(slow, machine, groups)
     embedding = np.zeros((len(slow.system.states), len(groups)))
     for k, group in enumerate(groups):
         for i in group:
             embedding[i, k] = _sense(slow, i)
     main = f"{machine.rotor.name}.speed"
     turning = next((k for k, g in enumerate(groups) if slow.system.state_names[g[0]] == main), -1)
-    kept = {name: values[name] for name in slow.system.parameter_names}
+    section_values = {name: values[name] for name in slow.system.parameter_names}
     coordinate = machine.rotor.coordinate
-    if speed is None and coordinate.prescribed is not None:
+    if speed is None and coordinate.prescribed_velocity is not None:
         speed = float(machine.prescribed_speed(coordinate, 0.0)[0])
-    made = Section(system, kept, axes, slow.system, embedding, turning, speed, slow.inertia, slow.order, slow.warnings)
-    _refuse_if_left(made, groups, slow)
-    return made
+    section = Section(
+        system, section_values, axes, slow.system, embedding, turning, speed, slow.inertia, slow.order, slow.warnings
+    )
+    _refuse_leaving_curves(section, groups, slow)
+    return section
 
 
 def _groups(together: bool | Sequence[str] | None, slow: AveragedMachine) -> list[list[int]]:
@@ -119,62 +121,66 @@ def _groups(together: bool | Sequence[str] | None, slow: AveragedMachine) -> lis
         raise InputError("study.together", together, f"there must be at least two bodies that turn about a rotor: {bodies}")
     groups: dict[str, list[int]] = {}
     for i, name in enumerate(names):
-        body, _, what = name.rpartition(".")
-        groups.setdefault(f"together.{what}" if body in chosen else name, []).append(i)
+        body, _, quantity = name.rpartition(".")
+        groups.setdefault(f"together.{quantity}" if body in chosen else name, []).append(i)
     return list(groups.values())
 
 
 def _sense(slow: AveragedMachine, index: int) -> int:
     """The sign between a state of the averaged equations and the machine's convention of it."""
-    body, _, what = slow.system.state_names[index].rpartition(".")
+    body, _, quantity = slow.system.state_names[index].rpartition(".")
     rotor = slow.machine.body(body).about is None
-    return 1 if what == "phase" and rotor else slow.senses[body]
+    return 1 if quantity == "phase" and rotor else slow.senses[body]
 
 
-def _named(slow: AveragedMachine, machine: Machine, groups: Sequence[Sequence[int]]) -> tuple[System, tuple[Axis, ...]]:
+def _section_system(
+    slow: AveragedMachine, machine: Machine, groups: Sequence[Sequence[int]]
+) -> tuple[System, tuple[Axis, ...]]:
     s, units = slow.system, machine.units
     first = [s.state_names[g[0]] for g in groups]
     phases, main = sum(name.endswith(".phase") for name in first), f"{machine.rotor.name}.speed"
     axes = []
     for group, name in zip(groups, first, strict=True):
-        body, _, what = name.rpartition(".")
-        if what == "speed":
-            own = OMEGA if name == main else name
+        body, _, quantity = name.rpartition(".")
+        if quantity == "speed":
+            axis_name = OMEGA if name == main else name
             free = free_speed(machine, machine.body(body))
             ends = sorted((_LOWEST * free, _HIGHEST * free)) if free else (math.nan, math.nan)
-            axes.append(Axis(own, f"speed of {body}", units.speed, *ends))
+            axes.append(Axis(axis_name, f"speed of {body}", units.speed, *ends))
         else:
             bodies = ", ".join(s.state_names[i].rpartition(".")[0] for i in group)
-            own = PSI if phases == 1 else body
-            axes.append(Axis(own, f"phase of {bodies}", "rad", 0.0, 2 * math.pi))
+            axis_name = PSI if phases == 1 else body
+            axes.append(Axis(axis_name, f"phase of {bodies}", "rad", 0.0, 2 * math.pi))
     senses = tuple(_sense(slow, g[0]) for g in groups)
-    return _reduced(s, tuple(map(tuple, groups)), tuple(a.name for a in axes), senses), tuple(axes)
+    return _reduced_system(s, tuple(map(tuple, groups)), tuple(a.name for a in axes), senses), tuple(axes)
 
 
 @lru_cache(maxsize=16)
-def _reduced(s: System, groups: tuple[tuple[int, ...], ...], names: tuple[str, ...], senses: tuple[int, ...]) -> System:
+def _reduced_system(s: System, groups: tuple[tuple[int, ...], ...], names: tuple[str, ...], senses: tuple[int, ...]) -> System:
     """The System of the first of each group, all states of which are equal, with other names and senses."""
-    own = tuple(sp.Symbol(name, real=True) for name in names)
-    put = {s.states[i]: sign * x for group, x, sign in zip(groups, own, senses, strict=True) for i in group}
+    symbols = tuple(sp.Symbol(name, real=True) for name in names)
+    replacements = {s.states[i]: sign * x for group, x, sign in zip(groups, symbols, senses, strict=True) for i in group}
     return System(
-        own,
-        tuple(sign * sp.sympify(s.derivatives[g[0]]).xreplace(put) for g, sign in zip(groups, senses, strict=True)),
+        symbols,
+        tuple(sign * sp.sympify(s.derivatives[g[0]]).xreplace(replacements) for g, sign in zip(groups, senses, strict=True)),
         s.parameters,
-        tuple((symbol, sp.sympify(e).xreplace(put)) for symbol, e in s.definitions),
-        angles=frozenset(x for x, g in zip(own, groups, strict=True) if s.states[g[0]] in s.angles),
+        tuple((symbol, sp.sympify(e).xreplace(replacements)) for symbol, e in s.definitions),
+        angles=frozenset(x for x, g in zip(symbols, groups, strict=True) if s.states[g[0]] in s.angles),
     )
 
 
-def _refuse_if_left(made: Section, groups: Sequence[Sequence[int]], slow: AveragedMachine) -> None:
+def _refuse_leaving_curves(section: Section, groups: Sequence[Sequence[int]], slow: AveragedMachine) -> None:
     """Raises ``InputError`` where curves that begin in the section leave it."""
-    low, high = np.array([[a.low, a.high] for a in made.axes]).T
-    if made.embedding.shape[0] == made.embedding.shape[1]:
+    low, high = np.array([[a.low, a.high] for a in section.axes]).T
+    if section.embedding.shape[0] == section.embedding.shape[1]:
         return
     low, high = np.where(np.isfinite(low), low, 0.5), np.where(np.isfinite(high), high, 1.5)
     x = np.random.default_rng(0).uniform(low[:, None], high[:, None], (len(low), _PLACES))
     with np.errstate(all="ignore"):
-        rates = Evaluator.of_rates(made.whole).array(np.zeros(_PLACES), made.embedding @ x, made.whole.values(made.values))
-    out = np.linalg.qr(made.embedding, mode="complete")[0][:, made.embedding.shape[1] :]
+        rates = Evaluator.of_rates(section.whole).array(
+            np.zeros(_PLACES), section.embedding @ x, section.whole.values(section.values)
+        )
+    out = np.linalg.qr(section.embedding, mode="complete")[0][:, section.embedding.shape[1] :]
     fine = np.isfinite(rates).all(axis=0)
     if not fine.any() or np.abs(out.T @ rates[:, fine]).max(initial=0.0) <= _INVARIANT * np.abs(rates[:, fine]).max():
         return

@@ -30,7 +30,7 @@ class Switching:
 
     opening: float
     closing: float
-    after: float
+    open_speed: float
     stroke: float
 
     @property
@@ -41,7 +41,7 @@ class Switching:
     @property
     def stays_open(self) -> bool:
         """True if the mass stays out although the pendulum has slowed down; else the damper has to speed it up first."""
-        return self.after > self.closing
+        return self.open_speed > self.closing
 
 
 def switchable(machine: Machine) -> tuple[SwitchablePendulum, ...]:
@@ -53,14 +53,14 @@ def switching(machine: Machine, pendulum: SwitchablePendulum) -> Switching:
     """The switching speeds of a pendulum of a machine, at the machine's parameter values."""
     m, inner, outer, preload, c = pendulum.symbols("moving_mass", "inner_stop", "outer_stop", "preload", "stiffness")
     opening, closing = sp.sqrt(preload / (m * inner)), sp.sqrt((preload + c * (outer - inner)) / (m * outer))
-    after = opening * pendulum.about_axis() / _opened_inertia(pendulum)
+    after = opening * pendulum.axis_inertia() / _opened_inertia(pendulum)
     return Switching(*map(float, machine.evaluate(opening, closing, after, outer - inner)))
 
 
 def _opened_inertia(pendulum: SwitchablePendulum) -> sp.Expr:
     """The inertia about the axis with the mass at the outer stop."""
     moving, inner, outer = pendulum.symbols("moving_mass", "inner_stop", "outer_stop")
-    return pendulum.about_axis() + moving * (outer**2 - inner**2)
+    return pendulum.axis_inertia() + moving * (outer**2 - inner**2)
 
 
 def preload_for(machine: Machine, pendulum: SwitchablePendulum, opening: float) -> float:
@@ -71,17 +71,17 @@ def preload_for(machine: Machine, pendulum: SwitchablePendulum, opening: float) 
 
 def with_rigid_pendulums(machine: Machine) -> Machine:
     """The machine with each switchable pendulum rigid, its mass at the outer stop."""
-    return _rebuilt(machine, [_rigid(machine, b) if isinstance(b, SwitchablePendulum) else b for b in _bodies(machine)])
+    return _rebuild(machine, [_rigid(machine, b) if isinstance(b, SwitchablePendulum) else b for b in _bodies(machine)])
 
 
 def without_pendulums(machine: Machine) -> Machine:
     """The machine without its switchable pendulums, their masses added to the rotors that carry them."""
-    added: dict[str, float] = {}
+    added_masses: dict[str, float] = {}
     for p in switchable(machine):
         root = machine.tree.root(p.name)
-        added[root] = added.get(root, 0.0) + _mass(machine, p)
-    kept = [b for b in _bodies(machine) if not isinstance(b, SwitchablePendulum)]
-    return _rebuilt(machine, [_heavier(machine, b, added[b.name]) if b.name in added else b for b in kept])
+        added_masses[root] = added_masses.get(root, 0.0) + _mass(machine, p)
+    remaining = [b for b in _bodies(machine) if not isinstance(b, SwitchablePendulum)]
+    return _rebuild(machine, [_heavier(machine, b, added_masses[b.name]) if b.name in added_masses else b for b in remaining])
 
 
 def _bodies(machine: Machine) -> list[Body]:
@@ -93,8 +93,8 @@ def _mass(machine: Machine, pendulum: SwitchablePendulum) -> float:
 
 
 def _rigid(machine: Machine, p: SwitchablePendulum) -> Pendulum:
-    opened, damping = _opened_inertia(p), p.symbol("damping")
-    mass, (moment, inertia, b) = _mass(machine, p), map(float, machine.evaluate(p.largest_moment(), opened, damping))
+    open_inertia, damping = _opened_inertia(p), p.symbol("damping")
+    mass, (moment, inertia, b) = _mass(machine, p), map(float, machine.evaluate(p.largest_moment(), open_inertia, damping))
     return Pendulum(
         name=p.name, about=p.about, mass=mass, length=moment / mass, inertia=inertia, damping=b, release=p.release
     )  # fmt: skip
@@ -103,28 +103,28 @@ def _rigid(machine: Machine, p: SwitchablePendulum) -> Pendulum:
 def _heavier(machine: Machine, rotor: Body, mass: float) -> Body:
     """A rotor with a balanced mass added."""
     assert isinstance(rotor, Rotor), "a body that turns on the carrier is a rotor"
-    own, moment = map(float, machine.evaluate(rotor.symbol("mass"), rotor.moment()))
+    rotor_mass, moment = map(float, machine.evaluate(rotor.symbol("mass"), rotor.moment()))
     unbalance = None if rotor.couple_unbalance is not None else moment
-    return rotor.model_copy(update={"mass": own + mass, "eccentricity": None, "unbalance": unbalance})
+    return rotor.model_copy(update={"mass": rotor_mass + mass, "eccentricity": None, "unbalance": unbalance})
 
 
-def _rebuilt(machine: Machine, bodies: Sequence[Body]) -> Machine:
+def _rebuild(machine: Machine, bodies: Sequence[Body]) -> Machine:
     """A machine with other bodies, all else unchanged: parameter values and schedules too, of the remaining parts."""
     carrier = next(p for p in machine.parts if isinstance(p, Support))
     loads = [p for p in machine.parts if isinstance(p, Load)]
     before, same = {b.name: b for b in _bodies(machine)}, {b.name for b in bodies}
-    changed = {b.name for b in bodies if before.get(b.name) is not b}
-    gone = changed | (before.keys() - same)
-    kept = [s for s in machine.schedules if s.parameter.split(".")[0] not in gone]
-    tracks = {t.name: {"contact_frequency": t.frequency} for t in machine.tracks if t.given}
-    attached = [p for p in machine.parts if isinstance(p, Attachment)]
-    made = Machine(
-        carrier, bodies, machine.drives, loads, attachments=attached, schedules=kept, tracks=tracks, title=machine.title
+    changed_bodies = {b.name for b in bodies if before.get(b.name) is not b}
+    affected_bodies = changed_bodies | (before.keys() - same)
+    schedules = [s for s in machine.schedules if s.parameter.split(".")[0] not in affected_bodies]
+    tracks = {t.name: {"contact_frequency": t.frequency} for t in machine.tracks if t.is_frequency_given}
+    attachments = [p for p in machine.parts if isinstance(p, Attachment)]
+    rebuilt_machine = Machine(
+        carrier, bodies, machine.drives, loads, attachments=attachments, schedules=schedules, tracks=tracks, title=machine.title
     )
-    return made.with_unchecked(_shared(machine.values, made.values, changed))
+    return rebuilt_machine.with_unchecked_values(_shared_values(machine.values, rebuilt_machine.values, changed_bodies))
 
 
-def _shared(old: Mapping[str, float], new: Iterable[str], changed: Iterable[str]) -> dict[str, float]:
+def _shared_values(old: Mapping[str, float], new: Iterable[str], changed_bodies: Iterable[str]) -> dict[str, float]:
     """The values of the parameters that both machines have, except those of changed bodies."""
-    owners = set(changed)
+    owners = set(changed_bodies)
     return {path: old[path] for path in new if path in old and path.split(".")[0] not in owners}

@@ -18,7 +18,7 @@ from wucht.errors import InputError, RunError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 from wucht.numerics.periodic.cycle import Cycle
@@ -64,7 +64,7 @@ class SynchronousMotions:
     machine: Machine
     senses: Mapping[str, float]
     relative: RelativeEquilibria | None
-    outside: str
+    outside_reason: str
 
     @classmethod
     def of(cls, machine: Machine, senses: Mapping[str, float] | None = None) -> SynchronousMotions:
@@ -73,14 +73,14 @@ class SynchronousMotions:
         try:
             return cls(without_contacts(machine), turn, RelativeEquilibria.of(machine, turn), "")
         except InputError as error:
-            return cls(without_contacts(machine), turn, None, error.allowed)
+            return cls(without_contacts(machine), turn, None, error.explanation)
 
     @cached_property
     def flow(self) -> CompiledSystem:
         """The equations of motion, compiled."""
         return compile_system(replace(self.machine.system, outputs=(), quadratures=()))
 
-    def near(self, start: np.ndarray, speed: float, neutral: int = 0, left_open: int = 0) -> SynchronousMotion:
+    def find_near(self, start: np.ndarray, speed: float, neutral: int = 0, left_open: int = 0) -> SynchronousMotion:
         """The motion near a state (n,) of the machine's equations at a speed of the main rotor, in its sense.
 
         neutral: dimension of the family. left_open: number of its directions along which an orbit may creep, where a small
@@ -89,17 +89,17 @@ class SynchronousMotions:
         if self.relative is None:
             orbit = self.orbit(start, speed, left_open)
             exponents = orbit.nontrivial_logarithms(1 + neutral) / orbit.period
-            return SynchronousMotion(orbit.state, orbit.period, _in_order(exponents), orbit=orbit)
-        found = self.relative.near(self.relative.turned(start), neutral)
-        turn = abs(found.speed)
+            return SynchronousMotion(orbit.state, orbit.period, _sort_by_growth(exponents), orbit=orbit)
+        equilibrium = self.relative.find_near(self.relative.to_turning_frame(start), neutral)
+        turn = abs(equilibrium.speed)
         if not turn:
             raise RunError("there is no steady rotation here: the nearest equilibrium is at rest")
-        exponents = found.exponents - 1j * turn * np.round(found.exponents.imag / turn)
+        exponents = equilibrium.exponents - 1j * turn * np.round(equilibrium.exponents.imag / turn)
         angle = float(start[self.machine.row(self.machine.rotor.coordinate.position)])
-        state = self.relative.fixed(found.state, angle)
-        return SynchronousMotion(state, 2 * np.pi / turn, _in_order(exponents), equilibrium=found)
+        state = self.relative.to_fixed_frame(equilibrium.state, angle)
+        return SynchronousMotion(state, 2 * np.pi / turn, _sort_by_growth(exponents), equilibrium=equilibrium)
 
-    def along(
+    def orbit_branch(
         self, parameter: str, bounds: tuple[float, float], near: SynchronousMotion, steps: Steps | None = None
     ) -> tuple[Cycles, Cycle]:
         """The branch of synchronous motions as periodic orbits, over a parameter (its path), and its first orbit.
@@ -112,10 +112,12 @@ class SynchronousMotions:
             raise InputError(
                 "parameter", parameter, f"must be a parameter of the equations: {', '.join(system.parameter_names)}"
             )
-        prescribed = [b.name for b in machine.rotors if b.coordinate.prescribed is not None]
-        if prescribed:
-            raise InputError("machine", None, f"the speed of {prescribed[0]} is prescribed: the period is not an unknown")
-        run = integrate(self.flow, near.state, machine.values, np.linspace(0.0, near.period, _SAMPLES + 1)).uninterrupted()
+        prescribed_rotors = [b.name for b in machine.rotors if b.coordinate.prescribed_velocity is not None]
+        if prescribed_rotors:
+            raise InputError(
+                "machine", None, f"the speed of {prescribed_rotors[0]} is prescribed: the period is not an unknown"
+            )
+        run = integrate(self.flow, near.state, machine.values, np.linspace(0.0, near.period, _SAMPLES + 1)).reraise_interrupt()
         if run.failure is not None:
             raise RunError(f"there is no orbit: {run.failure}")
         turning = {system.state_names[machine.row(b.coordinate.position)]: round(self.senses[b.name]) for b in machine.bodies}
@@ -124,8 +126,8 @@ class SynchronousMotions:
         for b in machine.bodies:
             sizes[machine.row(b.coordinate.position)], sizes[machine.row(b.coordinate.velocity)] = 1.0, speed
         scale = dict(zip(system.state_names, sizes.tolist(), strict=True)) | {parameter: bounds[1] - bounds[0]}
-        fixed = {name: value for name, value in machine.values.items() if name != parameter}
-        cycles = Cycles.of(system, parameter, fixed, bounds, winding=turning, scale=scale, steps=steps)
+        fixed_values = {name: value for name, value in machine.values.items() if name != parameter}
+        cycles = Cycles.of(system, parameter, fixed_values, bounds, winding=turning, scale=scale, steps=steps)
         return cycles, cycle_near(cycles, run.time, run.states, machine.values[parameter])
 
     def orbit(self, start: np.ndarray, speed: float, left_open: int = 0) -> PeriodicOrbit:
@@ -137,9 +139,9 @@ class SynchronousMotions:
         main = self.machine.rotor
         return periodic_orbit(
             self.flow, self.machine.values, start, 2 * np.pi / speed, advance,
-            free_period=main.coordinate.prescribed is None, phase_state=rows[main.name], left_open=left_open,
+            free_period=main.coordinate.prescribed_velocity is None, phase_state=rows[main.name], left_open=left_open,
         )  # fmt: skip
 
 
-def _in_order(exponents: np.ndarray) -> np.ndarray:
+def _sort_by_growth(exponents: np.ndarray) -> np.ndarray:
     return np.asarray(exponents[np.argsort(-exponents.real, kind="stable")])

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.vibration import Forced
+from wucht.analysis.vibration import ForcedVibration
 from wucht.machines.machine import Machine
-from wucht.numerics.zeros_and_peaks import between_samples, extremes
+from wucht.numerics.zeros_and_peaks import extremes, interval_maxima
 
 _SHORT = 1e-2  # of the median step of samples
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)
@@ -43,7 +43,7 @@ class Throw:
     normal: float | None = None
 
     @classmethod
-    def harmonic(cls, z: np.ndarray, speed: float, deck: float | None = None) -> Throw:
+    def from_harmonic(cls, z: np.ndarray, speed: float, deck: float | None = None) -> Throw:
         """Throw of the ellipse x, y = Re[z exp(i speed t)], z complex (2,). deck: its inclination to +x in rad."""
         forward, backward = (z[0] + 1j * z[1]) / 2, (z[0] - 1j * z[1]) / 2
         major, minor = abs(forward) + abs(backward), abs(abs(forward) - abs(backward))
@@ -52,19 +52,19 @@ class Throw:
         return cls(2 * float(major), 2 * float(minor), _line(float(direction)), float(major) * speed**2, normal)
 
     @classmethod
-    def sampled(cls, time: np.ndarray, place: np.ndarray, velocity: np.ndarray, deck: float | None = None) -> Throw:
+    def from_samples(cls, time: np.ndarray, place: np.ndarray, velocity: np.ndarray, deck: float | None = None) -> Throw:
         """Throw of a sampled motion: time (N,), at least three samples; place and velocity (2, N).
 
         Between samples it is interpolated to the fourth order of their distance.
         """
-        time, place, velocity = _apart(time, place, velocity)
+        time, place, velocity = _without_short_steps(time, place, velocity)
         along = _main_axis(place)
-        acceleration, jerk = _second_and_third(time, place, velocity)
+        acceleration, jerk = _second_and_third_derivatives(time, place, velocity)
         inner = time[1:-1]
-        largest = max(_either(inner, way @ acceleration, way @ jerk) for way in _ways(acceleration))
+        largest = max(_largest_magnitude(inner, way @ acceleration, way @ jerk) for way in _directions(acceleration))
         normal = None
         if deck is not None:
-            normal = _either(inner, _normal(deck) @ acceleration, _normal(deck) @ jerk)
+            normal = _largest_magnitude(inner, _normal(deck) @ acceleration, _normal(deck) @ jerk)
         stroke, across = (_span(time, way @ place, way @ velocity) for way in (along, np.array([-along[1], along[0]])))
         return cls(stroke, across, _line(math.atan2(along[1], along[0])), largest, normal)
 
@@ -103,23 +103,23 @@ def _line(angle: float) -> float:
     return math.pi / 2 - (math.pi / 2 - angle) % math.pi
 
 
-def steady_throw(machine: Machine, forced: Forced, speed: float) -> Throw | None:
+def steady_throw(machine: Machine, vibration: ForcedVibration, speed: float) -> Throw | None:
     """Throw of the carrier's centre of mass in the forced vibration at a speed; None for a carrier without units or one that
     does not translate, and at an undamped resonance."""
     if machine.dimensionless or not {"x", "y"} & set(machine.free_labels):
         return None
     with np.errstate(all="ignore"):
-        z = dict(zip(machine.free_labels, forced.displacement(np.array([abs(speed)]))[0][0], strict=True))
+        z = dict(zip(machine.free_labels, vibration.displacement(np.array([abs(speed)]))[0][0], strict=True))
         plane = np.array([z.get(d, 0.0) for d in "xy"])
-    return Throw.harmonic(plane, abs(speed)) if np.isfinite(plane).all() else None
+    return Throw.from_harmonic(plane, abs(speed)) if np.isfinite(plane).all() else None
 
 
 def largest_of(vector: np.ndarray) -> float:
     """The largest magnitude of a vector (2, N) that is sampled evenly, between samples too."""
-    return max(extremes(sign * (way @ vector))[1] for way in _ways(vector) for sign in (1.0, -1.0))
+    return max(extremes(sign * (way @ vector))[1] for way in _directions(vector) for sign in (1.0, -1.0))
 
 
-def _ways(vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _directions(vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Directions along which a vector (2, N) is the largest: its main axis, and that of the largest sample.
 
     Its components there oscillate half as fast as its magnitude, so that they are better resolved by the samples.
@@ -136,7 +136,7 @@ def _main_axis(vector: np.ndarray) -> np.ndarray:
     return np.array([math.cos(angle), math.sin(angle)])
 
 
-def _either(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
+def _largest_magnitude(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
     return max(_largest(time, signal, rate), _largest(time, -signal, -rate))
 
 
@@ -145,26 +145,28 @@ def _span(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
 
 
 def _largest(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
-    return float(between_samples(time, signal, rate).max()) if len(time) > 1 else float(signal.max())
+    return float(interval_maxima(time, signal, rate).max()) if len(time) > 1 else float(signal.max())
 
 
-def _apart(time: np.ndarray, place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _without_short_steps(
+    time: np.ndarray, place: np.ndarray, velocity: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Samples without those that repeat a time, as at the end of a leg: their difference is rounding."""
     steps = np.diff(time)
     keep = np.concatenate([[True], steps > _SHORT * np.median(steps)])
     return time[keep], place[:, keep], velocity[:, keep]
 
 
-def _second_and_third(time: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _second_and_third_derivatives(time: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The second and third derivatives (n, N - 2) at the inner samples: of the polynomial of fifth degree that has the values
     and velocities of a sample and its neighbours."""
     before, after = time[:-2] - time[1:-1], time[2:] - time[1:-1]
-    own, rate = q[:, 1:-1], v[:, 1:-1]
-    rows, known = [], []
+    centre, rate = q[:, 1:-1], v[:, 1:-1]
+    rows, differences = [], []
     for h, place, speed in ((before, q[:, :-2], v[:, :-2]), (after, q[:, 2:], v[:, 2:])):
         s = h / after  # of the order of 1, so that the equations are well scaled
         rows += [np.array([s**k for k in range(2, 6)]), np.array([k * s ** (k - 1) for k in range(2, 6)])]
-        known += [place - own - rate * h, (speed - rate) * after]
-    matrix, right = np.array(rows).transpose(2, 0, 1), np.array(known).transpose(2, 0, 1)
+        differences += [place - centre - rate * h, (speed - rate) * after]
+    matrix, right = np.array(rows).transpose(2, 0, 1), np.array(differences).transpose(2, 0, 1)
     coefficients = np.linalg.solve(matrix, right)
     return 2 * coefficients[:, 0].T / after**2, 6 * coefficients[:, 1].T / after**3

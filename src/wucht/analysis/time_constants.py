@@ -14,7 +14,7 @@ from wucht.numerics.flow.program import Evaluator
 _NEARLY, _POINTS = 0.005, 200  # of the free speed: distance at which a run-up ends
 _RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
 _STEP = 1e-5  # of the speed
-_NONE = 1e-6  # of the speed: a rate below it is no decay
+_NO_DECAY = 1e-6  # of the speed: a rate below it is no decay
 
 
 def slowest_decay(machine: Machine, speed: float) -> float:
@@ -28,12 +28,12 @@ def slowest_decay(machine: Machine, speed: float) -> float:
 def vibration_decay(machine: Machine) -> float:
     """Time constant of the slowest decaying free vibration of the carrier (decay by the factor e); 0 where there is none."""
     poles = Vibration.of(machine).poles
-    return 1 / float((-poles.real[-poles.real > _NONE * np.abs(poles)]).min(initial=math.inf))
+    return 1 / float((-poles.real[-poles.real > _NO_DECAY * np.abs(poles)]).min(initial=math.inf))
 
 
 def _slip_rates(machine: Machine, speed: float) -> np.ndarray:
     """The rates at which differences of the bodies' speeds decay: with the carrier at rest and all bodies at angle 0."""
-    bodies = [b for b in machine.bodies if b.coordinate.prescribed is None]
+    bodies = [b for b in machine.bodies if b.coordinate.prescribed_velocity is None]
     state, h = np.zeros(len(machine.state_names)), _STEP * abs(speed)
     free = [machine.row(b.coordinate.velocity) for b in bodies]
     state[free] = speed
@@ -47,7 +47,7 @@ def _slip_rates(machine: Machine, speed: float) -> np.ndarray:
     if not np.isfinite(matrix).all():
         return np.empty(0)
     decays = -np.linalg.eigvals(matrix).real
-    return np.asarray(decays[decays > _NONE * abs(speed)])
+    return np.asarray(decays[decays > _NO_DECAY * abs(speed)])
 
 
 def run_up_time(machine: Machine, speed: float) -> float:
@@ -56,7 +56,7 @@ def run_up_time(machine: Machine, speed: float) -> float:
     0 if it does not reach that.
     """
     rotor = machine.rotor
-    if rotor.coordinate.prescribed is not None:
+    if rotor.coordinate.prescribed_velocity is not None:
         return 0.0
     free, torque = free_speed(machine, rotor), net_torque(machine, rotor)
     end = (1 - _NEARLY) * free if free else math.copysign(runaway_limit(machine) or 0.0, torque(0.0))
@@ -73,8 +73,8 @@ def runaway_limit(machine: Machine) -> float | None:
     Such are a series motor without load, 002 (2.105), and a constant torque without losses.
     """
     rotor = machine.rotor
-    held = rotor.coordinate.prescribed is not None or free_speed(machine, rotor) is not None
-    if held or not machine.units.time or machine.schedules or net_torque(machine, rotor)(0.0) == 0.0:
+    is_limited = rotor.coordinate.prescribed_velocity is not None or free_speed(machine, rotor) is not None
+    if is_limited or not machine.units.time or machine.schedules or net_torque(machine, rotor)(0.0) == 0.0:
         return None
     return highest_speed(machine)
 

@@ -25,11 +25,11 @@ from wucht.machines.parts.base import Body
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.zeros_and_peaks import crossings
 
-CANCELLED = 1e-12  # share of the bodies' unbalances that remains where they cancel
+CANCELLATION = 1e-12  # share of the bodies' unbalances that remains where they cancel
 _BEYOND = 10.0  # times the highest natural frequency: there are no maxima above
 WithSlope = tuple[np.ndarray, np.ndarray]  # a function of the speed, and its derivative
-UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
-Placed = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray | None]]
+UNDAMPED_RATIO = 1e-10  # damping ratio below which a resonance counts as undamped
+PhaseLaw = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray | None]]
 _EQUAL = 1e-9  # relative difference of poles that are one, as those of x and y on an isotropic carrier
 
 
@@ -53,11 +53,11 @@ class Vibration:
         clockwise = np.array([[sense_of(machine, body) < 0] for body in machine.bodies])
         return cls(*machine.matrices, np.where(clockwise, e.conj(), e))
 
-    def only(self, index: Sequence[int]) -> Vibration:
+    def select_bodies(self, index: Sequence[int]) -> Vibration:
         """The vibration that some of the bodies excite."""
         return replace(self, excitation=self.excitation[list(index)])
 
-    def dynamic(self, w: np.ndarray) -> np.ndarray:
+    def dynamic_stiffness(self, w: np.ndarray) -> np.ndarray:
         """K - w^2 M + i w C (N, m, m) at speeds (N, 1, 1)."""
         # A trace of damping keeps the matrix regular at the natural frequency of an undamped direction.
         trace = 1e-14j * (np.abs(self.stiffness).max(initial=0.0) or 1.0) * np.eye(len(self.mass))
@@ -72,24 +72,24 @@ class Vibration:
         below = -np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping]))
         return np.linalg.eigvals(np.vstack([np.eye(size, 2 * size, size), below]))
 
-    def solved(self, w: np.ndarray, right: np.ndarray, rise: np.ndarray | float = 0.0) -> WithSlope:
+    def solve(self, w: np.ndarray, right: np.ndarray, rise: np.ndarray | float = 0.0) -> WithSlope:
         """z (N, m, k) with D(w) z = right at speeds (N, 1, 1), and dz/dw. rise: d right/dw."""
-        dynamic = self.dynamic(w)
+        dynamic = self.dynamic_stiffness(w)
         z = np.linalg.solve(dynamic, right)
         return z, np.linalg.solve(dynamic, rise - (1j * self.damping - 2 * w * self.mass) @ z)
 
     def force(self, phases: np.ndarray) -> np.ndarray:
         """F (m,) or (N, m) with the bodies at phases (n,) or (n, N), zero where their unbalances cancel."""
-        each = np.moveaxis(self._pushing(phases), 0, -2)
-        total = each.sum(axis=-2)
-        return np.asarray(np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=-2), total, 0.0))
+        forces = np.moveaxis(self._pushing(phases), 0, -2)
+        total = forces.sum(axis=-2)
+        return np.asarray(np.where(np.abs(total) > CANCELLATION * np.abs(forces).sum(axis=-2), total, 0.0))
 
     def _pushing(self, phases: np.ndarray) -> np.ndarray:
         """The force of each body (n, m) or (n, N, m)."""
         shapes = self.excitation if phases.ndim == 1 else self.excitation[:, None]
         return np.asarray(shapes * np.exp(1j * phases)[..., None])
 
-    def turned(self, phases: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    def force_slope(self, phases: np.ndarray, turning: np.ndarray) -> np.ndarray:
         """The derivative of F (N, m) where phases (n, N) change by ``turning`` (n, N)."""
         return np.asarray((1j * turning[..., None] * self._pushing(phases)).sum(axis=0))
 
@@ -101,22 +101,22 @@ class Vibration:
         w, force = np.reshape(np.asarray(speeds, float), (-1, 1, 1)), self.force(phases)[..., None]
         rise = 2 * w * force
         if turning is not None:
-            rise = rise + w**2 * self.turned(phases, turning)[..., None]
-        z, slope = self.solved(w, w**2 * force, rise)
+            rise = rise + w**2 * self.force_slope(phases, turning)[..., None]
+        z, slope = self.solve(w, w**2 * force, rise)
         return z[..., 0], slope[..., 0]
 
-    def at_once(self, speeds: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def instant_motion(self, speeds: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Displacements and velocities (m,) of the steady vibration at one moment.
 
         speeds, phases: of the bodies (n,) at that moment, positive in their senses; speeds may differ.
         """
-        each = np.array([self.only([k]).response(speeds[[k]], phases[[k]])[0][0] for k in range(len(phases))])
-        return each.sum(axis=0).real, (1j * speeds @ each).real
+        responses = np.array([self.select_bodies([k]).response(speeds[[k]], phases[[k]])[0][0] for k in range(len(phases))])
+        return responses.sum(axis=0).real, (1j * speeds @ responses).real
 
     def torque(self, speeds: np.ndarray, phases: np.ndarray, turning: np.ndarray | None = None) -> WithSlope:
         """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
         w, (z, dz) = np.asarray(speeds, float), self.response(speeds, phases, turning)
-        square, cross = (np.einsum("ni,ij,nj->n", z.conj(), self.damping, other).real for other in (z, dz))
+        square, cross = (np.einsum("ni,ij,nj->n", z.conj(), self.damping, amplitude).real for amplitude in (z, dz))
         return w * square / 2, square / 2 + w * cross
 
     def last_maximum(self, below: float | None, phases: np.ndarray) -> float | None:
@@ -158,16 +158,16 @@ def moments_along_guides(machine: Machine) -> np.ndarray:
 
 def unbalance_scale(machine: Machine, rotor: RotatingBody) -> float:
     """Reference of unbalance shares: the rotor's unbalance; without it the largest that a body about it has, or can have."""
-    own, group = dict(zip(machine.bodies, unbalances(machine), strict=True)), machine.group(rotor)
-    if own[rotor]:
-        return float(abs(own[rotor]))
+    body_unbalances, group = dict(zip(machine.bodies, unbalances(machine), strict=True)), machine.group(rotor)
+    if body_unbalances[rotor]:
+        return float(abs(body_unbalances[rotor]))
     names = [b.name for b in group]
     reachable = [p.largest_moment() for p in machine.parts if isinstance(p, Body) and p.name in names]
-    return max([float(abs(own[b])) for b in group] + [abs(complex(x)) for x in machine.evaluate(*reachable)]) or 1.0
+    return max([float(abs(body_unbalances[b])) for b in group] + [abs(complex(x)) for x in machine.evaluate(*reachable)]) or 1.0
 
 
 @dataclass(frozen=True)
-class Forced:
+class ForcedVibration:
     """The vibration of a machine at phases alpha_k.
 
     phase_law: alpha (n, N) and its derivatives as a function of speeds (N,), NaN where there are none; or constant alpha
@@ -177,16 +177,16 @@ class Forced:
     """
 
     vibration: Vibration
-    placed: Placed | np.ndarray
+    phase_law: PhaseLaw | np.ndarray
     axis: np.ndarray
     sense: float
 
     @classmethod
-    def of(cls, machine: Machine, angles: np.ndarray) -> Forced:
+    def of(cls, machine: Machine, angles: np.ndarray) -> ForcedVibration:
         """The vibration with the bodies at absolute angles (n,). Raises ``InputError`` where the carrier is not linear."""
         if machine.nonlinear:
-            why = f"has no steady vibration in closed form: {machine.nonlinear} is not linear"
-            raise InputError("machine", None, f"{why}; study.kind = 'run-up' or 'sweep' runs it", code="not-linear")
+            reason = f"has no steady vibration in closed form: {machine.nonlinear} is not linear"
+            raise InputError("machine", None, f"{reason}; study.kind = 'run-up' or 'sweep' runs it", code="not-linear")
         try:
             vibration = Vibration.of(machine)
         except WuchtError as error:
@@ -198,7 +198,7 @@ class Forced:
 
     def phases(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """alpha (n,) or (n, N), and their derivatives by the speed."""
-        return (self.placed, None) if isinstance(self.placed, np.ndarray) else self.placed(speeds)
+        return (self.phase_law, None) if isinstance(self.phase_law, np.ndarray) else self.phase_law(speeds)
 
     def force(self, speeds: np.ndarray) -> np.ndarray:
         """F (N, m), zero where the bodies' unbalances cancel."""
@@ -221,12 +221,12 @@ class Forced:
         slope = np.divide((circles.conj() * slopes).real, size, out=np.zeros_like(size), where=size > 0)
         return size.sum(axis=0), slope.sum(axis=0)
 
-    def minor(self, speeds: np.ndarray) -> np.ndarray:
+    def minor_amplitude(self, speeds: np.ndarray) -> np.ndarray:
         """The semi-minor axis of that orbit (N,), negative where it runs against the rotor's sense of rotation."""
         forward, backward = np.abs(self._circles(self.displacement(speeds)[0]))
         return np.asarray(self.sense * (forward - backward))
 
-    def centre(self, speeds: np.ndarray, eccentricity: float, angle: float) -> np.ndarray:
+    def centre_distance(self, speeds: np.ndarray, eccentricity: float, angle: float) -> np.ndarray:
         """The largest distance (N,) of a centre of mass from the axis' static position: 002 figure 2.18.
 
         The centre of mass is on the main rotor at an eccentricity; angle: of the main rotor, absolute.
@@ -245,19 +245,19 @@ class Forced:
         if not np.delete(e, list(members), axis=0).any():
             return self.torque(speeds)  # the same, without cancellation
         w, (z, dz), (phases, turning) = np.asarray(speeds, float), self.displacement(speeds), self.phases(speeds)
-        own, at = self.vibration.only(members), list(members)
-        conjugate = own.force(phases[at]).conj()
+        member_vibration, at = self.vibration.select_bodies(members), list(members)
+        conjugate = member_vibration.force(phases[at]).conj()
         work, slope = (z * conjugate).sum(axis=-1).imag, (dz * conjugate).sum(axis=-1).imag
         if turning is not None:
-            slope = slope + (z * own.turned(phases[at], turning[at]).conj()).sum(axis=-1).imag
+            slope = slope + (z * member_vibration.force_slope(phases[at], turning[at]).conj()).sum(axis=-1).imag
         return -(w**2) / 2 * work, -w * work - w**2 / 2 * slope
 
     @cached_property
     def poles(self) -> np.ndarray:
         """The oscillatory poles of the carrier, in the upper half plane: damping and frequency, equal ones once."""
         every, distinct = self.vibration.poles, list[complex]()
-        for pole in every[every.imag > UNDAMPED * np.abs(every).max(initial=0.0)]:
-            if not any(abs(pole - other) < _EQUAL * abs(pole) for other in distinct):
+        for pole in every[every.imag > UNDAMPED_RATIO * np.abs(every).max(initial=0.0)]:
+            if not any(abs(pole - known_pole) < _EQUAL * abs(pole) for known_pole in distinct):
                 distinct.append(complex(pole))
         return np.array(distinct)
 
@@ -272,13 +272,13 @@ class Forced:
         speeds = np.unique(np.concatenate(pieces))
         return speeds[(speeds >= low) & (speeds <= high)]
 
-    def undamped(self, low: float, high: float) -> list[float]:
+    def undamped_resonances(self, low: float, high: float) -> list[float]:
         """The resonances without damping that the unbalance excites, in a range of speeds: there the amplitude is infinite."""
-        resonances = [abs(pole) for pole in self.poles if -pole.real < UNDAMPED * abs(pole)]
-        return sorted(w for w in resonances if low <= w <= high and self.grows(self.displacement, w))
+        resonances = [abs(pole) for pole in self.poles if -pole.real < UNDAMPED_RATIO * abs(pole)]
+        return sorted(w for w in resonances if low <= w <= high and self.grows_unbounded(self.displacement, w))
 
     @staticmethod
-    def grows(curve: Callable[[np.ndarray], WithSlope], speed: float) -> bool:
+    def grows_unbounded(curve: Callable[[np.ndarray], WithSlope], speed: float) -> bool:
         """True if the magnitude of a curve grows without bound towards a speed."""
         near, far = np.abs(curve(speed * np.array([1 + 1e-7, 1 + 1e-4]))[0])
         return bool((near > 100 * far).any())

@@ -11,10 +11,18 @@ from typing import TypeVar
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.vibration import Forced, Vibration, unbalances
+from wucht.analysis.vibration import ForcedVibration, Vibration, unbalances
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped, free_speed, net_torque, operating_speed, sense_of, shaft_torques, slopes
-from wucht.machines.parts.base import Described, Drive
+from wucht.machines.operation import (
+    free_speed,
+    has_damped_balancers,
+    net_torque,
+    operating_speed,
+    sense_of,
+    shaft_torques,
+    slopes,
+)
+from wucht.machines.parts.base import Drive, TableModel
 from wucht.machines.parts.coulomb_load import CoulombLoad
 from wucht.machines.parts.table_load import TableLoad
 from wucht.machines.structure import SPEED
@@ -23,7 +31,7 @@ from wucht.numerics.zeros_and_peaks import crossings
 
 _NO_DECAY = 1e-6  # of its frequency: a rate below it is rounding
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-DescribedT = TypeVar("DescribedT", bound=Described)
+TableModelT = TypeVar("TableModelT", bound=TableModel)
 TOUCHING = 1e-9  # of the torques: where the difference of drive and resistance has so small an extremum, they touch
 _CROSSING = 1e-6  # of the torques: residual at a root; it is larger at a pole of the vibration
 _AROUND = 1e-3  # of the largest speed: neighbourhood of a working point whose torques are the scale
@@ -47,10 +55,10 @@ def curves(machine: Machine, torques: Sequence[sp.Expr]) -> Curve:
 
 def dry_friction(machine: Machine) -> tuple[float, float]:
     """Torque in N m of all dry friction loads at any speed, and the highest speed in rad/s of their smooth transitions."""
-    measured = [(load.friction(), load.transition_speed) for load in machine.parts if isinstance(load, TableLoad)]
+    table_loads = [(load.friction(), load.transition_speed) for load in machine.parts if isinstance(load, TableLoad)]
     dry = [(load.level, load.transition_speed) for load in machine.parts if isinstance(load, CoulombLoad)]
-    there = [(torque, speed) for torque, speed in (*dry, *measured) if torque > 0]
-    return sum(torque for torque, _ in there), max((speed for _, speed in there), default=0.0)
+    friction_loads = [(torque, speed) for torque, speed in (*dry, *table_loads) if torque > 0]
+    return sum(torque for torque, _ in friction_loads), max((speed for _, speed in friction_loads), default=0.0)
 
 
 def energy_scale(machine: Machine) -> float:
@@ -60,15 +68,17 @@ def energy_scale(machine: Machine) -> float:
     return energy if energy > 0 and math.isfinite(energy) else 1.0
 
 
-def only_braked(machine: Machine, fastest: float) -> bool:
+def is_only_braked(machine: Machine, fastest: float) -> bool:
     """True if oscillations of all rotors with speeds up to ``fastest`` only lose energy: only constant torques drive them.
 
     The carrier is not shaken, no speed is prescribed, all free vibrations and balancing bodies are damped, and the torque on
     each shaft, less what it is at rest, acts against every speed.
     """
-    prescribed = machine.shaken is not None or any(r.coordinate.prescribed is not None for r in machine.rotors)
+    is_driven = machine.shaken_coordinate is not None or any(
+        r.coordinate.prescribed_velocity is not None for r in machine.rotors
+    )
     poles = Vibration.of(machine).poles
-    if prescribed or not damped(machine) or not (-poles.real > _NO_DECAY * np.abs(poles)).all():
+    if is_driven or not has_damped_balancers(machine) or not (-poles.real > _NO_DECAY * np.abs(poles)).all():
         return False
     torques, speeds = [net_torque(machine, r) for r in machine.rotors], np.linspace(-fastest, fastest, 201)
     return all((torque(float(w)) - torque(0.0)) * w <= 0 for torque in torques for w in speeds)
@@ -122,7 +132,7 @@ class TorqueCurves:
 
     machine: Machine
     rotor: RotatingBody
-    forced: Forced
+    forced_vibration: ForcedVibration
     range: tuple[float, float]
     points: int
 
@@ -135,7 +145,7 @@ class TorqueCurves:
     def drives(self) -> list[Drive]:
         """Drives on the rotor and the bodies that turn with it, with the current parameter values."""
         names = {b.name for b in self.machine.group(self.rotor)}
-        return [_present(d, d.path, self.machine.values) for d in self.machine.drives if d.on in names]
+        return [_with_current_values(d, d.path, self.machine.values) for d in self.machine.drives if d.on in names]
 
     def torques(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Torques of the drives, of loads and bearings, and of the vibration (3, N), and their slopes.
@@ -144,7 +154,7 @@ class TorqueCurves:
         """
         sense = sense_of(self.machine, self.rotor)  # the vibration is that of all bodies turning in their senses
         members = [self.machine.bodies.index(b) for b in self.machine.group(self.rotor)]
-        (shaft, shaft_slope), (vibration, slope) = self._shaft(speeds), self.forced.torque_on(sense * speeds, members)
+        (shaft, shaft_slope), (vibration, slope) = self._shaft(speeds), self.forced_vibration.torque_on(sense * speeds, members)
         return np.vstack([shaft, sense * vibration]), np.vstack([shaft_slope, slope])
 
     def surplus(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -160,13 +170,13 @@ class TorqueCurves:
         """The speeds (N,): denser at standstill, resonances and where an induction motor pulls out; all extremes."""
         (low, high), size = self.range, max(map(abs, self.range))
         near = np.concatenate([-np.geomspace(0.5, 1e-5, 60), [0.0], np.geomspace(1e-5, 0.5, 60)])
-        resonances = self.forced.grid(0.0, size, 2)
+        resonances = self.forced_vibration.grid(0.0, size, 2)
         pieces = [np.linspace(low, high, self.points), size * near, resonances, -resonances]
         for d in self.drives:
             synchronous, breakdown = d.reduced_synchronous_speed(), d.reduced_breakdown()
             if synchronous is not None and breakdown is not None:
                 pieces += [synchronous * (1 + breakdown[0] * near * k) for k in (2, 20)]
-        pieces += [self._beside(held) for held in self._set_speeds]
+        pieces += [self._beside(set_speed) for set_speed in self._set_speeds]
         speeds = np.unique(np.concatenate(pieces))
         speeds = speeds[(speeds >= low) & (speeds <= high)]
         return np.unique(np.concatenate([speeds, self._extremes(speeds)]))
@@ -181,7 +191,7 @@ class TorqueCurves:
         return speed + np.array([-_BESIDE, _BESIDE]) * max(map(abs, self.range))
 
     @cached_property
-    def _held(self) -> list[float]:
+    def _held_speeds(self) -> list[float]:
         """The set speeds in the range at which the required torque is within the drive's limits."""
         low, high = self.range
         inside = [w for w in self._set_speeds if low < w < high]
@@ -200,15 +210,15 @@ class TorqueCurves:
         low, high = grid[np.maximum(at - 2, 0)], grid[np.minimum(at + 2, last)]
         touching = touching[~((crossing >= low[:, None]) & (crossing <= high[:, None])).any(axis=1)]
         points = [*((w, False) for w in crossing.tolist()), *((w, True) for w in touching.tolist())]
-        found = [self.point(w, float(self.surplus(np.array([w]))[1][0]) < 0, tangential) for w, tangential in points]
-        return sorted([*found, *map(self._held_point, self._held)], key=lambda point: point.speed)
+        crossing_points = [self.point(w, float(self.surplus(np.array([w]))[1][0]) < 0, tangential) for w, tangential in points]
+        return sorted([*crossing_points, *map(self._held_point, self._held_speeds)], key=lambda point: point.speed)
 
     def _share(self, speeds: np.ndarray) -> np.ndarray:
         """The magnitude (N,) of the surplus relative to the torques around, of which it is the difference."""
         around = speeds[:, None] + np.array([0.0, -_AROUND, _AROUND]) * max(map(abs, self.range))
         torques = self.torques(around.ravel())[0].reshape(3, *around.shape)
-        left, scale = np.abs(self.surplus(speeds)[0]), np.abs(torques).max(axis=(0, 2))
-        return np.asarray(np.divide(left, scale, out=np.zeros_like(left), where=scale > 0))
+        surplus, scale = np.abs(self.surplus(speeds)[0]), np.abs(torques).max(axis=(0, 2))
+        return np.asarray(np.divide(surplus, scale, out=np.zeros_like(surplus), where=scale > 0))
 
     def point(self, speed: float, stable: bool, tangential: bool = False) -> WorkingPoint:
         """The working point at a speed that is known to be steady."""
@@ -237,8 +247,8 @@ class TorqueCurves:
         return exceeds and free_speed(self.machine, self.rotor) is None
 
 
-def _present(described: DescribedT, path: str, values: Mapping[str, float]) -> DescribedT:
+def _with_current_values(part: TableModelT, path: str, values: Mapping[str, float]) -> TableModelT:
     """A part, or a table in one, with the current values of its parameters."""
-    pairs = [(key, f"{path}.{key}", given) for key, given in described]
-    changed = {k: _present(x, p, values) if isinstance(x, Described) else values.get(p, x) for k, p, x in pairs}
-    return described.model_copy(update=changed)
+    pairs = [(key, f"{path}.{key}", value) for key, value in part]
+    updates = {k: _with_current_values(x, p, values) if isinstance(x, TableModel) else values.get(p, x) for k, p, x in pairs}
+    return part.model_copy(update=updates)

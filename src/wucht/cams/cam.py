@@ -15,13 +15,13 @@ from typing import ClassVar
 import numpy as np
 
 from wucht.cams.laws import Law
-from wucht.cams.milled import Touching
+from wucht.cams.milled_cam import ContourFollower
 from wucht.cams.undercut import CutAway, RadiusAt
 
-Written = Callable[[float], str]
+LengthFormat = Callable[[float], str]
 
 
-def metres(length: float) -> str:
+def format_metres(length: float) -> str:
     """Return a length in m as text for the user."""
     return f"{length:.5g} m"
 
@@ -35,7 +35,7 @@ class Cam(ABC):
     """
 
     law: Law
-    follower: Touching
+    follower: ContourFollower
     clockwise: bool = False
     outer: bool = False
 
@@ -98,7 +98,7 @@ class Cam(ABC):
         """Return the arcs that are cut away of the cam, and the least radii of the remaining contour."""
 
     @abstractmethod
-    def check(self, written: Written = metres) -> None:
+    def check(self, format_length: LengthFormat = format_metres) -> None:
         """Raise ``InputError`` where the follower would cut a part of the contour away, or leave an edge, naming a value
         that would not. format_length: formats a length for the message."""
 
@@ -108,7 +108,7 @@ class Cam(ABC):
         return None
 
 
-def short_of(bound: float, direction: int) -> float:
+def value_past_limit(limit: float, direction: int) -> float:
     """Return a number of five digits on one side of a limit, above (1) or below (-1), never the limit itself."""
-    digit = 10.0 ** (math.floor(math.log10(abs(bound))) - 4) if bound else 1e-9
-    return digit * ((math.floor if direction > 0 else math.ceil)(bound / digit) + direction)
+    digit = 10.0 ** (math.floor(math.log10(abs(limit))) - 4) if limit else 1e-9
+    return digit * ((math.floor if direction > 0 else math.ceil)(limit / digit) + direction)

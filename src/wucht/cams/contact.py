@@ -119,19 +119,19 @@ def contact_forces(cam: Cam, load: FollowerLoad, speed: Speed, phi: np.ndarray) 
     of the cam angle as a law is. Where it varies the acceleration is psi'' omega^2 + psi' omega omega'.
     Raises ``InputError``: speed, negative or no number; follower, where the contact force passes through the pivot.
     """
-    sense, inertial = _sense(cam), _inertial(cam, load, speed)
-    pressing = sense * inertial(phi) + load.preload
+    sense, effort = _sense(cam), _required_effort(cam, load, speed)
+    pressing = sense * effort(phi) + load.preload
 
-    def presses(at: np.ndarray) -> np.ndarray:
-        return np.asarray(sense * inertial(at) + load.preload)
+    def pressing_effort(at: np.ndarray) -> np.ndarray:
+        return np.asarray(sense * effort(at) + load.preload)
 
-    minima, least = valleys(presses)
+    minima, least = valleys(pressing_effort)
     return ContactForces(
         phi,
         pressing / np.abs(cam.grip(phi)),
         sense * pressing,
         sense * pressing * cam.law(phi, 1),
-        arcs_below_zero(presses, minima),
+        arcs_below_zero(pressing_effort, minima),
         max(load.preload - float(least.min()), 0.0),
     )
 
@@ -150,58 +150,58 @@ def conjugate_forces(
     cam, counter, preload = cams.cam, cams.counter, load.preload
     if preload < 0:
         raise InputError("preload", preload, "two cams squeeze their lever: it must not be negative")
-    sense, inertial = _sense(cam), _inertial(cam, load, speed)
+    sense, effort = _sense(cam), _required_effort(cam, load, speed)
     _sense(counter)
 
-    def on_cam(at: np.ndarray) -> np.ndarray:
-        return np.asarray(preload + share * sense * inertial(at))
+    def cam_effort(at: np.ndarray) -> np.ndarray:
+        return np.asarray(preload + share * sense * effort(at))
 
-    def on_counter(at: np.ndarray) -> np.ndarray:
-        return np.asarray(preload - (1 - share) * sense * inertial(at))
+    def counter_effort(at: np.ndarray) -> np.ndarray:
+        return np.asarray(preload - (1 - share) * sense * effort(at))
 
-    need, first, second = sense * inertial(phi), on_cam(phi), on_counter(phi)
+    need, first, second = sense * effort(phi), cam_effort(phi), counter_effort(phi)
     driving = np.where(first < 0, 0.0, np.where(second < 0, need, first)) / np.abs(cam.grip(phi))
     returning = np.where(second < 0, 0.0, np.where(first < 0, -need, second)) / np.abs(counter.grip(phi))
-    torque = inertial(phi) * cam.law(phi, 1)
-    (at, least), (counter_at, counter_least) = valleys(on_cam), valleys(on_counter)
-    off, counter_off = arcs_below_zero(on_cam, at), arcs_below_zero(on_counter, counter_at)
-    needed = preload - min(float(least.min()), float(counter_least.min()))
-    return ConjugateForces(phi, driving, returning, torque, off, counter_off, max(needed, 0.0))
+    torque = effort(phi) * cam.law(phi, 1)
+    (at, least), (counter_at, counter_least) = valleys(cam_effort), valleys(counter_effort)
+    off, counter_off = arcs_below_zero(cam_effort, at), arcs_below_zero(counter_effort, counter_at)
+    least_preload = preload - min(float(least.min()), float(counter_least.min()))
+    return ConjugateForces(phi, driving, returning, torque, off, counter_off, max(least_preload, 0.0))
 
 
-def _inertial(cam: Cam, load: FollowerLoad, speed: Speed) -> RealFunction:
+def _required_effort(cam: Cam, load: FollowerLoad, speed: Speed) -> RealFunction:
     """The effort in the sense of the law that moves the follower against all but the preload."""
     law, omega = cam.law, _speed(speed)
 
     def effort(phi: np.ndarray) -> np.ndarray:
         w, slope = omega(phi), omega(phi, 1)
 
-        def acceleration(of: Law) -> np.ndarray:
-            return np.asarray(of(phi, 2) * w**2 + of(phi, 1) * w * slope)
+        def acceleration(motion: Law) -> np.ndarray:
+            return np.asarray(motion(phi, 2) * w**2 + motion(phi, 1) * w * slope)
 
         springs = load.damping * law(phi, 1) * w + load.stiffness * law(phi) + load.constant
-        moved = load.inertia * acceleration(law)
+        inertial = load.inertia * acceleration(law)
         if load.output_inertia and isinstance(law, LeverMotion):
             transmission = 1 / law.linkage.lever_at(law.law(phi), 1)  # dpsi/drho
-            moved = moved + load.output_inertia * transmission * acceleration(law.law)
-        return np.asarray(moved + springs)
+            inertial = inertial + load.output_inertia * transmission * acceleration(law.law)
+        return np.asarray(inertial + springs)
 
     return effort
 
 
 def _speed(speed: Speed) -> _Function:
-    omega = speed if callable(speed) else _sampled(np.asarray(speed, float))
+    omega = speed if callable(speed) else _speed_harmonics(np.asarray(speed, float))
     if not (np.isfinite(omega(GRID)) & (omega(GRID) >= 0)).all():
         raise InputError("speed", None, "it must be a number, and nowhere negative (in rad/s)", code="negative")
     return omega
 
 
-def _sampled(values: np.ndarray) -> Harmonics:
+def _speed_harmonics(values: np.ndarray) -> Harmonics:
     if values.ndim == 0:
         return Harmonics.of(float(values))
     if values.ndim != 1 or len(values) < 3:
         raise InputError("speed", None, "samples must be one row of 3 or more over a turn of the cam", code="shape")
-    return Harmonics.sampled(values)
+    return Harmonics.from_samples(values)
 
 
 def _sense(cam: Cam) -> int:
@@ -210,8 +210,8 @@ def _sense(cam: Cam) -> int:
     sense = 1 if grips[0] > 0 else -1
     k = int(np.argmin(sense * grips))
     if sense * grips[k] <= _DEAD * np.abs(grips).max():
-        where = f"at a cam angle of {math.degrees(GRID[k]):.4g} deg the contact force does not drive it"
-        raise InputError("follower", None, f"{where}: the pressure angle reaches 90 deg")
+        fault = f"at a cam angle of {math.degrees(GRID[k]):.4g} deg the contact force does not drive it"
+        raise InputError("follower", None, f"{fault}: the pressure angle reaches 90 deg")
     return sense
 
 

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from wucht.cams.laws import Law
-from wucht.cams.linkages.closure import composed
+from wucht.cams.linkages.closure import composed_derivative
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics, even_angles
@@ -25,7 +25,7 @@ _PHASES = (1.0, 5.0)  # degrees by which the speed may be out of phase with the 
 _SHARES = (0.9, 1.1)  # times the fluctuation
 _SPEEDS = (1.1, 0.9)  # times the mean speed, with the same fluctuation in rad/s
 _SIDES = 4  # phases of an order, over half a turn, of which the worst counts: the other half is the same to first order
-_NONE = 1e-9  # of the largest order of the law's acceleration: less is negligible
+_NEGLIGIBLE = 1e-9  # of the largest order of the law's acceleration: less is negligible
 _MOST_ORDERS = _SAMPLES // 8  # of a law: one with more of them is taken to have no end
 
 
@@ -38,12 +38,12 @@ class CorrectedLaw:
 
     law: Law
     shaft: ShaftMotion
-    turned: float = 0.0
+    mounting_error: float = 0.0
 
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative by phi of an order from 0 to 3, at angles in rad of any shape."""
-        time = self.shaft.time_derivatives(np.asarray(phi) - self.turned)
-        return composed(np.stack([self.law(time[0], n) for n in range(order + 1)]), time[: order + 1])
+        time = self.shaft.time_derivatives(np.asarray(phi) - self.mounting_error)
+        return composed_derivative(np.stack([self.law(time[0], n) for n in range(order + 1)]), time[: order + 1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,15 +56,15 @@ class MotionOverTime:
     def __call__(self, tau: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative by tau of an order from 0 to 3, at tau of any shape."""
         angle = [self.shaft.angle(tau, n) for n in range(order + 1)]
-        return composed(np.stack([self.law(angle[0], n) for n in range(order + 1)]), angle)
+        return composed_derivative(np.stack([self.law(angle[0], n) for n in range(order + 1)]), angle)
 
 
 def orders(law: Law, order: int = 2, samples: int = _SAMPLES) -> Harmonics:
     """Return the orders, below half of the samples, of a derivative by tau; by default of the acceleration over omega^2."""
-    return Harmonics.sampled(law(even_angles(samples), order))
+    return Harmonics.from_samples(law(even_angles(samples), order))
 
 
-def above(acceleration: Harmonics, count: int, reference: int = 1) -> float:
+def share_above_order(acceleration: Harmonics, count: int, reference: int = 1) -> float:
     """Return the largest order of the acceleration above a number, as a share of its first order, or of a reference order."""
     return float(acceleration.amplitudes[count:].max(initial=0.0) / acceleration.amplitudes[reference - 1])
 
@@ -77,27 +77,27 @@ class Purity:
     reference: the order to which shares refer: the first one, or the lowest one present.
     """
 
-    wanted: Harmonics
+    target: Harmonics
     count: int | None
     reference: int
 
     @classmethod
-    def of(cls, law: Law, count: int | None = None) -> Purity:
+    def from_law(cls, law: Law, count: int | None = None) -> Purity:
         """Return the measure for a law. count: N, by default determined. Raises ``InputError`` (law): the output rests."""
-        wanted = orders(law)
-        there = np.flatnonzero(wanted.amplitudes > _NONE * wanted.amplitudes.max()) + 1
-        if not len(there):
+        target = orders(law)
+        present = np.flatnonzero(target.amplitudes > _NEGLIGIBLE * target.amplitudes.max()) + 1
+        if not len(present):
             raise InputError("law", None, "the output does not move: there is nothing to correct")
-        if count is None and there[-1] <= _MOST_ORDERS:
-            count = int(there[-1])
-        return cls(wanted, count, int(there[0]))
+        if count is None and present[-1] <= _MOST_ORDERS:
+            count = int(present[-1])
+        return cls(target, count, int(present[0]))
 
     def share(self, acceleration: Harmonics) -> float:
         """Return the largest order above N, as a share of the reference; without an N the largest deviation of an order."""
         if self.count is not None:
-            return above(acceleration, self.count, self.reference)
-        n = min(acceleration.count, self.wanted.count)
-        off = np.hypot(acceleration.cosine[:n] - self.wanted.cosine[:n], acceleration.sine[:n] - self.wanted.sine[:n])
+            return share_above_order(acceleration, self.count, self.reference)
+        n = min(acceleration.count, self.target.count)
+        off = np.hypot(acceleration.cosine[:n] - self.target.cosine[:n], acceleration.sine[:n] - self.target.sine[:n])
         return float(off.max() / acceleration.amplitudes[self.reference - 1])
 
 
@@ -105,11 +105,11 @@ class Purity:
 class Residual:
     """Residual above order N, as a share of order 1, under a condition for which the cam was not made. condition: a phrase."""
 
-    what: str
+    condition: str
     share: float
 
 
-_Ways = list[tuple[CorrectedLaw, ShaftMotion]]  # cams, and the shafts that turn them
+_Cases = list[tuple[CorrectedLaw, ShaftMotion]]  # cams, and the shafts that turn them
 
 
 def residuals(law: Law, count: int | None, shaft: ShaftMotion) -> tuple[Residual, ...]:
@@ -118,78 +118,80 @@ def residuals(law: Law, count: int | None, shaft: ShaftMotion) -> tuple[Residual
     count: N, the orders of the law, or None: see ``Purity``. Of deviations to either side the worse one counts. A speed that
     changes as a whole, all fluctuations with it, changes nothing. Conditions under which the shaft would turn back are omitted.
     """
-    purity = Purity.of(law, count)
-    return tuple(Residual(what, _worst(purity, ways)) for what, ways in _otherwise(law, shaft) if ways)
+    purity = Purity.from_law(law, count)
+    return tuple(Residual(condition, _worst(purity, cases)) for condition, cases in _conditions(law, shaft) if cases)
 
 
-def _worst(purity: Purity, ways: _Ways) -> float:
-    return max(purity.share(orders(MotionOverTime(cam, actual))) for cam, actual in ways)
+def _worst(purity: Purity, cases: _Cases) -> float:
+    return max(purity.share(orders(MotionOverTime(cam, actual))) for cam, actual in cases)
 
 
-def _otherwise(law: Law, shaft: ShaftMotion) -> Iterator[tuple[str, _Ways]]:
+def _conditions(law: Law, shaft: ShaftMotion) -> Iterator[tuple[str, _Cases]]:
     """Yield each condition for which the cam was not made, as a phrase, with its cases."""
     cam = CorrectedLaw(law, shaft)
     yield "as measured", [(cam, shaft)]
     for degrees in _PHASES:
-        turned = [CorrectedLaw(law, shaft, math.radians(by)) for by in (degrees, -degrees)]
-        yield f"the phase of the speed, or the cam on its shaft, off by {degrees:g}°", [(one, shaft) for one in turned]
+        misaligned_cams = [CorrectedLaw(law, shaft, math.radians(by)) for by in (degrees, -degrees)]
+        yield f"the phase of the speed, or the cam on its shaft, off by {degrees:g}°", [(one, shaft) for one in misaligned_cams]
     for share in _SHARES:
-        yield f"{share:.0%} of the fluctuation", [(cam, other) for other in _scaled(shaft, share)]
-    speeds = [(cam, other) for by in _SPEEDS for other in _scaled(shaft, 1 / by)]
+        yield f"{share:.0%} of the fluctuation", [(cam, scaled_shaft) for scaled_shaft in _scaled_shafts(shaft, share)]
+    speeds = [(cam, scaled_shaft) for by in _SPEEDS for scaled_shaft in _scaled_shafts(shaft, 1 / by)]
     off = "off by" if len(speeds) == len(_SPEEDS) else "higher by"  # at the lower one a strong fluctuation would turn back
     yield f"a mean speed {off} {_SPEEDS[0] - 1:.0%}, the fluctuation the same in rad/s", speeds
     for j in (np.flatnonzero(shaft.speed.amplitudes) + 1).tolist():
         with suppress(InputError):
-            yield f"order {j} left out of the correction", [(CorrectedLaw(law, shaft.without(j)), shaft)]
-    yield "a shaft that turns evenly", [(cam, shaft.scaled(0.0))]
+            yield f"order {j} left out of the correction", [(CorrectedLaw(law, shaft.without_order(j)), shaft)]
+    yield "a shaft that turns evenly", [(cam, shaft.with_scaled_fluctuation(0.0))]
 
 
-def _scaled(shaft: ShaftMotion, by: float) -> list[ShaftMotion]:
+def _scaled_shafts(shaft: ShaftMotion, by: float) -> list[ShaftMotion]:
     """Return the shaft with its fluctuation scaled by a factor; empty where it would turn back."""
     with suppress(InputError):
-        return [shaft.scaled(by)]
+        return [shaft.with_scaled_fluctuation(by)]
     return []
 
 
-def left_by_order(law: Law, count: int | None, shaft: ShaftMotion, order: int, amplitude: float) -> float:
+def residual_of_extra_order(law: Law, count: int | None, shaft: ShaftMotion, order: int, amplitude: float) -> float:
     """Return the residual of the cam if the shaft's speed has an extra order: as a share of order 1, as in ``residuals``.
 
     amplitude: of that order in rad/s. Its phase is not known: the worst counts. Raises ``InputError`` (speed) where the shaft
     would turn back.
     """
-    cam, ways = CorrectedLaw(law, shaft), _Ways()
+    cam, cases = CorrectedLaw(law, shaft), _Cases()
     for phase in np.pi * np.arange(_SIDES) / _SIDES:
         wave = np.zeros(max(order, shaft.speed.count), complex)
         wave[: shaft.speed.count] = shaft.speed.cosine + 1j * shaft.speed.sine
         wave[order - 1] += amplitude * np.exp(1j * phase)
-        ways.append((cam, ShaftMotion(Harmonics(shaft.mean, wave.real, wave.imag))))
-    return _worst(Purity.of(law, count), ways)
+        cases.append((cam, ShaftMotion(Harmonics(shaft.mean, wave.real, wave.imag))))
+    return _worst(Purity.from_law(law, count), cases)
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class AccelerationComparison:
     """A measured acceleration of the output beside the computed one. measured_orders, computed_orders: of one unit. share: of
     the measured orders' mean square that the computed ones explain."""
 
-    measured: Harmonics
-    computed: Harmonics
+    measured_orders: Harmonics
+    computed_orders: Harmonics
     share: float
 
     @cached_property
-    def delayed(self) -> tuple[float, float]:
+    def best_delay(self) -> tuple[float, float]:
         """Delay in rad of tau, within half a turn, of the measured acceleration after the computed one where they agree best,
         and the share explained with it."""
-        m, c = (series.cosine - 1j * series.sine for series in (self.measured, self.computed))
+        m, c = (series.cosine - 1j * series.sine for series in (self.measured_orders, self.computed_orders))
         product = m[: len(c)].conj() * c
         agreement = Harmonics(0.0, product.real, product.imag)  # over the delay
         at = agreement.stationary()
         best = float(at[np.argmax(agreement(at))])
-        measured, computed = (float((series.amplitudes**2).sum()) for series in (self.measured, self.computed))
-        share = (2 * float(agreement(best)) - computed) / measured
+        measured_power, computed_power = (
+            float((series.amplitudes**2).sum()) for series in (self.measured_orders, self.computed_orders)
+        )
+        share = (2 * float(agreement(best)) - computed_power) / measured_power
         return math.remainder(best, 2 * math.pi), share
 
 
-def compared(acceleration: Harmonics, law: Law, shaft: ShaftMotion) -> Comparison:
+def compare_with_measurement(acceleration: Harmonics, law: Law, shaft: ShaftMotion) -> AccelerationComparison:
     """004, figures 2 and 4: orders of a measured acceleration (in rad/s^2 or m/s^2) and of what the cam should make.
 
     Raises ``InputError`` (acceleration) where it has no orders.
@@ -197,12 +199,12 @@ def compared(acceleration: Harmonics, law: Law, shaft: ShaftMotion) -> Compariso
     if not acceleration.count:
         raise InputError("acceleration", None, "the measured acceleration must have orders", code="no-orders")
     total = float((acceleration.amplitudes**2).sum())
-    if total <= (_NONE * acceleration.mean) ** 2:
-        allowed = f"this record holds no orders, it is constant at {acceleration.mean:.4g}: is it the right column?"
-        raise InputError("acceleration", None, allowed, code="constant")
-    found, scale = orders(MotionOverTime(law, shaft)), shaft.mean**2
-    count = min(acceleration.count, found.count)
-    computed = Harmonics(0.0, scale * found.cosine[:count], scale * found.sine[:count])
-    off = np.hypot(acceleration.cosine[:count] - computed.cosine, acceleration.sine[:count] - computed.sine)
+    if total <= (_NEGLIGIBLE * acceleration.mean) ** 2:
+        requirement = f"this record holds no orders, it is constant at {acceleration.mean:.4g}: is it the right column?"
+        raise InputError("acceleration", None, requirement, code="constant")
+    motion_orders, scale = orders(MotionOverTime(law, shaft)), shaft.mean**2
+    count = min(acceleration.count, motion_orders.count)
+    computed_orders = Harmonics(0.0, scale * motion_orders.cosine[:count], scale * motion_orders.sine[:count])
+    off = np.hypot(acceleration.cosine[:count] - computed_orders.cosine, acceleration.sine[:count] - computed_orders.sine)
     rest = float((off**2).sum() + (acceleration.amplitudes[count:] ** 2).sum())
-    return Comparison(acceleration, computed, 1 - rest / total)
+    return AccelerationComparison(acceleration, computed_orders, 1 - rest / total)

@@ -18,11 +18,11 @@ from wucht.cams.tables.linkage import LinkageTable
 from wucht.cams.tables.motion_law import LawTable, MotionLaw, unit_of_output
 from wucht.cams.tables.speed import SpeedTable
 from wucht.errors import InputError
-from wucht.files.documents import contents_of
+from wucht.files.documents import contents_digest
 from wucht.kinds import kinds_of
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.harmonics import Harmonics
-from wucht.schema import checked, choice, table
+from wucht.schema import choice, table, validate_model
 
 GROUP = "wucht.cams"
 TABLES = ("law", "follower", "linkage", "speed", "shaft")
@@ -48,9 +48,9 @@ class CamDrive:
     @cached_property
     def motion(self) -> MotionLaw:
         """Motion law of the output. Raises ``InputError`` where there is no such law."""
-        told = self.linkage or self.follower
-        known = told.unit if told is not None else self.law.stated_unit
-        return self.law.motion(unit_of_output(self.law.quantities(), known))
+        output_table = self.linkage or self.follower
+        unit = output_table.unit if output_table is not None else self.law.stated_unit
+        return self.law.motion(unit_of_output(self.law.quantities(), unit))
 
     @cached_property
     def closure(self) -> Linkage | None:
@@ -71,32 +71,32 @@ class CamDrive:
         return self.follower.cams(self.lever(output))
 
     @cached_property
-    def measured(self) -> OrderFit | None:
+    def speed_fit(self) -> OrderFit | None:
         """The orders of the record of the speed, None without one. Raises ``InputError``."""
-        return None if self.speed is None else self.speed.measured(self.folder)
+        return None if self.speed is None else self.speed.record_fit(self.folder)
 
     @cached_property
-    def turning(self) -> ShaftMotion:
+    def shaft_motion(self) -> ShaftMotion:
         """The motion of the shaft. Raises ``InputError`` where no table states it."""
         if self.speed is None:
             raise InputError(
                 "speed", None, "the table [speed] is missing: the speed of the camshaft over a turn", code="missing"
             )
-        return self.speed.shaft(self.measured)
+        return self.speed.shaft(self.speed_fit)
 
     @cached_property
-    def turning_with_corrected_cam(self) -> ShaftMotion:
+    def corrected_shaft_motion(self) -> ShaftMotion:
         """The motion of the shaft for which the cam is corrected: that of the table [speed], or else predicted from [shaft].
 
         Raises ``InputError`` where no table states it, ``RunError`` where there is none.
         """
         if self.speed is not None or self.shaft is None:
-            return self.turning
-        driving = self.shaft.driving(self.folder)
+            return self.shaft_motion
+        driving = self.shaft.camshaft_drive(self.folder)
         shaft = self.shaft.camshaft(driving, self.motion.unit)
-        if driving is not None and driving.enforced:
+        if driving is not None and driving.is_enforced:
             return ShaftMotion(Harmonics.of(shaft.mean_speed))
-        return shaft.with_corrected_cam(self.motion.law)
+        return shaft.motion_with_corrected_cam(self.motion.law)
 
     @property
     def facts(self) -> Mapping[str, Any]:
@@ -113,7 +113,7 @@ class CamDrive:
 
     def contents(self, name: str) -> str:
         """Return a digest of a file, so that a changed file gives new results. Empty where it cannot be read."""
-        return contents_of(self.folder / name)
+        return contents_digest(self.folder / name)
 
 
 def laws() -> dict[str, type[LawTable]]:
@@ -137,17 +137,17 @@ def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDriv
     if "law" not in tables:
         raise InputError("law", None, "the table [law] is missing: the motion that the output is to make", code="missing")
     kinds: Mapping[str, Mapping[str, type[Any]]] = {"law": laws(), "follower": followers(), "linkage": linkages()}
-    built: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     for name in reversed(TABLES):  # the law last: the others say whether its output turns or slides
-        given = tables.get(name)
-        if given is None:
+        entries = tables.get(name)
+        if entries is None:
             continue
         cls: type[Any] = SpeedTable if name == "speed" else ShaftTable
         if name in kinds:
-            cls = kinds[name][choice(given, "kind", name, kinds[name])]
-            del given["kind"]
+            cls = kinds[name][choice(entries, "kind", name, kinds[name])]
+            del entries["kind"]
         if name == "law":
-            told = built.get("linkage") or built.get("follower")
-            given = cls.completed(given, folder, told.unit if told is not None else None)
-        built[name] = checked(cls, given, name)
-    return CamDrive(**built, title=title, folder=folder)
+            output_table = arguments.get("linkage") or arguments.get("follower")
+            entries = cls.completed(entries, folder, output_table.unit if output_table is not None else None)
+        arguments[name] = validate_model(cls, entries, name)
+    return CamDrive(**arguments, title=title, folder=folder)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.demands import not_negative, positive
+from wucht.cams.demands import require_not_negative, require_positive
 from wucht.cams.laws import Law
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
@@ -36,8 +36,8 @@ def largest_on_arc(begin: float, arc: float, mean: np.ndarray, waves: np.ndarray
     x = begin + np.linspace(0.0, arc, 2 + math.ceil(_DENSE * len(k) * arc / (2 * math.pi)))
     basis = np.exp(1j * np.outer(k, x))
     blocks = range(0, len(mean), _BLOCK)
-    found = [_largest(x, basis, mean[i : i + _BLOCK], waves[i : i + _BLOCK]) for i in blocks]
-    return np.concatenate(found) if found else np.empty(0)
+    maxima = [_largest(x, basis, mean[i : i + _BLOCK], waves[i : i + _BLOCK]) for i in blocks]
+    return np.concatenate(maxima) if maxima else np.empty(0)
 
 
 def _largest(x: np.ndarray, basis: np.ndarray, mean: np.ndarray, waves: np.ndarray) -> np.ndarray:
@@ -118,9 +118,9 @@ class ElasticOutput:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("output.inertia", self.inertia)
-        positive("output.stiffness", self.stiffness)
-        not_negative("output.damping", self.damping)
+        require_positive("output.inertia", self.inertia)
+        require_positive("output.stiffness", self.stiffness)
+        require_not_negative("output.damping", self.damping)
 
     @property
     def natural_frequency(self) -> float:
@@ -143,15 +143,15 @@ class ElasticOutput:
 
         Raises ``InputError``: a speed that is not positive, an order of the lever at the resonance without damping.
         """
-        coupling, dynamic = self._on(lever, omega)
-        return _multiplied(lever, lever.mean, coupling / dynamic)
+        coupling, dynamic = self._order_stiffnesses(lever, omega)
+        return _multiplied_series(lever, lever.mean, coupling / dynamic)
 
     def elastic_part(self, lever: Harmonics, omega: float) -> Harmonics:
         """The kinetoelastic part: output less lever, without loss of digits where it is small. Raises as ``steady``."""
-        coupling, dynamic = self._on(lever, omega)
-        return _multiplied(lever, 0.0, (coupling - dynamic) / dynamic)
+        coupling, dynamic = self._order_stiffnesses(lever, omega)
+        return _multiplied_series(lever, 0.0, (coupling - dynamic) / dynamic)
 
-    def tuned(self, law: Harmonics, omega: float, most: float = _MOST) -> Harmonics:
+    def tuned_lever(self, law: Harmonics, omega: float, most: float = _MOST) -> Harmonics:
         """The motion of the lever with which the output makes the law exactly, at this speed.
 
         Parameters
@@ -168,44 +168,44 @@ class ElasticOutput:
             raise InputError("most", most, "must be above 1")
         coupling, dynamic = self._stiffnesses(_frequencies(law.count, omega))
         inverse = dynamic / coupling
-        needed, size = _present(law), np.abs(inverse)
-        bad = np.flatnonzero(needed & ((size <= max(1 / most, _AT_RESONANCE)) | (size > most)))
+        present, size = _present(law), np.abs(inverse)
+        bad = np.flatnonzero(present & ((size <= max(1 / most, _AT_RESONANCE)) | (size > most)))
         if len(bad):
             k = int(bad[0]) + 1
             ratio = k * omega / self.natural_frequency
             near = bool(size[bad[0]] < 1)
-            what = "too near the resonance" if near else "too far above the resonance"
-            allowed = (
-                f"its order {k} lies at {ratio:.4g} times the natural frequency of the output, {what} to tune the lever to "
+            reason = "too near the resonance" if near else "too far above the resonance"
+            requirement = (
+                f"its order {k} lies at {ratio:.4g} times the natural frequency of the output, {reason} to tune the lever to "
                 f"it: choose another speed, a stiffer output, or a law without this order"
             )
-            raise InputError("law", None, allowed, code="near-resonance" if near else "above-resonance")
-        return _multiplied(law, law.mean, inverse)
+            raise InputError("law", None, requirement, code="near-resonance" if near else "above-resonance")
+        return _multiplied_series(law, law.mean, inverse)
 
     def residual(self, lever: Harmonics, omega: float, dwells: Sequence[Dwell]) -> ResidualVibration:
         """Return the residual vibration in the dwells, exactly. Raises as ``steady``, and without a dwell."""
-        found = self._left(lever, np.array([omega]), dwells)
-        return ResidualVibration(*(float(each[0]) for each in found))
+        maxima = self._dwell_vibration(lever, np.array([omega]), dwells)
+        return ResidualVibration(*(float(maximum[0]) for maximum in maxima))
 
     def residual_over_speed(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> VibrationOverSpeed:
         """Return the residual vibration at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
         speeds = np.atleast_1d(np.asarray(speeds, float))
         if not speeds.size:
             raise InputError("speeds", None, "there must be a speed")
-        deviation, acceleration = self._left(lever, speeds, dwells)
+        deviation, acceleration = self._dwell_vibration(lever, speeds, dwells)
         orders = np.flatnonzero(_present(lever)) + 1
         resonances = self.natural_frequency / orders
         within = (resonances >= speeds.min()) & (resonances <= speeds.max())
         return VibrationOverSpeed(speeds, deviation, acceleration, orders[within], resonances[within])
 
-    def _left(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> tuple[np.ndarray, np.ndarray]:
+    def _dwell_vibration(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest deviation (M,) and acceleration (M,) in the dwells at each speed."""
         if not dwells:
             raise InputError("dwells", None, "needs a dwell in which the residual vibration is evaluated")
         waves, k = np.stack([_waves(self.steady(lever, float(omega))) for omega in speeds]), np.arange(1, lever.count + 1)
-        mean, none = np.full(len(speeds), lever.mean), np.zeros(len(speeds))
+        mean, zeros = np.full(len(speeds), lever.mean), np.zeros(len(speeds))
         deviations = [d.largest_of(mean - d.value, waves) for d in dwells]
-        accelerations = [d.largest_of(none, k**2 * waves) for d in dwells]
+        accelerations = [d.largest_of(zeros, k**2 * waves) for d in dwells]
         return np.max(deviations, axis=0), speeds**2 * np.max(accelerations, axis=0)
 
     def weights(self, count: int, omega: float, power: float = 2.0) -> np.ndarray:
@@ -213,7 +213,7 @@ class ElasticOutput:
 
         Raises ``InputError``: a speed that is not positive, an order at the resonance without damping.
         """
-        coupling, dynamic = self._on(Harmonics.of(0.0, np.ones(count)), omega)
+        coupling, dynamic = self._order_stiffnesses(Harmonics.of(0.0, np.ones(count)), omega)
         return np.asarray(np.arange(1, count + 1) ** power * np.abs(coupling / dynamic))
 
     def _stiffnesses(self, frequency: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
@@ -222,16 +222,16 @@ class ElasticOutput:
         coupling = self.stiffness + 1j * w * self.damping
         return coupling, coupling - self.inertia * w**2
 
-    def _on(self, lever: Harmonics, omega: float) -> tuple[np.ndarray, np.ndarray]:
+    def _order_stiffnesses(self, lever: Harmonics, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """Return both stiffnesses at the orders of a lever (N,), neither zero."""
         coupling, dynamic = self._stiffnesses(_frequencies(lever.count, omega))
-        undamped = np.abs(dynamic) <= _AT_RESONANCE * self.stiffness
+        resonant = np.abs(dynamic) <= _AT_RESONANCE * self.stiffness
         present = _present(lever)
-        if (undamped & present).any():
-            k = int(np.flatnonzero(undamped & present)[0]) + 1
-            allowed = f"order {k} of the lever meets the natural frequency of an output without damping, which then has no"
-            raise InputError("omega", omega, f"{allowed} steady motion: give damping, or another speed", code="resonance")
-        return coupling, np.where(undamped, 1.0, dynamic)
+        if (resonant & present).any():
+            k = int(np.flatnonzero(resonant & present)[0]) + 1
+            requirement = f"order {k} of the lever meets the natural frequency of an output without damping, which then has no"
+            raise InputError("omega", omega, f"{requirement} steady motion: give damping, or another speed", code="resonance")
+        return coupling, np.where(resonant, 1.0, dynamic)
 
 
 def _frequencies(count: int, omega: float) -> np.ndarray:
@@ -246,7 +246,7 @@ def _present(series: Harmonics) -> np.ndarray:
     return np.asarray(series.amplitudes > _NEGLIGIBLE * series.amplitudes.max(initial=0.0))
 
 
-def _multiplied(series: Harmonics, mean: float, by: np.ndarray) -> Harmonics:
+def _multiplied_series(series: Harmonics, mean: float, by: np.ndarray) -> Harmonics:
     """Return the series of Re (A_k - i B_k) exp(i k tau), each order multiplied by a complex number (N,)."""
     product = _waves(series) * by
     return Harmonics(mean, product.real, -product.imag)
@@ -258,7 +258,7 @@ def _waves(series: Harmonics) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Truncated:
+class TruncatedLaw:
     """The orders of a law up to a number.
 
     omitted_amplitude: the sum of the amplitudes above, a bound of the deviation; omitted_acceleration: likewise, of the second
@@ -268,11 +268,11 @@ class Truncated:
     """
 
     series: Harmonics
-    left_out: float
-    left_out_acceleration: float
+    omitted_amplitude: float
+    omitted_acceleration: float
 
 
-def truncated(law: Law, count: int, samples: int | None = None) -> Truncated:
+def truncate_law(law: Law, count: int, samples: int | None = None) -> TruncatedLaw:
     """The first orders of a law that has infinitely many, such as 3-4-5, over tau.
 
     samples: of a turn; by default 256 count, at least 16384. What aliases into the series is as large as the orders
@@ -281,10 +281,10 @@ def truncated(law: Law, count: int, samples: int | None = None) -> Truncated:
     samples = max(256 * count, 16384) if samples is None else samples
     if not 1 <= count < samples / 2:
         raise InputError("orders", count, f"must be at least 1 and below half of the {samples} samples of a turn")
-    whole = Harmonics.sampled(law(_TURN * np.arange(samples) / samples))
+    whole = Harmonics.from_samples(law(_TURN * np.arange(samples) / samples))
     k, above = np.arange(1, whole.count + 1)[count:], whole.amplitudes[count:]
     series = Harmonics(whole.mean, whole.cosine[:count], whole.sine[:count])
-    return Truncated(series, float(above.sum()), float((k**2 * above).sum()))
+    return TruncatedLaw(series, float(above.sum()), float((k**2 * above).sum()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,7 +297,7 @@ class LeverWithDwells:
 
 
 @dataclass(frozen=True, eq=False)
-class Excited:
+class OutputExcitation:
     """Vibration that the lever excites. peak: the largest acceleration of the output, exactly, per s^2. residual: in the
     dwells. lever_orders, output_orders: amplitudes of the acceleration (N,), per s^2."""
 
@@ -308,18 +308,18 @@ class Excited:
     output_orders: np.ndarray
 
 
-def excited(output: ElasticOutput, motions: Sequence[LeverWithDwells], omega: float) -> tuple[Excited, ...]:
+def ranked_excitations(output: ElasticOutput, motions: Sequence[LeverWithDwells], omega: float) -> tuple[OutputExcitation, ...]:
     """Return the vibration that each motion excites at a mean speed in rad/s, that with the least deviation in dwells first.
 
     Raises ``InputError`` as ``ElasticOutput.residual``, with the name of the motion.
     """
-    found = list[Excited]()
+    excitations = list[OutputExcitation]()
     for motion in motions:
         try:
             residual = output.residual(motion.lever, omega, motion.dwells)
         except InputError as error:
-            raise error.within(motion.name, ": ") from None
+            raise error.with_prefix(motion.name, ": ") from None
         of_lever, of_output = (m.derivative(2) for m in (motion.lever, output.steady(motion.lever, omega)))
         orders = (omega**2 * a.amplitudes for a in (of_lever, of_output))
-        found.append(Excited(motion.name, omega**2 * of_output.peak, residual, *orders))
-    return tuple(sorted(found, key=lambda e: e.residual.deviation))
+        excitations.append(OutputExcitation(motion.name, omega**2 * of_output.peak, residual, *orders))
+    return tuple(sorted(excitations, key=lambda e: e.residual.deviation))

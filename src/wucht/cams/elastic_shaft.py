@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from wucht.cams.demands import not_negative, positive
+from wucht.cams.demands import require_not_negative, require_positive
 from wucht.cams.laws import Law
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics, differentiation
@@ -26,7 +26,7 @@ _MOST_HALVINGS = 30
 _SINGULAR = 1e13  # the condition of a Jacobian that leaves three digits of a solution
 
 
-class Load(Protocol):
+class OutputLoad(Protocol):
     """Load of the output on the cam."""
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -50,7 +50,7 @@ class OriginalCam:
     inertia: float
 
     def __post_init__(self) -> None:
-        not_negative("load.inertia", self.inertia)
+        require_not_negative("load.inertia", self.inertia)
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """See ``OutputLoad``."""
@@ -74,14 +74,14 @@ class CorrectedCam:
     inertia: float
 
     def __post_init__(self) -> None:
-        not_negative("load.inertia", self.inertia)
+        require_not_negative("load.inertia", self.inertia)
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """See ``OutputLoad``."""
-        pull, none = self.inertia * self.law(tau, 1) * self.law(tau, 2), np.zeros(len(tau))
+        pull, zeros = self.inertia * self.law(tau, 1) * self.law(tau, 2), np.zeros(len(tau))
         if not (v > 0).all():
             return np.full((4, len(tau)), np.inf)
-        return np.stack([pull / v, none, -pull / v**2, none])
+        return np.stack([pull / v, zeros, -pull / v**2, zeros])
 
     def output(self, tau: np.ndarray, phi: np.ndarray) -> np.ndarray:
         """See ``OutputLoad``."""
@@ -100,11 +100,11 @@ class ElasticShaft:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("shaft.inertia", self.inertia)
-        positive("shaft.stiffness", self.stiffness)
-        not_negative("shaft.damping", self.damping)
+        require_positive("shaft.inertia", self.inertia)
+        require_positive("shaft.stiffness", self.stiffness)
+        require_not_negative("shaft.damping", self.damping)
 
-    def turning(self, load: Load, drive: Harmonics, omega: float, points: int = _POINTS) -> Turning:
+    def periodic_motion(self, load: OutputLoad, drive: Harmonics, omega: float, points: int = _POINTS) -> ElasticShaftMotion:
         """Return the periodic motion of the cam under a load: J_c phi_tt + b (phi_t - phi_d,t) + c (phi - phi_d) + torque = 0.
 
         Its stability is not examined: it may be unstable where the inertia at the cam
@@ -129,15 +129,17 @@ class ElasticShaft:
         """
         _check(drive, omega, points)
         balance = _Balance(self, load, drive, omega, points)
-        u, iterations = balance.solved()
-        fluctuation, output = Harmonics.sampled(u), Harmonics.sampled(load.output(balance.tau, balance.tau + u))
+        u, iterations = balance.solve()
+        fluctuation, output = Harmonics.from_samples(u), Harmonics.from_samples(load.output(balance.tau, balance.tau + u))
         slope = fluctuation.derivative()
-        speed = balance.forward(Harmonics(omega, omega * slope.cosine, omega * slope.sine))
-        return Turning(self, load, drive, omega, fluctuation, speed, output, balance.between(fluctuation), iterations)
+        speed = balance.require_forward(Harmonics(omega, omega * slope.cosine, omega * slope.sine))
+        return ElasticShaftMotion(
+            self, load, drive, omega, fluctuation, speed, output, balance.midpoint_imbalance(fluctuation), iterations
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
+class ElasticShaftMotion:
     """A periodic motion of the cam over tau.
 
     fluctuation: phi - tau, in rad. speed: phi_t, in rad/s. output: psi, by as many orders. residual: in N m, the largest
@@ -145,7 +147,7 @@ class Turning:
     """
 
     shaft: ElasticShaft
-    load: Load
+    load: OutputLoad
     drive: Harmonics
     omega: float
     fluctuation: Harmonics
@@ -169,7 +171,7 @@ class _Balance:
     """The equation over omega^2: J_c u'' + b/omega (u' - f') + c/omega^2 (u - f) + torque, with phi = tau + u, drive f."""
 
     shaft: ElasticShaft
-    load: Load
+    load: OutputLoad
     drive: Harmonics
     omega: float
     points: int
@@ -184,11 +186,11 @@ class _Balance:
         """b/omega and c/omega^2."""
         return self.shaft.damping / self.omega, self.shaft.stiffness / self.omega**2
 
-    def solved(self) -> tuple[np.ndarray, int]:
+    def solve(self) -> tuple[np.ndarray, int]:
         """Return u at the points (n,) and the number of steps: Newton's, halved where they do not improve the balance."""
         D, DD = (differentiation(self.points, order) for order in (1, 2))
         u = self.drive(self.tau)
-        off = self._off(self.tau, u, D @ u, DD @ u)
+        off = self._imbalance(self.tau, u, D @ u, DD @ u)
         for iteration in range(1, _MOST_STEPS + 1):
             jacobian = self._jacobian(u, D, DD)
             if iteration == 1 and not np.linalg.cond(jacobian, 1) < _SINGULAR:
@@ -201,7 +203,7 @@ class _Balance:
                 return u + step, iteration
             size = np.abs(off).max()
             for _ in range(_MOST_HALVINGS):
-                off = self._off(self.tau, u + step, D @ (u + step), DD @ (u + step))
+                off = self._imbalance(self.tau, u + step, D @ (u + step), DD @ (u + step))
                 if np.abs(off).max() < size:
                     break
                 step = step / 2
@@ -209,12 +211,14 @@ class _Balance:
                 break
             u = u + step
         torque = float(size) * self.omega**2
-        found = f"no periodic motion of the cam was found at {self.omega:.6g} rad/s: after {iteration} steps of Newton's method"
+        message = (
+            f"no periodic motion of the cam was found at {self.omega:.6g} rad/s: after {iteration} steps of Newton's method"
+        )
         raise RunError(
-            f"{found} {torque:.3g} N m were out of balance, and there may be none; {self._remedy()}", code="no-convergence"
+            f"{message} {torque:.3g} N m were out of balance, and there may be none; {self._remedy()}", code="no-convergence"
         )
 
-    def _off(self, tau: np.ndarray, u: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
+    def _imbalance(self, tau: np.ndarray, u: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
         """Return the residual of the balance for given u, u' and u''."""
         b, c = self._coefficients
         torque = self.load.torque(tau, tau + u, 1 + slope, bend)[0]
@@ -226,26 +230,26 @@ class _Balance:
         _, by_phi, by_v, by_a = self.load.torque(self.tau, self.tau + u, 1 + D @ u, DD @ u)
         return np.asarray((self.shaft.inertia + by_a)[:, None] * DD + (b + by_v)[:, None] * D + np.diag(c + by_phi))
 
-    def between(self, fluctuation: Harmonics) -> float:
+    def midpoint_imbalance(self, fluctuation: Harmonics) -> float:
         """The largest torque out of balance halfway between the points, in N m."""
         tau = self.tau + math.pi / self.points
-        return float(self.omega**2 * np.abs(self._off(tau, *(fluctuation(tau, order) for order in (0, 1, 2)))).max())
+        return float(self.omega**2 * np.abs(self._imbalance(tau, *(fluctuation(tau, order) for order in (0, 1, 2)))).max())
 
-    def forward(self, speed: Harmonics) -> Harmonics:
+    def require_forward(self, speed: Harmonics) -> Harmonics:
         """Return the speed if it is positive. Raises ``RunError``."""
         least = speed.bounds[0]
         if not least > 0:
-            found = (
+            message = (
                 f"at {self.omega:.6g} rad/s the cam would have to stand still or turn back, its speed falling to {least:.4g}"
             )
-            raise RunError(f"{found} rad/s: {self._remedy()}", code="stands-still")
+            raise RunError(f"{message} rad/s: {self._remedy()}", code="stands-still")
         return speed
 
     def _remedy(self) -> str:
         """Return the ratio of the natural frequency to the speed, and possible remedies, as text."""
-        none = np.zeros(self.points)
-        dragged = float(np.mean(self.load.torque(self.tau, self.tau, 1 + none, none)[3]))
-        ratio = math.sqrt(self.shaft.stiffness / (self.shaft.inertia + dragged)) / self.omega
+        zeros = np.zeros(self.points)
+        reflected_inertia = float(np.mean(self.load.torque(self.tau, self.tau, 1 + zeros, zeros)[3]))
+        ratio = math.sqrt(self.shaft.stiffness / (self.shaft.inertia + reflected_inertia)) / self.omega
         return (
             f"its natural frequency is {ratio:.3g} times the speed; give a stiffer shaft, more damping, less inertia at the "
             "output, or another speed"
@@ -260,5 +264,7 @@ def _check(drive: Harmonics, omega: float, points: int) -> None:
         raise InputError("points", points, f"must be an even number, at least {least} for a drive of {drive.count} orders")
     slowest = 1 + drive.derivative().bounds[0]
     if not slowest > 0:
-        allowed = f"the flywheel must not stand still or turn back: its speed falls to {slowest:.4g} of the mean; check that"
-        raise InputError("drive", None, f"{allowed} the coefficients are those of an angle in rad")
+        requirement = (
+            f"the flywheel must not stand still or turn back: its speed falls to {slowest:.4g} of the mean; check that"
+        )
+        raise InputError("drive", None, f"{requirement} the coefficients are those of an angle in rad")

@@ -13,10 +13,10 @@ from functools import partial
 
 import numpy as np
 
-from wucht.cams.correction import MotionOverTime, above, orders
-from wucht.cams.demands import not_negative, positive
+from wucht.cams.correction import MotionOverTime, orders, share_above_order
+from wucht.cams.demands import require_not_negative, require_positive
 from wucht.cams.laws import Law
-from wucht.cams.shaft_motion import ShaftMotion, over_time
+from wucht.cams.shaft_motion import ShaftMotion, shaft_motion_over_time
 from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics, differentiation, even_angles
 
@@ -25,9 +25,9 @@ Torque = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # speeds (N,) in
 _FEWEST, _MOST = 256, 2048  # collocation points; doubled until the highest orders are rounding
 _TAIL, _ROUNDING = 0.25, 1e-10  # share of the orders that are the highest ones, and of the mean speed
 _MOST_STEPS, _MOST_HALVINGS = 40, 30
-_HIDDEN = 1e-9  # of the mean speed: below it no fraction of a step improves the residual
+_ROUNDING_FLOOR = 1e-9  # of the mean speed: below it no fraction of a step improves the residual
 _SMALL = 1e-8  # of the largest value: a last step of Newton's method, whose next one would be its square
-_NOTHING = 1e-14  # of the mean speed: the highest orders below are rounding
+_NEGLIGIBLE = 1e-14  # of the mean speed: the highest orders below are rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,9 @@ class CamShaft:
     torque: Torque | None = None
 
     def __post_init__(self) -> None:
-        positive("shaft.inertia", self.inertia)
-        positive("shaft.mean_speed", self.mean_speed)
-        not_negative("shaft.output_inertia", self.output_inertia)
+        require_positive("shaft.inertia", self.inertia)
+        require_positive("shaft.mean_speed", self.mean_speed)
+        require_not_negative("shaft.output_inertia", self.output_inertia)
 
     def inertia_ratio(self, law: Law) -> float:
         """J1 max psi'^2/J0: beyond ``most_inertia_ratio`` there may be no periodic motion with the corrected cam."""
@@ -58,27 +58,27 @@ class CamShaft:
         square = law(even_angles(_MOST), 1) ** 2
         return float(1 / np.sqrt(1 - square / square.max()).mean() ** 2)
 
-    def with_cam(self, law: Law) -> ShaftMotion:
+    def motion_with_cam(self, law: Law) -> ShaftMotion:
         """The motion of the shaft with a cam whose output moves by a law over the cam angle.
 
         With E = J phi'^2/2 and J = J0 + J1 psi'(phi)^2 it is dE/dphi = T. Raises ``RunError`` where there is no such motion.
         """
 
         def attempt(count: int, coarser: Harmonics | None) -> Harmonics:
-            reduced = self.inertia + self.output_inertia * law(even_angles(count), 1) ** 2
-            root = np.sqrt(reduced / 2)
+            reduced_inertia = self.inertia + self.output_inertia * law(even_angles(count), 1) ** 2
+            root = np.sqrt(reduced_inertia / 2)
             energy = np.full(count, (self.mean_speed * root.mean()) ** 2)
             if self.torque is not None:
                 energy = energy if coarser is None else _positive(coarser, count, self.mean_speed) ** 2 * root**2
                 energy = _newton(
-                    _EnergyBalance(reduced, differentiation(count), self.torque), energy, partial(self.remedy, law)
+                    _EnergyBalance(reduced_inertia, differentiation(count), self.torque), energy, partial(self.remedy, law)
                 )
-            return Harmonics.sampled(np.sqrt(energy) / root)
+            return Harmonics.from_samples(np.sqrt(energy) / root)
 
-        speed = _resolved(attempt)
-        return ShaftMotion(over_time(speed, speed.count).speed.without_rounding(_NOTHING))
+        speed = _resolved_speed(attempt)
+        return ShaftMotion(shaft_motion_over_time(speed, speed.count).speed.without_rounding(_NEGLIGIBLE))
 
-    def with_corrected_cam(self, law: Law) -> ShaftMotion:
+    def motion_with_corrected_cam(self, law: Law) -> ShaftMotion:
         """Return the motion of the shaft with the cam that makes the output move by a law over the time of a turn.
 
         With E = J0 phi'^2/2 + J1 (omega psi'(tau))^2/2 it is omega dE/dtau = T phi', omega being the mean of phi'. Raises
@@ -86,67 +86,67 @@ class CamShaft:
         """
 
         def attempt(count: int, coarser: Harmonics | None) -> Harmonics:
-            moved = self.output_inertia * law(even_angles(count), 1) ** 2 / 2
+            output_energy = self.output_inertia * law(even_angles(count), 1) ** 2 / 2
             if self.torque is None:
-                return Harmonics.sampled(self._eigenmotion(moved, law))
-            balance = _PowerBalance(self.inertia, moved, differentiation(count), self.torque)
+                return Harmonics.from_samples(self._eigenmotion(output_energy, law))
+            balance = _PowerBalance(self.inertia, output_energy, differentiation(count), self.torque)
             start = np.full(count, self.mean_speed) if coarser is None else _positive(coarser, count, self.mean_speed)
-            return Harmonics.sampled(_newton(balance, start, partial(self.remedy, law)))
+            return Harmonics.from_samples(_newton(balance, start, partial(self.remedy, law)))
 
-        return ShaftMotion(_resolved(attempt).without_rounding(_NOTHING))
+        return ShaftMotion(_resolved_speed(attempt).without_rounding(_NEGLIGIBLE))
 
-    def _eigenmotion(self, moved: np.ndarray, law: Law) -> np.ndarray:
+    def _eigenmotion(self, output_energy: np.ndarray, law: Law) -> np.ndarray:
         """Return phi' of constant energy: omega sqrt(x - 2 E1/J0), of mean omega; output_energy: E1 = J1 psi'(tau)^2/2."""
-        lost = 2 * moved / self.inertia
-        low, high = float(lost.max()), float(lost.max()) + 2.0
-        if np.sqrt(low - lost).mean() >= 1:
+        energy_ratio = 2 * output_energy / self.inertia
+        low, high = float(energy_ratio.max()), float(energy_ratio.max()) + 2.0
+        if np.sqrt(low - energy_ratio).mean() >= 1:
             raise RunError(
                 f"without a torque the shaft would come to rest in each turn: {self.remedy(law)}", code="comes-to-rest"
             )
         for _ in range(200):
             x = (low + high) / 2
-            low, high = (x, high) if np.sqrt(x - lost).mean() < 1 else (low, x)
-        return np.asarray(self.mean_speed * np.sqrt(high - lost))
+            low, high = (x, high) if np.sqrt(x - energy_ratio).mean() < 1 else (low, x)
+        return np.asarray(self.mean_speed * np.sqrt(high - energy_ratio))
 
-    def free(self, mean_speed: float) -> CamShaft:
+    def without_torque(self, mean_speed: float) -> CamShaft:
         """Return the shaft without a torque: its motion is the eigenmotion, of constant energy, at a mean speed in rad/s."""
         return CamShaft(self.inertia, self.output_inertia, mean_speed)
 
     def energy(self, cam: Law, motion: ShaftMotion) -> float:
         """Return the energy in J of shaft and output with a cam on a motion of the shaft, at the cam angle zero."""
-        reduced = self.inertia + self.output_inertia * float(cam(0.0, 1)) ** 2
-        return float(reduced * motion.speed(0.0) ** 2 / 2)
+        reduced_inertia = self.inertia + self.output_inertia * float(cam(0.0, 1)) ** 2
+        return float(reduced_inertia * motion.speed(0.0) ** 2 / 2)
 
     def remedy(self, law: Law) -> str:
         """Return the inertia ratio and the permitted one, and possible remedies, as text."""
         ratio, most = self.inertia_ratio(law), self.most_inertia_ratio(law)
-        shown = f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}; without a drive this law allows up to {most:.3g}"
-        return f"{shown}: a larger flywheel, a smaller stroke"
+        explanation = f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}; without a drive this law allows up to {most:.3g}"
+        return f"{explanation}: a larger flywheel, a smaller stroke"
 
     def power_at_constant_speed(self, law: Law, count: int = _MOST) -> np.ndarray:
         """The power in W over tau (evenly spaced) that the output takes from a shaft that turns evenly at the mean speed."""
         tau = even_angles(count)
         return np.asarray(self.output_inertia * self.mean_speed**3 * law(tau, 1) * law(tau, 2))
 
-    def left_by(self, cam: Law, count: int) -> tuple[float, ShaftMotion]:
+    def residual_with_cam(self, cam: Law, count: int) -> tuple[float, ShaftMotion]:
         """Return the residual above order N = count with a cam, as a share of order 1, and the motion of the shaft with it."""
-        shaft = self.with_cam(cam)
-        return above(orders(MotionOverTime(cam, shaft)), count), shaft
+        shaft = self.motion_with_cam(cam)
+        return share_above_order(orders(MotionOverTime(cam, shaft)), count), shaft
 
 
 @dataclass(frozen=True, eq=False)
 class _EnergyBalance:
     """dE/dphi - T(phi') at even phi. reduced_inertia: J (n,). derivative: the matrix (n, n) of d/dphi."""
 
-    reduced: np.ndarray
+    reduced_inertia: np.ndarray
     derivative: np.ndarray
     torque: Torque
 
     def __call__(self, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (n,) and its Jacobian (n, n)."""
-        speed = np.sqrt(2 * energy / self.reduced)
+        speed = np.sqrt(2 * energy / self.reduced_inertia)
         torque, slope = self.torque(speed)
-        return self.derivative @ energy - torque, self.derivative - np.diag(slope / (self.reduced * speed))
+        return self.derivative @ energy - torque, self.derivative - np.diag(slope / (self.reduced_inertia * speed))
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,14 +154,14 @@ class _PowerBalance:
     """omega dE/dtau - T phi' at even tau. output_energy: J1 psi'^2/2 (n,)."""
 
     inertia: float
-    moved: np.ndarray
+    output_energy: np.ndarray
     derivative: np.ndarray
     torque: Torque
 
     def __call__(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (n,) and its Jacobian (n, n)."""
         omega, (torque, slope) = float(speed.mean()), self.torque(speed)
-        turning, moving = self.derivative @ (self.inertia * speed**2 / 2), self.derivative @ self.moved
+        turning, moving = self.derivative @ (self.inertia * speed**2 / 2), self.derivative @ self.output_energy
         by_mean = (turning + 3 * omega**2 * moving)[:, None] / len(speed)
         by_each = omega * self.inertia * self.derivative * speed - np.diag(slope * speed + torque)
         return omega * turning + omega**3 * moving - torque * speed, by_each + by_mean
@@ -187,7 +187,7 @@ def _newton(
             step = step / 2
         else:
             # Rounding hides the residual: the whole step measures how far the solution still is.
-            if np.abs(whole).max() <= _HIDDEN * np.abs(x).max():
+            if np.abs(whole).max() <= _ROUNDING_FLOOR * np.abs(x).max():
                 return np.asarray(x)
             break
         x, off, jacobian = x + step, new_off, new_jacobian
@@ -196,22 +196,22 @@ def _newton(
     )
 
 
-def _positive(speed: Harmonics, count: int, otherwise: float) -> np.ndarray:
+def _positive(speed: Harmonics, count: int, fallback: float) -> np.ndarray:
     """Return a speed at even points (n,), the fallback where it is not above zero: with too few orders it may fall below."""
     values = speed(even_angles(count))
-    return np.where(values > 0, values, otherwise)
+    return np.where(values > 0, values, fallback)
 
 
-def _resolved(attempt: Callable[[int, Harmonics | None], Harmonics]) -> Harmonics:
+def _resolved_speed(attempt: Callable[[int, Harmonics | None], Harmonics]) -> Harmonics:
     """Return the speed with so many points that its highest orders are rounding, or the most: see ``unresolved_share``.
 
     attempt: from a number of points and the speed computed with fewer, None at first.
     """
-    count, found = _FEWEST, None
+    count, speed = _FEWEST, None
     while True:
-        found = attempt(count, found)
-        if _highest(found) <= _ROUNDING * found.mean or count >= _MOST:
-            return found
+        speed = attempt(count, speed)
+        if _highest(speed) <= _ROUNDING * speed.mean or count >= _MOST:
+            return speed
         count *= 2
 
 
@@ -219,7 +219,7 @@ def _highest(speed: Harmonics) -> float:
     return float(speed.amplitudes[-round(_TAIL * speed.count) :].max())
 
 
-def unresolved(motion: ShaftMotion) -> float:
+def unresolved_share(motion: ShaftMotion) -> float:
     """Return the largest of the highest orders of a predicted speed over its mean, where the number of points is largest.
 
     A law whose acceleration jumps has infinitely many orders, and a shaft that nearly stands still within a turn very many.

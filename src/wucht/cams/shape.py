@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.demands import millimetres
+from wucht.cams.demands import format_millimetres
 from wucht.cams.undercut import RadiusAt
 from wucht.errors import InputError
 from wucht.numerics.angles import GRID, Arc, valleys
 from wucht.numerics.zeros_and_peaks import RealFunction
 
-CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
+CAM_LABELS = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 _GUIDES = {"rad": "lever", "m": "rod"}
 COMMON = {"rad": math.radians(45), "m": math.radians(30)}  # pressure angles, at most, of followers that turn or slide
 
@@ -59,43 +59,43 @@ def shapes(cams: Mapping[str, Cam], *, allow_undercut: bool = False, wheel_radiu
 
     Raises ``InputError`` (follower..., wheel_radius) where one cannot be made.
     """
-    found: dict[str, Shape] = {}
+    result: dict[str, Shape] = {}
     for name, cam in cams.items():
         try:
-            found[name] = _shape(cam, CALLED[name], allow_undercut, wheel_radius)
+            result[name] = _shape(cam, CAM_LABELS[name], allow_undercut, wheel_radius)
         except InputError as error:
-            counters = name == "counter" and error.where == "follower.roller_radius"
-            where = "follower.counter.roller_radius" if counters else error.where
-            given = millimetres(error.given) if isinstance(error.given, float) else error.given
-            raise InputError(where, given, error.allowed) from None
-    return found
+            counters = name == "counter" and error.location == "follower.roller_radius"
+            location = "follower.counter.roller_radius" if counters else error.location
+            value = format_millimetres(error.value) if isinstance(error.value, float) else error.value
+            raise InputError(location, value, error.explanation) from None
+    return result
 
 
 def _shape(cam: Cam, name: str, allow_undercut: bool, wheel_radius: float | None) -> Shape:
-    left, roller = cam.cut_away(), cam.roller_radius
-    sound = roller is not None and roller < left.largest_roller
-    if not sound and (not allow_undercut or left.is_missing(GRID).all()):
-        cam.check(millimetres)
-    wheel = cam.largest_wheel() if sound and left.hollow is not None else None
+    cut_away, roller = cam.cut_away(), cam.roller_radius
+    sound = roller is not None and roller < cut_away.largest_roller
+    if not sound and (not allow_undercut or cut_away.is_missing(GRID).all()):
+        cam.check(format_millimetres)
+    wheel = cam.largest_wheel() if sound and cut_away.hollow is not None else None
     if wheel_radius is not None and wheel is not None and wheel_radius > wheel.radius:
-        where = f"the {name} is too hollow for it at a cam angle of {np.degrees(wheel.phi):.4g} deg"
-        raise InputError("wheel_radius", wheel_radius, f"{where}: it must be less than {millimetres(wheel.radius)}")
+        fault = f"the {name} is too hollow for it at a cam angle of {np.degrees(wheel.phi):.4g} deg"
+        raise InputError("wheel_radius", wheel_radius, f"{fault}: it must be less than {format_millimetres(wheel.radius)}")
     beyond = 2 * float(np.abs(cam.contour(GRID)).max())
 
     def distance(phi: np.ndarray, missing: float) -> np.ndarray:
-        return np.where(left.is_missing(phi), missing, np.abs(cam.contour(phi)))
+        return np.where(cut_away.is_missing(phi), missing, np.abs(cam.contour(phi)))
 
     angle = _least(lambda phi: -np.abs(cam.pressure_angle(phi)))
     base, blank = _least(lambda phi: distance(phi, beyond)), _least(lambda phi: -distance(phi, 0.0))
     return Shape(
-        convex=left.convex,
-        hollow=left.hollow,
+        convex=cut_away.convex,
+        hollow=cut_away.hollow,
         pressure_angle=Extreme(-angle.value, angle.phi),
         base=base,
         blank=Extreme(-blank.value, blank.phi),
-        undercut=left.undercut,
-        missing=left.missing,
-        largest_roller=None if roller is None else left.largest_roller,
+        undercut=cut_away.undercut,
+        missing=cut_away.missing,
+        largest_roller=None if roller is None else cut_away.largest_roller,
         wheel=wheel,
         part=cam.part,
     )
@@ -107,14 +107,14 @@ def _least(function: RealFunction) -> Extreme:
     return Extreme(float(values[k]), float(at[k]))
 
 
-def beyond_common(shapes: Iterable[Shape], unit: str) -> list[str]:
+def pressure_angle_remarks(shapes: Iterable[Shape], unit: str) -> list[str]:
     """Return a remark where a pressure angle is larger than usual. unit: of the follower's motion, rad or m."""
     angle, common = largest_pressure_angle(shapes), COMMON[unit]
     if angle.value <= common:
         return []
-    reached = f"the pressure angle reaches {degrees(angle.value)} at {degrees(angle.phi)}"
-    finds = "study.permitted finds the smallest cam for it"
-    return [f"{reached}; with a {_GUIDES[unit]} at most {degrees(common)} is common ({finds})"]
+    statement = f"the pressure angle reaches {format_cam_angle(angle.value)} at {format_cam_angle(angle.phi)}"
+    hint = "study.permitted finds the smallest cam for it"
+    return [f"{statement}; with a {_GUIDES[unit]} at most {format_cam_angle(common)} is common ({hint})"]
 
 
 def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:
@@ -122,7 +122,7 @@ def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:
     return max((s.pressure_angle for s in shapes), key=lambda extreme: extreme.value)
 
 
-def degrees(angle: float) -> str:
+def format_cam_angle(angle: float) -> str:
     """Return a cam angle in rad as text for the user."""
     turns = math.degrees(angle)
     return f"{turns if turns <= 360 else turns - 360:.4g}°"

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.numerics.angles import GRID, STEP, TURN, Arc, narrowed, valleys
+from wucht.numerics.angles import GRID, STEP, TURN, Arc, refine_minima, valleys
 from wucht.numerics.zeros_and_peaks import RealFunction
 
 NEAREST = 16  # golden sections of two steps: to 1e-6 rad, and what is least to the square of it
@@ -57,13 +57,13 @@ class CutAway:
 
     def is_missing(self, phi: np.ndarray) -> np.ndarray:
         """Return True where the contour is cut away, at cam angles (N,)."""
-        return within(self.missing, phi)
+        return is_on_arcs(self.missing, phi)
 
     @property
-    def elsewhere(self) -> tuple[Arc, ...]:
+    def remote_arcs(self) -> tuple[Arc, ...]:
         """Missing arcs without undercut: the roller cuts into them from other cam angles alone."""
         folds = np.array([begin for begin, _ in self.undercut])
-        return tuple(arc for arc in self.missing if not within((arc,), folds).any())
+        return tuple(arc for arc in self.missing if not is_on_arcs((arc,), folds).any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ class Side:
 
         points = self.curve(GRID)
         widest = _STRAIGHT_EDGE * 2 * float(np.abs(points - points.mean()).max())
-        return points, widest, cKDTree(plane(points), _LEAF)
+        return points, widest, cKDTree(plane_coordinates(points), _LEAF)
 
     def limit(self, ball: float) -> float:
         """Return the radius of a ball as a limit: infinite where the ball is a straight edge."""
@@ -99,24 +99,24 @@ class Side:
         points, widest, tree = self._samples
         at, normal, bend = self.curve(phi), self.normal(phi), self.bend(phi)
         radius = 1 / np.maximum(bend, 1 / widest)
-        touched, k = np.full(len(phi), -1), np.arange(len(phi))
+        contact_index, k = np.full(len(phi), -1), np.arange(len(phi))
         for _ in range(_SHRINKINGS):
-            _, j = tree.query(plane(at[k] + radius[k] * normal[k]))
-            smaller = _ball(at[k], normal[k], points[j], np.abs(wrapped(GRID[j] - phi[k])) > STEP / 2)
+            _, j = tree.query(plane_coordinates(at[k] + radius[k] * normal[k]))
+            smaller = _ball_radius(at[k], normal[k], points[j], np.abs(signed_angle(GRID[j] - phi[k])) > STEP / 2)
             shrinks = smaller < radius[k] * (1 - EDGE)
             k, j = k[shrinks], j[shrinks]
             if not len(k):
                 break
-            radius[k], touched[k] = smaller[shrinks], j
-        k = np.flatnonzero(touched >= 0)
+            radius[k], contact_index[k] = smaller[shrinks], j
+        k = np.flatnonzero(contact_index >= 0)
         if len(k):
-            near = GRID[touched[k]]
+            near = GRID[contact_index[k]]
 
-            def through(other: np.ndarray) -> np.ndarray:
-                apart = np.abs(wrapped(other - phi[k])) > STEP / 2
-                return _ball(at[k], normal[k], self.curve(other), apart)
+            def ball_through(angle: np.ndarray) -> np.ndarray:
+                apart = np.abs(signed_angle(angle - phi[k])) > STEP / 2
+                return _ball_radius(at[k], normal[k], self.curve(angle), apart)
 
-            radius[k] = np.minimum(radius[k], through(narrowed(through, near - STEP, near + STEP, NEAREST)))
+            radius[k] = np.minimum(radius[k], ball_through(refine_minima(ball_through, near - STEP, near + STEP, NEAREST)))
         return np.asarray(radius)
 
     def narrowest(self, radius: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -125,24 +125,24 @@ class Side:
         return valleys(self.largest_ball, balls, _BETWEEN * max(radius, float(balls.min())))
 
 
-def _ball(at: np.ndarray, normal: np.ndarray, through: np.ndarray, apart: np.ndarray) -> np.ndarray:
+def _ball_radius(at: np.ndarray, normal: np.ndarray, point: np.ndarray, apart: np.ndarray) -> np.ndarray:
     """Return the radius of the ball that touches at one point and passes through another; infinite where there is none."""
-    chord = through - at
+    chord = point - at
     depth = np.where(apart, (normal.conj() * chord).real, 0.0)
     return np.asarray(np.divide(np.abs(chord) ** 2, 2 * depth, out=np.full(len(at), np.inf), where=depth > 0))
 
 
-def plane(points: np.ndarray) -> np.ndarray:
+def plane_coordinates(points: np.ndarray) -> np.ndarray:
     """Return complex points (N,) as rows x, y (N, 2)."""
     return np.column_stack([points.real, points.imag])
 
 
-def wrapped(angle: np.ndarray) -> np.ndarray:
+def signed_angle(angle: np.ndarray) -> np.ndarray:
     """Return an angle from -pi to pi."""
     return np.asarray(np.mod(angle + math.pi, TURN) - math.pi)
 
 
-def within(arcs: tuple[Arc, ...], phi: np.ndarray) -> np.ndarray:
+def is_on_arcs(arcs: tuple[Arc, ...], phi: np.ndarray) -> np.ndarray:
     """Return True where cam angles (N,) lie on one of several arcs."""
     inside = [np.mod(phi - begin, TURN) <= end - begin for begin, end in arcs]
     return np.asarray(np.any(inside, axis=0)) if inside else np.zeros(len(phi), bool)

@@ -14,7 +14,7 @@ _OBJECTS = 200_000  # new ones between two collections: what libraries and formu
 
 def main() -> None:
     """Entry point of ``wucht``."""
-    from wucht.cli.surroundings import open_streams, without_settings_of_figures
+    from wucht.cli.surroundings import open_streams, without_figure_settings
 
     open_streams()
     if sys.argv[1:2] == ["complete-words"]:  # called by a shell through a script of ``completion``
@@ -24,7 +24,7 @@ def main() -> None:
         _leave(0)
     gc.set_threshold(_OBJECTS)
     warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"  # as other warnings of the command line
-    without_settings_of_figures()
+    without_figure_settings()
     from wucht.cli.app import run_app
 
     _leave(run_app())
@@ -36,12 +36,12 @@ def _leave(code: int) -> NoReturn:
         try:
             stream.flush()
         except (OSError, ValueError, AttributeError):  # the reader is gone, the stream is closed, or there is none
-            _lead_nowhere(stream)
+            _redirect_to_null(stream)
     gc.freeze()
     sys.exit(code)
 
 
-def _lead_nowhere(stream: TextIO) -> None:
+def _redirect_to_null(stream: TextIO) -> None:
     """Send the rest of a stream to the null device: otherwise Python reports at exit that it could not be written."""
     with suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -30,8 +30,8 @@ app = typer.Typer(
 )
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(is_requested: bool) -> None:
+    if is_requested:
         typer.echo(f"wucht {wucht.__version__}")
         raise typer.Exit
 
@@ -65,21 +65,21 @@ def register() -> None:
         "completion": completion,
     }  # fmt: skip
     for name, command in (commands | {"app": explorer}).items():
-        app.command(name, hidden=command is explorer)(_saying(command, loads_libraries=name in _WITH_LIBRARIES))
+        app.command(name, hidden=command is explorer)(_with_exit_errors(command, loads_libraries=name in _WITH_LIBRARIES))
 
 
 class _NobodyReadsError(Exception):
     """The reader of the output has left, as ``head`` does."""
 
 
-def _saying(command: Callable[..., None], *, loads_libraries: bool) -> Callable[..., None]:
+def _with_exit_errors(command: Callable[..., None], *, loads_libraries: bool) -> Callable[..., None]:
     """Wrap a command so that Ctrl-C becomes Typer's Abort: a plain KeyboardInterrupt would end it without a message.
 
     Click would end it likewise, with exit code 1, where the reader of the output has left.
     """
 
     @wraps(command)
-    def wrapped(*arguments: Any, **options: Any) -> None:
+    def guarded_command(*arguments: Any, **options: Any) -> None:
         try:
             if loads_libraries:
                 fit_address_space()
@@ -89,7 +89,7 @@ def _saying(command: Callable[..., None], *, loads_libraries: bool) -> Callable[
         except BrokenPipeError:
             raise _NobodyReadsError from None
 
-    return wrapped
+    return guarded_command
 
 
 def run_app() -> int:
@@ -100,11 +100,11 @@ def run_app() -> int:
         code = app(standalone_mode=False)
         sys.stdout.flush()  # while a failure can still be reported
     except InputError as error:
-        code = _say(str(error), 2, file=error.file, key=error.key, given=error.shown, allowed=error.allowed)
+        code = _print_error(str(error), 2, file=error.file, key=error.key, given=error.value_text, allowed=error.explanation)
     except WuchtError as error:
-        code = _say(str(error), 1)
+        code = _print_error(str(error), 1)
     except (KeyboardInterrupt, typer.Abort):
-        code = _say("interrupted", 130)
+        code = _print_error("interrupted", 130)
     except (_NobodyReadsError, BrokenPipeError):
         code = 0
     except SystemExit as error:  # raised by Typer where the reader of its help text has left
@@ -112,18 +112,20 @@ def run_app() -> int:
             raise
         code = 0
     except OSError as error:  # errors of files are reported where they occur: this is the output
-        code = _say(f"the output cannot be written: {error.strerror or error}", 1)
+        code = _print_error(f"the output cannot be written: {error.strerror or error}", 1)
     except _USAGE_ERROR as error:
         sentence = error.format_message() if isinstance(error, typer.BadParameter) else getattr(error, "message", str(error))
-        code = _say(f"{' '.join(sentence.split())} See wucht -h", 2)
+        code = _print_error(f"{' '.join(sentence.split())} See wucht -h", 2)
     return code or 0
 
 
-def _say(sentence: str, code: int, **place: str) -> int:
+def _print_error(sentence: str, code: int, **place: str) -> int:
     """Print an error to stderr; with ``--json`` also as an object to stdout, for the next program of a pipe."""
     with suppress(OSError):  # no space there either: the exit code still tells of the error
         if "--json" in sys.argv[1:]:
-            where = {name: place.get(name) or None for name in ("file", "key", "given", "allowed")}
-            sys.stdout.write(json.dumps({"error": sentence} | where | {"exit_code": code}, indent=2, ensure_ascii=False) + "\n")
+            location = {name: place.get(name) or None for name in ("file", "key", "given", "allowed")}
+            sys.stdout.write(
+                json.dumps({"error": sentence} | location | {"exit_code": code}, indent=2, ensure_ascii=False) + "\n"
+            )
         sys.stderr.write(f"wucht: {printable(sentence)}\n")
     return code

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from wucht.cli.options import PRINTED, Formatted, Imports, Styled
+from wucht.cli.options import DEFAULT_STYLE, Formatted, Imports, Styled
 
 if TYPE_CHECKING:
     from wucht.studies.study_file import StudyFile
@@ -29,21 +29,21 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Write the table and the curves as CSV too, with units.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the interrupted run in the output folder.")] = False,
-    style: Styled = PRINTED,
+    style: Styled = DEFAULT_STYLE,
     format_: Formatted = None,
     import_: Imports = None,
 ) -> None:
     """Set several machines, variants or results side by side: a table of their summaries, and one figure."""
-    from wucht.cli.run import tell
+    from wucht.cli.run import run_and_print
 
-    def read() -> StudyFile:
+    def read_question() -> StudyFile:
         from wucht.cli.options import parse_lists, parse_settings
         from wucht.studies.study_file import read_comparison
 
         return read_comparison(of, parse_settings(set_ or []), parse_lists(vary or []))
 
     folder = out or _folder([*of, *(v.partition("=")[0] for v in vary or [])])
-    tell(", ".join(of), read, folder, as_json, csv, resume, style=style, format_=format_)
+    run_and_print(", ".join(of), read_question, folder, as_json, csv, resume, style=style, format_=format_)
 
 
 def _folder(names: list[str]) -> Path:

@@ -19,16 +19,16 @@ from typing import Any
 _PACKAGE = Path(__file__).parent.parent
 _CATALOGUE = _PACKAGE / "machines" / "catalogue"
 _LONGEST_CHAIN = 20  # of files, each of which uses the next
-_OF_STUDIES = ("run", "equations", "compare")
-_OF_CATALOGUE = (*_OF_STUDIES, "new")
+_STUDY_COMMANDS = ("run", "equations", "compare")
+_CATALOGUE_COMMANDS = (*_STUDY_COMMANDS, "new")
 
 
 def words(line: str) -> list[str]:
     """Possible completions of the last, perhaps empty, word of a command line."""
-    given = _split(line)[1:] or [""]
-    known = _known()
-    found = _following(given[:-1], given[-1], known)
-    return sorted({word for word in found if word.startswith(given[-1])})
+    line_words = _split(line)[1:] or [""]
+    vocabulary = _vocabulary()
+    candidates = _next_words(line_words[:-1], line_words[-1], vocabulary)
+    return sorted({word for word in candidates if word.startswith(line_words[-1])})
 
 
 def _split(line: str) -> list[str]:
@@ -40,25 +40,29 @@ def _split(line: str) -> list[str]:
     return line.split(" ")
 
 
-def _following(before: list[str], current: str, known: dict[str, Any]) -> list[str]:
-    command = next((word for word in before if word in known["commands"]), None)
+def _next_words(before: list[str], current: str, vocabulary: dict[str, Any]) -> list[str]:
+    command = next((word for word in before if word in vocabulary["commands"]), None)
     if command is None:
-        return [*known["commands"], "--help", "--version"]
-    last, options = before[-1], known["commands"][command]
-    option, equals, begun = current.partition("=")
+        return [*vocabulary["commands"], "--help", "--version"]
+    last, options = before[-1], vocabulary["commands"][command]
+    option, equals, prefix = current.partition("=")
     if equals and options.get(option):  # --set=KEY=VALUE in one word
-        return [f"{option}={word}" for word in _following([*before, option], begun, known)]
+        return [f"{option}={word}" for word in _next_words([*before, option], prefix, vocabulary)]
     if options.get(last):  # the value of this option
         settings = last in ("--set", "--vary")
         return (
-            _settings(_studies(before[before.index(command) + 1 :]), current, known)
+            _settings(_studies(before[before.index(command) + 1 :]), current, vocabulary)
             if settings
-            else known["values"].get(last, [])
+            else vocabulary["values"].get(last, [])
         )
     if current.startswith("-"):
         return [*options]
-    names = known["names"].get(command, [])
-    return [*names, *(_catalogue() if command in _OF_CATALOGUE else []), *(_files(current) if command in _OF_STUDIES else [])]
+    names = vocabulary["names"].get(command, [])
+    return [
+        *names,
+        *(_catalogue() if command in _CATALOGUE_COMMANDS else []),
+        *(_files(current) if command in _STUDY_COMMANDS else []),
+    ]
 
 
 def _catalogue() -> list[str]:
@@ -80,19 +84,19 @@ def _studies(after: list[str]) -> list[str]:
     return [word for k, word in enumerate(after) if not word.startswith("-") and (k == 0 or not after[k - 1].startswith("-"))]
 
 
-def _settings(studies: list[str], current: str, known: dict[str, Any]) -> list[str]:
+def _settings(studies: list[str], current: str, vocabulary: dict[str, Any]) -> list[str]:
     """``KEY=`` for each key of the machines and questions; ``KEY=WORD`` where a key of the question takes certain words."""
-    found: list[str] = []
+    candidates: list[str] = []
     for study in studies:
         document = _document(study)
-        kind = document.get("study", {}).get("kind", known["default"])
-        keys: dict[str, str] = known["studies"].get(kind, {}) | {"kind": ", ".join(known["studies"])}
-        for key, allowed in keys.items():
-            choices = [word for word in allowed.split(", ") if word and word[0] not in "<>"]
+        kind = document.get("study", {}).get("kind", vocabulary["default"])
+        keys: dict[str, str] = vocabulary["studies"].get(kind, {}) | {"kind": ", ".join(vocabulary["studies"])}
+        for key, allowed_words in keys.items():
+            choices = [word for word in allowed_words.split(", ") if word and word[0] not in "<>"]
             inside = current.startswith(f"study.{key}=")
-            found += [f"study.{key}={word}" for word in choices] if inside and choices else [f"study.{key}="]
-        found += [f"{path}=" for path in _paths(document.get("machine", {}), known["parts"])]
-    return found
+            candidates += [f"study.{key}={word}" for word in choices] if inside and choices else [f"study.{key}="]
+        candidates += [f"{path}=" for path in _paths(document.get("machine", {}), vocabulary["parts"])]
+    return candidates
 
 
 def _document(name: str) -> dict[str, Any]:
@@ -101,13 +105,13 @@ def _document(name: str) -> dict[str, Any]:
     path = Path(name) if Path(name).is_file() else _CATALOGUE / f"{name}.toml"
     with suppress(Exception):  # errors in it are reported when it is run
         for _ in range(_LONGEST_CHAIN):
-            read = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-            document.setdefault("study", read.get("study", {}))
-            document["machine"] = read.get("machine", {})
-            used = document["machine"].get("use")
-            if not used:
+            content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+            document.setdefault("study", content.get("study", {}))
+            document["machine"] = content.get("machine", {})
+            machine_name = document["machine"].get("use")
+            if not machine_name:
                 break
-            path = path.parent / used if (path.parent / used).is_file() else _CATALOGUE / f"{used}.toml"
+            path = path.parent / machine_name if (path.parent / machine_name).is_file() else _CATALOGUE / f"{machine_name}.toml"
     return document
 
 
@@ -116,11 +120,11 @@ def _paths(machine: dict[str, Any], parts: dict[str, dict[str, list[str]]]) -> l
     if "model" in machine:
         return parts["dimensionless machines"].get(machine["model"], [])
     carrier = machine.get("carrier", {})
-    found = [f"carrier.{key}" for key in parts["carriers"].get(carrier.get("directions", "xy"), [])]
+    paths = [f"carrier.{key}" for key in parts["carriers"].get(carrier.get("directions", "xy"), [])]
     for body in machine.get("bodies", []):
-        found += [f"{body.get('name')}.{key}" for key in parts["bodies"].get(body.get("kind"), [])]
-    for attached in machine.get("attachments", []):
-        found += [f"{attached.get('name')}.{key}" for key in parts["attachments"].get(attached.get("kind"), [])]
+        paths += [f"{body.get('name')}.{key}" for key in parts["bodies"].get(body.get("kind"), [])]
+    for attachment in machine.get("attachments", []):
+        paths += [f"{attachment.get('name')}.{key}" for key in parts["attachments"].get(attachment.get("kind"), [])]
     for group in ("drive", "load"):
         shafts = machine.get(f"{group}s") or ([machine[group]] if group in machine else [])
         on = [shaft.get("on", "") for shaft in shafts]
@@ -128,31 +132,31 @@ def _paths(machine: dict[str, Any], parts: dict[str, dict[str, list[str]]]) -> l
             kind, body = shaft.get("kind"), shaft.get("on", "")
             label = body if on.count(body) == 1 else f"{body}.{kind}"
             place = group if len(shafts) == 1 else f"{group}s.{label}"
-            found += [f"{place}.{key}" for key in parts[f"{group}s"].get(kind, [])]
-    return found
+            paths += [f"{place}.{key}" for key in parts[f"{group}s"].get(kind, [])]
+    return paths
 
 
-def _known() -> dict[str, Any]:
+def _vocabulary() -> dict[str, Any]:
     """Read the vocabulary from the cache, or gather and store it."""
-    from wucht.disk_cache import cache_folder, keep, make_folder, program_state, read_kept
+    from wucht.disk_cache import cache_folder, make_folder, program_state, read_stored, store
 
     file = cache_folder() / "completion"
-    state = sha256(repr((program_state(), _installed())).encode()).hexdigest()
+    state = sha256(repr((program_state(), _installed_packages())).encode()).hexdigest()
     with suppress(OSError, ValueError, KeyError):
-        kept = json.loads(read_kept(file))
-        if kept["state"] == state:
-            known: dict[str, Any] = kept["known"]
-            return known
-    from wucht.cli.completion_words import gathered
+        cache_entry = json.loads(read_stored(file))
+        if cache_entry["state"] == state:
+            vocabulary: dict[str, Any] = cache_entry["known"]
+            return vocabulary
+    from wucht.cli.completion_words import gather_words
 
-    fresh = gathered()
+    fresh = gather_words()
     with suppress(OSError):  # no space, or no permission to write there: it is gathered again next time
         make_folder(file.parent)
-        keep(file, json.dumps({"state": state, "known": fresh}).encode())
+        store(file, json.dumps({"state": state, "known": fresh}).encode())
     return fresh
 
 
-def _installed() -> list[tuple[str, bytes]]:
+def _installed_packages() -> list[tuple[str, bytes]]:
     """Entry points of the installed packages, by their names and versions."""
     places = [Path(folder) for folder in sys.path if os.path.isdir(folder)]  # noqa: PTH112
     return sorted(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 
-def gathered() -> dict[str, Any]:
+def gather_words() -> dict[str, Any]:
     """The vocabulary that ``completing`` needs.
 
     commands: the options of each, and whether they take a value; values: words of an option; names: arguments of a command;
@@ -25,11 +25,11 @@ def gathered() -> dict[str, Any]:
         }
         for title, of_kind in kinds().items()
     }
-    named = sorted({kind for of_kind in parts.values() for kind in of_kind} | set(studies()))
+    listed_names = sorted({kind for of_kind in parts.values() for kind in of_kind} | set(studies()))
     return {
         "commands": _commands(),
         "values": {"--format": [f.value for f in Format], "--style": [s.value for s in Style]},
-        "names": {"list": named, "new": list(studies()), "completion": [shell.value for shell in Shell]},
+        "names": {"list": listed_names, "new": list(studies()), "completion": [shell.value for shell in Shell]},
         "default": DEFAULT_KIND,
         "studies": {kind: {key.name: key.allowed for key in keys_of(s.spec)} for kind, s in studies().items()},
         "parts": parts,

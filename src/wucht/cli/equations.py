@@ -40,11 +40,13 @@ def equations(
     if "system" in load_document(study)[0]:
         if slow:
             raise InputError("--slow", None, "allowed only for a machine: equations of a table [system] are printed as given")
-        _print_own(study, parse_settings(set_ or []), latex)
+        _print_user_system(study, parse_settings(set_ or []), latex)
         return
     machine = load_machine(study, parse_settings(set_ or []))
     notation = notation_of(machine)
-    groups = _slow(machine, notation, latex, inertia, order) if slow else [("", _full(machine, notation, latex))]
+    groups = (
+        _slow_equations(machine, notation, latex, inertia, order) if slow else [("", _full_equations(machine, notation, latex))]
+    )
     comment = "% " if latex else ""
     typer.echo(f"{comment}{machine.title}")
     for heading, lines in groups:
@@ -54,26 +56,29 @@ def equations(
     over_time = {s.parameter for s in machine.schedules}
     for path, p in machine.parameters.items():
         value = f"{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
-        scheduled = ", at t = 0: it has a schedule" if path in over_time else ", left out" if p.value == 0 else ""
-        typer.echo(f"{comment}{value}   {path}: {p.what}{scheduled}")
+        remark = ", at t = 0: it has a schedule" if path in over_time else ", left out" if p.value == 0 else ""
+        typer.echo(f"{comment}{value}   {path}: {p.long_name}{remark}")
     for note in machine.notes:
         typer.echo(f"{comment}{note}")
 
 
-def _print_own(study: str, settings: dict[str, Any], latex: bool) -> None:
+def _print_user_system(study: str, settings: dict[str, Any], latex: bool) -> None:
     """Print the equations of a table [system]."""
     from sympy import Symbol
     from sympy import latex as in_latex
 
     from wucht.files.catalogue import load_equations
-    from wucht.mechanics.notation import equation
+    from wucht.mechanics.notation import printed_equation
 
-    own, comment = load_equations(study, settings), "% " if latex else ""
-    rates = [Symbol(f"\\dot{{{in_latex(x)}}}" if latex else f"{x}'") for x in own.system.states]
-    rows = [equation(left, right, latex) for left, right in zip(rates, own.system.derivatives, strict=True)]
-    typer.echo(f"{comment}{own.title}")
-    _print([*rows, *(equation(*definition, latex) for definition in own.system.definitions)], latex)
-    for name, value in own.values.items():
+    user_system, comment = load_equations(study, settings), "% " if latex else ""
+    rates = [Symbol(f"\\dot{{{in_latex(x)}}}" if latex else f"{x}'") for x in user_system.system.states]
+    rows = [
+        printed_equation(left_side, right_side, latex)
+        for left_side, right_side in zip(rates, user_system.system.derivatives, strict=True)
+    ]
+    typer.echo(f"{comment}{user_system.title}")
+    _print([*rows, *(printed_equation(*definition, latex) for definition in user_system.system.definitions)], latex)
+    for name, value in user_system.values.items():
         typer.echo(f"{comment}{name} = {value:g}")
 
 
@@ -86,30 +91,36 @@ def _print(lines: list[str], latex: bool) -> None:
         typer.echo("\n".join(f"  {line}" for line in lines))
 
 
-def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
+def _full_equations(machine: Machine, notation: Notation, latex: bool) -> list[str]:
     from wucht.mechanics.lagrange import equations_of_motion
-    from wucht.mechanics.notation import written, written_own
+    from wucht.mechanics.notation import printed_equations, printed_state_rates
 
     motion = equations_of_motion(machine.energies, machine.coordinates)
-    lines = written(motion, machine.coordinates, notation, _left_out(machine), latex, normalise=not machine.units.time)
-    return [*lines, *written_own(machine.internal, machine.coordinates, notation, latex)]
+    lines = printed_equations(
+        motion, machine.coordinates, notation, _zero_parameters(machine), latex, normalise=not machine.units.time
+    )
+    return [*lines, *printed_state_rates(machine.internal, machine.coordinates, notation, latex)]
 
 
-def _left_out(machine: Machine) -> list[Symbol]:
+def _zero_parameters(machine: Machine) -> list[Symbol]:
     """The parameters that are 0 and remain so: terms with them are not printed."""
     over_time = {s.symbol for s in machine.schedules}
     return [s for s, value in machine.numbers.items() if value == 0 and s not in over_time]
 
 
-def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int) -> list[tuple[str, list[str]]]:
-    from wucht.analysis.averaged import averaged_machine
-    from wucht.machines.operation import damped
-    from wucht.mechanics.notation import written_averaged
+def _slow_equations(
+    machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int
+) -> list[tuple[str, list[str]]]:
+    from wucht.analysis.averaged_machine import averaged_machine
+    from wucht.machines.operation import has_damped_balancers
+    from wucht.mechanics.notation import printed_averaged_equations
 
-    kept = not damped(machine) if inertia is None else inertia
-    if not kept and not damped(machine):
+    with_inertia = not has_damped_balancers(machine) if inertia is None else inertia
+    if not with_inertia and not has_damped_balancers(machine):
         raise InputError("--no-inertia", None, "not allowed here: a balancing body is not damped against its rotor")
-    zero = _left_out(machine)
-    rows, definitions = written_averaged(averaged_machine(machine, kept, order).equations, notation, zero, latex)
-    what = f"{'with' if kept else 'without'} the inertia of the balancing bodies"
-    return [(f"averaged equations of order {order}, {what}:", rows), ("with", definitions)]
+    zero = _zero_parameters(machine)
+    rows, definitions = printed_averaged_equations(
+        averaged_machine(machine, with_inertia, order).equations, notation, zero, latex
+    )
+    inertia_text = f"{'with' if with_inertia else 'without'} the inertia of the balancing bodies"
+    return [(f"averaged equations of order {order}, {inertia_text}:", rows), ("with", definitions)]

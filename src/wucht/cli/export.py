@@ -18,15 +18,15 @@ def export(
     import_: Imports = None,
 ) -> None:
     """Export a result: of a cam the points to mill, drawings and tables for controllers; of any study its variables as CSV."""
-    from wucht.results.output_folder import load, result_file
+    from wucht.results.output_folder import load_result, result_file
     from wucht.results.store import prepare_folder, save_csv
     from wucht.studies.runner import export as written
 
-    dataset, file = load(result), result_file(result)
+    dataset, file = load_result(result), result_file(result)
     folder = out or file.parent
     try:
         lines = list(map(str, save_csv(dataset, prepare_folder(folder)))) if csv else written(dataset, folder)
     except InputError as error:
-        raise error if error.where == "-o" else error.in_file(file) from None
+        raise error if error.location == "-o" else error.with_file(file) from None
     for line in lines:
         typer.echo(line)

@@ -35,10 +35,10 @@ def list_all(
     from wucht.files.documents import read_toml
     from wucht.studies.registry import studies
 
-    listed = {title: _first(of_kind) for title, of_kind in kinds().items()}
-    listed["studies"] = {kind: study.line for kind, study in studies().items()}
-    listed["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
-    for title, entries in listed.items():
+    sections = {title: _first_lines(of_kind) for title, of_kind in kinds().items()}
+    sections["studies"] = {kind: study.line for kind, study in studies().items()}
+    sections["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
+    for title, entries in sections.items():
         typer.echo(f"{title}:")
         width = max(map(len, entries))
         for entry, line in entries.items():
@@ -57,7 +57,7 @@ def kinds() -> dict[str, Mapping[str, type]]:
     return {**parts, "dimensionless machines": models(), **of_cams}
 
 
-def _first(kinds: Mapping[str, type]) -> dict[str, str]:
+def _first_lines(kinds: Mapping[str, type]) -> dict[str, str]:
     return {name: (cls.__doc__ or "").strip().splitlines()[0] for name, cls in kinds.items()}
 
 
@@ -77,31 +77,35 @@ def _list_one(name: str, as_json: bool) -> None:
     from wucht.files.equal_bodies import keys_in_files
     from wucht.studies.registry import studies
 
-    known: dict[str, Mapping[str, Any]] = {**kinds(), "studies": studies()}
-    found = {title: of_kind[name] for title, of_kind in known.items() if name in of_kind}
-    if not found:
-        raise InputError("NAME", name, f"neither a study nor a part; {nearest(name, {n for k in known.values() for n in k})}")
-    described = []
-    for title, one in found.items():
+    kinds_by_title: dict[str, Mapping[str, Any]] = {**kinds(), "studies": studies()}
+    matches = {title: of_kind[name] for title, of_kind in kinds_by_title.items() if name in of_kind}
+    if not matches:
+        raise InputError(
+            "NAME", name, f"neither a study nor a part; {nearest(name, {n for k in kinds_by_title.values() for n in k})}"
+        )
+    descriptions = []
+    for title, one in matches.items():
         cls = one.spec if title == "studies" else one
-        described.append((_TABLES[title].format(name), getdoc(cls) or "", keys_in_files(cls), getattr(cls, "own_states", ())))
+        descriptions.append(
+            (_TABLES[title].format(name), getdoc(cls) or "", keys_in_files(cls), getattr(cls, "own_states", ()))
+        )
     if as_json:
         tables = [
             {"table": table, "description": text, "keys": [asdict(k) for k in keys]}
-            | ({"states": [asdict(x) for x in own]} if own else {})
-            for table, text, keys, own in described
+            | ({"states": [asdict(x) for x in states]} if states else {})
+            for table, text, keys, states in descriptions
         ]
         typer.echo(json.dumps({"name": name, "tables": tables}, indent=2, ensure_ascii=False))
         return
-    for k, (table, text, keys, own) in enumerate(described):
+    for k, (table, text, keys, states) in enumerate(descriptions):
         typer.echo("\n" * bool(k) + f"{table}\n\n{text.replace('``', '')}\n")
         head, *rows = _rows([("key", "value", "unit", "default", "allowed"), *map(_cells, keys)])
         typer.echo(head)
         for key, row in zip(keys, rows, strict=True):
             typer.echo(f"{row}\n{fill(key.what.replace('`', ''), 100, initial_indent=_HELP, subsequent_indent=_HELP)}")
-        if own:
+        if states:
             typer.echo("\nInternal states, in results and in start:\n")
-            typer.echo("\n".join(_rows([("state", "unit", ""), *((x.name, x.unit, x.what) for x in own)])))
+            typer.echo("\n".join(_rows([("state", "unit", ""), *((x.name, x.unit, x.what) for x in states)])))
 
 
 def _cells(key: Key) -> tuple[str, ...]:

@@ -21,9 +21,9 @@ def new(
     from wucht.files.catalogue import FOLDER, names
     from wucht.studies.registry import studies
 
-    known = [*studies(), *names()]
-    if name not in known:
-        raise InputError("NAME", name, f"neither a study nor a catalogue name; {nearest(name, known)}")
+    known_names = [*studies(), *names()]
+    if name not in known_names:
+        raise InputError("NAME", name, f"neither a study nor a catalogue name; {nearest(name, known_names)}")
     template = studies()[name].template if name in studies() else (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
     if file == Path("-"):
         typer.echo(template, nl=False)

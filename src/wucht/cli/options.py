@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 _OUTSIDE = re.compile(r"[^,\[\]{}]+|[,\[\]{}]")  # stretches without a comma or bracket, and those one by one
 
 
-def parse_settings(given: list[str]) -> dict[str, Any]:
+def parse_settings(items: list[str]) -> dict[str, Any]:
     """Parse ``["u=1.5", "drive.slope=0.02 N m s"]`` into a dictionary. Raises ``InputError``."""
     settings: dict[str, Any] = {}
-    for item in given:
+    for item in items:
         key, equals, value = item.partition("=")
         if not equals or not key.strip() or not value.strip():
             raise InputError("--set", item, "must be KEY=VALUE, such as drive.slope=0.02")
@@ -40,10 +40,10 @@ def parse_settings(given: list[str]) -> dict[str, Any]:
     return settings
 
 
-def parse_lists(given: list[str]) -> dict[str, list[Any]]:
+def parse_lists(items: list[str]) -> dict[str, list[Any]]:
     """Parse ``["u=1,1.5", "drive.slope=0.02 N m s,0.03 N m s"]`` into a dictionary of lists. Raises ``InputError``."""
     lists: dict[str, list[Any]] = {}
-    for item in given:
+    for item in items:
         key, equals, values = item.partition("=")
         texts = [text.strip() for text in _split(values)]
         if not equals or not key.strip() or not all(texts):
@@ -82,9 +82,9 @@ def _value(option: str, text: str) -> Any:
         if max(text.count("["), text.count("{")) > DEEPEST and _depth(text) > DEEPEST:
             raise InputError(option, text, f"must be a value in which at most {DEEPEST} brackets are nested")
         with suppress(tomllib.TOMLDecodeError):
-            return _loaded(option, text, lambda: tomllib.loads(f"value = {text}")["value"])
+            return _load_value(option, text, lambda: tomllib.loads(f"value = {text}")["value"])
         with suppress(json.JSONDecodeError):
-            return _loaded(option, text, lambda: json.loads(text))
+            return _load_value(option, text, lambda: json.loads(text))
         return text
     try:
         return float(text)
@@ -97,7 +97,7 @@ def _depth(text: str) -> int:
     return max(accumulate((letter in "[{") - (letter in "]}") for letter in text))
 
 
-def _loaded(option: str, text: str, load: Callable[[], Any]) -> Any:
+def _load_value(option: str, text: str, load: Callable[[], Any]) -> Any:
     """Load a value from a text. Raises ``InputError`` for numbers of thousands of digits, which Python refuses to read."""
     try:
         return load()
@@ -107,24 +107,24 @@ def _loaded(option: str, text: str, load: Callable[[], Any]) -> Any:
         raise InputError(option, text, "a number of thousands of digits cannot be read") from None
 
 
-def _imported(modules: list[str] | None) -> list[str]:
+def _import_modules(modules: list[str] | None) -> list[str]:
     """Import each module: a name, or the path of a file or of a package's folder. Raises ``InputError``."""
-    for given in modules or []:
+    for module_or_path in modules or []:
         try:
-            _import(given)
+            _import_module(module_or_path)
         except InputError:
             raise
         except Exception as error:  # any error of the user's code
-            raise InputError("--import", given, f"it cannot be imported: {type(error).__name__}: {error}") from None
+            raise InputError("--import", module_or_path, f"it cannot be imported: {type(error).__name__}: {error}") from None
     return modules or []
 
 
-def _import(given: str) -> None:
-    path = Path(given)
+def _import_module(module_or_path: str) -> None:
+    path = Path(module_or_path)
     if not path.exists():
-        if given.endswith(".py") or "/" in given:
-            raise InputError("--import", given, "there is no such file or folder")
-        importlib.import_module(given)
+        if module_or_path.endswith(".py") or "/" in module_or_path:
+            raise InputError("--import", module_or_path, "there is no such file or folder")
+        importlib.import_module(module_or_path)
         return
     source = path / "__init__.py" if path.is_dir() else path
     name = path.resolve().stem
@@ -134,7 +134,7 @@ def _import(given: str) -> None:
         name, source, submodule_search_locations=[str(path.resolve())] if path.is_dir() else None
     )
     if spec is None or spec.loader is None or not source.is_file():
-        raise InputError("--import", given, "must be a module: a .py file, or a folder with __init__.py")
+        raise InputError("--import", module_or_path, "must be a module: a .py file, or a folder with __init__.py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
@@ -149,7 +149,10 @@ def _import(given: str) -> None:
 Imports = Annotated[
     list[str] | None,
     typer.Option(
-        "--import", metavar="MODULE", callback=_imported, help="Import a module with additional parts or studies; repeatable."
+        "--import",
+        metavar="MODULE",
+        callback=_import_modules,
+        help="Import a module with additional parts or studies; repeatable.",
     ),
 ]
 
@@ -178,20 +181,20 @@ Styled = Annotated[
     ),
 ]
 Formatted = Annotated[list[Format] | None, typer.Option("--format", help="File format of the figure, default png; repeatable.")]
-PRINTED = Style.PRINT
+DEFAULT_STYLE = Style.PRINT
 
 
-def formats_of(given: Iterable[Format] | None) -> list[Format]:
+def unique_formats(formats: Iterable[Format] | None) -> list[Format]:
     """The requested file formats without repetition; by default PNG."""
-    return list(dict.fromkeys(given or [Format.PNG]))
+    return list(dict.fromkeys(formats or [Format.PNG]))
 
 
 def write_figure(
-    result: xr.Dataset, folder: Path, style: Style = PRINTED, formats: Iterable[Format] | None = None
+    result: xr.Dataset, folder: Path, style: Style = DEFAULT_STYLE, formats: Iterable[Format] | None = None
 ) -> list[Path]:
     """Draw the figure of a result and write it into a folder, named after its study. Raises as ``draw`` and ``save_figure``."""
     from wucht.plots.sheet import save_figure
     from wucht.studies.runner import draw
 
     figure, name = draw(result, PAGES[style.value]), safe_name(str(result.attrs["study"]))
-    return [save_figure(figure, folder / f"{name}.{ending.value}") for ending in formats_of(formats)]
+    return [save_figure(figure, folder / f"{name}.{ending.value}") for ending in unique_formats(formats)]

@@ -21,7 +21,7 @@ class Progress:
     """Progress of one run: on a terminal a bar, elsewhere a single line; also while a run has nothing to report yet."""
 
     def __init__(self, title: str) -> None:
-        self._title, self._begun, self._said = printable(title), time.perf_counter(), False
+        self._title, self._start_time, self._is_announced = printable(title), time.perf_counter(), False
         self._bar: rich.progress.Progress | None = None
         self._one_at_a_time = threading.Lock()
         self._alarm = threading.Timer(_SILENCE_S, self._begin)
@@ -34,27 +34,27 @@ class Progress:
     def __exit__(self, *_: object) -> None:
         self._alarm.cancel()
         with self._one_at_a_time:
-            self._said = True  # nothing is printed after the end
+            self._is_announced = True  # nothing is printed after the end
             if self._bar is not None:
                 self._bar.stop()
 
-    def update(self, share: float, what: str) -> None:
+    def update(self, share: float, label: str) -> None:
         """Show the completed share of the work (0 to 1) and the name of the current step."""
-        if time.perf_counter() - self._begun < _PATIENCE_S:
+        if time.perf_counter() - self._start_time < _PATIENCE_S:
             return
         self._begin()
         if self._bar is not None:
             from rich.markup import escape
 
-            described = f"{self._title}: {what}" if what else self._title
-            self._bar.update(self._bar.task_ids[0], completed=share, description=escape(described))
+            description = f"{self._title}: {label}" if label else self._title
+            self._bar.update(self._bar.task_ids[0], completed=share, description=escape(description))
 
     def _begin(self) -> None:
         """Announce once that the run is under way."""
         with self._one_at_a_time:
-            if self._said:
+            if self._is_announced:
                 return
-            self._said = True
+            self._is_announced = True
             if not sys.stderr.isatty():
                 with suppress(OSError):  # no space for the message: the result does not depend on it
                     sys.stderr.write(f"running {self._title} ...\n")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import wucht
-from wucht.cli.options import PRINTED, Format, Formatted, Imports, Style, Styled, formats_of, write_figure
+from wucht.cli.options import DEFAULT_STYLE, Format, Formatted, Imports, Style, Styled, unique_formats, write_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +32,7 @@ def run(
         str | None,
         typer.Option("--scheduler", metavar="ADDRESS", help="Compute on the workers of a scheduler of dask.distributed."),
     ] = None,
-    style: Styled = PRINTED,
+    style: Styled = DEFAULT_STYLE,
     format_: Formatted = None,
     import_: Imports = None,
 ) -> None:
@@ -40,58 +40,60 @@ def run(
     from wucht.cli.options import parse_settings
     from wucht.studies.study_file import read_study
 
-    tell(study, lambda: read_study(study, parse_settings(set_ or [])), out, as_json, csv, resume, scheduler, style, format_)
+    run_and_print(
+        study, lambda: read_study(study, parse_settings(set_ or [])), out, as_json, csv, resume, scheduler, style, format_
+    )
 
 
-def tell(
+def run_and_print(
     study: str,
-    read: Callable[[], StudyFile],
+    read_question: Callable[[], StudyFile],
     out: Path | None,
     as_json: bool = False,
     csv: bool = False,
     resume: bool = False,
     scheduler: str | None = None,
-    style: Style = PRINTED,
+    style: Style = DEFAULT_STYLE,
     format_: list[Format] | None = None,
 ) -> None:
     """Answer the question that is read, write the files and print the report. study: its name; out: the folder, if given."""
     from wucht.cli.progress import Progress
-    from wucht.cli.surroundings import interruptible
+    from wucht.cli.surroundings import interrupt_check
     from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
     from wucht.results.store import RESULT, save_csv, save_summary, to_json
     from wucht.studies.runner import report as report_of
     from wucht.studies.study_file import answer
 
-    begun = time.perf_counter()
-    with Progress(study) as progress, interruptible() as check:
+    start_time = time.perf_counter()
+    with Progress(study) as progress, interrupt_check() as check:
 
-        def report(share: float, what: str) -> None:
-            progress.update(share, what)
+        def report(share: float, label: str) -> None:
+            progress.update(share, label)
             check()
 
-        asked = read()
-        folder = out or Path("results") / asked.name
-        names = [RESULT, *(f"{asked.spec.kind}.{f.value}" for f in formats_of(format_)), SUMMARY]
+        study_file = read_question()
+        folder = out or Path("results") / study_file.name
+        names = [RESULT, *(f"{study_file.spec.kind}.{f.value}" for f in unique_formats(format_)), SUMMARY]
         document: dict[str, Any] = {}
 
         def write(result: xr.Dataset, new: Path) -> None:
             tables = save_csv(result, new) if csv else []
-            written = [*write_figure(result, new, style, format_), *tables]
+            outputs = [*write_figure(result, new, style, format_), *tables]
             names.extend(table.name for table in tables)
-            answered = result.wucht
+            accessor = result.wucht
             document.update(
                 {
-                    "study": answered.study,
+                    "study": accessor.study,
                     "machine": result.attrs["title"],
-                    "summary": answered.summary,
-                    "assumed": answered.assumed,
-                    "warnings": answered.warnings,
-                    "notes": answered.notes,
+                    "summary": accessor.summary,
+                    "assumed": accessor.assumed,
+                    "warnings": accessor.warnings,
+                    "notes": accessor.notes,
                     "files": [str(folder / name) for name in names],
-                    CHECKSUMS: {path.name: checksum(path) for path in written},
+                    CHECKSUMS: {path.name: checksum(path) for path in outputs},
                     "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
                     "version": wucht.__version__,
-                    "elapsed_s": round(time.perf_counter() - begun, 3),
+                    "elapsed_s": round(time.perf_counter() - start_time, 3),
                 }
             )
             if result.attrs["failure"]:
@@ -99,16 +101,16 @@ def tell(
             save_summary(document, new / SUMMARY)
 
         options = {"resume": resume, "progress": report, "scheduler": scheduler}
-        result = answer(asked, folder=folder, files=tuple(names), write=write, **options)
-    answered = result.wucht
+        result = answer(study_file, folder=folder, files=tuple(names), write=write, **options)
+    accessor = result.wucht
     if as_json:
         sys.stdout.write(to_json(document) + "\n")
     else:
         for line in report_of(result):
             typer.echo(line)
-        for note in answered.notes:
+        for note in accessor.notes:
             typer.echo(f"note: {note}")
-        for warning in answered.warnings:
+        for warning in accessor.warnings:
             typer.echo(f"warning: {warning}", err=True)
         typer.echo(f"files: {folder}/{', '.join(names)}")
     if result.attrs["failure"]:

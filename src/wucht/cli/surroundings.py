@@ -19,7 +19,7 @@ _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")  # read by OpenBLAS when 
 _KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: for the start of the largest studies, and for each further thread
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _STDERR = 2
-_HEARD = b"\nstopping: the results so far are saved after the current step; Ctrl-C again stops at once, without saving\n"
+_STOP_MESSAGE = b"\nstopping: the results so far are saved after the current step; Ctrl-C again stops at once, without saving\n"
 
 
 def open_streams() -> None:
@@ -35,33 +35,33 @@ def open_streams() -> None:
             os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")
-    sys.stdout = sys.stdout or _nowhere()
-    sys.stderr = sys.stderr or _nowhere()
+    sys.stdout = sys.stdout or _null_stream()
+    sys.stderr = sys.stderr or _null_stream()
 
 
-def _nowhere() -> io.TextIOWrapper:
+def _null_stream() -> io.TextIOWrapper:
     return Path(os.devnull).open("w", encoding="utf-8", errors="replace")
 
 
-def without_settings_of_figures() -> None:
+def without_figure_settings() -> None:
     """Load matplotlib without the user's settings: figures are the same everywhere, and faulty settings do no harm."""
     os.environ["MPLBACKEND"] = "agg"
-    found = importlib.util.find_spec("matplotlib")
-    if found is None or found.origin is None:
+    module_spec = importlib.util.find_spec("matplotlib")
+    if module_spec is None or module_spec.origin is None:
         return
-    own = Path(found.origin).with_name("mpl-data")
-    os.environ["MATPLOTLIBRC"] = str(own / "matplotlibrc")
-    if Path("matplotlibrc").exists() and own.is_dir():  # a file in the working directory would take precedence
-        with chdir(own):
+    data_folder = Path(module_spec.origin).with_name("mpl-data")
+    os.environ["MATPLOTLIBRC"] = str(data_folder / "matplotlibrc")
+    if Path("matplotlibrc").exists() and data_folder.is_dir():  # a file in the working directory would take precedence
+        with chdir(data_folder):
             importlib.import_module("matplotlib")
 
 
 def check_environment() -> None:
     """Raise ``InputError`` for an environment variable with which a run would fail after all has been computed."""
-    given = os.environ.get(_EPOCH)
-    if given is not None and not (given.isascii() and given.isdigit() and int(given[:20]) <= _LAST_SECOND):
-        allowed = f"this environment variable must be seconds since 1970, a number from 0 to {_LAST_SECOND}, or not be set"
-        raise InputError(_EPOCH, given, allowed)
+    value = os.environ.get(_EPOCH)
+    if value is not None and not (value.isascii() and value.isdigit() and int(value[:20]) <= _LAST_SECOND):
+        requirement = f"this environment variable must be seconds since 1970, a number from 0 to {_LAST_SECOND}, or not be set"
+        raise InputError(_EPOCH, value, requirement)
 
 
 def fit_address_space() -> None:
@@ -92,27 +92,27 @@ def fit_address_space() -> None:
 
 
 @contextmanager
-def interruptible() -> Iterator[Callable[[], None]]:
+def interrupt_check() -> Iterator[Callable[[], None]]:
     """Turn signals into ``KeyboardInterrupt``, which the yielded function raises when it is called next.
 
     Until that function has been called for the first time there is nothing to save, and a signal interrupts at once; a second
     signal always does. An error that a library makes of it, such as an import that fails half-way, counts as the interrupt;
     where a library swallows it, the function raises it.
     """
-    asked, begun = list[int](), set[bool]()
+    signals, check_calls = list[int](), set[bool]()
 
     def remember(number: int, _frame: object) -> None:
-        asked.append(number)
-        if not begun:
+        signals.append(number)
+        if not check_calls:
             raise KeyboardInterrupt
         with suppress(OSError):
-            os.write(_STDERR, _HEARD)  # not by sys.stderr, in which the signal may have arrived
+            os.write(_STDERR, _STOP_MESSAGE)  # not by sys.stderr, in which the signal may have arrived
         signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
     def check() -> None:
-        begun.add(True)
-        if asked:
+        check_calls.add(True)
+        if signals:
             raise KeyboardInterrupt
 
     before = {s: signal.signal(s, remember) for s in _SIGNALS}
@@ -121,7 +121,7 @@ def interruptible() -> Iterator[Callable[[], None]]:
     except WuchtError:
         raise
     except Exception:
-        if asked:
+        if signals:
             raise KeyboardInterrupt from None
         raise
     finally:

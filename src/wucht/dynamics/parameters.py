@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from wucht.errors import InputError, nearest
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.schema import Parameter, Unit, read_quantity
@@ -13,7 +13,7 @@ from wucht.schema import Parameter, Unit, read_quantity
 Value = float | str  # in the unit of a parameter of the subject
 
 
-def parameter_of(subject: Machine | OwnEquations, path: str, key: str = "along") -> Parameter:
+def parameter_of(subject: Machine | UserSystem, path: str, key: str = "along") -> Parameter:
     """Return the parameter of a path. Raises ``InputError`` at ``study.<key>`` if there is none, or it follows a schedule."""
     if path not in subject.parameters:
         raise InputError(
@@ -24,40 +24,38 @@ def parameter_of(subject: Machine | OwnEquations, path: str, key: str = "along")
     return subject.parameters[path]
 
 
-def with_parameters(subject: Machine | OwnEquations, values: Mapping[str, float]) -> Machine | OwnEquations:
+def with_parameters(subject: Machine | UserSystem, values: Mapping[str, float]) -> Machine | UserSystem:
     """Return the subject with other parameter values. Raises ``InputError`` for one that a machine's part does not allow."""
-    return subject.with_values(values) if isinstance(subject, Machine) else subject.changed(values)
+    return subject.with_values(values) if isinstance(subject, Machine) else subject.with_parameters(values)
 
 
 def values_of(
-    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Value], key: str = "values"
+    subject: Machine | UserSystem, along: Parameter, entries: Sequence[Value], key: str = "values"
 ) -> tuple[float, ...]:
     """Return values of a parameter in SI units. Raises ``InputError`` at ``study.<key>[i]`` for one that is not allowed."""
-    unit, values = Unit(along.unit, along.what), []
-    for i, value in enumerate(given):
+    unit, values = Unit(along.unit, along.long_name), []
+    for i, value in enumerate(entries):
         values.append(read_quantity(unit, value, f"study.{key}[{i}]"))
         _refuse_if_not_allowed(subject, along, values[-1], f"study.{key}[{i}]")
     return tuple(values)
 
 
-def ends_of(
-    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Value], key: str = "range"
-) -> tuple[float, float]:
+def ends_of(subject: Machine | UserSystem, along: Parameter, pair: Sequence[Value], key: str = "range") -> tuple[float, float]:
     """Return ``range_of`` a parameter. Raises ``InputError`` also at ``study.<key>[i]`` for an end that is not allowed."""
-    ends = range_of(Unit(along.unit, along.what), given, key)
+    ends = range_of(Unit(along.unit, along.long_name), pair, key)
     for i, value in enumerate(ends):
         _refuse_if_not_allowed(subject, along, value, f"study.{key}[{i}]")
     return ends
 
 
-def _refuse_if_not_allowed(subject: Machine | OwnEquations, along: Parameter, value: float, where: str) -> None:
+def _refuse_if_not_allowed(subject: Machine | UserSystem, along: Parameter, value: float, location: str) -> None:
     if isinstance(subject, Machine):
-        check_values(subject.parts, {along.path: value}, where, subject.values)
+        check_values(subject.parts, {along.path: value}, location, subject.values)
 
 
-def range_of(unit: Unit, given: Sequence[Value], key: str = "range") -> tuple[float, float]:
+def range_of(unit: Unit, pair: Sequence[Value], key: str = "range") -> tuple[float, float]:
     """Return a pair [low, high] in SI units. Raises ``InputError`` where low is not below high."""
-    low, high = (read_quantity(unit, value, f"study.{key}[{i}]") for i, value in enumerate(given))
+    low, high = (read_quantity(unit, value, f"study.{key}[{i}]") for i, value in enumerate(pair))
     if not low < high:
-        raise InputError(f"study.{key}", list(given), "must be a pair [low, high] with low below high")
+        raise InputError(f"study.{key}", list(pair), "must be a pair [low, high] with low below high")
     return low, high

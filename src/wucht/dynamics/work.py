@@ -51,7 +51,7 @@ class NoMemory:
 class Cluster(Protocol):
     """Computation of tasks on several computers."""
 
-    def computed(self, tasks: Mapping[str, Task[Any]], report: Report) -> Iterator[tuple[str, Any]]:
+    def compute(self, tasks: Mapping[str, Task[Any]], report: Report) -> Iterator[tuple[str, Any]]:
         """Yield the results of tasks by name, in the order in which they are ready."""
         ...
 
@@ -72,7 +72,7 @@ class Work:
         """Return the result of a deterministic unit of work, a frozen dataclass: computed once, then stored."""
         return self.memory.unit(self.name + name, compute)
 
-    def units(self, tasks: Mapping[str, Task[T]], what: str = "") -> Iterator[tuple[str, T]]:
+    def units(self, tasks: Mapping[str, Task[T]], label: str = "") -> Iterator[tuple[str, T]]:
         """Yield the results of independent units of about the same size, by name; as they come, in any order.
 
         tasks: functions that can be pickled, of frozen data alone; each is called with a function that reports its share done,
@@ -81,30 +81,32 @@ class Work:
         if self.cluster is None:
             for k, (name, task) in enumerate(tasks.items()):
                 part = self.part("", k / len(tasks), (k + 1) / len(tasks))
-                outcome = part.unit(name, partial(part._computed, task, what))
-                part.report(1.0, what)
+                outcome = part.unit(name, partial(part._compute, task, label))
+                part.report(1.0, label)
                 yield name, outcome
             return
-        known = [name for name in tasks if self.memory.knows(self.name + name)]
-        for name in known:
-            yield name, self.memory.unit(self.name + name, partial(tasks[name], _unheard))
-        rest = self.part("", len(known) / max(len(tasks), 1), 1.0)
-        left = {name: task for name, task in tasks.items() if name not in known}
-        for name, outcome in self.cluster.computed(left, lambda share, who: rest.report(share, f"{what}{who}")):
+        stored_names = [name for name in tasks if self.memory.knows(self.name + name)]
+        for name in stored_names:
+            yield name, self.memory.unit(self.name + name, partial(tasks[name], _ignore_progress))
+        rest = self.part("", len(stored_names) / max(len(tasks), 1), 1.0)
+        remaining_tasks = {name: task for name, task in tasks.items() if name not in stored_names}
+        for name, outcome in self.cluster.compute(
+            remaining_tasks, lambda share, worker_text: rest.report(share, f"{label}{worker_text}")
+        ):
             self.memory.keep(self.name + name, outcome)
             yield name, outcome
 
-    def _computed(self, task: Task[T], what: str) -> T:
-        self.report(0.0, what)
-        return task(lambda share: self.report(share, what))
+    def _compute(self, task: Task[T], label: str) -> T:
+        self.report(0.0, label)
+        return task(lambda share: self.report(share, label))
 
-    def report(self, share: float, what: str = "") -> None:
+    def report(self, share: float, label: str = "") -> None:
         """Report how far this part is, 0 to 1. Raises ``KeyboardInterrupt`` where the user has requested to stop."""
         if self.reporter is not None:
-            self.reporter(self.begin + (self.end - self.begin) * min(max(share, 0.0), 1.0), what)
+            self.reporter(self.begin + (self.end - self.begin) * min(max(share, 0.0), 1.0), label)
 
     @property
-    def unkept(self) -> Work:
+    def without_memory(self) -> Work:
         """Same work without storage: for parts of a unit."""
         return replace(self, memory=NoMemory())
 
@@ -115,7 +117,7 @@ class Work:
         return replace(self, name=path, begin=self.begin + begin * width, end=self.begin + end * width)
 
 
-def or_why(make: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | str:
+def result_or_reason(make: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | str:
     """Return the result of a function, or the sentence why there is none."""
     try:
         return make(*args, **kwargs)
@@ -123,15 +125,15 @@ def or_why(make: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | str:
         return str(error)
 
 
-def with_made(findings: F, into: str, made: Any, missing: str = "") -> F:
+def with_result(findings: F, into: str, result: Any, missing: str = "") -> F:
     """Add a result to a field of findings that is a tuple, or the sentence why there is none to ``omissions``.
 
     missing: beginning of that sentence.
     """
-    name, more = ("lost", missing + made) if isinstance(made, str) else (into, made)
-    extended: F = replace(findings, **{name: (*getattr(findings, name), more)})  # type: ignore[type-var]
-    return extended
+    name, more = ("lost", missing + result) if isinstance(result, str) else (into, result)
+    extended_findings: F = replace(findings, **{name: (*getattr(findings, name), more)})  # type: ignore[type-var]
+    return extended_findings
 
 
-def _unheard(share: float) -> None:
+def _ignore_progress(share: float) -> None:
     """Ignore the progress of a task."""

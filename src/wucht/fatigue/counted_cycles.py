@@ -10,7 +10,7 @@ _SAME = 1e-9  # of the largest range: ranges nearer to each other than that are 
 
 
 @dataclass(frozen=True, eq=False)
-class Cycles:
+class LoadCycles:
     """Cycles of a load. ranges, means, counts (m,): range and mean of each cycle, and its number, 0.5 for a half cycle."""
 
     ranges: np.ndarray
@@ -18,19 +18,19 @@ class Cycles:
     counts: np.ndarray
 
     @classmethod
-    def between(cls, one: np.ndarray, other: np.ndarray, counts: np.ndarray) -> Cycles:
+    def from_extremes(cls, first: np.ndarray, second: np.ndarray, counts: np.ndarray) -> LoadCycles:
         """Create cycles between two values (m,) each."""
-        return cls(np.abs(one - other), (one + other) / 2, np.asarray(counts, dtype=float))
+        return cls(np.abs(first - second), (first + second) / 2, np.asarray(counts, dtype=float))
 
     @classmethod
-    def none(cls) -> Cycles:
+    def empty(cls) -> LoadCycles:
         """Return no cycles."""
         return cls(np.empty(0), np.empty(0), np.empty(0))
 
-    def joined(self, more: Cycles) -> Cycles:
+    def join(self, cycles: LoadCycles) -> LoadCycles:
         """Join these cycles and more."""
-        pairs = ((self.ranges, more.ranges), (self.means, more.means), (self.counts, more.counts))
-        return Cycles(*(np.concatenate(pair) for pair in pairs))
+        pairs = ((self.ranges, cycles.ranges), (self.means, cycles.means), (self.counts, cycles.counts))
+        return LoadCycles(*(np.concatenate(pair) for pair in pairs))
 
     @property
     def total(self) -> float:
@@ -42,13 +42,13 @@ class Cycles:
         """The largest range; 0 without any."""
         return float(self.ranges.max(initial=0.0))
 
-    def exceeding(self, ranges: np.ndarray) -> np.ndarray:
+    def cumulative_frequency(self, ranges: np.ndarray) -> np.ndarray:
         """Return the number (k,) of cycles with at least each of some ranges (k,): the cumulative frequency."""
         order = np.argsort(self.ranges)
         above = np.append(np.cumsum(self.counts[order][::-1])[::-1], 0.0)
         return np.asarray(above[np.searchsorted(self.ranges[order], ranges - _SAME * self.largest, side="left")])
 
-    def by_range(self, width: float | None = None) -> tuple[Cycles, np.ndarray]:
+    def group_by_range(self, width: float | None = None) -> tuple[LoadCycles, np.ndarray]:
         """Return one cycle for each range, ascending (k,), or for each class of ranges of a width that is not empty; and the
         index (m,) of the one to which each of these cycles belongs.
 
@@ -62,8 +62,8 @@ class Cycles:
         group = np.empty(len(order), int)
         group[order] = np.concatenate([[0], np.cumsum(new)])
         counts = np.bincount(group, self.counts)
-        ranges, means = (np.bincount(group, self.counts * of) / counts for of in (self.ranges, self.means))
-        return Cycles(ranges, means, counts), group
+        ranges, means = (np.bincount(group, self.counts * values) / counts for values in (self.ranges, self.means))
+        return LoadCycles(ranges, means, counts), group
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,22 +75,25 @@ class RangeMeanMatrix:
     counts: np.ndarray
 
     @classmethod
-    def of(cls, cycles: Cycles, classes: int) -> RangeMeanMatrix:
+    def of(cls, cycles: LoadCycles, classes: int) -> RangeMeanMatrix:
         """Sort cycles into so many classes, ranges from zero on."""
         low, high = (float(f(cycles.means)) if len(cycles.means) else 0.0 for f in (np.min, np.max))
         widest = max(high - low, 1e-9 * max(abs(low), abs(high))) or 1.0
         edges = np.linspace(0.0, cycles.largest or 1.0, classes + 1), np.linspace(low, low + widest, classes + 1)
         # By number, so that rounding at the outer edges loses none.
         pairs = zip((cycles.ranges, cycles.means), edges, strict=True)
-        row, column = (np.clip(((of - e[0]) / (e[1] - e[0])).astype(int), 0, classes - 1) for of, e in pairs)
+        row, column = (np.clip(((values - e[0]) / (e[1] - e[0])).astype(int), 0, classes - 1) for values, e in pairs)
         counts = np.bincount(row * classes + column, cycles.counts, minlength=classes**2)
         return cls(*edges, counts.reshape(classes, classes))
 
 
-def distance(one: Cycles, other: Cycles, times: float = 1.0) -> float:
+def frequency_distance(cycles: LoadCycles, reference: LoadCycles, times: float = 1.0) -> float:
     """Return the difference of two spectra: the largest of their cumulative frequencies, as a share of the cycles of the
     reference. times: factor on the first one, for a part of a run that represents the whole."""
-    ranges = np.concatenate([one.ranges, other.ranges])
-    if not other.total:
-        return 0.0 if not one.total else float("inf")
-    return float(np.abs(times * one.exceeding(ranges) - other.exceeding(ranges)).max()) / other.total
+    ranges = np.concatenate([cycles.ranges, reference.ranges])
+    if not reference.total:
+        return 0.0 if not cycles.total else float("inf")
+    return (
+        float(np.abs(times * cycles.cumulative_frequency(ranges) - reference.cumulative_frequency(ranges)).max())
+        / reference.total
+    )

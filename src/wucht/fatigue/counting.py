@@ -7,13 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.numerics.zeros_and_peaks import stretches
 
 _OPEN = 2  # distinct samples that are still needed: the next sample shows if the last one is an extreme
 
 
-def _none() -> np.ndarray:
+def _no_points() -> np.ndarray:
     return np.empty(0)
 
 
@@ -25,12 +25,12 @@ class TurningPoints:
     the signal. Samples that repeat the one before count as one: a plateau is one extreme, at its begin.
     """
 
-    time: np.ndarray = field(default_factory=_none)
-    values: np.ndarray = field(default_factory=_none)
-    open_time: np.ndarray = field(default_factory=_none)
-    open_values: np.ndarray = field(default_factory=_none)
+    time: np.ndarray = field(default_factory=_no_points)
+    values: np.ndarray = field(default_factory=_no_points)
+    open_time: np.ndarray = field(default_factory=_no_points)
+    open_values: np.ndarray = field(default_factory=_no_points)
 
-    def after(self, time: np.ndarray, values: np.ndarray, between: bool = False) -> TurningPoints:
+    def update(self, time: np.ndarray, values: np.ndarray, interpolate: bool = False) -> TurningPoints:
         """Return the points after more samples (n,) of increasing time; those not later than the last known one are ignored.
 
         interpolate: extremes are those of the parabola through their sample and both neighbours: for a computed signal,
@@ -45,29 +45,29 @@ class TurningPoints:
         t, y = t[distinct], y[distinct]
         rising = y[1:] > y[:-1]
         at = 1 + np.flatnonzero(rising[1:] != rising[:-1])
-        found_time, found = _vertices(t, y, at) if between else (t[at], y[at])
+        extreme_times, extreme_values = _vertices(t, y, at) if interpolate else (t[at], y[at])
         begin = slice(0, int(first))
         return TurningPoints(
-            np.concatenate([self.time, t[begin], found_time]),
-            np.concatenate([self.values, y[begin], found]),
+            np.concatenate([self.time, t[begin], extreme_times]),
+            np.concatenate([self.values, y[begin], extreme_values]),
             t[-_OPEN:],
             y[-_OPEN:],
         )
 
-    def forgotten(self) -> TurningPoints:
+    def without_points(self) -> TurningPoints:
         """Return the same state of counting without the points so far."""
-        return replace(self, time=_none(), values=_none())
+        return replace(self, time=_no_points(), values=_no_points())
 
-    def closed(self) -> tuple[np.ndarray, np.ndarray]:
+    def points_to_end(self) -> tuple[np.ndarray, np.ndarray]:
         """Return time and values (m,) of all turning points of a signal that ends here, its last sample among them."""
         ends = len(self.open_time) > 1
-        time = np.append(self.time, self.open_time[-1:] if ends else _none())
-        return time, np.append(self.values, self.open_values[-1:] if ends else _none())
+        time = np.append(self.time, self.open_time[-1:] if ends else _no_points())
+        return time, np.append(self.values, self.open_values[-1:] if ends else _no_points())
 
 
 def turning_points(values: np.ndarray) -> np.ndarray:
     """Return the first value, all extremes, and the last value of a signal (n,): successive points differ, and turn back."""
-    return TurningPoints().after(np.arange(len(values), dtype=float), np.asarray(values, dtype=float)).closed()[1]
+    return TurningPoints().update(np.arange(len(values), dtype=float), np.asarray(values, dtype=float)).points_to_end()[1]
 
 
 def _vertices(t: np.ndarray, y: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -82,7 +82,7 @@ def _vertices(t: np.ndarray, y: np.ndarray, at: np.ndarray) -> tuple[np.ndarray,
 Residue = Literal["half-cycles", "repeat", "drop"]
 
 
-def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
+def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> LoadCycles:
     """Count the rainflow cycles of a signal (n,), or of its turning points.
 
     residue: the treatment of the ranges that close no cycle. ``half-cycles``: each counts one half, ASTM E1049-85, 5.4.4.
@@ -90,12 +90,12 @@ def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
     """
     points = turning_points(values)
     if residue == "repeat":
-        return _of_repeated(points)
+        return _repeated_cycles(points)
     cycles, rest = closed_cycles(points)
-    return cycles if residue == "drop" else cycles.joined(half_cycles(rest))
+    return cycles if residue == "drop" else cycles.join(half_cycles(rest))
 
 
-def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
+def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> LoadCycles:
     """Count the range pairs of a signal (n,), or of its turning points: ASTM E1049-85, 5.4.1.
 
     Inside of a larger range they are the rainflow cycles; of the ranges that remain each is paired with the next one, and a
@@ -104,25 +104,25 @@ def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
     if residue != "half-cycles":
         return rainflow(values, residue)
     cycles, rest = closed_cycles(turning_points(values))
-    forward, rest = _paired(rest)
-    backward, rest = _paired(rest[::-1])
+    forward, rest = _pair_ranges(rest)
+    backward, rest = _pair_ranges(rest[::-1])
     pairs = np.concatenate([forward, backward])
-    cycles = cycles.joined(Cycles.between(pairs[:, 0], pairs[:, 1], np.ones(len(pairs))))
-    return cycles.joined(half_cycles(rest))
+    cycles = cycles.join(LoadCycles.from_extremes(pairs[:, 0], pairs[:, 1], np.ones(len(pairs))))
+    return cycles.join(half_cycles(rest))
 
 
-def _paired(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _pair_ranges(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the ranges (k, 2) that are followed by one at least as large, and the points that remain without them."""
-    pairs, kept = list[tuple[float, float]](), list[float]()
+    pairs, stack = list[tuple[float, float]](), list[float]()
     for point in points.tolist():
-        kept.append(point)
-        while len(kept) > 2 and abs(kept[-1] - kept[-2]) >= abs(kept[-2] - kept[-3]):
-            pairs.append((kept[-3], kept[-2]))
-            del kept[-3:-1]
-    return np.array(pairs).reshape(-1, 2), np.array(kept)
+        stack.append(point)
+        while len(stack) > 2 and abs(stack[-1] - stack[-2]) >= abs(stack[-2] - stack[-3]):
+            pairs.append((stack[-3], stack[-2]))
+            del stack[-3:-1]
+    return np.array(pairs).reshape(-1, 2), np.array(stack)
 
 
-def closed_cycles(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
+def closed_cycles(points: np.ndarray) -> tuple[LoadCycles, np.ndarray]:
     """Return the closed cycles of turning points (m,), and the points (k,) of the ranges that close none, in their order.
 
     Counting may continue from these: followed by later turning points they give the cycles that close then.
@@ -130,32 +130,32 @@ def closed_cycles(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
     A cycle closes where a range is no larger than that before and that after it: the four-point rule, which finds the cycles of
     ASTM's rule of three points, those at the begin of the history among them.
     """
-    one, other, kept = list[float](), list[float](), list[float]()
+    begins, ends, stack = list[float](), list[float](), list[float]()
     for point in points.tolist():
-        while len(kept) > 2:
-            inner, before = kept[-1], kept[-2]
+        while len(stack) > 2:
+            inner, before = stack[-1], stack[-2]
             size = abs(inner - before)
-            if size > abs(point - inner) or size > abs(before - kept[-3]):
+            if size > abs(point - inner) or size > abs(before - stack[-3]):
                 break
-            one.append(before)
-            other.append(inner)
-            del kept[-2:]
-        kept.append(point)
-    return Cycles.between(np.array(one), np.array(other), np.ones(len(one))), np.array(kept)
+            begins.append(before)
+            ends.append(inner)
+            del stack[-2:]
+        stack.append(point)
+    return LoadCycles.from_extremes(np.array(begins), np.array(ends), np.ones(len(begins))), np.array(stack)
 
 
-def half_cycles(points: np.ndarray) -> Cycles:
+def half_cycles(points: np.ndarray) -> LoadCycles:
     """Count the ranges between turning points (k,), one half each."""
-    return Cycles.between(points[:-1], points[1:], np.full(max(len(points) - 1, 0), 0.5))
+    return LoadCycles.from_extremes(points[:-1], points[1:], np.full(max(len(points) - 1, 0), 0.5))
 
 
-def _of_repeated(points: np.ndarray) -> Cycles:
+def _repeated_cycles(points: np.ndarray) -> LoadCycles:
     """Count all cycles of a repeated history from its largest value on: two halves remain, which are one cycle."""
     if len(points) < 2:
-        return Cycles.none()
+        return LoadCycles.empty()
     top = int(points.argmax())
     cycles, halves = closed_cycles(turning_points(np.concatenate([points[top:], points[: top + 1]])))
-    return cycles.joined(Cycles.between(halves[:1], halves[1:2], np.ones(1)))
+    return cycles.join(LoadCycles.from_extremes(halves[:1], halves[1:2], np.ones(1)))
 
 
 def level_crossings(values: np.ndarray, levels: np.ndarray, reference: float | None = None) -> np.ndarray:
@@ -165,38 +165,38 @@ def level_crossings(values: np.ndarray, levels: np.ndarray, reference: float | N
     slope crosses the levels above its begin, up to its end.
     """
     points = turning_points(values)
-    upward = _crossed(points, levels)
+    upward = _upward_counts(points, levels)
     if reference is None:
         return upward
-    downward = _crossed(-points, -levels[::-1])[::-1]
+    downward = _upward_counts(-points, -levels[::-1])[::-1]
     return np.where(levels >= reference, upward, downward)
 
 
-def cycles_of_levels(levels: np.ndarray, counts: np.ndarray) -> Cycles:
+def cycles_of_levels(levels: np.ndarray, counts: np.ndarray) -> LoadCycles:
     """Return the most damaging cycles of the crossings (k,) of evenly spaced levels (k,): ASTM E1049-85, 5.1.3.
 
     The largest possible cycle first, then the next, until all crossings are used; each turns halfway between levels.
     """
-    left, half = np.asarray(counts, dtype=float).copy(), float(levels[1] - levels[0]) / 2 if len(levels) > 1 else 0.0
-    found = list[tuple[float, float, float]]()
-    while left.any():
-        part = slice(*max(stretches(left > 0), key=lambda each: each[1] - each[0]))
-        often = float(left[part].min())
-        left[part] -= often
-        found.append((levels[part][0] - half, levels[part][-1] + half, often))
-    low, high, often_each = np.array(found).reshape(-1, 3).T
-    return Cycles.between(low, high, often_each)
+    remaining, half = np.asarray(counts, dtype=float).copy(), float(levels[1] - levels[0]) / 2 if len(levels) > 1 else 0.0
+    cycles = list[tuple[float, float, float]]()
+    while remaining.any():
+        part = slice(*max(stretches(remaining > 0), key=lambda stretch: stretch[1] - stretch[0]))
+        cycle_count = float(remaining[part].min())
+        remaining[part] -= cycle_count
+        cycles.append((levels[part][0] - half, levels[part][-1] + half, cycle_count))
+    low, high, cycle_counts = np.array(cycles).reshape(-1, 3).T
+    return LoadCycles.from_extremes(low, high, cycle_counts)
 
 
 def peaks_and_valleys(
-    values: np.ndarray, reference: float | None = None, closed: bool = False
+    values: np.ndarray, reference: float | None = None, is_repeated: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the peaks and the valleys of a signal (n,), each descending: ASTM E1049-85, 5.2.1.
 
     With a reference only peaks above and valleys below it. Begin and end are neither, unless the signal ``is_repeated``.
     """
     points = turning_points(values)
-    if closed and len(points) > 1:
+    if is_repeated and len(points) > 1:
         top = int(points.argmax())
         points = turning_points(np.concatenate([points[top:], points[: top + 1]]))
         points = np.append(points, points[1])  # the top is a peak between its neighbours
@@ -207,19 +207,19 @@ def peaks_and_valleys(
     return peaks[peaks >= reference], valleys[valleys < reference]
 
 
-def cycles_of_peaks(peaks: np.ndarray, valleys: np.ndarray, reference: float = 0.0) -> Cycles:
+def cycles_of_peaks(peaks: np.ndarray, valleys: np.ndarray, reference: float = 0.0) -> LoadCycles:
     """Return the most damaging cycles of peaks and valleys: ASTM E1049-85, 5.2.3.
 
     The highest peak with the lowest valley, and so on; those left over are half cycles from the reference.
     """
     high, low = np.sort(peaks)[::-1], np.sort(valleys)
-    both = min(len(high), len(low))
-    single = np.concatenate([high[both:], low[both:]])
-    pairs = Cycles.between(high[:both], low[:both], np.ones(both))
-    return pairs.joined(Cycles.between(single, np.full(len(single), reference), np.full(len(single), 0.5)))
+    pair_count = min(len(high), len(low))
+    single = np.concatenate([high[pair_count:], low[pair_count:]])
+    pairs = LoadCycles.from_extremes(high[:pair_count], low[:pair_count], np.ones(pair_count))
+    return pairs.join(LoadCycles.from_extremes(single, np.full(len(single), reference), np.full(len(single), 0.5)))
 
 
-def _crossed(points: np.ndarray, levels: np.ndarray) -> np.ndarray:
+def _upward_counts(points: np.ndarray, levels: np.ndarray) -> np.ndarray:
     """Count how often each level (k,), ascending, is crossed by rising slopes."""
     begin, end = np.searchsorted(levels, points[:-1], side="right"), np.searchsorted(levels, points[1:], side="right")
     rising = end > begin

@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 
 # Amplitude over cumulative cycles: S/S_max = (1 - ln H/ln H_0)^(1/exponent), so that H = H_0^(1 - (S/S_max)^exponent).
 EXPONENTS = {"constant": math.inf, "normal": 2.0, "straight-line": 1.0}
 _PARTS, _DECADES_IN = 1000, 20  # of the cycles, by their share; and of each decade of few cycles
 
 
-def standard_spectrum(largest: float, count: float, exponent: float, ratio: float = 0.0) -> Cycles:
+def standard_spectrum(largest: float, count: float, exponent: float, ratio: float = 0.0) -> LoadCycles:
     """Return a spectrum of a standard shape with so many cycles, reversed about zero, the largest amplitude once.
 
     S/S_max = p + (1 - p) (1 - ln H/ln H_0)^(1/exponent), H cycles of at least S of H_0 in all. exponent 2: ``normal``, the
@@ -24,10 +24,10 @@ def standard_spectrum(largest: float, count: float, exponent: float, ratio: floa
     with np.errstate(divide="ignore"):
         depth = np.clip(-np.log(shares) / math.log(count), 0.0, 1.0)
     form = np.ones_like(depth) if math.isinf(exponent) else depth ** (1 / exponent)
-    return _reversed(largest * (ratio + (1 - ratio) * form), counts)
+    return _reversed_cycles(largest * (ratio + (1 - ratio) * form), counts)
 
 
-def tabulated_spectrum(amplitudes: np.ndarray, cumulative: np.ndarray, stepped: bool = False) -> Cycles:
+def tabulated_spectrum(amplitudes: np.ndarray, cumulative: np.ndarray, is_stepped: bool = False) -> LoadCycles:
     """Return the spectrum of a table of ascending amplitudes (n,) and the numbers of cycles (n,) that reach each, descending.
 
     Between its rows the amplitude falls as the logarithm of the cycles rises, as such spectra are drawn; ``is_stepped``: no
@@ -35,29 +35,29 @@ def tabulated_spectrum(amplitudes: np.ndarray, cumulative: np.ndarray, stepped: 
     """
     total = float(cumulative[0])
     shares, counts = _parts(total, cumulative / total)
-    if stepped:
-        return _reversed(amplitudes[np.searchsorted(-cumulative, -shares * total, side="right") - 1], counts)
-    return _reversed(np.interp(np.log(shares * total), np.log(cumulative[::-1]), amplitudes[::-1]), counts)
+    if is_stepped:
+        return _reversed_cycles(amplitudes[np.searchsorted(-cumulative, -shares * total, side="right") - 1], counts)
+    return _reversed_cycles(np.interp(np.log(shares * total), np.log(cumulative[::-1]), amplitudes[::-1]), counts)
 
 
-def amplitudes_at(cycles: Cycles, shares: np.ndarray) -> np.ndarray:
+def amplitudes_at(cycles: LoadCycles, shares: np.ndarray) -> np.ndarray:
     """Return the amplitudes (k,) that shares (k,) of the cycles, 0 to 1, reach or exceed."""
     order = np.argsort(-cycles.ranges, kind="stable")
-    reached = np.cumsum(cycles.counts[order]) / cycles.total
-    at = np.minimum(np.searchsorted(reached, shares, side="left"), len(order) - 1)
+    cumulative_shares = np.cumsum(cycles.counts[order]) / cycles.total
+    at = np.minimum(np.searchsorted(cumulative_shares, shares, side="left"), len(order) - 1)
     return np.asarray(cycles.ranges[order][at] / 2)
 
 
-def shifted(cycles: Cycles, one: Cycles, other: Cycles) -> Cycles:
+def shift_spectrum(cycles: LoadCycles, target: LoadCycles, reference: LoadCycles) -> LoadCycles:
     """Increase the amplitudes of cycles by the excess of ``target`` over ``reference`` at the same share of the cycles."""
     order = np.argsort(-cycles.ranges, kind="stable")
     counts = cycles.counts[order]
     shares = (np.cumsum(counts) - counts / 2) / cycles.total
-    moved = cycles.ranges[order] / 2 + amplitudes_at(one, shares) - amplitudes_at(other, shares)
-    return Cycles(2 * np.maximum(moved, 0.0), cycles.means[order], counts)
+    amplitudes = cycles.ranges[order] / 2 + amplitudes_at(target, shares) - amplitudes_at(reference, shares)
+    return LoadCycles(2 * np.maximum(amplitudes, 0.0), cycles.means[order], counts)
 
 
-def amplitude_distance(one: Cycles, other: Cycles) -> float:
+def amplitude_distance(cycles: LoadCycles, reference: LoadCycles) -> float:
     """Return the mean difference between the amplitudes of two spectra over equal shares of their cycles.
 
     It is a share of the reference's largest amplitude: the area between the two cumulative curves over a linear axis; infinite
@@ -67,10 +67,10 @@ def amplitude_distance(one: Cycles, other: Cycles) -> float:
     """
     from scipy.stats import wasserstein_distance
 
-    if not one.total or not other.total:
-        return 0.0 if one.total == other.total else math.inf
-    apart = wasserstein_distance(one.ranges, other.ranges, one.counts, other.counts)
-    return float(apart) / other.largest
+    if not cycles.total or not reference.total:
+        return 0.0 if cycles.total == reference.total else math.inf
+    area = wasserstein_distance(cycles.ranges, reference.ranges, cycles.counts, reference.counts)
+    return float(area) / reference.largest
 
 
 def _parts(count: float, also: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -85,6 +85,6 @@ def _parts(count: float, also: np.ndarray | None = None) -> tuple[np.ndarray, np
     return (edges[1:] + edges[:-1]) / 2, np.diff(edges) * count
 
 
-def _reversed(amplitudes: np.ndarray, counts: np.ndarray) -> Cycles:
+def _reversed_cycles(amplitudes: np.ndarray, counts: np.ndarray) -> LoadCycles:
     """Return cycles (m,) about zero."""
-    return Cycles(2 * amplitudes, np.zeros(len(amplitudes)), counts)
+    return LoadCycles(2 * amplitudes, np.zeros(len(amplitudes)), counts)

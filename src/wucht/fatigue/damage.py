@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.counting import closed_cycles, half_cycles, turning_points
 
 
@@ -36,7 +36,7 @@ class WoehlerLine:
         below = np.zeros_like(share) if math.isinf(self.k2) else share**self.k2
         return np.asarray(np.where(share >= 1, share**self.k, below) / self.ND)
 
-    def damages(self, cycles: Cycles) -> np.ndarray:
+    def damages(self, cycles: LoadCycles) -> np.ndarray:
         """Return the damage (m,) of each cycle as often as it was counted: their sum is Miner's, and at 1 the part fails."""
         return np.asarray(cycles.counts * self.damage_of_a_cycle(cycles.ranges / 2))
 
@@ -55,15 +55,15 @@ class AccumulatedDamage:
     """
 
     line: WoehlerLine
-    closed: float = 0.0
+    closed_damage: float = 0.0
     open_points: np.ndarray = field(default_factory=lambda: np.empty(0))
 
-    def after(self, values: np.ndarray) -> AccumulatedDamage:
+    def update(self, values: np.ndarray) -> AccumulatedDamage:
         """Return the damage after more turning points (m,): the same as if all had been counted at once."""
-        cycles, left = closed_cycles(turning_points(np.concatenate([self.open_points, values])))
-        return replace(self, closed=self.closed + float(self.line.damages(cycles).sum()), open_points=left)
+        cycles, open_points = closed_cycles(turning_points(np.concatenate([self.open_points, values])))
+        return replace(self, closed_damage=self.closed_damage + float(self.line.damages(cycles).sum()), open_points=open_points)
 
     @property
     def total(self) -> float:
         """Miner's sum, from 0 on; at 1 the part fails."""
-        return self.closed + float(self.line.damages(half_cycles(self.open_points)).sum())
+        return self.closed_damage + float(self.line.damages(half_cycles(self.open_points)).sum())

@@ -13,13 +13,13 @@ from pydantic import BaseModel
 
 from wucht.errors import InputError, nearest
 from wucht.files.documents import Document, flatten, settings_in
-from wucht.files.equal_bodies import is_of_one, of_all_first, with_equal_bodies
-from wucht.machines.assembly import BESIDE_A_MODEL, shaft_labels
+from wucht.files.equal_bodies import addresses_one_body, group_settings_first, with_equal_bodies
+from wucht.machines.assembly import MODEL_CONFLICT, shaft_labels
 from wucht.machines.machine import Machine
 from wucht.machines.models import models
 from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 from wucht.machines.parts import bodies as body_kinds
-from wucht.schema import checked, choice, fields_of, models_in, refuse_unknown, table, text
+from wucht.schema import choice, fields_of, models_in, refuse_unknown, table, text, validate_model
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
 MACHINE_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
@@ -31,9 +31,9 @@ def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
     The name of several equal bodies sets all of them, and their ``count``; that of one sets it alone, in a separate table.
     """
     document = copy.deepcopy(document)
-    for path, value in of_all_first(document, flatten(settings)).items():
-        document = with_equal_bodies(document) if is_of_one(document, path) else document
-        _set(document, path, value)
+    for path, value in group_settings_first(document, flatten(settings)).items():
+        document = with_equal_bodies(document) if addresses_one_body(document, path) else document
+        _set_value(document, path, value)
     return document
 
 
@@ -49,8 +49,8 @@ def shaft_tables(document: Document, group: str) -> list[Document]:
     tables = [single] if single is not None else several
     rotors = [b["name"] for b in _tables(document, "bodies") if "about" not in b and "name" in b]
     if len(rotors) == 1:
-        for described in tables:
-            described.setdefault("on", rotors[0])
+        for description in tables:
+            description.setdefault("on", rotors[0])
     return tables
 
 
@@ -65,29 +65,29 @@ def _tables(document: Document, key: str) -> list[Document]:
     return [t for t in tables if isinstance(t, dict)] if isinstance(tables, list) else []
 
 
-def _set(document: Document, path: str, value: Any) -> None:
+def _set_value(document: Document, path: str, value: Any) -> None:
     head, *rest = path.split(".")
-    where = f"machine.set.{path}"
+    location = f"machine.set.{path}"
     if head == "study":
-        raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE", code="study-key")
+        raise InputError(location, value, "a key of [study] is set from the command line as study.KEY=VALUE", code="study-key")
     if "model" in document:
-        known = fields_of(models()[choice(document, "model", "machine", models())])
-        if rest or head not in known:
-            raise InputError(where, value, f"unknown parameter; {nearest(path, known)}", code="unknown-parameter")
+        known_names = fields_of(models()[choice(document, "model", "machine", models())])
+        if rest or head not in known_names:
+            raise InputError(location, value, f"unknown parameter; {nearest(path, known_names)}", code="unknown-parameter")
         document.setdefault("parameters", {})
         table(document, "parameters", "machine.parameters")[head] = value
         return
-    parts = _addressable(document)
+    parts = _addressable_parts(document)
     key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
     if path in parts:
         inside = ", ".join(sorted(_keys_in(*parts[path]))) or "none"
-        raise InputError(where, value, f"this is a part; set one of its keys as {path}.KEY: {inside}", code="part")
+        raise InputError(location, value, f"this is a part; set one of its keys as {path}.KEY: {inside}", code="part")
     if key is None:
         raise InputError(
-            where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'", code="unknown-parameter"
+            location, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'", code="unknown-parameter"
         )
-    described, cls = parts[key]
-    _set_inside(described, path[len(key) + 1 :].split("."), value, where, key, cls)
+    description, cls = parts[key]
+    _set_nested_value(description, path[len(key) + 1 :].split("."), value, location, key, cls)
 
 
 _INSTEAD = {
@@ -98,7 +98,7 @@ _INSTEAD = {
 }  # fmt: skip
 
 
-def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str, cls: type[BaseModel] | None) -> None:
+def _set_nested_value(target: Any, inner: list[str], value: Any, location: str, key: str, cls: type[BaseModel] | None) -> None:
     """Walk down tables, numbered lists of tables and pairs, and set the last key. cls: of the part, if its kind is known.
 
     A missing optional table is created: keys that it requires are checked when it is read.
@@ -114,34 +114,39 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str,
             below["xy".index(inner[1])] = value
             return
         elif len(inner) == 2 and inner[1] in ("x", "y") and name in target:
-            both = where.removeprefix("machine.set.").rpartition(".")[0]
-            raise InputError(where, value, f"{both} is one number here; set both at once: {both} = [X, Y]", code="pair")
+            pair_key = location.removeprefix("machine.set.").rpartition(".")[0]
+            raise InputError(
+                location, value, f"{pair_key} is one number here; set both at once: {pair_key} = [X, Y]", code="pair"
+            )
         else:
             break
-    known = {} if cls is None else fields_of(cls, given=True)
-    if len(inner) != 1 or not isinstance(target, dict) or (not target and cls is not None and inner[0] not in known):
-        beside = dict.fromkeys([*(target if isinstance(target, dict | list) else ()), *known])
+    known_fields = {} if cls is None else fields_of(cls, settable_only=True)
+    if len(inner) != 1 or not isinstance(target, dict) or (not target and cls is not None and inner[0] not in known_fields):
+        beside = dict.fromkeys([*(target if isinstance(target, dict | list) else ()), *known_fields])
         raise InputError(
-            where, value, f"unknown parameter; {nearest(inner[0] if inner else '', beside)} in {key}", code="unknown-parameter"
+            location,
+            value,
+            f"unknown parameter; {nearest(inner[0] if inner else '', beside)} in {key}",
+            code="unknown-parameter",
         )
-    for other in _INSTEAD.get(inner[0], ()):
-        target.pop(other, None)  # two ways to give one quantity: the one that is set replaces the other
+    for alternative in _INSTEAD.get(inner[0], ()):
+        target.pop(alternative, None)  # two ways to give one quantity: the one that is set replaces the other
     target[inner[0]] = value
 
 
-def _keys_in(described: Document, cls: type[BaseModel] | None) -> Iterable[str]:
+def _keys_in(description: Document, cls: type[BaseModel] | None) -> Iterable[str]:
     """The keys that a part's table has, and those that it may have."""
-    return {*described, *(() if cls is None else fields_of(cls, given=True))} - {"kind", "name"}
+    return {*description, *(() if cls is None else fields_of(cls, settable_only=True))} - {"kind", "name"}
 
 
 def _optional_table(cls: type[BaseModel], key: str) -> type[BaseModel] | None:
     """The table that may be given under a key of another one, None where the key is not a table."""
-    field = fields_of(cls, given=True).get(key)
+    field = fields_of(cls, settable_only=True).get(key)
     forms = () if field is None else get_args(field.annotation) or (field.annotation,)
     return next((form for form in forms if [form] == models_in(form)), None)
 
 
-def _addressable(document: Document) -> dict[str, tuple[Document, type[BaseModel] | None]]:
+def _addressable_parts(document: Document) -> dict[str, tuple[Document, type[BaseModel] | None]]:
     """The tables of all parts by their paths, and the class of each, if its kind is known."""
     parts: dict[str, tuple[Document, type[BaseModel] | None]] = {}
     if isinstance(carrier := document.get("carrier"), dict):
@@ -174,38 +179,39 @@ def machine_from(document: Document, title: str = "") -> Machine:
 def _from_model(document: Document, title: str) -> Machine:
     name = choice(document, "model", "machine", models())
     if beside := [key for key in _PARTS if key in document]:
-        raise InputError(f"machine.{beside[0]}", None, BESIDE_A_MODEL.format(name))
-    model = checked(models()[name], table(document, "parameters", "machine.parameters"), "machine.parameters")
-    return _built(document, model, title=title, places={})
+        raise InputError(f"machine.{beside[0]}", None, MODEL_CONFLICT.format(name))
+    model = validate_model(models()[name], table(document, "parameters", "machine.parameters"), "machine.parameters")
+    return _build_machine(document, model, title=title, places={})
 
 
 def _from_parts(document: Document, title: str) -> Machine:
     if "parameters" in document:
         raise InputError("machine.parameters", None, "allowed only with model = ...; SI machines carry values in their parts")
-    described, kinds = table(document, "carrier", "machine.carrier"), carriers()
-    directions = choice({"directions": "xy"} | described, "directions", "machine.carrier", kinds)
-    carrier = checked(kinds[directions], described, "machine.carrier")
-    bodies, places = _named(document, "bodies", body_kinds())
-    attached, at_attached = _named(document, "attachments", attachments())
-    of_drives, at_drives = _shafts(document, "drive", drives())
-    of_loads, at_loads = _shafts(document, "load", loads())
+    description, kinds = table(document, "carrier", "machine.carrier"), carriers()
+    directions = choice({"directions": "xy"} | description, "directions", "machine.carrier", kinds)
+    carrier = validate_model(kinds[directions], description, "machine.carrier")
+    bodies, places = _read_parts(document, "bodies", body_kinds())
+    attached_parts, at_attached = _read_parts(document, "attachments", attachments())
+    drive_parts, at_drives = _shafts(document, "drive", drives())
+    load_parts, at_loads = _shafts(document, "load", loads())
     places |= at_drives | at_loads | at_attached
-    return _built(
-        document, carrier, bodies, of_drives, of_loads, attachments=attached, tracks=document.get("tracks"), title=title,
+    return _build_machine(
+        document, carrier, bodies, drive_parts, load_parts, attachments=attached_parts, tracks=document.get("tracks"),
+        title=title,
         places=places,
     )  # fmt: skip
 
 
-def _named(document: Document, key: str, kinds: Mapping[str, type[Any]]) -> tuple[list[Any], dict[str, str]]:
+def _read_parts(document: Document, key: str, kinds: Mapping[str, type[Any]]) -> tuple[list[Any], dict[str, str]]:
     """The bodies or attachments in ``[[machine.KEY]]``, and their places in the file by path, relative to ``machine``."""
     tables = document.get(key, [])
-    if not isinstance(tables, list) or not all(isinstance(described, dict) for described in tables):
+    if not isinstance(tables, list) or not all(isinstance(description, dict) for description in tables):
         raise InputError(f"machine.{key}", tables, f"must be tables: [[machine.{key}]]")
     parts = []
-    for i, described in enumerate(tables):
-        name = str(described.get("name", ""))
-        where = f"machine.{key}[{i}]" + (f" ({name})" if name.replace("-", "_").isidentifier() else "")
-        parts.append(_of_kind(kinds, described, where))
+    for i, description in enumerate(tables):
+        name = str(description.get("name", ""))
+        location = f"machine.{key}[{i}]" + (f" ({name})" if name.replace("-", "_").isidentifier() else "")
+        parts.append(_read_part(kinds, description, location))
     return parts, {part.path: f"{key}[{i}] ({part.name})" for i, part in enumerate(parts)}
 
 
@@ -213,21 +219,21 @@ def _shafts(document: Document, group: str, kinds: dict[str, type[Any]]) -> tupl
     """Drives or loads, and their places in the file by path, relative to ``machine``."""
     tables = shaft_tables(document, group)
     places = [group if group in document else f"{group}s[{i}]" for i in range(len(tables))]
-    shafts = [_of_kind(kinds, t, f"machine.{place}") for t, place in zip(tables, places, strict=True)]
+    shafts = [_read_part(kinds, t, f"machine.{place}") for t, place in zip(tables, places, strict=True)]
     return shafts, dict(zip(shaft_paths(group, [(s.on, s.kind) for s in shafts]), places, strict=True))
 
 
-def _of_kind(kinds: Mapping[str, type[Any]], described: Document, where: str) -> Any:
+def _read_part(kinds: Mapping[str, type[Any]], description: Document, location: str) -> Any:
     """A part from its table, which names its kind."""
-    kind = choice(described, "kind", where, kinds)
-    return checked(kinds[kind], {k: v for k, v in described.items() if k != "kind"}, where)
+    kind = choice(description, "kind", location, kinds)
+    return validate_model(kinds[kind], {k: v for k, v in description.items() if k != "kind"}, location)
 
 
-def _built(document: Document, *parts: Any, places: Mapping[str, str], **others: Any) -> Machine:
+def _build_machine(document: Document, *parts: Any, places: Mapping[str, str], **options: Any) -> Machine:
     """The machine of these parts. Raises ``InputError`` located in the file: at the places of parts, not at their paths."""
     try:
-        return Machine(*parts, schedules=document.get("schedules", ()), **others)
+        return Machine(*parts, schedules=document.get("schedules", ()), **options)
     except InputError as error:
-        path = next((p for p in places if error.where.startswith(f"{p}.")), "")
-        seen = f"{places.get(path, path)}{error.where.removeprefix(path)}"
-        raise InputError(seen, error.given, error.allowed).within("machine") from None
+        path = next((p for p in places if error.location.startswith(f"{p}.")), "")
+        location = f"{places.get(path, path)}{error.location.removeprefix(path)}"
+        raise InputError(location, error.value, error.explanation).with_prefix("machine") from None

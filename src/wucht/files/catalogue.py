@@ -11,9 +11,9 @@ from wucht.errors import InputError, nearest
 from wucht.file_names import printable, safe_name
 from wucht.files.building import MACHINE_KEYS, machine_from, with_settings
 from wucht.files.documents import Document, changed_title, flatten, read_toml, refuse_bare_frequencies, settings_in
-from wucht.files.equal_bodies import of_all_first
-from wucht.files.own_equations import OwnEquations, equations_from, with_values
+from wucht.files.equal_bodies import group_settings_first
 from wucht.files.tables import with_tables
+from wucht.files.user_system import UserSystem, equations_from, with_values
 from wucht.machines.machine import Machine
 from wucht.schema import refuse_unknown, table, text
 
@@ -32,9 +32,9 @@ def names() -> list[str]:
 
 def short_name(path: Path) -> Path:
     """Short name of a file, independent of its folder: its catalogue name, else its name without the ending."""
-    own = path.resolve()
-    if own.is_relative_to(FOLDER):
-        return own.relative_to(FOLDER).with_suffix("")
+    full_path = path.resolve()
+    if full_path.is_relative_to(FOLDER):
+        return full_path.relative_to(FOLDER).with_suffix("")
     return Path(safe_name(path.name.removesuffix(".toml")))
 
 
@@ -44,16 +44,16 @@ def locate(name: str, beside: Path | None = None) -> Path:
     try:
         if direct.is_file():
             return direct
-        known = names()
-        if name.removesuffix(".toml") in known:
+        known_names = names()
+        if name.removesuffix(".toml") in known_names:
             return FOLDER / f"{name.removesuffix('.toml')}.toml"
         if direct.exists():
-            raise InputError.of_file(direct, "this is no file; a study file or a catalogue name is needed")
+            raise InputError.file_error(direct, "this is no file; a study file or a catalogue name is needed")
     except (OSError, ValueError) as error:
         raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
     if direct.suffix == ".toml":
-        raise InputError.of_file(direct, "there is no such file")
-    raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known)}", code="unknown-name")
+        raise InputError.file_error(direct, "there is no such file")
+    raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known_names)}", code="unknown-name")
 
 
 def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path]:
@@ -67,11 +67,11 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
         for key in ("title", "source", "notes"):
             text(document, key, "")
     except InputError as error:
-        raise error.in_file(path) from None
+        raise error.with_file(path) from None
     return document, path
 
 
-def used_table(document: Document, path: Path, key: str) -> tuple[Document, Document]:
+def resolve_use(document: Document, path: Path, key: str) -> tuple[Document, Document]:
     """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved, and the settings beyond its title.
 
     The title is that of the table, else of its file, else of the table it uses; none where none of them has one. Settings of
@@ -79,95 +79,99 @@ def used_table(document: Document, path: Path, key: str) -> tuple[Document, Docu
     beside it. Schedules that a machine adds to the one it uses come before those of that one, and replace those of the same
     parameters. Raises ``InputError``, which names the file if it is not this one.
     """
-    seen, settings, titles, added = [path.resolve()], list[Document](), list[Any](), list[list[Document]]()
-    used: Path | None = path
-    while used is not None:
+    visited_paths, settings, titles, added_schedules = [path.resolve()], list[Document](), list[Any](), list[list[Document]]()
+    used_path: Path | None = path
+    while used_path is not None:
         try:
-            described = dict(table(document, key, key))
-            settings.append(settings_in(described, key))
-            titles.append(text(described, "title", key) or document.get("title"))
-            added.append(_added_schedules(described) if key == "machine" and "use" in described else [])
-            used = _used(described, path, key, seen) if "use" in described else None
-            described = with_tables(described, path.parent) if key == "machine" and used is None else described
+            description = dict(table(document, key, key))
+            settings.append(settings_in(description, key))
+            titles.append(text(description, "title", key) or document.get("title"))
+            added_schedules.append(_take_schedules(description) if key == "machine" and "use" in description else [])
+            used_path = _used_file(description, path, key, visited_paths) if "use" in description else None
+            description = with_tables(description, path.parent) if key == "machine" and used_path is None else description
         except InputError as error:
-            raise error if len(seen) == 1 else error.in_file(path) from None
-        if used is not None:
-            document, path = load_document(str(used))
-            seen.append(path.resolve())
-    titled = next((k for k, title in enumerate(titles) if title), None)
-    over_time = {str(s.get("parameter")): "over time" for of_file in added[:titled] for s in of_file}
-    title = {} if titled is None else {"title": changed_title(str(titles[titled]), over_time)}
-    described = _with_schedules(described, added) | title
-    return described | {"set": _merged(settings[titled:])}, _merged(settings[:titled] if titled else [])
+            raise error if len(visited_paths) == 1 else error.with_file(path) from None
+        if used_path is not None:
+            document, path = load_document(str(used_path))
+            visited_paths.append(path.resolve())
+    title_level = next((k for k, title in enumerate(titles) if title), None)
+    over_time = {str(s.get("parameter")): "over time" for of_file in added_schedules[:title_level] for s in of_file}
+    title = {} if title_level is None else {"title": changed_title(str(titles[title_level]), over_time)}
+    description = _with_schedules(description, added_schedules) | title
+    return description | {"set": _merge_settings(settings[title_level:])}, _merge_settings(
+        settings[:title_level] if title_level else []
+    )
 
 
-def _added_schedules(described: Document) -> list[Document]:
+def _take_schedules(description: Document) -> list[Document]:
     """Remove the schedules from a table that uses another. Raises ``InputError`` if they are not tables."""
-    given = described.pop("schedules", [])
-    if not isinstance(given, list) or not all(isinstance(s, dict) for s in given):
-        raise InputError("machine.schedules", given, "must be tables: [[machine.schedules]]")
-    return given
+    schedules = description.pop("schedules", [])
+    if not isinstance(schedules, list) or not all(isinstance(s, dict) for s in schedules):
+        raise InputError("machine.schedules", schedules, "must be tables: [[machine.schedules]]")
+    return schedules
 
 
-def _with_schedules(described: Document, added: Sequence[Sequence[Document]]) -> Document:
+def _with_schedules(description: Document, added_schedules: Sequence[Sequence[Document]]) -> Document:
     """The machine with schedules of files that use each other; those of the first take precedence."""
-    for of_file in (s for s in reversed(added) if s):
-        own, before = [s.get("parameter") for s in of_file], described.get("schedules", [])
+    for of_file in (s for s in reversed(added_schedules) if s):
+        replaced_parameters, before = [s.get("parameter") for s in of_file], description.get("schedules", [])
         if isinstance(before, list):  # anything else is refused when the machine is built
-            described = described | {"schedules": [*of_file, *(s for s in before if _parameter(s) not in own)]}
-    return described
+            description = description | {
+                "schedules": [*of_file, *(s for s in before if _parameter(s) not in replaced_parameters)]
+            }
+    return description
 
 
 def _parameter(schedule: Any) -> Any:
     return schedule.get("parameter") if isinstance(schedule, dict) else None
 
 
-def _merged(settings: Sequence[Document]) -> Document:
+def _merge_settings(settings: Sequence[Document]) -> Document:
     """The settings of tables that use each other; those of the first take precedence."""
     return {name: value for level in reversed(settings) for name, value in level.items()}
 
 
-def _with_changes(described: Document, changes: Document, change: Callable[[Document, Document], Document]) -> Document:
+def _with_changes(description: Document, changes: Document, change: Callable[[Document, Document], Document]) -> Document:
     """The table with values changed, and a title that states them. Raises ``InputError``."""
-    changed, differing = described, Document()
+    result, differing = description, Document()
     for path, value in changes.items():
-        before, changed = changed, change(changed, {path: value})
-        differing |= {path: value} if changed != before else {}
-    return changed | {"title": changed_title(str(described["title"]), differing)}
+        before, result = result, change(result, {path: value})
+        differing |= {path: value} if result != before else {}
+    return result | {"title": changed_title(str(description["title"]), differing)}
 
 
-def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Path:
+def _used_file(description: Document, path: Path, key: str, visited_paths: Sequence[Path]) -> Path:
     """The file that a table uses; visited_paths: the files that led here, to detect a cycle."""
-    extra = sorted(set(described) - {"use", "title"})
+    extra = sorted(set(description) - {"use", "title"})
     if extra:
-        allowed = "set, schedules and title" if key == "machine" else "set and title"
-        raise InputError(f"{key}.{extra[0]}", None, f"not allowed beside use; allowed are {allowed}")
-    name = text(described, "use", key) or ""
+        allowed_keys = "set, schedules and title" if key == "machine" else "set and title"
+        raise InputError(f"{key}.{extra[0]}", None, f"not allowed beside use; allowed are {allowed_keys}")
+    name = text(description, "use", key) or ""
     try:
-        used = locate(name, path.parent)
+        used_path = locate(name, path.parent)
     except InputError as error:
-        raise InputError(f"{key}.use", name, error.allowed) from None
-    if used.resolve() in seen:
+        raise InputError(f"{key}.use", name, error.explanation) from None
+    if used_path.resolve() in visited_paths:
         raise InputError(f"{key}.use", name, "these files use each other in a circle")
-    return used
+    return used_path
 
 
 def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
-    described, changes = used_table(document, path, "machine")
-    described.setdefault("title", printable(Path(name).stem))
-    described = with_settings(described, settings_in(described))
-    chosen = _with_changes(described, of_all_first(described, changes | flatten(settings)), with_settings)
+    description, changes = resolve_use(document, path, "machine")
+    description.setdefault("title", printable(Path(name).stem))
+    description = with_settings(description, settings_in(description))
+    chosen = _with_changes(description, group_settings_first(description, changes | flatten(settings)), with_settings)
     refuse_bare_frequencies(chosen, "machine")
     return with_tables(chosen, path.parent)
 
 
 def described_equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[system]`` as it is to be read: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
-    described, changes = used_table(document, path, "system")
-    described.setdefault("title", printable(Path(name).stem))
-    described = with_values(described, settings_in(described, "system"))
-    return _with_changes(described, changes | flatten(settings), with_values)
+    description, changes = resolve_use(document, path, "system")
+    description.setdefault("title", printable(Path(name).stem))
+    description = with_values(description, settings_in(description, "system"))
+    return _with_changes(description, changes | flatten(settings), with_values)
 
 
 def machine_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
@@ -175,25 +179,25 @@ def machine_of(document: Document, path: Path, name: str, settings: Mapping[str,
 
     Raises ``InputError``, at the file behind ``use`` in which something is wrong.
     """
-    return _at_fault(_machine, "machine", document, path, name, settings)
+    return _build_locating_errors(_machine, "machine", document, path, name, settings)
 
 
-def equations_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[OwnEquations, Document]:
+def equations_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[UserSystem, Document]:
     """The equations of a document, and its table ``[system]`` as it is built."""
-    return _at_fault(_equations, "system", document, path, name, settings)
+    return _build_locating_errors(_equations, "system", document, path, name, settings)
 
 
 def _machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
-    described = described_machine(document, path, name, settings)
-    return machine_from(described), described
+    description = described_machine(document, path, name, settings)
+    return machine_from(description), description
 
 
-def _equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[OwnEquations, Document]:
-    described = described_equations(document, path, name, settings)
-    return equations_from(described), described
+def _equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[UserSystem, Document]:
+    description = described_equations(document, path, name, settings)
+    return equations_from(description), description
 
 
-def _at_fault(
+def _build_locating_errors(
     build: Callable[[Document, Path, str, Mapping[str, Any]], T],
     key: str,
     document: Document,
@@ -206,29 +210,29 @@ def _at_fault(
         return build(document, path, name, settings)
     except InputError as error:
         fault = error
-        for used, used_path in [] if error.file else _behind(document, path, key):
+        for used_document, used_path in [] if error.file else _used_documents(document, path, key):
             try:
-                build(used, used_path, str(used_path), {})
+                build(used_document, used_path, str(used_path), {})
                 break
-            except InputError as own:
-                if own.file or (own.key, own.shown) != (error.key, error.shown):
+            except InputError as inner_error:
+                if inner_error.file or (inner_error.key, inner_error.value_text) != (error.key, error.value_text):
                     break
-                fault = own.in_file(used_path)
+                fault = inner_error.with_file(used_path)
         raise fault from None
 
 
-def _behind(document: Document, path: Path, key: str) -> list[tuple[Document, Path]]:
+def _used_documents(document: Document, path: Path, key: str) -> list[tuple[Document, Path]]:
     """The documents that a document uses, and those use, with their files, as far as they can be read."""
-    found, seen = list[tuple[Document, Path]](), [path.resolve()]
+    documents, visited_paths = list[tuple[Document, Path]](), [path.resolve()]
     with suppress(InputError):
-        while "use" in (described := table(document, key, key)):
-            document, path = load_document(str(_used({"use": described["use"]}, path, key, seen)))
-            seen.append(path.resolve())
-            found.append((document, path))
-    return found
+        while "use" in (description := table(document, key, key)):
+            document, path = load_document(str(_used_file({"use": description["use"]}, path, key, visited_paths)))
+            visited_paths.append(path.resolve())
+            documents.append((document, path))
+    return documents
 
 
-def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnEquations:
+def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> UserSystem:
     """The equations ``[system]`` of a catalogue name or study file.
 
     Parameters
@@ -251,7 +255,7 @@ def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnE
     >>> load_equations("drozdetskaya-2020/figure-2.13", {"mu": 1.2}).values
     {'mu': 1.2}
     """
-    return _loaded(name, lambda document, path: equations_of(document, path, name, settings or {})[0])
+    return _load(name, lambda document, path: equations_of(document, path, name, settings or {})[0])
 
 
 def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
@@ -278,13 +282,13 @@ def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machin
     >>> load_machine("drozdetskaya-2020/table-5.1", {"u": 1.5}).values["u"]
     1.5
     """
-    return _loaded(name, lambda document, path: machine_of(document, path, name, settings or {})[0])
+    return _load(name, lambda document, path: machine_of(document, path, name, settings or {})[0])
 
 
-def _loaded(name: str, build: Callable[[Document, Path], T]) -> T:
+def _load(name: str, build: Callable[[Document, Path], T]) -> T:
     """Build from the document of a name; errors name its file."""
     document, path = load_document(name)
     try:
         return build(document, path)
     except InputError as error:
-        raise error.in_file(path) from None
+        raise error.with_file(path) from None

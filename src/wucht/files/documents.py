@@ -27,18 +27,20 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
     try:
         about = path.stat()
         if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):  # a device may never end
-            raise InputError.of_file(path, "this is no file")
+            raise InputError.file_error(path, "this is no file")
         if about.st_size > LARGEST:
-            raise InputError.of_file(path, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read")
+            raise InputError.file_error(
+                path, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read"
+            )
         return path.read_text(encoding=encoding)
     except FileNotFoundError:
-        raise InputError.of_file(path, missing, code="no-file") from None
+        raise InputError.file_error(path, missing, code="no-file") from None
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text; save it as UTF-8"
-        raise InputError.of_file(path, f"the file cannot be read: {reason}", code="unreadable") from None
+        raise InputError.file_error(path, f"the file cannot be read: {reason}", code="unreadable") from None
 
 
-def contents_of(path: Path) -> str:
+def contents_digest(path: Path) -> str:
     """Digest of the contents of a file. Empty where it cannot be read, which is reported when it is read."""
     try:
         if not path.is_file():  # a device may never end
@@ -52,21 +54,21 @@ def contents_of(path: Path) -> str:
 def read_toml(path: Path) -> Document:
     """The document in a TOML file. Raises ``InputError`` for an unreadable file or invalid TOML."""
     if path.is_dir():
-        raise InputError.of_file(path, "this is a folder; a study file is needed")
+        raise InputError.file_error(path, "this is a folder; a study file is needed")
     text = read_text(path)
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError.of_file(path, f"the file is not valid TOML: {str(error).splitlines()[0]}") from None
+        raise InputError.file_error(path, f"the file is not valid TOML: {str(error).splitlines()[0]}") from None
     except ValueError:  # Python refuses to read such integers
-        found = _LONG_NUMBER.search(text)
-        line = f" (at line {text.count(chr(10), 0, found.start()) + 1})" if found else ""
-        raise InputError.of_file(path, f"the file is not valid TOML: a number of thousands of digits{line}") from None
+        long_number = _LONG_NUMBER.search(text)
+        line = f" (at line {text.count(chr(10), 0, long_number.start()) + 1})" if long_number else ""
+        raise InputError.file_error(path, f"the file is not valid TOML: a number of thousands of digits{line}") from None
     except RecursionError:
-        raise InputError.of_file(path, "the file is not valid TOML: it is nested too deeply") from None
+        raise InputError.file_error(path, "the file is not valid TOML: it is nested too deeply") from None
     for key, value in document.items():
         if _is_deep({key: value}):  # by keys of many parts
-            raise InputError(key, None, f"at most {DEEPEST} tables and lists may be nested").in_file(path)
+            raise InputError(key, None, f"at most {DEEPEST} tables and lists may be nested").with_file(path)
     return document
 
 
@@ -89,25 +91,25 @@ def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def refuse_bare_frequencies(document: Mapping[str, Any], where: str = "") -> None:
+def refuse_bare_frequencies(document: Mapping[str, Any], location: str = "") -> None:
     """Raises ``InputError`` where a table of a file gives a frequency without a unit, which could be turns or radians.
 
     A key ``frequency``, or one that ends so, of the table or one inside. That of a drive is the frequency of the mains, always
     in Hz; 0 is 0 in any unit. For files and settings by path: parts built in Python take a number in SI.
     """
     for key, value in document.items():
-        at = f"{where}.{key}" if where else key
+        at = f"{location}.{key}" if location else key
         if isinstance(value, Mapping) and key not in _OF_THE_MAINS:
             refuse_bare_frequencies(value, at)
         elif isinstance(value, list) and key not in _OF_THE_MAINS:
             for i, inner in enumerate(value):
                 refuse_bare_frequencies(inner, f"{at}[{i}]") if isinstance(inner, Mapping) else None
-        elif key.endswith("frequency") and _is_bare(value):
-            allowed = f"without a unit this could be turns or radians; write '{value} Hz' or '{value} rad/s'"
-            raise InputError(at, value, allowed)
+        elif key.endswith("frequency") and _is_bare_number(value):
+            explanation = f"without a unit this could be turns or radians; write '{value} Hz' or '{value} rad/s'"
+            raise InputError(at, value, explanation)
 
 
-def _is_bare(value: Any) -> bool:
+def _is_bare_number(value: Any) -> bool:
     """True if the value is a number other than 0, or a text of such a number alone."""
     try:
         return not isinstance(value, bool) and isinstance(value, int | float | str) and float(value) != 0
@@ -118,32 +120,32 @@ def _is_bare(value: Any) -> bool:
 _OF_THE_MAINS = ("drive", "drives")
 
 
-def settings_in(described: Document, key: str = "machine") -> dict[str, Any]:
+def settings_in(description: Document, key: str = "machine") -> dict[str, Any]:
     """Remove the table ``set`` from the table of this key, and return it flattened. Raises ``InputError`` if it is no table."""
-    settings = described.pop("set", {})
+    settings = description.pop("set", {})
     if not isinstance(settings, dict):
         raise InputError(f"{key}.set", settings, "must be a table: set = { PATH = VALUE }")
     return flatten(settings)
 
 
-def changed_title(title: str, changed: Mapping[str, Any]) -> str:
+def changed_title(title: str, changes: Mapping[str, Any]) -> str:
     """The title with values changed by path.
 
     A value in the title itself, as ``u = 2.5``, is replaced, and its old value is stated; others are added in brackets.
     """
-    added: list[str] = []
-    for path, value in changed.items():
-        now = f"{path} = {_in_words(value)}"
-        written = re.search(rf"(?<![\w.]){re.escape(path)} = ([-+]?\d[\w.+-]*)", title)
-        if written:
-            title = f"{title[: written.start()]}{now} (changed from {written[1]}){title[written.end() :]}"
+    additions: list[str] = []
+    for path, value in changes.items():
+        now = f"{path} = {_value_text(value)}"
+        match = re.search(rf"(?<![\w.]){re.escape(path)} = ([-+]?\d[\w.+-]*)", title)
+        if match:
+            title = f"{title[: match.start()]}{now} (changed from {match[1]}){title[match.end() :]}"
         else:
-            added.append(now)
-    more = f" and {len(added) - _MOST} more" if len(added) > _MOST else ""
-    return f"{title} (changed: {', '.join(added[:_MOST])}{more})" if added else title
+            additions.append(now)
+    more = f" and {len(additions) - _MOST} more" if len(additions) > _MOST else ""
+    return f"{title} (changed: {', '.join(additions[:_MOST])}{more})" if additions else title
 
 
-def _in_words(value: Any) -> str:
+def _value_text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:g}"
     return str(value) if isinstance(value, str | int) else "..."

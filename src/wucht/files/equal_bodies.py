@@ -13,30 +13,30 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from wucht.errors import InputError
 from wucht.files.documents import Document
 from wucht.machines.parts import bodies as body_kinds
-from wucht.machines.parts.track import Tracked
+from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import angular_width
-from wucht.schema import Described, Key, Unit, checked, choice, keys_of
+from wucht.schema import Key, TableModel, Unit, choice, keys_of, validate_model
 
 _KEYS = ("count", "start", "seed")
 
 
-def _place(given: Any) -> Any:
+def _read_start(value: Any) -> Any:
     return (
-        given if given in ("even", "random") else Unit("rad", "place of the start: 'even', 'random', or an angle").parse(given)
+        value if value in ("even", "random") else Unit("rad", "place of the start: 'even', 'random', or an angle").parse(value)
     )
 
 
-class EqualBodies(Described):
+class EqualBodies(TableModel):
     """Number of equal bodies that a table describes, and their start angles about the body that they turn about."""
 
     count: int = Field(ge=1, le=100, description="number of equal bodies, named NAME1, NAME2 and so on")
-    start: Annotated[Literal["even", "random"] | float, BeforeValidator(_place)] = Field(
+    start: Annotated[Literal["even", "random"] | float, BeforeValidator(_read_start)] = Field(
         "even", description="place of the start: even, random, or an angle in rad from the body turned about"
     )
     seed: int | None = Field(None, ge=0, description="seed of the random places")
 
     @model_validator(mode="after")
-    def _seeded(self) -> EqualBodies:
+    def _check_seed(self) -> EqualBodies:
         if self.seed is not None and "start" not in self.model_fields_set:
             raise ValueError("seed", 'allowed only with start = "random"')
         return self
@@ -47,33 +47,33 @@ class EqualBodies(Described):
         Evenly spaced; or at random, each arrangement without overlap being equally likely (the gaps between neighbours are
         those of points drawn on the free part of the track); or side by side about one angle.
         """
-        count, own = self.count, np.arange(self.count) * width
+        count, offsets = self.count, np.arange(self.count) * width
         if self.start == "even":
             angles = np.arange(count) * 2 * math.pi / count
         elif self.start == "random":
             rng = np.random.default_rng(self.seed or 0)
             after_first = np.sort(rng.uniform(0.0, 2 * math.pi - count * width, count - 1))
-            angles = np.append(0.0, after_first) + own + rng.uniform(0.0, 2 * math.pi)
+            angles = np.append(0.0, after_first) + offsets + rng.uniform(0.0, 2 * math.pi)
         else:
-            angles = self.start + own - own.mean()
+            angles = self.start + offsets - offsets.mean()
         return [float(a) for a in angles]
 
 
 def keys_in_files(cls: type[BaseModel]) -> tuple[Key, ...]:
     """The keys of a part in a file: those of its class, and of bodies that may be several also those of ``EqualBodies``."""
-    if not issubclass(cls, Tracked):
+    if not issubclass(cls, TrackBody):
         return keys_of(cls)
     more = tuple(replace(k, needed=False) for k in keys_of(EqualBodies))
     return (*(k for k in keys_of(cls) if k.name not in {m.name for m in more}), *more)
 
 
-def of_all_first(document: Document, settings: Mapping[str, Any]) -> dict[str, Any]:
+def group_settings_first(document: Document, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Settings by path, first those of all bodies of a ``count``: settings of one of them take precedence."""
     several = _groups(document)
     return dict(sorted(settings.items(), key=lambda setting: setting[0].partition(".")[0] not in several))
 
 
-def is_of_one(document: Document, path: str) -> bool:
+def addresses_one_body(document: Document, path: str) -> bool:
     """True if a path addresses one of the bodies that a table describes."""
     head = path.partition(".")[0]
     return any(head.startswith(name) and head.removeprefix(name).isdigit() for name in _groups(document))
@@ -94,30 +94,32 @@ def with_equal_bodies(document: Document) -> Document:
     tables = document.get("bodies")
     if not isinstance(tables, list) or not any(map(_is_group, tables)):
         return document
-    made: list[Any] = []
-    for i, described in enumerate(tables):
-        made += (
-            _several(described, f"machine.bodies[{i}] ({described.get('name', '')})") if _is_group(described) else [described]
+    single_bodies: list[Any] = []
+    for i, description in enumerate(tables):
+        single_bodies += (
+            _expand_group(description, f"machine.bodies[{i}] ({description.get('name', '')})")
+            if _is_group(description)
+            else [description]
         )
-    return {**document, "bodies": made}
+    return {**document, "bodies": single_bodies}
 
 
-def _is_group(described: Any) -> bool:
-    return isinstance(described, dict) and "count" in described
+def _is_group(description: Any) -> bool:
+    return isinstance(description, dict) and "count" in description
 
 
-def _several(described: Document, where: str) -> list[Document]:
-    one = {key: value for key, value in described.items() if key not in _KEYS}
+def _expand_group(description: Document, location: str) -> list[Document]:
+    one = {key: value for key, value in description.items() if key not in _KEYS}
     kinds = body_kinds()
-    cls = kinds[choice(described, "kind", where, kinds)]
-    if not issubclass(cls, Tracked):
-        known = ", ".join(kind for kind, of_kind in kinds.items() if issubclass(of_kind, Tracked))
-        allowed = f"not allowed for this kind of body; allowed for: {known}"
-        raise InputError(f"{where}.count", described["count"], allowed, code="not-allowed")
-    equal = checked(EqualBodies, {key: described[key] for key in _KEYS if key in described}, where)
-    body = checked(cls, {key: value for key, value in one.items() if key != "kind"}, where)
+    cls = kinds[choice(description, "kind", location, kinds)]
+    if not issubclass(cls, TrackBody):
+        allowed_kinds = ", ".join(kind for kind, of_kind in kinds.items() if issubclass(of_kind, TrackBody))
+        explanation = f"not allowed for this kind of body; allowed for: {allowed_kinds}"
+        raise InputError(f"{location}.count", description["count"], explanation, code="not-allowed")
+    equal = validate_model(EqualBodies, {key: description[key] for key in _KEYS if key in description}, location)
+    body = validate_model(cls, {key: value for key, value in one.items() if key != "kind"}, location)
     width = 0.0 if body.track is None else angular_width(body, body)
     if equal.count * width > 2 * math.pi:
-        allowed = f"must be at most {int(2 * math.pi / width)}: more do not fit on the track"
-        raise InputError(f"{where}.count", equal.count, allowed, code="limits")
+        explanation = f"must be at most {int(2 * math.pi / width)}: more do not fit on the track"
+        raise InputError(f"{location}.count", equal.count, explanation, code="limits")
     return [one | {"name": f"{body.name}{k}", "start": angle} for k, angle in enumerate(equal.angles(width), 1)]

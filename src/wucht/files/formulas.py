@@ -35,7 +35,9 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., sp.Expr]]] = {
 CONSTANTS: dict[str, sp.Expr] = {"pi": sp.pi}
 
 
-def formula(text: object, known: Mapping[str, sp.Symbol], where: str, constant: frozenset[sp.Symbol] = frozenset()) -> sp.Expr:
+def formula(
+    text: object, symbols: Mapping[str, sp.Symbol], location: str, constant: frozenset[sp.Symbol] = frozenset()
+) -> sp.Expr:
     """Read a text (or number) as an expression.
 
     Parameters
@@ -55,13 +57,13 @@ def formula(text: object, known: Mapping[str, sp.Symbol], where: str, constant: 
         real and finite.
     """
     if isinstance(text, bool) or not isinstance(text, str | int | float):
-        raise InputError(where, text, 'must be a formula, a text such as "mu*x - x^3", or a number')
-    written = text if isinstance(text, str) else repr(text)
-    if len(written) > _LONGEST:
-        raise InputError(where, written, f"must be a formula of at most {_LONGEST} characters; definitions make it shorter")
-    if not written.strip():
-        raise InputError(where, text, 'must be a formula, a text such as "mu*x - x^3", or a number')
-    expression = _Reader(written, known, where).whole()
+        raise InputError(location, text, 'must be a formula, a text such as "mu*x - x^3", or a number')
+    source = text if isinstance(text, str) else repr(text)
+    if len(source) > _LONGEST:
+        raise InputError(location, source, f"must be a formula of at most {_LONGEST} characters; definitions make it shorter")
+    if not source.strip():
+        raise InputError(location, text, 'must be a formula, a text such as "mu*x - x^3", or a number')
+    expression = _Reader(source, symbols, location).read_all()
 
     def moves(e: sp.Expr) -> bool:
         return bool(e.free_symbols - constant)
@@ -81,66 +83,66 @@ class _Token:
 class _Reader:
     """Reads one formula from left to right."""
 
-    def __init__(self, written: str, known: Mapping[str, sp.Symbol], where: str) -> None:
-        self._written, self._known, self._where = written, known, where
-        self._at, self._depth = 0, 0
-        self._tokens = [_Token(str(t.lastgroup), t[0], t.start() + 1) for t in _TOKEN.finditer(written)]
+    def __init__(self, source: str, symbols: Mapping[str, sp.Symbol], location: str) -> None:
+        self._source, self._symbols, self._location = source, symbols, location
+        self._position, self._depth = 0, 0
+        self._tokens = [_Token(str(t.lastgroup), t[0], t.start() + 1) for t in _TOKEN.finditer(source)]
         for token in self._tokens:
             if token.kind == "unknown":
-                raise self._wrong(f"{token.text!r} at character {token.place} is not allowed in a formula")
-        self._tokens.append(_Token("end", "", len(written) + 1))
+                raise self._error(f"{token.text!r} at character {token.place} is not allowed in a formula")
+        self._tokens.append(_Token("end", "", len(source) + 1))
 
-    def whole(self) -> sp.Expr:
+    def read_all(self) -> sp.Expr:
         value = self._sum()
         if self._next.kind == "end":
             if any(abs(number) > LARGEST for number in value.atoms(sp.Number)):  # constant factors, multiplied
-                raise self._wrong(f"a number in it is beyond {LARGEST:g}")
+                raise self._error(f"a number in it is beyond {LARGEST:g}")
             return value
         if self._next.text in (")", ","):
-            raise self._wrong(f"there is no '(' that matches the {self._next.text!r} at character {self._next.place}")
-        raise self._wrong(f"an operator is missing before {self._shown()}; a product is written with *")
+            raise self._error(f"there is no '(' that matches the {self._next.text!r} at character {self._next.place}")
+        raise self._error(f"an operator is missing before {self._position_text()}; a product is written with *")
 
     @property
     def _next(self) -> _Token:
-        return self._tokens[self._at]
+        return self._tokens[self._position]
 
-    def _taken(self, *signs: str) -> str | None:
+    def _accept_sign(self, *signs: str) -> str | None:
         """Accept the next sign if it is one of these, and return it; else None."""
         if self._next.kind == "sign" and self._next.text in signs:
-            self._at += 1
-            return self._tokens[self._at - 1].text
+            self._position += 1
+            return self._tokens[self._position - 1].text
         return None
 
     def _sum(self) -> sp.Expr:
         value = self._product()
-        while sign := self._taken("+", "-"):
-            other = self._product()
-            value = self._real(value + other if sign == "+" else value - other)
+        while sign := self._accept_sign("+", "-"):
+            term = self._product()
+            value = self._real(value + term if sign == "+" else value - term)
         return value
 
     def _product(self) -> sp.Expr:
         value = self._factor()
-        while sign := self._taken("*", "/"):
-            other = self._factor()
-            if sign == "/" and other == 0:
-                raise self._wrong("a division by zero")
-            value = self._real(value * other if sign == "*" else value / other)
+        while sign := self._accept_sign("*", "/"):
+            factor = self._factor()
+            if sign == "/" and factor == 0:
+                raise self._error("a division by zero")
+            value = self._real(value * factor if sign == "*" else value / factor)
         return value
 
     def _factor(self) -> sp.Expr:
-        sign = self._taken("+", "-")
+        sign = self._accept_sign("+", "-")
         if sign is None:
             return self._power()
-        value = self._nested(self._factor)
+        value = self._read_nested(self._factor)
         return -value if sign == "-" else value
 
     def _power(self) -> sp.Expr:
         base = self._atom()
-        if self._taken("^", "**") is None:
+        if self._accept_sign("^", "**") is None:
             return base
-        exponent = self._nested(self._factor)
+        exponent = self._read_nested(self._factor)
         if exponent.is_number and not base.is_number and abs(exponent) > _HIGHEST:
-            raise self._wrong(f"an exponent is beyond {_HIGHEST}")
+            raise self._error(f"an exponent is beyond {_HIGHEST}")
         if not (base.is_number and exponent.is_number):
             return self._real(base**exponent)
         if base.is_Rational and exponent.is_Integer and abs(exponent) <= _EXACT and (base or exponent > 0):
@@ -154,52 +156,54 @@ class _Reader:
     def _atom(self) -> sp.Expr:
         token = self._next
         if token.kind == "number":
-            self._at += 1
+            self._position += 1
             exact = "e" not in token.text.lower() and len(token.text) <= _EXACT
             return sp.Rational(token.text) if exact else self._real(sp.Float(float(token.text)))
         if token.kind == "name":
-            self._at += 1
-            return self._named(token)
-        if self._taken("("):
-            value = self._nested(self._sum)
-            self._closed(token)
+            self._position += 1
+            return self._read_name(token)
+        if self._accept_sign("("):
+            value = self._read_nested(self._sum)
+            self._expect_closing(token)
             return value
-        what = "it ends too early" if token.kind == "end" else f"a number, a name or '(' is missing before {self._shown()}"
-        raise self._wrong(what)
+        message = (
+            "it ends too early" if token.kind == "end" else f"a number, a name or '(' is missing before {self._position_text()}"
+        )
+        raise self._error(message)
 
-    def _named(self, token: _Token) -> sp.Expr:
-        opened = self._next
-        if not self._taken("("):
-            if token.text in FUNCTIONS and token.text not in self._known:
-                raise self._wrong(f"{token.text} is a function: {token.text}(...)")
-            if token.text not in self._known and token.text not in CONSTANTS:
-                raise self._wrong(f"unknown name {token.text!r}; {nearest(token.text, [*self._known, *CONSTANTS])}")
-            return self._known.get(token.text, CONSTANTS.get(token.text))
+    def _read_name(self, token: _Token) -> sp.Expr:
+        opening = self._next
+        if not self._accept_sign("("):
+            if token.text in FUNCTIONS and token.text not in self._symbols:
+                raise self._error(f"{token.text} is a function: {token.text}(...)")
+            if token.text not in self._symbols and token.text not in CONSTANTS:
+                raise self._error(f"unknown name {token.text!r}; {nearest(token.text, [*self._symbols, *CONSTANTS])}")
+            return self._symbols.get(token.text, CONSTANTS.get(token.text))
         if token.text not in FUNCTIONS:
-            if token.text in self._known or token.text in CONSTANTS:
-                raise self._wrong(f"{token.text} is not a function; a product is written with *")
-            raise self._wrong(f"unknown function {token.text!r}; {nearest(token.text, FUNCTIONS)}")
-        values = [self._nested(self._sum)]
-        while self._taken(","):
-            values.append(self._nested(self._sum))
-        self._closed(opened)
+            if token.text in self._symbols or token.text in CONSTANTS:
+                raise self._error(f"{token.text} is not a function; a product is written with *")
+            raise self._error(f"unknown function {token.text!r}; {nearest(token.text, FUNCTIONS)}")
+        values = [self._read_nested(self._sum)]
+        while self._accept_sign(","):
+            values.append(self._read_nested(self._sum))
+        self._expect_closing(opening)
         count, function = FUNCTIONS[token.text]
         if len(values) != count:
-            needed = "one argument" if count == 1 else f"{count} arguments"
-            raise self._wrong(f"{token.text} has {needed}, not {len(values)}")
+            argument_count = "one argument" if count == 1 else f"{count} arguments"
+            raise self._error(f"{token.text} has {argument_count}, not {len(values)}")
         return self._real(function(*values))
 
-    def _nested(self, read: Callable[[], sp.Expr]) -> sp.Expr:
+    def _read_nested(self, rule: Callable[[], sp.Expr]) -> sp.Expr:
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise self._wrong(f"more than {_DEEPEST} brackets or signs are nested; definitions make it shorter")
-        value = read()
+            raise self._error(f"more than {_DEEPEST} brackets or signs are nested; definitions make it shorter")
+        value = rule()
         self._depth -= 1
         return value
 
-    def _closed(self, opened: _Token) -> None:
-        if not self._taken(")"):
-            raise self._wrong(f"the '(' at character {opened.place} is not closed")
+    def _expect_closing(self, opening: _Token) -> None:
+        if not self._accept_sign(")"):
+            raise self._error(f"the '(' at character {opening.place} is not closed")
 
     def _real(self, value: sp.Expr) -> sp.Expr:
         """Return the value. Raises ``InputError`` where it is not real, or a number that is not finite."""
@@ -210,13 +214,13 @@ class _Reader:
             except (OverflowError, TypeError):
                 finite = False
         if not finite:
-            raise self._wrong("a part of it is not a finite real number")
+            raise self._error("a part of it is not a finite real number")
         if value.is_number and abs(float(value)) > LARGEST:
-            raise self._wrong(f"a number in it is beyond {LARGEST:g}")
+            raise self._error(f"a number in it is beyond {LARGEST:g}")
         return value
 
-    def _shown(self) -> str:
+    def _position_text(self) -> str:
         return "the end" if self._next.kind == "end" else f"{self._next.text!r} at character {self._next.place}"
 
-    def _wrong(self, why: str) -> InputError:
-        return InputError(self._where, self._written, f"cannot be read as a formula: {why}")
+    def _error(self, reason: str) -> InputError:
+        return InputError(self._location, self._source, f"cannot be read as a formula: {reason}")

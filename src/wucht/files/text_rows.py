@@ -13,7 +13,7 @@ def cells_of(line: str, separator: str | None, least: int = 1) -> list[str]:
     separator: between columns; None: blanks. least: number of columns kept where a row ends with empty ones.
     """
     cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
-    stripped = [c.strip().strip('"').strip() for c in cells]
-    while len(stripped) > least and not stripped[-1]:  # spreadsheets and loggers end their lines with a separator
-        stripped.pop()
-    return stripped
+    texts = [c.strip().strip('"').strip() for c in cells]
+    while len(texts) > least and not texts[-1]:  # spreadsheets and loggers end their lines with a separator
+        texts.pop()
+    return texts

@@ -18,65 +18,65 @@ from wucht.machines.attaching import check_attachments, place_of
 from wucht.machines.models import Model
 from wucht.machines.operation import operating_speed
 from wucht.machines.parts.attachment import Attachment
-from wucht.machines.parts.base import Body, Drive, Load, OnShaft, Part
+from wucht.machines.parts.base import Body, Drive, Load, Part, ShaftPart
 from wucht.machines.parts.support import Support
-from wucht.machines.parts.track import Tracked
+from wucht.machines.parts.track import TrackBody
 from wucht.machines.schedules import Schedule, schedules_of
 from wucht.machines.structure import Units
-from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, starts, tracks_of
+from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arrange_contacts, starts, tracks_of
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.schema import Parameter, Unit, read_quantity, refuse_unknown
 
-RESERVED = (
+RESERVED_NAMES = (
     "attachments", "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation",
     "machine", "psi", "delta",
 )  # fmt: skip
-BESIDE_A_MODEL = "not allowed beside model = {!r}, which defines all parts itself"
+MODEL_CONFLICT = "not allowed beside model = {!r}, which defines all parts itself"
 
-ShaftT = TypeVar("ShaftT", bound=OnShaft)
+ShaftT = TypeVar("ShaftT", bound=ShaftPart)
 
 
-def assembled(
+def assemble_parts(
     carrier: Any, bodies: Any, drives: Any, loads: Any, attachments: Any, schedules: Any, tracks: Any, title: str
 ) -> dict[str, Any]:
     """Return the fields of a ``Machine`` without contacts, from its parts. See there. Raises ``InputError``."""
     if isinstance(carrier, Model):
-        others = {"bodies": bodies, "drives": drives, "loads": loads, "attachments": attachments, "tracks": tracks}
-        for key, given in others.items():
-            if given:
-                raise InputError(key, None, BESIDE_A_MODEL.format(carrier.kind))
-        return _of_model(carrier, schedules, title)
+        conflicting_parts = {"bodies": bodies, "drives": drives, "loads": loads, "attachments": attachments, "tracks": tracks}
+        for key, value in conflicting_parts.items():
+            if value:
+                raise InputError(key, None, MODEL_CONFLICT.format(carrier.kind))
+        return _fields_of_model(carrier, schedules, title)
     if not isinstance(carrier, Support):
         raise InputError("carrier", carrier, "must be a carrier, or a dimensionless model")
     bodies = _parts_of(Body, bodies, "bodies")
     _check_bodies(bodies)
     _check_carrier(carrier, bodies)
-    drives = _on_shafts(_parts_of(Drive, drives, "drives"), bodies)
-    if name := _repeated(d.on for d in drives):
+    drives = _attach_to_shafts(_parts_of(Drive, drives, "drives"), bodies)
+    if name := _first_duplicate(d.on for d in drives):
         raise InputError("drives", name, "two drives act on this body; there must be at most one a body")
-    loads = _on_shafts(_parts_of(Load, loads, "loads"), bodies)
-    if load := _repeated((x.on, x.kind) for x in loads):
+    loads = _attach_to_shafts(_parts_of(Load, loads, "loads"), bodies)
+    if load := _first_duplicate((x.on, x.kind) for x in loads):
         raise InputError("loads", load[0], f"two {load[1]} loads act on this body; there must be at most one of each kind")
-    attachments, bearing = _parts_of(Attachment, attachments, "attachments"), carrier.bearing(bodies)
-    check_attachments(attachments, bearing, (*RESERVED, *(b.name for b in bodies)))
-    return _of_parts(bearing, bodies, drives, loads, attachments, schedules, title)
+    attachments, bearing = _parts_of(Attachment, attachments, "attachments"), carrier.with_bodies(bodies)
+    check_attachments(attachments, bearing, (*RESERVED_NAMES, *(b.name for b in bodies)))
+    return _fields_of_parts(bearing, bodies, drives, loads, attachments, schedules, title)
 
 
-def _repeated(names: Iterable[Any]) -> Any:
+def _first_duplicate(names: Iterable[Any]) -> Any:
     """Return the first item that occurs twice, None without one."""
     return next((name for name, count in Counter(names).items() if count > 1), None)
 
 
-def _parts_of(family: Any, given: Any, key: str) -> tuple[Any, ...]:
+def _parts_of(family: Any, value: Any, key: str) -> tuple[Any, ...]:
     """Return the parts of a list. Raises ``InputError`` for anything else than a part of this family."""
-    if not isinstance(given, list | tuple):
-        raise InputError(key, given, f"must be a list of {key}")
-    for i, part in enumerate(given):
+    if not isinstance(value, list | tuple):
+        raise InputError(key, value, f"must be a list of {key}")
+    for i, part in enumerate(value):
         if not isinstance(part, family):
             raise InputError(f"{key}[{i}]", part, f"must be {key}, each of a class of wucht.parts")
-    return tuple(given)
+    return tuple(value)
 
 
 def _check_bodies(bodies: Sequence[Body]) -> None:
@@ -84,9 +84,9 @@ def _check_bodies(bodies: Sequence[Body]) -> None:
     if not bodies:
         raise InputError("bodies", None, "a machine needs at least one body: [[machine.bodies]]")
     for i, body in enumerate(bodies):
-        if body.name in RESERVED:
-            raise InputError(f"bodies[{i}].name", body.name, f"this name is reserved, as are {', '.join(RESERVED)}")
-    if name := _repeated(b.name for b in bodies):
+        if body.name in RESERVED_NAMES:
+            raise InputError(f"bodies[{i}].name", body.name, f"this name is reserved, as are {', '.join(RESERVED_NAMES)}")
+    if name := _first_duplicate(b.name for b in bodies):
         raise InputError("bodies", name, "two bodies have this name; the names of bodies must differ")
     for body in (b for b in bodies if b.reference is not None):
         if fault := _fault_of_reference(body, bodies):
@@ -101,7 +101,7 @@ def _fault_of_reference(body: Body, bodies: Sequence[Body]) -> str:
         return f"there is no such body; {nearest(body.reference or '', [b.name for b in bodies])}"
     if not about.turns():
         return "must be a body that turns; this one slides in a guide"
-    if not about.on_axis():
+    if not about.is_on_axis():
         return f"must be a body on the axis; this {about.kind} has a suspension off it"
     try:
         Tree({b.name: b.reference for b in bodies}).path(body.name)
@@ -116,9 +116,9 @@ def _check_carrier(carrier: Support, bodies: Iterable[Body]) -> None:
             carrier.check_body(body)
         except ValueError as error:
             key, sentence = error.args
-            given = getattr(body, key, None)
-            shown = list(given) if isinstance(given, tuple) else given
-            raise InputError(f"{body.path}.{key}", shown, sentence, code=code_of(error)) from None
+            value = getattr(body, key, None)
+            plain_value = list(value) if isinstance(value, tuple) else value
+            raise InputError(f"{body.path}.{key}", plain_value, sentence, code=code_of(error)) from None
 
 
 def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:
@@ -132,23 +132,23 @@ def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:
     return [on if count[on] == 1 else f"{on}.{kind}" for on, kind in shafts]
 
 
-def _on_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tuple[ShaftT, ...]:
+def _attach_to_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tuple[ShaftT, ...]:
     """Return drives or loads, each with its body and its label. Raises ``InputError``."""
     names, rotors = [b.name for b in bodies if b.turns()], [b.name for b in bodies if b.turns() and b.reference is None]
     on = [rotors[0] if len(rotors) == 1 and "on" not in s.model_fields_set else s.on for s in shafts]
     labels = shaft_labels([(body, s.kind) for body, s in zip(on, shafts, strict=True)])
-    labelled = tuple(s.model_copy(update={"on": o, "label": x}) for s, o, x in zip(shafts, on, labels, strict=True))
-    for i, shaft in enumerate(labelled):
+    labelled_shafts = tuple(s.model_copy(update={"on": o, "label": x}) for s, o, x in zip(shafts, on, labels, strict=True))
+    for i, shaft in enumerate(labelled_shafts):
         place = shaft.path if shaft.on or len(shafts) == 1 else f"{shaft.group}s[{i}]"
         if not shaft.on and "on" not in shafts[i].model_fields_set:
             raise InputError(f"{place}.on", None, "this key is missing; needed is the name of the body", code="missing")
         if shaft.on not in names:
             raise InputError(f"{place}.on", shaft.on, f"there is no such body; {nearest(shaft.on, names)}")
-    return labelled
+    return labelled_shafts
 
 
-def _of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
-    frame = model.placed()
+def _fields_of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
+    frame = model.reference_frame()
     parameters, units = {p.path: p for p in model.parameters()}, Units(*[""] * 7)
     return {
         "title": title or f"{model.kind}, {model.equations}",
@@ -169,33 +169,33 @@ def _of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
     }
 
 
-def _of_parts(
+def _fields_of_parts(
     carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load],
     attachments: Sequence[Attachment], schedules: Any, title: str,
 ) -> dict[str, Any]:  # fmt: skip
-    carrier, tuning = carrier.tuned(partial(_moving_inertia, carrier, bodies))
-    prescribed = {d.on: speed for d in drives if (speed := d.prescribed_on_body()) is not None}
-    _check_releases(bodies, prescribed)
+    carrier, tuning = carrier.tune_springs(partial(_moving_inertia, carrier, bodies))
+    prescribed_speeds = {d.on: speed for d in drives if (speed := d.prescribed_body_speed()) is not None}
+    _check_releases(bodies, prescribed_speeds)
     parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads, *attachments)
     parameters = {p.path: p for part in parts for p in part.parameters()}
     for b in (b for b in bodies if b.release is not None):
         parameters[f"{b.path}.locked"] = Parameter(f"{b.path}.locked", 1.0, "", "lambda", "1 while the body is locked")
     over_time = schedules_of(schedules, parameters, parts, Units().time)
-    _no_jump(over_time, prescribed)
+    _check_jumps(over_time, prescribed_speeds)
     values = {s.symbol: s.expression for s in over_time}
 
-    def scheduled(coordinate: Coordinate, speed: sp.Expr | None) -> Coordinate:
-        return replace(coordinate, prescribed=None if speed is None else speed.xreplace(values))
+    def with_schedule(coordinate: Coordinate, speed: sp.Expr | None) -> Coordinate:
+        return replace(coordinate, prescribed_velocity=None if speed is None else speed.xreplace(values))
 
-    turning = {b.name: scheduled(b.coordinates()[0], prescribed.get(b.name)) for b in bodies if b.turns()}
+    turning = {b.name: with_schedule(b.coordinates()[0], prescribed_speeds.get(b.name)) for b in bodies if b.turns()}
     by_name, tree = {b.name: b for b in bodies}, Tree({b.name: b.reference for b in bodies})
     axes = {b.name: carrier.axis_at(by_name[tree.root(b.name)].place() or (sp.S.Zero, sp.S.Zero)) for b in bodies}
     axes |= {a.name: place_of(a, carrier) for a in attachments}
-    frame = replace(carrier.placed(), bodies=turning, axes=axes)
-    changed = any(s.parameter.startswith(f"{b.name}.") for s in over_time for b in bodies)
+    frame = replace(carrier.reference_frame(), bodies=turning, axes=axes)
+    has_body_schedules = any(s.parameter.startswith(f"{b.name}.") for s in over_time for b in bodies)
     return {
         "title": title or "machine",
-        "carrier": tuple(scheduled(c, c.prescribed) for c in carrier.coordinates()),
+        "carrier": tuple(with_schedule(c, c.prescribed_velocity) for c in carrier.coordinates()),
         "bodies": tuple(RotatingBody(b.name, b.kind, turning[b.name], b.reference, b.release) for b in bodies if b.turns()),
         "energies": tuple(p.energies(frame) for p in parts),
         "parameters": parameters,
@@ -204,11 +204,11 @@ def _of_parts(
         "labels": carrier.labels,
         "sliders": tuple(x for b in bodies for x in _sliding(b)),
         "frame": frame,
-        "start_angles": {d.on: d.start_angle() for d in drives if d.on in prescribed},
+        "start_angles": {d.on: d.start_angle() for d in drives if d.on in prescribed_speeds},
         "start_positions": carrier.start_positions(),
         "schedules": over_time,
-        "warnings": (*(doubt for d in drives for doubt in d.doubts()), *(() if changed else _doubts(bodies))),
-        "notes": (*([tuning] if tuning else []), *(note for d in drives for note in d.made_of())),
+        "warnings": (*(doubt for d in drives for doubt in d.doubts()), *(() if has_body_schedules else _doubts(bodies))),
+        "notes": (*([tuning] if tuning else []), *(note for d in drives for note in d.derivation_notes())),
     }
 
 
@@ -220,8 +220,12 @@ def _moving_inertia(carrier: Support, bodies: Sequence[Body], label: str) -> flo
     by_name, tree = {b.name: b for b in bodies}, Tree({b.name: b.reference for b in bodies})
     roots = {b.name: by_name[tree.root(b.name)] for b in bodies}
     places = {name: tuple(map(sp.Float, map(root.number, root.place() or (0, 0)))) for name, root in roots.items()}
-    own = {b.name: c for b in bodies for c in b.coordinates() if c.angle}
-    frame = replace(carrier.placed(), bodies=own, axes={name: carrier.axis_at(place) for name, place in places.items()})
+    body_coordinates = {b.name: c for b in bodies for c in b.coordinates() if c.angle}
+    frame = replace(
+        carrier.reference_frame(),
+        bodies=body_coordinates,
+        axes={name: carrier.axis_at(place) for name, place in places.items()},
+    )
     velocity = dict(zip(carrier.labels, carrier.coordinates(), strict=True))[label].velocity
     return sum(p.number(sp.diff(p.energies(frame).kinetic, velocity, 2)) for p in (carrier, *bodies))
 
@@ -232,21 +236,21 @@ def _sliding(body: Body) -> list[SlidingBody]:
     return [SlidingBody(body.name, body.kind, c, guide) for c in body.coordinates() if not c.angle]
 
 
-def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr]) -> None:
+def _check_releases(bodies: Sequence[Body], prescribed_speeds: Mapping[str, sp.Expr]) -> None:
     on_carrier = [b.name for b in bodies if b.reference is None]
     for b in bodies:
-        if b.release and b.name in prescribed:
+        if b.release and b.name in prescribed_speeds:
             refusal = "not allowed: the drive prescribes this body's motion"
             raise InputError(f"{b.path}.release", None, refusal, code="prescribed")
         if b.release and b.release.speed is not None and on_carrier == [b.name]:
-            allowed = "must be { time = ... }: no other body's speed can release it"
-            raise InputError(f"{b.path}.release", None, allowed, code="out-of-reach")
+            requirement = "must be { time = ... }: no other body's speed can release it"
+            raise InputError(f"{b.path}.release", None, requirement, code="out-of-reach")
 
 
-def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr]) -> None:
-    used = {s for e in prescribed.values() for s in e.free_symbols}
+def _check_jumps(schedules: tuple[Schedule, ...], prescribed_speeds: Mapping[str, sp.Expr]) -> None:
+    symbols = {s for e in prescribed_speeds.values() for s in e.free_symbols}
     for i, schedule in enumerate(schedules):
-        if schedule.symbol in used and schedule.pieces.jumps():
+        if schedule.symbol in symbols and schedule.pieces.jumps():
             sentence = f"allowed for {schedule.parameter} is 'linear' or 'smooth': a prescribed motion cannot jump"
             raise InputError(f"schedules[{i}].interpolation", "steps", sentence)
 
@@ -256,44 +260,44 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     warnings = []
     turning = [b for b in bodies if b.turns()]
     for rotor in (b for b in turning if b.reference is None):
-        own = rotor.number(rotor.moment())
+        rotor_moment = rotor.number(rotor.moment())
         balancers = [b.number(b.largest_moment()) for b in turning if b.reference == rotor.name]
-        if balancers and own > sum(balancers):
+        if balancers and rotor_moment > sum(balancers):
             together = f"the {sum(balancers):.4g} kg m that its balancers can compensate together; they can only reduce it"
-            warnings.append(f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than {together}")
+            warnings.append(f"the unbalance of {rotor.name!r} is {rotor_moment:.4g} kg m, more than {together}")
         largest = max(balancers, default=0.0)
-        if len(balancers) > 1 and largest > own + sum(balancers) - largest:
-            others = "the rotor and all other balancers together: they cannot compensate each other"
-            warnings.append(f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than {others}")
-        if len(balancers) == 1 and own > 0 and abs(largest - own) > 0.01 * own:
-            only = f"one body compensates only an equal unbalance, and the rotor's is {own:.4g} kg m"
+        if len(balancers) > 1 and largest > rotor_moment + sum(balancers) - largest:
+            rest = "the rotor and all other balancers together: they cannot compensate each other"
+            warnings.append(f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than {rest}")
+        if len(balancers) == 1 and rotor_moment > 0 and abs(largest - rotor_moment) > 0.01 * rotor_moment:
+            only = f"one body compensates only an equal unbalance, and the rotor's is {rotor_moment:.4g} kg m"
             warnings.append(f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: {only}")
     return (*warnings, *(doubt for b in bodies for doubt in b.doubts()))
 
 
-def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
+def with_tracks(machine: MechanismT, tables: Any) -> MechanismT:
     """Return the machine with the contacts of its tracks, their bodies evenly spaced until a start arranges them.
 
     tables: with the key ``contact_frequency`` by the name of the track. Raises ``InputError``.
     """
-    bodies = [p for p in machine.parts if isinstance(p, Tracked)]
+    bodies = [p for p in machine.parts if isinstance(p, TrackBody)]
     names = sorted({b.track for b in bodies if b.track is not None})
-    if not isinstance(given, Mapping):
-        raise InputError("tracks", given, "must be tables: [machine.tracks.NAME]")
-    refuse_unknown(given, names, "tracks")
+    if not isinstance(tables, Mapping):
+        raise InputError("tracks", tables, "must be tables: [machine.tracks.NAME]")
+    refuse_unknown(tables, names, "tracks")
     frequency = dict.fromkeys(names, FREQUENCY_RATIO * operating_speed(machine)) if names else {}
-    for name, described in given.items():
-        if not isinstance(described, Mapping):
-            raise InputError(f"tracks.{name}", described, f"must be a table: [machine.tracks.{name}]")
-        refuse_unknown(described, ("contact_frequency",), f"tracks.{name}")
+    for name, table in tables.items():
+        if not isinstance(table, Mapping):
+            raise InputError(f"tracks.{name}", table, f"must be a table: [machine.tracks.{name}]")
+        refuse_unknown(table, ("contact_frequency",), f"tracks.{name}")
         at = f"tracks.{name}.contact_frequency"
-        wanted = described.get("contact_frequency", frequency[name])
-        frequency[name] = read_quantity(Unit("rad/s", "contact frequency"), wanted, at)
+        value = table.get("contact_frequency", frequency[name])
+        frequency[name] = read_quantity(Unit("rad/s", "contact frequency"), value, at)
         if frequency[name] <= 0:
-            raise InputError(at, wanted, "must be a contact frequency greater than 0")
-    tracks = tracks_of(bodies, frequency, [n for n, t in given.items() if t])
+            raise InputError(at, value, "must be a contact frequency greater than 0")
+    tracks = tracks_of(bodies, frequency, [n for n, t in tables.items() if t])
     if not tracks:
         return machine
-    blank = machine.changed(tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))
+    blank = machine.with_fields(tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))
     angles = {b.name: 0.0 for b in machine.bodies} | {n: a for t in tracks for n, a in starts(t.bodies).items()}
-    return arranged(blank, angles, where="bodies")
+    return arrange_contacts(blank, angles, location="bodies")

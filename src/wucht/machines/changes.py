@@ -7,7 +7,7 @@ import sympy as sp
 
 from wucht.machines.machine import Machine
 from wucht.machines.mechanism import Mechanism
-from wucht.machines.parts.base import Drive, Load, OnShaft, Part, Release
+from wucht.machines.parts.base import Drive, Load, Part, Release, ShaftPart
 from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
@@ -23,22 +23,22 @@ def release_events(machine: Machine) -> tuple[Event, ...]:
 
 def last_change(machine: Machine) -> float:
     """Return the time of the last change of the machine by a schedule or a timed release; 0 where there is none."""
-    timed = [b.name for b in machine.bodies if b.release is not None and b.release.time is not None]
-    return max([machine.breakpoints[-1], *(machine.values[f"{name}.release.time"] for name in timed)])
+    timed_names = [b.name for b in machine.bodies if b.release is not None and b.release.time is not None]
+    return max([machine.breakpoints[-1], *(machine.values[f"{name}.release.time"] for name in timed_names)])
 
 
 def _release_event(machine: Machine, body: RotatingBody, release: Release) -> Event:
-    locked = machine.system.parameter_names.index(body.locked.name)
+    index = machine.system.parameter_names.index(body.lock_symbol.name)
 
-    def let_go(_time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        parameters[locked] = 0.0
+    def release_body(_time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        parameters[index] = 0.0
         return state, parameters
 
     if release.time is not None:
         rising = TIME / sp.Symbol(f"{body.name}.release.time", real=True) - 1
     else:
         rising = (leader_of(machine, body).coordinate.velocity / sp.Symbol(f"{body.name}.release.speed", real=True)) ** 2 - 1
-    return Event(f"release of {body.name}", rising, +1, action=let_go)
+    return Event(f"release of {body.name}", rising, +1, action=release_body)
 
 
 def leader_of(machine: Machine, body: RotatingBody) -> RotatingBody:
@@ -56,17 +56,17 @@ def laws_in_pieces(machine: Mechanism) -> tuple[str, ...]:
 
 def _pieces(energies: Energies) -> set[PiecewiseCubic]:
     """Return the piecewise functions in the formulas of a part."""
-    rates = (own.rate for own in energies.internal)
+    rates = (state.rate for state in energies.internal_states)
     return set().union(*(sp.sympify(e).atoms(PiecewiseCubic) for e in (*energies.formulas, *rates)))
 
 
 def _words(part: Part, energies: Energies) -> str:
     """Return a part's kind and name, and where its law changes if that is short."""
-    if not isinstance(part, OnShaft):
+    if not isinstance(part, ShaftPart):
         return f"{part.kind} {part.path}"
     words = f"{part.kind} {part.group} on {part.on}"
     if isinstance(part, Load) and all(p.args[1].breakpoints == (0.0,) for p in _pieces(energies)):
         return f"{words}, at standstill"
-    if isinstance(part, Drive) and not part.own_states and not sp.sympify(part.torque(SPEED)).has(PiecewiseCubic):
+    if isinstance(part, Drive) and not part.internal_states and not sp.sympify(part.torque(SPEED)).has(PiecewiseCubic):
         return f"gear of the {words}, where its torque changes sign"
     return words

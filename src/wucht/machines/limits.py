@@ -8,13 +8,13 @@ from typing import Any
 
 from wucht.errors import InputError
 from wucht.machines.parts.base import Part
-from wucht.schema import checked, fields_of
+from wucht.schema import fields_of, validate_model
 
 
 def check_values(
     parts: Sequence[Part],
     values: Mapping[str, float],
-    where: str | Mapping[str, str] | None = None,
+    location: str | Mapping[str, str] | None = None,
     present: Mapping[str, float] | None = None,
 ) -> None:
     """Raise ``InputError`` if the parts to which the parameters belong do not allow these values together.
@@ -24,51 +24,51 @@ def check_values(
     """
     for part in parts:
         prefix = f"{part.path}." if part.path else ""
-        changed = _changed(part, part.model_dump(mode="json", by_alias=True), values, prefix)
-        if not changed:
+        new_values = _set_values(part, part.model_dump(mode="json", by_alias=True), values, prefix)
+        if not new_values:
             continue
-        if (error := _fault(part, {**(present or {}), **changed}, prefix)) is not None:
-            key, sentence = error.where.removeprefix("."), error.allowed
-            others = {p: {k: v for k, v in {**(present or {}), **changed}.items() if k != p} for p in changed}
-            named = (p for p in changed if f"{p}.".startswith(f"{prefix}{key}."))
+        if (error := _fault(part, {**(present or {}), **new_values}, prefix)) is not None:
+            key, sentence = error.location.removeprefix("."), error.explanation
+            values_without = {p: {k: v for k, v in {**(present or {}), **new_values}.items() if k != p} for p in new_values}
+            named_paths = (p for p in new_values if f"{p}.".startswith(f"{prefix}{key}."))
             # The cause may be another value than the one in the message: without its change there is no error.
-            causes = (p for p in changed if _fault(part, others[p], prefix) is None)
-            path = next(chain(named, causes, changed))
-            if where is None and path.startswith(f"{prefix}{key}"):
-                raise InputError(path, changed[path], sentence, code=error.code) from None
-            place = where[path] if isinstance(where, Mapping) else where
-            raise InputError(place or path, changed[path], f"{prefix}{key}: {sentence}", code=error.code) from None
+            causes = (p for p in new_values if _fault(part, values_without[p], prefix) is None)
+            path = next(chain(named_paths, causes, new_values))
+            if location is None and path.startswith(f"{prefix}{key}"):
+                raise InputError(path, new_values[path], sentence, code=error.code) from None
+            place = location[path] if isinstance(location, Mapping) else location
+            raise InputError(place or path, new_values[path], f"{prefix}{key}: {sentence}", code=error.code) from None
 
 
 def _fault(part: Part, values: Mapping[str, float], prefix: str) -> InputError | None:
     """Return the error of a part with these values, None if there is none."""
-    described = part.model_dump(mode="json", by_alias=True)
-    _changed(part, described, values, prefix)
+    table = part.model_dump(mode="json", by_alias=True)
+    _set_values(part, table, values, prefix)
     try:
-        checked(type(part), described, "")
+        validate_model(type(part), table, "")
     except InputError as error:
         return error
     return None
 
 
-def _changed(part: Part, described: Any, values: Mapping[str, float], prefix: str) -> dict[str, float]:
+def _set_values(part: Part, table: Any, values: Mapping[str, float], prefix: str) -> dict[str, float]:
     """Set the values that belong to a part in its table, and return them."""
     keys = {path: path.removeprefix(prefix).split(".") for path in values if path.startswith(prefix)}
-    own = fields_of(type(part))
-    return {path: values[path] for path, k in keys.items() if k[0] in own and _set(described, k, values[path])}
+    field_names = fields_of(type(part))
+    return {path: values[path] for path, k in keys.items() if k[0] in field_names and _set_value(table, k, values[path])}
 
 
-def _set(described: Any, keys: Sequence[str], value: float) -> bool:
+def _set_value(table: Any, keys: Sequence[str], value: float) -> bool:
     """Set a value in a part's table by the rest of its path. Return True if there is such a place."""
     head, *rest = keys
     key: Any = head
-    if isinstance(described, list):
+    if isinstance(table, list):
         key = "xy".index(head) if head in ("x", "y") else int(head) - 1 if head.isdigit() else -1
-        if not 0 <= key < len(described):
+        if not 0 <= key < len(table):
             return False
-    elif not isinstance(described, dict) or (head not in described and rest):
+    elif not isinstance(table, dict) or (head not in table and rest):
         return False
     if rest:
-        return _set(described[key], rest, value)
-    described[key] = value
+        return _set_value(table[key], rest, value)
+    table[key] = value
     return True

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from wucht.machines.assembly import assembled, with_tracks
+from wucht.machines.assembly import assemble_parts, with_tracks
 from wucht.machines.attaching import doubts_at_rest
 from wucht.machines.mechanism import Mechanism
 from wucht.machines.models import Model
@@ -15,10 +15,10 @@ from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
 from wucht.machines.schedules import Schedule
-from wucht.machines.structure import LOST, MISMATCH, SUPPLIED
+from wucht.machines.structure import DISSIPATED_WORK, MISMATCH, SUPPLIED_WORK
 from wucht.machines.tree import RotatingBody, SlidingBody
 
-__all__ = ["LOST", "MISMATCH", "SUPPLIED", "Machine"]
+__all__ = ["DISSIPATED_WORK", "MISMATCH", "SUPPLIED_WORK", "Machine"]
 
 
 @dataclass(frozen=True, init=False, repr=False)
@@ -88,29 +88,29 @@ class Machine(Mechanism):
         tracks: Mapping[str, Mapping[str, Any]] | None = None,
         title: str = "",
     ) -> None:
-        given = {} if tracks is None else tracks
+        track_tables = {} if tracks is None else tracks
         # A frozen class sets its fields past its lock.
-        self.__dict__.update(assembled(carrier, bodies, drives, loads, attachments, schedules, given, title))
-        self.__dict__.update(vars(with_tracks(self.changed().at(0.0), given)))
+        self.__dict__.update(assemble_parts(carrier, bodies, drives, loads, attachments, schedules, track_tables, title))
+        self.__dict__.update(vars(with_tracks(self.with_fields().at(0.0), track_tables)))
         self.__dict__["warnings"] = (*self.warnings, *doubts_at_rest(self))
 
     @property
-    def _everything(self) -> tuple[RotatingBody | SlidingBody, ...]:
+    def _all_bodies(self) -> tuple[RotatingBody | SlidingBody, ...]:
         return (*self.bodies, *(x for x in self.sliders if x.name != x.about))
 
     def __repr__(self) -> str:
         driven = [f"{d.kind} on {d.on}" for d in self.drives]
         drives = f"{'drive' if len(driven) == 1 else 'drives'} {', '.join(driven)}; " if driven else ""
-        bodies = ", ".join(_named(b) for b in self._everything)
+        bodies = ", ".join(_body_label(b) for b in self._all_bodies)
         return f"<Machine {self.title!r}\n {bodies}; {drives}{len(self.parameters)} parameters>"
 
     def _repr_html_(self) -> str:
-        rows = [(_named(b), "", f"on {b.about or 'the carrier'}") for b in self._everything]
+        rows = [(_body_label(b), "", f"on {b.about or 'the carrier'}") for b in self._all_bodies]
         rows += [(f"{d.kind} drive", "", f"on {d.on}") for d in self.drives]
-        rows += [(path, f"{p.value:.6g} {p.unit}".rstrip(), p.what) for path, p in self.parameters.items()]
+        rows += [(path, f"{p.value:.6g} {p.unit}".rstrip(), p.long_name) for path, p in self.parameters.items()]
         cells = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
         return f"<table><caption>{escape(self.title)}</caption>{cells}</table>"
 
 
-def _named(body: RotatingBody | SlidingBody) -> str:
+def _body_label(body: RotatingBody | SlidingBody) -> str:
     return f"{body.kind} {body.name}" if body.kind != body.name else body.name

@@ -15,12 +15,12 @@ from wucht.machines.limits import check_values
 from wucht.machines.parts.base import Drive, Part
 from wucht.machines.parts.track import Track
 from wucht.machines.schedules import Schedule
-from wucht.machines.structure import Structure, Units, shared
+from wucht.machines.structure import Structure, Units, canonical_structure
 from wucht.machines.tree import Bodies
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.mechanics.linear_carrier import LinearCarrier
-from wucht.numerics.flow.program import compiled_function, number_function
+from wucht.numerics.flow.program import number_function, variable_function
 from wucht.schema import Parameter, Unit, read_quantity
 from wucht.system import TIME, System
 
@@ -41,18 +41,18 @@ class Mechanism(Bodies):
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
-    def changed(self, **given: Any) -> Self:
+    def with_fields(self, **new_fields: Any) -> Self:
         """Return the machine with other fields, such as ``energies``; quantities that follow from them are derived anew."""
-        own = {f.name: getattr(self, f.name) for f in fields(self)}
-        assert given.keys() <= own.keys(), f"no field of a machine: {given.keys() - own.keys()}"
-        made = object.__new__(type(self))
-        made.__dict__.update(own | given)
-        return made
+        old_fields = {f.name: getattr(self, f.name) for f in fields(self)}
+        assert new_fields.keys() <= old_fields.keys(), f"no field of a machine: {new_fields.keys() - old_fields.keys()}"
+        mechanism = object.__new__(type(self))
+        mechanism.__dict__.update(old_fields | new_fields)
+        return mechanism
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
         """Names of the System's states, in order: positions, then the free velocities, then the internal states of parts."""
-        free = (c.velocity.name for c in self.coordinates if c.prescribed is None)
+        free = (c.velocity.name for c in self.coordinates if c.prescribed_velocity is None)
         return (*(c.position.name for c in self.coordinates), *free, *(x.state.name for x in self.internal))
 
     @property
@@ -88,7 +88,7 @@ class Mechanism(Bodies):
     @cached_property
     def free_labels(self) -> tuple[str, ...]:
         """Names of the free coordinates of the carrier."""
-        return tuple(n for n, c in zip(self.labels, self.carrier, strict=True) if c.prescribed is None)
+        return tuple(n for n, c in zip(self.labels, self.carrier, strict=True) if c.prescribed_velocity is None)
 
     @cached_property
     def shaking(self) -> tuple[sp.Symbol, sp.Symbol] | None:
@@ -114,37 +114,37 @@ class Mechanism(Bodies):
 
         Raises ``InputError``, located at the path, for an unknown one and for a value that the parts do not allow.
         """
-        given = {}
+        si_values = {}
         for path, value in values.items():
             if path not in self.parameters:
                 raise InputError(path, value, f"unknown parameter; {nearest(path, self.parameters)}")
-            given[path] = read_quantity(Unit(self.parameters[path].unit, self.parameters[path].what), value, path)
-        check_values(self.parts, given, present=self.values)
-        return self.with_unchecked(given)
+            si_values[path] = read_quantity(Unit(self.parameters[path].unit, self.parameters[path].long_name), value, path)
+        check_values(self.parts, si_values, present=self.values)
+        return self.with_unchecked_values(si_values)
 
-    def with_unchecked(self, values: Mapping[str, float]) -> Self:
+    def with_unchecked_values(self, values: Mapping[str, float]) -> Self:
         """``with_values`` for values that are known to be allowed, such as those between the points of a schedule."""
-        changed = {path: replace(self.parameters[path], value=float(value)) for path, value in values.items()}
-        return self.changed(parameters=dict(self.parameters) | changed)
+        parameters = {path: replace(self.parameters[path], value=float(value)) for path, value in values.items()}
+        return self.with_fields(parameters=dict(self.parameters) | parameters)
 
     def at(self, time: float) -> Self:
         """Return the machine with the values that its schedules give the parameters at a time."""
         if not self.schedules:
             return self
-        return self.with_unchecked({s.parameter: float(s.pieces(time)) for s in self.schedules})
+        return self.with_unchecked_values({s.parameter: float(s.pieces(time)) for s in self.schedules})
 
     def prescribed_speed(self, coordinate: Coordinate, time: np.ndarray | float) -> np.ndarray:
         """Return the prescribed velocity of a coordinate at times (N,), which may be a single one."""
-        assert coordinate.prescribed is not None
+        assert coordinate.prescribed_velocity is not None
         at = np.atleast_1d(np.asarray(time, float))
-        value = self.function(coordinate.prescribed, of=TIME)(at)[0]
+        value = self.function(coordinate.prescribed_velocity, of=TIME)(at)[0]
         return np.broadcast_to(np.asarray(value, float), at.shape)
 
     @cached_property
     def structure(self) -> Structure:
         """The part that does not depend on the numbers, shared by all machines that are alike but for these."""
-        given = {f.name: getattr(self, f.name) for f in fields(Structure)}
-        return shared(Structure(**given | {"parameters": tuple(self.parameters)}))
+        shared_fields = {f.name: getattr(self, f.name) for f in fields(Structure)}
+        return canonical_structure(Structure(**shared_fields | {"parameters": tuple(self.parameters)}))
 
     @property
     def system(self) -> System:
@@ -165,8 +165,11 @@ class Mechanism(Bodies):
 
         modules: ``"numpy"`` for arrays, ``"math"`` for numbers.
         """
-        compiled, values = compiled_function(expressions, self.structure.symbols, of, modules), tuple(self.values.values())
-        return lambda at: compiled(values, at)
+        numeric_function, values = (
+            variable_function(expressions, self.structure.symbols, of, modules),
+            tuple(self.values.values()),
+        )
+        return lambda at: numeric_function(values, at)
 
     @cached_property
     def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -180,7 +183,7 @@ class Mechanism(Bodies):
         """Position of the carrier at rest under its load (m,): K x = load; zero where its motion is prescribed."""
         load = np.array(self.evaluate(*self.linear_carrier.load), float)
         free = iter(np.linalg.lstsq(self.matrices[2], load, rcond=None)[0] if load.any() else np.zeros(len(load)))
-        return np.array([0.0 if q.prescribed is not None else float(next(free)) for q in self.carrier])
+        return np.array([0.0 if q.prescribed_velocity is not None else float(next(free)) for q in self.carrier])
 
     @property
     def orbit_unit(self) -> str:

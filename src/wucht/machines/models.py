@@ -17,19 +17,19 @@ from typing import ClassVar
 
 import sympy as sp
 
-from wucht.machines.parts import known
+from wucht.machines.parts import part_kinds
 from wucht.machines.parts.base import Frame, Part, Point, si
-from wucht.mechanics.energies import Applied, Energies
+from wucht.mechanics.energies import AppliedForce, Energies
 from wucht.mechanics.lagrange import Coordinate
 
-Bodies = tuple[tuple[str, str, str | None], ...]  # name, kind, about which it turns
+ModelBodies = tuple[tuple[str, str, str | None], ...]  # name, kind, about which it turns
 
 
 class Model(Part):
     """A dimensionless machine: its parameters have bare names (``u``), its bodies are named as in SI machines."""
 
     equations: ClassVar[str] = ""
-    bodies: ClassVar[Bodies] = (("rotor", "rotor", None),)
+    bodies: ClassVar[ModelBodies] = (("rotor", "rotor", None),)
     directions: ClassVar[str] = "xy"
 
     @property
@@ -39,12 +39,12 @@ class Model(Part):
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The carrier's coordinates."""
-        return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}") for d in self.directions)
+        return tuple(Coordinate.from_names(f"carrier.{d}", f"carrier.v{d}") for d in self.directions)
 
-    def placed(self) -> Frame:
+    def reference_frame(self) -> Frame:
         """Return the frame: all bodies turn about the carrier's centre."""
-        turning = {n: Coordinate.named(f"{n}.angle", f"{n}.speed", angle=True) for n, _, _ in self.bodies}
-        centre = Point.of(dict(zip(self.directions, self.coordinates(), strict=True)))
+        turning = {n: Coordinate.from_names(f"{n}.angle", f"{n}.speed", angle=True) for n, _, _ in self.bodies}
+        centre = Point.from_coordinates(dict(zip(self.directions, self.coordinates(), strict=True)))
         return Frame(centre=centre, bodies=turning, axes=dict.fromkeys(turning, centre))
 
     def arms(self) -> Mapping[str, sp.Expr]:
@@ -89,7 +89,7 @@ class RotorOnCarrier(Model):
         at, w = frame.centre, frame.speed("rotor")
         return Energies(
             kinetic=(at.vx**2 + at.vy**2) / 2 + w * _excess(frame, "rotor") + w**2 / (2 * epsilon),
-            applied=(Applied(u * (no_load - w), w, "drive"),),
+            applied_forces=(AppliedForce(u * (no_load - w), w, "drive"),),
         )
 
 
@@ -109,7 +109,7 @@ class SelfBalancingRotor(Model):
 
     kind = "self-balancing-rotor"
     equations = "002 (4.11)-(4.20)"
-    bodies: ClassVar[Bodies] = (("rotor", "rotor", None), ("p1", "pendulum", "rotor"), ("p2", "pendulum", "rotor"))
+    bodies: ClassVar[ModelBodies] = (("rotor", "rotor", None), ("p1", "pendulum", "rotor"), ("p2", "pendulum", "rotor"))
 
     epsilon: float = si("", "unbalance over inertia, M e^2/J_R", "epsilon", gt=0)
     mu: float = si("", "pendulum mass ratio, p m/M*", "mu", gt=0)
@@ -128,10 +128,10 @@ class SelfBalancingRotor(Model):
         kinetic = (at.vx**2 + at.vy**2) / 2 + s * phi_ * _excess(frame, "rotor") + s * phi_**2 / (2 * epsilon * w)
         kinetic += sp.Add(*(_excess(frame, n) * frame.speed(n) + frame.speed(n) ** 2 / (2 * mu) for n in self._pendulums))
         speeds = [frame.speed(n) for n in self._pendulums]
-        on_pendulums = (Applied(beta_p / mu * (phi_ - t), t, booked="lost") for t in speeds)
+        on_pendulums = (AppliedForce(beta_p / mu * (phi_ - t), t, energy_side="lost") for t in speeds)
         on_rotor = self._coupling() * sp.Add(*(t - phi_ for t in speeds))
-        motor = Applied(s * u / w * (no_load - phi_), phi_, "drive")
-        return Energies(kinetic, applied=(motor, *on_pendulums, Applied(on_rotor, phi_, booked="lost")))
+        motor = AppliedForce(s * u / w * (no_load - phi_), phi_, "drive")
+        return Energies(kinetic, applied_forces=(motor, *on_pendulums, AppliedForce(on_rotor, phi_, energy_side="lost")))
 
     @property
     def _pendulums(self) -> list[str]:
@@ -153,18 +153,18 @@ class SelfBalancingRotor(Model):
 
     def warnings(self) -> tuple[str, ...]:
         """The parameters may violate the identities that follow from their definitions (4.8)."""
-        none, sentences = "no machine has these parameters", []
+        verdict, sentences = "no machine has these parameters", []
         n = len(self._pendulums)
         reaction, factor = n * self.epsilon * self.w * self.beta_p, "" if n == 1 else f"{n} "
         right = reaction / (self.mu * self.s)
         if abs(self.beta_r - right) > 1e-6 * right:
             sides = f"mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, {factor}epsilon w beta_p = {reaction:.4g}"
             reason = "the dampers' torque on the rotor is not the reaction of that on the pendulums"
-            sentences.append(f"{none}: {reason} ({sides}); beta_r = {right:.6g} would be right")
+            sentences.append(f"{verdict}: {reason} ({sides}); beta_r = {right:.6g} would be right")
         rest = 1 - self.s * self.w
         if rest <= 0 or n * self.mu / rest > 1 + 1e-9:
             p = f"{n * self.mu / rest:.4g}" if rest > 0 else "none"
-            sentences.append(f"{none}: s w = 1 - {factor}mu/p requires p = {p}, but p = m r^2/J_P lies between 0 and 1")
+            sentences.append(f"{verdict}: s w = 1 - {factor}mu/p requires p = {p}, but p = m r^2/J_P lies between 0 and 1")
         return tuple(sentences)
 
 
@@ -178,4 +178,4 @@ class Exciter(SelfBalancingRotor):
 
 def models() -> dict[str, type[Model]]:
     """Return the dimensionless machines by name, of wucht and of the user's packages."""
-    return known(Model)
+    return part_kinds(Model)

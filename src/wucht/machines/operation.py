@@ -23,8 +23,8 @@ MechanismT = TypeVar("MechanismT", bound=Mechanism)
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
 MOST_BODIES = 11  # of a machine whose states are searched
 LOWEST = 1e-3  # of the highest speed: lower end of a search
-UNKNOWN = 100.0  # rad/s, where neither natural frequencies nor drives determine a speed
-_ABOVE = 1 + 1e-4  # of the highest speed without vibration: upper end of a search
+DEFAULT_SPEED = 100.0  # rad/s, where neither natural frequencies nor drives determine a speed
+_MARGIN = 1 + 1e-4  # of the highest speed without vibration: upper end of a search
 _RUNAWAY = 3  # times the highest natural frequency: upper end of a search where the drive has no no-load speed
 
 
@@ -47,7 +47,7 @@ def shaft_torques(machine: Mechanism, rotor: RotatingBody) -> tuple[sp.Expr, sp.
     Expressions in ``SPEED`` and the parameters: of all drives, in the direction of positive speeds; of loads and bearings,
     against it.
     """
-    return structure.shaft_torques(machine.structure, tuple(b.coordinate.velocity for b in machine.group(rotor)))
+    return structure.steady_shaft_torques(machine.structure, tuple(b.coordinate.velocity for b in machine.group(rotor)))
 
 
 def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
@@ -56,19 +56,19 @@ def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
     It is the decrease of the losses on the body with the speed of the other.
     """
     assert body.about is not None
-    own, other = body.coordinate.velocity, machine.body(body.about).coordinate.velocity
-    return sp.sympify(_relative_damping(machine.without_contacts, own, other).xreplace(machine.numbers))
+    body_speed, reference_speed = body.coordinate.velocity, machine.body(body.about).coordinate.velocity
+    return sp.sympify(_relative_damping(machine.without_contacts, body_speed, reference_speed).xreplace(machine.numbers))
 
 
-def damped(machine: Mechanism) -> bool:
+def has_damped_balancers(machine: Mechanism) -> bool:
     """True if every balancing body is damped against the body it turns about."""
     dampers = [relative_damping(machine, b) for b in machine.bodies if b.about is not None]
     return all(not b.is_number or b > 0 for b in dampers)
 
 
 @lru_cache(maxsize=256)
-def _relative_damping(energies: tuple[Energies, ...], own: sp.Symbol, other: sp.Symbol) -> sp.Expr:
-    return -sp.diff(structure.torques_on(energies, own)[1], other)
+def _relative_damping(energies: tuple[Energies, ...], body_speed: sp.Symbol, reference_speed: sp.Symbol) -> sp.Expr:
+    return -sp.diff(structure.torques_on(energies, body_speed)[1], reference_speed)
 
 
 def net_torque(machine: Mechanism, rotor: RotatingBody) -> Callable[[float], float]:
@@ -90,7 +90,7 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
     Prescribed speeds are returned as they are at a time; a motor without load reaches its no-load speed, less what bearings
     cost. Where schedules change the drive, give the machine ``at`` that time.
     """
-    if rotor.coordinate.prescribed is not None:
+    if rotor.coordinate.prescribed_velocity is not None:
         return float(machine.prescribed_speed(rotor.coordinate, time)[0])
     torque = net_torque(machine, rotor)
     start = torque(0.0)
@@ -98,7 +98,7 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
     if slope:
         rough = -start / slope
         return rough - torque(rough) / slope  # the second step removes the rounding of the first
-    return None if slope == 0 else _balanced(torque)
+    return None if slope == 0 else _equilibrium_speed(torque)
 
 
 def common_free_speed(machine: Mechanism) -> float | None:
@@ -107,10 +107,10 @@ def common_free_speed(machine: Mechanism) -> float | None:
     It is positive; 0 where losses bring them to rest, None where it is not determined. Rotors are free to turn.
     """
     torques = [(sense_of(machine, rotor), net_torque(machine, rotor)) for rotor in machine.rotors]
-    return _balanced(lambda w: sum(sense * torque(sense * w) for sense, torque in torques))
+    return _equilibrium_speed(lambda w: sum(sense * torque(sense * w) for sense, torque in torques))
 
 
-def _balanced(torque: Callable[[float], float]) -> float | None:
+def _equilibrium_speed(torque: Callable[[float], float]) -> float | None:
     """Return the speed, in the sense of the torque at standstill, at which a torque first vanishes; None if it never does."""
     start = torque(0.0)
     if start == 0.0:
@@ -158,14 +158,14 @@ def operating_speed(machine: Mechanism) -> float:
     return max([*(abs(w) for w in free if w is not None), *natural_frequencies(machine).values(), 1.0])
 
 
-def turning(machine: MechanismT, speed: float | None) -> MechanismT:
+def machine_at_speed(machine: MechanismT, speed: float | None) -> MechanismT:
     """Return the machine with its schedules finished, all bodies released, and the main rotor at a given speed (signed)."""
-    steady = machine.at(machine.breakpoints[-1]).changed(schedules=())
+    steady = machine.at(machine.breakpoints[-1]).with_fields(schedules=())
     bodies = [replace(b, release=None) for b in steady.bodies]
     if speed is not None:
         main = next(i for i, b in enumerate(bodies) if b.name == machine.rotor.name)
-        bodies[main] = replace(bodies[main], coordinate=replace(bodies[main].coordinate, prescribed=sp.Float(speed)))
-    return steady.changed(bodies=tuple(bodies))
+        bodies[main] = replace(bodies[main], coordinate=replace(bodies[main].coordinate, prescribed_velocity=sp.Float(speed)))
+    return steady.with_fields(bodies=tuple(bodies))
 
 
 def driven_speeds(machine: Mechanism) -> tuple[tuple[float, float], bool]:
@@ -174,5 +174,5 @@ def driven_speeds(machine: Mechanism) -> tuple[tuple[float, float], bool]:
     top = max((abs(w) for w in free.values() if w is not None), default=0.0)
     runaway = any(w is None and net_torque(machine, r)(0.0) for r, w in free.items())
     if runaway:
-        top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=UNKNOWN))
-    return (LOWEST * top, top if runaway else _ABOVE * top), runaway
+        top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=DEFAULT_SPEED))
+    return (LOWEST * top, top if runaway else _MARGIN * top), runaway

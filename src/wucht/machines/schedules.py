@@ -17,37 +17,37 @@ import sympy as sp
 from wucht.errors import InputError, nearest
 from wucht.machines.limits import check_values
 from wucht.machines.parts.base import Part
-from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces
 from wucht.schema import Parameter, Unit, choice, is_pairs, read_quantity, refuse_unknown
 from wucht.system import TIME, Output, System
 
-SCHEDULED = "schedule_work"
+SCHEDULE_WORK = "schedule_work"
 _KEYS = ("parameter", "points", "interpolation", "voltage", "boost")
 _INTERPOLATIONS = ("linear", "steps", "smooth")
 _MOMENTS = (".locked", ".release.time", ".release.speed")
 
 
-def proportional_voltage(name: str, frequency: Pieces, rated: tuple[float, float], boost: float) -> Pieces:
+def proportional_voltage(name: str, frequency: Pieces, rated_point: tuple[float, float], boost: float) -> Pieces:
     """Return the voltage over time that belongs to a frequency over time.
 
     It rises in a straight line from ``boost`` at 0 Hz to the rated voltage at the rated frequency, which holds above it, where
     the field is weakened. rated_point: frequency in Hz and voltage in V. The corner is a breakpoint.
     """
-    limit, full = rated
+    limit, full = rated_point
     slope = (full - boost) / limit
     places = sorted({*frequency.breakpoints, *_crossings(frequency, limit)})
     inside = [(0.5 * (a + b), a) for a, b in pairwise(places)]
-    looked_at = [(places[0] - 1.0, places[0]), *inside, (places[-1] + 1.0, places[-1])]
+    samples = [(places[0] - 1.0, places[0]), *inside, (places[-1] + 1.0, places[-1])]
     coefficients = []
-    for within, origin in looked_at:
+    for within, origin in samples:
         piece = int(np.searchsorted(frequency.breakpoints, within, side="right"))
-        shifted = _about(frequency, piece, origin)
+        cubic = _cubic_about(frequency, piece, origin)
         below = frequency(within) < limit
-        coefficients.append((boost + slope * shifted[0], *(slope * c for c in shifted[1:])) if below else (full, 0.0, 0.0, 0.0))
+        coefficients.append((boost + slope * cubic[0], *(slope * c for c in cubic[1:])) if below else (full, 0.0, 0.0, 0.0))
     return Pieces(name, places, coefficients)
 
 
-def _about(pieces: Pieces, piece: int, origin: float) -> tuple[float, float, float, float]:
+def _cubic_about(pieces: Pieces, piece: int, origin: float) -> tuple[float, float, float, float]:
     """Return the cubic of a piece as a polynomial in the distance from another origin."""
     c0, c1, c2, c3 = pieces.coefficients[piece]
     s = origin - pieces.origins[piece]
@@ -56,14 +56,14 @@ def _about(pieces: Pieces, piece: int, origin: float) -> tuple[float, float, flo
 
 def _crossings(pieces: Pieces, limit: float) -> list[float]:
     """Return the times at which the function passes a limit between its breakpoints."""
-    found = []
+    crossings = []
     for k, (low, high) in enumerate(pairwise(pieces.breakpoints), 1):
         c0, c1, c2, c3 = pieces.coefficients[k]
         roots = np.polynomial.Polynomial([c0 - limit, c1, c2, c3]).trim().roots()
         real = low + roots[np.abs(roots.imag) < 1e-12].real
         margin = 1e-9 * (high - low)  # closer to a breakpoint it is that one
-        found += real[(real > low + margin) & (real < high - margin)].tolist()
-    return found
+        crossings += real[(real > low + margin) & (real < high - margin)].tolist()
+    return crossings
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
         raise InputError("schedules", tables, "must be tables: [[machine.schedules]]")
     schedules: dict[str, Schedule] = {}
     table_of: dict[str, int] = {}
-    for i, described in enumerate(tables):
-        made = isinstance(described, Schedule)
-        for schedule in (described,) if made else _schedules(described, parameters, time, f"schedules[{i}]"):
+    for i, table in enumerate(tables):
+        is_schedule = isinstance(table, Schedule)
+        for schedule in (table,) if is_schedule else _schedules(table, parameters, time, f"schedules[{i}]"):
             if schedule.parameter in schedules:
                 raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
             schedules[schedule.parameter], table_of[schedule.parameter] = schedule, i
@@ -113,39 +113,37 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
     return tuple(schedules.values())
 
 
-def _schedules(
-    described: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str
-) -> tuple[Schedule, ...]:
+def _schedules(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, location: str) -> tuple[Schedule, ...]:
     """Return the schedule of a table, and that of the voltage which follows the frequency of a motor."""
-    frequency = _schedule(described, parameters, time, where)
-    if "voltage" not in described:
-        if "boost" in described:
+    frequency = _schedule(table, parameters, time, location)
+    if "voltage" not in table:
+        if "boost" in table:
             raise InputError(
-                f"{where}.boost", described["boost"], 'allowed only with voltage = "proportional"', code="not-allowed"
+                f"{location}.boost", table["boost"], 'allowed only with voltage = "proportional"', code="not-allowed"
             )
         return (frequency,)
-    choice(described, "voltage", where, ("proportional",))
+    choice(table, "voltage", location, ("proportional",))
     drive, _, key = frequency.parameter.rpartition(".")
-    voltage, rated = f"{drive}.voltage", f"{drive}.rated_frequency"
-    if key != "frequency" or voltage not in parameters or rated not in parameters:
-        allowed = (
+    voltage, rated_key = f"{drive}.voltage", f"{drive}.rated_frequency"
+    if key != "frequency" or voltage not in parameters or rated_key not in parameters:
+        requirement = (
             "allowed only for the frequency of a motor that has a voltage and a rated_frequency, such as an induction motor"
         )
-        raise InputError(f"{where}.voltage", described["voltage"], allowed)
+        raise InputError(f"{location}.voltage", table["voltage"], requirement)
     full = parameters[voltage].value
-    boost = read_quantity(Unit("V", "boost, the voltage at 0 Hz"), described.get("boost", 0.0), f"{where}.boost")
+    boost = read_quantity(Unit("V", "boost, the voltage at 0 Hz"), table.get("boost", 0.0), f"{location}.boost")
     if not 0 <= boost <= full:
         raise InputError(
-            f"{where}.boost", described["boost"], f"must be a voltage of a phase from 0 to {full:.6g} V", code="limits"
+            f"{location}.boost", table["boost"], f"must be a voltage of a phase from 0 to {full:.6g} V", code="limits"
         )
-    pieces = proportional_voltage(voltage, frequency.pieces, (parameters[rated].value, full), boost)
+    pieces = proportional_voltage(voltage, frequency.pieces, (parameters[rated_key].value, full), boost)
     return frequency, Schedule(voltage, pieces)
 
 
-def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str) -> Schedule:
-    refuse_unknown(described, _KEYS, where)
-    path = described.get("parameter")
-    at = f"{where}.parameter"
+def _schedule(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, location: str) -> Schedule:
+    refuse_unknown(table, _KEYS, location)
+    path = table.get("parameter")
+    at = f"{location}.parameter"
     if not isinstance(path, str) or path not in parameters:
         raise InputError(
             at, path, f"must be a parameter of the machine; {nearest(str(path), parameters)}", code="unknown-parameter"
@@ -157,29 +155,29 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
     if path.startswith("carrier.motion."):
         sentence = "not allowed: the phase of a prescribed motion would drift; give it as a table of displacements over time"
         raise InputError(at, path, sentence, code="prescribed")
-    points = described.get("points")
+    points = table.get("points")
     if not points or not is_pairs(points):
         sentence = 'must be a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
-        raise InputError(f"{where}.points", points, sentence, code="pairs")
-    units = (Unit(time, "time"), Unit(parameters[path].unit, parameters[path].what))
+        raise InputError(f"{location}.points", points, sentence, code="pairs")
+    units = (Unit(time, "time"), Unit(parameters[path].unit, parameters[path].long_name))
     numbers = [
-        [read_quantity(u, x, f"{where}.points[{k}][{j}]") for j, (u, x) in enumerate(zip(units, point, strict=True))]
+        [read_quantity(u, x, f"{location}.points[{k}][{j}]") for j, (u, x) in enumerate(zip(units, point, strict=True))]
         for k, point in enumerate(points)
     ]
     times, values = zip(*numbers, strict=True)
     if any(b <= a for a, b in pairwise(times)):
-        raise InputError(f"{where}.points", points, "must be points whose times increase", code="not-increasing")
-    kind = choice({"interpolation": "linear"} | dict(described), "interpolation", where, _INTERPOLATIONS)
-    return Schedule(path, interpolated(path, times, values, kind))
+        raise InputError(f"{location}.points", points, "must be points whose times increase", code="not-increasing")
+    kind = choice({"interpolation": "linear"} | dict(table), "interpolation", location, _INTERPOLATIONS)
+    return Schedule(path, interpolated_pieces(path, times, values, kind))
 
 
-def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Expr, unit: str) -> System:
+def with_schedules(system: System, schedules: Sequence[Schedule], stored_energy: sp.Expr, unit: str) -> System:
     """Return the System with scheduled parameters as functions of time, and their work as quadrature ``schedule_work``."""
     if not schedules:
         return system
-    rates = [sp.diff(stored, s.symbol) * sp.diff(s.expression, TIME) for s in schedules]
-    work = Output(SCHEDULED, sp.Add(*rates), unit, "work of the schedules", jump=stored)
-    given = {s.symbol for s in schedules}
-    parameters = tuple(p for p in system.parameters if p not in given)
+    rates = [sp.diff(stored_energy, s.symbol) * sp.diff(s.expression, TIME) for s in schedules]
+    work = Output(SCHEDULE_WORK, sp.Add(*rates), unit, "work of the schedules", jump=stored_energy)
+    symbols = {s.symbol for s in schedules}
+    parameters = tuple(p for p in system.parameters if p not in symbols)
     definitions = (*((s.symbol, s.expression) for s in schedules), *system.definitions)
     return replace(system, parameters=parameters, definitions=definitions, quadratures=(*system.quadratures, work))

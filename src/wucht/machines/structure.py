@@ -16,7 +16,7 @@ from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, linear_carrier
 from wucht.system import Output, System
 
-SUPPLIED, LOST, MISMATCH = "supplied_work", "dissipated_work", "damper_mismatch"
+SUPPLIED_WORK, DISSIPATED_WORK, MISMATCH = "supplied_work", "dissipated_work", "damper_mismatch"
 
 
 SPEED = sp.Symbol("speed", real=True)
@@ -62,7 +62,7 @@ class Structure(Bodies):
 
         Parts whose forces on the carrier are not linear are left out.
         """
-        still = [s.coordinate for s in self.sliders] + [c for c in self.carrier if c.prescribed is not None]
+        still = [s.coordinate for s in self.sliders] + [c for c in self.carrier if c.prescribed_velocity is not None]
         linear = tuple(e for e in self.energies if not e.nonlinear)
         return linear_carrier(linear, self.free_carrier, [b.coordinate for b in self.bodies], still)
 
@@ -72,8 +72,8 @@ class Structure(Bodies):
         """The equations of motion, with outputs and with the quadratures of the energy balance."""
         energies, coordinates, unit = self.energies, self.coordinates, self.units.energy
         quadratures = [
-            Output(SUPPLIED, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
-            Output(LOST, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
+            Output(SUPPLIED_WORK, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
+            Output(DISSIPATED_WORK, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
         ]
         if self.mismatch is not None:
             quadratures.append(Output(MISMATCH, self.mismatch, unit, "work created by dampers that are not reciprocal"))
@@ -81,37 +81,43 @@ class Structure(Bodies):
         system = lagrange.first_order(
             motion, coordinates, self.symbols, self.outputs(), quadratures, self.locks(), self.internal
         )
-        return with_schedules(system, self.schedules, self.stored, unit)
+        return with_schedules(system, self.schedules, self.stored_energy, unit)
 
     def locks(self) -> list[lagrange.Lock]:
         """Return the locks, the outermost first."""
         index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
-        turning = None if self.turning is None else self.carrier.index(self.turning)
-        locked = sorted((b for b in self.bodies if b.release), key=lambda b: -len(self.tree.path(b.name)))
-        return [lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.locked) for b in locked]
+        turning = None if self.rotation_coordinate is None else self.carrier.index(self.rotation_coordinate)
+        locked_bodies = sorted((b for b in self.bodies if b.release), key=lambda b: -len(self.tree.path(b.name)))
+        return [
+            lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.lock_symbol) for b in locked_bodies
+        ]
 
     @property
-    def stored(self) -> sp.Expr:
+    def stored_energy(self) -> sp.Expr:
         """The stored energy, kinetic and potential."""
         return sp.Add(*(e.kinetic for e in self.energies), *(e.potential for e in self.energies))
 
     @property
     def transmission_loss(self) -> sp.Expr:
         """The torque that the transmissions between motors and their bodies take, at the speed of the bodies."""
-        return -sp.Add(*(a.force for e in self.energies for a in e.applied if a.of_drive))
+        return -sp.Add(*(a.force for e in self.energies for a in e.applied_forces if a.of_drive))
 
     def outputs(self) -> list[Output]:
         """Return energy, torques and power, prescribed speeds, bearing forces and the orbit of the axis."""
         u = self.units
-        driven = [b.coordinate for b in self.bodies if b.coordinate.prescribed is not None]
-        motors = [a.force for e in self.energies for a in e.applied if a.booked == "supplied"]
+        driven = [b.coordinate for b in self.bodies if b.coordinate.prescribed_velocity is not None]
+        motors = [a.force for e in self.energies for a in e.applied_forces if a.energy_side == "supplied"]
         motor = sp.Add(*motors, *map(lagrange.reaction, driven))
         outputs = [
-            Output("stored_energy", self.stored, u.energy, "stored energy"),
+            Output("stored_energy", self.stored_energy, u.energy, "stored energy"),
             Output("motor_torque", motor, u.torque, "motor torque before the loss of a transmission"),
             Output("drive_torque", motor - self.transmission_loss, u.torque, "torque of the drive on the rotor"),
             Output("motor_power", lagrange.supplied_power(self.energies, self.coordinates), u.power, "motor power"),
-            *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in self.coordinates if c.prescribed is not None),
+            *(
+                Output(c.velocity.name, c.velocity, u.speed, "speed")
+                for c in self.coordinates
+                if c.prescribed_velocity is not None
+            ),
         ]
         turning = {s for c in self.coordinates[len(self.carrier) :] for s in (c.position, c.velocity)}
         alone = lagrange.equations_of_motion([e for e in self.energies if not e.symbols & turning], self.carrier)
@@ -132,8 +138,8 @@ class Structure(Bodies):
         It is the residual of the equation of motion of these bodies alone in the carrier's coordinate: the bearing's force on
         them, with the sign changed.
         """
-        own = [b.coordinate for b in self.group(rotor)]
-        turning = {s for c in own for s in (c.position, c.velocity)}
+        coordinates = [b.coordinate for b in self.group(rotor)]
+        turning = {s for c in coordinates for s in (c.position, c.velocity)}
         energies = [e for e in self.energies if e.symbols & turning]
         motion = lagrange.equations_of_motion(energies, self.coordinates)
         accelerations, outputs = sp.Matrix([lagrange.acceleration(c) for c in self.coordinates]), []
@@ -164,7 +170,7 @@ class Structure(Bodies):
 
 
 @lru_cache(maxsize=256)
-def shared(structure: Structure) -> Structure:
+def canonical_structure(structure: Structure) -> Structure:
     """Return the first structure that is equal to this one: its derived expressions are in its caches."""
     return structure
 
@@ -174,15 +180,15 @@ def torques_on(energies: Sequence[Energies], velocity: sp.Symbol, arriving: bool
 
     arriving: the losses of gears between motor and body are the drive's, not the loads'.
     """
-    every = [a for e in energies for a in e.applied]
-    applied = [(a.booked == "supplied" or (arriving and a.of_drive), a.force * sp.diff(a.rate, velocity)) for a in every]
-    losses = [*(sp.diff(e.dissipation, velocity) for e in energies), *(-t for supplied, t in applied if not supplied)]
-    return sp.Add(*(t for supplied, t in applied if supplied)), sp.Add(*losses)
+    every = [a for e in energies for a in e.applied_forces]
+    torques = [(a.energy_side == "supplied" or (arriving and a.of_drive), a.force * sp.diff(a.rate, velocity)) for a in every]
+    losses = [*(sp.diff(e.dissipation, velocity) for e in energies), *(-t for is_supplied, t in torques if not is_supplied)]
+    return sp.Add(*(t for is_supplied, t in torques if is_supplied)), sp.Add(*losses)
 
 
 @lru_cache(maxsize=256)
 @derived_once
-def shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
+def steady_shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
     """Return the driving and the braking torque of bodies that turn with ``SPEED``, the carrier at rest.
 
     Of all drives, in the direction of positive speeds, after their gears; of loads and bearings, against it.
@@ -190,7 +196,7 @@ def shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tu
     resting = (*structure.carrier, *(x.coordinate for x in structure.sliders))
     still = dict.fromkeys((s for c in resting for s in (c.position, c.velocity)), sp.S.Zero)
     still |= {b.coordinate.velocity: SPEED for b in structure.bodies}
-    steady = {own.state: own.steady for own in structure.internal}
+    steady = {state.state: state.steady for state in structure.internal}
     drive, losses = zip(*(torques_on(structure.energies, v, arriving=True) for v in velocities), strict=True)
     driving, braking = (sp.sympify(sp.Add(*torques).xreplace(steady).xreplace(still)) for torques in (drive, losses))
     return driving, braking

@@ -23,7 +23,7 @@ def notation_of(machine: Machine) -> Notation:
         names[b.coordinate.position.name] = "phi" if b.about is None and rotors == 1 else f"{base}_{b.name}"
     for x in machine.sliders:
         names[x.coordinate.position.name] = f"s_{x.name}"
-    names |= {x.state.name: f"{x.own.letter}_{x.path}" for x in machine.internal}
+    names |= {x.state.name: f"{x.description.letter}_{x.path}" for x in machine.internal}
     count = Counter(p.symbol for p in machine.parameters.values())
     alike = Counter((p.symbol, path.split(".")[0]) for path, p in machine.parameters.items())
     for path, p in machine.parameters.items():

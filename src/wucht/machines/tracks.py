@@ -16,7 +16,7 @@ import sympy as sp
 from wucht.errors import InputError
 from wucht.machines.mechanism import Mechanism
 from wucht.machines.parts.stop import stop
-from wucht.machines.parts.track import RESTITUTION, Track, Tracked
+from wucht.machines.parts.track import RESTITUTION, Track, TrackBody
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.schema import Parameter
@@ -27,12 +27,12 @@ FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
 _PLAY = 1e-9  # rad: clearance of bodies that just touch at the start
 
 
-def tracks_of(bodies: Sequence[Tracked], frequency: Mapping[str, float], given: Collection[str]) -> tuple[Track, ...]:
+def tracks_of(bodies: Sequence[TrackBody], frequency: Mapping[str, float], given_names: Collection[str]) -> tuple[Track, ...]:
     """Return the tracks of a machine. frequency: of the contacts by track; given_names: the tracks with a given frequency.
 
     Raises ``InputError``: bodies of one track on different circles or about different bodies, or too many for it.
     """
-    by_track: dict[str, list[Tracked]] = {}
+    by_track: dict[str, list[TrackBody]] = {}
     for b in bodies:
         if b.track is not None:
             by_track.setdefault(b.track, []).append(b)
@@ -49,21 +49,21 @@ def tracks_of(bodies: Sequence[Tracked], frequency: Mapping[str, float], given: 
                 raise InputError(place, b.track, f"{circle}, that of this body on {b.centre_radius():g} m", code="other-circle")
         if len(together) > 1 and sum(angular_width(a, b) for a, b in _neighbours(together)) > 2 * math.pi:
             raise InputError(f"{first.path}.track", first.track, f"{len(together)} bodies of this size do not fit on it")
-    return tuple(Track(name, tuple(ts), frequency[name], name in given) for name, ts in by_track.items() if len(ts) > 1)
+    return tuple(Track(name, tuple(ts), frequency[name], name in given_names) for name, ts in by_track.items() if len(ts) > 1)
 
 
-def _neighbours(bodies: Sequence[Tracked]) -> list[tuple[Tracked, Tracked]]:
+def _neighbours(bodies: Sequence[TrackBody]) -> list[tuple[TrackBody, TrackBody]]:
     return list(zip(bodies, [*bodies[1:], bodies[0]], strict=True))
 
 
-def angular_width(a: Tracked, b: Tracked) -> float:
+def angular_width(a: TrackBody, b: TrackBody) -> float:
     """Return the angle between the centres of two bodies that touch, in rad."""
     half = ((a.width() or 0.0) + (b.width() or 0.0)) / (4 * a.centre_radius())
     return 2 * math.asin(min(half, 1.0))
 
 
 def _contacts(
-    track: Track, order: Sequence[Tracked], offsets: Sequence[float], angles: Mapping[str, Coordinate]
+    track: Track, order: Sequence[TrackBody], offsets: Sequence[float], angles: Mapping[str, Coordinate]
 ) -> tuple[Energies, tuple[Parameter, ...]]:
     """Return energies and parameters of a track's contacts. order: the bodies counter-clockwise. offsets: of each gap."""
     frequency, contacts = track.symbol("contact_frequency"), list[Energies]()
@@ -72,11 +72,11 @@ def _contacts(
         offset = track.symbol(f"offset_{k + 1}")
         gap = angles[b.name].position - angles[a.name].position + offset
         rate = angles[b.name].velocity - angles[a.name].velocity
-        inertia = a.about_axis() * b.about_axis() / (a.about_axis() + b.about_axis())
+        inertia = a.axis_inertia() * b.axis_inertia() / (a.axis_inertia() + b.axis_inertia())
         bounce = sum(sp.log(body.symbol("restitution")) for body in (a, b)) / 2
         contacts.append(stop(gap, rate, inertia, frequency, bounce))
-        what = f"angle added to the gap {a.name} to {b.name}"
-        parameters.append(Parameter(offset.name, offsets[k], "rad", f"delta_{k + 1}", what))
+        meaning = f"angle added to the gap {a.name} to {b.name}"
+        parameters.append(Parameter(offset.name, offsets[k], "rad", f"delta_{k + 1}", meaning))
     for name in (b.name for b in track.bodies if b.restitution is None):
         parameters.append(Parameter(f"{name}.restitution", RESTITUTION, "", "e", "coefficient of restitution"))
     return sum(contacts, Energies()), tuple(parameters)
@@ -85,7 +85,9 @@ def _contacts(
 MechanismT = TypeVar("MechanismT", bound=Mechanism)
 
 
-def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 0.0, where: str = "study.start") -> MechanismT:
+def arrange_contacts(
+    machine: MechanismT, angles: Mapping[str, float], fastest: float = 0.0, location: str = "study.start"
+) -> MechanismT:
     """Return the machine with contacts between those bodies that are neighbours at these angles (absolute, in rad).
 
     fastest: the largest speed at the start, in rad/s: contacts without a frequency in the file are fast compared with it too.
@@ -100,20 +102,22 @@ def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 
     for track in machine.tracks:
         first = angles[track.bodies[0].name]
         order = sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))  # counter-clockwise
-        contact, more = _contacts(track, order, _offsets(track, order, angles, where), coordinates)
+        contact, more = _contacts(track, order, _offsets(track, order, angles, location), coordinates)
         energies.append(contact)
         tracks.append(replace(track, order=tuple(b.name for b in order)))
         offsets |= {p.path: p.value for p in more if "offset" in p.path}
-        if not track.given:
+        if not track.is_frequency_given:
             offsets[track.symbol("contact_frequency").name] = max(track.frequency, FREQUENCY_RATIO * fastest)
         parameters |= {p.path: p for p in more if p.path not in machine.parameters}
     if [t.order for t in tracks] == [t.order for t in machine.tracks]:
-        return machine.with_unchecked(offsets)
-    contacted = machine.changed(energies=(*machine.without_contacts, *energies), parameters=parameters, tracks=tuple(tracks))
-    return contacted.with_unchecked(offsets)
+        return machine.with_unchecked_values(offsets)
+    new_machine = machine.with_fields(
+        energies=(*machine.without_contacts, *energies), parameters=parameters, tracks=tuple(tracks)
+    )
+    return new_machine.with_unchecked_values(offsets)
 
 
-def _offsets(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> list[float]:
+def _offsets(track: Track, order: Sequence[TrackBody], angles: Mapping[str, float], location: str) -> list[float]:
     """Return the angles to add to the difference of two neighbours' angles to obtain the gap between them.
 
     Whole turns by which the next body lies ahead, less the angle that both fill; a clearance where they just touch.
@@ -124,20 +128,20 @@ def _offsets(track: Track, order: Sequence[Tracked], angles: Mapping[str, float]
         ahead = apart % (2 * math.pi)
         gap = ahead - width
         if gap < -_PLAY:
-            needed = f"their centres must be {math.degrees(width):.4g} degrees apart"
-            sentence = f"{a.name!r} and {b.name!r} of the track {track.name!r} overlap: {needed}"
-            raise InputError(f"{where}.{b.name}", math.degrees(angles[b.name]), sentence)
+            hint = f"their centres must be {math.degrees(width):.4g} degrees apart"
+            sentence = f"{a.name!r} and {b.name!r} of the track {track.name!r} overlap: {hint}"
+            raise InputError(f"{location}.{b.name}", math.degrees(angles[b.name]), sentence)
         offsets.append(2 * math.pi * round((ahead - apart) / (2 * math.pi)) - width + (_PLAY - gap if gap < _PLAY else 0.0))
     return offsets
 
 
-def starts(bodies: Sequence[Tracked]) -> dict[str, float]:
+def starts(bodies: Sequence[TrackBody]) -> dict[str, float]:
     """Return the start angles of a track's bodies from the body turned about: as given, evenly spaced without any."""
     if any(b.start is not None for b in bodies):
         return {b.name: b.start or 0.0 for b in bodies}
-    return evenly(bodies)
+    return even_start_angles(bodies)
 
 
-def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:
+def even_start_angles(bodies: Sequence[TrackBody]) -> dict[str, float]:
     """Return angles at which the bodies of a track are evenly spaced, in the given order."""
     return {b.name: k * 2 * math.pi / len(bodies) for k, b in enumerate(bodies)}

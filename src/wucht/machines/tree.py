@@ -10,7 +10,7 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.machines.parts.base import Frame, Point, Release
-from wucht.mechanics.energies import Energies, Internal
+from wucht.mechanics.energies import Energies, InternalState
 from wucht.mechanics.lagrange import Coordinate
 
 
@@ -25,7 +25,7 @@ class RotatingBody:
     release: Release | None = None
 
     @property
-    def locked(self) -> sp.Symbol:
+    def lock_symbol(self) -> sp.Symbol:
         """The parameter that is 1 while the body is locked."""
         return sp.Symbol(f"{self.name}.locked", real=True)
 
@@ -73,7 +73,7 @@ class Tree:
 
     def group(self, body: str) -> list[str]:
         """Return a body and all that turn about it, directly or through others, from the axis out."""
-        return [other for other in self.outward if body in self.path(other)]
+        return [name for name in self.outward if body in self.path(name)]
 
 
 @dataclass(frozen=True)
@@ -93,22 +93,22 @@ class Bodies:
         return (*self.carrier, *(b.coordinate for b in self.bodies), *(s.coordinate for s in self.sliders))
 
     @cached_property
-    def internal(self) -> tuple[Internal, ...]:
+    def internal(self) -> tuple[InternalState, ...]:
         """The internal states of the parts, such as a controller's."""
-        return tuple(own for e in self.energies for own in e.internal)
+        return tuple(state for e in self.energies for state in e.internal_states)
 
     @cached_property
     def free_carrier(self) -> tuple[Coordinate, ...]:
         """The carrier's coordinates without those whose motion is prescribed."""
-        return tuple(c for c in self.carrier if c.prescribed is None)
+        return tuple(c for c in self.carrier if c.prescribed_velocity is None)
 
     @cached_property
-    def shaken(self) -> Coordinate | None:
+    def shaken_coordinate(self) -> Coordinate | None:
         """The carrier's coordinate whose motion is prescribed, if one is."""
-        return next((c for c in self.carrier if c.prescribed is not None), None)
+        return next((c for c in self.carrier if c.prescribed_velocity is not None), None)
 
     @cached_property
-    def turning(self) -> Coordinate | None:
+    def rotation_coordinate(self) -> Coordinate | None:
         """The carrier's turning about the normal of the plane, with which a locked rotor turns; None where it does not turn."""
         return next((c for c in self.carrier if c.velocity == self.frame.rotation), None)
 

@@ -23,14 +23,14 @@ from wucht.errors import RunError
 
 _NODES, _A_DEVIATION = 16, 2.0  # Gauss' nodes: at least, and as many for each standard deviation below the threshold
 _MOST_NODES = 160
-_CONVERGED = 1e-9  # relative: the chance of an alarm in a cycle
+_CONVERGENCE = 1e-9  # relative: the chance of an alarm in a cycle
 _MOST_CYCLES, _NONE_LEFT, _UNDERFLOW, _NEVER = 10_000, 1e-15, 1e-200, 1e300
 _FIRST_READINGS, _MOST_READINGS = 5000, 100_000  # after a change: before the tail is used, and in all
 _ROOT_2, _ROOT_2_PI = math.sqrt(2.0), math.sqrt(2 * math.pi)
 
 
 @dataclass(frozen=True, eq=False)
-class Sums:
+class SumDistribution:
     """Distribution of one of the two sums over all charts that have not alarmed.
 
     zero: the share of those at 0. density (N,): of the other ones at the nodes. Together they are that share of all
@@ -54,28 +54,28 @@ class AlarmDistribution:
     tail: np.ndarray
 
     @property
-    def certain(self) -> bool:
+    def is_certain(self) -> bool:
         """True if an alarm comes at last, and its distribution is known."""
         return bool(len(self.tail) and self.tail[-1] > 1 / _NEVER)
 
     def mean(self) -> float:
         """Return the mean number of readings before that of the alarm; without a tail of alarms at the first readings alone."""
-        if not self.certain:
+        if not self.is_certain:
             shares = np.diff(self.first, prepend=0.0)
             return float((shares * np.arange(len(shares))).sum() / self.first[-1])
         in_a_cycle = float(np.exp(-self.tail).sum())
-        return float((1 - self.first).sum()) + self._left * in_a_cycle / -math.expm1(-self.tail[-1])
+        return float((1 - self.first).sum()) + self._share_left * in_a_cycle / -math.expm1(-self.tail[-1])
 
     def quantile(self, probability: float) -> float | None:
         """Return the number of readings before that by which an alarm has come with a probability; None if not known."""
-        alarmed = np.flatnonzero(self.first >= probability)
-        if len(alarmed):
-            return float(alarmed[0])
-        if not self.certain:
+        alarm_readings = np.flatnonzero(self.first >= probability)
+        if len(alarm_readings):
+            return float(alarm_readings[0])
+        if not self.is_certain:
             return None
-        needed = math.log(self._left / (1 - probability))
-        cycles = max(math.ceil(needed / self.tail[-1]) - 1, 0)
-        within = min(int(np.searchsorted(self.tail, needed - cycles * self.tail[-1])), len(self.tail) - 1)
+        target = math.log(self._share_left / (1 - probability))
+        cycles = max(math.ceil(target / self.tail[-1]) - 1, 0)
+        within = min(int(np.searchsorted(self.tail, target - cycles * self.tail[-1])), len(self.tail) - 1)
         return float(len(self.first)) + float(cycles) * len(self.tail) + within
 
     def curve(self, probability: float, points: int) -> tuple[np.ndarray, np.ndarray]:
@@ -87,10 +87,10 @@ class AlarmDistribution:
             return at, self.first
         cycles = np.unique(np.ceil(np.linspace(0, (last + 1 - len(self.first)) / len(self.tail), points + 1)[1:]))
         ends = len(self.first) + cycles * len(self.tail) - 1
-        return np.append(at, ends), np.append(self.first, 1 - self._left * np.exp(-cycles * self.tail[-1]))
+        return np.append(at, ends), np.append(self.first, 1 - self._share_left * np.exp(-cycles * self.tail[-1]))
 
     @property
-    def _left(self) -> float:
+    def _share_left(self) -> float:
         """The share of charts that have not alarmed at the first readings."""
         return 1 - float(self.first[-1])
 
@@ -111,14 +111,14 @@ class Cusum:
         for i, reading in enumerate(deviations.T):
             upper = np.maximum(0.0, upper + reading - self.reference)
             lower = np.maximum(0.0, lower - reading - self.reference)
-            alarmed = np.maximum(upper, lower) > self.threshold
-            first[alarmed & (first > i)] = i
+            has_alarmed = np.maximum(upper, lower) > self.threshold
+            first[has_alarmed & (first > i)] = i
         return first
 
     @property
-    def zero(self) -> Sums:
+    def zero(self) -> SumDistribution:
         """Charts that begin."""
-        return Sums(1.0, np.zeros(len(self._nodes)))
+        return SumDistribution(1.0, np.zeros(len(self._nodes)))
 
     @cached_property
     def _spread(self) -> float:
@@ -143,67 +143,82 @@ class Cusum:
         beyond = _normal((begin + drift - self.threshold) / s)
         return np.asarray(share * np.vstack([to_zero, np.exp(-z * z / 2) / (s * _ROOT_2_PI), beyond]))
 
-    def _drifts(self, expected: np.ndarray, rising: bool) -> np.ndarray:
-        return (expected if rising else -expected) - self.reference
+    def _drifts(self, expected_deviations: np.ndarray, rising: bool) -> np.ndarray:
+        return (expected_deviations if rising else -expected_deviations) - self.reference
 
-    def _carried(self, sums: Sums, expected: Iterable[float], rising: bool) -> Iterator[tuple[float, np.ndarray]]:
+    def _propagate(
+        self, sums: SumDistribution, expected_deviations: Iterable[float], rising: bool
+    ) -> Iterator[tuple[float, np.ndarray]]:
         """Yield for each reading the share of charts that alarm, and that of the other ones (N + 1,), at zero and at the nodes
         with their weights.
 
         expected_deviations: of the readings. rising: by the upper sum, else by the lower one.
         """
-        now, matrices = np.append(sums.zero, sums.density), dict[float, np.ndarray]()  # deviations may repeat
+        state, matrices = np.append(sums.zero, sums.density), dict[float, np.ndarray]()  # deviations may repeat
         weights = np.append(1.0, self._rule[1])
-        for deviation in expected:
+        for deviation in expected_deviations:
             matrix = matrices.get(deviation)
             if matrix is None:
                 matrix = matrices[deviation] = self._matrix((deviation if rising else -deviation) - self.reference)
-            after = matrix @ now
-            now = after[:-1]
-            yield float(after[-1]), weights * now
+            next_state = matrix @ state
+            state = next_state[:-1]
+            yield float(next_state[-1]), weights * state
 
-    def steady(self, expected: np.ndarray, rising: bool) -> tuple[Sums, float]:
+    def steady_state(self, expected_deviations: np.ndarray, rising: bool) -> tuple[SumDistribution, float]:
         """Return the sums of the charts that have not alarmed (all together 1) after many cycles of readings with expected
         deviations (n,), and the mean number of readings from the begin of a chart to its alarm.
 
         Raises ``RunError`` if there is no steady state.
         """
-        matrices = [self._matrix(drift) for drift in self._drifts(expected, rising).tolist()]
-        now, weights = np.append(1.0, self.zero.density), np.append(1.0, self._rule[1])
-        left, passed, before = 1.0, 0.0, math.nan
+        matrices = [self._matrix(drift) for drift in self._drifts(expected_deviations, rising).tolist()]
+        state, weights = np.append(1.0, self.zero.density), np.append(1.0, self._rule[1])
+        remaining, earlier_readings, before = 1.0, 0.0, math.nan
         for _ in range(_MOST_CYCLES):
             logs = np.empty(len(matrices))  # of the share that stays, reading by reading: right where that is 1 to rounding
             for i, matrix in enumerate(matrices):
-                after = matrix @ now
-                stays, alarms = float(weights @ after[:-1]), float(after[-1])
+                next_state = matrix @ state
+                stays, alarms = float(weights @ next_state[:-1]), float(next_state[-1])
                 if stays < _UNDERFLOW * alarms:  # every chart alarms at the latest here
-                    return Sums(0.0, 0 * now[1:]), passed + left * float(np.exp(np.append(0.0, np.cumsum(logs[:i]))).sum())
+                    return SumDistribution(0.0, 0 * state[1:]), earlier_readings + remaining * float(
+                        np.exp(np.append(0.0, np.cumsum(logs[:i]))).sum()
+                    )
                 logs[i] = -math.log1p(alarms / stays)
-                now = after[:-1] / stays
+                state = next_state[:-1] / stays
             readings = float(np.exp(np.cumsum(logs) - logs).sum())
             chance = -math.expm1(float(logs.sum()))
-            if abs(chance - before) <= _CONVERGED * chance or left < _NONE_LEFT:
-                return Sums(float(now[0]), now[1:]), passed + left * readings / max(chance, 1 / _NEVER)
-            passed, left, before = passed + left * readings, left * (1 - chance), chance
+            if abs(chance - before) <= _CONVERGENCE * chance or remaining < _NONE_LEFT:
+                return SumDistribution(float(state[0]), state[1:]), earlier_readings + remaining * readings / max(
+                    chance, 1 / _NEVER
+                )
+            earlier_readings, remaining, before = earlier_readings + remaining * readings, remaining * (1 - chance), chance
         raise RunError("the chart does not reach a steady state: the change to be detected is too small")
 
-    def between_alarms(self, expected: np.ndarray) -> float:
+    def mean_alarm_interval(self, expected_deviations: np.ndarray) -> float:
         """Return the mean number of readings between two alarms without a change; expected_deviations (n,): these repeat.
 
         Each alarm begins the chart anew. That of both sums: 1/N = 1/N+ + 1/N- (K. W. Kemp, Appl. Statist. 11 (1962) 16-31).
         """
-        return 1 / sum(1 / self.steady(expected, rising)[1] for rising in (True, False))
+        return 1 / sum(1 / self.steady_state(expected_deviations, rising)[1] for rising in (True, False))
 
-    def detection(self, normal: np.ndarray | None, changed: np.ndarray, enough: float = 1.0) -> np.ndarray:
+    def detection(
+        self, normal_deviations: np.ndarray | None, changed_deviations: np.ndarray, sufficient_probability: float = 1.0
+    ) -> np.ndarray:
         """Return the probability (m,) that an alarm has come by each reading after a change.
 
         normal_deviations (n,): expected before it, repeating, without an alarm; None: the chart begins. changed_deviations:
         expected after it, at least m readings: it ends at the first one with ``sufficient_probability``.
         """
-        return self.alarms(normal, changed, np.empty(0), enough, len(changed)).first
+        return self.alarms(
+            normal_deviations, changed_deviations, np.empty(0), sufficient_probability, len(changed_deviations)
+        ).first
 
     def alarms(
-        self, normal: np.ndarray | None, changed: np.ndarray, again: np.ndarray, enough: float, most: int = _MOST_READINGS
+        self,
+        normal_deviations: np.ndarray | None,
+        changed_deviations: np.ndarray,
+        repeating_deviations: np.ndarray,
+        sufficient_probability: float,
+        most: int = _MOST_READINGS,
     ) -> AlarmDistribution:
         """Return the distribution of the alarm after a change: see ``detection``. repeating_deviations (n,): expected after the
         changed ones; without any, the readings after these are not known.
@@ -213,30 +228,40 @@ class Cusum:
         by the same factor in each cycle, for ever. If neither happens within ``most`` readings, no more is known; nor is
         that factor known where the nodes do not resolve the noise, on which it depends exponentially.
         """
-        begin = [self.zero if normal is None else self.steady(normal, rising)[0] for rising in (True, False)]
+        begin = [
+            self.zero if normal_deviations is None else self.steady_state(normal_deviations, rising)[0]
+            for rising in (True, False)
+        ]
         upper, lower = (
-            self._carried(sums, chain(changed.tolist(), cycle(again.tolist())), rising)
+            self._propagate(sums, chain(changed_deviations.tolist(), cycle(repeating_deviations.tolist())), rising)
             for sums, rising in zip(begin, (True, False), strict=True)
         )
-        alarmed, missed, tail, before = list[float](), [1.0, 1.0], np.zeros(len(again)), np.full((2, 1), np.nan)
-        resolved = self._spread == self.noise
-        for count, sides in enumerate(zip(upper, lower, strict=True), 1 - len(changed)):
-            missed = [m - alarms for m, (alarms, _) in zip(missed, sides, strict=True)]
-            alarmed.append(1 - missed[0] * missed[1])
-            if alarmed[-1] >= enough or len(alarmed) == most:
+        probabilities, no_alarm_shares, tail, before = (
+            list[float](),
+            [1.0, 1.0],
+            np.zeros(len(repeating_deviations)),
+            np.full((2, 1), np.nan),
+        )
+        is_resolved = self._spread == self.noise
+        for count, sides in enumerate(zip(upper, lower, strict=True), 1 - len(changed_deviations)):
+            no_alarm_shares = [m - alarms for m, (alarms, _) in zip(no_alarm_shares, sides, strict=True)]
+            probabilities.append(1 - no_alarm_shares[0] * no_alarm_shares[1])
+            if probabilities[-1] >= sufficient_probability or len(probabilities) == most:
                 break
             if count > 0:
                 # By the charts that stay, not by the difference to 1: accurate even where hardly any alarms.
-                tail[(count - 1) % len(again)] = sum(math.log1p(alarms / left.sum()) for alarms, left in sides)
-            if resolved and count > 0 and count % len(again) == 0 and len(alarmed) >= _FIRST_READINGS:
-                now = np.array([left / left.sum() for _, left in sides])
-                if np.abs(now - before).sum() <= _CONVERGED:
-                    return AlarmDistribution(np.array(alarmed), np.cumsum(tail))
-                before = now
-        return AlarmDistribution(np.array(alarmed), np.empty(0))
+                tail[(count - 1) % len(repeating_deviations)] = sum(
+                    math.log1p(alarms / remaining.sum()) for alarms, remaining in sides
+                )
+            if is_resolved and count > 0 and count % len(repeating_deviations) == 0 and len(probabilities) >= _FIRST_READINGS:
+                distribution = np.array([remaining / remaining.sum() for _, remaining in sides])
+                if np.abs(distribution - before).sum() <= _CONVERGENCE:
+                    return AlarmDistribution(np.array(probabilities), np.cumsum(tail))
+                before = distribution
+        return AlarmDistribution(np.array(probabilities), np.empty(0))
 
 
-def chart(reference: float, noise: float, readings: float, expected: np.ndarray) -> Cusum:
+def design_chart(reference: float, noise: float, readings: float, expected_deviations: np.ndarray) -> Cusum:
     """Design the chart that alarms once in so many readings without a change. expected_deviations (n,): these repeat.
 
     Raises ``RunError`` where there is none.
@@ -244,10 +269,10 @@ def chart(reference: float, noise: float, readings: float, expected: np.ndarray)
     from scipy.optimize import brentq
 
     low = 0.1 * max(noise, reference)
-    made = Cusum(reference, low, noise)
+    cusum = Cusum(reference, low, noise)
 
     def missing(logarithm: float) -> float:
-        return math.log(replace(made, threshold=math.exp(logarithm)).between_alarms(expected) / readings)
+        return math.log(replace(cusum, threshold=math.exp(logarithm)).mean_alarm_interval(expected_deviations) / readings)
 
     if missing(math.log(low)) > 0:
         raise RunError("without a failure there are fewer false alarms than wanted: ask for rarer ones", code="too-few-alarms")
@@ -256,7 +281,7 @@ def chart(reference: float, noise: float, readings: float, expected: np.ndarray)
         high *= 2
         if high > 1e6 * low:
             raise RunError("no threshold makes false alarms so rare: without a failure the readings vary too much")
-    return replace(made, threshold=math.exp(brentq(missing, math.log(high / 2), math.log(high), xtol=1e-6)))
+    return replace(cusum, threshold=math.exp(brentq(missing, math.log(high / 2), math.log(high), xtol=1e-6)))
 
 
 @lru_cache(maxsize=256)

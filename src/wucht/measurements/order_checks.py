@@ -30,36 +30,40 @@ _ROUGH_SAMPLES = 0.5  # of samples, likewise; these may be few in a period
 
 def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
     """Raise ``InputError`` for a record that cannot hold the orders (K,) at about omega in rad/s."""
-    where, count, span = shaft.where, len(shaft.time), float(np.ptp(shaft.time))
+    location, count, span = shaft.location, len(shaft.time), float(np.ptp(shaft.time))
     turns = omega * span / TURN
     if -_STANDS < turns <= 0:
-        allowed = (
+        explanation = (
             f"the shaft stands: {omega:.4g} rad/s on average, {turns:.2g} turns in {span:.4g} s; are column and unit right?"
         )
-        raise InputError(where, None, allowed, code="stands-still")
+        raise InputError(location, None, explanation, code="stands-still")
     if turns < 0:
-        allowed = (
+        explanation = (
             f"the shaft turns backwards ({omega:.4g} rad/s on average): turn the sign with the key scale, as in scale = -1"
         )
-        raise InputError(where, None, allowed, code="turns-back")
+        raise InputError(location, None, explanation, code="turns-back")
     if turns < 1:
-        told = f"the record is shorter than a turn ({turns:.2g} turns at {omega:.4g} rad/s)"
-        allowed = f"{told}: record several turns, or check the unit of the speed"
-        raise InputError(where, None, allowed, code="too-short")
+        summary = f"the record is shorter than a turn ({turns:.2g} turns at {omega:.4g} rad/s)"
+        explanation = f"{summary}: record several turns, or check the unit of the speed"
+        raise InputError(location, None, explanation, code="too-short")
     steps = np.diff(shaft.time)
     longest = int(steps.argmax())
     if steps[longest] > _GAP * float(np.median(steps)) and steps[longest] * omega > TURN:
-        allowed = (
+        explanation = (
             f"there is a gap of {steps[longest]:.4g} s, {steps[longest] * omega / TURN:.3g} turns, after "
             f"{shaft.time[longest]:.6g} s: cut the record to one side of it"
         )
-        raise InputError(where, None, allowed, code="gap")
+        raise InputError(location, None, explanation, code="gap")
     highest, parameters = int(orders[-1]), 3 + 2 * len(orders)
     a_turn = (count - 1) / turns
     if a_turn < _NYQUIST * highest or count < parameters:
-        needed = f"order {highest} needs more than {2 * highest}" if count >= parameters else f"these need {parameters} in all"
+        requirement = (
+            f"order {highest} needs more than {2 * highest}" if count >= parameters else f"these need {parameters} in all"
+        )
         units = "; are the units of time and speed right?" if a_turn < _NYQUIST else ""
-        raise InputError(f"{where}: orders", orders.tolist(), f"there are {a_turn:.3g} samples a turn, and {needed}{units}")
+        raise InputError(
+            f"{location}: orders", orders.tolist(), f"there are {a_turn:.3g} samples a turn, and {requirement}{units}"
+        )
 
 
 def check_outliers(shaft: ShaftSignal) -> None:
@@ -67,21 +71,22 @@ def check_outliers(shaft: ShaftSignal) -> None:
     if shaft.quantity != "speed":
         return
     median = float(np.median(shaft.values))
-    off = np.abs(shaft.values - median)
-    usual = float(np.quantile(off, 1 - _FEW))
-    out = np.flatnonzero(off > max(_FAR * usual, _LARGE * abs(median)))
+    deviation = np.abs(shaft.values - median)
+    usual = float(np.quantile(deviation, 1 - _FEW))
+    out = np.flatnonzero(deviation > max(_FAR * usual, _LARGE * abs(median)))
     if len(out):
-        i = int(off.argmax())
-        others = f" {len(out) - 1} others stick out, too;" if len(out) > 1 else ""
-        allowed = (
-            f"sample {i + 1}, at {shaft.time[i]:.6g} s, sticks out: it is {shaft.stated(float(shaft.values[i]))}, and the "
-            f"median of all is {shaft.stated(median)};{others} take such samples out"
+        i = int(deviation.argmax())
+        more_outliers = f" {len(out) - 1} others stick out, too;" if len(out) > 1 else ""
+        explanation = (
+            f"sample {i + 1}, at {shaft.time[i]:.6g} s, sticks out: it is "
+            f"{shaft.format_speed(float(shaft.values[i]))}, and the "
+            f"median of all is {shaft.format_speed(median)};{more_outliers} take such samples out"
         )
-        raise InputError(shaft.where, None, allowed)
+        raise InputError(shaft.location, None, explanation)
 
 
 @dataclass(frozen=True)
-class LeftOutOrder:
+class OmittedOrder:
     """An order not fitted. amplitude: of the speed in rad/s. error: its standard error. share: of the residual's square.
 
     Each is fitted to the residual alone: in a record of few turns an order also takes what belongs to its neighbours.
@@ -93,9 +98,9 @@ class LeftOutOrder:
     share: float
 
 
-def left_out_orders(
+def fit_omitted_orders(
     model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray, orders: np.ndarray, samples: int
-) -> tuple[LeftOutOrder, ...]:
+) -> tuple[OmittedOrder, ...]:
     """Fit the orders (L,), increasing, to the residual. time, values (B,): block means of so many samples."""
     if not len(orders) or fit.variance <= 0:
         return ()
@@ -113,7 +118,7 @@ def left_out_orders(
     power = (wave * products.conj()).real / total
     per_unit = orders * omega if model.mean is Mean.ANGLE else np.ones(len(orders))
     return tuple(
-        LeftOutOrder(int(j), float(k * abs(w)), float(k * (2 * variance / samples) ** 0.5), float(p / variance))
+        OmittedOrder(int(j), float(k * abs(w)), float(k * (2 * variance / samples) ** 0.5), float(p / variance))
         for j, k, w, p in zip(orders, per_unit, wave, power, strict=True)
     )
 
@@ -144,7 +149,11 @@ def _rest(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> 
 
 
 def warnings_of(
-    speed: Harmonics, orders: tuple[int, ...], errors: np.ndarray, left: tuple[LeftOutOrder, ...], drifted: tuple[float, float]
+    speed: Harmonics,
+    orders: tuple[int, ...],
+    errors: np.ndarray,
+    omitted_orders: tuple[OmittedOrder, ...],
+    speed_drift: tuple[float, float],
 ) -> tuple[str, ...]:
     """Return sentences on what to check: orders 1 and 2 that a sensor may imitate, or that are omitted, and a drifting speed.
 
@@ -155,56 +164,60 @@ def warnings_of(
         if order in orders:
             amplitude = float(speed.amplitudes[order - 1])
             if amplitude > max(_ERRORS * errors[orders.index(order)], _ROUNDING * omega):
-                texts.append(_kept(order, amplitude / omega))
+                texts.append(_kept_order_warning(order, amplitude / omega))
         else:
-            found = next((o for o in left if o.order == order), None)
-            if found and found.amplitude > max(_ERRORS * found.error, _MATTERS * omega):
-                texts.append(_left_out(order, found.amplitude / omega))
-    if drifts(omega, drifted):
+            omitted_order = next((o for o in omitted_orders if o.order == order), None)
+            if omitted_order and omitted_order.amplitude > max(_ERRORS * omitted_order.error, _MATTERS * omega):
+                texts.append(_omitted_order_warning(order, omitted_order.amplitude / omega))
+    if has_drift(omega, speed_drift):
         texts.append(
-            f"The speed drifts by {drifted[0]:+.3g} rad/s over the record, which orders of one constant speed cannot follow: "
+            f"The speed drifts by {speed_drift[0]:+.3g} rad/s over the record, which orders of one constant "
+            "speed cannot follow: "
             "cut the record to a part of constant mean speed."
         )
     return tuple(texts)
 
 
-def drifts(omega: float, drifted: tuple[float, float]) -> bool:
+def has_drift(omega: float, speed_drift: tuple[float, float]) -> bool:
     """True if a speed drifts. speed_drift: in rad/s, and its share of the residual's square."""
-    return drifted[1] > _SHARE and abs(drifted[0]) > _MATTERS * omega
+    return speed_drift[1] > _SHARE and abs(speed_drift[0]) > _MATTERS * omega
 
 
 def unexplained_warning(
-    explained: float, rough: tuple[float, float], left: tuple[LeftOutOrder, ...], drifted: float
+    explained_share: float, rough: tuple[float, float], omitted_orders: tuple[OmittedOrder, ...], drift_share: float
 ) -> tuple[str, ...]:
     """Return a sentence if the orders kept explain less than half of a fluctuation that is no noise, drift or other order.
 
     rough: of the residual, of block means and of samples, see ``roughness``. drift_share: of its square, by a drift.
     """
-    others = sum(o.share for o in left if o.amplitude > _ERRORS * o.error)
+    omitted_share = sum(o.share for o in omitted_orders if o.amplitude > _ERRORS * o.error)
     noise = rough[0] > _ROUGH and rough[1] > _ROUGH_SAMPLES
-    if explained > _HALF or noise or others > _HALF or drifted > _HALF:
+    if explained_share > _HALF or noise or omitted_share > _HALF or drift_share > _HALF:
         return ()
     return (
-        f"The orders kept explain {_percent(explained)} of the fluctuation, and the rest is no noise from sample to sample, no "
+        f"The orders kept explain {_percent(explained_share)} of the fluctuation, and the rest is no noise "
+        "from sample to sample, no "
         "drift and in no other whole order: it does not repeat with the speed that the numbers give. Check unit and scale, for "
         "pulses pulses_per_turn, and whether this is the shaft of the cam.",
     )
 
 
-def _kept(order: int, share: float) -> str:
-    return f"Order {order} is {_percent(share)} of the speed and is kept. {_fake(order, share)} before it is corrected for."
+def _kept_order_warning(order: int, share: float) -> str:
+    return (
+        f"Order {order} is {_percent(share)} of the speed and is kept. {_sensor_hint(order, share)} before it is corrected for."
+    )
 
 
-def _left_out(order: int, share: float) -> str:
+def _omitted_order_warning(order: int, share: float) -> str:
     text = f"Order {order} is left out, but the record holds {_percent(share)} of the speed in it."
     if order == 1:
         text += (
             f" If the shaft does turn so, a correction without it leaves about {_percent(9 * share)} of the motion as it was."
         )
-    return f"{text} {_fake(order, share)} before it is left out."
+    return f"{text} {_sensor_hint(order, share)} before it is left out."
 
 
-def _fake(order: int, share: float) -> str:
+def _sensor_hint(order: int, share: float) -> str:
     if order == 1:
         return (
             f"An encoder off centre by {_percent(share)} of its radius shows the same: check its run-out, or read it with two "

@@ -42,7 +42,7 @@ class Fit:
     gradient: np.ndarray
     squares: float
     samples: int
-    converged: bool = True
+    has_converged: bool = True
 
     @property
     def variance(self) -> float:
@@ -58,23 +58,23 @@ class OrderModel:
     mean: Mean
 
     @property
-    def fixed(self) -> int:
+    def fixed_count(self) -> int:
         """The number of parameters before those of the orders."""
         return 1 if self.mean is Mean.SPEED else 2
 
     @property
     def size(self) -> int:
         """The number of parameters, p."""
-        return self.fixed + 2 * len(self.orders)
+        return self.fixed_count + 2 * len(self.orders)
 
     def waves(self, theta: np.ndarray) -> np.ndarray:
         """Return u - i v (K,): the orders are the real parts of it times exp(i j omega t)."""
-        u, v = theta[self.fixed :].reshape(2, -1)
+        u, v = theta[self.fixed_count :].reshape(2, -1)
         return np.asarray(u - 1j * v)
 
     def rows(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Return derivatives by the parameters and, last, the residual of the values: (p + 1, n)."""
-        rows, first, count = np.empty((self.size + 1, len(time))), self.fixed, len(self.orders)
+        rows, first, count = np.empty((self.size + 1, len(time))), self.fixed_count, len(self.orders)
         cosines, sines = rows[first : first + count], rows[first + count : -1]
         for i, wave in enumerate(powers(theta[0] * time, self.orders)):
             cosines[i], sines[i] = wave.real, wave.imag
@@ -90,7 +90,7 @@ class OrderModel:
             rows[-1] -= theta[0] * ramp
         return rows
 
-    def at(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray) -> Fit:
+    def normal_equations(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray) -> Fit:
         """Return the normal equations at given parameters."""
         total = np.zeros((self.size + 1, self.size + 1))
         for i in range(0, len(time), _AT_ONCE):
@@ -104,25 +104,31 @@ class OrderModel:
         time (n,): best counted from the middle of the record, where omega and the phases do not depend on each other. small: of
         a standard error; a step no larger is the last one. most: steps.
         """
-        here, largest, longest = self.at(time, values, theta), float(np.abs(values).max()), float(np.abs(time).max())
+        current, largest, longest = (
+            self.normal_equations(time, values, theta),
+            float(np.abs(values).max()),
+            float(np.abs(time).max()),
+        )
         for _ in range(most):
-            phase = self.orders[-1] * abs(here.theta[0]) * longest
-            rounding = _EPSILON * (largest + phase * float(np.abs(self.waves(here.theta)).sum()))
-            step = solved(here.gram, here.gradient)
-            sizes = np.abs(step) * np.sqrt(here.gram.diagonal())
-            if (sizes <= max(small * here.variance**0.5, rounding * len(time) ** 0.5)).all():
-                left = max(here.squares - float(here.gradient @ step), 0.0)
-                return replace(here, theta=here.theta + step, squares=left)
+            phase = self.orders[-1] * abs(current.theta[0]) * longest
+            rounding = _EPSILON * (largest + phase * float(np.abs(self.waves(current.theta)).sum()))
+            step = least_squares_step(current.gram, current.gradient)
+            sizes = np.abs(step) * np.sqrt(current.gram.diagonal())
+            if (sizes <= max(small * current.variance**0.5, rounding * len(time) ** 0.5)).all():
+                squares = max(current.squares - float(current.gradient @ step), 0.0)
+                return replace(current, theta=current.theta + step, squares=squares)
             for _ in range(_SHORTENINGS):
-                there = self.at(time, values, here.theta + step)
-                if there.squares <= here.squares:
+                trial = self.normal_equations(time, values, current.theta + step)
+                if trial.squares <= current.squares:
                     break
                 step = step / 4
             else:
-                nothing_left = here.squares <= len(time) * (16 * rounding) ** 2 or here.gradient @ step <= 1e-9 * here.squares
-                return replace(here, converged=bool(nothing_left))
-            here = there
-        return replace(here, converged=False)
+                nothing_left = (
+                    current.squares <= len(time) * (16 * rounding) ** 2 or current.gradient @ step <= 1e-9 * current.squares
+                )
+                return replace(current, has_converged=bool(nothing_left))
+            current = trial
+        return replace(current, has_converged=False)
 
 
 def powers(phase: np.ndarray, orders: np.ndarray) -> list[np.ndarray]:
@@ -145,7 +151,7 @@ def scaled_gram(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return gram / np.outer(lengths, lengths), lengths
 
 
-def solved(gram: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+def least_squares_step(gram: np.ndarray, gradient: np.ndarray) -> np.ndarray:
     """Return the least-squares step, with columns scaled to length 1 first."""
     correlations, lengths = scaled_gram(gram)
     step, *_ = np.linalg.lstsq(correlations, gradient / lengths, rcond=1e-13)
@@ -176,8 +182,8 @@ def mean_speed(time: np.ndarray, values: np.ndarray, mean: Mean) -> float:
     level = float(weights @ y)
     if mean is not Mean.ANGLE:
         return level
-    off = t - weights @ t
-    return float((weights * off) @ (y - level) / ((weights * off) @ off))
+    deviation = t - weights @ t
+    return float((weights * deviation) @ (y - level) / ((weights * deviation) @ deviation))
 
 
 def middle(time: np.ndarray, values: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray]:
@@ -186,28 +192,32 @@ def middle(time: np.ndarray, values: np.ndarray, span: float) -> tuple[np.ndarra
     return time[inside], values[inside]
 
 
-def start(model: OrderModel, time: np.ndarray, values: np.ndarray, omega: float) -> Fit:
+def initial_fit(model: OrderModel, time: np.ndarray, values: np.ndarray, omega: float) -> Fit:
     """Return a fit near that of all samples, from blocks of them: the better one of two.
 
     One begins with omega for the whole record. The other begins with a few turns in its middle and continues with parts twice
     as long, until the speed is so well known that the highest order stays in phase to the ends of the record.
     """
     span = float(time[-1] - time[0])
-    grown, part, to_phase = _from(model, omega), _FIRST_TURNS * 2 * math.pi / omega, float(model.orders[-1]) * span / 2
+    grown, part, phase_factor = (
+        _initial_parameters(model, omega),
+        _FIRST_TURNS * 2 * math.pi / omega,
+        float(model.orders[-1]) * span / 2,
+    )
     while part < span:
         t, y = middle(time, values, part)
         if len(t) > 2 * model.size:
             fit = model.fit(t, y, grown, _SMALL_OF_START, _MOST_OF_START)
-            known = fit.converged and omega / 2 < fit.theta[0] < 2 * omega
-            if known and max(_error(fit), abs(fit.theta[0] - omega) / 10) * to_phase < _IN_PHASE / 10:
+            is_known = fit.has_converged and omega / 2 < fit.theta[0] < 2 * omega
+            if is_known and max(_error(fit), abs(fit.theta[0] - omega) / 10) * phase_factor < _IN_PHASE / 10:
                 return fit
-            grown = fit.theta if known else _from(model, omega)
+            grown = fit.theta if is_known else _initial_parameters(model, omega)
         part *= _LONGER
     best = model.fit(time, values, grown, _SMALL_OF_START, _MOST_OF_START)
-    if best.converged and abs(best.theta[0] - omega) * to_phase < _IN_PHASE:
+    if best.has_converged and abs(best.theta[0] - omega) * phase_factor < _IN_PHASE:
         return best
-    other = model.fit(time, values, _from(model, omega), _SMALL_OF_START, _MOST_OF_START)
-    return min(best, other, key=lambda f: (not f.converged, f.squares))
+    alternative = model.fit(time, values, _initial_parameters(model, omega), _SMALL_OF_START, _MOST_OF_START)
+    return min(best, alternative, key=lambda f: (not f.has_converged, f.squares))
 
 
 def _error(fit: Fit) -> float:
@@ -215,7 +225,7 @@ def _error(fit: Fit) -> float:
     return float((fit.variance / fit.gram[0, 0]) ** 0.5) if fit.gram[0, 0] > 0 else math.inf
 
 
-def _from(model: OrderModel, omega: float) -> np.ndarray:
+def _initial_parameters(model: OrderModel, omega: float) -> np.ndarray:
     theta = np.zeros(model.size)
     theta[0] = omega
     if model.mean is Mean.FREE:

@@ -37,7 +37,7 @@ class AngleSamples:
     n = M turns. values (n,): in the unit of the signal.
     """
 
-    where: str
+    location: str
     per_turn: int
     first: float
     time: np.ndarray
@@ -55,17 +55,19 @@ class AngleSamples:
 
     def spectrum(self) -> OrderSpectrum:
         """Return the orders below M/2, also those between whole ones."""
-        found, n = Harmonics.sampled(self.values), len(self.values)
+        harmonics, n = Harmonics.from_samples(self.values), len(self.values)
         below = (n - 1) // 2
         orders = np.arange(below + 1) / self.turns
-        return OrderSpectrum(orders, np.append(found.mean, found.cosine[:below]), np.append(0.0, found.sine[:below]))
+        return OrderSpectrum(
+            orders, np.append(harmonics.mean, harmonics.cosine[:below]), np.append(0.0, harmonics.sine[:below])
+        )
 
     def mean_turn(self) -> Harmonics:
         """Return the mean of all turns over the angle, which repeats with the shaft; all orders below M/2."""
-        return Harmonics.sampled(self.values.reshape(self.turns, self.per_turn).mean(axis=0))
+        return Harmonics.from_samples(self.values.reshape(self.turns, self.per_turn).mean(axis=0))
 
 
-def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
+def track_orders(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
     """Resample a signal at M = per_turn angles a turn, 2 pi k/M from the shaft's zero, over all whole turns of both records.
 
     Cubic splines give t(phi) and the signal in between its samples. Orders of M/2 and above are cut off, not folded back.
@@ -76,44 +78,49 @@ def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
     from scipy.interpolate import CubicSpline
 
     if isinstance(per_turn, bool) or int(per_turn) != per_turn or per_turn < 4:
-        raise InputError(signal.where, per_turn, "the samples per turn must be a whole number, 4 or more", code="whole-number")
-    time, angle = _both(signal, shaft)
+        raise InputError(
+            signal.location, per_turn, "the samples per turn must be a whole number, 4 or more", code="whole-number"
+        )
+    time, angle = _common_samples(signal, shaft)
     first = math.ceil(angle[0] / TURN - 1e-9)
     turns = math.floor(angle[-1] / TURN + 1e-9) - first
     if turns < 1:
-        allowed = "signal and shaft must have a whole turn in common, from one zero of the angle to the next"
-        raise InputError(signal.where, None, allowed, code="no-turn")
+        explanation = "signal and shaft must have a whole turn in common, from one zero of the angle to the next"
+        raise InputError(signal.location, None, explanation, code="no-turn")
     fastest = float((np.diff(angle) / np.diff(time)).max())
     most = TURN / fastest / float(np.median(np.diff(signal.time)))
     if per_turn > most:
-        allowed = f"the signal has {most:.3g} samples in the fastest turn; there must not be more per turn"
-        raise InputError(signal.where, per_turn, allowed, code="too-few")
+        explanation = f"the signal has {most:.3g} samples in the fastest turn; there must not be more per turn"
+        raise InputError(signal.location, per_turn, explanation, code="too-few")
     finer = math.ceil(_FINER * most / per_turn)
     fine = per_turn * finer
     at = CubicSpline(angle, time)(TURN * (first + np.arange(turns * fine) / fine))
     if not (np.diff(at) > 0).all():
         raise InputError(
-            shaft.where,
+            shaft.location,
             None,
             "the angle is too noisy or too coarse: between its samples it appears to turn back",
             code="too-noisy",
         )
     at = np.clip(at, signal.time[0], signal.time[-1])
     values = _without_high_orders(CubicSpline(signal.time, signal.values)(at), turns * per_turn)
-    return AngleSamples(signal.where, per_turn, TURN * first, at[::finer], values)
+    return AngleSamples(signal.location, per_turn, TURN * first, at[::finer], values)
 
 
-def _both(signal: Channel, shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
+def _common_samples(signal: Channel, shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
     """Return times and angles of the shaft within the signal's span."""
     time, angle = shaft.angle()
     if not (np.diff(angle) > 0).all():
-        allowed = "the angle must increase all the time for order tracking; smooth it, or turn the sign round"
-        raise InputError(shaft.where, None, allowed, code="turns-back")
+        explanation = "the angle must increase all the time for order tracking; smooth it, or turn the sign round"
+        raise InputError(shaft.location, None, explanation, code="turns-back")
     low, high = max(time[0], signal.time[0]), min(time[-1], signal.time[-1])
     inside = (time >= low) & (time <= high)
     if inside.sum() < 4:
         raise InputError(
-            signal.where, None, f"signal and shaft must be recorded at the same time; {shaft.where} is not", code="other-times"
+            signal.location,
+            None,
+            f"signal and shaft must be recorded at the same time; {shaft.location} is not",
+            code="other-times",
         )
     return time[inside], angle[inside]
 

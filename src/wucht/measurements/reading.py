@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.measurements.recording import FULL_SCALE, TIME, Channel, Recording
+from wucht.measurements.recording import FULL_SCALE, TIME_UNIT, Channel, Recording
 from wucht.measurements.text_file import read_text_file
 
 _TIME_RESPONSE, _TIME_AXIS = 1, 17
@@ -27,7 +27,7 @@ def read_sound(path: Path) -> Recording:
     """
     from scipy.io import wavfile
 
-    with _unreadable_as(path, "a sound file"), warnings.catch_warnings():
+    with _report_unreadable(path, "a sound file"), warnings.catch_warnings():
         warnings.simplefilter("ignore", wavfile.WavFileWarning)  # of chunks that hold no samples
         rate, samples = wavfile.read(path)
         if not len(samples):
@@ -57,10 +57,10 @@ def _read_universal(path: Path) -> Recording:
     Raises ``InputError`` for a file that cannot be read and one without time signals.
     """
     pyuff = _library("pyuff", path)
-    with _unreadable_as(path, "a universal file"):
+    with _report_unreadable(path, "a universal file"):
         file = pyuff.UFF(str(path))
-        wanted = [i for i, kind in enumerate(file.get_set_types()) if int(kind) == 58]
-        sets = [file.read_sets(i) for i in wanted]
+        set_numbers = [i for i, kind in enumerate(file.get_set_types()) if int(kind) == 58]
+        sets = [file.read_sets(i) for i in set_numbers]
     signals = [s for s in sets if s.get("func_type") == _TIME_RESPONSE or s.get("abscissa_spec_data_type") == _TIME_AXIS]
     if not signals:
         raise InputError(
@@ -69,20 +69,20 @@ def _read_universal(path: Path) -> Recording:
             "there is no time signal in this file: it must hold a data set 58 of function type 1",
             code="no-signal",
         )
-    names = _unique([_said(s, "id1") for s in signals], [str(i + 1) for i in range(len(signals))])
+    names = _unique([_label(s, "id1") for s in signals], [str(i + 1) for i in range(len(signals))])
     by_name: dict[str, dict[str, Any]] = dict(zip(names, signals, strict=True))
     return Recording(str(path), tuple(names), lambda name: _channel(str(path), name, by_name[name]))
 
 
-def _channel(source: str, name: str, found: dict[str, Any]) -> Channel:
-    axis = np.asarray(found["x"])
-    time = Channel(source, f"time of {name}", _said(found, "abscissa_axis_units_lab"), axis, axis).in_si(TIME).values
-    return Channel(source, name, _said(found, "ordinate_axis_units_lab"), time, np.asarray(found["data"]))
+def _channel(source: str, name: str, data_set: dict[str, Any]) -> Channel:
+    axis = np.asarray(data_set["x"])
+    time = Channel(source, f"time of {name}", _label(data_set, "abscissa_axis_units_lab"), axis, axis).to_si(TIME_UNIT).values
+    return Channel(source, name, _label(data_set, "ordinate_axis_units_lab"), time, np.asarray(data_set["data"]))
 
 
-def _said(found: dict[str, Any], key: str) -> str:
+def _label(data_set: dict[str, Any], key: str) -> str:
     """Return a label of a data set; NONE means that there is none."""
-    label = str(found.get(key) or "").strip()
+    label = str(data_set.get(key) or "").strip()
     return "" if label.upper() == "NONE" else label
 
 
@@ -93,16 +93,16 @@ def _read_tdms(path: Path) -> Recording:
     cannot be read, and for a channel that has no time.
     """
     nptdms = _library("nptdms", path)
-    with _unreadable_as(path, "a TDMS file"):
+    with _report_unreadable(path, "a TDMS file"):
         _check_tag(path)
         channels = [c for group in nptdms.TdmsFile.read_metadata(path).groups() for c in group.channels()]
         names = _unique([c.name for c in channels], [f"{c.group_name}/{c.name}" for c in channels])
     places = {name: (c.group_name, c.name) for name, c in zip(names, channels, strict=True)}
 
     def load(name: str) -> Channel:
-        group, own = places[name]
-        with _unreadable_as(path, "a TDMS file"), nptdms.TdmsFile.open(path) as file:
-            channel = file[group][own]
+        group, channel_name = places[name]
+        with _report_unreadable(path, "a TDMS file"), nptdms.TdmsFile.open(path) as file:
+            channel = file[group][channel_name]
             time = _time(str(path), name, channel, file[group])
             return Channel(str(path), name, _unit(channel), time, np.asarray(channel[:]))
 
@@ -127,10 +127,12 @@ def _time(source: str, name: str, channel: Any, group: Any) -> np.ndarray:
         return float(channel.properties.get("wf_start_offset", 0.0)) + step * np.arange(len(channel))
     clock = next((c for c in group.channels() if c.name.strip().lower() in _TIMES), None)
     if clock is None:
-        allowed = "the channel has no time: it must be a waveform (wf_increment), or its group must have a channel called time"
-        raise InputError(f"{source}: {name}", None, allowed, code="no-time")
+        explanation = (
+            "the channel has no time: it must be a waveform (wf_increment), or its group must have a channel called time"
+        )
+        raise InputError(f"{source}: {name}", None, explanation, code="no-time")
     ticks = np.asarray(clock[:])
-    return Channel(source, clock.name, _unit(clock), np.arange(len(ticks)), ticks).in_si(TIME).values
+    return Channel(source, clock.name, _unit(clock), np.arange(len(ticks)), ticks).to_si(TIME_UNIT).values
 
 
 def _read_mdf(path: Path) -> Recording:
@@ -140,15 +142,15 @@ def _read_mdf(path: Path) -> Recording:
     cannot be read, and for a channel that is no list of numbers.
     """
     asammdf = _library("asammdf", path)
-    with _unreadable_as(path, "an MDF file"), asammdf.MDF(str(path)) as file:
+    with _report_unreadable(path, "an MDF file"), asammdf.MDF(str(path)) as file:
         clocks = set(file.masters_db.items())
-        found = [(n, g, i) for n, places in file.channels_db.items() for g, i in places if (g, i) not in clocks]
-    names = _unique([n for n, _, _ in found], [f"{g}/{n}" for n, g, _ in found])
-    places = {name: place for name, (_, *place) in zip(names, found, strict=True)}
+        channel_places = [(n, g, i) for n, places in file.channels_db.items() for g, i in places if (g, i) not in clocks]
+    names = _unique([n for n, _, _ in channel_places], [f"{g}/{n}" for n, g, _ in channel_places])
+    places = {name: place for name, (_, *place) in zip(names, channel_places, strict=True)}
 
     def load(name: str) -> Channel:
         group, index = places[name]
-        with _unreadable_as(path, "an MDF file"), asammdf.MDF(str(path)) as file:
+        with _report_unreadable(path, "an MDF file"), asammdf.MDF(str(path)) as file:
             signal = file.get(group=group, index=index)
             return Channel(str(path), name, str(signal.unit).strip(), np.asarray(signal.timestamps), np.asarray(signal.samples))
 
@@ -164,7 +166,7 @@ def _library(name: str, path: Path) -> Any:
 
 
 @contextmanager
-def _unreadable_as(path: Path, what: str) -> Iterator[None]:
+def _report_unreadable(path: Path, format_name: str) -> Iterator[None]:
     """Convert any error of a library on a file into an ``InputError``. format_name: the expected format."""
     try:
         yield
@@ -173,13 +175,13 @@ def _unreadable_as(path: Path, what: str) -> Iterator[None]:
     except Exception as error:
         reason = (str(error).splitlines() or [""])[0]
         raise InputError(
-            str(path), None, f"this cannot be read as {what}: {reason or type(error).__name__}", code="unreadable"
+            str(path), None, f"this cannot be read as {format_name}: {reason or type(error).__name__}", code="unreadable"
         ) from None
 
 
 def _unique(names: list[str], longer: list[str]) -> list[str]:
     """Return the names, and where several are alike or empty, the longer ones."""
-    return [name if name and names.count(name) == 1 else other for name, other in zip(names, longer, strict=True)]
+    return [name if name and names.count(name) == 1 else longer_name for name, longer_name in zip(names, longer, strict=True)]
 
 
 _READERS: dict[str, Callable[[Path], Recording]] = {
@@ -197,11 +199,11 @@ def read_recording(path: Path) -> Recording:
     """
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
-        raise InputError.of_file(
+        raise InputError.file_error(
             path, f"a record must end in one of {', '.join(_READERS)}; this ends in {path.suffix!r}", code="unknown-ending"
         )
     if not path.is_file():
-        raise InputError.of_file(path, _no_file(path), code="no-file")
+        raise InputError.file_error(path, _no_file(path), code="no-file")
     return reader(path)
 
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.measurements.recording import ANGLE, SPEED, TIME, Channel, Recording
+from wucht.measurements.recording import ANGLE_UNIT, SPEED_UNIT, TIME_UNIT, Channel, Recording
 from wucht.schema import Unit
 
 HYSTERESIS = 0.2  # of the swing, to each side of the middle
@@ -43,12 +43,12 @@ def pulse_times(channel: Channel, level: float | None = None, hysteresis: float 
     do not increase.
     """
     if _holds_instants(channel):
-        times = channel.in_si(TIME).values
+        times = channel.to_si(TIME_UNIT).values
         return Channel(channel.source, channel.name, "s", times, times).time
     times = rising_crossings(channel, level, hysteresis)
     if len(times) < least:
-        allowed = f"there must be at least {least} pulses; the signal rises through its middle {len(times)} times"
-        raise InputError(channel.where, None, allowed, code="too-few")
+        explanation = f"there must be at least {least} pulses; the signal rises through its middle {len(times)} times"
+        raise InputError(channel.location, None, explanation, code="too-few")
     return times
 
 
@@ -62,19 +62,19 @@ def rising_crossings(channel: Channel, level: float | None = None, hysteresis: f
     low, high = float(x.min()), float(x.max())
     if low == high:
         raise InputError(
-            channel.where, None, f"the signal is constant ({low:.6g}): no pulses; is this the right column?", code="constant"
+            channel.location, None, f"the signal is constant ({low:.6g}): no pulses; is this the right column?", code="constant"
         )
-    middle, away = (low + high) / 2 if level is None else level, hysteresis * (high - low)
-    state = np.where(x > middle + away, 1, np.where(x < middle - away, -1, 0))
-    known = np.flatnonzero(state)
-    risen = known[1:][np.diff(state[known]) == 2]
+    middle, margin = (low + high) / 2 if level is None else level, hysteresis * (high - low)
+    state = np.where(x > middle + margin, 1, np.where(x < middle - margin, -1, 0))
+    clear_samples = np.flatnonzero(state)
+    risen = clear_samples[1:][np.diff(state[clear_samples]) == 2]
     rising = np.flatnonzero((x[:-1] < middle) & (x[1:] >= middle))
     before = rising[np.searchsorted(rising, risen, side="left") - 1]  # the last one by which it comes up there
     share = (middle - x[before]) / (x[before + 1] - x[before])
     return np.asarray(time[before] + share * (time[before + 1] - time[before]))
 
 
-def check_even(times: np.ndarray, where: str, remedy: str = "take it out") -> None:
+def check_even(times: np.ndarray, location: str, remedy: str = "take it out") -> None:
     """Raise ``InputError`` if a pulse is missing, or is one too many, among the instants (m,): by the intervals around.
 
     remedy: what to do about a pulse too many, other than to cut the record.
@@ -87,16 +87,16 @@ def check_even(times: np.ndarray, where: str, remedy: str = "take it out") -> No
     missing = np.flatnonzero(steps > _MISSING * usual)
     if len(missing):
         i = int(missing[0])
-        allowed = (
+        explanation = (
             f"pulses are missing between {times[i]:.6g} s and {times[i + 1]:.6g} s: the interval is {steps[i] / usual[i]:.3g} "
             "times those around it; cut the record there (a wheel with missing teeth cannot be read)"
         )
-        raise InputError(where, None, allowed, code="pulses-missing")
+        raise InputError(location, None, explanation, code="pulses-missing")
     false = np.flatnonzero(steps[:-1] + steps[1:] < _FALSE * np.minimum(usual[:-1], usual[1:]))
     if len(false):
         i = int(false[0]) + 1
-        allowed = f"there is a pulse too many near {times[i]:.6g} s: {remedy}, or cut the record there"
-        raise InputError(where, None, allowed, code="pulse-too-many")
+        explanation = f"there is a pulse too many near {times[i]:.6g} s: {remedy}, or cut the record there"
+        raise InputError(location, None, explanation, code="pulse-too-many")
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class ShaftSignal:
     of the numbers as they were recorded, "" if none is stated. per_turn: of pulses. warnings: sentences on what to check.
     """
 
-    where: str
+    location: str
     quantity: Literal["speed", "angle"]
     time: np.ndarray
     values: np.ndarray
@@ -116,11 +116,11 @@ class ShaftSignal:
     per_turn: int | None = None
     warnings: tuple[str, ...] = ()
 
-    def stated(self, speed: float) -> str:
+    def format_speed(self, speed: float) -> str:
         """Format a speed in rad/s in the unit of the record, for sentences."""
         if self.quantity != "speed" or not self.unit:
             return f"{speed:.5g} rad/s"
-        return f"{speed / SPEED.parse(f'1 {self.unit}'):.5g} {self.unit}"
+        return f"{speed / SPEED_UNIT.parse(f'1 {self.unit}'):.5g} {self.unit}"
 
     def speed(self) -> tuple[np.ndarray, np.ndarray]:
         """Return times in s and the speed in rad/s: as measured, or from differences of the angle, midway between samples."""
@@ -141,12 +141,12 @@ class ShaftSignal:
             angles = CubicSpline(self.time, self.values).antiderivative()(self.time)
         if not len(self.index):
             return self.time, angles
-        seen = self.index[(self.index >= self.time[0]) & (self.index <= self.time[-1])]
-        if not len(seen):
+        index_times = self.index[(self.index >= self.time[0]) & (self.index <= self.time[-1])]
+        if not len(index_times):
             raise InputError(
-                self.where, None, "the index pulse does not come in this record: record it at the same time", code="no-index"
+                self.location, None, "the index pulse does not come in this record: record it at the same time", code="no-index"
             )
-        return self.time, angles - mean_direction(np.interp(seen, self.time, angles))
+        return self.time, angles - mean_direction(np.interp(index_times, self.time, angles))
 
 
 def mean_direction(angles: np.ndarray) -> float:
@@ -159,15 +159,15 @@ def speed_signal(channel: Channel, index: Channel | None = None, hysteresis: flo
 
     hysteresis: of the pulses of the index. Raises ``InputError`` for a unit of another dimension.
     """
-    told: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     if _A_SECOND.fullmatch(channel.unit):
-        told = (
-            f"{channel.where}: {channel.unit!r} does not say whether turns or radians, and is read as turns a second, as "
+        warnings = (
+            f"{channel.location}: {channel.unit!r} does not say whether turns or radians, and is read as turns a second, as "
             'rotational frequencies are written; else give unit = "rad/s".',
         )
         channel = replace(channel, unit="Hz")
-    speed, zero = channel.in_si(SPEED), _index(index, hysteresis)
-    return ShaftSignal(channel.where, "speed", speed.time, speed.values, zero, channel.unit, warnings=told)
+    speed, zero = channel.to_si(SPEED_UNIT), _index(index, hysteresis)
+    return ShaftSignal(channel.location, "speed", speed.time, speed.values, zero, channel.unit, warnings=warnings)
 
 
 def angle_signal(channel: Channel, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
@@ -175,12 +175,12 @@ def angle_signal(channel: Channel, index: Channel | None = None, hysteresis: flo
 
     Raises ``InputError`` for a unit of another dimension, an angle that stands still, and a wrapped one in too long steps.
     """
-    angle = channel.in_si(ANGLE)
+    angle = channel.to_si(ANGLE_UNIT)
     if np.ptp(angle.values) < _STANDS:
         raise InputError(
-            channel.where, None, "the angle is constant: the shaft does not turn; is this the right column?", code="constant"
+            channel.location, None, "the angle is constant: the shaft does not turn; is this the right column?", code="constant"
         )
-    return ShaftSignal(channel.where, "angle", angle.time, _unwrapped(angle), _index(index, hysteresis), channel.unit)
+    return ShaftSignal(channel.location, "angle", angle.time, _unwrap_angle(angle), _index(index, hysteresis), channel.unit)
 
 
 def pulse_signal(channel: Channel, per_turn: int, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
@@ -190,12 +190,12 @@ def pulse_signal(channel: Channel, per_turn: int, index: Channel | None = None, 
     a turn that are no whole number, pulses missing or too many, and what ``pulse_times`` raises.
     """
     if isinstance(per_turn, bool) or int(per_turn) != per_turn or per_turn < 1:
-        raise InputError(channel.where, per_turn, "the pulses per turn must be a whole number, 1 or more")
+        raise InputError(channel.location, per_turn, "the pulses per turn must be a whole number, 1 or more")
     times, zero = pulse_times(channel, hysteresis=hysteresis), _index(index, hysteresis)
     remedy = "take it out" if _holds_instants(channel) else f"raise the hysteresis above {hysteresis:g} with the key hysteresis"
-    check_even(times, channel.where, remedy)
+    check_even(times, channel.location, remedy)
     angles = TURN / per_turn * np.arange(len(times))
-    return ShaftSignal(channel.where, "angle", times, angles, zero, per_turn=per_turn)
+    return ShaftSignal(channel.location, "angle", times, angles, zero, per_turn=per_turn)
 
 
 def shaft_signal(
@@ -215,24 +215,24 @@ def shaft_signal(
     of pulses that are a signal; see ``rising_crossings``.
     Raises ``InputError`` if neither is known, for pulses without their number a turn, and as the three functions above do.
     """
-    channel = recording.channel(column).corrected(unit, scale)
+    channel = recording.channel(column).correct(unit, scale)
     zero = recording.channel(index) if index is not None else None
-    found, away = quantity or _quantity(channel), HYSTERESIS if hysteresis is None else hysteresis
-    if found == "speed":
-        return speed_signal(channel, zero, away)
-    if found == "angle":
-        return angle_signal(channel, zero, away)
+    kind, margin = quantity or _quantity(channel), HYSTERESIS if hysteresis is None else hysteresis
+    if kind == "speed":
+        return speed_signal(channel, zero, margin)
+    if kind == "angle":
+        return angle_signal(channel, zero, margin)
     if per_turn is None:
-        allowed = "state the number of pulses of the encoder in a turn, with the key pulses_per_turn"
-        raise InputError(channel.where, None, allowed, code="missing")
-    return pulse_signal(channel, per_turn, zero, away)
+        explanation = "state the number of pulses of the encoder in a turn, with the key pulses_per_turn"
+        raise InputError(channel.location, None, explanation, code="missing")
+    return pulse_signal(channel, per_turn, zero, margin)
 
 
 def _quantity(channel: Channel) -> Quantity:
     for names, quantity in _NAMES:
         if re.match(names, channel.name.rsplit("/", 1)[-1].strip(), re.IGNORECASE):
             return quantity
-    units: tuple[tuple[Unit, Quantity], ...] = ((SPEED, "speed"), (ANGLE, "angle"))
+    units: tuple[tuple[Unit, Quantity], ...] = ((SPEED_UNIT, "speed"), (ANGLE_UNIT, "angle"))
     for unit, quantity in units:
         try:
             if channel.unit:
@@ -240,28 +240,28 @@ def _quantity(channel: Channel) -> Quantity:
                 return quantity
         except ValueError:
             continue
-    allowed = 'state which quantity of the shaft this column holds, with the key quantity: "speed", "angle" or "pulses"'
-    raise InputError(channel.where, None, allowed, code="no-quantity")
+    explanation = 'state which quantity of the shaft this column holds, with the key quantity: "speed", "angle" or "pulses"'
+    raise InputError(channel.location, None, explanation, code="no-quantity")
 
 
 def _index(channel: Channel | None, hysteresis: float) -> np.ndarray:
     return np.empty(0) if channel is None else pulse_times(channel, hysteresis=hysteresis, least=1)
 
 
-def _unwrapped(angle: Channel) -> np.ndarray:
+def _unwrap_angle(angle: Channel) -> np.ndarray:
     """Remove the jumps by whole turns that are against the direction of rotation, if there are such, from the angles."""
     steps = np.diff(angle.values)
     back = -steps * np.sign(np.median(steps))
     if back.max() <= np.ptp(angle.values) / 2 or back.max() < TURN * (1 - _LONGEST_STEP):
         return angle.values
     period = TURN * max(1, round(float(back.max()) / TURN))
-    unwrapped = np.unwrap(angle.values, period=period)
-    longest = float(np.abs(np.diff(unwrapped)).max())
+    angles = np.unwrap(angle.values, period=period)
+    longest = float(np.abs(np.diff(angles)).max())
     if longest > _LONGEST_STEP * period:
-        i = int(np.abs(np.diff(unwrapped)).argmax())
-        allowed = (
+        i = int(np.abs(np.diff(angles)).argmax())
+        explanation = (
             f"the wrapped angle advances by {longest / TURN:.2f} turns in the step from {angle.time[i]:.6g} s on, so that its "
             "path is ambiguous; sample faster, or cut the record where samples are missing"
         )
-        raise InputError(angle.where, None, allowed, code="wraps-unclear")
-    return np.asarray(unwrapped)
+        raise InputError(angle.location, None, explanation, code="wraps-unclear")
+    return np.asarray(angles)

@@ -13,11 +13,11 @@ import numpy as np
 from wucht.errors import InputError
 from wucht.files.documents import read_text
 from wucht.files.text_rows import cells_of
-from wucht.measurements.recording import ANGLE, SPEED, TIME, Channel, Recording
+from wucht.measurements.recording import ANGLE_UNIT, SPEED_UNIT, TIME_UNIT, Channel, Recording
 from wucht.schema import Unit
 
 _TIMES = ("time", "t", "zeit", "times", "timestamp")
-_KNOWN = (TIME, SPEED, ANGLE, Unit("m/s^2", "acceleration"), Unit("rad/s^2", "angular acceleration"))
+_KNOWN_UNITS = (TIME_UNIT, SPEED_UNIT, ANGLE_UNIT, Unit("m/s^2", "acceleration"), Unit("rad/s^2", "angular acceleration"))
 _HEADING = re.compile(r"([^\[(]*?)\s*(?:\[(.*)\]|\((.*)\))?")  # name, name [unit] or name (unit)
 _UNIT_IN_WORDS = re.compile(r"\S.*\sin (\S+)")  # Drehzahl in 1/min; the name is then all of it
 _UNITS_ALONE = ("s", "ms", "rpm", "rad/s", "deg/s", "Hz", "rad", "deg", "°", "V", "mV", "m/s^2")
@@ -47,7 +47,7 @@ def read_text_file(path: Path) -> Recording:
     table = _table(str(path), lines, layout)
     clock = next((i for i, n in enumerate(layout.names) if n.lower().split(" in ")[0] in _TIMES), 0)
     rows = np.arange(len(table))
-    time = Channel(str(path), layout.names[clock], layout.units[clock], rows, table[:, clock]).in_si(TIME).values
+    time = Channel(str(path), layout.names[clock], layout.units[clock], rows, table[:, clock]).to_si(TIME_UNIT).values
     if len(layout.names) == 1:
         return Recording.of(str(path), time, {layout.names[0]: time}, {layout.names[0]: "s"})
     columns = {n: table[:, i] for i, n in enumerate(layout.names) if i != clock}
@@ -65,21 +65,21 @@ def _text(path: Path) -> str:
 def _layout(source: str, lines: list[str]) -> _Layout:
     heading: list[list[str]] = []
     for number, line in enumerate(lines):
-        held = line.split("#", 1)[0].strip()
-        if not held:
+        text = line.split("#", 1)[0].strip()
+        if not text:
             continue
-        separator = next((s for s in ";\t," if s in held), None)
-        cells = cells_of(held, separator)
+        separator = next((s for s in ";\t," if s in text), None)
+        cells = cells_of(text, separator)
         if len(heading) < 2 and not any(_is_number(c, separator) for c in cells):
             heading.append(cells)
             continue
         names, units = _heading(heading, len(cells))
         if len(names) != len(cells):
-            allowed = f"line {number + 1}: there are {len(cells)} columns; the heading has {len(names)}"
-            raise InputError(source, None, allowed, code="no-heading")
-        twice = next((n for n, count in Counter(names).items() if count > 1), None)
-        if twice is not None:
-            raise InputError(source, None, f"two columns are called {twice!r}; names must be different", code="name-twice")
+            explanation = f"line {number + 1}: there are {len(cells)} columns; the heading has {len(names)}"
+            raise InputError(source, None, explanation, code="no-heading")
+        duplicate = next((n for n, count in Counter(names).items() if count > 1), None)
+        if duplicate is not None:
+            raise InputError(source, None, f"two columns are called {duplicate!r}; names must be different", code="name-twice")
         return _Layout(separator, tuple(names), tuple(units), number)
     raise InputError(source, None, "there is no row of numbers in this file", code="no-rows")
 
@@ -93,9 +93,9 @@ def _heading(heading: list[list[str]], count: int) -> tuple[list[str], list[str]
         parts = _HEADING.fullmatch(cell)
         name, unit = (parts[1], (parts[2] or parts[3] or "").strip()) if parts else (cell, "")
         names.append(name or unit or str(i + 1))
-        in_words = _UNIT_IN_WORDS.fullmatch(name)
-        told = in_words[1] if in_words and _is_unit(in_words[1]) else ""
-        units.append(unit or told or (name if name in _UNITS_ALONE else ""))
+        name_match = _UNIT_IN_WORDS.fullmatch(name)
+        unit_in_name = name_match[1] if name_match and _is_unit(name_match[1]) else ""
+        units.append(unit or unit_in_name or (name if name in _UNITS_ALONE else ""))
     if len(heading) == 2 and len(heading[1]) == len(names):
         units = [u or c.strip("[]()- ") for u, c in zip(units, heading[1], strict=True)]
     return names, units
@@ -103,9 +103,9 @@ def _heading(heading: list[list[str]], count: int) -> tuple[list[str], list[str]
 
 def _is_unit(text: str) -> bool:
     """True if a text is a unit in which motions are recorded."""
-    for known in _KNOWN:
+    for unit in _KNOWN_UNITS:
         try:
-            known.parse(f"1 {text}")
+            unit.parse(f"1 {text}")
         except ValueError:
             continue
         return True
@@ -122,25 +122,25 @@ def _table(source: str, lines: list[str], layout: _Layout) -> np.ndarray:
     try:
         table = np.loadtxt(rows, delimiter=separator, ndmin=2, comments="#", quotechar='"')
     except ValueError:
-        raise _located(source, lines, layout) from None
+        raise _line_error(source, lines, layout) from None
     if not np.isfinite(table).all():
-        raise _located(source, lines, layout)
+        raise _line_error(source, lines, layout)
     return np.asarray(table)
 
 
-def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
+def _line_error(source: str, lines: list[str], layout: _Layout) -> InputError:
     """Return the error with the line that is not a row."""
     for number, line in enumerate(lines[layout.first :], layout.first + 1):
-        held = line.split("#", 1)[0].strip()
-        cells = cells_of(held, layout.separator)
-        if not held:
+        text = line.split("#", 1)[0].strip()
+        cells = cells_of(text, layout.separator)
+        if not text:
             continue
-        empty = _first_empty(held, layout)
+        empty = _first_empty(text, layout)
         if empty is not None:
             return _without_value(source, lines, layout, number, empty)
         if len(cells) != len(layout.names):
-            allowed = f"line {number}: there must be {len(layout.names)} columns; these are {len(cells)}"
-            return InputError(source, None, allowed, code="count")
+            explanation = f"line {number}: there must be {len(layout.names)} columns; these are {len(cells)}"
+            return InputError(source, None, explanation, code="count")
         for name, cell in zip(layout.names, cells, strict=True):
             if not _is_number(cell, layout.separator) or not math.isfinite(_float(cell, layout.separator)):
                 sentence = f"line {number}: {cell[:40]!r} is no finite number"
@@ -148,27 +148,27 @@ def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
     return InputError(source, None, f"the rows must be of {len(layout.names)} numbers each", code="count")
 
 
-def _first_empty(held: str, layout: _Layout) -> int | None:
+def _first_empty(text: str, layout: _Layout) -> int | None:
     """Return the number, from 0, of the first column that has nothing between its separators in a line."""
     if layout.separator is None:
         return None
-    cells = [c.strip().strip('"').strip() for c in held.split(layout.separator)]
+    cells = [c.strip().strip('"').strip() for c in text.split(layout.separator)]
     return next((i for i, c in enumerate(cells[: len(layout.names)]) if not c), None)
 
 
 def _without_value(source: str, lines: list[str], layout: _Layout, number: int, column: int) -> InputError:
     """Return the error of a column without a value in a line, or also in all lines after it: its record ends earlier."""
-    held = [line.split("#", 1)[0].strip() for line in lines[layout.first :]]
-    before = sum(1 for line in held[: number - 1 - layout.first] if line)
-    after = [line for line in held[number - 1 - layout.first :] if line]
+    texts = [line.split("#", 1)[0].strip() for line in lines[layout.first :]]
+    before = sum(1 for line in texts[: number - 1 - layout.first] if line)
+    after = [line for line in texts[number - 1 - layout.first :] if line]
     ends = len(after) > 1 and all(_first_empty(line, layout) == column for line in after)
-    allowed = f"line {number}: there is no value; fill it in, or take the row out"
+    explanation = f"line {number}: there is no value; fill it in, or take the row out"
     if ends:
-        allowed = (
+        explanation = (
             f"this channel ends early: it has {before} values, and none from line {number} on, while other columns have "
             f"{before + len(after)}; cut all columns at line {number}, or write this one into a separate file"
         )
-    return InputError(f"{source}: {layout.names[column]}", None, allowed, code="ends-early" if ends else "no-value")
+    return InputError(f"{source}: {layout.names[column]}", None, explanation, code="ends-early" if ends else "no-value")
 
 
 def _is_number(cell: str, separator: str | None) -> bool:

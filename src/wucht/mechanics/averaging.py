@@ -26,8 +26,8 @@ from wucht.mechanics.slow_time import (
     refuse_turning_with,
     refuse_unknown_parameter,
 )
-from wucht.mechanics.trigonometric import NotTrigonometricError, common_period, explained, harmonics
-from wucht.mechanics.zero_testing import SAME, identically_zero
+from wucht.mechanics.trigonometric import NotTrigonometricError, common_period, error_context, harmonics
+from wucht.mechanics.zero_testing import SAME, is_identically_zero
 from wucht.system import TIME, Output, System, substitute_definitions
 
 FULL = "full"
@@ -35,7 +35,7 @@ _NO_VALUE = (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.AccumBounds)
 
 
 @dataclass(frozen=True)
-class Averaged:
+class Averaging:
     """Result of averaging, in the symbols of the System, whose states are now the slow ones.
 
     Attributes
@@ -68,7 +68,7 @@ class Averaged:
     reason: str = ""
 
 
-def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, period: sp.Expr | None = None) -> Averaged:
+def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, period: sp.Expr | None = None) -> Averaging:
     """Average a System in standard form over its independent variable ``TIME``.
 
     Parameters
@@ -101,9 +101,9 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
     epsilon, states = sp.S.One if small is None else small, system.states
     # Definitions of time or epsilon, and all at order 2, which differentiates, are substituted before averaging.
     moving = {s for s, _ in system.definitions} if order == 2 else _moving(system, small)
-    rates = [regular(_without(moving, system, d), small) for d in system.derivatives]
+    rates = [joined_fraction(_substitute_moving(moving, system, d), small) for d in system.derivatives]
     refuse_small_frequencies(rates, small)
-    powers = [in_powers(f, small, s) for f, s in zip(rates, states, strict=True)]
+    powers = [small_factors(f, small, s) for f, s in zip(rates, states, strict=True)]
     X = [a for a, _ in powers]
     for f, a, s in zip(rates, X, states, strict=True):
         refuse_slow_time(f, a, small, s)
@@ -115,15 +115,15 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
         if reason:
             raise WuchtError(f"no averaging of second order: {reason}", code="no-second-order")
         for (a, further), s in zip(powers, states, strict=True):
-            value, frequencies = _mean(along(a, states, fast) + further, s, system)
+            value, frequencies = _mean(directional_derivative(a, states, fast) + further, s, system)
             second.append(value)
             beyond += frequencies
             oscillating += mean_and_frequencies(further, TIME)[1]
     quadratures = []
     for q in system.quadratures:
-        rate, jump = _without(moving, system, q.expression), sp.sympify(system.explicit(q.jump))
+        rate, jump = _substitute_moving(moving, system, q.expression), sp.sympify(system.explicit(q.jump))
         refuse_small_frequencies([rate], small)
-        changes = [along(rate, states, fast)] if order == 2 else []
+        changes = [directional_derivative(rate, states, fast)] if order == 2 else []
         orders = [_mean(e, sp.Symbol(q.name), system) for e in (rate, *changes)]
         if TIME in jump.free_symbols:
             raise WuchtError(f"the jumps of {q.name} depend on {TIME}: they have no mean", code="jumps")
@@ -131,7 +131,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
         quadratures.append(replace(q, expression=value, jump=jump))
         beyond += [w for _, frequencies in orders for w in frequencies]
     fluctuation = [epsilon * u for u in fast]
-    lines, outputs = put_back(system, {s: s + u for s, u in zip(states, fluctuation, strict=False)})
+    lines, outputs = restore_fast_part(system, {s: s + u for s, u in zip(states, fluctuation, strict=False)})
     slow = replace(
         system,
         derivatives=tuple(epsilon * a + epsilon**2 * b for a, b in zip(first, second or [sp.S.Zero] * len(first), strict=True)),
@@ -140,13 +140,13 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
         quadratures=tuple(quadratures),
         second_order=None,
     )
-    return Averaged(
+    return Averaging(
         slow,
         first,
         tuple(second),
         fast,
         tuple(s - u for s, u in zip(states, fluctuation, strict=True)) if fast else states,
-        _checked(period, dict.fromkeys(oscillating)),
+        _checked_period(period, dict.fromkeys(oscillating)),
         tuple(w for w in dict.fromkeys([*oscillating, *beyond]) if w.free_symbols),
         reason,
     )
@@ -160,12 +160,12 @@ def _fast_part(X: Sequence[sp.Expr]) -> tuple[tuple[sp.Expr, ...], str]:
         return (), str(error)
 
 
-def in_powers(f: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
+def small_factors(f: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
     """The factors of epsilon and epsilon^2 in a rate. Raises ``WuchtError`` where a term is without epsilon."""
     if small is None:
         return f, sp.S.Zero
-    rest, once, twice = expanded(f, small, state)
-    if not identically_zero(rest):
+    rest, once, twice = power_coefficients(f, small, state)
+    if not is_identically_zero(rest):
         raise WuchtError(
             f"the rate of {state} is not small: without {small} it is {rest}. The standard form is x' = {small} X(x, t); "
             "an angle becomes the independent variable, an oscillation an amplitude and a phase, before",
@@ -174,7 +174,7 @@ def in_powers(f: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> tuple[sp
     return once, twice
 
 
-def expanded(f: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+def power_coefficients(f: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """The factors of 1, epsilon and epsilon^2 in a rate. Raises ``WuchtError`` where it has no such expansion."""
     refuse_kinks(f, small, state)
     once = sp.diff(f, small)
@@ -184,7 +184,7 @@ def expanded(f: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> tuple[sp.Expr, s
     return coefficients[0], coefficients[1], coefficients[2]
 
 
-def regular(f: sp.Expr, small: sp.Symbol | None) -> sp.Expr:
+def joined_fraction(f: sp.Expr, small: sp.Symbol | None) -> sp.Expr:
     """The rate over one denominator where it contains 1/epsilon: an inertia J/epsilon in a denominator is no pole."""
     polar = any(p.exp.is_negative and p.base == small for p in f.atoms(sp.Pow))
     return sp.together(f) if polar else f
@@ -195,29 +195,29 @@ def full_states(system: System) -> dict[sp.Symbol, sp.Symbol]:
     return {s: sp.Symbol(f"{FULL}.{s.name}", real=s.is_real) for s in (*system.states, *(d for d, _ in system.definitions))}
 
 
-def put_back(
+def restore_fast_part(
     system: System, full: Mapping[sp.Symbol, sp.Expr]
 ) -> tuple[tuple[tuple[sp.Symbol, sp.Expr], ...], tuple[Output, ...]]:
     """Definitions and outputs of a slow System: ``full.<state>`` for the given full states, then all outputs of them.
 
     full: of the states whose fast part is known; the others are kept.
     """
-    renamed = {s: r for s, r in full_states(system).items() if s in full or s not in system.states}
-    lines = [(renamed[s], sp.sympify(e)) for s, e in full.items()]
+    full_symbols = {s: r for s, r in full_states(system).items() if s in full or s not in system.states}
+    lines = [(full_symbols[s], sp.sympify(e)) for s, e in full.items()]
     if system.outputs:
-        lines += [(renamed[s], e.xreplace(renamed)) for s, e in system.definitions]
-    states = [Output(renamed[s].name, renamed[s], long_name=f"{s.name} with its fast part") for s in full]
-    return tuple(lines), (*states, *(in_terms_of(renamed, o) for o in system.outputs))
+        lines += [(full_symbols[s], e.xreplace(full_symbols)) for s, e in system.definitions]
+    states = [Output(full_symbols[s].name, full_symbols[s], long_name=f"{s.name} with its fast part") for s in full]
+    return tuple(lines), (*states, *(substituted_output(full_symbols, o) for o in system.outputs))
 
 
-def in_terms_of(meaning: Mapping[sp.Symbol, sp.Expr], output: Output, factor: sp.Expr = sp.S.One) -> Output:
+def substituted_output(meaning: Mapping[sp.Symbol, sp.Expr], output: Output, factor: sp.Expr = sp.S.One) -> Output:
     """An output or quadrature with symbols replaced. factor: of a rate, not of its jumps."""
     return replace(
         output, expression=output.expression.xreplace(meaning) * factor, jump=sp.sympify(output.jump).xreplace(meaning)
     )
 
 
-def along(e: sp.Expr, states: Sequence[sp.Symbol], change: Sequence[sp.Expr]) -> sp.Expr:
+def directional_derivative(e: sp.Expr, states: Sequence[sp.Symbol], change: Sequence[sp.Expr]) -> sp.Expr:
     """(de/dx) u: the derivative of an expression along a change of the states."""
     return sp.Add(*(sp.diff(e, s) * u for s, u in zip(states, change, strict=True)))
 
@@ -231,19 +231,19 @@ def _moving(system: System, small: sp.Symbol | None) -> set[sp.Symbol]:
     return moving - {TIME, small}
 
 
-def _without(moving: set[sp.Symbol], system: System, e: sp.Expr) -> sp.Expr:
+def _substitute_moving(moving: set[sp.Symbol], system: System, e: sp.Expr) -> sp.Expr:
     """Substitute these definitions in the expression."""
     return sp.sympify(substitute_definitions(e, [(s, meaning) for s, meaning in system.definitions if s in moving]))
 
 
 def _mean(e: sp.Expr, state: sp.Symbol, system: System) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
     """The mean of a state's rate and its frequencies. Raises ``WuchtError`` where it has none, with the reason."""
-    with explained(f"the rate of {state} cannot be averaged"):
+    with error_context(f"the rate of {state} cannot be averaged"):
         refuse_turning_with((*system.states, *(d for d, _ in system.definitions)), e)
         return mean_and_frequencies(e, TIME)
 
 
-def _checked(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
+def _checked_period(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
     """The common period of the frequencies, or the given one after a check that it is a period."""
     if period is None:
         return common_period(frequencies)

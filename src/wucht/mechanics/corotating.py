@@ -20,7 +20,7 @@ import sympy as sp
 from wucht.errors import WuchtError
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.mechanics.zero_testing import identically_zero
+from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.system import TIME, System, needed_definitions
 
 ALONG, ACROSS = "along", "across"
@@ -53,7 +53,7 @@ class Turning:
         return [self.plane[1].position, self.plane[1].velocity] if self.plane else []
 
     @property
-    def renamed(self) -> dict[sp.Symbol, sp.Symbol]:
+    def frame_symbols(self) -> dict[sp.Symbol, sp.Symbol]:
         """Symbols in the turning frame by those at rest: along the main rotor and normal to it, and phases relative to it."""
         names = dict(zip(self._along, (f"carrier.{ALONG}", f"carrier.v{ALONG}"), strict=False))
         names |= dict(zip(self._across, (f"carrier.{ACROSS}", f"carrier.v{ACROSS}"), strict=False))
@@ -71,19 +71,21 @@ def refuse_oriented(parts: Sequence[Energies], turning: Turning, zero: Sequence[
     if len(turning.plane) == 1:
         raise WuchtError(f"the carrier moves in one direction alone ({turning.plane[0].position})")
     for c in turning.plane:
-        if c.prescribed is not None:
+        if c.prescribed_velocity is not None:
             raise WuchtError(f"the motion of {c.position} is prescribed")
-    if turning.angles[0].prescribed is not None and TIME in turning.angles[0].prescribed.free_symbols:
+    if turning.angles[0].prescribed_velocity is not None and TIME in turning.angles[0].prescribed_velocity.free_symbols:
         raise WuchtError(f"the prescribed speed {turning.angles[0].velocity} changes over time")
     for part in parts:
         formulas = [("kinetic energy", part.kinetic), ("potential energy", part.potential), ("dissipation", part.dissipation)]
-        formulas += [("applied force", e) for a in part.applied for e in (a.force, a.rate)]
-        for what, formula in formulas:
+        formulas += [("applied force", e) for a in part.applied_forces for e in (a.force, a.rate)]
+        for formula_name, formula in formulas:
             change = turning.change(sp.sympify(formula).xreplace(nothing))
-            if not identically_zero(change):
+            if not is_identically_zero(change):
                 moving = {s for c in (*turning.plane, *turning.angles) for s in (c.position, c.velocity)}
                 by = ", ".join(sorted(s.name for s in change.free_symbols - moving)) or "no parameter"
-                raise WuchtError(f"the {what} changes when the machine is turned as a whole (with {by})", code="not-symmetric")
+                raise WuchtError(
+                    f"the {formula_name} changes when the machine is turned as a whole (with {by})", code="not-symmetric"
+                )
 
 
 def corotating(system: System, turning: Turning, zero: Sequence[sp.Symbol] = ()) -> System:
@@ -94,7 +96,7 @@ def corotating(system: System, turning: Turning, zero: Sequence[sp.Symbol] = ())
     velocity in that frame, ``BODY.phase`` the angle to the main rotor's, and speeds, absolute as before. zero: parameters whose
     value is zero, which are removed.
     """
-    main, names = turning.angles[0], turning.renamed
+    main, names = turning.angles[0], turning.frame_symbols
     short: dict[sp.Symbol, sp.Expr] = {**names, main.position: sp.S.Zero, **dict.fromkeys(zero, sp.S.Zero)}
     definitions = list[tuple[sp.Symbol, sp.Expr]]()
     for symbol, meaning in system.definitions:
@@ -103,12 +105,12 @@ def corotating(system: System, turning: Turning, zero: Sequence[sp.Symbol] = ())
             short[symbol] = here
         else:
             definitions.append((symbol, here))
-    rates = _turned(dict(zip(system.states, system.derivatives, strict=True)), turning)
-    kept = [s for s in system.states if s != main.position]
-    derivatives = tuple(sp.sympify(rates[s]).xreplace(short) for s in kept)
+    rates = _frame_rates(dict(zip(system.states, system.derivatives, strict=True)), turning)
+    frame_states = [s for s in system.states if s != main.position]
+    derivatives = tuple(sp.sympify(rates[s]).xreplace(short) for s in frame_states)
     return replace(
         system,
-        states=tuple(names.get(s, s) for s in kept),
+        states=tuple(names.get(s, s) for s in frame_states),
         derivatives=derivatives,
         parameters=tuple(p for p in system.parameters if p not in zero),
         definitions=tuple(needed_definitions(definitions, derivatives)),
@@ -119,12 +121,12 @@ def corotating(system: System, turning: Turning, zero: Sequence[sp.Symbol] = ())
     )
 
 
-def _turned(rates: Mapping[sp.Symbol, sp.Expr], turning: Turning) -> dict[sp.Symbol, sp.Expr]:
+def _frame_rates(rates: Mapping[sp.Symbol, sp.Expr], turning: Turning) -> dict[sp.Symbol, sp.Expr]:
     """The rates of the states in the turning frame."""
     main = turning.angles[0].velocity
-    seen = {c.position: rates[c.position] - main for c in turning.angles[1:]}
+    turned_rates = {c.position: rates[c.position] - main for c in turning.angles[1:]}
     if turning.plane:
         x, y = turning.plane
-        seen |= {x.position: x.velocity + main * y.position, y.position: y.velocity - main * x.position}
-        seen |= {x.velocity: rates[x.velocity] + main * y.velocity, y.velocity: rates[y.velocity] - main * x.velocity}
-    return {**rates, **seen}
+        turned_rates |= {x.position: x.velocity + main * y.position, y.position: y.velocity - main * x.position}
+        turned_rates |= {x.velocity: rates[x.velocity] + main * y.velocity, y.velocity: rates[y.velocity] - main * x.velocity}
+    return {**rates, **turned_rates}

@@ -28,25 +28,25 @@ def solve_by_elimination(
 
     n = len(names)
     rows: list[dict[int, sp.Expr]] = [{j: matrix[i, j] for j in range(n) if matrix[i, j] != 0} for i in range(n)]
-    known = [name(right[i], f"F[{names[i]}]") for i in range(n)]
-    remaining, changed, order = set(range(n)), set[int](), list[int]()
+    rhs = [name(right[i], f"F[{names[i]}]") for i in range(n)]
+    remaining, changed_rows, order = set(range(n)), set[int](), list[int]()
     while remaining:
-        k = min(remaining, key=lambda i: (symmetric and (sum(j in remaining for j in rows[i]), i in changed), i))
+        k = min(remaining, key=lambda i: (symmetric and (sum(j in remaining for j in rows[i]), i in changed_rows), i))
         remaining.discard(k)
         order.append(k)
-        coupled = sorted(remaining & rows[k].keys())
-        for j in (k, *coupled):
+        coupled_columns = sorted(remaining & rows[k].keys())
+        for j in (k, *coupled_columns):
             rows[k][j] = name(rows[k][j], f"M[{names[k]},{names[j]}]")
         for i in (i for i in sorted(remaining) if k in rows[i]):
             factor = name(rows[k if symmetric else i][i if symmetric else k] / rows[k][k], f"L[{names[i]},{names[k]}]")
-            for j in (j for j in coupled if j >= i or not symmetric):
+            for j in (j for j in coupled_columns if j >= i or not symmetric):
                 rows[i][j] = name(rows[i].get(j, sp.S.Zero) - factor * rows[k][j], f"M{len(order)}[{names[i]},{names[j]}]")
                 if symmetric:
                     rows[j][i] = rows[i][j]
-            known[i] = name(known[i] - factor * known[k], f"F{len(order)}[{names[i]}]")
-            changed.add(i)
+            rhs[i] = name(rhs[i] - factor * rhs[k], f"F{len(order)}[{names[i]}]")
+            changed_rows.add(i)
     solution: dict[int, sp.Expr] = {}
     for step, k in enumerate(reversed(order)):
         rest = sp.Add(*(rows[k][j] * solution[j] for j in sorted(rows[k]) if j in solution))
-        solution[k] = name((known[k] - rest) / rows[k][k], f"a{step}[{names[k]}]")
+        solution[k] = name((rhs[k] - rest) / rows[k][k], f"a{step}[{names[k]}]")
     return [solution[i] for i in range(n)]

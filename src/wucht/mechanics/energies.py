@@ -8,7 +8,7 @@ import sympy as sp
 
 
 @dataclass(frozen=True)
-class Applied:
+class AppliedForce:
     """A force or torque and the rate on which it works: the applied power is ``force * rate``.
 
     ``energy_side`` is the side of the energy balance to which its work belongs: ``"supplied"`` (a motor) or ``"lost"`` (a
@@ -19,7 +19,7 @@ class Applied:
     force: sp.Expr
     rate: sp.Expr
     name: str = ""
-    booked: str = "supplied"
+    energy_side: str = "supplied"
     of_drive: bool = False
 
     @property
@@ -29,7 +29,7 @@ class Applied:
 
 
 @dataclass(frozen=True)
-class OwnState:
+class StateDescription:
     """Description of an internal state of a part: name after the part's path, SI unit, long name, symbol in equations."""
 
     name: str
@@ -43,7 +43,7 @@ class OwnState:
 
 
 @dataclass(frozen=True)
-class Internal:
+class InternalState:
     """An internal state of a part, of first order, zero at the start: the integrator of a controller, the strain of a friction.
 
     rate: d state/dt, in coordinates, velocities, parameters and internal states. description: name, unit and symbol. size: its
@@ -52,14 +52,14 @@ class Internal:
 
     state: sp.Symbol
     rate: sp.Expr
-    own: OwnState
+    description: StateDescription
     size: sp.Expr
     steady: sp.Expr = sp.S.Zero
 
     @property
     def path(self) -> str:
         """The path of the part."""
-        return str(self.state.name).removesuffix(f".{self.own.name}")
+        return str(self.state.name).removesuffix(f".{self.description.name}")
 
     @property
     def change(self) -> sp.Symbol:
@@ -79,20 +79,20 @@ class Energies:
     kinetic: sp.Expr = sp.S.Zero
     potential: sp.Expr = sp.S.Zero
     dissipation: sp.Expr = sp.S.Zero
-    applied: tuple[Applied, ...] = ()
-    internal: tuple[Internal, ...] = ()
+    applied_forces: tuple[AppliedForce, ...] = ()
+    internal_states: tuple[InternalState, ...] = ()
     nonlinear: str = ""
 
     @property
     def formulas(self) -> tuple[sp.Expr, ...]:
         """The formulas of energies and forces."""
-        return self.kinetic, self.potential, self.dissipation, *(e for a in self.applied for e in (a.force, a.rate))
+        return self.kinetic, self.potential, self.dissipation, *(e for a in self.applied_forces for e in (a.force, a.rate))
 
     @property
     def symbols(self) -> set[sp.Symbol]:
         """All symbols in the formulas of energies and forces."""
         return set().union(*(sp.sympify(e).free_symbols for e in self.formulas))
 
-    def __add__(self, other: Energies) -> Energies:
+    def __add__(self, addend: Energies) -> Energies:
         """The sum of two energies."""
-        return Energies(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(Energies)))
+        return Energies(*(getattr(self, f.name) + getattr(addend, f.name) for f in fields(Energies)))

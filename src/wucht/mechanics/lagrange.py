@@ -12,7 +12,7 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.mechanics.elimination import solve_by_elimination
-from wucht.mechanics.energies import Energies, Internal
+from wucht.mechanics.energies import Energies, InternalState
 from wucht.mechanics.phasors import Lines
 from wucht.system import TIME, Output, SecondOrder, System
 
@@ -27,12 +27,14 @@ class Coordinate:
     position: sp.Symbol
     velocity: sp.Symbol
     angle: bool = False
-    prescribed: sp.Expr | None = None
+    prescribed_velocity: sp.Expr | None = None
 
     @classmethod
-    def named(cls, name: str, velocity: str, angle: bool = False, prescribed: sp.Expr | None = None) -> Coordinate:
+    def from_names(
+        cls, name: str, velocity: str, angle: bool = False, prescribed_velocity: sp.Expr | None = None
+    ) -> Coordinate:
         """A coordinate whose symbols bear these names."""
-        return cls(sp.Symbol(name, real=True), sp.Symbol(velocity, real=True), angle, prescribed)
+        return cls(sp.Symbol(name, real=True), sp.Symbol(velocity, real=True), angle, prescribed_velocity)
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Lock:
 
     index: int
     about: int | None
-    locked: sp.Symbol
+    switch: sp.Symbol
 
 
 def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> SecondOrder:
@@ -57,12 +59,14 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
     v = [c.velocity for c in coordinates]
     n = len(q)
     mass = sp.zeros(n, n)
-    forces, other = [sp.S.Zero] * n, [sp.S.Zero] * n
+    forces, potential_forces = [sp.S.Zero] * n, [sp.S.Zero] * n
     for part in parts:
-        used = {k for k in range(n) for e in (part.kinetic, part.potential, part.dissipation) if e.has(q[k]) or e.has(v[k])}
-        for i in sorted(used):
+        active_indices = {
+            k for k in range(n) for e in (part.kinetic, part.potential, part.dissipation) if e.has(q[k]) or e.has(v[k])
+        }
+        for i in sorted(active_indices):
             momentum = sp.diff(part.kinetic, v[i])
-            for j in sorted(used):
+            for j in sorted(active_indices):
                 inertia = sp.diff(momentum, v[j])
                 if inertia.free_symbols & set(v):
                     raise WuchtError(
@@ -71,12 +75,14 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
                 mass[i, j] += inertia
                 forces[i] -= sp.diff(momentum, q[j]) * v[j]
             forces[i] += sp.diff(part.kinetic, q[i]) - sp.diff(momentum, TIME)
-            other[i] -= sp.diff(part.potential, q[i]) + sp.diff(part.dissipation, v[i])
-    applied = [a for part in parts for a in part.applied]
+            potential_forces[i] -= sp.diff(part.potential, q[i]) + sp.diff(part.dissipation, v[i])
+    applied_forces = [a for part in parts for a in part.applied_forces]
     for i in range(n):
         # T is quadratic in the velocities, so the velocity products appear twice; expanding merges them.
-        forces[i] = sp.expand(forces[i]) + other[i] + sp.Add(*(a.force * sp.diff(a.rate, v[i]) for a in applied))
-    driven = tuple(c.position for c in coordinates if c.prescribed is not None)
+        forces[i] = (
+            sp.expand(forces[i]) + potential_forces[i] + sp.Add(*(a.force * sp.diff(a.rate, v[i]) for a in applied_forces))
+        )
+    driven = tuple(c.position for c in coordinates if c.prescribed_velocity is not None)
     return SecondOrder(tuple(q), tuple(v), sp.ImmutableMatrix(mass), sp.ImmutableMatrix(n, 1, forces), driven)
 
 
@@ -87,44 +93,48 @@ def first_order(
     outputs: Sequence[Output] = (),
     quadratures: Sequence[Output] = (),
     locks: Sequence[Lock] = (),
-    internal: Sequence[Internal] = (),
+    internal: Sequence[InternalState] = (),
 ) -> System:
     """The System of a mechanism: positions, then the velocities of the free coordinates, as states; then internal ones.
 
     Outputs and quadratures may use ``acceleration(c)`` of any coordinate, the velocity of any, and ``reaction(c)``, the force
     that enforces a prescribed motion. locks: those on other coordinates' followers first.
     """
-    free = [i for i, c in enumerate(coordinates) if c.prescribed is None]
-    accelerations = {i: sp.diff(c.prescribed, TIME) for i, c in enumerate(coordinates) if i not in free}
+    free = [i for i, c in enumerate(coordinates) if c.prescribed_velocity is None]
+    accelerations = {i: sp.diff(c.prescribed_velocity, TIME) for i, c in enumerate(coordinates) if i not in free}
     lines = Lines()
     for i, a in accelerations.items():
         c = coordinates[i]
-        lines.pairs += [(c.velocity, c.prescribed), (acceleration(c), a)]
-    lines.pairs += [(own.change, own.rate) for own in internal]
+        lines.pairs += [(c.velocity, c.prescribed_velocity), (acceleration(c), a)]
+    lines.pairs += [(internal_state.change, internal_state.rate) for internal_state in internal]
     if free:
         mass = sp.Matrix(motion.mass)
-        given = sp.Matrix([accelerations.get(i, 0) for i in range(len(coordinates))])
-        right = sp.Matrix(motion.forces - mass * given)
+        known_accelerations = sp.Matrix([accelerations.get(i, 0) for i in range(len(coordinates))])
+        right = sp.Matrix(motion.forces - mass * known_accelerations)
         for lock in locks:
-            _apply(lock, mass, right, accelerations)
+            _apply_lock(lock, mass, right, accelerations)
         names = [coordinates[i].position.name for i in free]
-        solved = solve_by_elimination(mass.extract(free, free), [right[i] for i in free], names, lines)
-        accelerations |= dict(zip(free, solved, strict=True))
+        solution = solve_by_elimination(mass.extract(free, free), [right[i] for i in free], names, lines)
+        accelerations |= dict(zip(free, solution, strict=True))
         for lock in reversed(locks):
             if lock.about is not None:
-                accelerations[lock.index] += lock.locked * accelerations[lock.about]
+                accelerations[lock.index] += lock.switch * accelerations[lock.about]
         lines.pairs += [(acceleration(coordinates[i]), accelerations[i]) for i in free]
     rest = sp.Matrix(motion.mass * sp.Matrix([acceleration(c) for c in coordinates]) - motion.forces)
     for lock in locks:  # the force of a lock on its coordinate reacts on the other one
         if lock.about is not None:
-            rest[lock.about] += lock.locked * rest[lock.index]
-    lines.pairs += [(reaction(c), rest[i]) for i, c in enumerate(coordinates) if c.prescribed is not None]
+            rest[lock.about] += lock.switch * rest[lock.index]
+    lines.pairs += [(reaction(c), rest[i]) for i, c in enumerate(coordinates) if c.prescribed_velocity is not None]
     return System(
-        states=(*(c.position for c in coordinates), *(coordinates[i].velocity for i in free), *(own.state for own in internal)),
+        states=(
+            *(c.position for c in coordinates),
+            *(coordinates[i].velocity for i in free),
+            *(internal_state.state for internal_state in internal),
+        ),
         derivatives=(
             *(c.velocity for c in coordinates),
             *(acceleration(coordinates[i]) for i in free),
-            *(own.change for own in internal),
+            *(internal_state.change for internal_state in internal),
         ),
         parameters=tuple(parameters),
         definitions=tuple(lines.pairs),
@@ -135,15 +145,15 @@ def first_order(
     )
 
 
-def _apply(lock: Lock, mass: sp.Matrix, right: sp.Matrix, given: Mapping[int, sp.Expr]) -> None:
+def _apply_lock(lock: Lock, mass: sp.Matrix, right: sp.Matrix, known_accelerations: Mapping[int, sp.Expr]) -> None:
     """Write the locked coordinate's acceleration as that of the other plus a remainder, which is zero while it is locked.
 
     With s = 1 the two equations of motion are added, so that the unknown torque between them drops out; with s = 0 nothing
     changes. The matrix stays symmetric and positive definite.
     """
-    i, k, s = lock.index, lock.about, lock.locked
-    if k is not None and k in given:
-        right[:, :] -= mass[:, i] * (s * given[k])
+    i, k, s = lock.index, lock.about, lock.switch
+    if k is not None and k in known_accelerations:
+        right[:, :] -= mass[:, i] * (s * known_accelerations[k])
     elif k is not None:
         mass[:, k] += s * mass[:, i]
         mass[k, :] += s * mass[i, :]
@@ -167,12 +177,12 @@ def reaction(coordinate: Coordinate) -> sp.Symbol:
 
 def dissipated_power(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> sp.Expr:
     """The power lost: ``v . dR/dv`` of the linear dampers, minus the power of applied forces on the side ``lost``."""
-    lost = [c.velocity * sp.diff(part.dissipation, c.velocity) for part in parts for c in coordinates]
-    return sp.Add(*lost, *(-a.power for part in parts for a in part.applied if a.booked == "lost"))
+    damper_powers = [c.velocity * sp.diff(part.dissipation, c.velocity) for part in parts for c in coordinates]
+    return sp.Add(*damper_powers, *(-a.power for part in parts for a in part.applied_forces if a.energy_side == "lost"))
 
 
 def supplied_power(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> sp.Expr:
     """The power of all motors, those included that enforce a prescribed speed."""
-    motors = [a.power for part in parts for a in part.applied if a.booked == "supplied"]
-    enforced = [reaction(c) * c.velocity for c in coordinates if c.prescribed is not None]
-    return sp.Add(*motors, *enforced)
+    motors = [a.power for part in parts for a in part.applied_forces if a.energy_side == "supplied"]
+    reaction_powers = [reaction(c) * c.velocity for c in coordinates if c.prescribed_velocity is not None]
+    return sp.Add(*motors, *reaction_powers)

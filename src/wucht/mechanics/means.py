@@ -26,14 +26,14 @@ from wucht.mechanics.trigonometric import (
     NotTrigonometricError,
     Terms,
     common_period,
-    expansion,
-    explained,
+    error_context,
+    harmonic_terms,
     harmonics,
     nonzero,
-    secular,
+    secular_error,
     waves,
 )
-from wucht.mechanics.zero_testing import identically_zero, number
+from wucht.mechanics.zero_testing import is_identically_zero, number
 
 _Z = sp.Dummy("z")
 _DEGREE = 16
@@ -55,9 +55,9 @@ def _mean_of_quotients(e: sp.Expr, t: sp.Symbol) -> tuple[sp.Expr, tuple[sp.Expr
         numerators.setdefault(moving, []).append(above / still)
     total, frequencies = sp.S.Zero, list[sp.Expr]()
     for below, terms in numerators.items():
-        above = nonzero(expansion(sp.Add(*terms), t))
+        above = nonzero(harmonic_terms(sp.Add(*terms), t))
         powers = [a.as_base_exp() for a in sp.Mul.make_args(below)]
-        factors = [(nonzero(expansion(base, t)), int(n)) for base, n in powers]
+        factors = [(nonzero(harmonic_terms(base, t)), int(n)) for base, n in powers]
         total += _mean(above, factors, below, t)
         frequencies += [w for polynomial in (above, *(f for f, _ in factors)) for w, _ in polynomial if w != 0]
     return total, tuple(dict.fromkeys(frequencies))
@@ -79,13 +79,13 @@ def _refuse_other_functions(e: sp.Expr, t: sp.Symbol) -> None:
             f"{e} is not a rational function of sines and cosines of {t}: its mean cannot be computed", code="not-rational"
         )
     if t in rest.free_symbols:
-        raise secular(t)
+        raise secular_error(t)
 
 
-def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t: sp.Symbol) -> sp.Expr:
+def _mean(above: Terms, below: Sequence[tuple[Terms, int]], denominator: sp.Expr, t: sp.Symbol) -> sp.Expr:
     """The mean of a trigonometric polynomial over a product of powers of such. denominator: the product."""
     if not all(terms for terms, _ in below):
-        raise WuchtError(f"the denominator {written} is zero at all times", code="zero-denominator")
+        raise WuchtError(f"the denominator {denominator} is zero at all times", code="zero-denominator")
     still = sp.prod([terms[CONSTANT][0] ** n for terms, n in below if set(terms) == {CONSTANT}])
     turning = [(terms, n) for terms, n in below if set(terms) != {CONSTANT}]
     if not turning:
@@ -93,14 +93,14 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
     period = common_period([w for terms, _ in turning for w, _ in terms])
     if period is None:
         raise NotTrigonometricError(
-            f"1/({written}) is not a polynomial in sines and cosines of {t}, and has no certain period", code="no-period"
+            f"1/({denominator}) is not a polynomial in sines and cosines of {t}, and has no certain period", code="no-period"
         )
     base = 2 * sp.pi / period
     slowest, phase = min(
         ((sp.simplify(w / base), p) for terms, _ in turning for w, p in terms if w != 0), key=lambda pair: pair[0]
     )
     shift = phase / slowest
-    polynomials = [(*_polynomial(terms, base, shift, written), n) for terms, n in turning]
+    polynomials = [(*_polynomial(terms, base, shift, denominator), n) for terms, n in turning]
     still *= sp.prod(common**n for common, _, n in polynomials)
     P = sp.prod(factor**n for _, factor, n in polynomials)
     total = sp.S.Zero
@@ -112,7 +112,7 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
                 code="frequency-ratio",
             )
         if k.is_Integer:
-            with explained(f"the mean of a quotient cannot be computed; of its denominator {written}"):
+            with error_context(f"the mean of a quotient cannot be computed; of its denominator {denominator}"):
                 re, im = _moment(int(k), P)
             angle = p - k * shift
             c, s = sp.cos(angle), sp.sin(angle)
@@ -120,9 +120,9 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
     return total / still
 
 
-def _polynomial(terms: Terms, base: sp.Expr, shift: sp.Expr, below: sp.Expr) -> tuple[sp.Expr, sp.Poly]:
+def _polynomial(terms: Terms, base: sp.Expr, shift: sp.Expr, denominator: sp.Expr) -> tuple[sp.Expr, sp.Poly]:
     """A common factor, and P of degree 2 d, without it the polynomial is z^-d P(z) with z = exp(i (base t + shift))."""
-    factor = next(c for pair in terms.values() for c in pair if not identically_zero(c))
+    factor = next(c for pair in terms.values() for c in pair if not is_identically_zero(c))
     powers: dict[int, sp.Expr] = {}
     for (w, p), pair in terms.items():
         k = int(sp.simplify(w / base))
@@ -130,11 +130,13 @@ def _polynomial(terms: Terms, base: sp.Expr, shift: sp.Expr, below: sp.Expr) -> 
         cosine, sine = (sp.nsimplify(sp.cancel(c / factor), rational=True) if c != 0 else c for c in pair)
         if cosine.free_symbols | sine.free_symbols | rest.free_symbols:
             raise NotTrigonometricError(
-                f"the zeros of the denominator {below} depend on parameters or states: its mean cannot be computed",
+                f"the zeros of the denominator {denominator} depend on parameters or states: its mean cannot be computed",
                 code="parameters-decide",
             )
         if not (cosine.is_real and sine.is_real):
-            raise NotTrigonometricError(f"the denominator {below} is not real: its mean cannot be computed", code="not-real")
+            raise NotTrigonometricError(
+                f"the denominator {denominator} is not real: its mean cannot be computed", code="not-real"
+            )
         turn = sp.exp(sp.I * rest)
         half = (cosine - sp.I * sine) / 2
         powers[k] = sp.expand(powers.get(k, sp.S.Zero) + half * turn)
@@ -155,10 +157,10 @@ def _moment(k: int, P: sp.Poly) -> tuple[sp.Expr, sp.Expr]:
     roots = {factor: _roots(factor) for factor in monic}
     residues = []
     for factor, n in monic.items():
-        others = sp.Mul(*(g.as_expr() ** m for g, m in monic.items() if g != factor))
+        other_factors = sp.Mul(*(g.as_expr() ** m for g, m in monic.items() if g != factor))
         for root in (r for r in roots[factor] if _inside(r)):
             # Without (z - root)^n, differentiated: the residue of a pole of that order.
-            rest = _Z ** (k - 1 + P.degree() // 2) / (others * sp.prod(_Z - r for r in roots[factor] if r != root) ** n)
+            rest = _Z ** (k - 1 + P.degree() // 2) / (other_factors * sp.prod(_Z - r for r in roots[factor] if r != root) ** n)
             residues.append(sp.diff(rest, _Z, n - 1).xreplace({_Z: root}) / (sp.factorial(n - 1) * P.LC()))
     parts = [sp.expand_complex(sp.radsimp(r)).as_real_imag() for r in residues]
     re, im = (sp.Add(*(sp.radsimp(sp.expand(part[i])) for part in parts)) for i in (0, 1))

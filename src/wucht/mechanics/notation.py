@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.mechanics.averaged.averaged_system import AveragedSystem
-from wucht.mechanics.energies import Internal
+from wucht.mechanics.energies import InternalState
 from wucht.mechanics.lagrange import Coordinate
 from wucht.system import TIME, SecondOrder, needed_definitions
 
@@ -32,9 +32,9 @@ class Notation:
 
     def symbols(self, coordinates: Sequence[Coordinate], latex: bool) -> dict[sp.Symbol, sp.Symbol]:
         """Printed symbols for positions, velocities and parameters."""
-        shown = {sp.Symbol(k, real=True): sp.Symbol(latex_name(v) if latex else v) for k, v in self.names.items()}
+        printed_symbols = {sp.Symbol(k, real=True): sp.Symbol(latex_name(v) if latex else v) for k, v in self.names.items()}
         bases = {c.velocity: self.names[c.position.name] for c in coordinates}
-        return shown | {v: sp.Symbol(latex_name(base, 1) if latex else f"{base}'") for v, base in bases.items()}
+        return printed_symbols | {v: sp.Symbol(latex_name(base, 1) if latex else f"{base}'") for v, base in bases.items()}
 
     def acceleration(self, c: Coordinate, latex: bool) -> sp.Symbol:
         """The printed symbol of an acceleration."""
@@ -49,21 +49,21 @@ def latex_name(name: str, dots: int = 0) -> str:
     """
     head, _, owner = name.partition("_")
     parts = _SYMBOL.fullmatch(head)
-    letter, own = (parts[1], parts[2]) if parts else (f"\\mathrm{{{head}}}", "")
-    shown = f"\\{_VARIANTS.get(letter, letter)}" if letter in _GREEK else letter
+    letter, letter_index = (parts[1], parts[2]) if parts else (f"\\mathrm{{{head}}}", "")
+    latex_letter = f"\\{_VARIANTS.get(letter, letter)}" if letter in _GREEK else letter
     if dots:
-        shown = f"\\{'d' * dots}ot{{{shown}}}"
-    below = ",".join(filter(None, (own, owner)))
-    return shown + below_it(below) if below else shown
+        latex_letter = f"\\{'d' * dots}ot{{{latex_letter}}}"
+    below = ",".join(filter(None, (letter_index, owner)))
+    return latex_letter + latex_subscript(below) if below else latex_letter
 
 
-def below_it(index: str) -> str:
+def latex_subscript(index: str) -> str:
     """An index in upright letters."""
-    escaped = index.replace("_", "\\_")
-    return f"_{{\\mathrm{{{escaped}}}}}"
+    escaped_index = index.replace("_", "\\_")
+    return f"_{{\\mathrm{{{escaped_index}}}}}"
 
 
-def written(
+def printed_equations(
     motion: SecondOrder,
     coordinates: Sequence[Coordinate],
     notation: Notation,
@@ -81,37 +81,43 @@ def written(
     lines = []
     for i, c in enumerate(coordinates):
         scale = motion.mass[i, i].xreplace(nothing) if normalise else sp.S.One
-        left = sp.S.Zero
-        for j, other in enumerate(coordinates):
+        lhs = sp.S.Zero
+        for j, column_coordinate in enumerate(coordinates):
             entry = motion.mass[i, j].xreplace(nothing)
-            if entry != 0 and (other.prescribed is None or sp.diff(other.prescribed, TIME) != 0):
+            if entry != 0 and (
+                column_coordinate.prescribed_velocity is None or sp.diff(column_coordinate.prescribed_velocity, TIME) != 0
+            ):
                 factor = sp.simplify(entry / scale) if normalise else sp.factor_terms(sp.expand(entry))
-                left += factor.xreplace(symbols) * notation.acceleration(other, latex)
-        right = motion.forces[i].xreplace(nothing)
-        right = sp.expand(right / scale) if normalise else right
-        right = sp.collect(right, [c.velocity for c in coordinates]).xreplace(symbols)
-        if c.prescribed is not None:
-            lines.append(equation(symbols[c.velocity], c.prescribed.xreplace(nothing).xreplace(symbols), latex))
+                lhs += factor.xreplace(symbols) * notation.acceleration(column_coordinate, latex)
+        rhs = motion.forces[i].xreplace(nothing)
+        rhs = sp.expand(rhs / scale) if normalise else rhs
+        rhs = sp.collect(rhs, [c.velocity for c in coordinates]).xreplace(symbols)
+        if c.prescribed_velocity is not None:
+            lines.append(
+                printed_equation(symbols[c.velocity], c.prescribed_velocity.xreplace(nothing).xreplace(symbols), latex)
+            )
             name, index = ("T", "motor") if c.angle else ("F", "drive")
-            right = right + sp.Symbol(latex_name(f"{name}_{index}") if latex else f"{name}_{index}")
-        lines.append(equation(left, right, latex))
+            rhs = rhs + sp.Symbol(latex_name(f"{name}_{index}") if latex else f"{name}_{index}")
+        lines.append(printed_equation(lhs, rhs, latex))
     return lines
 
 
-def written_own(internal: Sequence[Internal], coordinates: Sequence[Coordinate], notation: Notation, latex: bool) -> list[str]:
+def printed_state_rates(
+    internal: Sequence[InternalState], coordinates: Sequence[Coordinate], notation: Notation, latex: bool
+) -> list[str]:
     """The rates of the internal states of parts, one equation each."""
     symbols = notation.symbols(coordinates, latex)
-    bases = [notation.names[own.state.name] for own in internal]
+    bases = [notation.names[state.state.name] for state in internal]
     rates = [sp.Symbol(latex_name(base, 1) if latex else f"{base}'") for base in bases]
-    return [equation(rate, own.rate.xreplace(symbols), latex) for rate, own in zip(rates, internal, strict=True)]
+    return [printed_equation(rate, state.rate.xreplace(symbols), latex) for rate, state in zip(rates, internal, strict=True)]
 
 
-def equation(left: sp.Expr, right: sp.Expr, latex: bool) -> str:
+def printed_equation(lhs: sp.Expr, rhs: sp.Expr, latex: bool) -> str:
     """``left = right``."""
-    return f"{sp.latex(left)} = {sp.latex(right)}" if latex else f"{sp.sstr(left)} = {sp.sstr(right)}"
+    return f"{sp.latex(lhs)} = {sp.latex(rhs)}" if latex else f"{sp.sstr(lhs)} = {sp.sstr(rhs)}"
 
 
-def written_averaged(
+def printed_averaged_equations(
     equations: AveragedSystem, notation: Notation, zero: Sequence[sp.Symbol], latex: bool
 ) -> tuple[list[str], list[str]]:
     """The rows, and the definitions they use in order.
@@ -121,70 +127,79 @@ def written_averaged(
     """
     nothing = dict.fromkeys(zero, sp.S.Zero)
     inline, definitions = dict[sp.Symbol, sp.Expr](), list[tuple[sp.Symbol, sp.Expr]]()
-    for symbol, expression in equations.shown:
-        reduced = expression.xreplace(nothing).xreplace(inline)
-        if reduced.is_Atom or reduced.func in (sp.cos, sp.sin):
-            inline[symbol] = reduced
+    for symbol, expression in equations.row_definitions:
+        short_expression = expression.xreplace(nothing).xreplace(inline)
+        if short_expression.is_Atom or short_expression.func in (sp.cos, sp.sin):
+            inline[symbol] = short_expression
         else:
-            definitions.append((symbol, reduced))
+            definitions.append((symbol, short_expression))
     rows = [
-        (left.xreplace(nothing), right.xreplace(nothing).xreplace(inline))
-        for left, right in equations.rows
-        if not str(right).endswith(".slip")
+        (lhs.xreplace(nothing), rhs.xreplace(nothing).xreplace(inline))
+        for lhs, rhs in equations.rows
+        if not str(rhs).endswith(".slip")
     ]
-    needed = needed_definitions(definitions, [e for row in rows for e in row])
-    shown = _names(equations, notation, set().union(*(e.free_symbols for pair in (*rows, *needed) for e in pair)), latex)
+    row_definitions = needed_definitions(definitions, [e for row in rows for e in row])
+    printed_symbols = _printed_symbols(
+        equations, notation, set().union(*(e.free_symbols for pair in (*rows, *row_definitions) for e in pair)), latex
+    )
     return (
         [
-            equation(
-                _collected(left).xreplace(shown), (sp.factor_terms(right) if right.is_Mul else right).xreplace(shown), latex
+            printed_equation(
+                _collect_rates(lhs).xreplace(printed_symbols),
+                (sp.factor_terms(rhs) if rhs.is_Mul else rhs).xreplace(printed_symbols),
+                latex,
             )
-            for left, right in rows
+            for lhs, rhs in rows
         ],
-        [equation(symbol.xreplace(shown), expression.xreplace(shown), latex) for symbol, expression in needed],
+        [
+            printed_equation(symbol.xreplace(printed_symbols), expression.xreplace(printed_symbols), latex)
+            for symbol, expression in row_definitions
+        ],
     )
 
 
-def _collected(left: sp.Expr) -> sp.Expr:
+def _collect_rates(expression: sp.Expr) -> sp.Expr:
     """A sum of rates with simple coefficients."""
-    rates = sorted((s for s in left.free_symbols if s.name.endswith((".rate", ".slip"))), key=str)
-    terms = sp.collect(sp.expand(left), rates, evaluate=False)
+    rates = sorted((s for s in expression.free_symbols if s.name.endswith((".rate", ".slip"))), key=str)
+    terms = sp.collect(sp.expand(expression), rates, evaluate=False)
     return sp.Add(*(rate * sp.factor(coefficient) for rate, coefficient in terms.items()))
 
 
-def _names(equations: AveragedSystem, notation: Notation, used: set[sp.Symbol], latex: bool) -> Mapping[sp.Symbol, sp.Symbol]:
+def _printed_symbols(
+    equations: AveragedSystem, notation: Notation, symbols: set[sp.Symbol], latex: bool
+) -> Mapping[sp.Symbol, sp.Symbol]:
     parameters = set(notation.names.values())
     speed = next(n for n in ("omega", "Omega", "w", "n") if n not in parameters)
     phase = next(n for n in ("alpha", "psi") if n not in parameters)
     main = equations.bodies.names[0]
     names = {}
-    for symbol in used:
+    for symbol in symbols:
         if symbol.name in notation.names:  # before states: the parameter drive.speed is no body's speed
             name = latex_name(notation.names[symbol.name]) if latex else notation.names[symbol.name]
         else:
-            name = _of_state(symbol.name, main, speed, phase, latex) or _of_definition(symbol.name, latex)
+            name = _state_notation(symbol.name, main, speed, phase, latex) or _definition_notation(symbol.name, latex)
         names[symbol] = sp.Symbol(name)
     return names
 
 
-def _of_state(name: str, main: str, speed: str, phase: str, latex: bool) -> str | None:
-    body, _, what = name.partition(".")
+def _state_notation(name: str, main: str, speed: str, phase: str, latex: bool) -> str | None:
+    body, _, quantity = name.partition(".")
     letters = {"phase": (phase, 0), "speed": (speed, 0), "speed.rate": (speed, 1), "phase.rate": (phase, 1), "slip": (phase, 1)}
-    if what not in letters:
+    if quantity not in letters:
         return None
-    letter, dots = letters[what]
+    letter, dots = letters[quantity]
     index = "" if body == main and letter == speed else f"_{body}"
     if not latex:
         return letter + index + "'" * dots
     return latex_name(letter + index, dots)
 
 
-def _of_definition(name: str, latex: bool) -> str:
+def _definition_notation(name: str, latex: bool) -> str:
     match = _PART.match(name)
     if match is None:
         return name
     head, index, part = match["head"], match["index"], match["part"]
-    shown = _LATEX_HEADS.get(head, head) + below_it(index) if latex else f"{head}_{index}"
+    text = _LATEX_HEADS.get(head, head) + latex_subscript(index) if latex else f"{head}_{index}"
     if not part:
-        return shown
-    return f"\\operatorname{{{part.capitalize()}}}({shown})" if latex else f"{part.capitalize()}({shown})"
+        return text
+    return f"\\operatorname{{{part.capitalize()}}}({text})" if latex else f"{part.capitalize()}({text})"

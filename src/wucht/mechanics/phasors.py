@@ -30,21 +30,21 @@ class Phasor:
         imaginary = [-sp.I * t for t in terms if t.has(sp.I)]
         return cls(sp.Add(*(t for t in terms if not t.has(sp.I))), sp.Add(*imaginary))
 
-    def __add__(self, other: Phasor) -> Phasor:
-        return Phasor(self.re + other.re, self.im + other.im)
+    def __add__(self, addend: Phasor) -> Phasor:
+        return Phasor(self.re + addend.re, self.im + addend.im)
 
-    def __sub__(self, other: Phasor) -> Phasor:
-        return Phasor(self.re - other.re, self.im - other.im)
+    def __sub__(self, subtrahend: Phasor) -> Phasor:
+        return Phasor(self.re - subtrahend.re, self.im - subtrahend.im)
 
-    def __mul__(self, other: Phasor | sp.Expr) -> Phasor:
+    def __mul__(self, factor: Phasor | sp.Expr) -> Phasor:
         """The product with a complex amplitude or a real factor."""
-        if not isinstance(other, Phasor):
-            return self.scaled(other)
-        return Phasor(self.re * other.re - self.im * other.im, self.re * other.im + self.im * other.re)
+        if not isinstance(factor, Phasor):
+            return self.scale(factor)
+        return Phasor(self.re * factor.re - self.im * factor.im, self.re * factor.im + self.im * factor.re)
 
     __rmul__ = __mul__
 
-    def scaled(self, factor: sp.Expr) -> Phasor:
+    def scale(self, factor: sp.Expr) -> Phasor:
         """The product with a real factor."""
         return Phasor(factor * self.re, factor * self.im)
 
@@ -54,7 +54,7 @@ class Phasor:
         return Phasor(self.re, -self.im)
 
     @property
-    def turned(self) -> Phasor:
+    def times_i(self) -> Phasor:
         """The product with i."""
         return Phasor(-self.im, self.re)
 
@@ -64,7 +64,7 @@ class Phasor:
         return bool(self.re == 0 and self.im == 0)
 
 
-ZERO, TURN = Phasor(), Phasor(sp.S.Zero, sp.S.One)
+ZERO, IMAGINARY_UNIT = Phasor(), Phasor(sp.S.Zero, sp.S.One)
 Phasors = Sequence[Phasor] | np.ndarray
 
 
@@ -73,9 +73,9 @@ def total(phasors: Sequence[Phasor]) -> Phasor:
     return Phasor(sp.Add(*(p.re for p in phasors)), sp.Add(*(p.im for p in phasors)))
 
 
-def product(left: Phasors, right: Phasors) -> Phasor:
+def product(first: Phasors, second: Phasors) -> Phasor:
     """The sum of first_k second_k, without conjugation."""
-    return total([a * b for a, b in zip(left, right, strict=True) if not (a.is_zero or b.is_zero)])
+    return total([a * b for a, b in zip(first, second, strict=True) if not (a.is_zero or b.is_zero)])
 
 
 @dataclass
@@ -102,21 +102,23 @@ class Lines:
 
     def rates(
         self,
-        given: Mapping[sp.Symbol, sp.Expr],
+        variable_rates: Mapping[sp.Symbol, sp.Expr],
         expressions: Sequence[sp.Expr],
         suffix: str,
         pairs: Sequence[tuple[sp.Symbol, sp.Expr]],
     ) -> list[sp.Expr]:
         """The rates of change of expressions in these definitions, whose variables change at the given rates."""
-        known = dict(given)
+        rates_by_symbol = dict(variable_rates)
 
         def rate(e: sp.Expr) -> sp.Expr:
-            return sp.Add(*(sp.diff(e, s) * known[s] for s in sorted(e.free_symbols & known.keys(), key=str)))
+            return sp.Add(
+                *(sp.diff(e, s) * rates_by_symbol[s] for s in sorted(e.free_symbols & rates_by_symbol.keys(), key=str))
+            )
 
         for symbol, expression in needed_definitions(pairs, expressions):
             change = rate(expression)
             if change != 0:
-                known[symbol] = self.name(change, f"{symbol.name}{suffix}")
+                rates_by_symbol[symbol] = self.name(change, f"{symbol.name}{suffix}")
         return [rate(e) for e in expressions]
 
 
@@ -139,12 +141,12 @@ class HarmonicResponse:
                 self.rows[i][j] = lines.phasor(entry, f"{label}[{names[i]}{names[j] if j > i else ''}]")
         for k, row in enumerate(self.rows):
             self.inverse.append(self._reciprocal(row[k], names[k]))
-            coupled = [j for j in row if j > k]
-            for i in coupled:
+            coupled_indices = [j for j in row if j > k]
+            for i in coupled_indices:
                 factor = row[i] * self.inverse[k]
-                for j in (j for j in coupled if j >= i):
-                    updated = self.rows[i].get(j, ZERO) - factor * row[j]
-                    self.rows[i][j] = lines.phasor(updated, f"{label}{k + 1}[{names[i]}{names[j]}]")
+                for j in (j for j in coupled_indices if j >= i):
+                    new_entry = self.rows[i].get(j, ZERO) - factor * row[j]
+                    self.rows[i][j] = lines.phasor(new_entry, f"{label}{k + 1}[{names[i]}{names[j]}]")
 
     def _reciprocal(self, pivot: Phasor, name: str) -> Phasor:
         if pivot.im == 0:
@@ -157,8 +159,8 @@ class HarmonicResponse:
         right = list(force)
         for k, row in enumerate(self.rows):
             for i in (i for i in row if i > k):
-                reduced = right[i] - row[i] * self.inverse[k] * right[k]
-                right[i] = self.lines.phasor(reduced, f"{label},{self.names[k]}[{self.names[i]}]")
+                new_force = right[i] - row[i] * self.inverse[k] * right[k]
+                right[i] = self.lines.phasor(new_force, f"{label},{self.names[k]}[{self.names[i]}]")
         solution = np.full(len(right), ZERO)
         for k, row in reversed(list(enumerate(self.rows))):
             rest = total([row[i] * solution[i] for i in row if i > k])

@@ -19,11 +19,11 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaging import along, put_back
+from wucht.mechanics.averaging import directional_derivative, restore_fast_part
 from wucht.mechanics.means import mean
 from wucht.mechanics.slow_time import refuse_unknown_parameter
-from wucht.mechanics.trigonometric import Harmonics, explained, harmonics
-from wucht.mechanics.zero_testing import identically_zero
+from wucht.mechanics.trigonometric import TrigonometricPolynomial, error_context, harmonics
+from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.system import TIME, Output, System
 
 THETA = sp.Symbol("theta_fast", real=True)
@@ -83,10 +83,10 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     refuse_unknown_parameter(system, fast)
     velocities = _velocities(system, positions)
     explicit = {s: sp.sympify(system.explicit(f)) for s, f in zip(system.states, system.derivatives, strict=True)}
-    forces = [harmonics(_in_theta(explicit[v], fast, v), THETA) for v in velocities]
+    forces = [harmonics(_substitute_theta(explicit[v], fast, v), THETA) for v in velocities]
     slow, Phi = [h.mean for h in forces], [h.oscillation for h in forces]
     for force, v in zip(slow, velocities, strict=True):
-        if not identically_zero(sp.diff(_without_slow_functions(force, fast), fast, TIME)):
+        if not is_identically_zero(sp.diff(_without_slow_functions(force, fast), fast, TIME)):
             raise WuchtError(
                 f"{fast} t occurs outside of sines and cosines in the force on {v}: such a secular term has no mean",
                 code="secular",
@@ -100,9 +100,11 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     shift = {v: v + r for v, r in zip(velocities, rate, strict=True)}
     means = []
     for v, a, phi in zip(velocities, slow, Phi, strict=True):
-        with explained(f"the mean force on {v} cannot be computed"):
-            means.append(mean(a.xreplace(shift), THETA) + mean(along(phi, moving, change), THETA))
-    lines, outputs = put_back(system, {s: s + e.xreplace({THETA: fast * TIME}) for s, e in zip(moving, change, strict=True)})
+        with error_context(f"the mean force on {v} cannot be computed"):
+            means.append(mean(a.xreplace(shift), THETA) + mean(directional_derivative(phi, moving, change), THETA))
+    lines, outputs = restore_fast_part(
+        system, {s: s + e.xreplace({THETA: fast * TIME}) for s, e in zip(moving, change, strict=True)}
+    )
     accelerations = dict(zip(velocities, means, strict=True))
     slow_system = replace(
         system,
@@ -132,28 +134,30 @@ def _velocities(system: System, positions: Sequence[sp.Symbol]) -> list[sp.Symbo
     return velocities
 
 
-def _in_theta(e: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> sp.Expr:
+def _substitute_theta(e: sp.Expr, fast: sp.Symbol, subject: sp.Symbol) -> sp.Expr:
     """The expression with theta for k t in the arguments of its functions."""
     moving = {a for a in e.atoms(sp.sin, sp.cos, sp.exp) if {fast, TIME} <= a.args[0].free_symbols}
-    turned, innermost = {}, [a for a in moving if not a.args[0].atoms(sp.sin, sp.cos, sp.exp) & moving]
+    replacements, innermost = {}, [a for a in moving if not a.args[0].atoms(sp.sin, sp.cos, sp.exp) & moving]
     for a in innermost:
         argument = sp.expand(a.args[0])
         slope = sp.diff(argument, fast, TIME)
         rest = sp.expand(argument - slope * fast * TIME)
         if slope.free_symbols or fast in rest.free_symbols:
-            raise WuchtError(f"{a} in the force on {what} is not a function of {fast} t and slow quantities", code="not-fast")
+            raise WuchtError(
+                f"{a} in the force on {subject} is not a function of {fast} t and slow quantities", code="not-fast"
+            )
         if not slope.is_Integer and not (isinstance(a, sp.exp) and (slope / sp.I).is_Integer):
-            raise WuchtError(f"{a} in the force on {what} has not the period 2 pi in {fast} t", code="other-period")
-        turned[a] = a.func(slope * THETA + rest)
-    in_theta = e.xreplace(turned)
-    for a in sp.preorder_traversal(_without_slow_functions(in_theta, fast)):
+            raise WuchtError(f"{a} in the force on {subject} has not the period 2 pi in {fast} t", code="other-period")
+        replacements[a] = a.func(slope * THETA + rest)
+    result = e.xreplace(replacements)
+    for a in sp.preorder_traversal(_without_slow_functions(result, fast)):
         whole = a.is_Pow and a.exp.is_Integer and a.exp.is_nonnegative
         if {fast, TIME} <= a.free_symbols and not (a.is_Add or a.is_Mul or whole or a.is_Symbol):
             raise WuchtError(
-                f"{a} in the force on {what} may turn with {fast} t, and is no sine, cosine or exponential of it",
+                f"{a} in the force on {subject} may turn with {fast} t, and is no sine, cosine or exponential of it",
                 code="not-trigonometric",
             )
-    return in_theta
+    return result
 
 
 def _without_slow_functions(e: sp.Expr, fast: sp.Symbol) -> sp.Expr:
@@ -163,7 +167,9 @@ def _without_slow_functions(e: sp.Expr, fast: sp.Symbol) -> sp.Expr:
     )
 
 
-def _refuse_large(quick: Sequence[Harmonics], fast: sp.Symbol, velocities: Sequence[sp.Symbol], system: System) -> None:
+def _refuse_large(
+    quick: Sequence[TrigonometricPolynomial], fast: sp.Symbol, velocities: Sequence[sp.Symbol], system: System
+) -> None:
     """Raises ``WuchtError`` where Phi grows faster with k than (5) allows."""
     with_speed = any({*velocities} & w.oscillation.free_symbols for w in quick)
     small = {*system.parameters} - {fast}
@@ -172,22 +178,22 @@ def _refuse_large(quick: Sequence[Harmonics], fast: sp.Symbol, velocities: Seque
             power, leading = _growth(c, fast, v)
             beyond = power - (0 if with_speed else 1)
             if beyond > 1 or (beyond > 0 and not leading.free_symbols & small):
-                allowed = "O(1), as it depends on a speed" if with_speed else f"O({fast})"
+                limit = "O(1), as it depends on a speed" if with_speed else f"O({fast})"
                 raise WuchtError(
-                    f"the fast force on {v} grows like {fast}^{power} ({c}): it may be {allowed}, or one power more with a "
+                    f"the fast force on {v} grows like {fast}^{power} ({c}): it may be {limit}, or one power more with a "
                     f"small parameter O(1/{fast}), written as a symbol. Else its motion is not small: no separation holds",
                     code="grows",
                 )
 
 
-def _growth(c: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
+def _growth(c: sp.Expr, fast: sp.Symbol, subject: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
     """The power of k with which an amplitude grows, and the factor of that power."""
     growth = []
     for part in sp.fraction(sp.together(c)):
         terms = [a.as_coeff_exponent(fast) for a in sp.Add.make_args(sp.expand(part))]
         if any(fast in a.free_symbols for a, _ in terms) or not all(p.is_real and p.is_number for _, p in terms):
             raise WuchtError(
-                f"how the fast force on {what} grows with {fast} does not follow from {c}: powers of {fast} are allowed",
+                f"how the fast force on {subject} grows with {fast} does not follow from {c}: powers of {fast} are allowed",
                 code="growth-unclear",
             )
         top = max(p for _, p in terms)
@@ -199,7 +205,8 @@ def _growth(c: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> tuple[sp.Expr, sp.E
 def _quadrature(q: Output, system: System, fast: sp.Symbol, shift: dict[sp.Symbol, sp.Expr]) -> Output:
     """A quadrature with the mean of its rate at the speeds X' + xi', to leading order."""
     rate, jump = (
-        _in_theta(sp.sympify(system.explicit(e)), fast, sp.Symbol(q.name)).xreplace(shift) for e in (q.expression, q.jump)
+        _substitute_theta(sp.sympify(system.explicit(e)), fast, sp.Symbol(q.name)).xreplace(shift)
+        for e in (q.expression, q.jump)
     )
     if THETA in jump.free_symbols:
         raise WuchtError(f"the jumps of {q.name} depend on {fast} t: they have no mean", code="jumps")

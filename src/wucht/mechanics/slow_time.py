@@ -35,10 +35,10 @@ def refuse_unknown_parameter(system: System, small: sp.Symbol) -> None:
     )
 
 
-def refuse_other_orders(order: int, what: str) -> None:
+def refuse_other_orders(order: int, method: str) -> None:
     """Raises ``WuchtError`` for an order that is not the integer 1 or 2."""
     if isinstance(order, bool) or not isinstance(order, int) or order not in (1, 2):
-        raise WuchtError(f"{what} of order {order!r}: must be 1 or 2", code="order")
+        raise WuchtError(f"{method} of order {order!r}: must be 1 or 2", code="order")
 
 
 def refuse_small_frequencies(rates: Sequence[sp.Expr], small: sp.Symbol | None) -> None:
@@ -89,5 +89,5 @@ def refuse_kinks(rate: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> None:
 
 def _without_waves(e: sp.Expr) -> sp.Expr:
     """The expression with a symbol for each function that turns evenly: any remaining time is another dependence."""
-    bounded = [a for a, w in waves(e, TIME).items() if not isinstance(a, sp.exp) or (w / sp.I).is_real]
-    return e.xreplace({a: sp.Dummy() for a in bounded})
+    bounded_waves = [a for a, w in waves(e, TIME).items() if not isinstance(a, sp.exp) or (w / sp.I).is_real]
+    return e.xreplace({a: sp.Dummy() for a in bounded_waves})

@@ -8,11 +8,11 @@ from dataclasses import replace
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaging import in_terms_of
-from wucht.mechanics.zero_testing import identically_zero
+from wucht.mechanics.averaging import substituted_output
+from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.system import TIME, Output, System
 
-ELAPSED = "time"
+ELAPSED_TIME = "time"
 
 
 def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
@@ -38,14 +38,18 @@ def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
     """
     if angle not in system.states:
         raise WuchtError(f"{angle} is no state: {', '.join(system.state_names)}", code="no-state")
-    noted = (*system.outputs, *system.quadratures)
-    everything = (*system.derivatives, *(e for _, e in system.definitions), *(e for o in noted for e in (o.expression, o.jump)))
+    all_outputs = (*system.outputs, *system.quadratures)
+    everything = (
+        *system.derivatives,
+        *(e for _, e in system.definitions),
+        *(e for o in all_outputs for e in (o.expression, o.jump)),
+    )
     if any(TIME in sp.sympify(e).free_symbols for e in everything):
         raise WuchtError(
             f"the System depends on {TIME} itself: make that a state before {angle} becomes the independent variable",
             code="time-dependent",
         )
-    _refuse_taken_outputs(system, [ELAPSED])
+    _refuse_taken_outputs(system, [ELAPSED_TIME])
     at = {angle: TIME}
     rate = dict(zip(system.states, system.derivatives, strict=True))
     speed = sp.sympify(rate.pop(angle)).xreplace(at)
@@ -56,10 +60,10 @@ def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
         states=tuple(rate),
         derivatives=tuple(sp.sympify(f).xreplace(at) / speed for f in rate.values()),
         definitions=tuple((s, e.xreplace(at)) for s, e in system.definitions),
-        outputs=tuple(in_terms_of(at, o) for o in system.outputs),
+        outputs=tuple(substituted_output(at, o) for o in system.outputs),
         quadratures=(
-            *(in_terms_of(at, q, 1 / speed) for q in system.quadratures),
-            Output(ELAPSED, 1 / speed, long_name="time passed"),
+            *(substituted_output(at, q, 1 / speed) for q in system.quadratures),
+            Output(ELAPSED_TIME, 1 / speed, long_name="time passed"),
         ),
         angles=system.angles - {angle},
         second_order=None,
@@ -102,43 +106,43 @@ def with_amplitude_and_phase(
             f"the frequency {frequency} depends on {', '.join(sorted(map(str, unknown)))}: parameters alone may be in it",
             code="frequency-varies",
         )
-    if identically_zero(sp.sympify(frequency)):
+    if is_identically_zero(sp.sympify(frequency)):
         raise WuchtError(
             f"the frequency {frequency} is zero: what does not oscillate has no amplitude and phase", code="zero-frequency"
         )
-    known = {s.name for s in (*system.states, *system.parameters, *(d for d, _ in system.definitions), TIME)}
-    taken = sorted({s.name for s in (amplitude, phase)} & known)
-    if taken:
-        raise WuchtError(f"{', '.join(taken)} is in the System already: give another symbol", code="name-taken")
+    known_names = {s.name for s in (*system.states, *system.parameters, *(d for d, _ in system.definitions), TIME)}
+    taken_names = sorted({s.name for s in (amplitude, phase)} & known_names)
+    if taken_names:
+        raise WuchtError(f"{', '.join(taken_names)} is in the System already: give another symbol", code="name-taken")
     if amplitude.name == phase.name:
         raise WuchtError(f"amplitude and phase are both called {phase}: give two symbols", code="name-twice")
     if position == velocity:
         raise WuchtError(f"{position} is given as position and as velocity: two states are allowed", code="state-twice")
     _refuse_taken_outputs(system, [position.name, velocity.name])
-    turned = frequency * TIME + phase
-    at = {position: amplitude * sp.cos(turned), velocity: -frequency * amplitude * sp.sin(turned)}
+    total_phase = frequency * TIME + phase
+    at = {position: amplitude * sp.cos(total_phase), velocity: -frequency * amplitude * sp.sin(total_phase)}
     rate = {s: sp.sympify(f).xreplace(at) for s, f in zip(system.states, system.derivatives, strict=True)}
     g = sp.expand(rate[position] - at[velocity])
     f = sp.expand(rate[velocity] + frequency**2 * at[position]) / frequency
-    rate[position] = g * sp.cos(turned) - f * sp.sin(turned)
-    rate[velocity] = -(g * sp.sin(turned) + f * sp.cos(turned)) / amplitude
-    named = {position: amplitude, velocity: phase}
+    rate[position] = g * sp.cos(total_phase) - f * sp.sin(total_phase)
+    rate[velocity] = -(g * sp.sin(total_phase) + f * sp.cos(total_phase)) / amplitude
+    new_symbols = {position: amplitude, velocity: phase}
     return replace(
         system,
-        states=tuple(named.get(s, s) for s in system.states),
+        states=tuple(new_symbols.get(s, s) for s in system.states),
         derivatives=tuple(rate.values()),
         definitions=tuple((s, e.xreplace(at)) for s, e in system.definitions),
-        outputs=(*(Output(s.name, e) for s, e in at.items()), *(in_terms_of(at, o) for o in system.outputs)),
-        quadratures=tuple(in_terms_of(at, q) for q in system.quadratures),
+        outputs=(*(Output(s.name, e) for s, e in at.items()), *(substituted_output(at, o) for o in system.outputs)),
+        quadratures=tuple(substituted_output(at, q) for q in system.quadratures),
         angles=(system.angles - {position, velocity}) | {phase},
         second_order=None,
     )
 
 
 def _refuse_taken_outputs(system: System, new: Sequence[str]) -> None:
-    taken = sorted({o.name for o in (*system.outputs, *system.quadratures)} & {*new})
-    if taken:
+    taken_names = sorted({o.name for o in (*system.outputs, *system.quadratures)} & {*new})
+    if taken_names:
         raise WuchtError(
-            f"an output {', '.join(taken)} is in the System already, and the new System has one: rename it before",
+            f"an output {', '.join(taken_names)} is in the System already, and the new System has one: rename it before",
             code="output-taken",
         )

@@ -17,7 +17,16 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaging import Averaged, along, averaged, expanded, full_states, in_powers, put_back, regular
+from wucht.mechanics.averaging import (
+    Averaging,
+    averaged,
+    directional_derivative,
+    full_states,
+    joined_fraction,
+    power_coefficients,
+    restore_fast_part,
+    small_factors,
+)
 from wucht.mechanics.slow_time import (
     refuse_other_orders,
     refuse_slow_time,
@@ -25,7 +34,7 @@ from wucht.mechanics.slow_time import (
     refuse_turning_with,
     refuse_unknown_parameter,
 )
-from wucht.mechanics.trigonometric import explained, harmonics
+from wucht.mechanics.trigonometric import error_context, harmonics
 from wucht.system import TIME, System
 
 _SHORT = 100
@@ -33,7 +42,7 @@ _SHORT = 100
 
 
 @dataclass(frozen=True)
-class Damped:
+class StrongDamping:
     """A strongly damped System reduced to its slow states, and averaged.
 
     Attributes
@@ -51,14 +60,14 @@ class Damped:
         assumptions of the symbols.
     """
 
-    averaged: Averaged
+    averaging: Averaging
     manifold: tuple[sp.Expr, ...]
     next: tuple[sp.Expr, ...]
     rates: sp.ImmutableMatrix
     conditions: tuple[sp.Expr, ...]
 
 
-def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbol, order: int = 1) -> Damped:
+def strongly_damped(system: System, damped_states: Sequence[sp.Symbol], small: sp.Symbol, order: int = 1) -> StrongDamping:
     """Put the damped states on their manifold, and average the others.
 
     Parameters
@@ -84,36 +93,44 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
     """
     refuse_other_orders(order, "strong damping")
     refuse_unknown_parameter(system, small)
-    slow = [s for s in system.states if s not in damped]
-    unknown = [s.name for s in damped if s not in system.states]
-    if unknown or not damped or not slow:
+    slow = [s for s in system.states if s not in damped_states]
+    unknown = [s.name for s in damped_states if s not in system.states]
+    if unknown or not damped_states or not slow:
         raise WuchtError(
             f"damped states {', '.join(unknown) or 'none'}: must be some of {', '.join(system.state_names)}, not all",
             code="damped-states",
         )
-    rate = {s: regular(sp.sympify(system.explicit(f)), small) for s, f in zip(system.states, system.derivatives, strict=True)}
+    rate = {
+        s: joined_fraction(sp.sympify(system.explicit(f)), small)
+        for s, f in zip(system.states, system.derivatives, strict=True)
+    }
     refuse_small_frequencies(list(rate.values()), small)
-    X = [in_powers(rate[s], small, s) for s in slow]
-    powers = {s: expanded(rate[s], small, s) for s in damped}
-    for s, leading in (*zip(slow, (a for a, _ in X), strict=True), *((s, powers[s][0]) for s in damped)):
+    X = [small_factors(rate[s], small, s) for s in slow]
+    powers = {s: power_coefficients(rate[s], small, s) for s in damped_states}
+    for s, leading in (*zip(slow, (a for a, _ in X), strict=True), *((s, powers[s][0]) for s in damped_states)):
         refuse_slow_time(rate[s], leading, small, s)
-    K, forcing = _linear([powers[s][0] for s in damped], damped)
+    K, forcing = _linear([powers[s][0] for s in damped_states], damped_states)
     conditions = stability_conditions(K)
-    eta = _forced(K, forcing, damped, slow)
-    on = dict(zip(damped, eta, strict=True))
-    first = [a.xreplace(on) for a, _ in X]
+    eta = _forced_response(K, forcing, damped_states, slow)
+    on_manifold = dict(zip(damped_states, eta, strict=True))
+    first = [a.xreplace(on_manifold) for a, _ in X]
     rates = [small * f for f in first]
     following: tuple[sp.Expr, ...] = ()
     if order == 2 or not any(eta):
-        Y = [powers[s][1].xreplace(on) - along(e, slow, first) for s, e in zip(damped, eta, strict=True)]
-        following = _forced(K, Y, damped, slow)
+        Y = [
+            powers[s][1].xreplace(on_manifold) - directional_derivative(e, slow, first)
+            for s, e in zip(damped_states, eta, strict=True)
+        ]
+        following = _forced_response(K, Y, damped_states, slow)
     if order == 2:
         for i, (a, b) in enumerate(X):
-            bent = sp.Add(*(sp.diff(a, y).xreplace(on) * e for y, e in zip(damped, following, strict=True)))
-            rates[i] += small**2 * (b.xreplace(on) + bent)
+            manifold_correction = sp.Add(
+                *(sp.diff(a, y).xreplace(on_manifold) * e for y, e in zip(damped_states, following, strict=True))
+            )
+            rates[i] += small**2 * (b.xreplace(on_manifold) + manifold_correction)
     y = [e + small * f for e, f in zip(eta, following or [sp.S.Zero] * len(eta), strict=True)]
-    at = dict(zip(damped, y, strict=True))
-    reduced = System(
+    at = dict(zip(damped_states, y, strict=True))
+    slow_system = System(
         states=tuple(slow),
         derivatives=tuple(rates),
         parameters=system.parameters,
@@ -121,20 +138,20 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
             replace(
                 q,
                 expression=sp.sympify(system.explicit(q.expression)).xreplace(at),
-                jump=sp.sympify(system.explicit(q.jump)).xreplace(at if order == 2 else on),
+                jump=sp.sympify(system.explicit(q.jump)).xreplace(at if order == 2 else on_manifold),
             )
             for q in system.quadratures
         ),
         angles=system.angles & set(slow),
     )
-    averaging = averaged(reduced, small, order)
-    symbols, given = full_states(system), dict(averaging.system.definitions)
-    put = {s: symbols[s] for s in slow} if averaging.fast else {}
+    averaging = averaged(slow_system, small, order)
+    symbols, full_definitions = full_states(system), dict(averaging.system.definitions)
+    to_full = {s: symbols[s] for s in slow} if averaging.fast else {}
     # eta_0 and eta_1 over the full slow states, not their means.
-    full = {s: given[r] for s, r in put.items()} | {s: e.xreplace(put) for s, e in at.items()}
-    lines, outputs = put_back(system, full)
+    full = {s: full_definitions[r] for s, r in to_full.items()} | {s: e.xreplace(to_full) for s, e in at.items()}
+    lines, outputs = restore_fast_part(system, full)
     whole = replace(averaging, system=replace(averaging.system, definitions=lines, outputs=outputs))
-    return Damped(whole, eta, following, K, conditions)
+    return StrongDamping(whole, eta, following, K, conditions)
 
 
 def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
@@ -147,7 +164,7 @@ def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     coefficients = [sp.factor(c) for c in matrix.charpoly(mark).all_coeffs()]
     n = matrix.rows
     hurwitz = sp.Matrix(n, n, lambda i, j: coefficients[k] if 0 <= (k := 2 * j - i + 1) <= n else sp.S.Zero)
-    left = []
+    open_conditions = []
     for size in range(1, n + 1):
         minor = sp.factor(hurwitz[:size, :size].det())
         if minor.is_nonpositive or (minor.is_number and not minor.evalf() > 0):
@@ -157,14 +174,14 @@ def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
                 code="unstable",
             )
         if not minor.is_positive:
-            left.append(minor)
-    return tuple(dict.fromkeys(left))
+            open_conditions.append(minor)
+    return tuple(dict.fromkeys(open_conditions))
 
 
-def _linear(rates: Sequence[sp.Expr], damped: Sequence[sp.Symbol]) -> tuple[sp.ImmutableMatrix, list[sp.Expr]]:
+def _linear(rates: Sequence[sp.Expr], damped_states: Sequence[sp.Symbol]) -> tuple[sp.ImmutableMatrix, list[sp.Expr]]:
     """K and g of rates that are K y + g."""
-    K = sp.ImmutableMatrix(rates).jacobian(damped).applyfunc(sp.simplify)
-    if K.free_symbols & set(damped):
+    K = sp.ImmutableMatrix(rates).jacobian(damped_states).applyfunc(sp.simplify)
+    if K.free_symbols & set(damped_states):
         raise WuchtError(
             "without epsilon the rates of the damped states are not linear in them: there is no K as in (3.15)",
             code="not-linear",
@@ -174,33 +191,33 @@ def _linear(rates: Sequence[sp.Expr], damped: Sequence[sp.Symbol]) -> tuple[sp.I
             f"the matrix K of the damped states depends on {TIME}: its eigenvalues do not decide on its stability",
             code="not-constant",
         )
-    return K, [r.xreplace(dict.fromkeys(damped, sp.S.Zero)) for r in rates]
+    return K, [r.xreplace(dict.fromkeys(damped_states, sp.S.Zero)) for r in rates]
 
 
-def _forced(
-    K: sp.ImmutableMatrix, forcing: Sequence[sp.Expr], damped: Sequence[sp.Symbol], slow: Sequence[sp.Symbol]
+def _forced_response(
+    K: sp.ImmutableMatrix, forcing: Sequence[sp.Expr], damped_states: Sequence[sp.Symbol], slow: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...]:
     """The bounded solution of y' = K y + g(t), g a sum of harmonics: for each, (K^2 + w^2) a = -K g_c - w g_s and so on."""
     amplitudes: dict[tuple[sp.Expr, sp.Expr], sp.Matrix] = {}
     for i, force in enumerate(forcing):
-        with explained(f"the forcing of {damped[i]} cannot be averaged"):
+        with error_context(f"the forcing of {damped_states[i]} cannot be averaged"):
             refuse_turning_with(slow, force)
             waves = harmonics(force, TIME).terms
         for key, pair in waves.items():
-            amplitudes.setdefault(key, sp.zeros(len(damped), 2))[i, :] = sp.Matrix([pair])
-    total = sp.zeros(len(damped), 1)
+            amplitudes.setdefault(key, sp.zeros(len(damped_states), 2))[i, :] = sp.Matrix([pair])
+    total = sp.zeros(len(damped_states), 1)
     for (w, p), g in amplitudes.items():
         cosine, sine = g[:, 0], g[:, 1]
         if w == 0:
-            total -= _solved(K, cosine)
+            total -= _solve(K, cosine)
             continue
         square = K * K + w**2 * sp.eye(K.rows)
-        total += _solved(square, -K * cosine - w * sine) * sp.cos(w * TIME + p)
-        total += _solved(square, -K * sine + w * cosine) * sp.sin(w * TIME + p)
+        total += _solve(square, -K * cosine - w * sine) * sp.cos(w * TIME + p)
+        total += _solve(square, -K * sine + w * cosine) * sp.sin(w * TIME + p)
     return tuple(total)
 
 
-def _solved(matrix: sp.Matrix, right: sp.Matrix) -> sp.Matrix:
+def _solve(matrix: sp.Matrix, right: sp.Matrix) -> sp.Matrix:
     """The solution of matrix * a = right, in lowest terms where these are cheap to compute."""
     determinant = sp.factor(matrix.det())
     numerators = matrix.adjugate() * right

@@ -14,7 +14,7 @@ from functools import lru_cache, reduce
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.zero_testing import SAME, cancels, identically_zero
+from wucht.mechanics.zero_testing import SAME, is_cancelled_sum, is_identically_zero
 
 
 class NotTrigonometricError(WuchtError):
@@ -22,12 +22,12 @@ class NotTrigonometricError(WuchtError):
 
 
 @contextmanager
-def explained(what: str) -> Iterator[None]:
+def error_context(action: str) -> Iterator[None]:
     """Prefix errors with the action that failed."""
     try:
         yield
     except WuchtError as error:
-        raise type(error)(f"{what}: {error}", code=error.code) from error
+        raise type(error)(f"{action}: {error}", code=error.code) from error
 
 
 Key = tuple[sp.Expr, sp.Expr]
@@ -42,7 +42,7 @@ _SHORT = 200
 
 
 @dataclass(frozen=True)
-class Harmonics:
+class TrigonometricPolynomial:
     """A trigonometric polynomial in ``variable``. Its frequencies may be numbers or hold parameters, in any ratio."""
 
     variable: sp.Symbol
@@ -82,56 +82,58 @@ def tidy(expression: sp.Expr) -> sp.Expr:
     """The expression, expanded where that makes it shorter; a long one stays as it is."""
     if expression.is_Atom or expression.count_ops() > _SHORT:
         return expression
-    expanded = sp.expand(expression)
-    return expanded if expanded.count_ops() <= expression.count_ops() else expression
+    expanded_form = sp.expand(expression)
+    return expanded_form if expanded_form.count_ops() <= expression.count_ops() else expression
 
 
-def harmonics(expression: sp.Expr, variable: sp.Symbol) -> Harmonics:
+def harmonics(expression: sp.Expr, variable: sp.Symbol) -> TrigonometricPolynomial:
     """The expression as a trigonometric polynomial in the variable.
 
     Raises ``WuchtError`` where the variable occurs outside of sines and cosines (secular terms), and
     ``NotTrigonometricError`` where it is not a polynomial in them.
     """
-    terms = nonzero(expansion(sp.sympify(expression), variable))
-    return Harmonics(variable, {key: terms[key] for key in sorted(terms, key=lambda k: tuple(map(sp.default_sort_key, k)))})
+    terms = nonzero(harmonic_terms(sp.sympify(expression), variable))
+    return TrigonometricPolynomial(
+        variable, {key: terms[key] for key in sorted(terms, key=lambda k: tuple(map(sp.default_sort_key, k)))}
+    )
 
 
 def nonzero(terms: Terms) -> Terms:
     """The terms whose coefficients are not both zero."""
-    return {key: pair for key, pair in terms.items() if not all(map(identically_zero, pair))}
+    return {key: pair for key, pair in terms.items() if not all(map(is_identically_zero, pair))}
 
 
 @lru_cache(maxsize=4096)
-def expansion(e: sp.Expr, t: sp.Symbol) -> Terms:
+def harmonic_terms(e: sp.Expr, t: sp.Symbol) -> Terms:
     """The harmonics of an expression, unsorted. Raises as ``harmonics``."""
     if t not in e.free_symbols:
         return {CONSTANT: (e, sp.S.Zero)}
     if e.is_Add:
-        return _sum([expansion(a, t) for a in e.args])
+        return _sum([harmonic_terms(a, t) for a in e.args])
     if e.is_Mul:
         factor, moving = e.as_independent(t, as_Add=False)
-        factors = [{CONSTANT: (factor, sp.S.Zero)}, *(expansion(a, t) for a in sp.Mul.make_args(moving))]
+        factors = [{CONSTANT: (factor, sp.S.Zero)}, *(harmonic_terms(a, t) for a in sp.Mul.make_args(moving))]
         return reduce(_product, factors)
     if e.is_Pow and e.exp.is_Integer:
         if e.exp > 0:
-            return reduce(_product, [expansion(e.base, t)] * int(e.exp))
-        base = nonzero(expansion(e.base, t))
+            return reduce(_product, [harmonic_terms(e.base, t)] * int(e.exp))
+        base = nonzero(harmonic_terms(e.base, t))
         if set(base) != {CONSTANT}:
             raise NotTrigonometricError(f"{e} has {t} in its denominator", code="denominator")
         return {CONSTANT: (base[CONSTANT][0] ** e.exp, sp.S.Zero)}
     if isinstance(e, sp.sin | sp.cos | sp.exp):
-        key = evenly(-sp.I * e.args[0] if isinstance(e, sp.exp) else e.args[0], t)
+        key = frequency_and_phase(-sp.I * e.args[0] if isinstance(e, sp.exp) else e.args[0], t)
         if key is None:
             raise NotTrigonometricError(f"the argument of {e} does not grow evenly with {t}", code="uneven-argument")
         if isinstance(e, sp.exp) and {w.is_real for w in key} != {True}:
             raise NotTrigonometricError(f"{e} is neither a sine nor a cosine of {t}", code="not-trigonometric")
         return _wave(*key, *_AMPLITUDES[e.func])
     if e == t or (e.is_Pow and e.base == t):
-        raise secular(t)
+        raise secular_error(t)
     raise NotTrigonometricError(f"{e} is not a polynomial in sines and cosines of {t}", code="no-polynomial")
 
 
-def evenly(argument: sp.Expr, t: sp.Symbol) -> Key | None:
+def frequency_and_phase(argument: sp.Expr, t: sp.Symbol) -> Key | None:
     """frequency and phase of an argument ``frequency t + phase``, both free of t, or None for other arguments."""
     argument = sp.expand(argument)
     frequency = sp.diff(argument, t)
@@ -141,12 +143,12 @@ def evenly(argument: sp.Expr, t: sp.Symbol) -> Key | None:
         frequency = sp.nsimplify(frequency, rational=True)  # 3 * 0.1 - 0.3 is zero
     frequency = sp.expand(frequency)
     phase = sp.expand(argument.xreplace({t: sp.S.Zero}))
-    return (sp.S.Zero if identically_zero(frequency, SAME) else frequency), phase
+    return (sp.S.Zero if is_identically_zero(frequency, SAME) else frequency), phase
 
 
 def waves(e: sp.Expr, t: sp.Symbol) -> dict[sp.Expr, sp.Expr]:
     """The functions in an expression that turn evenly with t, or grow or decay like exp(t), and the frequency of each."""
-    keys = {a: evenly(a.args[0], t) for a in e.atoms(*TURNING) if t in a.free_symbols}
+    keys = {a: frequency_and_phase(a.args[0], t) for a in e.atoms(*TURNING) if t in a.free_symbols}
     return {a: key[0] for a, key in sorted(keys.items(), key=lambda pair: sp.default_sort_key(pair[0])) if key is not None}
 
 
@@ -163,7 +165,7 @@ def common_period(frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
     return 2 * sp.pi / (-base if base.could_extract_minus_sign() else base)
 
 
-def secular(t: sp.Symbol) -> WuchtError:
+def secular_error(t: sp.Symbol) -> WuchtError:
     """The error of a term that grows with t."""
     return WuchtError(
         f"{t} occurs outside of sines and cosines: such a secular term has no mean over {t}, or none that is uniform",
@@ -181,16 +183,16 @@ def _wave(frequency: sp.Expr, phase: sp.Expr, cosine: sp.Expr, sine: sp.Expr) ->
 
 
 def _sum(parts: Sequence[Terms]) -> Terms:
-    collected: dict[Key, list[tuple[sp.Expr, sp.Expr]]] = {}
+    pairs_by_key: dict[Key, list[tuple[sp.Expr, sp.Expr]]] = {}
     for part in parts:
         for key, pair in part.items():
-            collected.setdefault(key, []).append(pair)
-    return {key: (sp.Add(*(a for a, _ in pairs)), sp.Add(*(b for _, b in pairs))) for key, pairs in collected.items()}
+            pairs_by_key.setdefault(key, []).append(pair)
+    return {key: (sp.Add(*(a for a, _ in pairs)), sp.Add(*(b for _, b in pairs))) for key, pairs in pairs_by_key.items()}
 
 
-def _product(left: Terms, right: Terms) -> Terms:
+def _product(first: Terms, second: Terms) -> Terms:
     parts = []
-    for ((w, p), (a, b)), ((v, q), (c, d)) in itertools.product(left.items(), right.items()):
+    for ((w, p), (a, b)), ((v, q), (c, d)) in itertools.product(first.items(), second.items()):
         if (w, p) == CONSTANT:  # the sine of a constant term is zero: its cosine alone multiplies
             parts.append({(v, q): (a * c, a * d)})
         elif (v, q) == CONSTANT:
@@ -198,6 +200,6 @@ def _product(left: Terms, right: Terms) -> Terms:
         else:
             for sign, cosine, sine in ((1, a * c - b * d, b * c + a * d), (-1, a * c + b * d, b * c - a * d)):
                 frequency = sp.expand(w + sign * v)
-                frequency = sp.S.Zero if cancels(w, sign * v, frequency) else frequency
+                frequency = sp.S.Zero if is_cancelled_sum(w, sign * v, frequency) else frequency
                 parts.append(_wave(frequency, p + sign * q, cosine / 2, sine / 2))
     return _sum(parts)

@@ -23,7 +23,7 @@ Point = dict[sp.Expr, tuple[mpmath.mpc, mpmath.mpf]]
 
 
 @lru_cache(maxsize=4096)
-def identically_zero(e: sp.Expr, tolerance: float = _EXACT) -> bool:
+def is_identically_zero(e: sp.Expr, tolerance: float = _EXACT) -> bool:
     """True if the expression is zero for all values of its symbols that their assumptions allow.
 
     tolerance: a remainder of a sum, relative to its terms, that counts as zero; ``SAME`` where it holds decimal numbers.
@@ -31,22 +31,22 @@ def identically_zero(e: sp.Expr, tolerance: float = _EXACT) -> bool:
     if e.is_zero is not None or e.is_Symbol:
         return bool(e.is_zero)
     tolerance = max(tolerance, SAME) if e.has(sp.Float) else tolerance
-    draw, decided = random.Random(1), False
+    draw, is_decided = random.Random(1), False
     for _ in range(_POINTS):
         relative = _relative(e, draw)
         if relative is not None and relative > tolerance:
             return False
-        decided = decided or relative is not None
-    return decided or bool(sp.simplify(e) == 0)
+        is_decided = is_decided or relative is not None
+    return is_decided or bool(sp.simplify(e) == 0)
 
 
-def cancels(w: sp.Expr, v: sp.Expr, total: sp.Expr) -> bool:
+def is_cancelled_sum(w: sp.Expr, v: sp.Expr, total: sp.Expr) -> bool:
     """True if two frequencies add up to zero. total: their sum, expanded."""
     if w.is_Integer and v.is_Integer:
         return bool(total == 0)
     if w.is_number and v.is_number:
         return bool(abs(number(total)) <= SAME * (abs(number(w)) + abs(number(v))))
-    return identically_zero(total, SAME)
+    return is_identically_zero(total, SAME)
 
 
 def number(e: sp.Expr) -> mpmath.mpc:
@@ -62,15 +62,17 @@ def _relative(e: sp.Expr, draw: random.Random) -> float | None:
     """|e| over the size of its terms, at a random point, or None where it has no value there."""
     with mpmath.workdps(_DIGITS):
         symbols = sorted(e.free_symbols, key=sp.default_sort_key)
-        point: Point = {s: (value, abs(value)) for s, value in zip(symbols, (_drawn(s, draw) for s in symbols), strict=True)}
+        point: Point = {
+            s: (value, abs(value)) for s, value in zip(symbols, (_draw_value(s, draw) for s in symbols), strict=True)
+        }
         try:
-            value, size = _evaluated(e, point)
+            value, size = _evaluate(e, point)
             return float(abs(value) / size) if size else 0.0
         except (TypeError, ValueError, ArithmeticError, AttributeError):  # a function without a number, or its pole
             return None
 
 
-def _drawn(symbol: sp.Symbol, draw: random.Random) -> mpmath.mpc:
+def _draw_value(symbol: sp.Symbol, draw: random.Random) -> mpmath.mpc:
     """A value that the symbol's assumptions allow, of either sign where they do."""
     size = mpmath.mpc(draw.randint(2, 99)) if symbol.is_integer else mpmath.mpc(1 + 2 * draw.random())
     positive = draw.random() < 0.5
@@ -79,21 +81,21 @@ def _drawn(symbol: sp.Symbol, draw: random.Random) -> mpmath.mpc:
     return size if positive else -size
 
 
-def _evaluated(e: sp.Expr, point: Point) -> tuple[mpmath.mpc, mpmath.mpf]:
+def _evaluate(e: sp.Expr, point: Point) -> tuple[mpmath.mpc, mpmath.mpf]:
     """Value and size of an expression, each of its subexpressions once."""
     if e not in point:
         if e.is_Add or e.is_Mul:
-            values, sizes = zip(*(_evaluated(a, point) for a in e.args), strict=True)
+            values, sizes = zip(*(_evaluate(a, point) for a in e.args), strict=True)
             together = mpmath.fsum if e.is_Add else mpmath.fprod
             point[e] = together(values), together(sizes)
         elif e.is_Pow and e.exp.is_Integer:
-            value, size = _evaluated(e.base, point)
+            value, size = _evaluate(e.base, point)
             if e.exp.is_negative and abs(value) <= _EXACT * size:
                 raise ZeroDivisionError
             power = value ** int(e.exp)
             point[e] = power, size ** int(e.exp) if e.exp.is_positive else abs(power)
         else:
-            arguments = [sp.sympify(_evaluated(a, point)[0]) for a in e.args] if e.free_symbols else ()
+            arguments = [sp.sympify(_evaluate(a, point)[0]) for a in e.args] if e.free_symbols else ()
             value = number(e.func(*arguments) if e.free_symbols else e)
             point[e] = value, abs(value)
     return point[e]

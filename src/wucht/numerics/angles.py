@@ -18,18 +18,18 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 _LEVEL = 1e-13  # of the largest value: a smaller difference from sample to sample is rounding
 
 
-def wrapped(angle: Any) -> np.ndarray:
+def wrap_angle(angle: Any) -> np.ndarray:
     """Return angles in [0, 2 pi), of any shape; one that is a rounding error below a whole turn becomes 0."""
     angles = np.remainder(angle, 2 * np.pi)
     return np.where(2 * np.pi - angles > _ROUNDING, angles, 0.0)
 
 
-def within_half_a_turn(angle: Any) -> np.ndarray:
+def wrap_to_pi(angle: Any) -> np.ndarray:
     """Return angles in [-pi, pi), of any shape."""
     return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
 
 
-def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int = 40) -> np.ndarray:
+def refine_minima(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int = 40) -> np.ndarray:
     """Return the minimisers (k,) of a function (k,) -> (k,) between a and b (k,), each interval having one minimum.
 
     The search is by golden sections: the function may jump or have a kink.
@@ -37,13 +37,13 @@ def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int
     c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
     at_c, at_d = function(c), function(d)
     for _ in range(sections):
-        left = at_c < at_d
-        a, b = np.where(left, a, c), np.where(left, d, b)
-        new = np.where(left, b - _GOLDEN * (b - a), a + _GOLDEN * (b - a))
+        keeps_left = at_c < at_d
+        a, b = np.where(keeps_left, a, c), np.where(keeps_left, d, b)
+        new = np.where(keeps_left, b - _GOLDEN * (b - a), a + _GOLDEN * (b - a))
         at_new = function(new)
-        (c, at_c), (d, at_d) = (np.where(left, (new, at_new), (d, at_d)), np.where(left, (c, at_c), (new, at_new)))
-    tried = np.stack([a, (a + b) / 2, b])
-    return np.asarray(tried[np.argmin([function(x) for x in tried], axis=0), np.arange(len(a))])
+        (c, at_c), (d, at_d) = (np.where(keeps_left, (new, at_new), (d, at_d)), np.where(keeps_left, (c, at_c), (new, at_new)))
+    candidates = np.stack([a, (a + b) / 2, b])
+    return np.asarray(candidates[np.argmin([function(x) for x in candidates], axis=0), np.arange(len(a))])
 
 
 def valleys(function: RealFunction, values: np.ndarray | None = None, below: float = math.inf) -> tuple[np.ndarray, np.ndarray]:
@@ -56,9 +56,9 @@ def valleys(function: RealFunction, values: np.ndarray | None = None, below: flo
     i = _dips(y)
     i = i[y[i] < below]
     i = i if len(i) else np.array([int(np.argmin(y))])
-    found = narrowed(function, GRID[i] - STEP, GRID[i] + STEP)
-    reached = function(found)
-    at, least = np.where(reached < y[i], found, GRID[i]), np.minimum(reached, y[i])
+    minimisers = refine_minima(function, GRID[i] - STEP, GRID[i] + STEP)
+    minima = function(minimisers)
+    at, least = np.where(minima < y[i], minimisers, GRID[i]), np.minimum(minima, y[i])
     return np.mod(at, TURN), least
 
 

@@ -42,7 +42,7 @@ class AveragingError:
         """Order delta^(1/2) of the error over times 1/epsilon for any X with a mean (3.11)."""
         return math.sqrt(self.delta)
 
-    def at_periods(self, time: np.ndarray | float) -> np.ndarray:
+    def periodic_bound(self, time: np.ndarray | float) -> np.ndarray:
         """Evaluate (3.13) as printed, 2 lambda M epsilon^2 T^2 (N + 1) exp(epsilon lambda t), N T <= t < (N + 1) T.
 
         It is right at t = N T.
@@ -53,13 +53,13 @@ class AveragingError:
             raise WuchtError("the bound (3.13) holds for periodic right-hand sides: this one has no period", code="no-period")
         t, e = np.asarray(time, float), self.epsilon
         whole = np.floor(t / self.period * (1 + 1e-12)) + 1  # a time N T that is rounded down still counts as the N-th
-        bound = 2 * self.lipschitz * self.bound_of_rate * (e * self.period) ** 2 * whole * np.exp(e * self.lipschitz * t)
-        return np.asarray(bound)
+        error_bound = 2 * self.lipschitz * self.bound_of_rate * (e * self.period) ** 2 * whole * np.exp(e * self.lipschitz * t)
+        return np.asarray(error_bound)
 
-    def bound(self, time: np.ndarray | float) -> np.ndarray:
+    def error_bound(self, time: np.ndarray | float) -> np.ndarray:
         """Return a bound of |x - y| at any time since a common start (any shape): (3.13) plus delta exp(epsilon lambda t)."""
-        grown = self.delta * np.exp(self.epsilon * self.lipschitz * np.asarray(time, float))
-        return np.asarray(self.at_periods(time) + grown)
+        growth = self.delta * np.exp(self.epsilon * self.lipschitz * np.asarray(time, float))
+        return np.asarray(self.periodic_bound(time) + growth)
 
 
 def averaging_error(
@@ -82,9 +82,9 @@ def averaging_error(
     Raises ``WuchtError`` for a parameter or state without a value, for an epsilon, period, length, number of points or of steps
     that is not positive, and where the right-hand side is not finite.
     """
-    for name, given in (("period", period), ("length", length), ("points", points), ("steps", steps)):
-        if given is not None and not (given > 0 and math.isfinite(given)):
-            raise WuchtError(f"the {name} must be positive and finite, not {given}", code="period")
+    for name, value in (("period", period), ("length", length), ("points", points), ("steps", steps)):
+        if value is not None and not (value > 0 and math.isfinite(value)):
+            raise WuchtError(f"the {name} must be positive and finite, not {value}", code="period")
     parameters = system.values(values)
     missing = [s for s in system.state_names if s not in box]
     if missing:
@@ -100,14 +100,14 @@ def averaging_error(
     rates = [sp.sympify(system.explicit(f)) for f in system.derivatives]
     jacobian = [sp.diff(f, s) for f in rates for s in system.states]
     rate, slope = (Evaluator.of(system, e, [str(k) for k in range(len(e))]) for e in (rates, jacobian))
-    mean, of_mean = Evaluator.of_rates(slow), slow.values(values)
+    mean, slow_values = Evaluator.of_rates(slow), slow.values(values)
     largest = steepest = furthest = 0.0
     for state in itertools.product(*axes):
         at = time, np.repeat(np.array(state)[:, None], len(time), axis=1)
         with np.errstate(all="ignore"):  # values that are not finite are reported below
             X = rate.array(*at, parameters) / epsilon
             J = slope.array(*at, parameters).reshape(n, n, -1) / epsilon
-            difference = X - mean.array(*at, of_mean) / epsilon
+            difference = X - mean.array(*at, slow_values) / epsilon
         if not (np.isfinite(J).all() and np.isfinite(difference).all()):
             raise WuchtError(
                 f"the right-hand side is not finite at {dict(zip(system.state_names, state, strict=True))}, in the box",

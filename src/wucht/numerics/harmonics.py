@@ -48,7 +48,7 @@ class Harmonics:
         return cls(float(mean), a, b)
 
     @classmethod
-    def sampled(cls, values: np.ndarray) -> Self:
+    def from_samples(cls, values: np.ndarray) -> Self:
         """Compute all harmonics below M/2 from samples (M,) at x = 2 pi k/M."""
         spectrum = np.fft.rfft(values)[: (len(values) + 1) // 2] / len(values)
         return cls(float(spectrum[0].real), 2 * spectrum[1:].real, -2 * spectrum[1:].imag)
@@ -94,10 +94,10 @@ class Harmonics:
         last = int(np.flatnonzero(self.amplitudes > limit).max(initial=-1)) + 1
         return Harmonics(self.mean, self.cosine[:last], self.sine[:last])
 
-    def shifted(self, by: float) -> Harmonics:
+    def shift(self, offset: float) -> Harmonics:
         """Return f(x - offset)."""
-        turned = (self.cosine - 1j * self.sine) * np.exp(-1j * by * np.arange(1, self.count + 1))
-        return Harmonics(self.mean, turned.real, -turned.imag)
+        coefficients = (self.cosine - 1j * self.sine) * np.exp(-1j * offset * np.arange(1, self.count + 1))
+        return Harmonics(self.mean, coefficients.real, -coefficients.imag)
 
     def stationary(self) -> np.ndarray:
         """Return angles in [0, 2 pi), in order, that include all extrema of the function.

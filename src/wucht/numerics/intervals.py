@@ -121,13 +121,13 @@ def bounds(program: Program, constants: np.ndarray, low: np.ndarray, high: np.nd
     WuchtError
         For a function of which no bounds are known.
     """
-    known: dict[sp.Expr, Interval] = dict(zip(program.states, zip(low, high, strict=True), strict=True))
-    known |= {s: _number(v, low) for (s, _), v in zip(program.constants, constants.tolist(), strict=True)}
+    intervals: dict[sp.Expr, Interval] = dict(zip(program.states, zip(low, high, strict=True), strict=True))
+    intervals |= {s: _number(v, low) for (s, _), v in zip(program.constants, constants.tolist(), strict=True)}
     with np.errstate(all="ignore"):
         for symbol, expression in program.lines:
-            known[symbol] = _bounds(expression, known, low)
-        each = [_bounds(sp.sympify(r), known, low) for r in program.results]
-    below, above = (np.array([np.broadcast_to(e[k], low.shape[1:]) for e in each]) for k in (0, 1))
+            intervals[symbol] = _bounds(expression, intervals, low)
+        result_intervals = [_bounds(sp.sympify(r), intervals, low) for r in program.results]
+    below, above = (np.array([np.broadcast_to(e[k], low.shape[1:]) for e in result_intervals]) for k in (0, 1))
     return below, above
 
 
@@ -136,18 +136,18 @@ def _number(value: float, like: np.ndarray) -> Interval:
     return at, at
 
 
-def _bounds(e: sp.Expr, known: dict[sp.Expr, Interval], like: np.ndarray) -> Interval:
-    if e not in known:
-        known[e] = _of(e, known, like)
-    return known[e]
+def _bounds(e: sp.Expr, intervals: dict[sp.Expr, Interval], like: np.ndarray) -> Interval:
+    if e not in intervals:
+        intervals[e] = _compute_bounds(e, intervals, like)
+    return intervals[e]
 
 
-def _of(e: sp.Expr, known: dict[sp.Expr, Interval], like: np.ndarray) -> Interval:
+def _compute_bounds(e: sp.Expr, intervals: dict[sp.Expr, Interval], like: np.ndarray) -> Interval:
     if e.is_number:
         return _number(e, like)
     if isinstance(e, PiecewiseCubic):
-        return cubics_of(e.args[1], _bounds(e.args[0], known, like))
-    parts = [_bounds(a, known, like) for a in e.args]
+        return cubics_of(e.args[1], _bounds(e.args[0], intervals, like))
+    parts = [_bounds(a, intervals, like) for a in e.args]
     if isinstance(e, sp.Add | sp.Mul):
         return reduce(sum_of if isinstance(e, sp.Add) else product_of, parts)
     if isinstance(e, sp.Pow):

@@ -19,7 +19,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.flow.compiled import heyoka_function
+from wucht.numerics.flow.compiled_system import heyoka_function
 from wucht.numerics.flow.program import Numbers, Program, lower
 from wucht.system import System, needed_definitions
 
@@ -41,12 +41,12 @@ class Jacobian:
     """
 
     system: System
-    along: tuple[str, ...]
+    parameter_names: tuple[str, ...]
     program: Program
     places: tuple[tuple[int, int], ...]
 
     @classmethod
-    def of(cls, system: System, along: Sequence[str] = ()) -> Jacobian:
+    def of(cls, system: System, parameter_names: Sequence[str] = ()) -> Jacobian:
         """Build the Jacobian of a System.
 
         Parameters
@@ -60,25 +60,25 @@ class Jacobian:
         WuchtError
             Where a name is none of the System's parameters.
         """
-        unknown = [name for name in along if name not in system.parameter_names]
+        unknown = [name for name in parameter_names if name not in system.parameter_names]
         if unknown:
             raise WuchtError(
                 f"{unknown[0]} is no parameter of this System; known: {', '.join(system.parameter_names)}", code="no-parameter"
             )
-        directions = [*system.states, *(system.parameters[system.parameter_names.index(name)] for name in along)]
+        directions = [*system.states, *(system.parameters[system.parameter_names.index(name)] for name in parameter_names)]
         n = len(system.states)
         rates = tuple(sp.sympify(d) for d in system.derivatives)
         tangent = Tangent({s: {j: sp.S.One} for j, s in enumerate(directions)}, needed_definitions(system.definitions, rates))
         entries = {(i, j): e for i, r in enumerate(rates) for j, e in tangent.of(r, f"f{i}").items() if e != 0}
-        known = System(system.states, (sp.S.Zero,) * n, system.parameters, tuple(tangent.lines))
-        return cls(system, tuple(along), lower(known, (*rates, *entries.values())), tuple(entries))
+        tangent_system = System(system.states, (sp.S.Zero,) * n, system.parameters, tuple(tangent.lines))
+        return cls(system, tuple(parameter_names), lower(tangent_system, (*rates, *entries.values())), tuple(entries))
 
     @cached_property
-    def _compiled(self) -> Any | None:
+    def _heyoka_function(self) -> Any | None:
         return heyoka_function(self.program)
 
     @cached_property
-    def _interpreted(self) -> Callable[..., Any]:
+    def _python_function(self) -> Callable[..., Any]:
         return self.program.function()
 
     def __call__(self, states: np.ndarray, parameters: Numbers, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -100,39 +100,39 @@ class Jacobian:
         """
         x, constants = np.ascontiguousarray(states, float), self.program.constant_values(parameters)
         shape = x.shape[1:]  # empty for one state, as from ``values_at``
-        if self._compiled is not None:
-            fixed = np.tile(constants[:, None], shape) if shape else constants
-            values = self._compiled(x, pars=fixed, time=np.full(shape, time) if shape else time)
+        if self._heyoka_function is not None:
+            constant_columns = np.tile(constants[:, None], shape) if shape else constants
+            values = self._heyoka_function(x, pars=constant_columns, time=np.full(shape, time) if shape else time)
         else:
             with np.errstate(all="ignore"):
-                values = self._interpreted(tuple(x), time, constants)
+                values = self._python_function(tuple(x), time, constants)
         n, numbers = len(self.system.states), np.array([np.broadcast_to(np.asarray(v, float), shape) for v in values])
         numbers[~np.isfinite(numbers)] = np.nan
-        whole = np.zeros((n, n + len(self.along), *shape))
+        whole = np.zeros((n, n + len(self.parameter_names), *shape))
         for (i, j), value in zip(self.places, numbers[n:], strict=True):
             whole[i, j] = value
         return numbers[:n].reshape((n, *shape)), whole[:, :n], whole[:, n:]
 
-    def bound(self, parameters: Numbers) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    def with_parameters(self, parameters: Numbers) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
         """Return the function at fixed parameters and time 0, with the least work per call: x (n,) or (n, N) -> f and df/dx.
 
         Raises ``RunError`` where the equations cannot be evaluated at these parameters.
         """
-        n, function = len(self.system.states), self._compiled
+        n, function = len(self.system.states), self._heyoka_function
         if function is None:
             return lambda x: self(x, parameters)[:2]
         constants = self.program.constant_values(parameters)
         flat = np.array([i * n + j for i, j in self.places], int)
 
         @lru_cache(maxsize=4)
-        def repeated(count: int) -> tuple[np.ndarray, np.ndarray]:
+        def repeat_constants(count: int) -> tuple[np.ndarray, np.ndarray]:
             return np.repeat(constants[:, None], count, 1), np.zeros(count)
 
         def values(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             shape = x.shape[1:]
             if shape:
-                fixed, time = repeated(shape[0])
-                numbers = function(np.ascontiguousarray(x), pars=fixed, time=time)
+                constant_columns, time = repeat_constants(shape[0])
+                numbers = function(np.ascontiguousarray(x), pars=constant_columns, time=time)
             else:
                 numbers = function(x, pars=constants, time=0.0)
             matrix = np.zeros((n * n, *shape))
@@ -141,7 +141,7 @@ class Jacobian:
 
         return values
 
-    def at(
+    def values_at(
         self, state: Sequence[float] | np.ndarray, parameters: Numbers, time: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Evaluate f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,)."""
@@ -155,27 +155,31 @@ class Tangent:
     symbols. lines: the definitions and their derivatives, in order.
     """
 
-    def __init__(self, known: dict[sp.Symbol, dict[int, sp.Expr]], definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> None:
+    def __init__(
+        self, known_derivatives: dict[sp.Symbol, dict[int, sp.Expr]], definitions: Iterable[tuple[sp.Symbol, sp.Expr]]
+    ) -> None:
         self.lines: list[tuple[sp.Symbol, sp.Expr]] = []
-        self.known = known
-        given = tuple(definitions)
-        self._partial, self._total = _free_prefix("p", given), _free_prefix("d", given)
-        for symbol, expression in given:
+        self.known_derivatives = known_derivatives
+        pairs = tuple(definitions)
+        self._partial, self._total = _free_prefix("p", pairs), _free_prefix("d", pairs)
+        for symbol, expression in pairs:
             self.lines.append((symbol, expression))
             derivatives = self.of(expression, symbol.name)
             if derivatives:
-                known[symbol] = {j: self._named(e, f"{self._total}[{symbol.name}][{j}]") for j, e in derivatives.items()}
+                known_derivatives[symbol] = {
+                    j: self._name_expression(e, f"{self._total}[{symbol.name}][{j}]") for j, e in derivatives.items()
+                }
 
     def of(self, expression: sp.Expr, label: str) -> dict[int, sp.Expr]:
         """Return the derivatives of an expression by the directions on which it depends."""
         terms: dict[int, list[sp.Expr]] = {}
-        for used in sorted(expression.free_symbols & self.known.keys(), key=lambda s: s.name):
-            partial = self._named(sp.diff(expression, used), f"{self._partial}[{label}][{used.name}]")
-            for j, change in self.known[used].items():
+        for symbol in sorted(expression.free_symbols & self.known_derivatives.keys(), key=lambda s: s.name):
+            partial = self._name_expression(sp.diff(expression, symbol), f"{self._partial}[{label}][{symbol.name}]")
+            for j, change in self.known_derivatives[symbol].items():
                 terms.setdefault(j, []).append(partial * change)
         return {j: sp.Add(*products) for j, products in terms.items()}
 
-    def _named(self, expression: sp.Expr, name: str) -> sp.Expr:
+    def _name_expression(self, expression: sp.Expr, name: str) -> sp.Expr:
         if expression.is_Atom:
             return expression
         symbol = sp.Symbol(name, real=True)
@@ -192,7 +196,7 @@ def _free_prefix(letter: str, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) 
 
 
 @lru_cache(maxsize=16)
-def variational(system: System, columns: int = 1) -> System:
+def variational_system(system: System, columns: int = 1) -> System:
     """Build the System together with its linearisation: states (x, dx_1, dx_2, ...), d(dx_j)/dt = (df/dx) dx_j.
 
     columns: the number of changes dx_j. It has no outputs and no quadratures.

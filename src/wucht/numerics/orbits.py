@@ -17,12 +17,12 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator, Numbers
-from wucht.numerics.periodic.closing import Closed, Closing, closed
-from wucht.numerics.periodic.exact_orbits import ExactOrbit, exact, finer
-from wucht.numerics.periodic.floquet import across_flow, logarithms
+from wucht.numerics.periodic.closing import ClosedOrbit, Closing, close_orbit
+from wucht.numerics.periodic.exact_orbits import ExactOrbit, exact_orbit, finer_linearisation
+from wucht.numerics.periodic.floquet import logarithms, transverse_maps
 from wucht.piecewise import PiecewiseCubic
 from wucht.system import System
 
@@ -30,7 +30,7 @@ _TOLERANCE = 1e-10  # the largest |x(T) - x(0) - advance| allowed, relative to t
 _FEW_SAMPLES, _MANY_SAMPLES = 64, 2048  # of one period: for sizes and jumps, for collocation
 _FEW_LEGS, _MANY_LEGS = 1, 32  # of a period, integrated separately: of a run, of samples
 _NEARLY = 1e-4  # of the states' sizes: an orbit with a smaller gap is nearly converged
-_VANISHED = 1e-3  # of its size in the guess: a state that is smaller on the orbit is at rest there
+_REST_SHARE = 1e-3  # of its size in the guess: a state that is smaller on the orbit is at rest there
 _NEGLIGIBLE = 1e-8  # share of the largest state below which a state counts as at rest
 _AT_REST = 1e-9  # of the states' sizes: a motion of less in a period has no phase
 
@@ -99,7 +99,7 @@ class PeriodicOrbit:
 
 
 def periodic_orbit(
-    compiled: CompiledSystem,
+    compiled_system: CompiledSystem,
     parameters: Numbers | Mapping[str, float],
     guess: Sequence[float] | np.ndarray,
     period: float,
@@ -151,25 +151,25 @@ def periodic_orbit(
         period is free but the equations depend on time, or a piecewise function jumps within the period (there the variational
         equations do not hold).
     """
-    gains, duration, given = np.asarray(advance, float), float(period), np.asarray(guess, float)
-    samples = given if given.ndim == 2 and given.shape[1] > 1 else given.reshape(-1, 1)
-    held = _held(compiled.system, samples, duration, gains, free_period, phase_state)
-    bare = replace(compiled.system, outputs=(), quadratures=())
-    plain = compile_system(bare, compiled.tolerance, (), compiled.engine_name)
+    gains, duration, guess_states = np.asarray(advance, float), float(period), np.asarray(guess, float)
+    samples = guess_states if guess_states.ndim == 2 and guess_states.shape[1] > 1 else guess_states.reshape(-1, 1)
+    phase_states = _phase_states(compiled_system.system, samples, duration, gains, free_period, phase_state)
+    bare = replace(compiled_system.system, outputs=(), quadratures=())
+    plain = compile_system(bare, compiled_system.tolerance, (), compiled_system.engine_name)
     values = np.array(bare.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
     # Angles are taken within half a turn of zero: the smaller the numbers, the smaller their rounding.
     angles = np.array([s in bare.angles for s in bare.states])
     samples = samples - np.where(angles, 2 * np.pi * np.round(samples[:, 0] / (2 * np.pi)), 0.0)[:, None]
     equations = _Equations(plain, values, time)
     motion = samples if samples.shape[1] > 1 else equations.run(samples[:, 0], duration, _FEW_SAMPLES)
-    closing = Closing(gains, _sizes(motion, gains), motion[:, 0], duration, held, free_period, left_open)
+    closing = Closing(gains, _sizes(motion, gains), motion[:, 0], duration, phase_states, free_period, left_open)
     try:
-        orbit, closing = equations.closed(samples, motion, closing, most_steps)
+        orbit, closing = equations.close_orbit(samples, motion, closing, most_steps)
     except RunError as error:
         equations.refuse_jumps(motion, duration)
         raise RunError(f"no periodic motion could be computed: {error}", code="no-convergence") from None
     equations.refuse_jumps(equations.run(orbit.states[:, 0], orbit.period, _FEW_SAMPLES), orbit.period)
-    residual = max(orbit.residual, closing.missed(orbit.gap))
+    residual = max(orbit.residual, closing.gap_size(orbit.gap))
     if not (orbit.residual <= _TOLERANCE and (left_open or residual <= _TOLERANCE)):
         raise WuchtError(
             f"no periodic motion could be computed: after {most_steps} steps of Newton's method the residual is "
@@ -177,11 +177,13 @@ def periodic_orbit(
             code="too-many-steps",
         )
     logs = equations.multipliers(orbit, closing, residual <= _TOLERANCE)
-    monodromy = reduce(lambda whole, each: each @ whole, orbit.at.maps) * closing.sizes[:, None] / closing.sizes
+    monodromy = (
+        reduce(lambda whole, leg_map: leg_map @ whole, orbit.linearisation.maps) * closing.sizes[:, None] / closing.sizes
+    )
     return PeriodicOrbit(time, orbit.states[:, 0], orbit.period, gains, logs, monodromy, orbit.gap, residual)
 
 
-def _held(
+def _phase_states(
     system: System, samples: np.ndarray, period: float, advance: np.ndarray, free_period: bool, phase_state: int | None
 ) -> tuple[int, ...]:
     """Return the states that keep their values of the guess. Raises ``WuchtError`` where the arguments do not fit."""
@@ -224,12 +226,14 @@ class _Equations:
 
     def run(self, x: np.ndarray, duration: float, count: int) -> np.ndarray:
         """Integrate states (n, count + 1) from x over a period. Raises ``RunError`` where the integration fails."""
-        run = integrate(self.plain, x, self.parameters, self.time + np.linspace(0.0, duration, count + 1)).uninterrupted()
+        run = integrate(self.plain, x, self.parameters, self.time + np.linspace(0.0, duration, count + 1)).reraise_interrupt()
         if run.failure is not None:
             raise RunError(f"no periodic motion could be computed: {run.failure}")
         return run.states
 
-    def closed(self, samples: np.ndarray, motion: np.ndarray, closing: Closing, most_steps: int) -> tuple[ExactOrbit, Closing]:
+    def close_orbit(
+        self, samples: np.ndarray, motion: np.ndarray, closing: Closing, most_steps: int
+    ) -> tuple[ExactOrbit, Closing]:
         """Close the orbit near a motion, by integration alone where that suffices, else by collocation first; with its sizes.
 
         samples (n, K): as given, of a period or the start alone. motion (n, K'): of a period.
@@ -237,37 +241,41 @@ class _Equations:
         alone, last = samples.shape[1] == 1, motion.shape[1] - 1
         legs = np.linspace(0, last, min(_FEW_LEGS if alone else _MANY_LEGS, last) + 1).round().astype(int)
         with suppress(RunError):
-            orbit, own = self._exact(Closed(closing.period, legs / last, motion[:, legs]), closing, most_steps)
+            orbit, orbit_closing = self._exact(ClosedOrbit(closing.period, legs / last, motion[:, legs]), closing, most_steps)
             if orbit.residual <= _TOLERANCE:
-                return orbit, own
+                return orbit, orbit_closing
         if alone:
             motion = self.run(samples[:, 0], closing.period, _MANY_SAMPLES)
         try:
-            near = closed(self.plain.system, self.parameters, self.time, motion, closing, most_steps)
+            near = close_orbit(self.plain.system, self.parameters, self.time, motion, closing, most_steps)
         except RunError:  # a motion that is deformed until it is closed may lie nearer
-            missed = motion[:, -1] - motion[:, 0] - closing.advance
-            bent = motion - missed[:, None] * np.linspace(0.0, 1.0, motion.shape[1])
-            near = closed(self.plain.system, self.parameters, self.time, bent, closing, most_steps)
+            closure_gap = motion[:, -1] - motion[:, 0] - closing.advance
+            bent_motion = motion - closure_gap[:, None] * np.linspace(0.0, 1.0, motion.shape[1])
+            near = close_orbit(self.plain.system, self.parameters, self.time, bent_motion, closing, most_steps)
         return self._exact(near, closing, most_steps)
 
-    def _exact(self, near: Closed, closing: Closing, most_steps: int) -> tuple[ExactOrbit, Closing]:
+    def _exact(self, near: ClosedOrbit, closing: Closing, most_steps: int) -> tuple[ExactOrbit, Closing]:
         """Close the orbit by integration. A state that is at rest on the orbit but not in the guess gets its size there."""
-        orbit = exact(self.plain, self.parameters, self.time, near, closing, _TOLERANCE, most_steps)
+        orbit = exact_orbit(self.plain, self.parameters, self.time, near, closing, _TOLERANCE, most_steps)
         if _TOLERANCE < orbit.residual < _NEARLY:
             legs = len(orbit.times) - 1
             motion = self.run(orbit.states[:, 0], orbit.period, _FEW_SAMPLES) if legs == 1 else orbit.states
-            vanished = np.abs(motion).max(axis=1) < _VANISHED * closing.sizes
-            own = replace(closing, sizes=np.where(vanished, 1.0, closing.sizes))
-            again = Closed(orbit.period, orbit.times, np.column_stack([orbit.states, orbit.states[:, 0] + closing.advance]))
-            return exact(self.plain, self.parameters, self.time, again, own, _TOLERANCE, most_steps), own
+            is_at_rest = np.abs(motion).max(axis=1) < _REST_SHARE * closing.sizes
+            orbit_closing = replace(closing, sizes=np.where(is_at_rest, 1.0, closing.sizes))
+            again = ClosedOrbit(
+                orbit.period, orbit.times, np.column_stack([orbit.states, orbit.states[:, 0] + closing.advance])
+            )
+            return exact_orbit(
+                self.plain, self.parameters, self.time, again, orbit_closing, _TOLERANCE, most_steps
+            ), orbit_closing
         return orbit, closing
 
     def multipliers(self, orbit: ExactOrbit, closing: Closing, repeats: bool) -> np.ndarray:
         """Return ln mu (n,), the largest first. repeats: true if the orbit is closed, so that a free phase has mu = 1."""
-        maps, flow = finer(self.plain, self.parameters, self.time, orbit, closing.sizes)
+        maps, flow = finer_linearisation(self.plain, self.parameters, self.time, orbit, closing.sizes)
         moves = np.linalg.norm(flow, axis=1).min() * orbit.period > _AT_REST
         if repeats and moves and not self.plain.system.depends_on_time:
-            logs = np.append(logarithms(across_flow(maps, flow)[0])[0], 0.0)
+            logs = np.append(logarithms(transverse_maps(maps, flow)[0])[0], 0.0)
         else:
             logs = logarithms(maps)[0]
         return logs[np.lexsort((-logs.imag, -np.round(logs.real, 12)))]

@@ -23,7 +23,7 @@ class Recurrence:
     turns: np.ndarray
 
 
-def rests(states: np.ndarray) -> bool:
+def is_at_rest(states: np.ndarray) -> bool:
     """True if states (n, K), angles not wrapped, do not change."""
     sizes = np.maximum(np.abs(states).max(axis=1), 1.0)
     return bool((np.ptp(states, axis=1) < _STEADY * sizes).all())
@@ -51,8 +51,8 @@ def recurrence(times: np.ndarray, states: np.ndarray, turning: np.ndarray) -> Re
     first, second = times[-1] - returns[0], times[-1] - returns[1]
     if abs(second / first - 2) > _SAME:
         return None
-    gained = np.array([x[-1] - np.interp(returns[0], times, x) for x in states])
-    return Recurrence(float(first), np.where(turning, np.round(gained / _TURN), 0).astype(int))
+    gains = np.array([x[-1] - np.interp(returns[0], times, x) for x in states])
+    return Recurrence(float(first), np.where(turning, np.round(gains / _TURN), 0).astype(int))
 
 
 def _distance(states: np.ndarray, turning: np.ndarray) -> np.ndarray:
@@ -70,15 +70,15 @@ def _distance(states: np.ndarray, turning: np.ndarray) -> np.ndarray:
 
 def _returns(times: np.ndarray, away: np.ndarray) -> list[float]:
     """Return the times of the last returns, the latest first: minima of the distance, between which it is large."""
-    square, found = away**2, list[float]()
+    square, return_times = away**2, list[float]()
     last = len(away) - 1
     while True:
-        left = np.flatnonzero(away[:last] > _LEAVES)
-        if not len(left):
-            return found
-        inside = np.flatnonzero(away[: left[-1]] < _LEAVES)
+        departures = np.flatnonzero(away[:last] > _LEAVES)
+        if not len(departures):
+            return return_times
+        inside = np.flatnonzero(away[: departures[-1]] < _LEAVES)
         if not len(inside):
-            return found
+            return return_times
         end = int(inside[-1])
         outside = np.flatnonzero(away[:end] >= _LEAVES)
         begin = int(outside[-1]) + 1 if len(outside) else 0
@@ -88,7 +88,7 @@ def _returns(times: np.ndarray, away: np.ndarray) -> list[float]:
             bend = a - 2 * b + c
             shift = (a - c) / (2 * bend) if bend > 0 else 0.0
             if math.sqrt(max(b - bend * shift**2 / 2, 0.0)) < _RETURNS:
-                found.append(float(times[k] + shift * (times[k + 1] - times[k])))
+                return_times.append(float(times[k] + shift * (times[k + 1] - times[k])))
         last = begin
-        if len(found) > 2 or begin == 0:
-            return found
+        if len(return_times) > 2 or begin == 0:
+            return return_times

@@ -17,14 +17,16 @@ import numpy as np
 
 Function = Callable[[np.ndarray], np.ndarray]
 Spread = Callable[[np.ndarray, np.ndarray], np.ndarray]
-Proved = tuple[np.ndarray, np.ndarray, np.ndarray]  # a zero (n,), centre and radii (n,) of a box in which it is the only one
+ProvedZero = tuple[
+    np.ndarray, np.ndarray, np.ndarray
+]  # a zero (n,), centre and radii (n,) of a box in which it is the only one
 
-_INFLATED = 1.2  # a zero on the border of a box is inside that of its inflated neighbour
+_INFLATION = 1.2  # a zero on the border of a box is inside that of its inflated neighbour
 _MARGIN = 1 + 1e-10  # for rounding in the bounds
 _CHUNK = 16384  # boxes examined together
 _ROUNDING = 1e-12  # of a side: a zero that far outside is one on the border
 _NARROWEST = 1e-10  # of a side: no box is shrunk to less, where rounding would count as much as its width
-_STEPS, _SETTLED = 30, 1e-9  # of Newton's method inside a box that holds one zero; the last, in shares of the box
+_STEPS, _CONVERGENCE = 30, 1e-9  # of Newton's method inside a box that holds one zero; the last, in shares of the box
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,13 @@ class Zeros:
     """
 
     points: np.ndarray
-    undecided: tuple[np.ndarray, np.ndarray]
+    undecided_boxes: tuple[np.ndarray, np.ndarray]
     boxes: int
 
     @property
     def complete(self) -> bool:
         """True if these are proved to be all zeros."""
-        return not self.undecided[0].size
+        return not self.undecided_boxes[0].size
 
 
 def all_zeros(
@@ -54,7 +56,7 @@ def all_zeros(
     periodic: Sequence[bool] | None = None,
     smallest: float = 1e-4,
     most_boxes: int = 1_000_000,
-    watch: Callable[[], None] | None = None,
+    check: Callable[[], None] | None = None,
 ) -> Zeros:
     """Compute the zeros of f in the box [low, high].
 
@@ -66,60 +68,60 @@ def all_zeros(
     low, high = np.asarray(low, float), np.asarray(high, float)
     n, whole, border = len(low), high - low, _ROUNDING * (high - low)
     around = np.zeros(n, bool) if periodic is None else np.asarray(periodic, bool)
-    looked, waiting = 0, [(((low + high) / 2)[:, None], (whole / 2)[:, None])]
+    box_count, waiting = 0, [(((low + high) / 2)[:, None], (whole / 2)[:, None])]
     given_up: list[tuple[np.ndarray, np.ndarray]] = []
-    proved: list[Proved] = []
-    while waiting and looked < most_boxes:
-        if watch is not None:
-            watch()
+    proved_zeros: list[ProvedZero] = []
+    while waiting and box_count < most_boxes:
+        if check is not None:
+            check()
         centre, radius = waiting.pop()
         if centre.shape[1] > _CHUNK:
             waiting.append((centre[:, _CHUNK:], radius[:, _CHUNK:]))
             centre, radius = centre[:, :_CHUNK], radius[:, :_CHUNK]
-        looked += centre.shape[1]
-        left, zeros = _examined(function, jacobian, spread, centre, radius, _NARROWEST * whole)
-        proved += [z for z in zeros if ((z[0] >= low - border) & (z[0] <= high + border) | around).all()]
-        small = (left[1] <= smallest / 2 * whole[:, None]).all(axis=0)
+        box_count += centre.shape[1]
+        remaining, zeros = _examine(function, jacobian, spread, centre, radius, _NARROWEST * whole)
+        proved_zeros += [z for z in zeros if ((z[0] >= low - border) & (z[0] <= high + border) | around).all()]
+        small = (remaining[1] <= smallest / 2 * whole[:, None]).all(axis=0)
         if small.any():
-            given_up.append((left[0][:, small], left[1][:, small]))
-        rest = _cut(left[0][:, ~small], left[1][:, ~small], whole, jacobian)
+            given_up.append((remaining[0][:, small], remaining[1][:, small]))
+        rest = _bisect(remaining[0][:, ~small], remaining[1][:, ~small], whole, jacobian)
         if rest[0].shape[1]:
             waiting.append(rest)
     given_up += waiting
-    points, doubtful = _distinct(proved, low, whole, around)
+    points, doubtful = _distinct_zeros(proved_zeros, low, whole, around)
     given_up += doubtful
     centres, radii = (np.concatenate([np.empty((n, 0)), *(box[k] for box in given_up)], axis=1) for k in (0, 1))
-    return Zeros(points, (centres, radii), looked)
+    return Zeros(points, (centres, radii), box_count)
 
 
-def _examined(
+def _examine(
     function: Function, jacobian: Function, spread: Spread, centre: np.ndarray, radius: np.ndarray, narrowest: np.ndarray
-) -> tuple[tuple[np.ndarray, np.ndarray], list[Proved]]:
+) -> tuple[tuple[np.ndarray, np.ndarray], list[ProvedZero]]:
     """Return the boxes that stay undecided, shrunk where possible, and zeros with the boxes in which they are the only one."""
     f, matrix = function(centre), jacobian(centre)
-    wide = _INFLATED * radius
-    bound = spread(centre, wide) * _MARGIN
+    wide = _INFLATION * radius
+    spread_bound = spread(centre, wide) * _MARGIN
     size = np.abs(matrix)
     with np.errstate(invalid="ignore"):
-        reach = np.einsum("ijN,jN->iN", size + np.where(np.isfinite(bound), bound, np.inf), radius)
+        reach = np.einsum("ijN,jN->iN", size + np.where(np.isfinite(spread_bound), spread_bound, np.inf), radius)
     open_ = ~(np.abs(f) > reach * _MARGIN).any(axis=0)
-    usable = open_ & np.isfinite(bound).all(axis=(0, 1))
+    usable = open_ & np.isfinite(spread_bound).all(axis=(0, 1))
     inverse = np.zeros_like(matrix)
     with np.errstate(all="ignore"):
-        scaled = np.nan_to_num(matrix / np.abs(matrix).max(axis=1, keepdims=True))
-    regular = np.flatnonzero(usable & (np.abs(np.linalg.det(np.moveaxis(scaled, -1, 0))) > 1e-12))
+        scaled_matrix = np.nan_to_num(matrix / np.abs(matrix).max(axis=1, keepdims=True))
+    regular = np.flatnonzero(usable & (np.abs(np.linalg.det(np.moveaxis(scaled_matrix, -1, 0))) > 1e-12))
     inverse[:, :, regular] = np.linalg.inv(np.moveaxis(matrix[:, :, regular], -1, 0)).transpose(1, 2, 0)
     usable[regular] &= np.isfinite(inverse[:, :, regular]).all(axis=(0, 1))
     usable &= inverse.any(axis=(0, 1))
     step = -np.einsum("ijN,jN->iN", inverse, np.where(usable, f, 0.0))
-    spreading = np.einsum("ijN,jkN->ikN", np.abs(inverse), np.where(usable, bound, 0.0)) * _MARGIN
+    spreading = np.einsum("ijN,jkN->ikN", np.abs(inverse), np.where(usable, spread_bound, 0.0)) * _MARGIN
     inside, outside = (np.einsum("ijN,jN->iN", spreading, r) for r in (wide, radius))
     open_ &= ~(usable & (np.abs(step) > (radius + outside) * _MARGIN).any(axis=0))
     unique = open_ & usable & (np.abs(step) + inside < wide / _MARGIN).all(axis=0)
-    at, settled = _polished(function, jacobian, centre[:, unique], wide[:, unique], step[:, unique])
-    unique[np.flatnonzero(unique)[~settled]] = False
-    proved = (at[:, settled], centre[:, unique], wide[:, unique])
-    zeros = list(zip(*(each.T for each in proved), strict=True))
+    at, has_converged = _polish(function, jacobian, centre[:, unique], wide[:, unique], step[:, unique])
+    unique[np.flatnonzero(unique)[~has_converged]] = False
+    candidates = (at[:, has_converged], centre[:, unique], wide[:, unique])
+    zeros = list(zip(*(part.T for part in candidates), strict=True))
     rest = open_ & ~unique
     low, high = centre - radius, centre + radius
     shrinkable = rest & usable
@@ -129,31 +131,35 @@ def _examined(
     return ((low + high)[:, rest] / 2, (high - low)[:, rest] / 2), zeros
 
 
-def _polished(
+def _polish(
     function: Function, jacobian: Function, centre: np.ndarray, radius: np.ndarray, step: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Apply Newton's method in boxes that hold one zero each; return its results (n, k), and whether it has converged (k,).
 
     It is confined to its box: there the Jacobian is regular, as the test has proved.
     """
-    at, settled = centre + step, np.array([True] * centre.shape[1], bool)
+    at, has_converged = centre + step, np.array([True] * centre.shape[1], bool)
     for _ in range(_STEPS if at.shape[1] else 0):
         matrix = np.moveaxis(jacobian(at), -1, 0)
-        settled = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
+        has_converged = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
         try:
-            move = -np.linalg.solve(matrix[settled], function(at)[:, settled].T[..., None])[..., 0].T
+            move = -np.linalg.solve(matrix[has_converged], function(at)[:, has_converged].T[..., None])[..., 0].T
         except np.linalg.LinAlgError:  # regular on paper, singular after rounding: the boxes are cut further
-            return at, np.zeros_like(settled)
-        updated = np.clip(at[:, settled] + move, (centre - radius)[:, settled], (centre + radius)[:, settled])
-        moved = np.abs(updated - at[:, settled])
-        at[:, settled] = updated
-        settled[settled] = (moved <= _SETTLED * radius[:, settled] + 4 * np.spacing(np.abs(updated))).all(axis=0)
-        if settled.all():
+            return at, np.zeros_like(has_converged)
+        next_points = np.clip(
+            at[:, has_converged] + move, (centre - radius)[:, has_converged], (centre + radius)[:, has_converged]
+        )
+        change = np.abs(next_points - at[:, has_converged])
+        at[:, has_converged] = next_points
+        has_converged[has_converged] = (
+            change <= _CONVERGENCE * radius[:, has_converged] + 4 * np.spacing(np.abs(next_points))
+        ).all(axis=0)
+        if has_converged.all():
             break
-    return at, settled
+    return at, has_converged
 
 
-def _cut(centre: np.ndarray, radius: np.ndarray, whole: np.ndarray, jacobian: Function) -> tuple[np.ndarray, np.ndarray]:
+def _bisect(centre: np.ndarray, radius: np.ndarray, whole: np.ndarray, jacobian: Function) -> tuple[np.ndarray, np.ndarray]:
     """Bisect each box along the side across which the function changes most, of those not much shorter than the longest."""
     if not centre.shape[1]:
         return centre, radius
@@ -171,25 +177,25 @@ def _cut(centre: np.ndarray, radius: np.ndarray, whole: np.ndarray, jacobian: Fu
     return np.concatenate([centre - shift, centre + shift], axis=1), np.concatenate([half, half], axis=1)
 
 
-def _distinct(
-    proved: list[Proved], low: np.ndarray, whole: np.ndarray, around: np.ndarray
+def _distinct_zeros(
+    proved_zeros: list[ProvedZero], low: np.ndarray, whole: np.ndarray, around: np.ndarray
 ) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
     """Return the distinct zeros (n, k), and the boxes that may hold the same zero as another one within rounding.
 
     Two boxes with one zero each hold the same zero where it lies in both, and only then, however near the zeros are.
     """
 
-    def holds(box: Proved, point: np.ndarray) -> bool:
+    def holds(box: ProvedZero, point: np.ndarray) -> bool:
         away = np.abs(point - box[1])
         return bool((np.where(around, np.minimum(away % whole, -away % whole), away) <= box[2]).all())
 
-    distinct: list[Proved] = []
+    distinct: list[ProvedZero] = []
     doubtful: list[tuple[np.ndarray, np.ndarray]] = []
-    for candidate in proved:
-        both = [(holds(other, candidate[0]), holds(candidate, other[0])) for other in distinct]
-        if any(a and b for a, b in both):
+    for candidate in proved_zeros:
+        overlaps = [(holds(zero, candidate[0]), holds(candidate, zero[0])) for zero in distinct]
+        if any(a and b for a, b in overlaps):
             continue
-        if any(a or b for a, b in both):
+        if any(a or b for a, b in overlaps):
             doubtful.append((candidate[1][:, None], candidate[2][:, None]))
             continue
         distinct.append(candidate)

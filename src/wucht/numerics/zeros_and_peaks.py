@@ -18,19 +18,19 @@ def crossings(function: RealFunction, grid: np.ndarray, direction: int = 0) -> n
     once where it has different signs on its two sides, else not at all.
     """
     values = function(grid)
-    signed = np.isfinite(values) & (values != 0)
-    x, f = grid[signed], values[signed]
+    has_sign = np.isfinite(values) & (values != 0)
+    x, f = grid[has_sign], values[has_sign]
     change = np.diff(np.sign(f))
     i = np.flatnonzero(change * direction > 0 if direction else change)
     return _roots(function, x[i], x[i + 1], f[i], f[i + 1]) if len(i) else np.empty(0)
 
 
-def at_passages(samples: np.ndarray, value: float, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def values_at_passages(samples: np.ndarray, value: float, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the samples (K,) before which samples (N,) pass a value, and other signals (..., N) there, to first order."""
     i = np.flatnonzero((samples[:-1] - value) * (samples[1:] - value) <= 0)
     width = samples[i + 1] - samples[i]
     share = np.divide(value - samples[i], width, out=np.zeros(len(i)), where=width != 0)
-    return i, np.asarray(of[..., i] + share * (of[..., i + 1] - of[..., i]))
+    return i, np.asarray(signals[..., i] + share * (signals[..., i + 1] - signals[..., i]))
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # where no interpolation is safe
@@ -80,11 +80,11 @@ def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> n
     """Return the largest value that a signal reaches between each sample and its neighbours, all (N,)."""
     if len(time) < 2:
         return signal.copy()
-    maxima = between_samples(time, signal, slope)
+    maxima = interval_maxima(time, signal, slope)
     return np.asarray(np.maximum(np.concatenate([maxima[:1], maxima]), np.concatenate([maxima, maxima[-1:]])))
 
 
-def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
+def interval_maxima(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
     """Return the largest value (N - 1, ...) that signals (N, ...) reach between samples. time: (N,), or of each (N, ...).
 
     Between samples the signal is the cubic with the given values and slopes; the error is of fourth order in the sampling
@@ -92,27 +92,27 @@ def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> 
     """
     h = np.diff(time, axis=0)
     h = h if time.ndim == signal.ndim else h.reshape(-1, *(1,) * (signal.ndim - 1))
-    left, right, before, after = signal[:-1], signal[1:], slope[:-1] * h, slope[1:] * h
-    largest, middle = np.maximum(left, right), 3 * (right - left) - before - after
+    start, end, before, after = signal[:-1], signal[1:], slope[:-1] * h, slope[1:] * h
+    largest, middle = np.maximum(start, end), 3 * (end - start) - before - after
     # The slope lies between the coefficients of its Bernstein form, before, middle and after: where these have one sign there
     # is no maximum inside.
     i = (np.maximum(before, middle) > 0) & (np.minimum(middle, after) < 0)
     if i.any():
-        largest[i] = np.maximum(largest[i], _interior_maxima(left[i], right[i], before[i], after[i]))
+        largest[i] = np.maximum(largest[i], _interior_maxima(start[i], end[i], before[i], after[i]))
     return np.asarray(largest)
 
 
-def _interior_maxima(left: np.ndarray, right: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _interior_maxima(start: np.ndarray, end: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the maximum of each cubic by values and slopes at the ends of 0 <= s <= 1; the first value where there is none."""
     # y(s) = start + a s + c s^2 + d s^3
-    d = 2 * (left - right) + a + b
-    c = 3 * (right - left) - 2 * a - b
+    d = 2 * (start - end) + a + b
+    c = 3 * (end - start) - 2 * a - b
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(c**2 - 3 * a * d)
         # The maximum is where y' = 0 and y'' < 0; this form of the root stays accurate as d -> 0.
         s = np.where(c > 0, (-c - root) / (3 * d), a / (root - c))
     s = np.where(np.isfinite(s) & (s > 0) & (s < 1), s, 0.0)
-    return np.asarray(left + s * (a + s * (c + s * d)))
+    return np.asarray(start + s * (a + s * (c + s * d)))
 
 
 def extremes(signal: np.ndarray) -> tuple[float, float]:
@@ -144,14 +144,14 @@ def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray, before: f
     beyond = int(min(np.ceil(window.max() / 2 / min(steps)), n - 1))
     first = _outermost(time[0] - time[::-1], radius[::-1], window[0]) if before is None else before
     ends = first, _outermost(time - time[-1], radius, window[-1])
-    padded, reach = np.pad(radius, beyond, constant_values=ends), np.pad(window / 2, beyond, mode="edge")
+    padded_radius, reach = np.pad(radius, beyond, constant_values=ends), np.pad(window / 2, beyond, mode="edge")
     past, future = (step * np.arange(1, beyond + 1) for step in steps)
     times = np.concatenate([time[0] - past[::-1], time, time[-1] + future])
     rounding = _ROUNDING * min(steps)
     low = np.maximum(np.searchsorted(times, times - reach + rounding, side="right") - 1, 0)
     high = np.minimum(np.searchsorted(times, times + reach - rounding), len(times) - 1)
-    closed = -_largest_within(-_largest_within(padded, low, high), low, high)
-    return np.where(_smooth_minima(padded, closed > padded), padded, closed)[beyond : beyond + n]
+    closing = -_largest_within(-_largest_within(padded_radius, low, high), low, high)
+    return np.where(_smooth_minima(padded_radius, closing > padded_radius), padded_radius, closing)[beyond : beyond + n]
 
 
 def _outermost(time: np.ndarray, radius: np.ndarray, window: float) -> float:
@@ -163,19 +163,19 @@ def _outermost(time: np.ndarray, radius: np.ndarray, window: float) -> float:
     return float(radius[late].max(initial=float(radius[-1])))
 
 
-def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
+def _smooth_minima(radius: np.ndarray, is_filled: np.ndarray) -> np.ndarray:
     """Return which filled samples (N,) lie in a parabolic minimum: its depth follows from the slopes outside its ends."""
-    edges = np.flatnonzero(np.diff(filled.astype(int)))
-    if filled[0]:
+    edges = np.flatnonzero(np.diff(is_filled.astype(int)))
+    if is_filled[0]:
         edges = edges[1:]
     begin, end = edges[: len(edges) // 2 * 2 : 2], edges[1::2] + 1
     inside = (begin >= 1) & (end <= len(radius) - 2)
     begin, end = begin[inside], end[inside]
     slopes = radius[end + 1] - radius[end] + radius[begin - 1] - radius[begin]
     # The outer slopes belong to points half a sample outside: a parabola over h + 1 intervals.
-    predicted = slopes * (end - begin) ** 2 / (8 * (end - begin + 1))
-    actual = (radius[begin] + radius[end]) / 2 - radius[(begin + end) // 2]
-    smooth = np.abs(predicted - actual) <= 0.25 * np.abs(actual)
+    predicted_depth = slopes * (end - begin) ** 2 / (8 * (end - begin + 1))
+    actual_depth = (radius[begin] + radius[end]) / 2 - radius[(begin + end) // 2]
+    smooth = np.abs(predicted_depth - actual_depth) <= 0.25 * np.abs(actual_depth)
     marks = np.zeros(len(radius) + 1, int)
     np.add.at(marks, begin[smooth], 1)
     np.add.at(marks, end[smooth] + 1, -1)

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from wucht.plots.page import Page, current_page, made_for
-from wucht.plots.sheet import LETTER, LINE, TICKS, TITLE, Named, Sheet, figure_of, has_sheet, sheet_of
+from wucht.plots.page import Page, current_page, page_context
+from wucht.plots.sheet import LETTER, LINE, TICKS, TITLE, LegendEntries, Sheet, figure_of, has_sheet, sheet_of
 from wucht.plots.style import GREY
-from wucht.results.formatting import wrapped
+from wucht.results.formatting import wrap_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +46,7 @@ def arrange(figure: Figure) -> Figure:
     if not has_sheet(figure):
         return figure
     sheet = sheet_of(figure)
-    with made_for(sheet.page):
+    with page_context(sheet.page):
         _arrange(figure, sheet)
     return figure
 
@@ -54,22 +54,22 @@ def arrange(figure: Figure) -> Figure:
 def _arrange(figure: Figure, sheet: Sheet) -> None:
     page, em = sheet.page, sheet.page.em
     _name_ends(figure, sheet)
-    beside = {axis: _legend(axis, named, 0.0) for axis, named in sheet.beside.items()}
+    beside = {axis: _legend(axis, entries, 0.0) for axis, entries in sheet.beside.items()}
     margins = _margins(sheet, beside)
-    headed = em * (LINE * TITLE / page.font * len(sheet.heading.split("\n")) + 0.6 if sheet.heading else 0.3)
-    top = headed + (LINE * page.small / 72 * len(sheet.stated.split("\n")) if sheet.stated else 0.0)
+    heading_height = em * (LINE * TITLE / page.font * len(sheet.heading.split("\n")) + 0.6 if sheet.heading else 0.3)
+    top = heading_height + (LINE * page.small / 72 * len(sheet.assumption_note.split("\n")) if sheet.assumption_note else 0.0)
     over = None if sheet.over is None else _legend(figure, sheet.over, page.width - 2 * em)
     depth, places = top + (0.0 if over is None else _size(over)[1] + 0.6 * em), list[_Place]()
     for number, (row, room, height) in enumerate(zip(sheet.rows, sheet.columns, sheet.heights, strict=True)):
         sides = margins[room]
         inner = (page.width - sum(map(sum, sides))) / room
         depth += max(
-            _above(axis, sheet, inner + (0.0 if axis in sheet.right else right), height)
-            for axis, (_, right) in zip(row, sides, strict=False)
+            _place_above(axis, sheet, inner + (0.0 if axis in sheet.right else right_margin), height)
+            for axis, (_, right_margin) in zip(row, sides, strict=False)
         )
-        lefts = [k * inner + sum(map(sum, sides[:k])) + left for k, (left, _) in enumerate(sides)]
+        lefts = [k * inner + sum(map(sum, sides[:k])) + left_margin for k, (left_margin, _) in enumerate(sides)]
         places += [_Place(axis, x, depth, inner, height) for axis, x in zip(row, lefts, strict=False)]
-        depth += height + em * _below(row, number == len(sheet.rows) - 1, inner / em)
+        depth += height + em * _height_below(row, number == len(sheet.rows) - 1, inner / em)
     if sheet.below is not None:
         depth += _size(_legend(figure, sheet.below, page.width - 2 * em))[1] + 0.4 * em
     depth = math.ceil(depth * figure.dpi) / figure.dpi  # whole pixels
@@ -84,63 +84,63 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         over.set_bbox_to_anchor((0.5, 1 - top / depth), figure.transFigure)
     if sheet.heading and (title := figure._suptitle) is not None:  # type: ignore[attr-defined]
         title.set(y=1 - 0.4 * em / depth, va="top")
-    if sheet.stated:
+    if sheet.assumption_note:
         small: Any = {"fontsize": page.small, "color": GREY, "parse_math": False}
-        figure.text(0.5, 1 - headed / depth, sheet.stated, ha="center", va="top", **small)
+        figure.text(0.5, 1 - heading_height / depth, sheet.assumption_note, ha="center", va="top", **small)
 
 
 def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, list[tuple[float, float]]]:
     """Margins to the left and right of the panels of each column, by the number of panels that fit in a row."""
     em, margins = sheet.page.em, dict[int, list[tuple[float, float]]]()
     for row, room, height in zip(sheet.rows, sheet.columns, sheet.heights, strict=True):
-        known = margins.setdefault(room, [(0.0, 0.0)] * room)
+        column_margins = margins.setdefault(room, [(0.0, 0.0)] * room)
         for k, axis in enumerate(row):
-            numbered = axis.axison and axis.get_yticks().size > 0
-            left = (_NUMBERS * numbered + LINE * _name_lines(axis.yaxis, _ROOM * height / em) + _ABOUT) * em
-            right = max(sheet.right.get(axis, 0.0), 0.0 if axis in beside else _EDGE) * em
-            right += _size(beside[axis])[0] + 0.8 * em if axis in beside else 0.0
-            known[k] = max(known[k][0], left), max(known[k][1], right)
+            has_numbers = axis.axison and axis.get_yticks().size > 0
+            left_margin = (_NUMBERS * has_numbers + LINE * _name_lines(axis.yaxis, _ROOM * height / em) + _ABOUT) * em
+            right_margin = max(sheet.right.get(axis, 0.0), 0.0 if axis in beside else _EDGE) * em
+            right_margin += _size(beside[axis])[0] + 0.8 * em if axis in beside else 0.0
+            column_margins[k] = max(column_margins[k][0], left_margin), max(column_margins[k][1], right_margin)
     return margins
 
 
-def _above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
+def _place_above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
     """Place the second scale, the legend and the title above a panel. Return their height in inches."""
     em, scale = sheet.page.em, sheet.top.get(axis, 0.0) * sheet.page.em
     lines = axis.get_title().count("\n") + 1 if axis.get_title() else 0
     title = (LINE * lines + 2 * _ABOUT) * em if lines else 0.5 * em
     if axis not in sheet.above:
-        _at_the_left(axis)
+        _align_title_left(axis)
         return title + scale
     legend = _legend(axis, sheet.above[axis], room)
     legend.set_bbox_to_anchor((0.0, 1.0 + (0.2 * em + scale) / height), axis.transAxes)
     lift = _size(legend)[1] + scale
     if lines:
         axis.set_title(axis.get_title(), pad=(lift + 0.6 * em) * 72)
-        _at_the_left(axis)
+        _align_title_left(axis)
     return title + lift + 0.3 * em
 
 
-def _at_the_left(axis: Axes) -> None:
+def _align_title_left(axis: Axes) -> None:
     """Align a panel's title with its legend; over a sketch without scales it remains centred."""
     if axis.get_xticks().size:
         axis.title.set(x=0.0, ha="left")
 
 
-def _below(row: list[Axes], last: bool, room: float) -> float:
+def _height_below(row: list[Axes], last: bool, room: float) -> float:
     """Height of the texts below a row of panels, in sizes of the text; without numbers if the row below has the same."""
-    shared = not last and not any(axis.axison and axis.xaxis.get_tick_params().get("labelbottom", True) for axis in row)
-    named = max(_name_lines(axis.xaxis, room) for axis in row)
-    numbered = any(axis.get_xticks().size for axis in row)
+    is_shared = not last and not any(axis.axison and axis.xaxis.get_tick_params().get("labelbottom", True) for axis in row)
+    name_lines = max(_name_lines(axis.xaxis, room) for axis in row)
+    has_numbers = any(axis.get_xticks().size for axis in row)
     more = max(_further_lines(axis.xaxis) for axis in row)
-    return _GAP if shared else TICKS * numbered + LINE * (named + more) + _ABOUT
+    return _GAP if is_shared else TICKS * has_numbers + LINE * (name_lines + more) + _ABOUT
 
 
 def _further_lines(scale: Any) -> int:
     """Number of further lines that words in place of a scale's numbers take below the first."""
     from matplotlib.ticker import FixedLocator
 
-    fixed = isinstance(scale.get_major_locator(), FixedLocator)
-    words = scale.get_major_formatter().format_ticks(scale.get_majorticklocs()) if fixed else []
+    has_fixed_ticks = isinstance(scale.get_major_locator(), FixedLocator)
+    words = scale.get_major_formatter().format_ticks(scale.get_majorticklocs()) if has_fixed_ticks else []
     return max((word.count("\n") for word in words), default=0)
 
 
@@ -149,7 +149,7 @@ def _name_lines(scale: Any, room: float) -> int:
     text = scale.get_label_text()
     letters = max(int(room / LETTER), 8)
     if "\n" not in text and "$" not in text and len(text) > letters:
-        scale.set_label_text("\n".join(wrapped(text, letters)))
+        scale.set_label_text("\n".join(wrap_text(text, letters)))
     return int(scale.get_label_text().count("\n") + 1) if text else 0
 
 
@@ -157,17 +157,22 @@ def _name_ends(figure: Figure, sheet: Sheet) -> None:
     """Label lines at their ends, or else in the legend below."""
     renderer = cast("Any", figure.canvas).get_renderer()
     for axis, lines in sheet.ends.items():
-        named = [line for line in lines if not str(line.get_label()).startswith("_")]
-        names = [str(line.get_label()) for line in named]
+        labelled_lines = [line for line in lines if not str(line.get_label()).startswith("_")]
+        names = [str(line.get_label()) for line in labelled_lines]
         height = next(h for row, h in zip(sheet.rows, sheet.heights, strict=True) if axis in row)
         width = max((_width(renderer, name, sheet.page) for name in names), default=0.0)
-        at = _ends(axis, named)
+        at = _ends(axis, labelled_lines)
         apart = np.diff(np.sort(at)).min(initial=np.inf) * height
-        if not named or not np.isfinite(at).all() or apart < LINE * sheet.page.small / 72 or width > _SHARE * sheet.page.width:
-            others = sheet.below or Named([], [])
-            sheet.below = Named([*named, *others.handles], [*names, *others.names])
+        if (
+            not labelled_lines
+            or not np.isfinite(at).all()
+            or apart < LINE * sheet.page.small / 72
+            or width > _SHARE * sheet.page.width
+        ):
+            entries_below = sheet.below or LegendEntries([], [])
+            sheet.below = LegendEntries([*labelled_lines, *entries_below.handles], [*names, *entries_below.names])
             continue
-        for line, name, y in zip(named, names, at, strict=True):
+        for line, name, y in zip(labelled_lines, names, at, strict=True):
             place: Any = {"xycoords": "axes fraction", "textcoords": "offset points", "annotation_clip": False}
             axis.annotate(name, (1.0, y), (4, 0), va="center", color=line.get_color(), fontsize=sheet.page.small, **place)
         sheet.right[axis] = max(sheet.right.get(axis, 0.0), width / sheet.page.em + 0.8)
@@ -187,19 +192,19 @@ def _ends(axis: Axes, lines: list[Any]) -> np.ndarray:
     return ends
 
 
-def _legend(parent: Any, named: Named, width: float) -> Legend:
+def _legend(parent: Any, entries: LegendEntries, width: float) -> Legend:
     """Draw a legend in as many columns as fit in a width (0: one column, or two if there are many names)."""
     page = current_page()
     widest = int(width * 72 / (LETTER * page.small)) - 6 if width else _WIDEST
-    names = [n if len(n) <= widest or "$" in n else "\n".join(wrapped(n, widest)) for n in named.names]
+    names = [n if len(n) <= widest or "$" in n else "\n".join(wrap_text(n, widest)) for n in entries.names]
     figure = parent if hasattr(parent, "suptitle") else figure_of(parent)
     columns = _columns(figure, names, width) if width else 1 + (len(names) > _TALL)
     place: dict[str, Any] = {"loc": "lower left" if width else "center left", "bbox_to_anchor": (0.0, 0.0)}
     if parent is figure:
         place = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.0)}
     legend: Legend = parent.legend(
-        named.handles, names, ncols=columns, frameon=False, borderaxespad=0.0, borderpad=0.2, handlelength=2.4,
-        handletextpad=0.6, columnspacing=_BETWEEN, labelspacing=0.4, title=named.title, alignment="left", **place,
+        entries.handles, names, ncols=columns, frameon=False, borderaxespad=0.0, borderpad=0.2, handlelength=2.4,
+        handletextpad=0.6, columnspacing=_BETWEEN, labelspacing=0.4, title=entries.title, alignment="left", **place,
     )  # fmt: skip
     return legend
 
@@ -208,9 +213,9 @@ def _columns(figure: Figure, names: list[str], width: float) -> int:
     """Greatest number of columns of a legend that fit in a width; they are filled one after the other."""
     page, canvas = current_page(), cast("Any", figure.canvas)
     renderer, letter = canvas.get_renderer(), page.small / 72
-    each = np.array([max(_width(renderer, line, page) for line in name.split("\n")) + _HANDLE * letter for name in names])
+    widths = np.array([max(_width(renderer, line, page) for line in name.split("\n")) + _HANDLE * letter for name in names])
     for columns in range(len(names), 1, -1):
-        parts = np.array_split(each, columns)
+        parts = np.array_split(widths, columns)
         if sum(float(part.max()) for part in parts) + (columns - 1) * _BETWEEN * letter <= width:
             rows = -(-len(names) // columns)
             return -(-len(names) // rows)  # as few columns as this number of rows needs

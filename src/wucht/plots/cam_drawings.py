@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FOLLOWER = "#000000"
-_CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
+_RADIUS_LIMIT = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
 
 
 def draw_circle(axis: Axes, x: float, y: float, radius: float, **look: Any) -> None:
@@ -29,7 +29,7 @@ def frame_cam(axis: Axes) -> None:
 
 def radii_of_curvature(result: Any) -> tuple[Any, float]:
     """Radii of curvature of the contours in mm, left out where they are nearly straight, and the largest one drawn."""
-    widest = _CLIPPED * 1e3 * float(np.hypot(result.contour_x.values, result.contour_y.values).max())
+    widest = _RADIUS_LIMIT * 1e3 * float(np.hypot(result.contour_x.values, result.contour_y.values).max())
     with np.errstate(divide="ignore"):
         radius = 1e3 / result.curvature
     return radius.where(np.abs(radius) <= widest), widest

@@ -18,11 +18,11 @@ _ROUNDING = 1e-18  # a residual: nothing below is drawn
 _MOST_POINTS = 4000
 _NEAR_ZERO = 45.0  # degrees: angles that end this close to 0 are not drawn at the edge of the panel
 _STRIPS, _PALE, _FEW = 100, 0.15, 2
-_DENSE, _SEEN = 3, 0.01  # turning points in a strip, and the least visible swing as a share of the panel's height
+_DENSE, _VISIBLE_SHARE = 3, 0.01  # turning points in a strip, and the least visible swing as a share of the panel's height
 _BAND: dict[str, Any] = {"alpha": 0.35, "linewidth": 0.6, "zorder": 2}
 
 
-def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def thin_curve(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Thin a curve to the points that a print can show: smallest and largest value of each interval, in their order."""
     if len(x) <= _MOST_POINTS:
         return x, y
@@ -39,7 +39,7 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def draw_residual(axis: Axes, time: np.ndarray, residual: np.ndarray) -> None:
     """Draw the residual of the energy balance: the panel only shows that it is small."""
-    axis.semilogy(*thinned(time, np.maximum(residual, _ROUNDING)), color=GREY, linewidth=0.8)
+    axis.semilogy(*thin_curve(time, np.maximum(residual, _ROUNDING)), color=GREY, linewidth=0.8)
     axis.set_ylim(_ROUNDING, max(1e-8, 10 * float(residual.max(initial=0.0))))
     axis.set_yticks([1e-16, 1e-8])
     axis.minorticks_off()
@@ -49,9 +49,9 @@ def draw_residual(axis: Axes, time: np.ndarray, residual: np.ndarray) -> None:
 
 def without_jumps(phase: np.ndarray, period: float) -> np.ndarray:
     """A wrapped angle with a gap where it wraps, so that no line crosses the panel."""
-    shown = phase.copy()
-    shown[1:][np.abs(np.diff(phase)) > period / 2] = np.nan
-    return shown
+    curve = phase.copy()
+    curve[1:][np.abs(np.diff(phase)) > period / 2] = np.nan
+    return curve
 
 
 def angle_panel(axis: Axes, angles: Iterable[np.ndarray]) -> float:
@@ -74,9 +74,9 @@ def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, st
     """
     passing: list[tuple[np.ndarray, dict[str, Any]]] = []
     for angle, style in zip(degrees, styles, strict=True):
-        fast = _faster_than_drawn(x, angle)
-        shown = without_jumps(begin + np.remainder(angle - begin, 360), 360.0)
-        axis.plot(x, np.where(fast, np.nan, shown), **style)
+        fast = _is_too_fast(x, angle)
+        curve = without_jumps(begin + np.remainder(angle - begin, 360), 360.0)
+        axis.plot(x, np.where(fast, np.nan, curve), **style)
         passing += [(fast, style)] if fast.any() else []
     if passing:
         names = [str(style["label"]) for _, style in passing if "label" in style]
@@ -86,14 +86,14 @@ def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, st
         axis.fill_between(x, begin, begin + 360, where=anywhere, label=name, color=colour, alpha=_PALE, linewidth=0)
 
 
-def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
+def _is_too_fast(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
     """True (N,) where an angle makes more than a turn within a hundredth of the panel."""
     span = abs(float(x[-1] - x[0])) if len(x) > 1 else 0.0
     if not span or not np.isfinite(span):
         return np.zeros(len(x), bool)
-    turned = np.nan_to_num(np.unwrap(np.nan_to_num(degrees), period=360.0))
+    angles = np.nan_to_num(np.unwrap(np.nan_to_num(degrees), period=360.0))
     strip = np.minimum((np.abs(x - x[0]) / (span / _STRIPS)).astype(int), _STRIPS - 1)
-    low, high = _extremes(strip, turned)
+    low, high = _extremes(strip, angles)
     return np.asarray((high - low > 360)[strip])
 
 
@@ -102,9 +102,9 @@ def draw_swings(axis: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> None:
 
     look: of the line, with its ``label``.
     """
-    fast, strip = _swinging(x, y, axis.get_yscale() == "log")
+    fast, strip = _fast_swings(x, y, axis.get_yscale() == "log")
     name = look.pop("label", None)
-    at, line = thinned(x, np.where(fast, np.nan, y)) if fast.any() else thinned(x, y)
+    at, line = thin_curve(x, np.where(fast, np.nan, y)) if fast.any() else thin_curve(x, y)
     if not fast.all():
         axis.plot(at, line, label=name, **look)
     if not fast.any():
@@ -129,7 +129,7 @@ def _extremes(strip: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return low, high
 
 
-def _swinging(x: np.ndarray, y: np.ndarray, logarithmic: bool) -> tuple[np.ndarray, np.ndarray]:
+def _fast_swings(x: np.ndarray, y: np.ndarray, logarithmic: bool) -> tuple[np.ndarray, np.ndarray]:
     """Mask (N,) of the points where a curve swings too fast to be drawn, and the strip of the panel (N,) of each point."""
     span = float(x[-1] - x[0]) if len(x) > 1 else 0.0
     if not span > 0 or not np.isfinite(span) or not np.isfinite(y).all() or (np.diff(x) < 0).any():
@@ -141,8 +141,8 @@ def _swinging(x: np.ndarray, y: np.ndarray, logarithmic: bool) -> tuple[np.ndarr
     turns = moving[1:][steps[moving[1:]] * steps[moving[:-1]] < 0]
     count = np.bincount(strip[turns], minlength=_STRIPS)
     swung = np.bincount(strip[turns[1:]], np.abs(np.diff(height[turns])), minlength=_STRIPS)
-    seen = swung > _SEEN * float(np.ptp(height)) * count
-    dense = (count >= _DENSE) & seen
+    is_visible = swung > _VISIBLE_SHARE * float(np.ptp(height)) * count
+    dense = (count >= _DENSE) & is_visible
     beside = np.r_[False, dense[:-1]] | np.r_[dense[1:], False]
-    dense |= (count >= _DENSE - 1) & beside & seen  # so that band and line do not alternate
+    dense |= (count >= _DENSE - 1) & beside & is_visible  # so that band and line do not alternate
     return dense[strip], strip

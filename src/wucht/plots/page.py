@@ -24,14 +24,14 @@ class Page:
     height: float
     font: float
     small: float
-    titled: bool
+    has_title: bool
     columns: int
     beside: bool
     dpi: int
     tallest: float = math.inf
 
     @property
-    def instead(self) -> tuple[Page, ...]:
+    def fallback_pages(self) -> tuple[Page, ...]:
         """Pages for a figure that is too tall: with lower panels, then across both columns of the journal."""
         wide = (_BOTH_COLUMNS,) if self == JOURNAL else ()
         return tuple(page for one in (self, *wide) for page in (one, replace(one, height=_LOWER * one.height)))[1:]
@@ -51,9 +51,9 @@ class Page:
         }  # fmt: skip
 
 
-PRINT = Page("print", 8.0, 1.0, 9.0, 8.0, titled=True, columns=4, beside=True, dpi=150)
+PRINT = Page("print", 8.0, 1.0, 9.0, 8.0, has_title=True, columns=4, beside=True, dpi=150)
 # The measures of Elsevier's journals, whose pages have 190 mm by 240 mm, less a caption of two lines.
-JOURNAL = Page("journal", 88 / 25.4, 0.75, 8.0, 8.0, titled=False, columns=1, beside=False, dpi=300, tallest=230 / 25.4)
+JOURNAL = Page("journal", 88 / 25.4, 0.75, 8.0, 8.0, has_title=False, columns=1, beside=False, dpi=300, tallest=230 / 25.4)
 _BOTH_COLUMNS = replace(JOURNAL, width=180 / 25.4, columns=2, beside=True)
 _LOWER = 0.8
 PAGES = {page.name: page for page in (PRINT, JOURNAL)}
@@ -71,7 +71,7 @@ def small() -> float:
 
 
 @contextmanager
-def made_for(page: Page) -> Iterator[None]:
+def page_context(page: Page) -> Iterator[None]:
     """Make and write figures for this page, whatever the user's settings of matplotlib are."""
     from matplotlib import rc_context
 

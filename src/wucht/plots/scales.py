@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.sheet import rpm_axis
-from wucht.results.formatting import label, named, printed_unit, with_unit
+from wucht.results.formatting import label, parameter_in_words, printed_unit, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ _PARTS_OF_PI = (8, 4, 2, 1)  # ticks of an angle are multiples of pi over one of
 _MOST_TICKS = 5
 
 
-def printed(result: Any, name: str) -> tuple[np.ndarray, str]:
+def printed_values(result: Any, name: str) -> tuple[np.ndarray, str]:
     """The values of a variable as they are drawn, and the name of their scale."""
     factor, unit = printed_unit(result, name)
     return np.asarray(factor * result[name].values), label(result, name, unit)
@@ -32,7 +32,9 @@ def name_speeds(axis: Axes, result: Any, name: str = "speed", of: str = "y") -> 
 
 def parameter_label(result: Any, of: str = "along") -> str:
     """Name of a parameter with its unit, from the attributes ``along``, ``along_what``, ``along_unit`` of a result."""
-    return with_unit(named(*(str(result.attrs[key]) for key in (of, f"{of}_what"))), str(result.attrs[f"{of}_unit"]))
+    return with_unit(
+        parameter_in_words(*(str(result.attrs[key]) for key in (of, f"{of}_what"))), str(result.attrs[f"{of}_unit"])
+    )
 
 
 def travel_unit(values: Any) -> tuple[float, str]:
@@ -68,13 +70,13 @@ def multiples_of_pi(low: float, high: float) -> list[tuple[float, str]]:
     for parts in _PARTS_OF_PI:
         step, little = math.pi / parts, 1e-3 * (high - low)
         numbers = range(math.ceil((low - little) / step), math.floor((high + little) / step) + 1)
-        ticks = [(n * step, of_pi(n, parts)) for n in numbers]
+        ticks = [(n * step, fraction_of_pi(n, parts)) for n in numbers]
         if len(ticks) <= _MOST_TICKS:
             break
     return ticks if 2 <= len(ticks) <= 2 * _MOST_TICKS else []
 
 
-def of_pi(n: int, parts: int) -> str:
+def fraction_of_pi(n: int, parts: int) -> str:
     """The fraction n pi / parts as text: ``3π/4``."""
     common = math.gcd(n, parts)
     n, parts = n // common, parts // common

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.page import PRINT, Page, current_page, made_for
-from wucht.results.formatting import wrapped
-from wucht.results.store import replacing
+from wucht.plots.page import PRINT, Page, current_page, page_context
+from wucht.results.formatting import wrap_text
+from wucht.results.store import replace_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +28,7 @@ _WIDE = 0.58  # mean width of a letter in a sentence with many numbers
 
 
 @dataclass
-class Named:
+class LegendEntries:
     """Entries and title of a legend that is to be placed."""
 
     handles: list[Any]
@@ -46,14 +46,14 @@ class Sheet:
     rows: list[list[Axes]]
     columns: list[int]
     heights: list[float]
-    beside: dict[Axes, Named] = field(default_factory=dict)
-    above: dict[Axes, Named] = field(default_factory=dict)
-    over: Named | None = None
-    below: Named | None = None
+    beside: dict[Axes, LegendEntries] = field(default_factory=dict)
+    above: dict[Axes, LegendEntries] = field(default_factory=dict)
+    over: LegendEntries | None = None
+    below: LegendEntries | None = None
     right: dict[Axes, float] = field(default_factory=dict)
     top: dict[Axes, float] = field(default_factory=dict)
     ends: dict[Axes, list[Line2D]] = field(default_factory=dict)
-    stated: str = ""
+    assumption_note: str = ""
 
 
 _SHEET = "_wucht_sheet"  # attribute of a figure: a global table would keep figures alive, as a sheet refers to its figure
@@ -72,13 +72,13 @@ def has_sheet(figure: Figure) -> bool:
 
 def new_figure(rows: int, title: str, subtitle: str = "", heights: float | Sequence[float] = 1.55) -> tuple[Figure, list[Axes]]:
     """Make a figure with one column of panels over a common abscissa. heights: of the panels, in inches."""
-    drawn, axes = new_grid(rows, title, subtitle, columns=1, heights=heights)
+    figure, axes = new_grid(rows, title, subtitle, columns=1, heights=heights)
     for axis in axes[1:]:
         axis.sharex(axes[0])
     for axis in axes[:-1]:
         axis.tick_params(labelbottom=False)
-    drawn.align_ylabels(axes)
-    return drawn, axes
+    figure.align_ylabels(axes)
+    return figure, axes
 
 
 def new_grid(
@@ -101,24 +101,24 @@ def new_grid(
     from matplotlib.figure import Figure
 
     page = current_page()
-    drawn = Figure(figsize=(page.width, 3.0), dpi=page.dpi)
-    FigureCanvasAgg(drawn)
+    figure = Figure(figsize=(page.width, 3.0), dpi=page.dpi)
+    FigureCanvasAgg(figure)
     columns = columns if columns <= page.columns else narrow
-    axes = [_panel(drawn) for _ in range(panels)]
+    axes = [_add_panel(figure) for _ in range(panels)]
     rest, end = axes[wide : panels - last], axes[panels - last :]
-    between = [rest[k : k + columns] for k in range(0, len(rest), columns)]
-    rows = [[axis] for axis in axes[:wide]] + between + [[axis] for axis in end]
-    each = [page.height * h for h in ([heights] if isinstance(heights, int | float) else heights)]
-    each = (each + each[-1:] * len(rows))[: len(rows)]
-    heading = "\n".join(_lines(title, page) + _lines(subtitle, page)) if page.titled else ""
-    setattr(drawn, _SHEET, Sheet(page, heading, rows, [1] * wide + [columns] * len(between) + [1] * last, each))
+    middle_rows = [rest[k : k + columns] for k in range(0, len(rest), columns)]
+    rows = [[axis] for axis in axes[:wide]] + middle_rows + [[axis] for axis in end]
+    row_heights = [page.height * h for h in ([heights] if isinstance(heights, int | float) else heights)]
+    row_heights = (row_heights + row_heights[-1:] * len(rows))[: len(rows)]
+    heading = "\n".join(_lines(title, page) + _lines(subtitle, page)) if page.has_title else ""
+    setattr(figure, _SHEET, Sheet(page, heading, rows, [1] * wide + [columns] * len(middle_rows) + [1] * last, row_heights))
     if heading:
-        drawn.suptitle(heading, fontsize=TITLE).set_parse_math(False)  # a title may hold a dollar sign
-    return drawn, axes
+        figure.suptitle(heading, fontsize=TITLE).set_parse_math(False)  # a title may hold a dollar sign
+    return figure, axes
 
 
-def _panel(drawn: Figure) -> Axes:
-    axis: Axes = drawn.add_axes((0.1, 0.1, 0.8, 0.8), label=str(len(drawn.axes)))
+def _add_panel(figure: Figure) -> Axes:
+    axis: Axes = figure.add_axes((0.1, 0.1, 0.8, 0.8), label=str(len(figure.axes)))
     axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
     axis.set_axisbelow(True)
     axis.tick_params(labelsize=current_page().font)  # ticks are made when the figure is written
@@ -130,14 +130,14 @@ def _panel(drawn: Figure) -> Axes:
 def _lines(text: str, page: Page) -> list[str]:
     """Break a text into lines that fit on the page."""
     letters = int(page.width * 72 / (_WIDE * TITLE))
-    return wrapped(text, letters) if text else []
+    return wrap_text(text, letters) if text else []
 
 
-def state(figure: Figure, statements: Sequence[str]) -> None:
+def write_assumptions(figure: Figure, statements: Sequence[str]) -> None:
     """Write the assumptions of a result in small type below the heading, if there is one."""
     if statements and has_sheet(figure) and (sheet := sheet_of(figure)).heading:
         letters = int(sheet.page.width * 72 / (_WIDE * sheet.page.small))
-        sheet.stated = "\n".join(wrapped(f"assumed: {'; '.join(statements)}", letters))
+        sheet.assumption_note = "\n".join(wrap_text(f"assumed: {'; '.join(statements)}", letters))
 
 
 def page_of(figure: Figure) -> Page:
@@ -148,33 +148,33 @@ def page_of(figure: Figure) -> Page:
 def legend_beside(axis: Axes, handles: Iterable[Any] | None = None, title: str | None = None) -> None:
     """Add the legend of a panel beside it (above it if the page is narrow), with all labelled artists or the given ones."""
     sheet = sheet_of(figure_of(axis))
-    named = _named(axis, handles, title)
-    alone = len(named.names) == 1 and title is None and named.names[0] in axis.get_ylabel()
-    if named.names and not alone:  # a single name that the scale has already is left out
-        (sheet.beside if sheet.page.beside else sheet.above)[axis] = named
+    entries = _legend_entries(axis, handles, title)
+    alone = len(entries.names) == 1 and title is None and entries.names[0] in axis.get_ylabel()
+    if entries.names and not alone:  # a single name that the scale has already is left out
+        (sheet.beside if sheet.page.beside else sheet.above)[axis] = entries
 
 
 def legend_above(axis: Axes, handles: Iterable[Any] | None = None, title: str | None = None) -> None:
     """Add the legend of a panel above it, likewise."""
-    if (named := _named(axis, handles, title)).names:
-        sheet_of(figure_of(axis)).above[axis] = named
+    if (entries := _legend_entries(axis, handles, title)).names:
+        sheet_of(figure_of(axis)).above[axis] = entries
 
 
 def legend_below(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
     """Add one legend for all panels, below them; each name once."""
-    sheet_of(figure).below = _once(handles, title)
+    sheet_of(figure).below = _unique_entries(handles, title)
 
 
 def legend_over(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
     """Add one legend for all panels, above them, likewise."""
-    sheet_of(figure).over = _once(handles, title)
+    sheet_of(figure).over = _unique_entries(handles, title)
 
 
-def _once(handles: Iterable[Any], title: str | None) -> Named | None:
+def _unique_entries(handles: Iterable[Any], title: str | None) -> LegendEntries | None:
     once: dict[str, Any] = {}
     for handle in handles:
         once.setdefault(str(handle.get_label()), handle)
-    return Named(list(once.values()), list(once), title) if once else None
+    return LegendEntries(list(once.values()), list(once), title) if once else None
 
 
 def draw_panels(
@@ -190,12 +190,12 @@ def draw_panels(
     layout: as for ``new_grid``.
     """
     below = result.attrs["sentence"] if subtitle is None else subtitle
-    drawn, axes = new_grid(len(panels), result.attrs["title"], below, **layout)
+    figure, axes = new_grid(len(panels), result.attrs["title"], below, **layout)
     for draw, axis in zip(panels, axes, strict=True):
         draw(axis, result)
         if legend is not None:
             legend(axis)
-    return drawn, axes
+    return figure, axes
 
 
 def name_at_ends(axis: Axes) -> None:
@@ -203,14 +203,14 @@ def name_at_ends(axis: Axes) -> None:
     sheet_of(figure_of(axis)).ends[axis] = list(axis.get_lines())
 
 
-def named_in(axes: Iterable[Axes]) -> list[Any]:
+def labelled_handles(axes: Iterable[Axes]) -> list[Any]:
     """The labelled artists of several panels."""
     return [handle for axis in axes for handle in axis.get_legend_handles_labels()[0]]
 
 
-def _named(axis: Axes, handles: Iterable[Any] | None, title: str | None) -> Named:
+def _legend_entries(axis: Axes, handles: Iterable[Any] | None, title: str | None) -> LegendEntries:
     chosen = axis.get_legend_handles_labels()[0] if handles is None else list(handles)
-    return Named(chosen, [str(h.get_label()) for h in chosen], title)
+    return LegendEntries(chosen, [str(h.get_label()) for h in chosen], title)
 
 
 def figure_of(axis: Axes) -> Figure:
@@ -254,6 +254,6 @@ def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure in the format of the path's ending."""
     # Compressed a third faster than by default, and a tenth larger.
     packing: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if path.suffix == ".png" else {}
-    with warnings.catch_warnings(), made_for(page_of(figure)):
+    with warnings.catch_warnings(), page_context(page_of(figure)):
         warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a title in a script that the font lacks
-        return replacing(path, lambda beside: figure.savefig(beside, format=path.suffix[1:], **packing))
+        return replace_file(path, lambda beside: figure.savefig(beside, format=path.suffix[1:], **packing))

@@ -55,11 +55,11 @@ def draw_kinds(axis: Axes, x: np.ndarray, y: np.ndarray, kinds: np.ndarray, symb
         axis.plot(x[at], y[at], marker, color="black", markerfacecolor=face, markersize=_SIZE, markeredgewidth=1.0, zorder=5)
 
 
-def entries_of_kinds(kinds: np.ndarray, symbols: Mapping[str, Symbol]) -> list[Any]:
+def kind_entries(kinds: np.ndarray, symbols: Mapping[str, Symbol]) -> list[Any]:
     """Legend entries of special points."""
-    known = [_symbol(kind, symbols) for kind in _present(kinds)]
+    kind_symbols = [_symbol(kind, symbols) for kind in _present(kinds)]
     look: dict[str, Any] = {"color": "black", "linestyle": "", "markersize": _SIZE}
-    return [entry(name, marker=marker, markerfacecolor=face, **look) for marker, face, name in known]
+    return [entry(name, marker=marker, markerfacecolor=face, **look) for marker, face, name in kind_symbols]
 
 
 def _present(kinds: np.ndarray) -> list[str]:
@@ -74,8 +74,8 @@ def _symbol(kind: str, symbols: Mapping[str, Symbol]) -> Symbol:
 
 def draw_region(axis: Axes, x: np.ndarray, y: np.ndarray, inside: np.ndarray, hatch: str, edge: str, **look: Any) -> None:
     """Draw a hatched region of the plane: x (M,), y (N,), mask (N, M). look: with ``colors``, if it is coloured too."""
-    drawn = axis.contourf(x, y, inside.astype(float), levels=[0.5, 1.5], hatches=[hatch], **{"colors": ["none"]} | look)
-    drawn.set(edgecolor=edge, linewidth=0.0)
+    contours = axis.contourf(x, y, inside.astype(float), levels=[0.5, 1.5], hatches=[hatch], **{"colors": ["none"]} | look)
+    contours.set(edgecolor=edge, linewidth=0.0)
 
 
 def equal_stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
@@ -84,9 +84,9 @@ def equal_stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairwise(edges.tolist()) if b > a]
 
 
-def meeting(dashed: np.ndarray) -> np.ndarray:
+def extend_backwards(mask: np.ndarray) -> np.ndarray:
     """Extend the stretches of a mask (N,) by one point backwards, so that their line meets the preceding one."""
-    return np.asarray(dashed | np.concatenate([[False], dashed[:-1]]))
+    return np.asarray(mask | np.concatenate([[False], mask[:-1]]))
 
 
 def smooth_curve(points: np.ndarray, panel: tuple[float, float], begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
@@ -102,15 +102,15 @@ def smooth_curve(points: np.ndarray, panel: tuple[float, float], begin: int, end
         return x[begin : end + 1], y[begin : end + 1]
     knots, share = at[begin : end + 1], np.arange(_BETWEEN) / _BETWEEN
     fine = np.append((knots[:-1, None] + share * np.diff(knots)[:, None]).ravel(), knots[-1])
-    both = Akima1DInterpolator(at[apart], points[:, apart], axis=1)(fine)
-    return both[0], np.maximum(both[1], y[begin : end + 1].min())
+    curve = Akima1DInterpolator(at[apart], points[:, apart], axis=1)(fine)
+    return curve[0], np.maximum(curve[1], y[begin : end + 1].min())
 
 
 def draw_by_stability(axis: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, name: str, **look: Any) -> None:
     """Draw a curve (N,), dashed where it is not stable (N,); both kinds of line have a name."""
     axis.plot(x, np.where(stable, y, np.nan), label=name, **look)
     if not stable.all():
-        axis.plot(x, np.where(meeting(~stable), y, np.nan), label=f"{name}, unstable", **look | {"linestyle": "--"})
+        axis.plot(x, np.where(extend_backwards(~stable), y, np.nan), label=f"{name}, unstable", **look | {"linestyle": "--"})
 
 
 def draw_configurations(axis: Axes, result: Any, values: np.ndarray, width: float = 1.2) -> None:
@@ -120,20 +120,22 @@ def draw_configurations(axis: Axes, result: Any, values: np.ndarray, width: floa
     """
     names, over = list(map(str, result.configuration_name.values)), result.overlapping.values.astype(bool)
     stable = result.stable.values.astype(bool) & ~over[:, None]
-    shown = [n for k, n in enumerate(names) if not over[k]]
-    ranked = sorted(dict.fromkeys(shown), key=lambda n: not any(stable[k].any() for k in range(len(names)) if names[k] == n))
-    colours, entered, dashed = dict(zip(ranked, _COLOURS, strict=False)), set[str](), False
-    for k in np.argsort([ranked.index(n) if n in ranked else len(ranked) for n in names], kind="stable"):
+    visible_names = [n for k, n in enumerate(names) if not over[k]]
+    ordered_names = sorted(
+        dict.fromkeys(visible_names), key=lambda n: not any(stable[k].any() for k in range(len(names)) if names[k] == n)
+    )
+    colours, legend_texts, has_dashes = dict(zip(ordered_names, _COLOURS, strict=False)), set[str](), False
+    for k in np.argsort([ordered_names.index(n) if n in ordered_names else len(ordered_names) for n in names], kind="stable"):
         line: dict[str, Any] = {"linewidth": width, "color": colours.get(names[k], GREY)}
         name, thin = names[k] if names[k] in colours else "others", {"linestyle": "--", "linewidth": _THINNER * width}
-        parts = [(stable[k], name, line), (meeting(~stable[k]), name, line | thin)]
+        parts = [(stable[k], name, line), (extend_backwards(~stable[k]), name, line | thin)]
         if over[k]:
             parts = [(~stable[k], OVERLAPPING, {"linestyle": ":", "linewidth": _THINNER, "color": GREY})]
-        for where, text, style in parts:
-            drawn = np.where(where, values[k], np.nan)
-            if np.isfinite(drawn).any():
-                axis.plot(result.speed.values, drawn, label=None if text in entered else text, **style)
-                entered.add(text)
-                dashed |= style.get("linestyle") == "--"
-    if dashed:
+        for mask, text, style in parts:
+            segment = np.where(mask, values[k], np.nan)
+            if np.isfinite(segment).any():
+                axis.plot(result.speed.values, segment, label=None if text in legend_texts else text, **style)
+                legend_texts.add(text)
+                has_dashes |= style.get("linestyle") == "--"
+    if has_dashes:
         axis.plot([], [], label="not stable", **_UNSTABLE)

@@ -23,7 +23,7 @@ GUIDE: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 0.9}  # l
 FREE: dict[str, Any] = {"color": GREY, "linestyle": (0, (10, 3)), "linewidth": 0.9}
 SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (3, 4)), "linewidth": 1.0, "zorder": 4}  # averaged equations
 # Bars beside each other, the second kind with a hatch: in grey, too, they are two kinds.
-HATCHED: tuple[dict[str, Any], ...] = (
+BAR_STYLES: tuple[dict[str, Any], ...] = (
     {"edgecolor": GREY, "linewidth": 0.3},
     {"edgecolor": "white", "linewidth": 0.0, "hatch": "////"},
 )
@@ -56,7 +56,9 @@ def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:
         axis.axhline(value, **GUIDE, label=None if k else name)
 
 
-def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], free: tuple[float, str], named: int) -> None:
+def mark_speeds(
+    axes: Sequence[Axes], result: Any, natural: tuple[str, str], free: tuple[float, str], legend_panel: int
+) -> None:
     """Finish panels over the speed: mark speeds that lie in the range, set the range, write legends and the abscissa's name.
 
     natural: name of a natural frequency, singular and plural; they are marked for both senses of rotation. free: the speed that
@@ -64,14 +66,14 @@ def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], fre
     """
     low, high = float(result.speed[0]), float(result.speed[-1])
     frequencies = np.round(result.natural_frequency.values, 9)
-    shown = sorted(f for f in {*frequencies, *-frequencies} if low <= f <= high)
+    visible_frequencies = sorted(f for f in {*frequencies, *-frequencies} if low <= f <= high)
     marks: list[tuple[float, Any, str | None]] = [
-        (f, ":", natural[len(shown) > 1] if k == 0 else None) for k, f in enumerate(shown)
+        (f, ":", natural[len(visible_frequencies) > 1] if k == 0 else None) for k, f in enumerate(visible_frequencies)
     ]
     marks += [(free[0], FREE["linestyle"], free[1])] if low <= free[0] <= high else []
     for axis in axes:
         for speed, dashes, name in marks:
-            shown_name = name if axis is axes[named] else None
+            shown_name = name if axis is axes[legend_panel] else None
             axis.axvline(speed, color=GREY, linestyle=dashes, linewidth=0.9, label=shown_name, zorder=1)
         axis.set_xlim(low, high)
         legend_beside(axis)

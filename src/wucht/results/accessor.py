@@ -83,10 +83,10 @@ class ResultAccessor:
         The unit of the last step of the path that is a key or one of its parts; empty for numbers without a unit.
         """
         first, _, rest = re.sub(r"\[\d+\]", "", path).partition(".")
-        stated = self.quantities.get(first, {})
+        quantity = self.quantities.get(first, {})
         # Names of parts may have dots, as paths of parameters have.
-        parts = [(f".{rest}.".rfind(f".{name}."), facts) for name, facts in stated.get("parts", {}).items()]
-        _, last = max([(-1, stated), *((at, facts) for at, facts in parts if at >= 0)], key=lambda one: one[0])
+        parts = [(f".{rest}.".rfind(f".{name}."), facts) for name, facts in quantity.get("parts", {}).items()]
+        _, last = max([(-1, quantity), *((at, facts) for at, facts in parts if at >= 0)], key=lambda one: one[0])
         return str(last.get("unit", ""))
 
     @property
@@ -104,8 +104,10 @@ class ResultAccessor:
         return "\n".join([*lines, *(f"note: {n}" for n in self.notes), *(f"warning: {w}" for w in self.warnings)])
 
     def _repr_html_(self) -> str:
-        shown = [(k, v if isinstance(v, str) else f"{v:.6g}") for k, v in self.summary.items() if type(v) in (int, float, str)]
-        rows = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in shown[:_FEW])
+        entries = [
+            (k, v if isinstance(v, str) else f"{v:.6g}") for k, v in self.summary.items() if type(v) in (int, float, str)
+        ]
+        rows = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in entries[:_FEW])
         notes = "".join(f"<li>{escape(w)}</li>" for w in (*self.notes, *self.warnings))
         heading = f"{escape(self.study)} of {escape(str(self.title))}"
         return f"<b>{heading}</b><p>{escape(self.sentence)}</p><table>{rows}</table><ul>{notes}</ul>"

@@ -25,15 +25,17 @@ _AT_ONCE = 2**20  # numbers per chunk
 Arrays = dict[str, list[np.ndarray]]  # by type, in order
 
 
-def write(path: Path, values: Mapping[str, Any]) -> None:
+def write_values(path: Path, values: Mapping[str, Any]) -> None:
     """Write named values as a new group. Raises ``WuchtError`` for anything but frozen data, and ``OSError``."""
     import zarr
 
     arrays: Arrays = {}
-    tree = json.dumps({name: _packed(value, arrays) for name, value in values.items()})
-    kept = {kind: parts for kind, parts in arrays.items() if sum(part.size for part in parts)}
-    group = zarr.create_group(path, attributes={"tree": tree, "types": list(kept), "digest": _digest(tree, kept)})
-    for kind, parts in kept.items():
+    tree = json.dumps({name: _pack(value, arrays) for name, value in values.items()})
+    filled_arrays = {kind: parts for kind, parts in arrays.items() if sum(part.size for part in parts)}
+    group = zarr.create_group(
+        path, attributes={"tree": tree, "types": list(filled_arrays), "digest": _digest(tree, filled_arrays)}
+    )
+    for kind, parts in filled_arrays.items():
         count = sum(part.size for part in parts)
         array = group.create_array(kind, shape=(count,), dtype=kind, chunks=(min(count, _AT_ONCE),))
         for k, block in enumerate(_blocks(parts)):
@@ -46,9 +48,9 @@ def _blocks(parts: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
     for part in parts:
         rest = part.ravel()
         while len(rest):
-            taken = rest[: _AT_ONCE - count]
-            waiting.append(taken)
-            rest, count = rest[len(taken) :], count + len(taken)
+            piece = rest[: _AT_ONCE - count]
+            waiting.append(piece)
+            rest, count = rest[len(piece) :], count + len(piece)
             if count == _AT_ONCE:
                 yield np.concatenate(waiting)
                 waiting, count = [], 0
@@ -56,17 +58,17 @@ def _blocks(parts: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
         yield np.concatenate(waiting)
 
 
-def read(path: Path) -> dict[str, Any]:
+def read_values(path: Path) -> dict[str, Any]:
     """Read the values of a group. Classes must be loaded already. Raises ``WuchtError`` for anything else."""
     import zarr
 
     try:
         group = zarr.open_group(path, mode="r")
         tree = str(group.attrs["tree"])
-        joined = {kind: np.asarray(group[kind][:]) for kind in group.attrs["types"]}
-        if _digest(tree, {kind: [whole] for kind, whole in joined.items()}) != group.attrs["digest"]:
+        arrays = {kind: np.asarray(group[kind][:]) for kind in group.attrs["types"]}
+        if _digest(tree, {kind: [whole] for kind, whole in arrays.items()}) != group.attrs["digest"]:
             raise ValueError("numbers are missing")
-        return {name: _unpacked(value, joined) for name, value in json.loads(tree).items()}
+        return {name: _unpack(value, arrays) for name, value in json.loads(tree).items()}
     except Exception as error:
         # A damaged group can cause any error in the libraries beneath: to the user they mean the same.
         raise WuchtError(f"{path} cannot be read: {error}", code="incomplete") from None
@@ -94,27 +96,27 @@ def _digest(tree: str, arrays: Mapping[str, Sequence[np.ndarray]]) -> str:
     return digest.hexdigest()
 
 
-def _packed(value: Any, arrays: Arrays) -> Any:  # noqa: PLR0911
+def _pack(value: Any, arrays: Arrays) -> Any:  # noqa: PLR0911
     if value is None or (isinstance(value, bool | int | float | str) and not isinstance(value, Enum)):
         return value
     if isinstance(value, np.generic):
-        return _packed(value.item(), arrays)
+        return _pack(value.item(), arrays)
     if isinstance(value, np.ndarray | complex):
-        return _packed_array(np.asarray(value), arrays)
+        return _pack_array(np.asarray(value), arrays)
     if isinstance(value, Enum):
         return {"enum": _name(type(value)), "value": value.value}
     if isinstance(value, Mapping):
-        return {"map": [[_packed(k, arrays), _packed(v, arrays)] for k, v in value.items()]}
+        return {"map": [[_pack(k, arrays), _pack(v, arrays)] for k, v in value.items()]}
     if isinstance(value, tuple | list):
-        return {"list": [_packed(v, arrays) for v in value], "tuple": isinstance(value, tuple)}
+        return {"list": [_pack(v, arrays) for v in value], "tuple": isinstance(value, tuple)}
     if is_dataclass(value) and not isinstance(value, type):
-        return {"class": _name(type(value)), "fields": {f.name: _packed(getattr(value, f.name), arrays) for f in fields(value)}}
+        return {"class": _name(type(value)), "fields": {f.name: _pack(getattr(value, f.name), arrays) for f in fields(value)}}
     raise WuchtError(
         f"a {type(value).__name__} cannot be stored: units of work return frozen dataclasses, arrays and numbers", code="unit"
     )
 
 
-def _packed_array(array: np.ndarray, arrays: Arrays) -> Any:
+def _pack_array(array: np.ndarray, arrays: Arrays) -> Any:
     if array.dtype.kind == "U":
         return {"text": array.ravel().tolist(), "type": array.dtype.str, "shape": array.shape}
     if array.dtype.kind not in _KINDS or not array.dtype.isnative:
@@ -125,7 +127,7 @@ def _packed_array(array: np.ndarray, arrays: Arrays) -> Any:
     return {"array": array.dtype.name, "begin": begin, "shape": array.shape}
 
 
-def _unpacked(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:  # noqa: PLR0911
+def _unpack(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:  # noqa: PLR0911
     if not isinstance(value, dict):
         return value
     if "text" in value:
@@ -136,12 +138,12 @@ def _unpacked(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:  # noqa: PLR
         array = numbers.reshape(shape).copy()  # a copy, so that one value does not keep all others in memory
         return array if array.ndim else array.item()
     if "map" in value:
-        return {_unpacked(k, arrays): _unpacked(v, arrays) for k, v in value["map"]}
+        return {_unpack(k, arrays): _unpack(v, arrays) for k, v in value["map"]}
     if "list" in value:
-        return (tuple if value["tuple"] else list)(_unpacked(v, arrays) for v in value["list"])
+        return (tuple if value["tuple"] else list)(_unpack(v, arrays) for v in value["list"])
     if "enum" in value:
         return _class(value["enum"])(value["value"])
-    return _class(value["class"])(**{k: _unpacked(v, arrays) for k, v in value["fields"].items()})
+    return _class(value["class"])(**{k: _unpack(v, arrays) for k, v in value["fields"].items()})
 
 
 def _name(cls: type) -> str:

@@ -20,13 +20,13 @@ Format = Callable[[float | None], str]
 def formats(result: xr.Dataset, amplitude_unit: str = "m") -> tuple[Format, Format]:
     """Formats of the speeds and amplitudes of a result: with units, or as plain numbers for a dimensionless machine."""
     if result.attrs["dimensionless"]:
-        return (_or_none("{:.5g}".format),) * 2
-    return _or_none(_speed), _or_none(_angle if amplitude_unit == "rad" else _length)
+        return (_optional_format("{:.5g}".format),) * 2
+    return _optional_format(_speed), _optional_format(_angle if amplitude_unit == "rad" else _length)
 
 
-def in_lines(result: xr.Dataset, verdict: str, named: Iterable[tuple[str, str]]) -> list[str]:
+def report_lines(result: xr.Dataset, verdict: str, entries: Iterable[tuple[str, str]]) -> list[str]:
     """The lines of a report: the title, the verdict, and the entries with their names in a column."""
-    return [result.attrs["title"], f"verdict: {verdict}", *(f"  {name:13}{line}" for name, line in named)]
+    return [result.attrs["title"], f"verdict: {verdict}", *(f"  {name:13}{line}" for name, line in entries)]
 
 
 class ReportLines:
@@ -56,33 +56,33 @@ class ReportLines:
         before = f"{key}." if key else ""
         values: list[str | None] = []
 
-        def written(field: re.Match[str]) -> str:
+        def fill_field(field: re.Match[str]) -> str:
             path, form = field[1], field[2] or ""
             if path in texts:
                 return texts[path]
             value: Any = self._result.summary if table is None else table
             for step in path.split("."):
                 value = value[step] if value is not None else None
-            values.append(self.written(value, self._result.unit_at(before + path), form))
+            values.append(self.format_value(value, self._result.unit_at(before + path), form))
             return values[-1] or ""
 
-        text = self._FIELD.sub(written, line)
+        text = self._FIELD.sub(fill_field, line)
         if None not in values:
             self._lines.append((heading, text))
 
-    def written(self, value: Any, unit: str, form: str = "") -> str | None:
+    def format_value(self, value: Any, unit: str, form: str = "") -> str | None:
         """Format a number with its unit, several with their names; None for None."""
         if value is None or isinstance(value, str):
             return value
         if isinstance(value, Mapping):
-            return ", ".join(f"{name}: {self.written(v, unit, form)}" for name, v in value.items()) or "none"
+            return ", ".join(f"{name}: {self.format_value(v, unit, form)}" for name, v in value.items()) or "none"
         if form.endswith("%"):
             return f"{100 * value:{form[:-1] or '.3g'}} %"
         unit = "" if self._result.dimensionless and unit != "rad" else unit
-        base, per, order = unit.partition("/rad") if unit not in _WRITTEN else (unit, "", "")
-        if form or base not in _WRITTEN:
+        base, per, order = unit.partition("/rad") if unit not in _FORMATTERS else (unit, "", "")
+        if form or base not in _FORMATTERS:
             return f"{value:{form or ('.5g' if self._result.dimensionless else '.4g')}} {unit}".rstrip()
-        return f"{_WRITTEN[base](value)}{per}{_POWERS.get(order, order)}"
+        return f"{_FORMATTERS[base](value)}{per}{_POWERS.get(order, order)}"
 
     def report(self, verdict: str) -> list[str]:
         """All lines, beginning with the title and the verdict."""
@@ -102,8 +102,8 @@ def bodies_in_words(count: int) -> str:
     return "1 body" if count == 1 else f"{count} bodies"
 
 
-def _or_none(written: Callable[[float], str]) -> Format:
-    return lambda value: "none" if value is None else written(value)
+def _optional_format(format_number: Callable[[float], str]) -> Format:
+    return lambda value: "none" if value is None else format_number(value)
 
 
 def _angle(value: float) -> str:
@@ -158,14 +158,14 @@ def abscissa_label(result: Any, name: str, of: str = "") -> str:
     return label(result, name) if result[name].attrs["units"] else f"{word} {_SYMBOLS[word]}"
 
 
-def named(path: str, what: str) -> str:
+def parameter_in_words(path: str, long_name: str) -> str:
     """A parameter in words, or its path if there are none. Symbols of dimensionless machines precede the words."""
-    if what in (path, f"parameter {path}"):
+    if long_name in (path, f"parameter {path}"):
         return path
-    return what if "." in path else f"{path}: {what}"
+    return long_name if "." in path else f"{path}: {long_name}"
 
 
-def wrapped(text: str, letters: int) -> list[str]:
+def wrap_text(text: str, letters: int) -> list[str]:
     """Break a text into lines of this many letters, if possible; a unit in brackets is not broken."""
     whole = re.sub(r"\([^()]{1,12}\)$", lambda unit: unit[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
     return [
@@ -176,4 +176,4 @@ def wrapped(text: str, letters: int) -> list[str]:
 
 
 _POWERS = {"^2": "²", "^3": "³"}
-_WRITTEN: Mapping[str, Callable[[float], str]] = {"rad/s": _speed, "m": _length, "rad": _angle}
+_FORMATTERS: Mapping[str, Callable[[float], str]] = {"rad/s": _speed, "m": _length, "rad": _angle}

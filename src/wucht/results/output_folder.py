@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError, RunError, WuchtError
 from wucht.results.accessor import register
-from wucht.results.provenance import unsealed
+from wucht.results.provenance import verify_checksums
 from wucht.results.store import RESULT, prepare_folder, save_summary
 
 if TYPE_CHECKING:
@@ -37,11 +37,11 @@ NEW, COMMIT = ".wucht-new", ".wucht-commit"
 _TRIES = 10
 _PATIENCE_S, _PAUSE_S = 5.0, 0.1
 _LOCK = ".wucht.lock"
-_ours: ContextVar[frozenset[Path]] = ContextVar("folders that this run has claimed", default=frozenset())
+_claimed_folders: ContextVar[frozenset[Path]] = ContextVar("folders that this run has claimed", default=frozenset())
 
 
 @contextmanager
-def claimed(folder: Path) -> Iterator[Path]:
+def claim_folder(folder: Path) -> Iterator[Path]:
     """Claim a folder while the block lasts; it is made if missing, and removed again if it remains empty.
 
     A commit that was cut off is finished first, and unfinished files of a killed run are removed. Nested claims of the same
@@ -49,47 +49,47 @@ def claimed(folder: Path) -> Iterator[Path]:
     the file system nothing is claimed. Raises ``InputError`` if another run writes there, or no file can be written.
     """
     place = folder.absolute()
-    if place in _ours.get():
+    if place in _claimed_folders.get():
         yield folder
         return
-    made = [p for p in (place, *place.parents) if not os.path.exists(p)]  # noqa: PTH110 - Path raises for a name too long
+    new_folders = [p for p in (place, *place.parents) if not os.path.exists(p)]  # noqa: PTH110 - Path raises for a name too long
     prepare_folder(folder)
-    lock = _locked(folder / _LOCK)
-    before = _ours.set(_ours.get() | {place})
+    lock = _lock_file(folder / _LOCK)
+    before = _claimed_folders.set(_claimed_folders.get() | {place})
     try:
-        _finish(folder)
+        _finish_commit(folder)
         shutil.rmtree(folder / NEW, ignore_errors=True)
         yield folder
     finally:
-        _ours.reset(before)
+        _claimed_folders.reset(before)
         shutil.rmtree(folder / NEW, ignore_errors=True)
         with suppress(OSError):  # Windows does not remove an open file
             (folder / _LOCK).unlink(missing_ok=True)
         lock.close()
         with suppress(OSError):  # it is not empty
-            for empty in made:
+            for empty in new_folders:
                 empty.rmdir()
 
 
-def _locked(path: Path) -> FileIO:
+def _lock_file(path: Path) -> FileIO:
     """Open and lock the file at this path. Raises ``InputError`` if another run holds it."""
-    allowed = "another run is writing a result there: wait until it has ended, or give another folder with -o"
+    requirement = "another run is writing a result there: wait until it has ended, or give another folder with -o"
     for _ in range(_TRIES):
         try:
             file = FileIO(path, "a+")
         except OSError as error:
             raise InputError("-o", str(path.parent), f"nothing can be written there: {error.strerror}") from None
-        if _taken(file):
+        if _is_lock_held(file):
             file.close()
             break
         with suppress(OSError):
             if os.path.samestat(path.stat(), os.fstat(file.fileno())):
                 return file
         file.close()  # it was removed by a run that has ended meanwhile
-    raise InputError("-o", str(path.parent), allowed)
+    raise InputError("-o", str(path.parent), requirement)
 
 
-def _taken(file: FileIO) -> bool:
+def _is_lock_held(file: FileIO) -> bool:
     """True if another process holds the lock; otherwise lock the file now."""
     try:
         if sys.platform == "win32":
@@ -126,55 +126,56 @@ def commit(folder: Path) -> None:
     try:
         for path in (*new.iterdir(), new):
             _flush(path)
-        _trying(lambda: new.replace(folder / COMMIT))
+        _retry_move(lambda: new.replace(folder / COMMIT))
         _flush(folder)
     except OSError as error:
         raise RunError(f"{new} cannot be put in its place: {error.strerror or error}") from None
-    _finish(folder)
+    _finish_commit(folder)
 
 
-def latest(file: Path) -> Path:
+def latest_file(file: Path) -> Path:
     """Path of this file of the last complete result: in its place, if a commit that was cut off can be finished now."""
-    left = file.parent / COMMIT
-    if left.is_dir():
-        with suppress(WuchtError), claimed(file.parent):
+    commit_folder = file.parent / COMMIT
+    if commit_folder.is_dir():
+        with suppress(WuchtError), claim_folder(file.parent):
             pass
-    return left / file.name if (left / file.name).is_file() else file
+    return commit_folder / file.name if (commit_folder / file.name).is_file() else file
 
 
-def _finish(folder: Path) -> None:
+def _finish_commit(folder: Path) -> None:
     """Move the files of a commit to their places, wherever it was cut off before. Without a commit do nothing.
 
     The summary is moved last: until then it tells which figures belong to the earlier result.
     """
-    left = folder / COMMIT
-    if not left.is_dir():
+    commit_folder = folder / COMMIT
+    if not commit_folder.is_dir():
         return
-    files = sorted(left.iterdir(), key=lambda f: f.name == SUMMARY)
+    files = sorted(commit_folder.iterdir(), key=lambda f: f.name == SUMMARY)
     earlier = _summary_in(folder) if files else {}  # otherwise the summary in the folder is the new one
-    new = _summary_in(left).get(CHECKSUMS, {})
-    for name, noted in earlier.get(CHECKSUMS, {}).items():
+    new = _summary_in(commit_folder).get(CHECKSUMS, {})
+    for name, recorded_sum in earlier.get(CHECKSUMS, {}).items():
         file = folder / Path(name).name
         with suppress(OSError, ValueError):
-            if file.name not in new and checksum(file) == noted:
+            if file.name not in new and checksum(file) == recorded_sum:
                 file.unlink()
-    if earlier and not (left / SUMMARY).is_file():
+    if earlier and not (commit_folder / SUMMARY).is_file():
         with suppress(OSError):
             (folder / SUMMARY).unlink()
     for file in files:
         try:
-            _trying(lambda file=file: file.replace(folder / file.name))  # type: ignore[misc]
+            _retry_move(lambda file=file: file.replace(folder / file.name))  # type: ignore[misc]
         except OSError as error:
-            why = f"{folder / file.name} cannot be replaced: {error.strerror or error}"
+            reason = f"{folder / file.name} cannot be replaced: {error.strerror or error}"
             raise RunError(
-                f"{why}. Close the program that has it open; the new result is in {left} until the folder is used again",
+                f"{reason}. Close the program that has it open; the new result is in {commit_folder} until "
+                "the folder is used again",
                 code="not-replaced",
             ) from None
     with suppress(OSError):
-        left.rmdir()
+        commit_folder.rmdir()
 
 
-def _trying(move: Callable[[], object]) -> None:
+def _retry_move(move: Callable[[], object]) -> None:
     """Move a file, with retries for some seconds if a program has it open, as on Windows and network drives."""
     end = time.monotonic() + _PATIENCE_S
     while True:
@@ -192,14 +193,14 @@ def _flush(path: Path) -> None:
     """Flush a file or folder to the disk."""
     if path.is_dir() and os.name == "nt":  # a folder cannot be opened on Windows
         return
-    opened = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
-        os.fsync(opened)
+        os.fsync(descriptor)
     except OSError as error:
         if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # file systems without flushing
             raise
     finally:
-        os.close(opened)
+        os.close(descriptor)
 
 
 def _summary_in(folder: Path) -> dict[str, Any]:
@@ -208,8 +209,8 @@ def _summary_in(folder: Path) -> dict[str, Any]:
         document = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    ours = isinstance(document, dict) and isinstance(document.get(CHECKSUMS), dict)
-    return document if ours else {}
+    is_summary = isinstance(document, dict) and isinstance(document.get(CHECKSUMS), dict)
+    return document if is_summary else {}
 
 
 def result_file(path: Path) -> Path:
@@ -217,7 +218,7 @@ def result_file(path: Path) -> Path:
     return path / RESULT if path.is_dir() else path
 
 
-def load(path: Path) -> xr.Dataset:
+def load_result(path: Path) -> xr.Dataset:
     """Read a result. A commit of a killed run is finished first.
 
     Raises ``InputError`` if there is no such file, it was not written by wucht, or it was changed since.
@@ -227,20 +228,20 @@ def load(path: Path) -> xr.Dataset:
 
     register()
     path = result_file(path)
-    file = latest(path)
+    file = latest_file(path)
     if not file.is_file():
-        raise InputError.of_file(path, "this is no file" if path.exists() else "there is no such file")
+        raise InputError.file_error(path, "this is no file" if path.exists() else "there is no such file")
     try:
-        with h5py.File(file) as opened:  # where this fails, h5netcdf would leave a file half open and print to stderr
-            opened.attrs.get("_nc3_strict")
+        with h5py.File(file) as h5_file:  # where this fails, h5netcdf would leave a file half open and print to stderr
+            h5_file.attrs.get("_nc3_strict")
         result = xr_.load_dataset(file, engine="h5netcdf")
     except Exception as error:
         # A damaged file can cause any error in the libraries beneath: to the user they mean the same.
         lines = str(error).splitlines() or [type(error).__name__]
-        raise InputError.of_file(path, f"this is no NetCDF file that can be read: {lines[0]}") from None
+        raise InputError.file_error(path, f"this is no NetCDF file that can be read: {lines[0]}") from None
     if "study" not in result.attrs:
-        raise InputError.of_file(path, "this file was not written by wucht: it names no study")
+        raise InputError.file_error(path, "this file was not written by wucht: it names no study")
     try:
-        return unsealed(result)
+        return verify_checksums(result)
     except InputError as error:
-        raise error.in_file(path) from None
+        raise error.with_file(path) from None

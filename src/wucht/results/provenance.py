@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 CHECKSUMS = "checksums"  # attribute of a result.nc
 _ATTRIBUTES = "its attributes"  # no variable can have this name: it has a blank
-_UNSEALED = "unsealed"  # in the encoding of a Dataset: its file had no checksums
-_CHANGED = "changed or damaged since it was written"
+_UNVERIFIED = "unsealed"  # in the encoding of a Dataset: its file had no checksums
+_CHANGE_MESSAGE = "changed or damaged since it was written"
 _PACKAGES = ("wucht", "numpy", "scipy", "sympy", "heyoka", "xarray")
 
 
-def sealed(result: xr.Dataset) -> xr.Dataset:
+def with_checksums(result: xr.Dataset) -> xr.Dataset:
     """Add checksums of the variables and attributes to a result, as it is written to a file."""
     bare = _without_checksums(result)
     return bare.assign_attrs({CHECKSUMS: json.dumps(_checksums(bare))})
 
 
-def unsealed(result: xr.Dataset) -> xr.Dataset:
+def verify_checksums(result: xr.Dataset) -> xr.Dataset:
     """Check the checksums of a result that was read from a file, and remove them, so that a changed result can be saved.
 
     Raises ``InputError`` with the name of the variable whose values, units or dimensions differ from the written ones, or of
@@ -40,47 +40,47 @@ def unsealed(result: xr.Dataset) -> xr.Dataset:
     """
     bare = _without_checksums(result)
     if CHECKSUMS in result.attrs:
-        noted = _parsed(result.attrs, CHECKSUMS, dict)
+        recorded_sums = _parsed_attribute(result.attrs, CHECKSUMS, dict)
         checksums = _checksums(bare)
-        for name in (*checksums, *noted):
-            if checksums.get(name) != noted.get(name):
-                raise InputError(name, None, _CHANGED)
+        for name in (*checksums, *recorded_sums):
+            if checksums.get(name) != recorded_sums.get(name):
+                raise InputError(name, None, _CHANGE_MESSAGE)
     check_attributes(bare.attrs)
-    bare.encoding[_UNSEALED] = CHECKSUMS not in result.attrs
+    bare.encoding[_UNVERIFIED] = CHECKSUMS not in result.attrs
     return bare
 
 
 @contextmanager
-def refusing_edited(result: xr.Dataset) -> Iterator[None]:
+def refuse_edited_values(result: xr.Dataset) -> Iterator[None]:
     """Turn errors about inconsistent values into ``InputError`` while the block lasts, if the result was read from a file
     without checksums: it may have been edited. In a file as wucht wrote it, they are errors of wucht."""
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
-        if not result.encoding.get(_UNSEALED):
+        if not result.encoding.get(_UNVERIFIED):
             raise
-        what = f"its values do not fit together ({type(error).__name__}: {str(error).partition(chr(10))[0]})"
-        raise InputError(result.attrs["study"], None, f"this is no complete result of this study: {what}") from error
+        problem = f"its values do not fit together ({type(error).__name__}: {str(error).partition(chr(10))[0]})"
+        raise InputError(result.attrs["study"], None, f"this is no complete result of this study: {problem}") from error
 
 
 def check_attributes(attributes: Mapping[str, Any]) -> None:
     """Raise ``InputError`` where an attribute that every result has is missing or cannot be read."""
     for name in ("study", "title", "sentence", "failure"):
-        _typed(attributes, name, str)
+        _typed_attribute(attributes, name, str)
     for name in ("finished", "dimensionless"):
-        _typed(attributes, name, (int, float, np.number))
-    _parsed(attributes, "summary", dict)
-    question = _parsed(attributes, "input", dict)
+        _typed_attribute(attributes, name, (int, float, np.number))
+    _parsed_attribute(attributes, "summary", dict)
+    question = _parsed_attribute(attributes, "input", dict)
     if not all(isinstance(question.get(part), dict) for part in ("study", "machine")):
         raise InputError("input", None, "must contain the question and the machine")
     for name in ("warnings", "notes", "assumed", "contents"):
         if name == "warnings" or name in attributes:  # results of earlier versions lack the others
-            lines = _parsed(attributes, name, list)
+            lines = _parsed_attribute(attributes, name, list)
             if not all(isinstance(line, str) for line in lines):
                 raise InputError(name, lines, "must be a list of texts")
 
 
-def _typed(attributes: Mapping[str, Any], name: str, types: type | tuple[type, ...]) -> Any:
+def _typed_attribute(attributes: Mapping[str, Any], name: str, types: type | tuple[type, ...]) -> Any:
     if name not in attributes:
         raise InputError(name, None, "this attribute of the result is missing")
     if not isinstance(attributes[name], types):
@@ -90,8 +90,8 @@ def _typed(attributes: Mapping[str, Any], name: str, types: type | tuple[type, .
     return attributes[name]
 
 
-def _parsed(attributes: Mapping[str, Any], name: str, kind: Callable[..., Any]) -> Any:
-    text = _typed(attributes, name, str)
+def _parsed_attribute(attributes: Mapping[str, Any], name: str, kind: Callable[..., Any]) -> Any:
+    text = _typed_attribute(attributes, name, str)
     try:
         value = json.loads(text)
     except (ValueError, RecursionError):
@@ -143,13 +143,13 @@ def _attributes(attributes: Mapping[str, Any]) -> list[Any]:
 @cache
 def versions() -> dict[str, str]:
     """The versions of wucht, Python and the libraries that compute."""
-    installed = {"python": platform.python_version()}
+    package_versions = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:
-            installed[package] = version(package)
+            package_versions[package] = version(package)
         except PackageNotFoundError:
-            installed[package] = "not installed"
-    return installed
+            package_versions[package] = "not installed"
+    return package_versions
 
 
 def provenance(question: Mapping[str, Any], elapsed_s: float) -> dict[str, str | float]:

@@ -51,7 +51,7 @@ class Quantity:
 
     name: str
     value: Any
-    what: str
+    long_name: str
     unit: str = ""
     dimensions: str | None = None
     in_summary: bool = False
@@ -64,21 +64,21 @@ class Quantity:
     def variable(self) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
         """Dimensions, values and attributes of the variable of a Dataset."""
         values = np.asarray(np.nan if self.value is None else self.value)
-        attributes = {"long_name": self.what, "units": self.unit, **self.attributes}
+        attributes = {"long_name": self.long_name, "units": self.unit, **self.attributes}
         return tuple((self.dimensions or "").split()), values, attributes
 
     @property
     def facts(self) -> dict[str, Any]:
         """Facts about a key of the summary beside its value, as JSON has them, without empty ones."""
-        parts = {name: {"what": what} | ({"unit": unit} if unit else {}) for name, (what, unit) in self.parts.items()}
-        facts = {"what": self.what, "unit": self.unit, "headline": self.headline, "parts": parts}
+        parts = {name: {"what": long_name} | ({"unit": unit} if unit else {}) for name, (long_name, unit) in self.parts.items()}
+        facts = {"what": self.long_name, "unit": self.unit, "headline": self.headline, "parts": parts}
         return {name: fact for name, fact in facts.items() if fact}
 
 
 def table(
     name: str,
     rows: Sequence[Mapping[str, Any]],
-    what: str,
+    long_name: str,
     parts: Mapping[str, tuple[str, str]],
     dimension: str = "",
     columns: Mapping[str, type] | None = None,
@@ -98,18 +98,20 @@ def table(
     columns : mapping, optional
         The parts that are variables, and their types: ``float`` (None is not a number), ``str``, ``np.int8`` (flags).
     """
-    stated = [Quantity(name, [dict(row) for row in rows], what, parts=parts)]
+    quantities = [Quantity(name, [dict(row) for row in rows], long_name, parts=parts)]
     for part, kind in (columns or {}).items():
         column_is, unit = parts[part]
-        stated.append(Quantity(f"{dimension}_{part}", np.array([row[part] for row in rows], kind), column_is, unit, dimension))
-    return stated
+        quantities.append(
+            Quantity(f"{dimension}_{part}", np.array([row[part] for row in rows], kind), column_is, unit, dimension)
+        )
+    return quantities
 
 
-def group(name: str, quantities: Sequence[Quantity], what: str) -> Quantity:
+def group(name: str, quantities: Sequence[Quantity], long_name: str) -> Quantity:
     """A table in the summary, each of whose keys is a quantity; keys that are tables themselves contribute their parts."""
     within = {part: facts for quantity in quantities for part, facts in quantity.parts.items()}
-    parts = within | {quantity.name: (quantity.what, quantity.unit) for quantity in quantities}
-    return Quantity(name, {quantity.name: quantity.value for quantity in quantities}, what, parts=parts)
+    parts = within | {quantity.name: (quantity.long_name, quantity.unit) for quantity in quantities}
+    return Quantity(name, {quantity.name: quantity.value for quantity in quantities}, long_name, parts=parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,13 +140,13 @@ class Answer:
     quantities: Sequence[Quantity]
     sentence: str
     warnings: Sequence[str] = ()
-    assumed: Sequence[str] = ()
+    assumptions: Sequence[str] = ()
     failure: str | None = None
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def _keys(self) -> dict[str, Quantity]:
-        return _by_name(q for q in self.quantities if q.dimensions is None or q.in_summary)
+        return _quantities_by_name(q for q in self.quantities if q.dimensions is None or q.in_summary)
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -157,13 +159,13 @@ class Answer:
         They are texts and numbers, so that ``to_netcdf`` writes them; the accessor ``wucht`` reads them.
         """
         register()
-        result = variables_of(self.quantities) if base is None else base.copy(deep=False)
+        result = dataset_from_quantities(self.quantities) if base is None else base.copy(deep=False)
         result.attrs = {
             "summary": to_json(self.summary, indent=None),
             "quantities": to_json({name: quantity.facts for name, quantity in self._keys.items()}, indent=None),
             "sentence": self.sentence,
             "warnings": to_json(list(self.warnings), indent=None),
-            "assumed": to_json(list(self.assumed), indent=None),
+            "assumed": to_json(list(self.assumptions), indent=None),
             "failure": self.failure or "",
             **self.attributes,
         }
@@ -174,26 +176,26 @@ def answer(
     quantities: Sequence[Quantity],
     sentence: str,
     warnings: Sequence[str] = (),
-    assumed: Sequence[str] = (),
+    assumptions: Sequence[str] = (),
     failure: str | None = None,
     **attributes: Any,
 ) -> xr.Dataset:
     """Build the Dataset of an answer: see ``Answer``."""
-    return Answer(quantities, sentence, warnings, assumed, failure, attributes).dataset()
+    return Answer(quantities, sentence, warnings, assumptions, failure, attributes).dataset()
 
 
-def variables_of(quantities: Iterable[Quantity]) -> xr.Dataset:
+def dataset_from_quantities(quantities: Iterable[Quantity]) -> xr.Dataset:
     """Build a Dataset of the quantities that have dimensions, without attributes. Raises ``WuchtError`` for equal names."""
     import xarray as xr_
 
-    named = _by_name(q for q in quantities if q.dimensions is not None)
-    coordinates = {name: q.variable for name, q in named.items() if q.coordinate or q.dimensions == name}
-    return xr_.Dataset({name: q.variable for name, q in named.items() if name not in coordinates}, coords=coordinates)
+    variables = _quantities_by_name(q for q in quantities if q.dimensions is not None)
+    coordinates = {name: q.variable for name, q in variables.items() if q.coordinate or q.dimensions == name}
+    return xr_.Dataset({name: q.variable for name, q in variables.items() if name not in coordinates}, coords=coordinates)
 
 
-def _by_name(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
-    named: dict[str, Quantity] = {}
+def _quantities_by_name(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
+    index: dict[str, Quantity] = {}
     for quantity in quantities:
-        if named.setdefault(quantity.name, quantity) is not quantity:
+        if index.setdefault(quantity.name, quantity) is not quantity:
             raise WuchtError(f"a result has two quantities with the name {quantity.name!r}", code="taken")
-    return named
+    return index

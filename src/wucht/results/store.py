@@ -20,8 +20,8 @@ from uuid import uuid4
 import numpy as np
 
 from wucht.errors import InputError, RunError
-from wucht.file_names import in_utf8, safe_name
-from wucht.results.provenance import sealed
+from wucht.file_names import replace_non_utf8, safe_name
+from wucht.results.provenance import with_checksums
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +36,7 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
     """Create the output folder for files of these names. Raises ``InputError`` if they cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe = _beside(folder / "probe")
+        probe = _temporary_path(folder / "probe")
         probe.write_text("")
         probe.unlink()
     except OSError as error:
@@ -46,10 +46,10 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
     for name in names:
         if (folder / name).is_dir():
             raise InputError("-o", str(folder), f"a folder is in the place of the file {name}", code="folder")
-        for left in folder.glob(f".{name}.*.part"):
+        for leftover in folder.glob(f".{name}.*.part"):
             with suppress(OSError):
-                if time.time() - left.stat().st_mtime > _ABANDONED_S:
-                    left.unlink()
+                if time.time() - leftover.stat().st_mtime > _ABANDONED_S:
+                    leftover.unlink()
     return folder
 
 
@@ -59,8 +59,8 @@ def save(result: xr.Dataset, path: Path) -> Path:
     Composed in memory: HDF5 crashes the process if a file cannot be written to its end.
     """
     return_free_memory()
-    whole = sealed(result).to_netcdf(engine="h5netcdf")
-    return replacing(path, lambda beside: beside.write_bytes(whole))
+    whole = with_checksums(result).to_netcdf(engine="h5netcdf")
+    return replace_file(path, lambda beside: beside.write_bytes(whole))
 
 
 def return_free_memory() -> None:
@@ -69,28 +69,28 @@ def return_free_memory() -> None:
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def _beside(path: Path) -> Path:
+def _temporary_path(path: Path) -> Path:
     """A temporary path beside a file, unique among all processes and machines."""
     return path.with_name(f".{path.name}.{uuid4().hex}.part")
 
 
-def replacing(path: Path, write: Callable[[Path], object]) -> Path:
+def replace_file(path: Path, write: Callable[[Path], object]) -> Path:
     """Write a file beside its place and move it there. Raises ``RunError`` if that is not possible."""
-    beside = _beside(path)
+    temporary_file = _temporary_path(path)
     try:
-        write(beside)
-        beside.replace(path)
+        write(temporary_file)
+        temporary_file.replace(path)
     except OSError as error:
         raise RunError(f"{path} cannot be written: {error.strerror or error}", code="not-written") from None
     finally:
         with suppress(OSError):
-            beside.unlink(missing_ok=True)
+            temporary_file.unlink(missing_ok=True)
     return path
 
 
 def save_summary(document: Mapping[str, Any], path: Path) -> Path:
     """Write ``summary.json``."""
-    return replacing(path, lambda beside: beside.write_text(to_json(document) + "\n", encoding="utf-8"))
+    return replace_file(path, lambda beside: beside.write_text(to_json(document) + "\n", encoding="utf-8"))
 
 
 def to_json(document: Any, indent: int | None = 2) -> str:
@@ -100,11 +100,11 @@ def to_json(document: Any, indent: int | None = 2) -> str:
 
 def _clean(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {in_utf8(str(k)): _clean(v) for k, v in value.items()}
+        return {replace_non_utf8(str(k)): _clean(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
         return [_clean(v) for v in value]
     if isinstance(value, str):
-        return in_utf8(value)
+        return replace_non_utf8(value)
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
@@ -120,12 +120,12 @@ def save_csv(result: xr.Dataset, folder: Path) -> list[Path]:
     tables: dict[tuple[str, ...], list[str]] = {}
     for name in [*result.data_vars, *(c for c in result.coords if not _is_scale(result, str(c)))]:
         tables.setdefault(_rows(result, tuple(map(str, result[name].dims))), []).append(str(name))
-    written = []
+    paths = []
     for rows, names in sorted(tables.items(), key=lambda item: len(item[0]) == 0):
         path = folder / f"{safe_name('-'.join([str(result.attrs['study']), *(rows or ('numbers',))]))}.csv"
         lines = _table(result, rows, names) if rows else _numbers(result, names)
-        written.append(replacing(path, lambda beside, lines=lines: _write(beside, lines)))  # type: ignore[misc]
-    return written
+        paths.append(replace_file(path, lambda beside, lines=lines: _write(beside, lines)))  # type: ignore[misc]
+    return paths
 
 
 def _rows(result: xr.Dataset, dims: tuple[str, ...]) -> tuple[str, ...]:
@@ -153,20 +153,22 @@ def _table(result: xr.Dataset, rows: tuple[str, ...], names: list[str]) -> list[
             columns[f"{dim} index" if dim in result.variables else dim] = index.ravel()
     for name in names:
         variable = result[name].transpose(*rows, ...)
-        others = [result[d].values for d in variable.dims[len(rows) :]]
-        labels = [" ".join(map(str, label)) for label in _each(others)]
+        label_values = [result[d].values for d in variable.dims[len(rows) :]]
+        labels = [" ".join(map(str, label)) for label in _combinations(label_values)]
         values = variable.values.reshape(int(np.prod(shape)), len(labels))
-        columns |= {_header(result, name, label): values[:, k] for k, label in enumerate(labels) if _any(values[:, k], label)}
-    written = [_written(values) for values in columns.values()]
-    return [list(columns), *map(list, zip(*written, strict=True))]
+        columns |= {
+            _header(result, name, label): values[:, k] for k, label in enumerate(labels) if _has_values(values[:, k], label)
+        }
+    cell_columns = [_cell_texts(values) for values in columns.values()]
+    return [list(columns), *map(list, zip(*cell_columns, strict=True))]
 
 
-def _any(values: np.ndarray, label: str) -> bool:
+def _has_values(values: np.ndarray, label: str) -> bool:
     """True if a column has values: a body that turns about no other has no phase, and its column is left out."""
     return not label or values.dtype.kind != "f" or bool(np.isfinite(values).any())
 
 
-def _each(names: list[np.ndarray]) -> list[tuple[Any, ...]]:
+def _combinations(names: list[np.ndarray]) -> list[tuple[Any, ...]]:
     """All combinations of names of several dimensions, the last one fastest."""
     combinations: list[tuple[Any, ...]] = [()]
     for one in names:
@@ -176,7 +178,7 @@ def _each(names: list[np.ndarray]) -> list[tuple[Any, ...]]:
 
 def _numbers(result: xr.Dataset, names: list[str]) -> list[list[Any]]:
     """Header and rows of variables without such dimensions."""
-    rows = [[name, *_written(result[name].values[None]), result[name].attrs.get("units", "")] for name in names]
+    rows = [[name, *_cell_texts(result[name].values[None]), result[name].attrs.get("units", "")] for name in names]
     return [["name", "value", "unit"], *rows]
 
 
@@ -185,7 +187,7 @@ def _header(result: xr.Dataset, name: str, label: str = "") -> str:
     return " ".join([name, *([label] if label else []), *([f"[{unit}]"] if unit else [])])
 
 
-def _written(values: np.ndarray) -> list[Any]:
+def _cell_texts(values: np.ndarray) -> list[Any]:
     """Numbers with all their digits, NaN as an empty text."""
     if values.dtype.kind != "f":
         return [value.decode() if isinstance(value, bytes) else value for value in values.tolist()]
@@ -194,10 +196,10 @@ def _written(values: np.ndarray) -> list[Any]:
 
 def _write(path: Path, lines: list[list[Any]]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([_as_text(cell) for cell in line] for line in lines)
+        csv.writer(file, lineterminator="\n").writerows([_escape_formula(cell) for cell in line] for line in lines)
 
 
-def _as_text(cell: Any) -> Any:
+def _escape_formula(cell: Any) -> Any:
     """Protect a cell from being read as a formula: text that begins like one gets a quotation mark before it."""
     if not isinstance(cell, str) or not cell.startswith(_FORMULA):
         return cell

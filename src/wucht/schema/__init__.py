@@ -12,23 +12,24 @@ A table with a length, as of a part of a machine or a study:
 """
 
 from wucht.schema.checking import (
-    checked,
     choice,
     fields_of,
     is_pairs,
-    located,
+    locate_error,
     models_in,
     read_quantity,
     refuse_unknown,
     table,
     text,
     unit_of,
+    validate_model,
 )
-from wucht.schema.fields import Described, Parameter, in_words, si
+from wucht.schema.fields import Parameter, TableModel, full_name, si
 from wucht.schema.keys import Key, keys_of
 from wucht.schema.units import LARGEST, SMALLEST, Unit, article
 
 __all__ = [
-    "LARGEST", "SMALLEST", "Described", "Key", "Parameter", "Unit", "article", "checked", "choice", "fields_of", "in_words",
-    "is_pairs", "keys_of", "located", "models_in", "read_quantity", "refuse_unknown", "si", "table", "text", "unit_of",
+    "LARGEST", "SMALLEST", "Key", "Parameter", "TableModel", "Unit", "article", "choice", "fields_of", "full_name", "is_pairs",
+    "keys_of", "locate_error", "models_in", "read_quantity", "refuse_unknown", "si", "table", "text", "unit_of",
+    "validate_model",
 ]  # fmt: skip

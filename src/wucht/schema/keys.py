@@ -35,7 +35,7 @@ class Key:
     what: str
 
 
-class _Titled(GenerateJsonSchema):
+class _StatedTitles(GenerateJsonSchema):
     """Uses the titles of the fields, and makes none from their names."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:
@@ -44,35 +44,38 @@ class _Titled(GenerateJsonSchema):
 
 def keys_of(cls: type[BaseModel]) -> tuple[Key, ...]:
     """The keys that may be given in a table, those of tables inside after them."""
-    schema, given = cls.model_json_schema(schema_generator=_Titled), fields_of(cls, given=True)
-    own = {name: described for name, described in schema.get("properties", {}).items() if name in given}
-    return tuple(_keys(schema | {"properties": own}, schema.get("$defs", {}), "", ()))
+    schema, settable_fields = cls.model_json_schema(schema_generator=_StatedTitles), fields_of(cls, settable_only=True)
+    properties = {
+        name: property_schema for name, property_schema in schema.get("properties", {}).items() if name in settable_fields
+    }
+    return tuple(_keys(schema | {"properties": properties}, schema.get("$defs", {}), "", ()))
 
 
-def _keys(table: Schema, defs: Schema, path: str, seen: tuple[str, ...]) -> Iterator[Key]:
+def _keys(table: Schema, defs: Schema, path: str, outer_tables: tuple[str, ...]) -> Iterator[Key]:
     """Keys of a table and of those inside. outer_tables: the tables around this one, which may be recursive."""
-    for name, described in table.get("properties", {}).items():
-        pairs = list(_forms(described))
-        forms, default = [described, *(form for form, _ in pairs)], described.get("default")
+    for name, property_schema in table.get("properties", {}).items():
+        pairs = list(_forms(property_schema))
+        forms, default = [property_schema, *(form for form, _ in pairs)], property_schema.get("default")
         yield Key(
             path + name, _type([form for form, _ in pairs]), next((f["unit"] for f in forms if "unit" in f), None),
-            name in table.get("required", ()), None if default in ([], {}) else default, _allowed(forms), _what(forms),
+            name in table.get("required", ()), None if default in ([], {}) else default, _allowed_values(forms),
+            _description(forms),
         )  # fmt: skip
-        for form, listed in pairs:
+        for form, is_in_list in pairs:
             title = form.get("$ref", "").rpartition("/")[2]
-            if title and title not in seen:
-                yield from _keys(defs[title], defs, f"{path}{name}{'[]' if listed else ''}.", (*seen, title))
+            if title and title not in outer_tables:
+                yield from _keys(defs[title], defs, f"{path}{name}{'[]' if is_in_list else ''}.", (*outer_tables, title))
 
 
-def _forms(described: Schema) -> Iterator[tuple[Schema, bool]]:
+def _forms(property_schema: Schema) -> Iterator[tuple[Schema, bool]]:
     """The ways in which a value may be given, without null; and True for a table in a list."""
-    if several := described.get("anyOf") or described.get("oneOf") or described.get("allOf"):
+    if several := property_schema.get("anyOf") or property_schema.get("oneOf") or property_schema.get("allOf"):
         for form in several:
             yield from _forms(form)
-    elif described.get("type") == "array" and "$ref" in described.get("items", {}):
-        yield described["items"], True
-    elif described.get("type") != "null":
-        yield described, False
+    elif property_schema.get("type") == "array" and "$ref" in property_schema.get("items", {}):
+        yield property_schema["items"], True
+    elif property_schema.get("type") != "null":
+        yield property_schema, False
 
 
 def _type(forms: Sequence[Schema]) -> str:
@@ -93,15 +96,15 @@ def _type(forms: Sequence[Schema]) -> str:
     return " or ".join(words)
 
 
-def _allowed(forms: Sequence[Schema]) -> str:
+def _allowed_values(forms: Sequence[Schema]) -> str:
     """Limits, or the known words."""
     words = [str(w) for form in forms for w in (*form.get("enum", ()), *([form["const"]] if "const" in form else []))]
     if words:
         return ", ".join(dict.fromkeys(words))
-    found = {sign: form[name] for names, sign in _LIMITS for name in names for form in forms if name in form}
-    return ", ".join(f"{sign} {limit:g}" for sign, limit in found.items())
+    limits = {sign: form[name] for names, sign in _LIMITS for name in names for form in forms if name in form}
+    return ", ".join(f"{sign} {limit:g}" for sign, limit in limits.items())
 
 
-def _what(forms: Sequence[Schema]) -> str:
+def _description(forms: Sequence[Schema]) -> str:
     """Description, empty where the schema has none: the help, or else the title."""
     return next((str(form[text]) for text in ("description", "title") for form in forms if text in form), "")

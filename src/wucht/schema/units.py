@@ -30,41 +30,43 @@ class Unit:
     """The SI unit of a field, the long name of its value, and its symbol in printed equations."""
 
     si: str
-    what: str
+    long_name: str
     symbol: str = ""
 
-    def parse(self, given: object) -> float:
+    def parse(self, raw_value: object) -> float:
         """A number (already SI) or a string with a unit, as an SI float.
 
         Raises ``ValueError`` with a sentence: not a number, a wrong dimension, an unknown unit, NaN, infinity, or beyond
         ``LARGEST``.
         """
-        value = _parse(given, self.si, self.what)
+        value = _parse(raw_value, self.si, self.long_name)
         if not math.isfinite(value):
-            raise FieldError(f"must be a finite {self.what}" + (f" in {self.si}" if self.si else ""), code="not-finite")
+            raise FieldError(f"must be a finite {self.long_name}" + (f" in {self.si}" if self.si else ""), code="not-finite")
         if abs(value) > LARGEST:
-            end = f"at most {self.of(LARGEST)}" if value > 0 else f"at least {self.of(-LARGEST)}"
-            raise FieldError(f"must be {article(self.what)} of {end}", code="limits")
+            end = f"at most {self.value_text(LARGEST)}" if value > 0 else f"at least {self.value_text(-LARGEST)}"
+            raise FieldError(f"must be {article(self.long_name)} of {end}", code="limits")
         return value
 
-    def reads(self, given: object) -> bool:
+    def accepts(self, raw_value: object) -> bool:
         """True if the value is a quantity of this kind, of any size."""
         try:
-            _parse(given, self.si, self.what)
+            _parse(raw_value, self.si, self.long_name)
         except ValueError:
             return False
         return True
 
-    def positive(self, given: object) -> float:
+    def parse_positive(self, raw_value: object) -> float:
         """Parse as ``parse`` does; a positive value must be at least ``SMALLEST``, since other numbers are divided by it."""
-        value = self.parse(given)
+        value = self.parse(raw_value)
         if 0 < value < SMALLEST:
             raise FieldError(
-                f"must be {article(self.what)} greater than {self.of(0)}, and of at least {self.of(SMALLEST)}", code="limits"
+                f"must be {article(self.long_name)} greater than {self.value_text(0)}, and of at least "
+                f"{self.value_text(SMALLEST)}",
+                code="limits",
             )
         return value
 
-    def of(self, value: float) -> str:
+    def value_text(self, value: float) -> str:
         """A number with the unit, in a sentence."""
         return f"{value:g} {self.si}".rstrip()
 
@@ -106,79 +108,82 @@ _DEGREE = re.compile(r"\b[Gg]rad\b|°(?!C)")
 _OHM = re.compile(r"\b([mkM]?)Ohm\b")
 
 
-def _parse(given: object, si: str, what: str) -> float:
+def _parse(raw_value: object, si: str, long_name: str) -> float:
     examples = f"a number in {si} or a string with a unit such as '1 {si}'" if si else "a number without unit"
-    allowed = f"must be {article(what)}, {examples}"
-    if isinstance(given, bool) or not isinstance(given, int | float | str):
-        raise FieldError(allowed, code="no-quantity")
-    if not isinstance(given, str):
+    requirement = f"must be {article(long_name)}, {examples}"
+    if isinstance(raw_value, bool) or not isinstance(raw_value, int | float | str):
+        raise FieldError(requirement, code="no-quantity")
+    if not isinstance(raw_value, str):
         try:
-            return float(given)
+            return float(raw_value)
         except OverflowError:
-            raise FieldError(f"{allowed}; this one is too large", code="limits") from None
-    split = _NUMBER.fullmatch(given)
+            raise FieldError(f"{requirement}; this one is too large", code="limits") from None
+    split = _NUMBER.fullmatch(raw_value)
     unit = split[2].strip() if split else ""
-    if split is None or (unit not in ("", si) and not _UNIT.fullmatch(unit) and _of_loggers(unit, si) is None):
-        raise FieldError(f"{allowed}; this cannot be read as a number and a unit ({_remedy(given, si)})", code="no-quantity")
-    return float(split[1]) * (_factor(unit, si, allowed) if unit else 1.0)
+    if split is None or (unit not in ("", si) and not _UNIT.fullmatch(unit) and _logger_factor(unit, si) is None):
+        raise FieldError(
+            f"{requirement}; this cannot be read as a number and a unit ({_remedy(raw_value, si)})", code="no-quantity"
+        )
+    return float(split[1]) * (_factor(unit, si, requirement) if unit else 1.0)
 
 
-def _remedy(given: str, si: str) -> str:
+def _remedy(raw_text: str, si: str) -> str:
     """Remedy for a text that cannot be read as a number and a unit."""
-    if _DECIMAL_COMMA.match(given):
+    if _DECIMAL_COMMA.match(raw_text):
         return "write a decimal point, no comma"
-    if _DIGITS_APART.match(given):
+    if _DIGITS_APART.match(raw_text):
         return "write the digits of a number together"
-    if _POWER_OF_TEN.match(given):
+    if _POWER_OF_TEN.match(raw_text):
         return "write powers of ten as 1e3"
     return "write rpm, Hz or rad/s" if si in ("rad/s", "Hz") else "a decimal point, no comma"
 
 
-def _factor(unit: str, si: str, allowed: str) -> float:
+def _factor(unit: str, si: str, requirement: str) -> float:
     """Factor of a unit to SI. Raises ``ValueError`` for an unknown unit, or one of another dimension."""
     if si == "Hz":
-        return _factor(unit, "rad/s", allowed) / (2 * math.pi)
-    if (known := _of_loggers(unit, si)) is not None:
-        return known
+        return _factor(unit, "rad/s", requirement) / (2 * math.pi)
+    if (logger_factor := _logger_factor(unit, si)) is not None:
+        return logger_factor
     plain = _spelt_out(unit)
     if plain == si:
         return 1.0
     if (plain, si) in COMMON:
         return COMMON[plain, si]
-    for each in (unit, si):
-        if len(_POWER_SIGN.findall(each)) != len(_PLAIN_POWER.findall(each)) or len(each) > _LONGEST:
+    for unit_text in (unit, si):
+        if len(_POWER_SIGN.findall(unit_text)) != len(_PLAIN_POWER.findall(unit_text)) or len(unit_text) > _LONGEST:
             raise FieldError(
-                f"{allowed}; {each[:_LONGEST]!r} is no known unit: a power in a unit is a number below 100", code="unknown-unit"
+                f"{requirement}; {unit_text[:_LONGEST]!r} is no known unit: a power in a unit is a number below 100",
+                code="unknown-unit",
             )
     import pint as pint_
 
     try:
-        parsed: Any = _registry().parse_units(plain)
+        pint_unit: Any = _registry().parse_units(plain)
     except Exception:
         # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user it is one error.
-        raise FieldError(f"{allowed}; {unit!r} is no known unit", code="unknown-unit") from None
+        raise FieldError(f"{requirement}; {unit!r} is no known unit", code="unknown-unit") from None
     try:
-        factor = float(_registry().Quantity(1.0, parsed).to(si or "dimensionless").magnitude)
+        factor = float(_registry().Quantity(1.0, pint_unit).to(si or "dimensionless").magnitude)
     except pint_.DimensionalityError:
-        raise FieldError(f"{allowed}; this one is {article(_dimension(parsed))}", code="dimension") from None
+        raise FieldError(f"{requirement}; this one is {article(_dimension(pint_unit))}", code="dimension") from None
     except Exception:
-        raise FieldError(f"{allowed}; {unit!r} is no unit of a plain scale", code="unknown-unit") from None
-    names = str(parsed)
+        raise FieldError(f"{requirement}; {unit!r} is no unit of a plain scale", code="unknown-unit") from None
+    names = str(pint_unit)
     if si != "rad/s" and "hertz" in names:
         raise FieldError(
-            f"{allowed}; Hz counts turns, so that {unit!r} is not clear: write it with s or rad/s", code="unclear-unit"
+            f"{requirement}; Hz counts turns, so that {unit!r} is not clear: write it with s or rad/s", code="unclear-unit"
         )
     if si == "rad/s":
         turns = "hertz" in names
         if not turns and not any(angle in names for angle in ("radian", "degree", "turn", "revolution", "rpm", "grad", "arc")):
             raise FieldError(
-                f"{allowed}; {unit!r} does not say whether turns or radians: write rpm, Hz or rad/s", code="unclear-unit"
+                f"{requirement}; {unit!r} does not say whether turns or radians: write rpm, Hz or rad/s", code="unclear-unit"
             )
         return factor * (2 * math.pi if turns else 1.0)
     return factor
 
 
-def _of_loggers(unit: str, si: str) -> float | None:
+def _logger_factor(unit: str, si: str) -> float | None:
     """Factor to SI of a unit of turns that Pint does not know or misreads; None for other units."""
     if si == "rad" and _TURN.fullmatch(unit):
         return 2 * math.pi

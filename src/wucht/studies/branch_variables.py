@@ -13,13 +13,13 @@ from wucht.results.quantities import Quantity
 from wucht.schema import Parameter
 
 
-def joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
+def join_arrays(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
     """Join the arrays (N,) or (rows, N) of all branches, one after another."""
     empty = np.empty(0) if rows is None else np.empty((rows, 0))
     return np.concatenate([empty, *parts], axis=-1)
 
 
-def of_steady_branches(
+def steady_branch_quantities(
     dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates], along: Parameter,
     words: tuple[str, str, str],
 ) -> list[Quantity]:  # fmt: skip
@@ -28,12 +28,14 @@ def of_steady_branches(
     before: prefix of the names of variables. ordinates: of each branch. words: name and unit of the ordinate, and the unit of
     the amplitude.
     """
-    shown, unit, length = words
+    ordinate_words, unit, length = words
     numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
     return [
-        Quantity(f"{before}value", joined([b.values for b in branches]), along.words, along.unit, dimension),
-        Quantity(f"{before}speed", joined([s.speed for s in ordinates]), shown, unit, dimension),
-        Quantity(f"{before}amplitude", joined([s.amplitude for s in ordinates]), "amplitude of the axis", length, dimension),
-        Quantity(f"{before}stable", joined([b.stable for b in branches]).astype(np.int8), "stable", "", dimension),
+        Quantity(f"{before}value", join_arrays([b.values for b in branches]), along.full_name, along.unit, dimension),
+        Quantity(f"{before}speed", join_arrays([s.speed for s in ordinates]), ordinate_words, unit, dimension),
+        Quantity(
+            f"{before}amplitude", join_arrays([s.amplitude for s in ordinates]), "amplitude of the axis", length, dimension
+        ),
+        Quantity(f"{before}stable", join_arrays([b.stable for b in branches]).astype(np.int8), "stable", "", dimension),
         Quantity(f"{before}branch", numbers.astype(int), "branch", "", dimension),
     ]

@@ -17,21 +17,21 @@ from wucht.schema import refuse_unknown
 from wucht.studies.subjects import Description
 
 
-class OfCamDrive:
+class CamDriveSubject:
     """The cam drive of a study file."""
 
     def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[CamDrive, Document]:
         """See ``Subject``."""
         refuse_unknown(document, (*ABOUT, *TABLES), "")
-        described = {key: copy.deepcopy(document[key]) for key in TABLES if key in document}
+        tables = {key: copy.deepcopy(document[key]) for key in TABLES if key in document}
         differing = Document()
         for key, value in settings.items():
-            before = copy.deepcopy(described)
-            _set(described, key, value)
-            differing |= {key: value} if described != before else {}
-        refuse_bare_frequencies(described)
+            before = copy.deepcopy(tables)
+            _set_key(tables, key, value)
+            differing |= {key: value} if tables != before else {}
+        refuse_bare_frequencies(tables)
         title = changed_title(str(document.get("title", printable(path.stem))), differing)
-        return drive_from(described, title, path.parent), described
+        return drive_from(tables, title, path.parent), tables
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""
@@ -40,13 +40,13 @@ class OfCamDrive:
         return Description(subject.title, False, subject.facts)
 
 
-def _set(described: Document, path: str, value: Any) -> None:
+def _set_key(tables: Document, path: str, value: Any) -> None:
     """Set a key by its path. Items of lists are counted from 1, ``law.restrictions.1.equals``, or written as in messages,
     ``law.restrictions[0].equals``. Raises ``InputError``."""
-    keys = re.sub(r"\[(\d+)\]", lambda found: f".{int(found[1]) + 1}", path).split(".")
+    keys = re.sub(r"\[(\d+)\]", lambda match: f".{int(match[1]) + 1}", path).split(".")
     if keys[0] not in TABLES or len(keys) == 1:
         raise InputError(path, value, f"unknown table; {nearest(keys[0], TABLES)}, each followed by '.key'")
-    target: Any = described.setdefault(keys[0], {})
+    target: Any = tables.setdefault(keys[0], {})
     for k, key in enumerate(keys[1:-1], 1):
         if isinstance(target, dict):
             target = target.setdefault(key, {})
@@ -63,4 +63,4 @@ def _set(described: Document, path: str, value: Any) -> None:
         raise InputError(path, value, f"{'.'.join(keys[:-1])} is no table")
 
 
-CAM_DRIVE = OfCamDrive()
+CAM_DRIVE = CamDriveSubject()

@@ -17,7 +17,7 @@ from wucht.dynamics.work import Work
 from wucht.numerics.harmonics import Harmonics
 from wucht.plots.cam_drawings import draw_motion, order_scale
 from wucht.plots.scales import travel_unit, turn_scale
-from wucht.plots.sheet import legend_below, named_in, new_grid
+from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, answer
@@ -67,7 +67,7 @@ class Findings:
     least: float
     greatest: float
     peaks: np.ndarray
-    met: np.ndarray
+    attained_ranges: np.ndarray
     jump: float
     rise: np.ndarray | None
 
@@ -82,11 +82,11 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     harmonics = Harmonics(whole.mean, whole.cosine[: plan.orders], whole.sine[: plan.orders])
     least, greatest = motion.bounds(0)
     peaks = np.array([max(-least, greatest), *(motion.peak(order) for order in (1, 2, 3))])
-    met = np.array([_met(r, motion, harmonics) for r in motion.restrictions]).reshape(-1, 2)
-    yield Findings(angles, derivatives, harmonics, least, greatest, peaks, met, motion.jump, motion.rise)
+    attained_ranges = np.array([_attained_range(r, motion, harmonics) for r in motion.restrictions]).reshape(-1, 2)
+    yield Findings(angles, derivatives, harmonics, least, greatest, peaks, attained_ranges, motion.jump, motion.rise)
 
 
-def _met(restriction: Restriction, motion: MotionLaw, harmonics: Harmonics) -> tuple[float, float]:
+def _attained_range(restriction: Restriction, motion: MotionLaw, harmonics: Harmonics) -> tuple[float, float]:
     """Least and greatest value of the restricted quantity."""
     if isinstance(restriction, Cap):
         return 0.0, float(harmonics.amplitudes[restriction.harmonic - 1])
@@ -98,18 +98,22 @@ _NAMES = ("position", "velocity", "acceleration", "jerk")
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a motion law."""
-    quantities = [*_of_motion(plan, findings), *_of_restrictions(plan, findings), *_of_whole(plan, findings)]
+    quantities = [
+        *_motion_quantities(plan, findings),
+        *_restriction_quantities(plan, findings),
+        *_summary_quantities(plan, findings),
+    ]
     return answer(quantities, _sentence(plan), _warnings(findings))
 
 
-def _of_motion(plan: Plan, f: Findings) -> list[Quantity]:
+def _motion_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """The motion and its derivatives over the cam angle, and its harmonics."""
     unit = plan.motion.unit
-    called = ["motion of the output", *(f"{name} by the cam angle" for name in _NAMES[1:])]
-    derivatives = zip(_NAMES, f.derivatives, called, _units(plan), strict=True)
+    long_names = ["motion of the output", *(f"{name} by the cam angle" for name in _NAMES[1:])]
+    derivatives = zip(_NAMES, f.derivatives, long_names, _units(plan), strict=True)
     return [
         Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
-        *(Quantity(name, values, what, per, "cam_angle") for name, values, what, per in derivatives),
+        *(Quantity(name, values, long_name, per, "cam_angle") for name, values, long_name, per in derivatives),
         Quantity("mean", f.harmonics.mean, "mean of the motion", unit, ""),
         Quantity("order", np.arange(1, f.harmonics.count + 1), "order", "", "order"),
         Quantity("cosine", f.harmonics.cosine, "cosine coefficient", unit, "order"),
@@ -123,7 +127,7 @@ def _units(plan: Plan) -> list[str]:
     return [f"{plan.motion.unit}{per}" for per in ("", "/rad", "/rad^2", "/rad^3")]
 
 
-def _of_restrictions(plan: Plan, f: Findings) -> list[Quantity]:
+def _restriction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """The restrictions with their arcs, and the values of the motion there."""
     restrictions = plan.motion.restrictions
     bands = [r if isinstance(r, Band) else Band(r.name, -1, math.nan, math.nan, 0.0, r.size) for r in restrictions]
@@ -137,12 +141,12 @@ def _of_restrictions(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("end", [b.end for b in bands], "end of the arc", "rad", along),
         Quantity("low", [b.low for b in bands], "least value allowed", "", along),
         Quantity("high", [b.high for b in bands], "greatest value allowed", "", along),
-        Quantity("least", f.met[:, 0], "least value", "", along),
-        Quantity("greatest", f.met[:, 1], "greatest value", "", along),
+        Quantity("least", f.attained_ranges[:, 0], "least value", "", along),
+        Quantity("greatest", f.attained_ranges[:, 1], "greatest value", "", along),
     ]
 
 
-def _of_whole(plan: Plan, f: Findings) -> list[Quantity]:
+def _summary_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """Further quantities of the summary."""
     unit, units, harmonics = plan.motion.unit, _units(plan), f.harmonics
     peaks = {name: (f"largest {name}", per) for name, per in zip(_NAMES, units, strict=True)}
@@ -171,16 +175,24 @@ def _warnings(f: Findings) -> list[str]:
 def _ripple(plan: Plan, f: Findings) -> float | None:
     """Largest deviation from the restrictions on the arcs to be held as tightly as possible, or else in the dwells."""
     restrictions = plan.motion.restrictions
-    kept = {r.name for r in restrictions if r.widened} or {band.name for band in plan.motion.dwells}
-    pairs = zip(restrictions, f.met, strict=True)
-    off = [np.abs(met - (r.low + r.high) / 2).max() for r, met in pairs if isinstance(r, Band) and r.name in kept]
+    tight_names = {r.name for r in restrictions if r.is_widened} or {band.name for band in plan.motion.dwells}
+    pairs = zip(restrictions, f.attained_ranges, strict=True)
+    off = [
+        np.abs(attained_range - (r.low + r.high) / 2).max()
+        for r, attained_range in pairs
+        if isinstance(r, Band) and r.name in tight_names
+    ]
     return float(max(off)) if off else None
 
 
 def _sentence(plan: Plan) -> str:
-    count, restricted = plan.motion.count, len(plan.motion.restrictions)
-    made = "a motion given by points or pieces" if count is None else f"a motion of {count} harmonic{'s' if count > 1 else ''}"
-    return made + (f" meets {restricted} restriction{'s' if restricted > 1 else ''}" if restricted else "")
+    count, restriction_count = plan.motion.count, len(plan.motion.restrictions)
+    motion_text = (
+        "a motion given by points or pieces" if count is None else f"a motion of {count} harmonic{'s' if count > 1 else ''}"
+    )
+    return motion_text + (
+        f" meets {restriction_count} restriction{'s' if restriction_count > 1 else ''}" if restriction_count else ""
+    )
 
 
 _BINDS = 1e-5  # of its bound: distance below which a restriction is binding
@@ -204,11 +216,13 @@ def _restriction_in_words(result: xr.Dataset, lines: ReportLines, i: int) -> str
     order = int(result.restricted.values[i])
     low, high, least, greatest = (float(result[n].values[i]) for n in ("low", "high", "least", "greatest"))
     of = result[_NAMES[max(order, 0)]]
-    shown = [lines.written(value, of.units) for value in ((greatest,) if order < 0 or least == greatest else (least, greatest))]
-    size = max(abs(bound) for bound in (low, high) if math.isfinite(bound))
+    value_texts = [
+        lines.format_value(value, of.units) for value in ((greatest,) if order < 0 or least == greatest else (least, greatest))
+    ]
+    size = max(abs(limit) for limit in (low, high) if math.isfinite(limit))
     binds = low < high and (greatest > high - _BINDS * size or (order >= 0 and least < low + _BINDS * size))
-    name, what = str(result.restriction.values[i]).removeprefix("law."), "amplitude" if order < 0 else of.name
-    return f"{name}: {what} {' to '.join(map(str, shown))}" + (" (binding)" if binds else "")
+    name, quantity = str(result.restriction.values[i]).removeprefix("law."), "amplitude" if order < 0 else of.name
+    return f"{name}: {quantity} {' to '.join(map(str, value_texts))}" + (" (binding)" if binds else "")
 
 
 _PER = ("", "/rad", "/rad²", "/rad³")
@@ -217,16 +231,16 @@ _SHORT = 2.0  # degrees: shorter arcs are drawn as points
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw four panels over the cam angle, and the orders of motion and acceleration."""
-    drawn, axes = new_grid(6, result.attrs["title"], result.attrs["sentence"])
+    fig, axes = new_grid(6, result.attrs["title"], result.attrs["sentence"])
     for order, axis in enumerate(axes[:4]):
-        _derivative(axis, result, order)
-    _spectrum(axes[4], result, 0, "position")
-    _spectrum(axes[5], result, 2, "acceleration")
-    legend_below(drawn, named_in(axes))
-    return drawn
+        _draw_derivative(axis, result, order)
+    _draw_spectrum(axes[4], result, 0, "position")
+    _draw_spectrum(axes[5], result, 2, "acceleration")
+    legend_below(fig, labelled_handles(axes))
+    return fig
 
 
-def _derivative(axis: Axes, result: xr.Dataset, order: int) -> None:
+def _draw_derivative(axis: Axes, result: xr.Dataset, order: int) -> None:
     look = {"color": COLOURS[0], "linewidth": 1.3, "label": "motion law"}
     unit = draw_motion(axis, result, _NAMES[order], _PER[order], **look)
     low, high = axis.get_ylim()
@@ -243,17 +257,17 @@ def _draw_restriction(axis: Axes, result: xr.Dataset, i: int, scale: float) -> N
     begin, end = np.degrees(result.begin.values[i]), np.degrees(result.end.values[i])
     low, high = float(result.low.values[i]), float(result.high.values[i])
     at = end - begin < _SHORT
-    for bound, sign in {low: "^", high: "v"}.items():
-        if np.isfinite(bound) and at:
+    for limit, sign in {low: "^", high: "v"}.items():
+        if np.isfinite(limit) and at:
             mark, name = ("o", "precision point") if low == high else (sign, "restriction")
-            axis.plot([begin % 360], [scale * bound], mark, color=COLOURS[1], markersize=5, label=name, zorder=5)
-        elif np.isfinite(bound):
+            axis.plot([begin % 360], [scale * limit], mark, color=COLOURS[1], markersize=5, label=name, zorder=5)
+        elif np.isfinite(limit):
             for turn in (-360.0, 0.0, 360.0):
                 ends = [begin + turn, end + turn]
-                axis.plot(ends, [scale * bound] * 2, "--", color=COLOURS[1], linewidth=1.2, label="restriction")
+                axis.plot(ends, [scale * limit] * 2, "--", color=COLOURS[1], linewidth=1.2, label="restriction")
 
 
-def _spectrum(axis: Axes, result: xr.Dataset, power: int, name: str) -> None:
+def _draw_spectrum(axis: Axes, result: xr.Dataset, power: int, name: str) -> None:
     scale, unit = travel_unit(result.position)
     k = result.order.values
     axis.bar(k, scale * k**power * result.amplitude.values, width=0.6, color=COLOURS[0], edgecolor=GREY, linewidth=0.4)

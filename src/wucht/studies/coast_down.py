@@ -18,14 +18,14 @@ from wucht.dynamics.run_ups.coasting import (
     Descent,
     Record,
     carrier_start,
-    in_phase,
     phases_of_bodies,
-    reduced,
+    place_bodies,
+    reduce_leg,
     state_at_start,
-    vibrating,
+    with_steady_vibration,
     without_drives,
 )
-from wucht.dynamics.run_ups.initial_state import angles_in, listed, placed
+from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state
 from wucht.dynamics.run_ups.steady_phases import BodyPhases
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
@@ -33,18 +33,18 @@ from wucht.errors import InputError
 from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
 from wucht.machines.operation import axis_at_rest, natural_frequencies
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.plots.curves import RESIDUAL, draw_residual
-from wucht.plots.scales import name_speeds, printed
+from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, mark_levels
 from wucht.results.formatting import ReportLines, abscissa_label
 from wucht.results.quantities import Quantity, answer
 from wucht.schema import si
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
-from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, BalancingBodies, Engine, Spec, Start, Tolerance
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +57,7 @@ class CoastDown(Spec):
 
     kind: ClassVar[str] = "coast-down"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("speed", "amplitude"))
-    solves: ClassVar[str] = FULL
+    solves: ClassVar[str] = FULL_EQUATIONS
 
     until: float | None = si("s", "time", default=None, gt=0, help=(
         "time at which the run ends; none: until it has stopped, swings, or turns at a hundredth of its speed"
@@ -107,7 +107,7 @@ class Plan:
     machine: Machine
     initial: np.ndarray
     carrier: CarrierStart
-    why_at_rest: str
+    rest_reason: str
     bodies: BodyPhases
     phases: Mapping[str, float]
     start_speed: float
@@ -115,7 +115,7 @@ class Plan:
     step: float
     stride: float
     energy: float
-    at_rest: Mapping[str, float]
+    rest_position: Mapping[str, float]
     events: tuple[Event, ...]
 
 
@@ -125,20 +125,37 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     initial = state_at_start(machine, coasting, spec.start)
     velocity = coasting.rotor.coordinate.velocity
     bodies = BodyPhases.of(coasting, spec.start, float(initial[coasting.row(velocity)]), spec.bodies)
-    initial = in_phase(coasting, initial, bodies.to_rotor)
-    coasting = placed(coasting, initial)
-    carrier, why = carrier_start(coasting, spec.start, spec.vibration)
+    initial = place_bodies(coasting, initial, bodies.to_rotor)
+    coasting = machine_in_state(coasting, initial)
+    carrier, rest_reason = carrier_start(coasting, spec.start, spec.vibration)
     if carrier is CarrierStart.STEADY:
-        initial = vibrating(coasting, initial)
+        initial = with_steady_vibration(coasting, initial)
     start_speed = float(initial[coasting.row(velocity)])
     turn = 2 * math.pi / max([abs(start_speed), *(f for f in natural_frequencies(coasting).values() if f > 0)])
     limit = spec.until or _MOST_TURNS * turn
     step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of steps until the end
-    stride, energy, at_rest = turn if spec.until is None else limit / _ROWS, energy_scale(coasting), axis_at_rest(coasting)
+    stride, energy, rest_position = (
+        turn if spec.until is None else limit / _ROWS,
+        energy_scale(coasting),
+        axis_at_rest(coasting),
+    )
     events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting))
     phases = phases_of_bodies(coasting, initial)
     return Plan(
-        spec, coasting, initial, carrier, why, bodies, phases, start_speed, limit, step, stride, energy, at_rest, events
+        spec,
+        coasting,
+        initial,
+        carrier,
+        rest_reason,
+        bodies,
+        phases,
+        start_speed,
+        limit,
+        step,
+        stride,
+        energy,
+        rest_position,
+        events,
     )
 
 
@@ -157,27 +174,27 @@ Findings = tuple[Record, CompiledSystem]  # the record so far, and the integrate
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Integrate; yield the record after each leg."""
-    compiled = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
-    start = integrate(compiled, plan.initial, plan.machine.values, np.zeros(1))
+    flow = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
+    start = integrate(flow, plan.initial, plan.machine.values, np.zeros(1))
     record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
-    yield record.after(reduced(plan.machine, plan.at_rest, compiled, record, start)), compiled
-    while not _ended(plan, record):
-        record = record.after(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, compiled, record, work)))
-        yield record, compiled
+    yield record.update(reduce_leg(plan.machine, plan.rest_position, flow, record, start)), flow
+    while not _has_ended(plan, record):
+        record = record.update(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, flow, record, work)))
+        yield record, flow
 
 
-def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> Descent:
+def _leg(plan: Plan, flow: CompiledSystem, before: Record, work: Work) -> Descent:
     """Integrate the leg that begins at the end of the preceding one."""
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
-    t = integrate(compiled, last.end_state, last.parameters, grid, lambda time: work.report(time / plan.limit), plan.energy)
-    return reduced(plan.machine, plan.at_rest, compiled, before, t.uninterrupted())
+    t = integrate(flow, last.end_state, last.parameters, grid, lambda time: work.report(time / plan.limit), plan.energy)
+    return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
 
 
-def _ended(plan: Plan, record: Record) -> bool:
+def _has_ended(plan: Plan, record: Record) -> bool:
     """True if the time is over, the run failed, or, without a time, the rotor has stopped, swung often enough, or is slow."""
-    if record.end.ended or record.end.end_time >= plan.limit * (1 - 1e-9):
+    if record.end.has_ended or record.end.end_time >= plan.limit * (1 - 1e-9):
         return True
     if plan.spec.until is not None:
         return False
@@ -193,7 +210,7 @@ _LAST = 0.1  # share of the run from which the outcome is determined
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a coast-down."""
-    record, compiled = findings
+    record, flow = findings
     rows, units, end = dict(record.rows), plan.machine.units, record.end
     if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
         first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
@@ -201,8 +218,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     ending, at_the_end = _ending(record, units.speed)
     quantities = [
         *at_the_end,
-        *_of_course(plan, record, rows),
-        *_of_rows(plan.machine, rows),
+        *_course_quantities(plan, record, rows),
+        *_row_quantities(plan.machine, rows),
         Quantity("turn_time", record.turns[0], "time", units.time, "turn", coordinate=True),
         Quantity("mean_speed", record.turns[1], "mean speed over a turn", units.speed, "turn"),
         *(q for q in natural_vibrations(plan.machine) if q.dimensions),
@@ -212,12 +229,12 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     unit, reversal_time = f" {units.time}" if units.time else "", next(iter(record.reversals), None)
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
     back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
-    assumed = [*_carrier_assumed(plan), *_rotors_assumed(plan), *plan.bodies.assumed(plan.phases)]
-    more = {"outcome": at_the_end[0].value or "", "engine": compiled.engine.name, "tolerance": compiled.tolerance}
-    return answer(quantities, f"{ending}{half}{back}", _warnings(plan, end.failure), assumed, end.failure, **more)
+    assumptions = [*_carrier_assumptions(plan), *_rotor_assumptions(plan), *plan.bodies.assumptions(plan.phases)]
+    more = {"outcome": at_the_end[0].value or "", "engine": flow.engine.name, "tolerance": flow.tolerance}
+    return answer(quantities, f"{ending}{half}{back}", _warnings(plan, end.failure), assumptions, end.failure, **more)
 
 
-def _of_rows(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
+def _row_quantities(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
     """Quantities recorded over the time."""
     units = machine.units
     words = {
@@ -230,14 +247,14 @@ def _of_rows(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]
         "energy_residual": ("energy residual, relative", ""),
         "dissipated_work": ("energy dissipated", units.energy),
     }
-    return [Quantity(name, rows[name], *both, "time") for name, both in words.items()]
+    return [Quantity(name, rows[name], *words_and_unit, "time") for name, words_and_unit in words.items()]
 
 
-def _of_course(plan: Plan, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
+def _course_quantities(plan: Plan, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
     """Times of the coast-down, number of turns, and largest vibration."""
     units, largest = plan.machine.units, int(rows["amplitude"].argmax())
     turns, amplitude = float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi), float(rows["amplitude"][largest])
-    there, residual = float(rows["speed"][largest]) if amplitude else None, float(rows["energy_residual"].max())
+    peak_speed, residual = float(rows["speed"][largest]) if amplitude else None, float(rows["energy_residual"].max())
     back, length = next(iter(record.reversals), None), plan.machine.orbit_unit
     return [
         Quantity("start_speed", record.start_speed, "speed of the rotor at the start", units.speed, headline=True),
@@ -247,7 +264,7 @@ def _of_course(plan: Plan, record: Record, rows: Mapping[str, np.ndarray]) -> li
         Quantity("turns", turns, "number of turns"),
         Quantity("carrier_start", str(plan.carrier), "start of the carrier"),
         Quantity("peak_amplitude", amplitude, "largest amplitude of the axis", length, headline=True),
-        Quantity("peak_speed", there, "speed of the rotor there", units.speed),
+        Quantity("peak_speed", peak_speed, "speed of the rotor there", units.speed),
         Quantity("energy_residual", residual, "largest relative error of the energy balance"),
     ]
 
@@ -256,23 +273,25 @@ def _warnings(plan: Plan, failure: str | None) -> list[str]:
     warnings = [failure] if failure else []
     if plan.carrier is CarrierStart.REST:
         steady = "vibration = 'steady' starts with the vibration of that speed"
-        other = f"the machine {plan.why_at_rest}" if plan.why_at_rest else steady
+        advice = f"the machine {plan.rest_reason}" if plan.rest_reason else steady
         warnings.append(
             "the carrier starts at rest, although the rotor turns: its initial vibration, possibly the largest, is a transient "
-            f"of this start; {other}"
+            f"of this start; {advice}"
         )
-    if plan.bodies.why_held:
-        warnings.append(f"balancing bodies start as held, because their steady phases are not computed: {plan.bodies.why_held}")
+    if plan.bodies.held_reason:
+        warnings.append(
+            f"balancing bodies start as held, because their steady phases are not computed: {plan.bodies.held_reason}"
+        )
     return warnings
 
 
-def _rotors_assumed(plan: Plan) -> list[str]:
+def _rotor_assumptions(plan: Plan) -> list[str]:
     """Statement on where several rotors start: the vibration depends on their relative phases."""
     rotors, angles = plan.machine.rotors, angles_in(plan.machine, plan.initial)
-    return [f"rotors start at {listed({r.name: angles[r.name] for r in rotors})}"] if len(rotors) > 1 else []
+    return [f"rotors start at {format_phases({r.name: angles[r.name] for r in rotors})}"] if len(rotors) > 1 else []
 
 
-def _carrier_assumed(plan: Plan) -> list[str]:
+def _carrier_assumptions(plan: Plan) -> list[str]:
     """Statement on the start of the carrier; none if it cannot move, or if the start gives it."""
     if plan.carrier in (CarrierStart.FIXED, CarrierStart.GIVEN):
         return []
@@ -337,10 +356,10 @@ def figure(result: xr.Dataset) -> Figure:
     """Draw two panels (three if the carrier moves) from a coast-down's Dataset alone."""
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
     heights = [2.0] * (1 + moves) + [RESIDUAL]
-    drawn, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
+    fig, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
     _speed(axes[0], result)
     if moves:
-        amplitude, name = printed(result, "amplitude")
+        amplitude, name = printed_values(result, "amplitude")
         axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label="amplitude")
         axes[1].set(ylabel=name, ylim=(0, None))
     draw_residual(axes[-1], result.time.values, result.energy_residual.values)
@@ -349,7 +368,7 @@ def figure(result: xr.Dataset) -> Figure:
     axes[-1].set_xlabel(abscissa_label(result, "time"))
     for axis in axes[:-1]:
         legend_beside(axis)
-    return drawn
+    return fig
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:

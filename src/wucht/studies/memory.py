@@ -24,7 +24,7 @@ from uuid import uuid4
 
 from wucht.errors import InputError, RunError, WuchtError
 from wucht.results import archive
-from wucht.results.output_folder import load
+from wucht.results.output_folder import load_result
 from wucht.results.store import return_free_memory, to_json
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
@@ -41,52 +41,52 @@ _TRIES = 3  # attempts to write, if another process has removed the store meanwh
 _MOST_DIFFERENCES = 3
 
 
-class Memory:
+class UnitMemory:
     """Units of work of one question. folder: where they are stored; None: nowhere."""
 
     def __init__(self, folder: Path | None = None, question: Mapping[str, Any] | None = None) -> None:
         self._question = dict(question or {})
         self._store = None if folder is None else _store(folder, self._question)
-        self._known: dict[str, Any] = {}
+        self._stored_units: dict[str, Any] = {}
         self._new: dict[str, Any] = {}
-        self._written, self._size = clock.perf_counter(), 0
+        self._write_time, self._size = clock.perf_counter(), 0
 
     @classmethod
-    def begun(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
+    def start(cls, folder: Path, question: Mapping[str, Any]) -> UnitMemory:
         """Start an empty memory for a question: units in the folder, of this or another question, are removed."""
-        for left in folder.glob(f".{FOLDER}-*"):
-            shutil.rmtree(left, ignore_errors=True)
+        for leftover in folder.glob(f".{FOLDER}-*"):
+            shutil.rmtree(leftover, ignore_errors=True)
         _remove(folder / FOLDER, folder)
         return cls(folder, question)
 
     @classmethod
-    def resumed(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
+    def resume(cls, folder: Path, question: Mapping[str, Any]) -> UnitMemory:
         """Read the units of a question from the folder. Unreadable ones are left out, and computed again."""
         memory = cls(folder, question)
-        for group in _found(_store(folder, question), "*/"):
+        for group in _matching_paths(_store(folder, question), "*/"):
             with suppress(WuchtError):
-                memory._known |= archive.read(group)
+                memory._stored_units |= archive.read_values(group)
         return memory
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
         """The result of a unit: read back, or computed now and stored."""
         if self.knows(name):
-            known: T = self._known.pop(name)
-            return known
+            stored_outcome: T = self._stored_units.pop(name)
+            return stored_outcome
         outcome = compute()
         self.keep(name, outcome)
         return outcome
 
     def knows(self, name: str) -> bool:
         """True if a unit can be read back."""
-        return name in self._known
+        return name in self._stored_units
 
     def keep(self, name: str, outcome: Any) -> None:
         """Store the result of a computed unit."""
         if self._store is not None:
             self._new[name] = outcome
             self._size += archive.size(outcome)
-            if clock.perf_counter() - self._written > _EVERY_S or self._size > _MOST:
+            if clock.perf_counter() - self._write_time > _EVERY_S or self._size > _MOST:
                 self.flush()
 
     @property
@@ -96,15 +96,15 @@ class Memory:
 
     def flush(self) -> None:
         """Write the new units. Raises ``RunError`` if that is not possible."""
-        self._written = clock.perf_counter()
+        self._write_time = clock.perf_counter()
         if self._store is None or not self._new:
             return
-        for tried in range(1, _TRIES + 1):
+        for attempt in range(1, _TRIES + 1):
             try:
                 self._write(self._store)
                 break
             except OSError as error:
-                if isinstance(error, FileNotFoundError) and tried < _TRIES:
+                if isinstance(error, FileNotFoundError) and attempt < _TRIES:
                     continue
                 raise RunError(f"{self._store} cannot be written: {error.strerror or error}", code="not-written") from None
         self._new, self._size = {}, 0
@@ -117,7 +117,7 @@ class Memory:
         if not (store / "zarr.json").is_file():
             with suppress(ContainsGroupError):  # another process has just created the same
                 zarr.create_group(store, attributes={_QUESTION: self._question})
-        archive.write(store / uuid4().hex, self._new)
+        archive.write_values(store / uuid4().hex, self._new)
         return_free_memory()
 
     def forget(self) -> None:
@@ -129,22 +129,22 @@ class Memory:
                 units.rmdir()
 
 
-def questions_of(folder: Path) -> list[dict[str, Any]]:
+def stored_questions(folder: Path) -> list[dict[str, Any]]:
     """The questions whose units are stored in a folder."""
     import zarr
 
-    kept: list[dict[str, Any]] = []
-    for store in _found(folder / FOLDER, "*/zarr.json"):
+    questions: list[dict[str, Any]] = []
+    for store in _matching_paths(folder / FOLDER, "*/zarr.json"):
         with suppress(Exception):  # a damaged file, which can cause any error, has no question
-            kept.append(dict(zarr.open_group(store.parent, mode="r").attrs[_QUESTION]))
-    return kept
+            questions.append(dict(zarr.open_group(store.parent, mode="r").attrs[_QUESTION]))
+    return questions
 
 
 def _store(folder: Path, question: Mapping[str, Any]) -> Path:
     return folder / FOLDER / sha256(json.dumps(question, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def _found(folder: Path, pattern: str) -> list[Path]:
+def _matching_paths(folder: Path, pattern: str) -> list[Path]:
     """Paths in a folder that match a pattern; none if another process has just removed it."""
     try:
         return sorted(folder.glob(pattern))
@@ -154,14 +154,14 @@ def _found(folder: Path, pattern: str) -> list[Path]:
 
 def _remove(path: Path, beside: Path) -> None:
     """Remove a folder, in one step for all processes. Raises ``InputError`` if that is not possible."""
-    moved = beside / f".{FOLDER}-{uuid4().hex}"
+    trash = beside / f".{FOLDER}-{uuid4().hex}"
     try:
-        path.rename(moved)
+        path.rename(trash)
     except FileNotFoundError:
         return
     except OSError as error:
         raise InputError("-o", str(beside), f"nothing can be written there: {error.strerror}") from None
-    shutil.rmtree(moved, ignore_errors=True)
+    shutil.rmtree(trash, ignore_errors=True)
 
 
 def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
@@ -170,45 +170,47 @@ def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
     Raises ``InputError`` if the question does not apply to the subject.
     """
     facts = subject_of(spec).describe(subject).facts
-    question: dict[str, Any] = json.loads(to_json({"study": spec.asked_of(subject), "machine": facts}))
+    question: dict[str, Any] = json.loads(to_json({"study": spec.table_for(subject), "machine": facts}))
     return question
 
 
-def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
+def earlier_result(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
     """The finished result of the same question, if this file has it; and a note on a result with another horizon.
 
     Raises ``InputError`` if the file, or the units of work beside it, belong to another question, or if the file was
     changed.
     """
     try:
-        folder, result = file.parent, load(file) if file.exists() else None
+        folder, result = file.parent, load_result(file) if file.exists() else None
     except InputError as error:
-        raise error.within("--resume", ": ") from None
-    answered = None if result is None else untitled(result.wucht.question)
-    if result is not None and result.attrs["finished"] and answered == question:
+        raise error.with_prefix("--resume", ": ") from None
+    answered_question = None if result is None else without_titles(result.wucht.question)
+    if result is not None and result.attrs["finished"] and answered_question == question:
         return result, []
-    kept = questions_of(folder) or ([] if answered is None else [answered])
-    if not kept or question in kept:
+    candidates = stored_questions(folder) or ([] if answered_question is None else [answered_question])
+    if not candidates or question in candidates:
         return None, []
-    asked = kept[0]
-    before, now = asked["study"].get("kind"), spec.kind
+    stored_question = candidates[0]
+    before, now = stored_question["study"].get("kind"), spec.kind
     if before != now:
         raise InputError(
             "--resume", None, f"the result in {folder} answers study.kind = {before!r}, not {now!r}", code="other-study"
         )
-    differing = differences(asked, question)
+    differing = differences(stored_question, question)
     if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differing):
         return None, [f"{', '.join(differing)}: different from that of the result in the folder; the study was restarted"]
-    shown = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
+    details = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
     more = f" and {len(differing) - _MOST_DIFFERENCES} more" if len(differing) > _MOST_DIFFERENCES else ""
-    raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}", code="other-question")
+    raise InputError(
+        "--resume", None, f"the result in {folder} answers another question: {details}{more}", code="other-question"
+    )
 
 
-def untitled(question: Any) -> Any:
+def without_titles(question: Any) -> Any:
     """A question without the titles of its subjects, on which no answer depends."""
     if isinstance(question, Mapping):
-        return {key: untitled(value) for key, value in question.items() if key != "title"}
-    return [untitled(each) for each in question] if isinstance(question, list) else question
+        return {key: without_titles(value) for key, value in question.items() if key != "title"}
+    return [without_titles(item) for item in question] if isinstance(question, list) else question
 
 
 def differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
@@ -231,8 +233,8 @@ def differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
 
 def _file_of(table: Mapping[str, Any]) -> str | None:
     """The file named by a table or by a table in it."""
-    named = [t.get("file") for t in (table, *table.values()) if isinstance(t, Mapping)]
-    return next((str(n) for n in named if n is not None), None)
+    file_names = [t.get("file") for t in (table, *table.values()) if isinstance(t, Mapping)]
+    return next((str(n) for n in file_names if n is not None), None)
 
 
 def _brief(value: Any) -> str:

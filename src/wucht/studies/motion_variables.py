@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.dynamics.verdicts.locking import is_locking, rotor_phases
-from wucht.dynamics.verdicts.observation import Orbit, Rows, balanced
+from wucht.dynamics.verdicts.observation import AxisMotion, Rows, advance_balance
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
@@ -18,7 +18,7 @@ from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.records import Spans
 from wucht.numerics.zeros_and_peaks import envelope
 from wucht.results.quantities import Quantity
-from wucht.schema import in_words
+from wucht.schema import full_name
 
 _TORQUES = {
     "motor_torque": "torque of the motor at the speed of the rotor, before the loss of a transmission",
@@ -48,7 +48,7 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
         Quantity("direction", list(machine.labels) or np.empty(0, "U1"), "direction", "", "direction"),
         *of_sliders,
         *_rotation(machine, row, trajectory.time),
-        *_of_parts(machine, row),
+        *_internal_state_quantities(machine, row),
         *_vibration(machine, row, trajectory.time, largest),
         *_energy(machine, row, trajectory),
         *of_rotors,
@@ -101,16 +101,16 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> list[Quantity]:
     angles, speeds = _motion([b.coordinate for b in machine.bodies], row, time)
     angle, free = dict(zip(names, angles, strict=True)), free_speed(machine.at(end), machine.rotor, end)
 
-    def phases(name: str, phase: Mapping[str, np.ndarray], what: str) -> Quantity:
+    def phases(name: str, phase: Mapping[str, np.ndarray], long_name: str) -> Quantity:
         """Phases of some bodies in [0, 2 pi), NaN for the others."""
         rows = [np.mod(phase[n], 2 * math.pi) if n in phase else np.full(len(time), np.nan) for n in names]
-        return Quantity(name, rows, what, "rad", "body time")
+        return Quantity(name, rows, long_name, "rad", "body time")
 
     quantities = [
         Quantity("angle", angles, "angle", "rad", "body time"),
         Quantity("speed", speeds, "speed", units.speed, "body time"),
         Quantity("free_speed", free, "speed reached without vibration", units.speed, ""),
-        *(Quantity(name, row[name], what, units.torque, "time") for name, what in _TORQUES.items()),
+        *(Quantity(name, row[name], long_name, units.torque, "time") for name, long_name in _TORQUES.items()),
         Quantity("motor_power", row["motor_power"], "motor power", units.power, "time"),
         Quantity("residual_unbalance", _residual(machine, row, angle, end), "residual share of the unbalance", "", "time"),
     ]
@@ -134,7 +134,7 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> list[Quantity]:
 
 
 def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) -> list[Quantity]:
-    units, orbit = machine.units, Orbit.of(machine, time, row)
+    units, orbit = machine.units, AxisMotion.of(machine, time, row)
     displacement, velocity = _motion(machine.carrier, row, time)
     force, peaks = np.array([row[f"bearing_force_{d}"] for d in machine.labels]).reshape(displacement.shape), orbit.peaks
     natural = natural_frequencies(machine.at(float(time[-1])))
@@ -173,26 +173,26 @@ def _envelope(
 
 def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:
     machine, rotor = machine.at(end), machine.rotor.name
-    own, along = (dict(zip(angle, of(machine), strict=True)) for of in (unbalances, moments_along_guides))
+    unbalance, along = (dict(zip(angle, of(machine), strict=True)) for of in (unbalances, moments_along_guides))
     out = {x.name: along[x.name] * row[x.coordinate.position.name] for x in machine.sliders if x.name in along}
-    vector = own[rotor] + np.zeros_like(angle[rotor])
+    vector = unbalance[rotor] + np.zeros_like(angle[rotor])
     for name in (b.name for b in machine.group(machine.rotor) if b.name != rotor):
-        vector = vector + (own[name] + out.get(name, 0.0)) * np.exp(1j * (angle[name] - angle[rotor]))
+        vector = vector + (unbalance[name] + out.get(name, 0.0)) * np.exp(1j * (angle[name] - angle[rotor]))
     return np.asarray(np.abs(vector) / unbalance_scale(machine, machine.rotor))
 
 
-def _of_parts(machine: Machine, row: Rows) -> list[Quantity]:
+def _internal_state_quantities(machine: Machine, row: Rows) -> list[Quantity]:
     """Internal states of parts."""
-    names = [(x.state.name, x.own) for x in machine.internal]
-    return [Quantity(name, row[name], in_words(name, own.what), own.unit, "time") for name, own in names]
+    names = [(x.state.name, x.description) for x in machine.internal]
+    return [Quantity(name, row[name], full_name(name, facts.what), facts.unit, "time") for name, facts in names]
 
 
 def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> list[Quantity]:
     """Stored energy, the works, and the residual of their balance."""
-    stored, works = row["stored_energy"], trajectory.quadratures
-    _, residual = balanced(EnergyBalance(), stored, works)
+    stored_energy, works = row["stored_energy"], trajectory.quadratures
+    _, residual = advance_balance(EnergyBalance(), stored_energy, works)
     return [
-        Quantity("stored_energy", stored, "stored energy", machine.units.energy, "time"),
+        Quantity("stored_energy", stored_energy, "stored energy", machine.units.energy, "time"),
         Quantity("energy_residual", residual, "energy residual, relative", "", "time"),
         *(Quantity(q.name, works[q.name], q.long_name, q.unit, "time") for q in machine.system.quadratures),
     ]

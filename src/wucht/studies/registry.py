@@ -29,7 +29,7 @@ _FUNCTIONS = ("prepare", "run", "dataset", "figure", "report")
 _MODULES = {"prepare": "computation", "run": "computation", "dataset": "answer", "report": "answer"}
 
 
-def _part(name: str, what: str) -> property:
+def _part(name: str, doc: str) -> property:
     """Property for the function of a study with this name."""
 
     def part(study: Study) -> Any:
@@ -38,7 +38,7 @@ def _part(name: str, what: str) -> property:
         except AttributeError:
             raise WuchtError(f"the study {study.kind!r} ({study.package}) has no function {name!r}") from None
 
-    return property(part, doc=what)
+    return property(part, doc=doc)
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Study:
             return str(error).partition("\n")[0]
 
     @property
-    def tiled(self) -> bool:
+    def has_tiles(self) -> bool:
         """True if several machines can compute the study; False if it cannot be loaded."""
         try:
             return self.spec.tiled
@@ -104,8 +104,8 @@ class Study:
 
         Studies without it store little, as their points and cells are limited.
         """
-        stated = getattr(self._module("prepare"), "numbers", None)
-        return float(stated(plan)) if stated is not None else 0.0
+        count_numbers = getattr(self._module("prepare"), "numbers", None)
+        return float(count_numbers(plan)) if count_numbers is not None else 0.0
 
     @property
     def exports(self) -> bool:
@@ -131,41 +131,41 @@ class Study:
 
 
 @cache
-def _installed() -> dict[str, Study]:
-    known: dict[str, Study] = {}
+def _installed_studies() -> dict[str, Study]:
+    by_kind: dict[str, Study] = {}
     for entry in entry_points(group=GROUP):
-        _add(known, Study(entry.name, entry.value), entry.value)
-    return known
+        _add_study(by_kind, Study(entry.name, entry.value), entry.value)
+    return by_kind
 
 
-def _add(known: dict[str, Study], study: Study, whose: str) -> None:
+def _add_study(by_kind: dict[str, Study], study: Study, source: str) -> None:
     """Add a study to the registry. Raises ``InputError`` if another one has its kind."""
-    if known.setdefault(study.kind, study) != study:
-        taken = f"not allowed: {known[study.kind].package} has a study of this kind; choose another name"
-        raise InputError(f"kind of {whose}", study.kind, taken)
+    if by_kind.setdefault(study.kind, study) != study:
+        requirement = f"not allowed: {by_kind[study.kind].package} has a study of this kind; choose another name"
+        raise InputError(f"kind of {source}", study.kind, requirement)
 
 
 def studies() -> dict[str, Study]:
     """All studies by kind. Raises ``InputError`` if two have the same kind."""
-    known = dict(_installed())
+    by_kind = dict(_installed_studies())
     pending = list(Spec.__subclasses__())
     while pending:
         cls = pending.pop()
         pending += cls.__subclasses__()
         if cls.kind and "kind" in vars(cls):
-            _add(known, Study(cls.kind, cls.__module__.removesuffix(".spec")), f"{cls.__module__}.{cls.__name__}")
-    return dict(sorted(known.items()))
+            _add_study(by_kind, Study(cls.kind, cls.__module__.removesuffix(".spec")), f"{cls.__module__}.{cls.__name__}")
+    return dict(sorted(by_kind.items()))
 
 
 def study_of(kind: str) -> Study:
     """The study of a kind. Raises ``InputError`` with the nearest known one."""
-    return asked_study({"kind": kind})
+    return requested_study({"kind": kind})
 
 
-def asked_study(table: Mapping[str, Any]) -> Study:
+def requested_study(table: Mapping[str, Any]) -> Study:
     """The study requested by a table ``[study]``. Raises ``InputError`` with the nearest known one."""
-    known = studies()
-    return known[choice(table, "kind", "study", known)]
+    by_kind = studies()
+    return by_kind[choice(table, "kind", "study", by_kind)]
 
 
 _MACHINE = """[machine]

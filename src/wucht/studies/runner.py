@@ -18,18 +18,18 @@ import numpy as np
 from wucht.dynamics.work import Report, Work
 from wucht.errors import InputError, WuchtError
 from wucht.plots.arranging import arrange
-from wucht.plots.page import PRINT, Page, made_for
-from wucht.plots.sheet import state
+from wucht.plots.page import PRINT, Page, page_context
+from wucht.plots.sheet import write_assumptions
 from wucht.results.accessor import register
-from wucht.results.output_folder import NEW, claimed, commit
-from wucht.results.output_folder import load as read_result
-from wucht.results.provenance import provenance, refusing_edited
+from wucht.results.output_folder import NEW, claim_folder, commit
+from wucht.results.output_folder import load_result as read_result
+from wucht.results.provenance import provenance, refuse_edited_values
 from wucht.results.store import RESULT, prepare_folder, return_free_memory, save, to_json
 from wucht.studies.assumptions import assumptions
-from wucht.studies.cluster import Cluster, cluster_at
-from wucht.studies.memory import Memory, earlier, question_of, questions_of, untitled
+from wucht.studies.cluster import DaskCluster, cluster_at
+from wucht.studies.memory import UnitMemory, earlier_result, question_of, stored_questions, without_titles
 from wucht.studies.registry import Study, studies, study_of
-from wucht.studies.room import out_of_memory, refuse_numbers, refuse_turns
+from wucht.studies.resource_limits import memory_error, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description, subject_of
 
@@ -96,17 +96,19 @@ def run(
     if not isinstance(spec, Spec):
         raise InputError("study", str(spec), 'must be a question, such as wucht.RunUp(until="20 s")')
     if scheduler is not None and not spec.tiled:
-        tiled = ", ".join(kind for kind, study in studies().items() if study.tiled)
-        raise InputError("--scheduler", scheduler, f"{spec.kind} runs in one process; several machines can compute {tiled}")
+        tiled_kinds = ", ".join(kind for kind, study in studies().items() if study.has_tiles)
+        raise InputError(
+            "--scheduler", scheduler, f"{spec.kind} runs in one process; several machines can compute {tiled_kinds}"
+        )
     place = None if folder is None else Path(folder)
-    with cluster_at(scheduler) as cluster, nullcontext() if place is None else claimed(place):
+    with cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
         try:
-            return _answered(spec, subject, place, files, resume, progress, document, cluster, write)
+            return _answer(spec, subject, place, files, resume, progress, document, cluster, write)
         except MemoryError as error:
-            raise out_of_memory(error) from None
+            raise memory_error(error) from None
 
 
-def _answered(
+def _answer(
     spec: Spec,
     subject: Any,
     folder: Path | None,
@@ -114,42 +116,42 @@ def _answered(
     resume: bool,
     progress: Report | None,
     document: Mapping[str, Any] | None,
-    cluster: Cluster | None,
+    cluster: DaskCluster | None,
     write: Writer | None,
 ) -> xr.Dataset:
     register()
-    begun, study = clock.perf_counter(), study_of(spec.kind)
+    start_time, study = clock.perf_counter(), study_of(spec.kind)
     study.check()
-    subject_is = subject_of(spec).describe(subject)
-    if subject_is.dimensionless:
+    description = subject_of(spec).describe(subject)
+    if description.dimensionless:
         spec.refuse_units()
     refuse_turns(spec, subject)
     plan = study.prepare(spec, subject)
     refuse_numbers(study.numbers(plan))
     solve = study.run  # loaded before units are read back, whose classes it defines
     question = question_of(spec, subject)
-    memory, notes, asked = Memory(), list[str](), untitled(question)
+    memory, notes, untitled_question = UnitMemory(), list[str](), without_titles(question)
     if folder is not None:
         folder = prepare_folder(folder, files)
         new = prepare_folder(folder / NEW)
         if resume:
-            finished, notes = earlier(folder / RESULT, spec, asked)
-            if finished is not None:
-                _commit(finished, folder, write)
-                return finished
-        resumed = resume and asked in questions_of(folder)
-        memory = (Memory.resumed if resumed else Memory.begun)(folder, asked)
+            finished_result, notes = earlier_result(folder / RESULT, spec, untitled_question)
+            if finished_result is not None:
+                _commit(finished_result, folder, write)
+                return finished_result
+        has_units = resume and untitled_question in stored_questions(folder)
+        memory = (UnitMemory.resume if has_units else UnitMemory.start)(folder, untitled_question)
 
-    def result(findings: Any, finished: bool) -> xr.Dataset:
+    def assemble_result(findings: Any, is_finished: bool) -> xr.Dataset:
         return_free_memory()
-        made: xr.Dataset = study.dataset(plan, findings)
-        own = [w for w in made.wucht.warnings if w not in subject_is.warnings]
-        return made.assign_attrs(
-            _common(spec, subject, subject_is, made)
-            | provenance(question, clock.perf_counter() - begun)
+        dataset: xr.Dataset = study.dataset(plan, findings)
+        study_warnings = [w for w in dataset.wucht.warnings if w not in description.warnings]
+        return dataset.assign_attrs(
+            _common_attributes(spec, subject, description, dataset)
+            | provenance(question, clock.perf_counter() - start_time)
             | {
-                "warnings": to_json([*subject_is.warnings, *own, *notes], indent=None),
-                "finished": int(finished and not made.attrs["failure"]),
+                "warnings": to_json([*description.warnings, *study_warnings, *notes], indent=None),
+                "finished": int(is_finished and not dataset.attrs["failure"]),
             }
             | ({} if document is None else {"document": json.dumps(document, default=str)})
         )
@@ -157,16 +159,16 @@ def _answered(
     def save_unfinished(findings: Any) -> None:
         if folder is not None:
             memory.flush()
-            save(result(findings, False), new / RESULT)
+            save(assemble_result(findings, False), new / RESULT)
 
     try:
-        findings, interrupted = _last(study, solve(plan, Work(memory, progress, cluster)), save_unfinished)
-        if interrupted:
+        findings, is_interrupted = _last_findings(study, solve(plan, Work(memory, progress, cluster)), save_unfinished)
+        if is_interrupted:
             memory.flush()
             notes.append("interrupted: the result is incomplete; --resume continues from there")
         if memory.is_large:
             memory.flush()
-        final, findings = result(findings, not interrupted), None  # may be larger than the result, no longer needed
+        final, findings = assemble_result(findings, not is_interrupted), None  # may be larger than the result, no longer needed
         if folder is not None:
             save(final, new / RESULT)
             _commit(final, folder, write)
@@ -174,21 +176,21 @@ def _answered(
         with suppress(WuchtError):  # the error of the study is more informative
             memory.flush()
         raise
-    if not interrupted:
+    if not is_interrupted:
         memory.forget()
     return final
 
 
-def _last(study: Study, findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tuple[Any, bool]:
+def _last_findings(study: Study, findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tuple[Any, bool]:
     """The most complete findings, and True if Ctrl-C was pressed after the first ones."""
-    latest, saved, pause = None, clock.perf_counter(), _SAVE_EVERY_S
+    latest, save_time, pause = None, clock.perf_counter(), _SAVE_EVERY_S
     try:
         for latest in findings:
-            if clock.perf_counter() - saved > pause:
+            if clock.perf_counter() - save_time > pause:
                 before = clock.perf_counter()
                 save_unfinished(latest)
-                saved = clock.perf_counter()
-                pause = max(_SAVE_EVERY_S, 9 * (saved - before))
+                save_time = clock.perf_counter()
+                pause = max(_SAVE_EVERY_S, 9 * (save_time - before))
     except KeyboardInterrupt:
         if latest is None:
             raise
@@ -208,15 +210,15 @@ def _commit(result: xr.Dataset, folder: Path, write: Writer | None) -> None:
     commit(folder)
 
 
-def _common(spec: Spec, subject: Any, about: Description, made: xr.Dataset) -> dict[str, Any]:
+def _common_attributes(spec: Spec, subject: Any, description: Description, dataset: xr.Dataset) -> dict[str, Any]:
     """Attributes of every result, complete or not."""
     return {
         "study": spec.kind,
-        "contents": to_json([str(name) for name in made.variables], indent=None),
-        "title": about.title,
-        "dimensionless": int(about.dimensionless),
-        "assumed": to_json([*assumptions(spec, subject), *made.wucht.assumed], indent=None),
-        "notes": to_json(list(about.notes), indent=None),
+        "contents": to_json([str(name) for name in dataset.variables], indent=None),
+        "title": description.title,
+        "dimensionless": int(description.dimensionless),
+        "assumed": to_json([*assumptions(spec, subject), *dataset.wucht.assumed], indent=None),
+        "notes": to_json(list(description.notes), indent=None),
     }
 
 
@@ -260,13 +262,13 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
         For an unknown study, or a Dataset that lacks variables of the written result.
     """
     with _study_of_result(result) as study:
-        for tried in (page, *page.instead):
-            with made_for(tried):
-                drawn: Figure = study.figure(result)
-                state(drawn, result.wucht.assumed)
-            if arrange(drawn).get_figheight() <= tried.tallest:
+        for trial_page in (page, *page.fallback_pages):
+            with page_context(trial_page):
+                figure: Figure = study.figure(result)
+                write_assumptions(figure, result.wucht.assumed)
+            if arrange(figure).get_figheight() <= trial_page.tallest:
                 break
-    return drawn
+    return figure
 
 
 def report(result: xr.Dataset) -> list[str]:
@@ -288,8 +290,8 @@ def report(result: xr.Dataset) -> list[str]:
     """
     with _study_of_result(result) as study:
         lines: list[str] = study.report(result)
-        assumed = "; ".join(result.wucht.assumed)
-    return [*lines, f"  assumed      {assumed}"] if assumed else lines
+        assumption_text = "; ".join(result.wucht.assumed)
+    return [*lines, f"  assumed      {assumption_text}"] if assumption_text else lines
 
 
 def export(result: xr.Dataset, folder: Path | str) -> list[str]:
@@ -321,12 +323,12 @@ def export(result: xr.Dataset, folder: Path | str) -> list[str]:
 @contextmanager
 def _study_of_result(result: xr.Dataset) -> Iterator[Study]:
     """The study of a result. Errors of its functions in a result that may have been edited become an ``InputError``."""
-    kind, known = result.attrs.get("study"), studies()
-    if kind not in known:
+    kind, by_kind = result.attrs.get("study"), studies()
+    if kind not in by_kind:
         raise InputError("study", kind, "there is no figure for this study")
     contents = result.wucht.contents if "contents" in result.attrs else ["contents"]
     missing = [n for n in contents if n not in result.variables]
     if missing:
         raise InputError(kind, None, f"this is no complete result of this study: {', '.join(missing)} is missing")
-    with refusing_edited(result):
-        yield known[kind]
+    with refuse_edited_values(result):
+        yield by_kind[kind]

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from wucht.errors import InputError
 from wucht.fatigue.damage import WoehlerLine, slope_below
-from wucht.schema import Described, Unit, checked, read_quantity, refuse_unknown, si
+from wucht.schema import TableModel, Unit, read_quantity, refuse_unknown, si, validate_model
 from wucht.studies import spec as common
 from wucht.studies.spec import Value
 
@@ -21,36 +21,36 @@ _STEEPEST = 100.0  # slope of a Woehler line: those of materials are 3 to 20
 MachineSignalName = Literal["displacement", "spring-force", "bearing-force", "acceleration"]
 
 
-def with_values(
+def entry_with_values(
     entry: Mapping[str, Any], paths: Sequence[str], values: Sequence[float], optional: Sequence[str] = ()
 ) -> dict[str, Any]:
     """Add the values of its parameters to an entry of a summary: under ``value`` and ``second_value``, and under their names.
 
     A name that is also another key of the table keeps that meaning. optional: keys of only some entries of the table.
     """
-    named = {path: value for path, value in zip(paths, values, strict=True) if path not in optional}
-    return named | dict(zip(VALUES, values, strict=False)) | dict(entry)
+    values_by_path = {path: value for path, value in zip(paths, values, strict=True) if path not in optional}
+    return values_by_path | dict(zip(VALUES, values, strict=False)) | dict(entry)
 
 
-def _names(given: Any) -> Any:
-    listed = [given] if isinstance(given, str) else given
-    if not isinstance(listed, list | tuple) or not listed or any(one not in NAMES for one in listed):
+def _names(raw: Any) -> Any:
+    names = [raw] if isinstance(raw, str) else raw
+    if not isinstance(names, list | tuple) or not names or any(one not in NAMES for one in names):
         raise ValueError(f"must be one or more of: {', '.join(NAMES)}")
-    return tuple(dict.fromkeys(listed))
+    return tuple(dict.fromkeys(names))
 
 
-def _ranges(given: Any) -> Any:
-    if not isinstance(given, Mapping):
+def _ranges(raw: Any) -> Any:
+    if not isinstance(raw, Mapping):
         raise ValueError("must be a table: ranges = { STATE = [low, high], ... }")
-    read = dict[str, tuple[float, float]]()
-    for name, pair in given.items():
+    ranges = dict[str, tuple[float, float]]()
+    for name, pair in raw.items():
         if not isinstance(pair, list | tuple) or len(pair) != 2 or any(isinstance(x, bool) for x in pair):
             raise ValueError(f"must give a pair [low, high] for {name}")
         low, high = (Unit("", f"end of the range of {name}").parse(x) for x in pair)
         if not low < high:
             raise ValueError(f"must give a pair [low, high] with low below high for {name}")
-        read[str(name)] = low, high
-    return read
+        ranges[str(name)] = low, high
+    return ranges
 
 
 Ranges = Annotated[
@@ -77,11 +77,11 @@ class EnsembleSpec(common.Spec):
 
     @model_validator(mode="before")
     @classmethod
-    def _until_settled(cls, given: Any) -> Any:
+    def _expand_until(cls, raw: Any) -> Any:
         """Accept ``until = "settled"``, the default in words."""
-        if isinstance(given, Mapping) and given.get("until") == "settled":
-            return {k: v for k, v in given.items() if k != "until"}
-        return given
+        if isinstance(raw, Mapping) and raw.get("until") == "settled":
+            return {k: v for k, v in raw.items() if k != "until"}
+        return raw
 
     def check(self) -> None:
         """Check that keys of averaged equations are given only with them."""
@@ -90,46 +90,46 @@ class EnsembleSpec(common.Spec):
                 raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow'")
 
 
-def paths_of(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
+def entries_by_path(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
     """The entries of a table by path: TOML reads ``drive.slope = [...]`` as a table within a table."""
-    given: list[tuple[str, Any]] = []
+    entries: list[tuple[str, Any]] = []
     for key, value in table.items():
-        given += paths_of(value, f"{path}{key}.") if isinstance(value, Mapping) else [(f"{path}{key}", value)]
-    return given
+        entries += entries_by_path(value, f"{path}{key}.") if isinstance(value, Mapping) else [(f"{path}{key}", value)]
+    return entries
 
 
-def _vary(given: Any) -> Any:
-    if not isinstance(given, Mapping) or not given:
+def _vary(raw: Any) -> Any:
+    if not isinstance(raw, Mapping) or not raw:
         raise ValueError(
             "must be a table of ranges: vary = { damping = [lo, hi], mass = { of = [BODY, ...], range = [lo, hi] } }"
         )
-    return {name: _group(f"study.vary.{name}", one) for name, one in _by_path(given)}
+    return {name: _check_group(f"study.vary.{name}", one) for name, one in _varied_entries(raw)}
 
 
-def _by_path(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
+def _varied_entries(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
     """The varied quantities by name: TOML reads ``b1.damping = [...]`` as a table within a table."""
-    found: list[tuple[str, Any]] = []
+    entries: list[tuple[str, Any]] = []
     for key, value in table.items():
-        nested = isinstance(value, Mapping) and not set(value) & set(_KEYS)
-        found += _by_path(value, f"{path}{key}.") if nested else [(f"{path}{key}", value)]
-    return found
+        is_nested = isinstance(value, Mapping) and not set(value) & set(_KEYS)
+        entries += _varied_entries(value, f"{path}{key}.") if is_nested else [(f"{path}{key}", value)]
+    return entries
 
 
-def _group(where: str, given: Any) -> dict[str, Any]:
-    table = given if isinstance(given, Mapping) else {"range": given}
-    refuse_unknown(table, _KEYS, where)
+def _check_group(location: str, raw: Any) -> dict[str, Any]:
+    table = raw if isinstance(raw, Mapping) else {"range": raw}
+    refuse_unknown(table, _KEYS, location)
     names, ends = table.get("of"), table.get("range")
     if not isinstance(ends, list | tuple) or len(ends) != 2 or any(isinstance(e, bool) for e in ends):
-        raise InputError(where, ends, "must be a pair [low, high]")
+        raise InputError(location, ends, "must be a pair [low, high]")
     if names is not None and (not isinstance(names, list | tuple) or not names or not all(isinstance(n, str) for n in names)):
-        raise InputError(f"{where}.of", names, "must be a list of names of bodies")
+        raise InputError(f"{location}.of", names, "must be a list of names of bodies")
     return {"of": None if names is None else list(names), "range": list(ends)}
 
 
 Vary = Annotated[dict[str, dict[str, Any]], BeforeValidator(_vary), Field(title="quantities to vary, and their ranges")]
 
 
-class Woehler(Described):
+class Woehler(TableModel):
     """A Woehler line N = ND (S/SD)^-k of amplitudes S, half the range."""
 
     k: float = si("", "slope of the Woehler line", gt=0, le=_STEEPEST)
@@ -143,29 +143,29 @@ class Woehler(Described):
         "", "slope below the knee", default=None, gt=0, le=_STEEPEST, help="slope below the knee, instead of `miner`"
     )
 
-    def check(self, where: str) -> None:
+    def check(self, location: str) -> None:
         """Check that there is only one rule for amplitudes below the knee."""
         if self.k2 is not None and self.miner is not None:
-            raise InputError(f"{where}.k2", self.k2, "give either k2 or miner")
+            raise InputError(f"{location}.k2", self.k2, "give either k2 or miner")
 
 
-def woehler_at(where: str) -> BeforeValidator:
+def woehler_validator(location: str) -> BeforeValidator:
     """Validator that reads a Woehler line from the table at a location."""
 
-    def read(given: Any) -> Any:
-        if isinstance(given, Mapping):
-            return checked(Woehler, given, where)
-        if given is not None and not isinstance(given, Woehler):
+    def read_line(raw: Any) -> Any:
+        if isinstance(raw, Mapping):
+            return validate_model(Woehler, raw, location)
+        if raw is not None and not isinstance(raw, Woehler):
             raise ValueError("must be a table: woehler = { k = SLOPE, ND = CYCLES, SD = AMPLITUDE }")
-        return given
+        return raw
 
-    return BeforeValidator(read)
+    return BeforeValidator(read_line)
 
 
-def woehler_line(given: Woehler, unit: str, where: str) -> WoehlerLine:
+def woehler_line(keys: Woehler, unit: str, location: str) -> WoehlerLine:
     """The Woehler line in the signal's unit. location: of its table. Raises ``InputError``."""
-    knee = read_quantity(Unit(unit, "amplitude at the knee"), given.SD, f"{where}.SD")
+    knee = read_quantity(Unit(unit, "amplitude at the knee"), keys.SD, f"{location}.SD")
     if knee <= 0:
-        raise InputError(f"{where}.SD", given.SD, "must be an amplitude greater than 0")
-    below = slope_below(given.k, given.miner or "elementary") if given.k2 is None else given.k2
-    return WoehlerLine(given.k, given.ND, knee, below)
+        raise InputError(f"{location}.SD", keys.SD, "must be an amplitude greater than 0")
+    below = slope_below(keys.k, keys.miner or "elementary") if keys.k2 is None else keys.k2
+    return WoehlerLine(keys.k, keys.ND, knee, below)

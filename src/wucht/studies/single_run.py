@@ -37,18 +37,18 @@ class SingleRun(common.Spec):
 
     @model_validator(mode="before")
     @classmethod
-    def _until_settled(cls, given: Any) -> Any:
+    def _expand_until(cls, raw: Any) -> Any:
         """Accept ``until = "settled"`` and ``until = { turns = 300 }``."""
-        if not isinstance(given, Mapping):
-            return given
-        until = given.get("until")
+        if not isinstance(raw, Mapping):
+            return raw
+        until = raw.get("until")
         until = {"settled": True} if until == "settled" else until
         if not isinstance(until, Mapping):
-            return given
+            return raw
         refuse_unknown(until, ("turns", "settled"), "study.until")
         if not until:
             raise InputError("study.until", {}, "must be a time, { turns = NUMBER } or { settled = true }")
-        return {k: v for k, v in given.items() if k != "until"} | dict(until)
+        return {k: v for k, v in raw.items() if k != "until"} | dict(until)
 
     @property
     def settings(self) -> RunSettings:

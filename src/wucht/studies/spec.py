@@ -11,13 +11,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
 
-from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
-from wucht.schema import Described, Unit, read_quantity, unit_of
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
+from wucht.schema import TableModel, Unit, read_quantity, unit_of
 
-FULL, AVERAGED = "full equations of motion", "averaged equations"  # wording of ``assumptions``
+FULL_EQUATIONS, AVERAGED_EQUATIONS = "full equations of motion", "averaged equations"  # wording of ``assumptions``
 
 
-class Spec(Described):
+class Spec(TableModel):
     """The question of a study.
 
     subject: kind of subject, as ``module:name`` of a ``studies.subjects.Subject``. one_of: groups of keys that are one choice:
@@ -40,15 +40,15 @@ class Spec(Described):
     solves: ClassVar[str] = ""
     from_start: ClassVar[bool] = False
 
-    _written: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _raw_values: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     @classmethod
-    def where(cls) -> str:
+    def error_location(cls) -> str:
         """Name of the table in a file."""
         return "study"
 
     @classmethod
-    def read(cls, table: Mapping[str, Any]) -> Self:
+    def from_table(cls, table: Mapping[str, Any]) -> Self:
         """Build the spec from the table ``[study]`` of a file. Raises ``InputError``."""
         return cls(**{k: v for k, v in table.items() if k != "kind"})
 
@@ -59,15 +59,15 @@ class Spec(Described):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _keep_what_was_written(cls, given: Any, build: Any) -> Any:
+    def _keep_raw_values(cls, raw: Any, build: Any) -> Any:
         """Keep the quantities as they were written: a given unit is an error if the subject has none."""
-        if isinstance(given, Mapping):
-            for where, one, unit in cls._quantities(given):
-                if where.endswith("]"):  # an item of a list: pydantic would only locate the list
-                    read_quantity(unit, one, where)
-        spec = build(given)
-        if isinstance(given, Mapping):  # without words for another key, such as until = "settled"
-            spec._written = {k: v for k, v in given.items() if getattr(spec, k, None) is not None}
+        if isinstance(raw, Mapping):
+            for location, one, unit in cls._quantities(raw):
+                if location.endswith("]"):  # an item of a list: pydantic would only locate the list
+                    read_quantity(unit, one, location)
+        spec = build(raw)
+        if isinstance(raw, Mapping):  # without words for another key, such as until = "settled"
+            spec._written = {k: v for k, v in raw.items() if getattr(spec, k, None) is not None}
         spec.check()
         return spec
 
@@ -82,84 +82,86 @@ class Spec(Described):
         """The speed of the machine in words, if the study prescribes it; empty: as driven."""
         return ""
 
-    def asked(self) -> dict[str, Any]:
+    def to_table(self) -> dict[str, Any]:
         """The question as a table, for a result: the keys that are given or have a default."""
         return {"kind": self.kind} | {k: v for k, v in self.model_dump(mode="json").items() if v is not None}
 
-    def asked_of(self, subject: Any) -> dict[str, Any]:
+    def table_for(self, subject: Any) -> dict[str, Any]:
         """The question about a subject, with everything that affects the answer: the contents of files that it names.
 
         Questions with equal tables are the same, and completed units of work are reused.
         """
-        return self.asked()
+        return self.to_table()
 
     def refuse_units(self) -> None:
         """Raise ``InputError`` if a quantity has a unit: the subject is dimensionless."""
-        for where, one, unit in self._quantities(self._written):
-            read_quantity(Unit("", unit.what), one, where)
+        for location, one, unit in self._quantities(self._raw_values):
+            read_quantity(Unit("", unit.long_name), one, location)
 
     @classmethod
     def _quantities(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, Any, Unit]]:
         """Location, written value and unit of each quantity of a table."""
-        for key, given in table.items():
+        for key, raw in table.items():
             unit = unit_of(cls.model_fields.get(key))
-            if unit is not None and isinstance(given, list | tuple):
-                yield from ((f"study.{key}[{i}]", one, unit) for i, one in enumerate(given))
+            if unit is not None and isinstance(raw, list | tuple):
+                yield from ((f"study.{key}[{i}]", one, unit) for i, one in enumerate(raw))
             elif unit is not None:
-                yield f"study.{key}", given, unit
+                yield f"study.{key}", raw, unit
 
 
-def _must(allowed: Callable[[Any], bool], sentence: str, read: Callable[[Any], Any] = lambda given: given) -> BeforeValidator:
+def _validator(
+    is_allowed: Callable[[Any], bool], sentence: str, convert: Callable[[Any], Any] = lambda raw: raw
+) -> BeforeValidator:
     """Validator of a raw value, with the sentence for forbidden values. convert: applied to the others."""
 
-    def checked(given: Any) -> Any:
-        if not allowed(given):
+    def validate(raw: Any) -> Any:
+        if not is_allowed(raw):
             raise ValueError(sentence)
-        return read(given)
+        return convert(raw)
 
-    return BeforeValidator(checked)
-
-
-def _is_bool(given: Any) -> bool:
-    return isinstance(given, bool)
+    return BeforeValidator(validate)
 
 
-def _is_list(given: Any, of: type = object) -> bool:
-    return isinstance(given, list | tuple) and all(isinstance(one, of) for one in given)
+def _is_bool(raw: Any) -> bool:
+    return isinstance(raw, bool)
 
 
-def is_whole(given: Any) -> bool:
+def _is_list(raw: Any, of: type = object) -> bool:
+    return isinstance(raw, list | tuple) and all(isinstance(one, of) for one in raw)
+
+
+def is_whole(raw: Any) -> bool:
     """True for a whole number; 5.0, as given by ``--set``, is one."""
-    return not _is_bool(given) and (isinstance(given, int) or (isinstance(given, float) and given.is_integer()))
+    return not _is_bool(raw) and (isinstance(raw, int) or (isinstance(raw, float) and raw.is_integer()))
 
 
-def _is_path(given: Any) -> bool:
-    return isinstance(given, str) and given.strip() != ""
+def _is_path(raw: Any) -> bool:
+    return isinstance(raw, str) and raw.strip() != ""
 
 
-def _tables(given: list[Mapping[str, Any]]) -> tuple[dict[str, Any], ...]:
-    return tuple(map(dict, given))
+def _to_tables(raw: list[Mapping[str, Any]]) -> tuple[dict[str, Any], ...]:
+    return tuple(map(dict, raw))
 
 
-def _low_below_high(given: tuple[float, float]) -> tuple[float, float]:
-    if not given[0] < given[1]:
+def _check_order(raw: tuple[float, float]) -> tuple[float, float]:
+    if not raw[0] < raw[1]:
         raise ValueError("must be a pair [low, high] with low below high")
-    return given
+    return raw
 
 
-_quantity = _must(lambda given: not _is_bool(given), "must be a number, or a string with a unit")
-_start = _must(
-    lambda given: isinstance(given, Mapping), "must be a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }", dict
+_quantity = _validator(lambda raw: not _is_bool(raw), "must be a number, or a string with a unit")
+_start = _validator(
+    lambda raw: isinstance(raw, Mapping), "must be a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }", dict
 )
-_starts = _must(lambda given: _is_list(given, Mapping), "must be a list of tables: starts = [{ BODY = ANGLE }, ...]", _tables)
-_path = _must(_is_path, "must be the path of a parameter, such as drive.slope")
-_values = _must(_is_list, "must be a list of values of the parameter that along names", tuple)
-_pair = _must(lambda given: _is_list(given) and len(given) == 2, "must be a pair [low, high]", tuple)
-_whole = _must(is_whole, "must be a whole number", int)
-_order = _must(
-    lambda given: not _is_bool(given) and given in (1, 2), "must be 1 or 2: the order of the averaged equations", int
+_starts = _validator(
+    lambda raw: _is_list(raw, Mapping), "must be a list of tables: starts = [{ BODY = ANGLE }, ...]", _to_tables
 )
-_inertia = _must(_is_bool, "must be true or false: true keeps the inertia in the averaged equations")
+_path = _validator(_is_path, "must be the path of a parameter, such as drive.slope")
+_values = _validator(_is_list, "must be a list of values of the parameter that along names", tuple)
+_pair = _validator(lambda raw: _is_list(raw) and len(raw) == 2, "must be a pair [low, high]", tuple)
+_whole = _validator(is_whole, "must be a whole number", int)
+_order = _validator(lambda raw: not _is_bool(raw) and raw in (1, 2), "must be 1 or 2: the order of the averaged equations", int)
+_inertia = _validator(_is_bool, "must be true or false: true keeps the inertia in the averaged equations")
 
 Value = Annotated[float | str, _quantity]  # in the unit of a parameter of the subject
 Start = Annotated[dict[str, Any], _start, Field(title="initial state", description=(
@@ -169,7 +171,7 @@ Starts = Annotated[tuple[dict[str, Any], ...], _starts, Field(title="initial sta
 Path = Annotated[str, _path, Field(title="path of a parameter")]
 Values = Annotated[tuple[Value, ...], _values, Field(title="values of the parameter")]
 Pair = Annotated[tuple[Value, Value], _pair, Field(title="pair [low, high] of the parameter")]
-Interval = Annotated[tuple[float, float], _pair, AfterValidator(_low_below_high)]  # of a quantity declared by ``si``
+Interval = Annotated[tuple[float, float], _pair, AfterValidator(_check_order)]  # of a quantity declared by ``si``
 Whole = Annotated[int, _whole]
 Order = Annotated[Literal[1, 2], _order, Field(description=(
     "order of the averaged equations, 1 or 2; they hold over times 1/epsilon, but for undamped librations of rotors or "
@@ -183,7 +185,7 @@ BalancingBodies = Annotated[Literal["steady", "held"] | None, Field(description=
     'as in `synchronous-states`; `"held"`, at the phases of `start`, at all speeds. By default steady if these phases '
     "are known, else held with a warning. Other rotors are at the phases of `start`"
 ))]  # fmt: skip
-TrueOrFalse = Annotated[bool, _must(_is_bool, "must be true or false")]
+TrueOrFalse = Annotated[bool, _validator(_is_bool, "must be true or false")]
 Tolerance = Annotated[
     float, BeforeValidator(Unit("", "tolerance").parse), Field(ge=1e-16, le=1e-2, description="tolerance of the integration")
 ]

@@ -12,7 +12,7 @@ from wucht.errors import InputError
 from wucht.files.catalogue import load_document, short_name
 from wucht.files.documents import Document, flatten
 from wucht.schema import table
-from wucht.studies.registry import asked_study, studies
+from wucht.studies.registry import requested_study, studies
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
@@ -34,13 +34,13 @@ class StudyFile:
     spec: Spec
     subject: Any
     document: Document
-    other: bool
+    changes_kind: bool
 
     @property
     def name(self) -> Path:
         """Folder of its result: the catalogue or file name, with a subfolder for another kind of study than the file's."""
-        own = short_name(self.path)
-        return own / self.spec.kind if self.other else own
+        base = short_name(self.path)
+        return base / self.spec.kind if self.changes_kind else base
 
 
 def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFile:
@@ -50,30 +50,32 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     Raises ``InputError`` with file, key, given value and requirement.
     """
     document, path = load_document(name)
-    dropped: list[str] = []
+    dropped_keys: list[str] = []
     try:
-        return _read(document, path, name, flatten(settings or {}), dropped)
+        return _read_document(document, path, name, flatten(settings or {}), dropped_keys)
     except InputError as error:
-        raise _with_dropped(error, dropped).in_file(path) from None
+        raise _explain_dropped(error, dropped_keys).with_file(path) from None
 
 
 def read_comparison(
     of: Sequence[str], settings: Mapping[str, Any] | None = None, vary: Mapping[str, Sequence[Any]] | None = None
 ) -> StudyFile:
     """Build the question that compares several studies, without a study file: see ``compare``. Raises ``InputError``."""
-    asked = {"kind": "comparison", "of": list(of), "set": dict(settings or {}), "vary": dict(vary or {})}
-    return _read({"study": asked}, Path("comparison"), "comparison", {}, [])
+    study_table = {"kind": "comparison", "of": list(of), "set": dict(settings or {}), "vary": dict(vary or {})}
+    return _read_document({"study": study_table}, Path("comparison"), "comparison", {}, [])
 
 
-def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any], dropped: list[str]) -> StudyFile:
+def _read_document(
+    document: Document, path: Path, name: str, settings: Mapping[str, Any], dropped_keys: list[str]
+) -> StudyFile:
     """Read a document. dropped_keys: is extended by the omitted keys, which were written for another kind of study."""
-    asked, left_out = _asked(document, settings)
-    dropped += left_out
-    spec = asked_study(asked).spec
+    study_table, omitted_keys = _study_table(document, settings)
+    dropped_keys += omitted_keys
+    spec = requested_study(study_table).spec
     of_subject = {k: v for k, v in settings.items() if not k.startswith("study.")}
-    subject, described = subject_of(spec).read(document | {"study": asked}, path, name, of_subject)
-    other = asked["kind"] != document.get("study", {"kind": DEFAULT_KIND}).get("kind")
-    return StudyFile(path, spec.read(asked), subject, {"study": asked, **described}, other)
+    subject, tables = subject_of(spec).read(document | {"study": study_table}, path, name, of_subject)
+    changes_kind = study_table["kind"] != document.get("study", {"kind": DEFAULT_KIND}).get("kind")
+    return StudyFile(path, spec.from_table(study_table), subject, {"study": study_table, **tables}, changes_kind)
 
 
 def run_file(
@@ -147,53 +149,55 @@ def compare(
     >>> compare(["drozdetskaya-2020/r1"], {"study.until": 6.0}, {"drive.slope": [0.0195, 0.039]}).outcome.values.tolist()
     ['unidentified', 'compensated']
     """
-    asked = read_comparison([str(one) for one in of], settings, vary)
-    return answer(asked, folder=folder, resume=resume, progress=progress)
+    study_file = read_comparison([str(one) for one in of], settings, vary)
+    return answer(study_file, folder=folder, resume=resume, progress=progress)
 
 
-def answer(asked: StudyFile, **options: Any) -> xr.Dataset:
+def answer(study_file: StudyFile, **options: Any) -> xr.Dataset:
     """Answer a study file that was read: ``run`` with its options, whose errors name the file."""
     try:
-        return run(asked.spec, asked.subject, document=asked.document, **options)
+        return run(study_file.spec, study_file.subject, document=study_file.document, **options)
     except InputError as error:
-        option = error.where.startswith("-")  # -o, --resume, --scheduler: not an error of the file
-        raise error if option else error.in_file(asked.path) from None
+        option = error.location.startswith("-")  # -o, --resume, --scheduler: not an error of the file
+        raise error if option else error.with_file(study_file.path) from None
 
 
-def _with_dropped(error: InputError, dropped: list[str]) -> InputError:
+def _explain_dropped(error: InputError, dropped_keys: list[str]) -> InputError:
     """Explain the error of a missing key that the file has, but for another kind of study."""
-    if error.given is not None or error.where.removeprefix("study.") not in dropped:
+    if error.value is not None or error.location.removeprefix("study.") not in dropped_keys:
         return error
-    why = f"the values of {', '.join(dropped)} in the file were written for another kind of study and are ignored; use --set"
-    return InputError(error.where, None, f"{error.allowed}; {why} {error.where}=...")
+    reason = (
+        f"the values of {', '.join(dropped_keys)} in the file were written for another kind of study and are ignored; use --set"
+    )
+    return InputError(error.location, None, f"{error.explanation}; {reason} {error.location}=...")
 
 
-def _asked(document: Document, settings: Mapping[str, Any]) -> tuple[Document, list[str]]:
+def _study_table(document: Document, settings: Mapping[str, Any]) -> tuple[Document, list[str]]:
     """The table ``[study]`` with the settings, and the omitted keys; without a table the study is a run-up.
 
     From a file written for another kind only the keys in common are used.
     """
-    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": DEFAULT_KIND}
-    kind, known = settings.get("study.kind", asked.get("kind")), studies()
-    written = asked
-    spec = known[kind].spec if isinstance(kind, str) and kind in known else Spec
-    if kind != asked.get("kind") and spec is not Spec:
-        allowed = set(spec.keys()) - set(spec.meaning)
-        asked = {k: v for k, v in asked.items() if k in allowed}
+    study_table = dict(table(document, "study", "study")) if "study" in document else {"kind": DEFAULT_KIND}
+    kind, by_kind = settings.get("study.kind", study_table.get("kind")), studies()
+    written_table = study_table
+    spec = by_kind[kind].spec if isinstance(kind, str) and kind in by_kind else Spec
+    if kind != study_table.get("kind") and spec is not Spec:
+        common_keys = set(spec.keys()) - set(spec.meaning)
+        study_table = {k: v for k, v in study_table.items() if k in common_keys}
     for key, value in settings.items():
         if key.startswith("study."):
-            _set(asked, key.removeprefix("study.").split("."), value, spec.one_of)
-    return asked, [k for k in written if k not in asked]
+            _set_key(study_table, key.removeprefix("study.").split("."), value, spec.one_of)
+    return study_table, [k for k in written_table if k not in study_table]
 
 
-def _set(asked: Document, keys: list[str], value: Any, one_of: tuple[tuple[str, ...], ...]) -> None:
+def _set_key(target: Document, keys: list[str], value: Any, one_of: tuple[tuple[str, ...], ...]) -> None:
     for group in one_of:
         if keys[0] in group:  # one choice: setting one key replaces the others in the file
-            for other in group:
-                asked.pop(other, None)
+            for alternative in group:
+                target.pop(alternative, None)
     for key in keys[:-1]:
-        inner = asked.setdefault(key, {})
+        inner = target.setdefault(key, {})
         if not isinstance(inner, dict):
-            inner = asked[key] = {"angle": inner}
-        asked = inner
-    asked[keys[-1]] = value
+            inner = target[key] = {"angle": inner}
+        target = inner
+    target[keys[-1]] = value

@@ -22,7 +22,7 @@ from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT, machine_of
 from wucht.files.catalogue import equations_of as own_equations_of
 from wucht.files.documents import Document
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.piecewise import Pieces
 from wucht.schema import refuse_unknown
@@ -46,16 +46,16 @@ class _Exactly(StrPrinter):  # type: ignore[misc]
 
 def _fingerprint_of_machine(machine: Machine) -> str:
     """Fingerprint of a machine without its parameter values: of its parts and their energies, which give the equations."""
-    return _hashed({f.name: getattr(machine, f.name) for f in fields(machine) if f.name not in _SILENT})
+    return _fingerprint({f.name: getattr(machine, f.name) for f in fields(machine) if f.name not in _SILENT})
 
 
 @lru_cache(maxsize=64)
 def _fingerprint_of_system(system: System) -> str:
     """Fingerprint of equations without the values of their parameters."""
-    return _hashed(system)
+    return _fingerprint(system)
 
 
-def _hashed(value: Any) -> str:
+def _fingerprint(value: Any) -> str:
     return hashlib.sha256(_text(value).encode()).hexdigest()[:16]
 
 
@@ -69,7 +69,7 @@ def _text(value: Any) -> str:
         case sp.Basic() | sp.MatrixBase():
             return str(_Exactly().doprint(value))
         case Mapping():
-            text = ",".join(f"{_text(key)}:{_text(each)}" for key, each in value.items())
+            text = ",".join(f"{_text(key)}:{_text(item)}" for key, item in value.items())
         case set() | frozenset():
             text = ",".join(sorted(map(_text, value)))
         case _ if is_dataclass(value):
@@ -107,7 +107,7 @@ class Subject(Protocol):
         ...
 
 
-class OfMachine:
+class MachineSubject:
     """The machine of the table ``[machine]``."""
 
     def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
@@ -115,8 +115,8 @@ class OfMachine:
         if "system" in document and "machine" not in document:
             raise InputError("system", None, "the subject of this study must be a machine: give a table [machine]")
         refuse_unknown(document, (*ABOUT, "machine"), "")
-        machine, described = machine_of(document, path, name, settings)
-        return machine, {"machine": described}
+        machine, tables = machine_of(document, path, name, settings)
+        return machine, {"machine": tables}
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""
@@ -131,12 +131,12 @@ class OfMachine:
         return Description(subject.title, not subject.units.time, facts, subject.warnings, subject.notes)
 
 
-class OfMachineOrSystem:
+class MachineOrSystemSubject:
     """The machine of the table ``[machine]``, or the user equations of the table ``[system]``."""
 
     def read(
         self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
-    ) -> tuple[Machine | OwnEquations, Document]:
+    ) -> tuple[Machine | UserSystem, Document]:
         """See ``Subject``."""
         if "system" not in document:
             if "machine" not in document:
@@ -145,14 +145,14 @@ class OfMachineOrSystem:
         if "machine" in document:
             raise InputError("system", None, "a study has one subject: give either [machine] or [system]")
         refuse_unknown(document, (*ABOUT, "system"), "")
-        equations, described = own_equations_of(document, path, name, settings)
-        return equations, {"system": described}
+        equations, tables = own_equations_of(document, path, name, settings)
+        return equations, {"system": tables}
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""
         if isinstance(subject, Machine):
             return MACHINE.describe(subject)
-        if not isinstance(subject, OwnEquations):
+        if not isinstance(subject, UserSystem):
             raise InputError("machine", subject, "the subject of this study must be a machine or a wucht.UserSystem")
         facts = {
             "title": subject.title,
@@ -162,17 +162,17 @@ class OfMachineOrSystem:
         return Description(subject.title, True, facts)
 
 
-def equations_of(subject: Machine | OwnEquations) -> OwnEquations:
+def subject_system(subject: Machine | UserSystem) -> UserSystem:
     """The System of a study's subject with its parameter values: of a machine, the full equations of motion."""
-    return subject if isinstance(subject, OwnEquations) else OwnEquations(subject.system, _own_values(subject), subject.title)
+    return subject if isinstance(subject, UserSystem) else UserSystem(subject.system, _parameter_values(subject), subject.title)
 
 
-def _own_values(machine: Machine) -> dict[str, float]:
+def _parameter_values(machine: Machine) -> dict[str, float]:
     return {name: machine.values[name] for name in machine.system.parameter_names}
 
 
-MACHINE = OfMachine()
-MACHINE_OR_SYSTEM = OfMachineOrSystem()
+MACHINE = MachineSubject()
+MACHINE_OR_SYSTEM = MachineOrSystemSubject()
 
 
 def subject_of(spec: Spec | type[Spec]) -> Subject:

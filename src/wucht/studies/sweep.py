@@ -13,24 +13,33 @@ from pydantic import Field
 
 from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.parameters import parameter_of, range_of
-from wucht.dynamics.run_ups.initial_state import initial_state, placed
+from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.sweeps.jumps import JUMP_TOLERANCE, Jump, candidates, find_jump
-from wucht.dynamics.sweeps.moving import IntegrationError, Leg, MovedMachine, Mover, Place, moving_system, pace_of, rate_unit
+from wucht.dynamics.sweeps.moving import (
+    IntegrationError,
+    MovedMachine,
+    Mover,
+    Place,
+    SweepLeg,
+    moving_system,
+    rate_unit,
+    sweep_pace,
+)
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.changes import release_events
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, line_style
-from wucht.results.formatting import ReportLines, label, named, printed_unit, with_unit
+from wucht.results.formatting import ReportLines, label, parameter_in_words, printed_unit, with_unit
 from wucht.results.quantities import Quantity, answer, table
 from wucht.schema import Parameter, Unit, read_quantity
 from wucht.studies.motion_variables import parameter_values
-from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Spec, Start, Tolerance, Value
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Value
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,7 +54,7 @@ class Sweep(Spec):
 
     kind: ClassVar[str] = "sweep"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
-    solves: ClassVar[str] = FULL
+    solves: ClassVar[str] = FULL_EQUATIONS
     from_start: ClassVar[bool] = True
 
     along: Path = Field(description="path of the parameter that is swept")
@@ -73,8 +82,8 @@ class Plan:
     """
 
     spec: Sweep
-    moved: MovedMachine
-    swept: Parameter
+    moved_machine: MovedMachine
+    parameter: Parameter
     low: float
     high: float
     ways: dict[str, tuple[float, float]]
@@ -82,34 +91,38 @@ class Plan:
 
 def prepare(spec: Sweep, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
-    swept = parameter_of(machine, spec.along)
-    low, high = range_of(Unit(swept.unit, swept.what), spec.range)
-    rate = _rate(spec, machine, swept)
+    parameter = parameter_of(machine, spec.along)
+    low, high = range_of(Unit(parameter.unit, parameter.long_name), spec.range)
+    rate = _rate(spec, machine, parameter)
     if machine.schedules:
         raise InputError("machine.schedules", None, "not allowed in a sweep: the machine would change by itself")
-    if machine.shaking is not None and swept.path == machine.shaking[1].name:
-        raise InputError("study.along", swept.path, "not allowed: the phase of the motion would run away")
-    if swept.path in {f"{b.name}.{key}" for b in machine.bodies for key in ("locked", "release.time", "release.speed")}:
-        raise InputError("study.along", swept.path, "not allowed: it says when a body is released")
+    if machine.shaking is not None and parameter.path == machine.shaking[1].name:
+        raise InputError("study.along", parameter.path, "not allowed: the phase of the motion would run away")
+    if parameter.path in {f"{b.name}.{key}" for b in machine.bodies for key in ("locked", "release.time", "release.speed")}:
+        raise InputError("study.along", parameter.path, "not allowed: it says when a body is released")
     for i, value in enumerate((low, high)):
-        check_values(machine.parts, {swept.path: value}, f"study.range[{i}]", machine.values)
+        check_values(machine.parts, {parameter.path: value}, f"study.range[{i}]", machine.values)
     ways = {way: ends for way, ends in (("up", (low, high)), ("down", (high, low))) if spec.direction in (way, "both")}
-    machine = machine.with_unchecked({swept.path: next(iter(ways.values()))[0]})
+    machine = machine.with_unchecked_values({parameter.path: next(iter(ways.values()))[0]})
     initial = initial_state(machine, spec.start)
-    machine = placed(machine, initial)
-    moved = MovedMachine(machine, initial, swept.path, pace_of(machine, swept.path, low, high, rate), energy_scale(machine))
-    return Plan(spec, moved, swept, low, high, ways)
+    machine = machine_in_state(machine, initial)
+    moved_machine = MovedMachine(
+        machine, initial, parameter.path, sweep_pace(machine, parameter.path, low, high, rate), energy_scale(machine)
+    )
+    return Plan(spec, moved_machine, parameter, low, high, ways)
 
 
-def _rate(spec: Sweep, machine: Machine, swept: Parameter) -> float | None:
+def _rate(spec: Sweep, machine: Machine, parameter: Parameter) -> float | None:
     """The rate of the parameter, None if it is not given. Raises ``InputError``."""
     if spec.rate is None:
         return None
-    time, what = machine.units.time, f"rate of the {swept.what}"
-    rate = read_quantity(Unit(f"{swept.unit or '1'}/{time}" if time else swept.unit, what), spec.rate, "study.rate")
+    time, long_name = machine.units.time, f"rate of the {parameter.long_name}"
+    rate = read_quantity(
+        Unit(f"{parameter.unit or '1'}/{time}" if time else parameter.unit, long_name), spec.rate, "study.rate"
+    )
     if rate <= 0:
-        unit = f", in {rate_unit(machine, swept.path)}" if time else ""
-        raise InputError("study.rate", spec.rate, f"must be a {what} greater than 0{unit}")
+        unit = f", in {rate_unit(machine, parameter.path)}" if time else ""
+        raise InputError("study.rate", spec.rate, f"must be a {long_name} greater than 0{unit}")
     return rate
 
 
@@ -127,38 +140,38 @@ class Findings:
 
     engine: str
     warnings: tuple[str, ...]
-    ramps: dict[str, tuple[Leg, ...]] = field(default_factory=dict)
+    ramps: dict[str, tuple[SweepLeg, ...]] = field(default_factory=dict)
     jumps: tuple[Jump, ...] = ()
     failure: str | None = None
     complete: bool = False
 
     @property
-    def all_legs(self) -> list[Leg]:
+    def all_legs(self) -> list[SweepLeg]:
         """Legs of all ramps."""
         return [leg for legs in self.ramps.values() for leg in legs]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Run the ramps; yield the findings after each part of a ramp and each search. A failure ends the sweep with a sentence."""
-    machine = plan.moved.machine
-    moving, events = moving_system(machine, plan.swept.path), release_events(machine)
-    compiled = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
-    mover = Mover(plan.moved, compiled, _at(work, 0.0, "settling"))
-    driven, ways = (plan.moved.pace.driven, 0.0), len(plan.ways)
-    findings = Findings(compiled.engine.name, plan.moved.pace.warnings)
+    machine = plan.moved_machine.machine
+    moving, events = moving_system(machine, plan.parameter.path), release_events(machine)
+    flow = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
+    mover = Mover(plan.moved_machine, flow, _share_reporter(work, 0.0, "settling"))
+    driven, ways = (plan.moved_machine.pace.driven, 0.0), len(plan.ways)
+    findings = Findings(flow.engine.name, plan.moved_machine.pace.warnings)
     yield findings
     try:
-        settled, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
-        findings = replace(findings, warnings=findings.warnings + _doubts(plan, settled, steady, "before the sweep"))
+        settled_leg, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
+        findings = replace(findings, warnings=findings.warnings + _doubts(plan, settled_leg, steady, "before the sweep"))
         for k, way in enumerate(plan.ways):
             part = work.part(way, k / ways, (k + 1) / ways)
-            for legs in _ramp(plan, mover, settled.place, way, part):
+            for legs in _ramp(plan, mover, settled_leg.place, way, part):
                 findings = replace(findings, ramps=findings.ramps | {way: legs})
                 yield findings
             speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
-            at_end = replace(mover, report=_at(part, _RAMP_SHARE, "settling"))
-            settled, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
-            doubts = _doubts(plan, settled, steady, f"after the way {way}", findings.all_legs)
+            at_end = replace(mover, report=_share_reporter(part, _RAMP_SHARE, "settling"))
+            settled_leg, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
+            doubts = _doubts(plan, settled_leg, steady, f"after the way {way}", findings.all_legs)
             findings = replace(findings, warnings=findings.warnings + doubts)
             yield findings
             for jump in _jumps(mover, legs, plan.spec.jump_tolerance, part.part("jump", _JUMPS_SHARE, 1.0)):
@@ -170,16 +183,16 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         yield replace(findings, failure=str(error))
 
 
-def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Iterator[tuple[Leg, ...]]:
+def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Iterator[tuple[SweepLeg, ...]]:
     """Run one ramp in equal legs; yield the completed legs after each unit of work. place: its start."""
-    step, samples, begun = plan.moved.pace.step, plan.moved.pace.samples, place.time
-    turns = step * plan.moved.pace.fastest / (2 * math.pi)
+    step, samples, begin_time = plan.moved_machine.pace.step, plan.moved_machine.pace.samples, place.time
+    turns = step * plan.moved_machine.pace.fastest / (2 * math.pi)
     count = max(1, min(_MOST_LEGS_A_UNIT, round(_TURNS_A_UNIT / turns)))
 
     def report(time: float) -> None:
-        work.report(_SETTLED_SHARE + (_RAMP_SHARE - _SETTLED_SHARE) * (time - begun) / (samples * step), SENSE[way])
+        work.report(_SETTLED_SHARE + (_RAMP_SHARE - _SETTLED_SHARE) * (time - begin_time) / (samples * step), SENSE[way])
 
-    ramping, legs = replace(mover, report=report), tuple[Leg, ...]()
+    ramping, legs = replace(mover, report=report), tuple[SweepLeg, ...]()
     values = np.linspace(*plan.ways[way], samples + 1)[1:]
     for begin in range(0, samples, count):
         unit = partial(_legs, ramping, place, step, values[begin : begin + count].tolist())
@@ -191,9 +204,9 @@ def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Itera
         place = legs[-1].place
 
 
-def _legs(mover: Mover, place: Place, step: float, values: Sequence[float]) -> tuple[tuple[Leg, ...], str | None]:
+def _legs(mover: Mover, place: Place, step: float, values: Sequence[float]) -> tuple[tuple[SweepLeg, ...], str | None]:
     """Integrate legs to one value after the other, as far as possible; return them with the failure, if any."""
-    legs = list[Leg]()
+    legs = list[SweepLeg]()
     for value in values:
         try:
             legs.append(mover.leg(place, step, value))
@@ -203,31 +216,31 @@ def _legs(mover: Mover, place: Place, step: float, values: Sequence[float]) -> t
     return tuple(legs), None
 
 
-def _jumps(mover: Mover, legs: Sequence[Leg], tolerance: float, work: Work) -> Iterator[Jump]:
+def _jumps(mover: Mover, legs: Sequence[SweepLeg], tolerance: float, work: Work) -> Iterator[Jump]:
     """Yield the jumps of one ramp."""
     pairs = candidates(mover, legs)
     for i, (first, last) in enumerate(pairs):
-        searching = replace(mover, report=_at(work, i / len(pairs), f"jump {i + 1} of {len(pairs)} at most"))
+        searching = replace(mover, report=_share_reporter(work, i / len(pairs), f"jump {i + 1} of {len(pairs)} at most"))
         jump = work.unit(str(i + 1), partial(find_jump, searching, legs, first, last, tolerance))
         if jump is not None:
             yield jump
 
 
-def _at(work: Work, share: float, what: str) -> Callable[[float], None]:
+def _share_reporter(work: Work, share: float, activity: str) -> Callable[[float], None]:
     """Progress function of a mover while its duration is unknown."""
-    return lambda _: work.report(share, what)
+    return lambda _: work.report(share, activity)
 
 
-def _doubts(plan: Plan, settled: Leg, steady: bool, when: str, legs: Sequence[Leg] = ()) -> tuple[str, ...]:
+def _doubts(plan: Plan, settled_leg: SweepLeg, steady: bool, occasion: str, legs: Sequence[SweepLeg] = ()) -> tuple[str, ...]:
     """Warnings if the machine did not settle, or did not follow a ramp to its end. legs: of all ramps so far."""
-    doubts, speed = list[str](), f"{settled.speed:.5g} {plan.moved.machine.units.speed}".strip()
+    doubts, speed = list[str](), f"{settled_leg.speed:.5g} {plan.moved_machine.machine.units.speed}".strip()
     if not steady:
-        doubts.append(f"the machine did not settle {when}: its speed was still changing at {speed}")
-    largest = max(abs(leg.speed) for leg in (settled, *legs))
-    if legs and legs[-1].modulation < _TOO_FAST and abs(settled.speed - legs[-1].speed) > _TOO_FAST * largest:
+        doubts.append(f"the machine did not settle {occasion}: its speed was still changing at {speed}")
+    largest = max(abs(leg.speed) for leg in (settled_leg, *legs))
+    if legs and legs[-1].modulation < _TOO_FAST and abs(settled_leg.speed - legs[-1].speed) > _TOO_FAST * largest:
         doubts.append(
-            f"the sweep is too fast: {when} the speed still changed from {legs[-1].speed:.5g} to {speed}; "
-            f"give a rate below {plan.moved.pace.rate:.3g} {plan.moved.pace.rate_unit}"
+            f"the sweep is too fast: {occasion} the speed still changed from {legs[-1].speed:.5g} to {speed}; "
+            f"give a rate below {plan.moved_machine.pace.rate:.3g} {plan.moved_machine.pace.rate_unit}"
         )
     return tuple(doubts)
 
@@ -237,17 +250,22 @@ _FREE_SPEEDS = 21
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a sweep."""
-    pace, swept = plan.moved.pace, plan.swept
-    quantities = [*_of_jumps(plan, findings), *_of_question(plan), *_of_ramps(plan, findings)]
-    more = {"along": swept.path, "along_unit": swept.unit, "rate": pace.rate, "engine": findings.engine}
+    pace, parameter = plan.moved_machine.pace, plan.parameter
+    quantities = [*_jump_quantities(plan, findings), *_question_quantities(plan), *_ramp_quantities(plan, findings)]
+    more = {"along": parameter.path, "along_unit": parameter.unit, "rate": pace.rate, "engine": findings.engine}
     return answer(quantities, _sentence(plan, findings), _warnings(findings), (), findings.failure, **more)
 
 
-def _of_jumps(plan: Plan, findings: Findings) -> list[Quantity]:
+def _jump_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """The jumps, in the summary with the value of the parameter under its path."""
-    swept, jumps, speed, length = plan.swept, findings.jumps, plan.moved.machine.units.speed, plan.moved.machine.orbit_unit
+    parameter, jumps, speed, length = (
+        plan.parameter,
+        findings.jumps,
+        plan.moved_machine.machine.units.speed,
+        plan.moved_machine.machine.orbit_unit,
+    )
     parts = {
-        swept.path: (swept.words, swept.unit),
+        parameter.path: (parameter.full_name, parameter.unit),
         "from_speed": ("speed before the jump", speed),
         "to_speed": ("speed after the jump", speed),
         "direction": ("direction in which the parameter moves", ""),
@@ -255,10 +273,12 @@ def _of_jumps(plan: Plan, findings: Findings) -> list[Quantity]:
         "to_amplitude": ("amplitude after the jump", length),
         "fold": ("whether the branch ends in a fold there", ""),
         "only_seen": ("whether it is known from the ramp only", ""),
-        "bracket": ("values between which the branch ends", swept.unit),
+        "bracket": ("values between which the branch ends", parameter.unit),
     }
-    rows = [{swept.path if key == "value" else key: x for key, x in asdict(j).items()} for j in jumps]
-    columns = {"value": swept.path, "from": "from_speed", "to": "to_speed"} | {n: n for n in ("from_amplitude", "to_amplitude")}
+    rows = [{parameter.path if key == "value" else key: x for key, x in asdict(j).items()} for j in jumps]
+    columns = {"value": parameter.path, "from": "from_speed", "to": "to_speed"} | {
+        n: n for n in ("from_amplitude", "to_amplitude")
+    }
     return [
         *table("jumps", rows, "jumps, in the order in which they occur", parts),
         *(Quantity(f"jump_{n}", [row[part] for row in rows], *parts[part], "jump") for n, part in columns.items()),
@@ -266,33 +286,38 @@ def _of_jumps(plan: Plan, findings: Findings) -> list[Quantity]:
     ]
 
 
-def _of_question(plan: Plan) -> list[Quantity]:
+def _question_quantities(plan: Plan) -> list[Quantity]:
     """The swept parameter, its rate, and the speed of the drive without vibration."""
-    machine, swept, pace = plan.moved.machine, plan.swept, plan.moved.pace
+    machine, parameter, pace = plan.moved_machine.machine, plan.parameter, plan.moved_machine.pace
     grid = np.linspace(plan.low, plan.high, _FREE_SPEEDS)
-    free = [free_speed(machine.with_unchecked({swept.path: float(v)}), machine.rotor) for v in grid]
+    free = [free_speed(machine.with_unchecked_values({parameter.path: float(v)}), machine.rotor) for v in grid]
     return [
-        Quantity("along", swept.path, "swept parameter"),
-        Quantity("along_unit", swept.unit, "unit of the swept parameter"),
-        Quantity("range", [plan.low, plan.high], "lowest and highest value of the parameter", swept.unit),
+        Quantity("along", parameter.path, "swept parameter"),
+        Quantity("along_unit", parameter.unit, "unit of the swept parameter"),
+        Quantity("range", [plan.low, plan.high], "lowest and highest value of the parameter", parameter.unit),
         Quantity("rate", pace.rate, "rate of the parameter", pace.rate_unit),
         Quantity("rate_unit", pace.rate_unit, "unit of the rate"),
         Quantity("rate_chosen", plan.spec.rate is None, "whether the rate is the program's choice"),
         Quantity("jump_tolerance", plan.spec.jump_tolerance, "relative tolerance of the values of jumps"),
-        Quantity("grid", grid, swept.words, swept.unit, "grid"),
+        Quantity("grid", grid, parameter.full_name, parameter.unit, "grid"),
         Quantity("free_speed", np.array(free, float), "speed reached without vibration", machine.units.speed, "grid"),
         *parameter_values(machine),
     ]
 
 
-def _of_ramps(plan: Plan, findings: Findings) -> list[Quantity]:
+def _ramp_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Readings of the ramps, NaN where one ended early."""
-    swept, speed, length, legs = plan.swept, plan.moved.machine.units.speed, plan.moved.machine.orbit_unit, findings.all_legs
+    parameter, speed, length, legs = (
+        plan.parameter,
+        plan.moved_machine.machine.units.speed,
+        plan.moved_machine.machine.orbit_unit,
+        findings.all_legs,
+    )
     peak, residual = (max((getattr(leg, n) for leg in legs), default=None) for n in ("amplitude", "energy_residual"))
     ends = {way: {"from_speed": r[0].speed, "to_speed": r[-1].speed} for way, r in findings.ramps.items() if r}
     parts = {"from_speed": ("speed at its begin", speed), "to_speed": ("speed at its end", speed)}
     readings = {
-        "value": ("value", swept.words, swept.unit),
+        "value": ("value", parameter.full_name, parameter.unit),
         "speed": ("speed", "mean speed", speed),
         "min_speed": ("low", "least speed, mean over a turn", speed),
         "max_speed": ("high", "largest speed, mean over a turn", speed),
@@ -301,8 +326,11 @@ def _of_ramps(plan: Plan, findings: Findings) -> list[Quantity]:
     }
     return [
         Quantity("direction", list(findings.ramps) or np.empty(0, "U4"), "direction of the sweep", "", "direction"),
-        *(Quantity(n, _table(plan, findings, of), what, u, "direction sample") for n, (of, what, u) in readings.items()),
-        Quantity("hysteresis", hysteresis(findings.jumps), "range in which the state depends on the direction", swept.unit),
+        *(
+            Quantity(n, _table(plan, findings, of), long_name, u, "direction sample")
+            for n, (of, long_name, u) in readings.items()
+        ),
+        Quantity("hysteresis", hysteresis(findings.jumps), "range in which the state depends on the direction", parameter.unit),
         Quantity("peak_amplitude", peak, "largest amplitude of the axis", length, headline=True),
         Quantity("energy_residual", residual, "largest relative error of the energy balance"),
         Quantity("ends", ends, "speeds at the ends of each ramp", parts=parts),
@@ -311,7 +339,7 @@ def _of_ramps(plan: Plan, findings: Findings) -> list[Quantity]:
 
 def _table(plan: Plan, findings: Findings, key: str) -> np.ndarray:
     rows = [[getattr(leg, key) for leg in legs] for legs in findings.ramps.values()]
-    samples = plan.moved.pace.samples
+    samples = plan.moved_machine.pace.samples
     return np.array([row + [math.nan] * (samples - len(row)) for row in rows]).reshape(len(rows), samples)
 
 
@@ -322,18 +350,18 @@ def hysteresis(jumps: Sequence[Jump]) -> list[float] | None:
 
 
 def _warnings(findings: Findings) -> list[str]:
-    only_seen = [
+    doubtful_jumps = [
         f"the jump near {j.value:.5g} is only known to lie between {j.bracket[0]:.6g} and {j.bracket[1]:.6g}: with the "
         "parameter held before it, the machine does not remain in the state of the sweep; a lower rate shows where it settles"
         for j in findings.jumps
         if j.only_seen
     ]
     end = findings.failure or ("" if findings.complete else "the sweep is not finished: jumps may be missing")
-    return [*findings.warnings, *only_seen, *([end] if end else [])]
+    return [*findings.warnings, *doubtful_jumps, *([end] if end else [])]
 
 
 def _sentence(plan: Plan, findings: Findings) -> str:
-    path = plan.swept.called
+    path = plan.parameter.sentence_name
     if findings.failure:
         return "the sweep failed"
     if not findings.complete:
@@ -342,10 +370,10 @@ def _sentence(plan: Plan, findings: Findings) -> str:
         return f"no jump: the machine follows {path} between {plan.low:.5g} and {plan.high:.5g}"
     jumps = []
     for j in findings.jumps:
-        what = f"speed jumps from {j.from_speed:.5g} to {j.to_speed:.5g}"
+        change = f"speed jumps from {j.from_speed:.5g} to {j.to_speed:.5g}"
         if math.isclose(j.from_speed, j.to_speed, rel_tol=1e-4):
-            what = f"amplitude jumps from {j.from_amplitude:.4g} to {j.to_amplitude:.4g}"
-        jumps.append(f"at {plan.swept.at(j.value)} {SENSE[j.direction]} the {what}")
+            change = f"amplitude jumps from {j.from_amplitude:.4g} to {j.to_amplitude:.4g}"
+        jumps.append(f"at {plan.parameter.value_text(j.value)} {SENSE[j.direction]} the {change}")
     return "; ".join(jumps)
 
 
@@ -373,7 +401,7 @@ def report(result: xr.Dataset) -> list[str]:
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw two panels from a sweep's Dataset alone."""
-    drawn, (speed, amplitude) = new_figure(2, result.attrs["title"], _subtitle(result), 2.4)
+    fig, (speed, amplitude) = new_figure(2, result.attrs["title"], _subtitle(result), 2.4)
     scale, unit = printed_unit(result, "amplitude")
     for i, way in enumerate(str(d) for d in result.direction.values):
         ramp = result.sel(direction=way)
@@ -390,10 +418,10 @@ def figure(result: xr.Dataset) -> Figure:
     name_speeds(speed, result)
     amplitude.set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
     amplitude.set_xlim(float(result.grid[0]), float(result.grid[-1]))
-    amplitude.set_xlabel(with_unit(_what(result), result.attrs["along_unit"]))
+    amplitude.set_xlabel(with_unit(_parameter_words(result), result.attrs["along_unit"]))
     for axis in (speed, amplitude):
         legend_beside(axis)
-    return drawn
+    return fig
 
 
 def _subtitle(result: xr.Dataset) -> str:
@@ -402,11 +430,11 @@ def _subtitle(result: xr.Dataset) -> str:
     if not jumps or not result.attrs["finished"]:
         return str(result.attrs["sentence"])
     values = [f"{f'{j[along]:.6g} {unit}'.rstrip()} ({SENSE[j['direction']]})" for j in jumps]
-    return f"it jumps at {_what(result)} = {' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
+    return f"it jumps at {_parameter_words(result)} = {' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
 
 
-def _what(result: xr.Dataset) -> str:
-    return named(result.attrs["along"], str(result.grid.attrs["long_name"]))
+def _parameter_words(result: xr.Dataset) -> str:
+    return parameter_in_words(result.attrs["along"], str(result.grid.attrs["long_name"]))
 
 
 def _draw_jumps(axis: Axes, result: xr.Dataset, before: np.ndarray, after: np.ndarray) -> None:

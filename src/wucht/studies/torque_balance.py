@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
-from wucht.analysis.configurations.configuration import Configuration, Describer
-from wucht.analysis.configurations.search import Search, all_states
+from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
+from wucht.analysis.configurations.search import StateSearch, all_states
 from wucht.analysis.configurations.steady_branches import labels_of
 from wucht.analysis.time_constants import highest_speed
 from wucht.analysis.working_points import TorqueCurves, WorkingPoint
@@ -78,7 +78,7 @@ class Plan:
 
     steady: SteadyPhases
     curves: tuple[TorqueCurves, ...]
-    searched: tuple[float, float]
+    search_range: tuple[float, float]
 
 
 def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
@@ -88,27 +88,27 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
         raise InputError("study.on", spec.on, f"must be a rotor: {', '.join(by_name)}")
     rotor = machine.rotor if spec.on is None else by_name[spec.on]
     steady = SteadyPhases.of(machine, spec.start, spec.bodies)
-    if rotor.coordinate.prescribed is not None:
-        why = f"the drive gives {rotor.name!r} its speed, whatever torque that takes: there is no torque balance"
+    if rotor.coordinate.prescribed_velocity is not None:
+        reason = f"the drive gives {rotor.name!r} its speed, whatever torque that takes: there is no torque balance"
         advice = "study.kind = 'response' computes the required torque"
-        raise InputError("machine.drive", None, f"{why}; {advice}", code="prescribed")
-    turning = {b.name for b in machine.group(rotor)}
-    if not machine.dimensionless and not any(d.on in turning for d in machine.drives):
+        raise InputError("machine.drive", None, f"{reason}; {advice}", code="prescribed")
+    driven_bodies = {b.name for b in machine.group(rotor)}
+    if not machine.dimensionless and not any(d.on in driven_bodies for d in machine.drives):
         raise InputError(
             "machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance", code="no-drive"
         )
     speeds = spec.range or _speed_range(steady, rotor)
-    curves = tuple(TorqueCurves(steady.machine, rotor, forced, speeds, spec.points) for forced in steady.curves)
-    return Plan(steady, curves, _searched(steady, speeds) if steady.branches else speeds)
+    curves = tuple(TorqueCurves(steady.machine, rotor, vibration, speeds, spec.points) for vibration in steady.curves)
+    return Plan(steady, curves, _search_range(steady, speeds) if steady.branches else speeds)
 
 
-def _searched(steady: SteadyPhases, speeds: tuple[float, float]) -> tuple[float, float]:
+def _search_range(steady: SteadyPhases, speeds: tuple[float, float]) -> tuple[float, float]:
     """The part of the (signed) range to be searched. Raises ``InputError`` if it is not in the sense of the drive."""
     sense = sense_of(steady.machine, steady.machine.rotor)
     low, high = sorted(sense * w for w in speeds)
     if low < 0 or not high > 0:
-        allowed = "must be speeds in the sense in which the drive turns; with study.bodies = 'held' any speeds are allowed"
-        raise InputError("study.range", list(speeds), allowed)
+        requirement = "must be speeds in the sense in which the drive turns; with study.bodies = 'held' any speeds are allowed"
+        raise InputError("study.range", list(speeds), requirement)
     return max(low, LOWEST * high), high
 
 
@@ -123,12 +123,12 @@ def _speed_range(steady: SteadyPhases, rotor: RotatingBody) -> tuple[float, floa
     else:  # the vibration may limit the speed far beyond all resonances
         sense = math.copysign(1.0, free or torque)
         limits = (0.0, reach) if sense > 0 else (-reach, 0.0)
-        points = TorqueCurves(machine, rotor, steady.forced, limits, _POINTS).working_points
+        points = TorqueCurves(machine, rotor, steady.forced_vibration, limits, _POINTS).working_points
         end = sense * max([3 * natural, *(1.2 * abs(p.speed) for p in points)])
     return min(0.0, end), max(0.0, end)
 
 
-_NOT_ASKED = Stability.undecided("the full equations are not evaluated")
+_FULL_UNDECIDED = Stability.without_verdict("the full equations are not evaluated")
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Findings:
 
     points: tuple[WorkingPoint, ...]
     configurations: tuple[Configuration, ...] = ()
-    search: Search | None = None
+    search: StateSearch | None = None
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
@@ -148,23 +148,23 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         yield Findings(tuple(plan.curves[0].working_points))
         return
     search = work.unit(
-        "search", lambda: all_states(torques, *plan.searched, partial(work.report, 0.0, "working points"), prove=False)
+        "search", lambda: all_states(torques, *plan.search_range, partial(work.report, 0.0, "working points"), prove=False)
     )
-    describer = Describer(AveragedStability(torques, averaged_machine(torques.machine)))
-    found = sorted((describer.described(state, _NOT_ASKED) for state in search.states), key=lambda c: c.speed)
-    points = (plan.curves[0].point(c.speed, c.slow.stable is True) for c in found)
-    yield Findings(tuple(points), tuple(found), search)
+    describer = ConfigurationDescriber(AveragedStability(torques, averaged_machine(torques.machine)))
+    configurations = sorted((describer.describe(state, _FULL_UNDECIDED) for state in search.states), key=lambda c: c.speed)
+    points = (plan.curves[0].point(c.speed, c.slow.stable is True) for c in configurations)
+    yield Findings(tuple(points), tuple(configurations), search)
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a torque balance."""
     labels = [_label(plan, c) for c in findings.configurations]
     sentence = _sentence(findings, labels, plan.curves[0].runaway)
-    quantities = [*_of_curves(plan), *_of_points(plan, findings, labels), *_of_machine(plan)]
-    return answer(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumed)
+    quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings, labels), *_machine_quantities(plan)]
+    return answer(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumptions)
 
 
-def _of_curves(plan: Plan) -> list[Quantity]:
+def _curve_quantities(plan: Plan) -> list[Quantity]:
     """The torques over the speed, and the stability of a working point there; separately for each configuration."""
     machine, base = plan.steady.machine, plan.curves[0]
     grid = plan.steady.grid(np.unique(np.concatenate([c.grid for c in plan.curves])))
@@ -196,13 +196,13 @@ def _of_curves(plan: Plan) -> list[Quantity]:
     ]
 
 
-def _of_points(plan: Plan, findings: Findings, labels: list[str]) -> list[Quantity]:
+def _point_quantities(plan: Plan, findings: Findings, labels: list[str]) -> list[Quantity]:
     """The working points; with bodies in steady phases including their configuration."""
     units, rows = plan.steady.machine.units, [asdict(p) for p in findings.points]
     for row, c, label in zip(rows, findings.configurations, labels, strict=False):
         row |= {
             "configuration": label, "name": c.name, "phases": c.phases, "residual_share": c.share,
-            "overlapping": c.overlapping, "indifferent": c.state.indifferent, "family_dimension": c.state.dimension,
+            "overlapping": c.overlapping, "indifferent": c.state.is_indifferent, "family_dimension": c.state.dimension,
         }  # fmt: skip
     parts = {
         "speed": ("speed of a working point", units.speed),
@@ -225,7 +225,7 @@ def _of_points(plan: Plan, findings: Findings, labels: list[str]) -> list[Quanti
     return table("working_points", rows, "steady speeds at which the torques balance", parts, "point", columns)
 
 
-def _of_machine(plan: Plan) -> list[Quantity]:
+def _machine_quantities(plan: Plan) -> list[Quantity]:
     """Properties of the machine without vibration, and the question."""
     machine, base = plan.steady.machine, plan.curves[0]
     units = machine.units
@@ -247,7 +247,7 @@ def _of_machine(plan: Plan) -> list[Quantity]:
 
 def _label(plan: Plan, c: Configuration) -> str:
     assert plan.steady.torques is not None
-    return str(labels_of(plan.steady.torques, c.state.beside, c.state.phases[:, None])[0])
+    return str(labels_of(plan.steady.torques, c.state.sides, c.state.phases[:, None])[0])
 
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
@@ -263,11 +263,11 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
 def _sentence(findings: Findings, labels: list[str], runaway: bool) -> str:
     overlapping = [c.overlapping for c in findings.configurations] or [False] * len(findings.points)
     points = [p for p, over in zip(findings.points, overlapping, strict=True) if not over]
-    named = [name for name, p, over in zip(labels, findings.points, overlapping, strict=False) if p.stable and not over]
+    stable_names = [name for name, p, over in zip(labels, findings.points, overlapping, strict=False) if p.stable and not over]
     stable = sum(p.stable for p in points)
     one, several = f"one working point, {'stable' if stable else 'not stable'}", f"{len(points)} working points"
     count = one if len(points) == 1 else f"{several}, {stable} of them stable"
-    count += f": {', '.join(dict.fromkeys(named))}" if named else ""
+    count += f": {', '.join(dict.fromkeys(stable_names))}" if stable_names else ""
     if impossible := sum(overlapping):
         count += f"; {impossible} more with overlapping bodies of a track" if points else ""
     if runaway:
@@ -275,8 +275,8 @@ def _sentence(findings: Findings, labels: list[str], runaway: bool) -> str:
         return f"{away}; with it {'are' if len(points) > 1 else 'is'} {count}" if points else away
     if points:
         return count
-    where = " in any steady phases of the balancing bodies" if findings.search is not None else ""
-    return f"drive, load and vibration do not balance anywhere in the range{where}"
+    place = " in any steady phases of the balancing bodies" if findings.search is not None else ""
+    return f"drive, load and vibration do not balance anywhere in the range{place}"
 
 
 def report(result: xr.Dataset) -> list[str]:
@@ -322,15 +322,15 @@ def figure(result: xr.Dataset) -> Figure:
     Without load only the second is drawn.
     """
     speed, drive, load, vibration = (result[n].values for n in ("speed", "drive_torque", "load_torque", "vibration_torque"))
-    loaded, net = bool(np.abs(load).any()), drive - load
-    heights = 2.5 if loaded else 3.4
-    drawn, axes = new_figure(2 if loaded else 1, result.attrs["title"], result.attrs["sentence"], heights)
-    if loaded:
+    has_load, net = bool(np.abs(load).any()), drive - load
+    heights = 2.5 if has_load else 3.4
+    fig, axes = new_figure(2 if has_load else 1, result.attrs["title"], result.attrs["sentence"], heights)
+    if has_load:
         axes[0].plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
         axes[0].plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
         _resistance(axes[0], result, load + vibration, "load and vibration", result.point_torque.values)
         _ordinate(axes[0], result, drive, result.point_torque.values)
-    axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if loaded else "drive")
+    axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if has_load else "drive")
     # Not of the net torque, which jumps at the set speed of a controlled drive.
     net_points = result.point_torque.values - np.interp(result.point_speed.values, speed, load)
     _resistance(axes[-1], result, vibration, "vibration", net_points)
@@ -339,7 +339,7 @@ def figure(result: xr.Dataset) -> Figure:
     mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)
     at = result.point_speed.values
     axes[-1].set_xlim(min(speed[0], at.min(initial=speed[0])), max(speed[-1], at.max(initial=speed[-1])))
-    return drawn
+    return fig
 
 
 def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str, at_points: np.ndarray) -> None:
@@ -367,13 +367,13 @@ def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: n
     vibration = result.vibration_torque.values + result.load_torque.values
     driving = drive[drive * result.speed.values >= 0]
     largest = float(np.abs(driving).max(initial=0.0))
-    shown = np.concatenate([[0.0], drive, vibration[np.isfinite(vibration)]])
-    low, high = float(shown.min()), float(shown.max())
+    torques = np.concatenate([[0.0], drive, vibration[np.isfinite(vibration)]])
+    low, high = float(torques.min()), float(torques.max())
     if largest > 0:
         above, below = (_TALLEST if driving[np.abs(driving).argmax()] * s > 0 else _BRAKING for s in (1, -1))
         low, high = max(low, -below * largest), min(high, above * largest)
-        met = np.concatenate([np.abs(vibration[np.isfinite(vibration)]), np.abs(result.point_torque.values)])
-        most = _STARTING * float(met.max(initial=0.0)) or largest
+        opposing_torques = np.concatenate([np.abs(vibration[np.isfinite(vibration)]), np.abs(result.point_torque.values)])
+        most = _STARTING * float(opposing_torques.max(initial=0.0)) or largest
         low, high = max(low, -most), min(high, most)
     points = shown_points[np.isfinite(shown_points)]
     low, high = min(low, points.min(initial=low)), max(high, points.max(initial=high))  # all working points are inside

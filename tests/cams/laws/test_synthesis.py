@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from wucht.cams.laws.programs import InfeasibleError
-from wucht.cams.laws.synthesis import Band, Cap, equiripple, maximally_flat, synthesise, ways_out
+from wucht.cams.laws.synthesis import Band, Cap, equiripple, maximally_flat, single_relaxations, synthesise
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -19,7 +19,7 @@ TOP = Band("top", 0, math.pi, math.pi, STROKE, STROKE)
 
 def dwell(half, tolerance=0.0, value=0.0):
     """As flat as can be without a tolerance."""
-    return Band("dwell", 0, -half, half, value - tolerance, value + tolerance, widened=not tolerance)
+    return Band("dwell", 0, -half, half, value - tolerance, value + tolerance, is_widened=not tolerance)
 
 
 def everywhere(order, bound, widened=False):
@@ -165,7 +165,7 @@ def test_restrictions_that_contradict_each_other_are_infeasible():
 
 
 def test_what_must_give_way_and_by_how_much():
-    ways = ways_out(3, CONTRADICTION)
+    ways = single_relaxations(3, CONTRADICTION)
     assert {w.restriction.name for w in ways} == {"dwell", "top", "velocity"}
     assert ways[0].restriction.name == "velocity"  # by 0.025 of 0.6: the least share
     for way in ways:
@@ -181,7 +181,7 @@ def test_what_must_give_way_and_by_how_much():
 
 def test_where_more_than_one_must_give_way_there_is_no_way_out():
     points = [Band(f"point {i}", 0, 0.0, 0.0, float(i), float(i)) for i in range(3)]
-    assert ways_out(4, points) == ()
+    assert single_relaxations(4, points) == ()
 
 
 @settings(max_examples=25, deadline=None)
@@ -193,7 +193,7 @@ def test_turning_and_scaling_the_task_turns_and_scales_the_motion(count, half, t
     found, moved = synthesise(count, asked), synthesise(count, other)
     assert moved.widening == pytest.approx(scale * found.widening, rel=3e-6)
     phi = np.linspace(0, TURN, 200)
-    assert moved.law(phi) == pytest.approx(scale * found.law.shifted(turned)(phi), abs=1e-4 * scale * STROKE)
+    assert moved.law(phi) == pytest.approx(scale * found.law.shift(turned)(phi), abs=1e-4 * scale * STROKE)
 
 
 def test_the_motion_is_a_series():

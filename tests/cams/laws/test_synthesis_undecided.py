@@ -33,7 +33,7 @@ def restrictions(*widened: bool) -> Any:
 
 
 def test_what_has_a_motion_only_if_it_is_widened_is_contradictory(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = undecided(monkeypatch, 2.1 * module._BROKEN)
+    asked = undecided(monkeypatch, 2.1 * module._VIOLATION)
     with pytest.raises(InfeasibleError):
         module.synthesise(5, restrictions(False, False, True))
     assert [(count, len(some), weights) for count, some, weights in asked] == [(5, 3, None), (5, 2, None)]
@@ -41,7 +41,7 @@ def test_what_has_a_motion_only_if_it_is_widened_is_contradictory(monkeypatch: p
 
 
 def test_what_hardly_needs_to_be_widened_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    undecided(monkeypatch, 1.9 * module._BROKEN)
+    undecided(monkeypatch, 1.9 * module._VIOLATION)
     with pytest.raises(RunError, match=r"^undecided$"):
         module.synthesise(5, restrictions(False, False, True))
     asked = undecided(monkeypatch, 1.0)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.refusals import refused
 
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
-from wucht.cams.linkages.closure import LeverMotion, OutputMotion, composed
+from wucht.cams.linkages.closure import LeverMotion, OutputMotion, composed_derivative
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
 from wucht.cams.tables.linkage import FourBarTable, SliderCrankTable
 from wucht.errors import InputError
@@ -106,8 +106,8 @@ def test_there_and_back(linkage, share):
     back = linkage.output_derivatives(forth[0])
     assert back[0] == pytest.approx(psi, abs=1e-12 * max(1, abs(back[1])))
     for order in (1, 2, 3):
-        terms = composed(np.abs(back), np.abs(forth[: order + 1]))
-        assert composed(back, forth[: order + 1]) == pytest.approx(float(order == 1), abs=1e-9 * max(1, terms))
+        terms = composed_derivative(np.abs(back), np.abs(forth[: order + 1]))
+        assert composed_derivative(back, forth[: order + 1]) == pytest.approx(float(order == 1), abs=1e-9 * max(1, terms))
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
@@ -302,7 +302,7 @@ def test_a_crank_passes_the_rod():
 def test_a_dead_point_between_samples_is_seen(direction):
     """The law goes from 0 to a limit half a step of the grid of 2048 from it; on the grid it is less by 6e-7 of that."""
     for limit in ROCKERS.output_limits if direction is LeverMotion else ROCKERS.lever_limits:
-        law = Harmonics.of(limit / 2, [limit / 2]).shifted(PI / 2048)
+        law = Harmonics.of(limit / 2, [limit / 2]).shift(PI / 2048)
         assert abs(law(np.arange(2048) * PI / 1024)).max() < (1 - 5e-7) * abs(limit)
         for share, passes in ((1 - 1e-7, True), (1 + 1e-7, False)):
             scaled = Harmonics(share * law.mean, share * law.cosine, share * law.sine)

@@ -5,7 +5,7 @@ import pytest
 from tests.refusals import refused
 
 import wucht
-from wucht.cams.tables.camshaft import Driving, ElasticTable, ShaftTable
+from wucht.cams.tables.camshaft import CamshaftDrive, ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
 
 HELD = {"kind": "constant-speed", "speed": 100.0}
@@ -16,12 +16,12 @@ LAW = HarmonicTable(harmonics=2, coefficients={"mean": 0.1, "cosine": [-0.1]})
 
 def test_the_motion_for_which_a_cam_is_corrected() -> None:
     held = wucht.CamDrive(LAW, shaft=ShaftTable(inertia=20.0, output_inertia=6.0, drive=HELD | {"speed": 50.0}))
-    motion = held.turning_with_corrected_cam
+    motion = held.corrected_shaft_motion
     assert motion.mean == pytest.approx(50.0) and motion.fluctuation == pytest.approx(0.0, abs=1e-12)
-    free = wucht.CamDrive(LAW, shaft=ShaftTable(inertia=20.0, output_inertia=6.0, mean_speed=50.0)).turning_with_corrected_cam
+    free = wucht.CamDrive(LAW, shaft=ShaftTable(inertia=20.0, output_inertia=6.0, mean_speed=50.0)).corrected_shaft_motion
     assert free.mean == pytest.approx(50.0) and free.fluctuation > 1e-4
     with refused("speed", given=None, code="missing"):
-        _ = wucht.CamDrive(LAW).turning_with_corrected_cam
+        _ = wucht.CamDrive(LAW).corrected_shaft_motion
 
 
 def test_the_damping_of_an_output_on_a_spring() -> None:
@@ -37,6 +37,6 @@ def test_the_damping_of_an_output_on_a_spring() -> None:
 
 def test_the_motor_behind_a_gear_turns_with_the_shaft() -> None:
     shaft = ShaftTable(inertia=20.0, output_inertia=6.0, mean_speed=50.0)
-    geared = Driving(lambda v: (np.zeros((2, *np.shape(v))),) * 2, speed=48.0, enforced=False, inertia=3.5)
+    geared = CamshaftDrive(lambda v: (np.zeros((2, *np.shape(v))),) * 2, speed=48.0, is_enforced=False, inertia=3.5)
     assert (shaft.camshaft(geared, "rad").inertia, shaft.camshaft(None, "rad").inertia) == (23.5, 20.0)
     assert (shaft.camshaft(geared, "rad").mean_speed, shaft.camshaft(None, "rad").mean_speed) == (48.0, 50.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.cams.laws.synthesis import equiripple, extremes
+from wucht.cams.laws.synthesis import band_extremes, equiripple
 from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.cams.tables.motion_law import unit_of_output
 from wucht.errors import InputError
@@ -24,7 +24,7 @@ def law(*restrictions, unit="rad", **more):
 def test_the_flattest_dwell():
     found = law(TOP, DWELL)
     ripple = math.radians(24) * 243 / 29525
-    assert extremes(found.restrictions[1], found.law) == pytest.approx((-ripple, ripple), rel=1e-6)
+    assert band_extremes(found.restrictions[1], found.law) == pytest.approx((-ripple, ripple), rel=1e-6)
     assert found.dwells == found.restrictions[1:]
     assert found.law(PHI) == pytest.approx(equiripple(5, math.radians(120), math.radians(24))(PHI), abs=1e-6)
     assert found.count == 5

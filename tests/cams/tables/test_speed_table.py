@@ -25,7 +25,7 @@ def angle(t):
 
 def fitted(folder, name="r.csv", **keys):
     table = SpeedTable(file=name, **(GIVEN | keys))
-    fit = table.measured(folder)
+    fit = table.record_fit(folder)
     assert table.shaft(fit).mean == fit.speed.mean
     return fit
 
@@ -107,8 +107,8 @@ def test_keys_that_are_refused(tmp_path, keys, where, sentence):
     write(tmp_path / "r.csv", SPEED(50.0 * T), "speed [rad/s]")
     with pytest.raises(InputError) as error:
         fitted(tmp_path, **keys)
-    assert error.value.where == where
-    assert sentence in error.value.allowed
+    assert error.value.location == where
+    assert sentence in error.value.explanation
 
 
 @pytest.mark.parametrize("keys", [{"unit": "rpm"}, {"scale": -1}, {"hysteresis": 0.3}])
@@ -130,7 +130,7 @@ def test_a_record_by_which_the_shaft_turns_back(tmp_path):
     with pytest.raises(InputError) as error:
         fitted(tmp_path)
     assert "with these orders the shaft would stand still or turn back: their speed falls to -10 rad/s" in str(error.value)
-    assert "r.csv: speed" in error.value.where
+    assert "r.csv: speed" in error.value.location
     assert "coefficients" not in str(error.value)
 
 
@@ -139,6 +139,6 @@ def test_a_shaft_may_turn_as_slowly_as_it_likes(tmp_path, slow):
     """The same record with its seconds longer: whether a shaft stands still does not depend on how fast others turn."""
     write(tmp_path / "r.csv", slow * SPEED(50.0 * T), "speed [rad/s]", T / slow)
     table = SpeedTable(file="r.csv", **GIVEN)
-    shaft = table.shaft(table.measured(tmp_path))
+    shaft = table.shaft(table.record_fit(tmp_path))
     assert shaft.speed.mean / slow == pytest.approx(SPEED.mean, rel=1e-4)
     assert shaft.speed.bounds[0] / slow == pytest.approx(SPEED.bounds[0], rel=1e-3)

@@ -8,10 +8,10 @@ from curves_to_mill import CURVES, RADIUS, broken, cusped, ellipse, lobes
 from tests.refusals import refused
 
 from wucht.cams.workshop.closed_curve import (
-    clockwise,
     curvature,
-    distances,
+    curve_distances,
     fitted_spline,
+    is_clockwise,
     outward_normals,
     speed,
     spline_deviation,
@@ -25,7 +25,7 @@ PHI = even_angles(37) + 0.1
 @pytest.mark.parametrize("b", [RADIUS, -RADIUS])
 def test_normals_point_outward_whichever_way_the_curve_runs(b):
     circle = ellipse(b=b, centre=0.2)
-    assert clockwise(circle) == (b < 0)
+    assert is_clockwise(circle) == (b < 0)
     assert outward_normals(circle, PHI) == pytest.approx((circle(PHI) - 0.2) / RADIUS, abs=1e-14)
 
 
@@ -48,20 +48,20 @@ def test_distances(name):
     """Of points at a known distance along the normals, on both sides, smaller than every radius of curvature."""
     curve = CURVES[name]
     off = 1e-3 * np.sin(7 * PHI)
-    assert distances(curve, curve(PHI) + off * outward_normals(curve, PHI)) == pytest.approx(np.abs(off), abs=1e-12)
+    assert curve_distances(curve, curve(PHI) + off * outward_normals(curve, PHI)) == pytest.approx(np.abs(off), abs=1e-12)
 
 
 def test_distances_from_afar():
     """Farther off than the radius of curvature."""
     curve = ellipse(0.08, 0.02)
-    there = distances(curve, curve(PHI) + 0.3 * outward_normals(curve, PHI))
+    there = curve_distances(curve, curve(PHI) + 0.3 * outward_normals(curve, PHI))
     assert there == pytest.approx(np.full(37, 0.3), rel=1e-14)
 
 
 def test_the_distance_of_the_centre():
     """There every point is the nearest, and Newton's method stands still."""
-    assert distances(ellipse(), np.zeros(1, complex)) == pytest.approx([RADIUS], rel=1e-12)
-    assert distances(lobes, np.zeros(1, complex)) == pytest.approx([0.045], rel=1e-6)
+    assert curve_distances(ellipse(), np.zeros(1, complex)) == pytest.approx([RADIUS], rel=1e-12)
+    assert curve_distances(lobes, np.zeros(1, complex)) == pytest.approx([0.045], rel=1e-6)
 
 
 def test_a_curve_that_stands_still_has_no_normal():
@@ -107,7 +107,7 @@ def test_it_closes_smoothly():
 
 def test_the_deviation_is_never_less_than_the_distance():
     spline = spline_through(ellipse(0.08, 0.02), 10)
-    from_the_curve = distances(ellipse(0.08, 0.02), spline(np.linspace(0, 2 * math.pi, 5000)))
+    from_the_curve = curve_distances(ellipse(0.08, 0.02), spline(np.linspace(0, 2 * math.pi, 5000)))
     assert 0 < from_the_curve.max() <= spline_deviation(ellipse(0.08, 0.02), spline)
 
 

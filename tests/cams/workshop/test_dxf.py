@@ -7,7 +7,7 @@ import pytest
 from curves_to_mill import CURVES, RADIUS, broken, ellipse, lobes
 from tests.refusals import failed, refused
 
-from wucht.cams.workshop.closed_curve import distances
+from wucht.cams.workshop.closed_curve import curve_distances
 from wucht.cams.workshop.dxf import (
     BASE_CIRCLE,
     CONTOUR,
@@ -61,7 +61,7 @@ def test_as_a_cad_program_sees_it(tmp_path):
     assert spline.closed
     assert spline.dxf.degree == 3
     seen = np.array([complex(v.x, v.y) for v in spline.construction_tool().approximate(5000)]) / 1e3
-    assert distances(lobes, seen).max() <= TOLERANCE
+    assert curve_distances(lobes, seen).max() <= TOLERANCE
     assert np.abs(seen).max() == pytest.approx(0.055, rel=1e-6)
 
 

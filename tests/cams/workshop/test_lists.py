@@ -26,7 +26,7 @@ def test_a_round_trip(tmp_path, separator, decimals):
     assert np.abs(off.imag).max() <= HALF * mm
     assert np.abs(np.degrees(there.phi - points.phi)).max() <= HALF * last
     assert np.abs(there.normal - points.normal).max() <= math.sqrt(2) * HALF * last
-    assert (there.what, there.decimals, there.tolerance) == ("contour", decimals, pytest.approx(1e-6, rel=1e-12))
+    assert (there.content, there.decimals, there.tolerance) == ("contour", decimals, pytest.approx(1e-6, rel=1e-12))
 
 
 def test_what_stands_in_the_file(tmp_path):
@@ -45,7 +45,7 @@ def test_what_stands_in_the_file(tmp_path):
         "270.00000;0.00;-50.00\n"
     )
     there = read_list(path)
-    assert (there.what, there.tolerance, there.normal) == ("pitch curve", None, None)
+    assert (there.content, there.tolerance, there.normal) == ("pitch curve", None, None)
     assert there.position == pytest.approx(0.05 * np.array([1, 1j, -1, -1j]), abs=1e-18)
 
 

@@ -12,7 +12,7 @@ from wucht.cams.workshop.plc import (
     CamTable,
     Form,
     Interpolation,
-    Unit,
+    SlaveUnit,
     cam_table,
     largest_deviation,
     read_cam_table,
@@ -24,7 +24,7 @@ FINE = np.linspace(0, 2 * math.pi, 77777)
 
 
 @pytest.mark.parametrize("interpolation", Interpolation)
-@pytest.mark.parametrize("unit", Unit)
+@pytest.mark.parametrize("unit", SlaveUnit)
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-6])
 def test_the_tolerance_is_kept_and_made_use_of(interpolation, unit, tolerance):
     table = cam_table(LAW, unit, tolerance, interpolation, decimals=7)
@@ -39,23 +39,23 @@ def test_the_tolerance_is_kept_and_made_use_of(interpolation, unit, tolerance):
 def test_rows_of_linear_interpolation():
     """h^2 max|law''|/8 is the error; the rows are the next number that divides 360 deg into multiples of 0.0001 deg."""
     needed = 2 * math.pi * math.sqrt(np.abs(LAW(FINE, 2)).max() / (8 * 1e-5))
-    rows = len(cam_table(LAW, Unit.DEGREE, 1e-5, LINEAR).phi) - 1
+    rows = len(cam_table(LAW, SlaveUnit.DEGREE, 1e-5, LINEAR).phi) - 1
     assert needed <= rows < 1.3 * needed
     assert 3_600_000 % rows == 0
 
 
 def test_as_many_rows_as_the_controller_takes_and_no_more():
     """Both ends of the turn are rows: so many intervals have one row more."""
-    rows = len(cam_table(LAW, Unit.DEGREE, 1e-5, LINEAR).phi)
-    assert len(cam_table(LAW, Unit.DEGREE, 1e-5, LINEAR, most=rows).phi) == rows
+    rows = len(cam_table(LAW, SlaveUnit.DEGREE, 1e-5, LINEAR).phi)
+    assert len(cam_table(LAW, SlaveUnit.DEGREE, 1e-5, LINEAR, most=rows).phi) == rows
     with refused("tolerance", f"{rows - 1} rows"):
-        cam_table(LAW, Unit.DEGREE, 1e-5, LINEAR, most=rows - 1)
+        cam_table(LAW, SlaveUnit.DEGREE, 1e-5, LINEAR, most=rows - 1)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
 def test_it_is_a_law_with_its_derivatives(order):
     """Differences of the table's own values, and the law's own derivatives."""
-    table = cam_table(LAW, Unit.DEGREE, 1e-9, decimals=10)
+    table = cam_table(LAW, SlaveUnit.DEGREE, 1e-9, decimals=10)
     assert np.abs(table(FINE, order) - LAW(FINE, order)).max() <= (1e-9, 1e-7, 1e-5, 1e-2)[order]
     h, at = 1e-4, np.array([0.3, 1.0, 4.0, 6.0])
     if order:
@@ -65,20 +65,20 @@ def test_it_is_a_law_with_its_derivatives(order):
 def test_a_polynomial_of_fifth_degree_is_met_exactly():
     phi = np.array([0.0, 2.0, 2 * math.pi])
     p = np.polynomial.Polynomial([1, -2, 0.5, 0.1, -0.03, 0.004])
-    table = CamTable(phi, p(phi), p.deriv()(phi), p.deriv(2)(phi), Unit.DEGREE, 6)
+    table = CamTable(phi, p(phi), p.deriv()(phi), p.deriv(2)(phi), SlaveUnit.DEGREE, 6)
     at = np.linspace(0, 6.28, 50)
     for order in range(4):
         assert table(at, order) == pytest.approx(p.deriv(order)(at) if order else p(at), abs=1e-12)
 
 
 def test_straight_lines_between_positions():
-    table = CamTable(np.array([0.0, 2.0, 2 * math.pi]), np.array([1.0, 3.0, 1.0]), None, None, Unit.DEGREE, 6)
+    table = CamTable(np.array([0.0, 2.0, 2 * math.pi]), np.array([1.0, 3.0, 1.0]), None, None, SlaveUnit.DEGREE, 6)
     assert table(np.array([0.5, 2.0, 2 * math.pi, -1.0])) == pytest.approx([1.5, 3.0, 1.0, 1 + 2 / (2 * math.pi - 2)])
     assert table(np.array([0.5, 3.0]), 1) == pytest.approx([1.0, -2 / (2 * math.pi - 2)])
     assert table(np.array([[0.5, 3.0]]), 2).tolist() == [[0.0, 0.0]]
 
 
-@pytest.mark.parametrize("unit", Unit)
+@pytest.mark.parametrize("unit", SlaveUnit)
 def test_the_values_are_those_of_the_file(unit):
     """Rounded in mm or deg; derivatives by the degree, with more decimals."""
     table = cam_table(LAW, unit, 1e-4, decimals=3)
@@ -89,7 +89,7 @@ def test_the_values_are_those_of_the_file(unit):
         assert np.abs(column - LAW(table.phi, order)).max() <= 0.5001 * 10.0**-decimals / (per * degree**order)
     assert table.phi[[0, -1]].tolist() == [0.0, 2 * math.pi]
     assert table.position[0] == table.position[-1]
-    assert (Unit.MILLIMETRE.per_si, Unit.DEGREE.per_si) == (1000.0, pytest.approx(57.29577951308232, rel=1e-15))
+    assert (SlaveUnit.MILLIMETRE.per_si, SlaveUnit.DEGREE.per_si) == (1000.0, pytest.approx(57.29577951308232, rel=1e-15))
 
 
 def test_it_closes_whichever_way_its_ends_are_rounded():
@@ -98,12 +98,12 @@ def test_it_closes_whichever_way_its_ends_are_rounded():
     def law(phi, order=0):
         return LAW(phi, order) + (np.where(np.asarray(phi) > 6.28, 1e-12, -1e-12) + 5e-10 if order == 0 else 0.0)
 
-    table = cam_table(law, Unit.MILLIMETRE, 1e-6)
+    table = cam_table(law, SlaveUnit.MILLIMETRE, 1e-6)
     assert table.position[0] == table.position[-1] == pytest.approx(0.17, abs=1e-10)
 
 
 def test_derivatives_of_the_table():
-    table = cam_table(LAW, Unit.DEGREE, 1e-6, decimals=8)
+    table = cam_table(LAW, SlaveUnit.DEGREE, 1e-6, decimals=8)
     assert largest_deviation(table, LAW, 1) < 1e-4
     assert largest_deviation(table, LAW, 2) < 1e-2
 
@@ -130,13 +130,13 @@ def missing(phi, order=0):
 )
 def test_what_will_not_do(change, refusal):
     with refusal:
-        cam_table(**({"law": LAW, "unit": Unit.MILLIMETRE, "tolerance": 1e-5} | change))
+        cam_table(**({"law": LAW, "unit": SlaveUnit.MILLIMETRE, "tolerance": 1e-5} | change))
 
 
 def test_the_decimals_that_are_advised_will_do():
     with refused("decimals", given=1):
-        cam_table(LAW, Unit.MILLIMETRE, 1e-6, decimals=1)
-    assert largest_deviation(cam_table(LAW, Unit.MILLIMETRE, 1e-6, decimals=3), LAW) <= 1e-6
+        cam_table(LAW, SlaveUnit.MILLIMETRE, 1e-6, decimals=1)
+    assert largest_deviation(cam_table(LAW, SlaveUnit.MILLIMETRE, 1e-6, decimals=3), LAW) <= 1e-6
 
 
 PAIRS = [
@@ -151,11 +151,11 @@ PAIRS = [
 
 def small(interpolation):
     """A table of eight steps of 45 deg, in mm."""
-    return cam_table(LAW, Unit.MILLIMETRE, 0.1, interpolation, decimals=2)
+    return cam_table(LAW, SlaveUnit.MILLIMETRE, 0.1, interpolation, decimals=2)
 
 
 @pytest.mark.parametrize(("form", "interpolation"), PAIRS)
-@pytest.mark.parametrize("unit", Unit)
+@pytest.mark.parametrize("unit", SlaveUnit)
 def test_a_round_trip(tmp_path, form, interpolation, unit):
     table = cam_table(LAW, unit, 1e-6, interpolation)
     there = read_cam_table(write_cam_table(tmp_path / "cam.txt", table, form), form, unit)
@@ -208,7 +208,7 @@ def test_plain_columns(tmp_path):
 
 
 def test_even_spacing_survives_rounding(tmp_path):
-    path = write_cam_table(tmp_path / "cam.txt", cam_table(LAW, Unit.MILLIMETRE, 1e-5, LINEAR), Form.CODESYS_ASCII)
+    path = write_cam_table(tmp_path / "cam.txt", cam_table(LAW, SlaveUnit.MILLIMETRE, 1e-5, LINEAR), Form.CODESYS_ASCII)
     master = [round(1e4 * float(line.split()[0])) for line in path.read_text().splitlines()]
     assert len(set(np.diff(master))) == 1
 
@@ -253,23 +253,23 @@ def test_a_damaged_table(tmp_path, form, old, new, refusal):
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new))
     with refusal:
-        read_cam_table(path, form, Unit.MILLIMETRE)
+        read_cam_table(path, form, SlaveUnit.MILLIMETRE)
 
 
 def test_a_position_table_that_lost_a_number(tmp_path):
     path = write_cam_table(tmp_path / "cam.txt", small(LINEAR), Form.TWINCAT)
     path.write_text(path.read_text().replace("360.0000, 170.00]", "360.0000]"))
     with refused("cam.txt", "8 rows", code="count"):
-        read_cam_table(path, Form.TWINCAT, Unit.MILLIMETRE)
+        read_cam_table(path, Form.TWINCAT, SlaveUnit.MILLIMETRE)
 
 
 @pytest.mark.parametrize("form", Form)
 def test_no_table_at_all(tmp_path, form):
     with refused("", code="no-file", file="cam.txt"):
-        read_cam_table(tmp_path / "cam.txt", form, Unit.DEGREE)
+        read_cam_table(tmp_path / "cam.txt", form, SlaveUnit.DEGREE)
     (tmp_path / "cam.txt").write_text("\n")
     with refused("cam.txt", form.value, code="no-table"):
-        read_cam_table(tmp_path / "cam.txt", form, Unit.DEGREE)
+        read_cam_table(tmp_path / "cam.txt", form, SlaveUnit.DEGREE)
 
 
 def test_the_columns_of_positions_alone_are_named(tmp_path):

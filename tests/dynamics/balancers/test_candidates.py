@@ -7,8 +7,8 @@ import pytest
 from tests.refusals import refused
 
 from wucht.dynamics.balancers.candidates import least_residual, phases, with_bodies
-from wucht.dynamics.sampling.searches import balancing
-from wucht.machines.parts.track import Tracked
+from wucht.dynamics.sampling.searches import balancer_names
+from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import angular_width
 from wucht.studies.study_file import read_study
 
@@ -20,8 +20,8 @@ def test_more_and_fewer_bodies_are_like_the_first_one() -> None:
     heavy = CENTRIFUGE.with_values({f"b{k}.mass": 5e-3 for k in range(1, 5)})
     for count in (1, 2, 6):
         made = with_bodies(heavy, count)
-        assert len(balancing(made)) == count
-        assert {made.values[f"{b}.mass"] for b in balancing(made)} == {5e-3}
+        assert len(balancer_names(made)) == count
+        assert {made.values[f"{b}.mass"] for b in balancer_names(made)} == {5e-3}
         assert {k: v for k, v in made.values.items() if not k.startswith("b")} == {
             k: v for k, v in heavy.values.items() if not k.startswith("b")
         }
@@ -69,4 +69,4 @@ def test_another_number_of_bodies_that_stand_at_random_stands_elsewhere():
     """Their places are those of their own number: copies of one would lie in each other."""
     made = with_bodies(read_study("practice/fan-ball-ring").subject, 10)
     assert len([b for b in made.bodies if b.about]) == 10
-    assert all(p.start is None for p in made.parts if isinstance(p, Tracked))
+    assert all(p.start is None for p in made.parts if isinstance(p, TrackBody))

@@ -17,7 +17,7 @@ DAMPINGS = np.geomspace(0.1, 10.0, 9)
 def rates(patch: pytest.MonkeyPatch, rate: Any) -> Any:
     patch.setattr(module, "states_at_speed", lambda machine: ("states", machine))
     patch.setattr(module, "decay_rate", lambda machine, states: rate(machine) if states == ("states", "m") else None)
-    return module.rates_of(SimpleNamespace(machine="m", of=lambda values: values[0]), DAMPINGS)  # type: ignore[arg-type]
+    return module.decay_rates(SimpleNamespace(machine="m", of=lambda values: values[0]), DAMPINGS)  # type: ignore[arg-type]
 
 
 def test_the_greatest_rate_is_at_its_corner(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -37,5 +37,5 @@ def test_without_averaged_equations_there_is_no_rate(monkeypatch: pytest.MonkeyP
         raise InputError("machine", None, "has none")
 
     monkeypatch.setattr(module, "states_at_speed", none)
-    found = module.rates_of(SimpleNamespace(machine="m"), DAMPINGS)  # type: ignore[arg-type]
-    assert found.each.shape == (9,) and np.isnan(found.each).all() and np.isnan(found.greatest_at)
+    found = module.decay_rates(SimpleNamespace(machine="m"), DAMPINGS)  # type: ignore[arg-type]
+    assert found.values.shape == (9,) and np.isnan(found.values).all() and np.isnan(found.greatest_at)

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import wucht
 from known_connections import BETWEEN, GOMPERTZ
 from wucht.dynamics.branches import ending_curves
-from wucht.dynamics.branches.ending_curves import BOTH, RETURNS, TO_SADDLE, Plane
+from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDLE, ParameterPlane
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
@@ -21,11 +21,11 @@ from wucht.dynamics.branches.plane_regions import DOUBLE, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.steady_states import BranchSettings, SystemEquilibria
 from wucht.errors import RunError
 from wucht.numerics.periodic.connection import Connection
-from wucht.numerics.periodic.connection_starts import Waiting
+from wucht.numerics.periodic.connection_starts import Wait
 
 SPACE = {"x": (-1.0, 2.0), "y": (-1.0, 1.0)}
-EQUATIONS = wucht.OwnEquations(BETWEEN, {"p": 0.0, "mu": 0.0, "r": 0.0})
-PLANE = Plane(("p", "mu", "r"), ((-0.2, 0.2), (-0.3, 0.3), (-0.1, 0.1)))
+EQUATIONS = wucht.UserSystem(BETWEEN, {"p": 0.0, "mu": 0.0, "r": 0.0})
+PLANE = ParameterPlane(("p", "mu", "r"), ((-0.2, 0.2), (-0.3, 0.3), (-0.1, 0.1)))
 NO_END = OrbitEnd("", 0.0, "")
 
 
@@ -50,7 +50,7 @@ def double() -> Connection:
         at=lambda tau: run.sol(tau * time), time=time, parameters=np.array([p, mu, r]), equilibria=np.array([[1.0, 0.0]])
     )
     one = ending_curves._connections(motion(), PLANE, time, (True, False))
-    found = ending_curves._double(motion(), PLANE, one, waits)
+    found = ending_curves._double_connection(motion(), PLANE, one, waits)
     assert found is not None
     return found
 
@@ -70,7 +70,7 @@ def test_the_curves_that_begin_there() -> None:
     point, curves = ending_curves._from_double(motion(), PLANE, double(), lost, watched.append)
     assert (point.kind, lost) == (DOUBLE, [])
     assert (point.x, point.y, point.value) == pytest.approx((0.0, 0.0, 0.0), abs=1e-8)
-    assert [c.kind for c in curves] == [TO_SADDLE, BOTH, BOTH]
+    assert [c.kind for c in curves] == [TO_SADDLE, BOTH_VANISH, BOTH_VANISH]
     saddle, *both = curves
     np.testing.assert_allclose([saddle.x[0], saddle.y[0]], 0.0, atol=1e-8)
     assert (np.diff(saddle.x) > 0).all() and (np.diff(saddle.y) < 0).all()
@@ -113,7 +113,7 @@ def test_where_none_is_next_to_it_the_others_are_followed_all_the_same(monkeypat
     lost = list[str]()
     monkeypatch.setattr(ending_curves, "beyond", none)
     _, curves = ending_curves._from_double(motion(), PLANE, double(), lost, lambda _: None)
-    assert [c.kind for c in curves] == [BOTH, BOTH] and lost == ["no saddle next to it"]
+    assert [c.kind for c in curves] == [BOTH_VANISH, BOTH_VANISH] and lost == ["no saddle next to it"]
     monkeypatch.setattr(ending_curves.FoldPairs, "walk", lost_pairs)
     _, curves = ending_curves._from_double(motion(), PLANE, double(), lost, lambda _: None)
     assert curves == [] and lost[2:] == ["the curve at which both pairs vanish at once is not followed: singular"] * 2
@@ -133,7 +133,7 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
         given.append((equilibria.tolist(), values))
         return SimpleNamespace(time=1.0, parameters=np.zeros(3))
 
-    monkeypatch.setattr(ending_curves, "waiting", lambda *_: Waiting(0.5, 0.3, np.array([0.7, 0.0])))
+    monkeypatch.setattr(ending_curves, "waiting", lambda *_: Wait(0.5, 0.3, np.array([0.7, 0.0])))
     monkeypatch.setattr(ending_curves, "rest_of", lambda *_: (np.array([0.0, 2.0]), np.zeros((2, 2))))
     monkeypatch.setattr(ending_curves, "FoldPairs", lambda *_: SimpleNamespace(near=near))
     times = list[float]()
@@ -152,15 +152,15 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
         ending_curves, "longer",
         longer,
     )  # fmt: skip
-    found = ending_curves._double(motion(), PLANE, at, place)
+    found = ending_curves._double_connection(motion(), PLANE, at, place)
     assert found is not None and found.time == 27.0 and times == [2.0, 3.0, 9.0, 27.0]
     assert given == [([0.7, 0.0], [2 * np.pi, 0.0]), ([[0.0, 1.0], [2.0, 3.0]], [4.0, 5.0, 6.0])]
     times.clear()
-    assert ending_curves._double(motion(), PLANE, at, place) is None and len(times) == 9
+    assert ending_curves._double_connection(motion(), PLANE, at, place) is None and len(times) == 9
     monkeypatch.setattr(ending_curves, "longer", lambda *_: (_ for _ in ()).throw(RunError("")))
-    assert ending_curves._double(motion(), PLANE, at, place) is None
+    assert ending_curves._double_connection(motion(), PLANE, at, place) is None
     monkeypatch.setattr(ending_curves, "waiting", lambda *_: None)
-    assert ending_curves._double(motion(), PLANE, at, place) is None
+    assert ending_curves._double_connection(motion(), PLANE, at, place) is None
 
 
 def connection(mu: float, r: float = 0.0) -> Any:
@@ -187,12 +187,12 @@ def returning(
     def waiting(_: Any, __: Any) -> Any:
         looked.append(1)
         share = next(waits)
-        return None if share is None else Waiting(share, 0.5, np.zeros(2))
+        return None if share is None else Wait(share, 0.5, np.zeros(2))
 
     monkeypatch.setattr(ending_curves, "waiting", waiting)
     monkeypatch.setattr(ending_curves, "_double", lambda *_: next(double_ones))
     connections: Any = SimpleNamespace(walk=lambda _: Walked(points, end))
-    half, found, why = ending_curves._returning(motion(), PLANE, connections, points[0], lambda _: None, looks)
+    half, found, why = ending_curves._returning_curve(motion(), PLANE, connections, points[0], lambda _: None, looks)
     assert half == points[: len(half)]
     return len(half), found, why, len(looked)
 
@@ -240,9 +240,14 @@ def test_a_curve_is_cut_at_the_edges_of_the_plane() -> None:
 
 def test_curves_are_followed_beyond_the_plane_on_the_same_side_of_zero() -> None:
     """Half its width; down to a tenth of a lower end that is positive, at least."""
-    plane = Plane(("p", "x", "y"), ((0.0, 1.0), (1.0, 3.0), (4.0, 5.0)))
-    assert plane.wider == ((0.0, 1.0), (0.1, 4.0), (3.5, 5.5))
-    assert plane.inside(np.array([0.5, 1.0, 2.0, 2.0]), np.array([4.5, 5.0, 3.9, 5.1])).tolist() == [False, True, False, False]
+    plane = ParameterPlane(("p", "x", "y"), ((0.0, 1.0), (1.0, 3.0), (4.0, 5.0)))
+    assert plane.wider_bounds == ((0.0, 1.0), (0.1, 4.0), (3.5, 5.5))
+    assert plane.contains(np.array([0.5, 1.0, 2.0, 2.0]), np.array([4.5, 5.0, 3.9, 5.1])).tolist() == [
+        False,
+        True,
+        False,
+        False,
+    ]
 
 
 def joined(monkeypatch: pytest.MonkeyPatch, at: float) -> tuple[Any, list[str]]:
@@ -264,7 +269,7 @@ def joined(monkeypatch: pytest.MonkeyPatch, at: float) -> tuple[Any, list[str]]:
     monkeypatch.setattr(ending_curves, "_from_double", lambda *_: (point, [third]))
     found = ending_curves.curves_between(motion(), PLANE, here, there, lambda _: None)
     assert looks == [True, False] and found.points == (point,) and found.curves[1:] == (third,)
-    return found.curves[0], list(found.lost)
+    return found.curves[0], list(found.omissions)
 
 
 def test_both_halves_and_the_point_at_which_one_ends_are_one_curve(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -277,5 +282,5 @@ def test_both_halves_and_the_point_at_which_one_ends_are_one_curve(monkeypatch: 
 def test_an_orbit_that_is_not_known_begins_no_curve() -> None:
     here, there = OrbitEnding(0.2, 0.05, 0.0, NO_END), OrbitEnding(0.1, 0.05, 0.0, NO_END)
     found = ending_curves.curves_between(motion(), PLANE, here, there, lambda _: None)
-    assert found.lost == ("near mu = 0.2, r = 0.05: the orbit's end is not known well enough to begin with",)
+    assert found.omissions == ("near mu = 0.2, r = 0.05: the orbit's end is not known well enough to begin with",)
     assert found.curves == () and found.points == ()

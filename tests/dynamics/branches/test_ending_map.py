@@ -14,15 +14,15 @@ import pytest
 import wucht
 from known_connections import LOOP
 from wucht.dynamics.branches import ending_map, orbit_endings
-from wucht.dynamics.branches.ending_curves import RETURNS, Plane
+from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane
 from wucht.dynamics.branches.ending_map import (
     EndingFindings,
     EndingMapCase,
     map_endings,
-    unexplained,
+    unexplained_changes,
 )
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
-from wucht.dynamics.branches.orbit_endings import NONE, OrbitEnd, OrbitEnding, ending_at
+from wucht.dynamics.branches.orbit_endings import NO_MOTION, OrbitEnd, OrbitEnding, ending_at
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import CurvesAndPoints, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.steady_states import BranchSettings
@@ -31,12 +31,12 @@ from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 
 RANGES = {"x": (-0.6, 1.4), "y": (-1.0, 1.0)}
-EQUATIONS = wucht.OwnEquations(LOOP, {"p": 0.0, "mu": 0.0, "b": 0.0})
-PLANE = Plane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (-0.3, 0.3)))
+EQUATIONS = wucht.UserSystem(LOOP, {"p": 0.0, "mu": 0.0, "b": 0.0})
+PLANE = ParameterPlane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (-0.3, 0.3)))
 ORBITS = OrbitSettings(ranges=RANGES, start={"x": 0.6, "y": 0.2})
 
 
-def case(cells: int = 2, plane: Plane = PLANE) -> EndingMapCase:
+def case(cells: int = 2, plane: ParameterPlane = PLANE) -> EndingMapCase:
     return EndingMapCase.of(EQUATIONS, plane, cells, BranchSettings(ranges=RANGES), ORBITS)
 
 
@@ -158,19 +158,19 @@ def test_stages_and_names_of_units() -> None:
     assert names.reports[0] == (0.0, "mu = -0.03, b = -0.15")
     begun = [s for s, what in names.reports if what == "mu = 0.03, b = 0.15"]
     assert begun == pytest.approx([0.7 * 3 / 4] * len(begun)) and begun
-    assert unexplained(case(), stages[-1]) == [] and len(unexplained(case(), stages[3])) == 2
+    assert unexplained_changes(case(), stages[-1]) == [] and len(unexplained_changes(case(), stages[3])) == 2
 
 
 def there(bounds: tuple[float, float]) -> ModulatedMotion:
     """At mu = 0.03, b = 0.15, with p within other bounds."""
-    motion = case().motion.at({"mu": 0.03, "b": 0.15})
+    motion = case().motion.with_values({"mu": 0.03, "b": 0.15})
     return replace(motion, subject=replace(motion.subject, bounds=bounds))
 
 
 def test_a_place_at_which_no_stable_state_is_lost() -> None:
     """Between the folds, at p = -0.2234 and 0.2234, there are none."""
     found = ending_at(there((-0.2, 0.2)), (0.03, 0.15), lambda: None)
-    assert (found.x, found.y, found.kind) == (0.03, 0.15, NONE) and np.isnan(found.begins)
+    assert (found.x, found.y, found.kind) == (0.03, 0.15, NO_MOTION) and np.isnan(found.begins)
     assert found.end.sentence == "no stable state is lost in the range of p"
 
 
@@ -208,7 +208,7 @@ def test_the_first_motion_that_can_be_followed_counts(monkeypatch: pytest.Monkey
     assert (found.begins, found.end) == (0.2, OrbitEnd("kind", 0.9, "long 1", None, found.end.equilibrium))
     assert (found.x, found.y) == (3.0, 4.0)
     none = ending(monkeypatch, [None, "short"], end)
-    assert (none.kind, none.begins, none.end.sentence) == (NONE, 0.1, "it settles; lost on its way")
+    assert (none.kind, none.begins, none.end.sentence) == (NO_MOTION, 0.1, "it settles; lost on its way")
 
 
 def test_a_run_begins_just_beyond_a_fold_and_nearer_if_that_is_outside(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,7 +224,7 @@ def test_a_run_begins_just_beyond_a_fold_and_nearer_if_that_is_outside(monkeypat
     sentences = list[str]()
     for value, way in ((0.5, 1), (0.5, -1), (0.995, 1)):
         fold: Any = SimpleNamespace(value=value, way=way, state=np.zeros(2), fastest=2.0)
-        assert orbit_endings.born_at(motion, fold, sentences, lambda: None) is None
+        assert orbit_endings.orbit_beyond_loss(motion, fold, sentences, lambda: None) is None
     assert tried == [(pytest.approx(v), 25.0) for v in (0.51, 0.502, 0.49, 0.498, 0.997)]
     assert sentences[-1] == "nothing at 0.997"
 
@@ -249,7 +249,7 @@ def planned(
     monkeypatch: pytest.MonkeyPatch, kinds: list[str], made: Callable[[OrbitEnding, OrbitEnding], CurvesAndPoints], cells: int
 ) -> list[EndingFindings]:
     """Stages of a map of x, y from -1.5 to 1.5, of so many cells a side, whose places end as is given, row by row."""
-    plane = Plane(("p", "x", "y"), ((0.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)))
+    plane = ParameterPlane(("p", "x", "y"), ((0.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)))
     todo = iter(kinds)
     monkeypatch.setattr(ending_map, "_place", lambda _, __, place, ___: at(*place, next(todo)))
     monkeypatch.setattr(ending_map, "curves_between", lambda _m, _p, connected, other, _w: made(connected, other))
@@ -265,14 +265,14 @@ def test_curves_begin_next_to_the_middle_and_three_times_at_most(monkeypatch: py
 
     def made(connected: OrbitEnding, other: OrbitEnding) -> CurvesAndPoints:
         asked.append((connected, other))
-        return CurvesAndPoints(lost=(f"lost {len(asked)}",))
+        return CurvesAndPoints(omissions=(f"lost {len(asked)}",))
 
     stages = planned(monkeypatch, [S, N, S, S, S, N, N, N, S], made, 3)
     assert all((a.kind, b.kind) == (S, N) for a, b in asked)
     assert {frozenset(((a.x, a.y), (b.x, b.y))) for a, b in asked} <= {
         frozenset(pair) for pair in (((0.0, 0.0), (0.0, -1.0)), ((0.0, 0.0), (1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)))
     }
-    assert len(asked) == 3 and stages[-1].lost == ("lost 1", "lost 2", "lost 3")
+    assert len(asked) == 3 and stages[-1].omissions == ("lost 1", "lost 2", "lost 3")
 
 
 def test_what_a_known_curve_explains_is_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -289,7 +289,7 @@ def test_what_a_known_curve_explains_is_not_asked_again(monkeypatch: pytest.Monk
     assert calls == [0.0]
     assert [len(s.places) for s in stages] == [*range(1, 10), 9, 10, 10]
     last = stages[-1]
-    assert last.complete and last.points == (point,) and last.lost == ("a sentence",) and len(last.curves) == 2
+    assert last.complete and last.points == (point,) and last.omissions == ("a sentence",) and len(last.curves) == 2
     extra = last.places[-1]
     assert extra.kind == "third" and 0.5 < extra.x < 0.9 and extra.x == pytest.approx(0.7, abs=0.02)
 
@@ -310,7 +310,7 @@ def test_steady_states_are_those_in_the_middle_of_the_plane(monkeypatch: pytest.
     """Of the second parameter, over the first; what modulates them depends on the third."""
     given = list[Any]()
     monkeypatch.setattr(ending_map, "with_parameters", lambda subject, values: given.append(values) or subject)
-    case(plane=Plane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (0.1, 0.3))))
+    case(plane=ParameterPlane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (0.1, 0.3))))
     assert given == [{"b": pytest.approx(0.2)}]
 
 

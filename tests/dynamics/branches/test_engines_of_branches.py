@@ -29,9 +29,9 @@ def test_folds_of_the_speed_of_a_rotor_on_a_carrier() -> None:
 
 def test_the_modulated_motion_of_two_pendulums() -> None:
     settings = OrbitSettings(together=True)
-    case = OrbitCase.of(load_machine(TABLE), "u", (2.9, 3.1), settings, at=(3.0,), values=(3.0,))
+    case = OrbitCase.of(load_machine(TABLE), "u", (2.9, 3.1), settings, run_values=(3.0,), values=(3.0,))
     *_, findings = follow_orbits(case, Work())
-    ((number, orbit),) = findings.reported
+    ((number, orbit),) = findings.orbits
     assert (number, orbit.value) == (0, 3.0)
     assert (orbit.period_phi, orbit.high) == pytest.approx((630.30303, 1.56264), rel=1e-5)
 
@@ -47,4 +47,4 @@ def test_where_two_pairs_of_steady_states_vanish_at_once() -> None:
 def test_an_end_of_the_range_that_a_part_does_not_allow_is_refused() -> None:
     with pytest.raises(InputError) as refused:
         BranchCase.of(load_machine(TABLE), "u", (-1.0, 2.0), BranchSettings())
-    assert refused.value.where == "study.range[0]"
+    assert refused.value.location == "study.range[0]"

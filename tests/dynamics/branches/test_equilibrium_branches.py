@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, Stability
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, StabilityLevel
 
 
 def branch(growth: list[float], kinds: list[str], share: tuple[float, ...] = ()) -> EquilibriumBranch:
@@ -16,20 +16,20 @@ def branch(growth: list[float], kinds: list[str], share: tuple[float, ...] = ())
 
 def test_where_stability_changes_without_a_point_is_told() -> None:
     located = branch([-0.1, 0.0, 0.1], ["", "fold", ""])
-    assert located.intervals(Stability.ALL) == [(0, 1)] and located.unlocated == []
+    assert located.intervals(StabilityLevel.STABLE) == [(0, 1)] and located.unlocated_changes == []
     missed = branch([-0.1, -0.1, 0.1, 0.1], [""] * 4)
-    assert missed.intervals(Stability.ALL) == [(0, 1)] and missed.unlocated == [(1, 2)]
+    assert missed.intervals(StabilityLevel.STABLE) == [(0, 1)] and missed.unlocated_changes == [(1, 2)]
     unresolved = branch([-0.1, 0.0, 0.1], ["", "unresolved", ""])
-    assert unresolved.intervals(Stability.ALL) == [(0, 1)] and unresolved.unlocated == [(0, 2)]
+    assert unresolved.intervals(StabilityLevel.STABLE) == [(0, 1)] and unresolved.unlocated_changes == [(0, 2)]
     neutral = branch([0.1, 0.0, 1e-12, -1e-12, -0.1], ["", "branch-point", "", "", ""])
-    assert neutral.intervals(Stability.ALL) == [(1, 4)] and neutral.unlocated == []
-    assert branch([-0.1, 1e-12, -0.1], [""] * 3).intervals(Stability.ALL) == [(0, 2)]
-    assert branch([0.0, 0.0], [""] * 2).intervals(Stability.ALL) == []
+    assert neutral.intervals(StabilityLevel.STABLE) == [(1, 4)] and neutral.unlocated_changes == []
+    assert branch([-0.1, 1e-12, -0.1], [""] * 3).intervals(StabilityLevel.STABLE) == [(0, 2)]
+    assert branch([0.0, 0.0], [""] * 2).intervals(StabilityLevel.STABLE) == []
 
 
 def test_a_family_is_stable_where_all_of_its_members_are() -> None:
     """Whatever the exponents of the one that stands for all."""
     kinds = ["", "some-stable", "", "all-stable", ""]
     family = branch([0.1, 0.1, -0.1, 0.1, -0.1], kinds, (0.0, 0.1, 0.5, 1.0, 1.0))
-    assert family.intervals(Stability.ALL) == [(3, 4)] and family.intervals(Stability.SOME) == [(1, 3)]
-    assert family.unlocated == []
+    assert family.intervals(StabilityLevel.STABLE) == [(3, 4)] and family.intervals(StabilityLevel.PARTLY_STABLE) == [(1, 3)]
+    assert family.unlocated_changes == []

@@ -53,7 +53,7 @@ def diagram(path: str, low: float, high: float) -> tuple[BranchCase, BranchFindi
     settings = BranchSettings(points=2, only=("compensating",))
     case = BranchCase.of(balanced(), path, (low, high), settings)
     stages = list(follow_branches(case, Work()))
-    return case, stages[-1], [(len(s.searched), len(s.branches)) for s in stages]
+    return case, stages[-1], [(len(s.searches), len(s.branches)) for s in stages]
 
 
 def family_of(path: str, low: float, high: float) -> tuple[FamilyCurve, EquilibriumBranch]:
@@ -113,10 +113,10 @@ def test_at_a_value_the_family_is_recognised_by_speed_and_dimension() -> None:
     family, branch = family_of(*SLOPE)
     speed = float(speed_at(np.array(0.02)))
     for given, dimension, same in ((speed, 1, True), (speed * (1 + 1e-4), 1, False), (speed, 2, False)):
-        assert family.same(branch, State(given, np.zeros(4), dimension), 0.02) == same
-    ((u, exponents, share),) = family.at(branch, 0.02)
+        assert family.is_same_family(branch, State(given, np.zeros(4), dimension), 0.02) == same
+    ((u, exponents, share),) = family.states_at(branch, 0.02)
     assert (u[3], u[-1], share) == (pytest.approx(speed, rel=1e-12), 0.02, 1.0) and len(exponents) == 6
-    assert family.at(branch, 0.06) == []
+    assert family.states_at(branch, 0.06) == []
 
 
 def test_it_ends_where_the_polygon_does_not_close() -> None:
@@ -129,7 +129,7 @@ def test_it_ends_where_the_polygon_does_not_close() -> None:
         family._members(0.0034, 178.0)
     assert family._closes(0.0033) and not family._closes(0.0034)
     # Beyond, no state is of its kind: neither at a value nor among those that are the same.
-    assert family.at(branch, 0.005) == [] and not family.same(branch, State(178.2, np.zeros(4), 1), 0.005)
+    assert family.states_at(branch, 0.005) == [] and not family.is_same_family(branch, State(178.2, np.zeros(4), 1), 0.005)
 
 
 def test_a_family_that_cannot_be_followed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -139,7 +139,7 @@ def test_a_family_that_cannot_be_followed_is_said(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(FamilyCurve, "branch", lost)
     case = diagram(*ECCENTRICITY)[0]
     *_, last = follow_branches(replace(case, values=(0.002,)), Work())
-    assert last.branches == () and last.lost == ("a state at drum.eccentricity = 0.002 is not followed: it does not turn",)
+    assert last.branches == () and last.omissions == ("a state at drum.eccentricity = 0.002 is not followed: it does not turn",)
 
 
 def test_of_a_family_that_is_not_followed_nothing_is_known_at_a_value(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ X, PHI, P, Q = sp.symbols("x phi p q", real=True)
 def test_orbits_are_followed_within_their_range_and_up_to_the_longest_period() -> None:
     """A state and an angle, which makes a turn in a period; both and the parameter have their sizes."""
     system = System((X, PHI), (P - X, 1 + Q * X**2), (P, Q), angles=frozenset({PHI}))
-    problem = OrbitProblem.of(wucht.OwnEquations(system, {"p": 0.5, "q": 0.25}), "p", (0.1, 0.9), OrbitSettings())
+    problem = OrbitProblem.of(wucht.UserSystem(system, {"p": 0.5, "q": 0.25}), "p", (0.1, 0.9), OrbitSettings())
     cycles = cycles_of(problem, np.array([0, 1]), np.array([2.0, 3.0, 4.0]), 7.0)
     assert cycles.periods == (0.0, 7.0)
     assert cycles.bounds == (0.1, 0.9)

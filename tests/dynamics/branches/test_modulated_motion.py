@@ -17,7 +17,7 @@ from wucht.dynamics.branches import modulated_motion, state_rows
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.modulated_motion import (
     ModulatedMotion,
-    alike,
+    is_same_orbit,
     lost_states,
     nearest_fold,
     reached_motions,
@@ -37,7 +37,7 @@ X, Y, Z, P, Q, THETA = sp.symbols("x y z p q theta", real=True)
 def motion_of(
     system: System, values: dict[str, float], path: str, ranges: Any, bounds: tuple[float, float] = (-1.0, 1.0), **start: float
 ) -> ModulatedMotion:
-    equations = wucht.OwnEquations(system, values)
+    equations = wucht.UserSystem(system, values)
     states = SystemEquilibria.of(equations, path, (-1.0, 1.0), BranchSettings(ranges=ranges))
     return ModulatedMotion.of(equations, path, bounds, OrbitSettings(ranges=ranges, start=start), states)
 
@@ -54,7 +54,7 @@ def cubic() -> ModulatedMotion:
 
 def test_stable_states_that_meet_unstable_ones_are_lost() -> None:
     """First that which is lost as p grows: the lower one at x = -1/sqrt 3; from above the upper one. y decays with -8."""
-    up, down = lost_states(cubic().steady())
+    up, down = lost_states(cubic().steady_branches())
     assert (up.value, up.way, down.value, down.way) == (pytest.approx(FOLD), 1, pytest.approx(-FOLD), -1)
     assert up.state == pytest.approx([-(3**-0.5), 0.0], abs=1e-6) and down.state == pytest.approx([3**-0.5, 0.0], abs=1e-6)
     assert (up.fastest, down.fastest) == (pytest.approx(8.0), pytest.approx(8.0))
@@ -63,7 +63,7 @@ def test_stable_states_that_meet_unstable_ones_are_lost() -> None:
 def test_of_two_unstable_states_none_is_lost() -> None:
     system = System((X, Y), (P + Q * X - X**3, 8 * Y), (P, Q))
     motion = motion_of(system, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
-    steady = motion.steady()
+    steady = motion.steady_branches()
     assert [p.kind for b in steady for p in b.special] == ["fold", "fold"] and lost_states(steady) == []
 
 
@@ -73,7 +73,7 @@ def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int) -> N
     growth = sign * P - X**2 - Y**2
     system = System((X, Y), (growth * X - 2 * Y, 2 * X + growth * Y), (P,))
     motion = motion_of(system, {"p": 0.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
-    (lost,) = lost_states(motion.steady())
+    (lost,) = lost_states(motion.steady_branches())
     assert (lost.value, lost.way, lost.fastest) == (pytest.approx(0.0, abs=1e-9), way, pytest.approx(2.0))
     assert lost.state == pytest.approx([4e-3, 2e-3], abs=1e-9)
 
@@ -83,7 +83,7 @@ def test_a_wide_range_is_searched_in_decades(monkeypatch: pytest.MonkeyPatch) ->
     searched = list[list[float]]()
     monkeypatch.setattr(modulated_motion, "disconnected_branches", lambda _, values, __: searched.append(list(values)))
     for bounds in ((1.0, 100.0), (1.0, 10.0), (-1.0, 100.0)):
-        replace(cubic(), subject=replace(cubic().subject, bounds=bounds)).steady()
+        replace(cubic(), subject=replace(cubic().subject, bounds=bounds)).steady_branches()
     wide, narrow, across = searched
     assert wide == pytest.approx([100**s for s in (0.001, 0.1, 0.3, 0.6, 0.999)])
     assert narrow == pytest.approx([1 + 9 * s for s in (0.001, 0.1, 0.3, 0.6, 0.999)])
@@ -99,7 +99,7 @@ def test_the_nearest_fold_of_a_branch() -> None:
     after = nearest_fold(cubic(), np.array([1.2, 0.0]), 0.5)
     assert (after.value, after.way) == (pytest.approx(FOLD), -1)
     with pytest.raises(RunError, match="the saddle has no fold over p"):
-        nearest_fold(cubic().at({"q": -1.0}), np.array([0.0, 0.0]), 0.0)
+        nearest_fold(cubic().with_values({"q": -1.0}), np.array([0.0, 0.0]), 0.0)
 
 
 def test_sizes_and_limits_of_states() -> None:
@@ -111,7 +111,7 @@ def test_sizes_and_limits_of_states() -> None:
     equilibria = motion.equilibria
     assert {k: pytest.approx(v) for k, v in equilibria.limits.items()} == {1: (-2.2, 4.2)}
     assert equilibria.equations.scale.tolist() == [1.0, 4.0, 2.0] and equilibria.bounds == (0.0, 2.0)
-    assert motion.lifted("an orbit") == "an orbit"  # type: ignore[arg-type, comparison-overlap]
+    assert motion.lift("an orbit") == "an orbit"  # type: ignore[arg-type, comparison-overlap]
 
 
 SEED = SeedOrbit(
@@ -134,7 +134,7 @@ def test_an_orbit_of_bodies_that_keep_together_as_one_of_all_equations() -> None
     whole: Any = Part(np.eye(3), np.array([True, True, False]), values={"a": 1.0})
     subject: Any = Part(e, np.array([True, False]), values={"a": 1.0, "b": 2.0})
     motion = ModulatedMotion(subject, whole, np.array([[0.0, 3.0], [2 * np.pi, 9.0]]))
-    lifted = motion.lifted(SEED)
+    lifted = motion.lift(SEED)
     assert lifted.states.tolist() == [[1.0, -1.0, 5.0], [2.0, -2.0, 6.0]] and lifted.winding.tolist() == [1, -1, 0]
     assert lifted.scale.tolist() == [1.0, 1.0, 10.0, 7.0] and lifted.winding.dtype == int
     starts = motion.starts(5)
@@ -142,14 +142,14 @@ def test_an_orbit_of_bodies_that_keep_together_as_one_of_all_equations() -> None
     low, high = starts.min(axis=0), starts.max(axis=0)
     assert (low >= [0, 0, 3]).all() and (high <= [2 * np.pi, 2 * np.pi, 9]).all() and (high[:2] > 4).all() and high[2] > 6
     assert starts[0] == pytest.approx([np.pi, 2 * np.pi / 3, 3 + 6 / 5])  # Halton's points in bases 2, 3, 5
-    there = motion.at({"b": 3.0})
+    there = motion.with_values({"b": 3.0})
     assert there.subject.values == there.whole.values == {"a": 1.0, "b": 3.0}
-    assert motion.in_part and (there.subject.path, there.whole.path) == ("p", "p")
+    assert motion.is_partial and (there.subject.path, there.whole.path) == ("p", "p")
 
 
 def test_two_orbits_are_one_where_winding_and_period_agree() -> None:
-    assert alike(SEED, replace(SEED, period=4.003)) and not alike(SEED, replace(SEED, period=4.01))
-    assert not alike(SEED, replace(SEED, winding=np.array([1, 1])))
+    assert is_same_orbit(SEED, replace(SEED, period=4.003)) and not is_same_orbit(SEED, replace(SEED, period=4.01))
+    assert not is_same_orbit(SEED, replace(SEED, winding=np.array([1, 1])))
 
 
 def test_what_runs_from_several_starts_come_to(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -164,7 +164,7 @@ def test_what_runs_from_several_starts_come_to(monkeypatch: pytest.MonkeyPatch) 
     motion = motion_of(CUBIC, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)}, x=0.5)
     monkeypatch.setattr(modulated_motion, "orbit_near", near)
     first, second = reached_motions(motion, [0.2, 0.4], 7.0, lambda: None)
-    assert (first.x, first.y, first.runs, first.steady, first.unsettled) == (0.2, 7.0, 6, 2, 1)
+    assert (first.x, first.y, first.runs, first.steady, first.unsettled_runs) == (0.2, 7.0, 6, 2, 1)
     assert [o.period for o in first.orbits] == [4.0, 9.0] and second.x == 0.4
     assert [v for v, _ in tried] == [0.2] * 6 + [0.4] * 6
     spread = motion.starts(5)
@@ -213,16 +213,20 @@ def test_the_curve_of_saddle_connections_through_it() -> None:
 def test_a_neighbouring_row_is_begun_with_the_middle_of_this_one() -> None:
     """Followed from a = -1 to -1.1 at the same mu; not beyond where there is none, and at the same value it is the same."""
     motion, row = leaf_row()
-    there = RowCase(motion.at({"a": -1.1}), "a", -1.1, lambda: None)
-    seed = there.carried(row)
+    there = RowCase(motion.with_values({"a": -1.1}), "a", -1.1, lambda: None)
+    seed = there.seed_from_neighbour(row)
     assert seed is not None and seed.value == row.middle.value and seed.longest == row.middle.longest
     assert seed.period != pytest.approx(row.middle.period, rel=1e-3) and seed.scale is row.middle.scale
-    run = orbit_near(motion.at({"a": -1.1}).subject, seed.value, np.array([0.6, 0.2]), lambda: None, lambda _: 20.0)
+    run = orbit_near(motion.with_values({"a": -1.1}).subject, seed.value, np.array([0.6, 0.2]), lambda: None, lambda _: 20.0)
     assert run.orbit is not None and seed.period == pytest.approx(run.orbit.period, rel=1e-6)
     same = RowCase(motion, "a", -1.0, lambda: None)
-    assert same.carried(row) is row.middle and same.carried(NoOrbit(-1.0, "")) is None and same.carried(None) is None
-    gone = RowCase(motion.at({"a": 1.0}), "a", 1.0, lambda: None)
-    assert gone.carried(row) is None
+    assert (
+        same.seed_from_neighbour(row) is row.middle
+        and same.seed_from_neighbour(NoOrbit(-1.0, "")) is None
+        and same.seed_from_neighbour(None) is None
+    )
+    gone = RowCase(motion.with_values({"a": 1.0}), "a", 1.0, lambda: None)
+    assert gone.seed_from_neighbour(row) is None
 
 
 def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, Any]) -> tuple[RowCase, list[Any]]:

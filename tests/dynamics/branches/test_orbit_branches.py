@@ -16,7 +16,14 @@ from wucht.dynamics.branches import bifurcation_diagram, orbit_branches, orbit_d
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
 from wucht.dynamics.branches.first_orbits import cycles_of
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch, StoredOrbit
-from wucht.dynamics.branches.orbit_diagram import OrbitCase, OrbitFindings, ReportedOrbit, follow_orbits, near, reported
+from wucht.dynamics.branches.orbit_diagram import (
+    OrbitCase,
+    OrbitFindings,
+    ReportedOrbit,
+    follow_orbits,
+    orbits_beside,
+    reported_orbit,
+)
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
@@ -29,14 +36,14 @@ SQUARE = X**2 + Y**2
 GROWTH = P + S * SQUARE - SQUARE**2
 # Orbits r^2 = s/2 +- sqrt(s^2/4 + p), of the period 2 pi/(1 + r^2), from the Hopf point p = 0 to the fold p = -s^2/4 and on.
 FORM = System((X, Y), (X * GROWTH - Y * (1 + SQUARE), Y * GROWTH + X * (1 + SQUARE)), (P, S))
-EQUATIONS = wucht.OwnEquations(FORM, {"p": 0.1, "s": 1.0})
+EQUATIONS = wucht.UserSystem(FORM, {"p": 0.1, "s": 1.0})
 RANGES = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
 BOUNDS = (-0.6, 0.5)
 
 
 def case_of(**settings: Any) -> OrbitCase:
     asked = OrbitSettings(start={"x": 1.0}, **settings)
-    return OrbitCase.of(EQUATIONS, "p", BOUNDS, asked, at=(0.3,), values=(-0.2,))
+    return OrbitCase.of(EQUATIONS, "p", BOUNDS, asked, run_values=(0.3,), values=(-0.2,))
 
 
 @cache
@@ -50,20 +57,20 @@ def square(p: float, side: int) -> float:
 
 def test_the_orbits_at_a_value_on_both_sides_of_the_fold() -> None:
     """With their periods, extents, and exponents r dG/dr = 2 r^2 (s - 2 r^2)."""
-    orbits = {round(o.period, 6): o for _, o in followed().reported if not o.kind}
+    orbits = {round(o.period, 6): o for _, o in followed().orbits if not o.kind}
     assert len(orbits) == 2
     for side in (-1, 1):
         r2 = square(-0.2, side)
         orbit = orbits[round(2 * np.pi / (1 + r2), 6)]
         assert orbit.value == -0.2 and (orbit.high, orbit.low) == pytest.approx((r2**0.5, -(r2**0.5)), rel=1e-6)
         assert orbit.exponents.real == pytest.approx([2 * r2 * (1 - 2 * r2)], rel=1e-6)
-    (fold,) = [o for _, o in followed().reported if o.kind]
+    (fold,) = [o for _, o in followed().orbits if o.kind]
     assert (fold.kind, fold.value) == ("fold", pytest.approx(-0.25, abs=1e-8))
 
 
 def test_a_branch_passes_an_orbit_by_value_and_period() -> None:
     (branch,) = followed().branches
-    values, periods = branch.joined("values"), branch.joined("periods")
+    values, periods = branch.whole_array("values"), branch.whole_array("periods")
     for k in (3, -4):
         value, period = float(values[k] + values[k + 1]) / 2, float(periods[k] + periods[k + 1]) / 2
         assert branch.passes(value, period) and branch.passes(value, 1.009 * period) and branch.passes(value, 0.991 * period)
@@ -81,13 +88,13 @@ def test_a_branch_from_another_of_its_special_points_is_known() -> None:
     """By the orbit in its middle: its period between neighbours, and its range at the nearest orbit, within a hundredth."""
     whole = small(values=[0, 1, 2, 3], periods=[4, 5, 6, 7], low=[-1, -2, -3, -4], high=[1, 2, 3, 4])
     part: dict[str, Any] = {"values": [1, 2.05, 3], "periods": [5, 6.05, 7], "low": [-2, -3, -4], "high": [2, 3, 4]}
-    assert whole.repeated_by(small(**part))
+    assert whole.is_same_branch(small(**part))
     for other in (
         part | {"periods": [5, 6.2, 7]}, part | {"low": [-2, -3.07, -4]}, part | {"high": [2, 3.07, 4]},
         part | {"values": [1, 3.05, 3]}, part | {"low": [-2, -2.93, -4], "high": [2, 2.93, 4]},
     ):  # fmt: skip
-        assert not whole.repeated_by(small(**other))
-    assert whole.repeated_by(small(**(part | {"low": [9, -3.02, 9], "high": [9, 3.02, 9]})))
+        assert not whole.is_same_branch(small(**other))
+    assert whole.is_same_branch(small(**(part | {"low": [9, -3.02, 9], "high": [9, 3.02, 9]})))
 
 
 def test_a_first_orbit_on_a_known_branch_is_not_followed_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,7 +107,7 @@ def test_a_first_orbit_on_a_known_branch_is_not_followed_again(monkeypatch: pyte
         return known.onward
 
     monkeypatch.setattr(orbit_diagram, "_half_branch", half)
-    beside = replace(known.seed, value=float(known.joined("values")[4]), period=float(known.joined("periods")[4]))
+    beside = replace(known.seed, value=float(known.whole_array("values")[4]), period=float(known.whole_array("periods")[4]))
     assert _finished(case, beside, findings).branches == (known,) and calls == []
     other = replace(known.seed, value=-0.2, period=9.0)
     made = _finished(case, other, findings)
@@ -111,7 +118,7 @@ def test_a_first_orbit_on_a_known_branch_is_not_followed_again(monkeypatch: pyte
 
 
 def _finished(case: OrbitCase, seed: Any, findings: OrbitFindings) -> OrbitFindings:
-    generator = orbit_diagram._followed(case, seed, findings, Work())
+    generator = orbit_diagram._follow_branch(case, seed, findings, Work())
     while True:
         try:
             next(generator)
@@ -126,33 +133,33 @@ def test_a_branch_that_is_not_followed_is_said(monkeypatch: pytest.MonkeyPatch) 
     seed = followed().branches[0].seed
     monkeypatch.setattr(orbit_diagram, "half_branch", lost)
     found = _finished(case_of(), seed, OrbitFindings())
-    assert found.branches == () and found.lost == (f"the branch from {seed.begun} is not followed: no orbit",)
+    assert found.branches == () and found.omissions == (f"the branch from {seed.origin} is not followed: no orbit",)
 
 
 def test_steady_states_that_are_refused() -> None:
     """Of equations the refusal is that of the study: the table of ranges may be wrong."""
     with pytest.raises(InputError) as refused:
         case_of(ranges={"x": (-2.0, 2.0)})
-    assert refused.value.where == "study.ranges"
+    assert refused.value.location == "study.ranges"
 
 
 def test_orbits_that_cannot_be_reported_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     case, (branch,) = case_of(), followed().branches
-    last = [o for o in branch.kept if not o.kind]
+    last = [o for o in branch.stored_orbits if not o.kind]
     with pytest.raises(RunError, match="neither Newton's method nor the branch leads to it"):
-        reported(case.problem, branch.seed, [last[0]], -0.5)
+        reported_orbit(case.problem, branch.seed, [last[0]], -0.5)
     monkeypatch.setattr(orbit_diagram, "reported", lambda *_: "not there")
     *_, findings = follow_orbits(case, Work())
     assert (
-        all(sentence.endswith(" is not reported: not there") for sentence in findings.lost)
-        and findings.lost
-        and findings.reported == ()
+        all(sentence.endswith(" is not reported: not there") for sentence in findings.omissions)
+        and findings.omissions
+        and findings.orbits == ()
     )
 
 
 def kept_at(p: float) -> StoredOrbit:
     (branch,) = followed().branches
-    regular = [o for o in branch.kept if not o.kind and o.period < 2 * np.pi / 1.5]
+    regular = [o for o in branch.stored_orbits if not o.kind and o.period < 2 * np.pi / 1.5]
     return min(regular, key=lambda o: abs(o.value - p))
 
 
@@ -161,7 +168,7 @@ def test_an_orbit_to_which_only_the_branch_leads(monkeypatch: pytest.MonkeyPatch
     """Newton's method fails; upwards or downwards it is followed to the very value, not beyond a fold."""
     case, (branch,) = case_of(), followed().branches
     cycles = cycles_of(case.problem, branch.seed.winding, branch.seed.scale, 2 * branch.seed.longest)
-    corrected = orbit_diagram._by_newton
+    corrected = orbit_diagram._solve_by_newton
 
     def fails(of: Any, orbit: StoredOrbit, at: float) -> Any:
         if at == value:
@@ -169,18 +176,22 @@ def test_an_orbit_to_which_only_the_branch_leads(monkeypatch: pytest.MonkeyPatch
         return corrected(of, orbit, at)
 
     monkeypatch.setattr(orbit_diagram, "_by_newton", fails)
-    there = orbit_diagram._at(cycles, [kept_at(begin)], value)
+    there = orbit_diagram._orbit_at(cycles, [kept_at(begin)], value)
     assert there.parameter == value
     assert there.period == pytest.approx(2 * np.pi / (1 + square(value, 1)), rel=1e-7)
     with pytest.raises(RunError, match="it lies beyond a fold"):
-        orbit_diagram._by_branch(cycles, kept_at(begin), -0.3)
+        orbit_diagram._follow_to_value(cycles, kept_at(begin), -0.3)
 
 
 def test_orbits_beside_a_value_the_nearest_first() -> None:
     a, b, c = (SimpleNamespace(value=v) for v in (0.0, 1.0, 0.4))
     row: Any = [a, b, c]
-    assert near(row, 0.8) == [(b, a), (b, c)] and near(row, 0.3) == [(a, b)] and near(row, 1.0) == [(b,)]
-    assert isinstance(reported(case_of().problem, followed().branches[0].seed, [kept_at(0.3)], 0.31), ReportedOrbit)
+    assert (
+        orbits_beside(row, 0.8) == [(b, a), (b, c)]
+        and orbits_beside(row, 0.3) == [(a, b)]
+        and orbits_beside(row, 1.0) == [(b,)]
+    )
+    assert isinstance(reported_orbit(case_of().problem, followed().branches[0].seed, [kept_at(0.3)], 0.31), ReportedOrbit)
 
 
 @pytest.mark.parametrize(("ratio", "count"), [(1.0, 1), (1 + 1e-5, 2)])
@@ -209,11 +220,11 @@ def test_states_that_are_not_followed_are_said_once(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(bifurcation_diagram, "branch_through", lost)
     *_, found = follow_branches(diagram(), Work())
-    assert found.branches == () and set(found.lost) == {
+    assert found.branches == () and set(found.omissions) == {
         f"a state at p = {value:.6g} is not followed: singular" for value in diagram().values
     }
-    again = BranchFindings(lost=found.lost).joined("singular", f"p = {diagram().values[0]:.6g}", None)
-    assert again.lost == found.lost
+    again = BranchFindings(omissions=found.omissions).with_branch("singular", f"p = {diagram().values[0]:.6g}", None)
+    assert again.omissions == found.omissions
 
 
 def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,7 +232,7 @@ def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) 
     second: Any = SimpleNamespace(path="s")
     monkeypatch.setattr(bifurcation_diagram, "curve_through", lambda *_: "no curve")
     stages = list(bifurcation_diagram._curves(diagram().states, second, found, Work()))
-    (sentence,) = stages[-1].lost
+    (sentence,) = stages[-1].omissions
     assert sentence.startswith("the hopf at p = ") and sentence.endswith(" is not followed as s changes: no curve")
     assert stages[-1].curves == ()
 

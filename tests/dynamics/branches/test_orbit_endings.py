@@ -12,10 +12,10 @@ import sympy as sp
 
 from wucht.dynamics.branches import orbit_endings
 from wucht.dynamics.branches.first_orbits import SeedOrbit
-from wucht.dynamics.branches.orbit_endings import enough, followed_to_end
+from wucht.dynamics.branches.orbit_endings import connection_time, follow_to_end
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.errors import RunError
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.numerics.periodic.periods import PERIOD
@@ -27,7 +27,7 @@ BOUNDS = (0.0, 1.0)
 
 def test_the_time_in_which_both_ends_come_near_to_a_saddle() -> None:
     """exp(-5) at each: with rates 2 and -0.5, 5/2 and 10 more."""
-    assert enough(7.0, np.array([-3.0, 2.0, -0.5])) == pytest.approx(7.0 + 2.5 + 10.0)
+    assert connection_time(7.0, np.array([-3.0, 2.0, -0.5])) == pytest.approx(7.0 + 2.5 + 10.0)
 
 
 def test_the_places_where_an_orbit_is_slow() -> None:
@@ -128,14 +128,14 @@ def test_the_fold_ahead(monkeypatch: pytest.MonkeyPatch, at: float, x: float, wa
     monkeypatch.setattr(orbit_endings, "fold_at", lambda _e, _x, values: (np.array([x, 0.0]), np.array([at])))
     motion: Any = SimpleNamespace(subject=Subject(), equilibria=SimpleNamespace(equations=None))
     cycle: Any = SimpleNamespace(states=np.array([[0.0, 1.0], [0.0, 2.0]]), parameter=0.5)
-    found = orbit_endings._ahead(motion, cycle, np.zeros(2), way)
+    found = orbit_endings._fold_ahead(motion, cycle, np.zeros(2), way)
     assert (found is not None) == ahead
     if found is not None:
         assert (found[0].tolist(), found[1]) == ([x, 0.0], at)
 
 
 def motion_of(system: System, bounds: tuple[float, float]) -> Any:
-    of = OwnEquations(system, {"p": 1.0}, "equations")
+    of = UserSystem(system, {"p": 1.0}, "equations")
     return SimpleNamespace(subject=OrbitProblem.of(of, "p", bounds, OrbitSettings()))
 
 
@@ -215,7 +215,7 @@ def end_of(
     motion: Any = SimpleNamespace(subject=Subject())
     seed: Any = None
     monkeypatch.setattr(SeedOrbit, "of", lambda _cycles, last, _begun, both_ways: last)
-    end = followed_to_end(motion, seed, way, lambda: None)
+    end = follow_to_end(motion, seed, way, lambda: None)
     assert end.last is not None
     return end.kind, end.value, end.last.period, looked
 

@@ -17,7 +17,7 @@ from wucht.dynamics.branches import state_map, state_rows
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import COINCIDE, PlaneCurve, PlanePoint
-from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended, map_states
+from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended_curves, map_states
 from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, orbit_curve
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
@@ -30,7 +30,7 @@ SQUARE = X**2 + Y**2
 GROWTH = P + S * SQUARE - SQUARE**2
 # r' = r (p + s r^2 - r^4), theta' = 1: a Hopf point at p = 0; orbits r^2 = s/2 +- sqrt(s^2/4 + p), which fold at p = -s^2/4.
 FORM = System((X, Y), (X * GROWTH - Y, Y * GROWTH + X), (P, S))
-EQUATIONS = wucht.OwnEquations(FORM, {"p": 0.1, "s": 1.0})
+EQUATIONS = wucht.UserSystem(FORM, {"p": 0.1, "s": 1.0})
 RANGES = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
 STEADY, ORBITS = BranchSettings(ranges=RANGES), OrbitSettings(ranges=RANGES)
 PLANE = (-0.6, 0.5), (0.5, 1.3)
@@ -59,7 +59,7 @@ def test_a_row_of_motions_from_its_fold_to_where_it_begins() -> None:
         assert fold.period == pytest.approx(2 * np.pi, abs=1e-7)
         assert (np.diff(row.values) >= 0).all() and row.values[0] < -0.9 * s**2 / 4
         assert row.state_at(0.3) == 2 and row.state_at(-0.01) == 0 and row.state_at(0.51) == 0
-        assert row.has(0.3, np.array([0, 0])) and not row.has(0.3, np.array([1, 0]))
+        assert row.has_orbit(0.3, np.array([0, 0])) and not row.has_orbit(0.3, np.array([1, 0]))
         assert row.middle.value == pytest.approx(0.25) and row.middle.period == pytest.approx(2 * np.pi)
         radius = np.hypot(*row.middle.states.T)
         np.testing.assert_allclose(radius**2, s / 2 + np.sqrt(s**2 / 4 + 0.25), rtol=1e-6)
@@ -76,15 +76,15 @@ def test_the_curve_of_folds_of_motions() -> None:
 def test_what_runs_come_to_at_each_cell() -> None:
     """At p = 0.225 the motion; at -0.325 the state at rest, beyond the fold at -0.3025."""
     last = mapped()[-1]
-    assert [(round(m.x, 9), round(m.y, 9)) for m in last.reached[:4]] == [
+    assert [(round(m.x, 9), round(m.y, 9)) for m in last.runs_by_place[:4]] == [
         (-0.325, 0.7),
         (0.225, 0.7),
         (-0.325, 1.1),
         (0.225, 1.1),
     ]
-    for m in last.reached[:4]:
-        assert (m.runs, len(m.orbits) if m.x < 0.0 else m.steady, m.unsettled) == (6, 0, 0)
-    for m in (m for m in last.reached if m.orbits):
+    for m in last.runs_by_place[:4]:
+        assert (m.runs, len(m.orbits) if m.x < 0.0 else m.steady, m.unsettled_runs) == (6, 0, 0)
+    for m in (m for m in last.runs_by_place if m.orbits):
         (orbit,) = m.orbits
         assert orbit.period == pytest.approx(2 * np.pi, rel=1e-7) and orbit.winding.tolist() == [0, 0]
 
@@ -94,16 +94,16 @@ def test_a_place_in_the_region_that_no_cell_lies_in() -> None:
     last = mapped()[-1]
     (extra,) = last.extra
     assert -(extra[1] ** 2) / 4 < extra[0] < 0
-    (both,) = last.reached[4:]
-    assert (both.x, both.y, len(both.orbits), both.unsettled) == (*extra, 1, 0) and 0 < both.steady < 6
+    (both,) = last.runs_by_place[4:]
+    assert (both.x, both.y, len(both.orbits), both.unsettled_runs) == (*extra, 1, 0) and 0 < both.steady < 6
     assert last.orbits[-1].second == extra[1]
-    assert last.complete and last.lost == () and len(last.rows) == 3
+    assert last.complete and last.omissions == () and len(last.rows) == 3
 
 
 def test_stages_of_the_map() -> None:
     """Rows and their curves; runs, both rows; orbits from the middle on, each with its curves; the place that is left."""
     counts = [
-        (len(f.rows), len(f.curves), len(f.reached), len(f.orbits), len(f.orbit_curves), len(f.extra), f.complete)
+        (len(f.rows), len(f.curves), len(f.runs_by_place), len(f.orbits), len(f.orbit_curves), len(f.extra), f.complete)
         for f in mapped()
     ]
     assert counts == [
@@ -115,13 +115,13 @@ def test_stages_of_the_map() -> None:
 
 def test_a_parameter_that_changes_nothing_is_refused() -> None:
     system = System(FORM.states, FORM.derivatives, (P, S, IDLE))
-    equations = wucht.OwnEquations(system, {"p": 0.1, "s": 1.0, "idle": 1.0})
+    equations = wucht.UserSystem(system, {"p": 0.1, "s": 1.0, "idle": 1.0})
     assert StateMapCase.of(equations, ("p", "idle"), PLANE, 2, STEADY, ORBITS).motion is not None
     motion = case_of().motion
     assert motion is not None
     with pytest.raises(InputError) as refused:
         motion.refuse_idle({"along": "p", "second": "idle"})
-    assert (refused.value.where, refused.value.given) == ("study.second", "idle")
+    assert (refused.value.location, refused.value.value) == ("study.second", "idle")
 
 
 def test_a_motion_at_other_values() -> None:
@@ -249,7 +249,7 @@ def test_a_curve_of_lost_stability_that_ends_just_before_a_row_is_the_rows(monke
 def test_a_curve_that_is_lost_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     _, last = curves_of(monkeypatch, row_at(1.5, ("period-doubling", 0.5)), (), "no start")
     assert last.orbit_curves == ()
-    assert last.lost == ("the period-doubling of the modulated motion at p = 0.5, s = 1.5 is not followed: no start",)
+    assert last.omissions == ("the period-doubling of the modulated motion at p = 0.5, s = 1.5 is not followed: no start",)
 
 
 def reached(x: float, y: float, *windings: int) -> ReachedMotions:
@@ -280,20 +280,20 @@ def test_motions_that_runs_reach_and_no_row_has_are_followed(monkeypatch: pytest
         return NoOrbit(second, "") if (second, winding) == (2.5, 2) else row_at(second, winding=winding)
 
     at = (reached(0.2, 0.5, 1), reached(0.6, 1.5, 2), reached(0.4, 1.5, 1), reached(0.6, 1.5, 1), reached(0.2, 2.5, 0))
-    last = further(monkeypatch, StateFindings(reached=at, orbits=(row_at(2.5, winding=0),)), row)
+    last = further(monkeypatch, StateFindings(runs_by_place=at, orbits=(row_at(2.5, winding=0),)), row)
     one = [(1.5, None, [1, 1]), (2.5, 1.5, []), (0.5, 1.5, [1])]
     assert asked == [*one, (1.5, None, [2]), (2.5, 1.5, []), (0.5, 1.5, [])]
     assert last.lost == () and [r.second for r in last.orbits] == [2.5, *[second for second, _, _ in asked]]
 
 
 def test_where_bodies_keep_together_no_further_motions_are_followed(monkeypatch: pytest.MonkeyPatch) -> None:
-    findings = StateFindings(reached=(reached(0.4, 1.5, 3),))
+    findings = StateFindings(runs_by_place=(reached(0.4, 1.5, 3),))
     together: Any = replace(bare(), motion=SimpleNamespace(in_part=True))
     assert finished(state_map._further_orbits(together, findings, Work())) == ([], findings)
 
 
 def test_a_motion_that_is_followed_nowhere_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    last = further(monkeypatch, StateFindings(reached=(reached(0.4, 1.5, 3),)), lambda second, *_: NoOrbit(second, ""))
+    last = further(monkeypatch, StateFindings(runs_by_place=(reached(0.4, 1.5, 3),)), lambda second, *_: NoOrbit(second, ""))
     assert last.lost == ("the modulated motion that runs reach, such as a run of 3, is not followed over the plane",)
     assert [r.second for r in last.orbits] == [1.5]
 
@@ -307,22 +307,22 @@ def test_curves_of_lost_stability_go_on_through_rows_to_a_crossing() -> None:
     )
     crossings = PlanePoint(COINCIDE, 0.85, 2.9), PlanePoint(COINCIDE, 0.1, 2.4), PlanePoint(COINCIDE, 0.15, 0.1)
     findings = StateFindings(orbits=(*rows, NONE), crossings=crossings, orbit_curves=(curve, fold))
-    made, same = extended(bare(), findings)
+    made, same = extended_curves(bare(), findings)
     assert same is fold
     assert made.x.tolist() == [0.15, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85]
     assert made.y.tolist() == [0.1, 0.5, 0.8, 1.2, 1.5, 1.8, 2.1, 2.5, 2.9]
     far = replace(findings, orbits=(), crossings=(PlanePoint(COINCIDE, 0.9, 3.4), PlanePoint(COINCIDE, 0.0, -0.4)))
-    assert extended(bare(), far)[0].y.tolist() == [1.2, 1.5, 1.8]
+    assert extended_curves(bare(), far)[0].y.tolist() == [1.2, 1.5, 1.8]
     at_edge = replace(curve, y=np.array([3.0, 1.5, 0.0]))
     to_edge = replace(far, orbit_curves=(at_edge,), crossings=(PlanePoint(COINCIDE, 0.9, 3.1),))
-    assert extended(bare(), to_edge)[0].y.tolist() == [0.0, 1.5, 3.0]
+    assert extended_curves(bare(), to_edge)[0].y.tolist() == [0.0, 1.5, 3.0]
 
 
 def test_what_only_rows_at_the_same_value_explain() -> None:
     """Runs that reach an orbit at 0.5, where there is no row; at 1.5, where its row ends before; at 2.5, where one has it."""
     at = (reached(0.2, 0.5, 1), reached(2.0, 1.5, 1), reached(0.2, 1.5, 2, 1), reached(0.2, 2.5, 1))
     rows = tuple(row_at(y, winding=1) for y in (1.5, 2.5))
-    left = state_map._unexplained(StateFindings(reached=at, orbits=(*rows, NONE)))
+    left = state_map._unexplained_orbits(StateFindings(runs_by_place=at, orbits=(*rows, NONE)))
     assert [(y, orbit.winding[0]) for y, orbit in left] == [(0.5, 1), (1.5, 1), (1.5, 2)]
 
 
@@ -350,7 +350,7 @@ def test_a_place_in_each_region_that_has_none_with_the_nearest_row(monkeypatch: 
     monkeypatch.setattr(state_map, "_with_runs", with_runs)
     lines = tuple(PlaneCurve("fold", np.array([-1.0, 2.0]), np.array([y, y])) for y in (0.2, 2.75))
     findings = StateFindings(orbits=tuple(row_at(y) for y in (0.5, 1.5, 2.5)), orbit_curves=lines)
-    _, last = finished(state_map._extra(bare(), findings, Work()))
+    _, last = finished(state_map._extra_places(bare(), findings, Work()))
     low, high = ((round(y, 2), k) for k, (_, y) in enumerate(last.extra))
     assert (low[0], high[0]) == (pytest.approx(0.1, abs=0.02), pytest.approx(2.87, abs=0.02))
     assert done == [
@@ -374,7 +374,7 @@ def test_runs_are_reported_between_curves_and_orbits(monkeypatch: pytest.MonkeyP
     stages, last = finished(
         state_map._runs(bare(), StateFindings(), Work(reporter=lambda share, what: reports.append((share, what))))
     )
-    assert last.reached == (0.5, 1.5, 2.5) and len(stages) == 3
+    assert last.runs_by_place == (0.5, 1.5, 2.5) and len(stages) == 3
     assert asked == [([0.167, 0.5, 0.833], y) for y in (0.5, 1.5, 2.5)]
     assert [share for share, _ in reports] == pytest.approx([0.3, 0.3 + 0.2 / 3, 0.3 + 0.4 / 3])
     assert reports[0][1] == "runs from several starts at s = 0.5"

@@ -12,7 +12,7 @@ import pytest
 from wucht.dynamics.branches import state_rows
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.first_orbits import SeedOrbit
-from wucht.dynamics.branches.orbit_endings import NONE, OrbitEnd
+from wucht.dynamics.branches.orbit_endings import NO_MOTION, OrbitEnd
 from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, steady_row
 from wucht.numerics.collocation.mesh import Mesh
 
@@ -37,7 +37,7 @@ def orbit(value: float, kind: str = "", unstable: int = 0) -> Any:
 @pytest.fixture
 def row(monkeypatch: pytest.MonkeyPatch) -> OrbitRow:
     """Orbits from 0.1 to 0.6, walked from 0.3 both ways, unstable in the section beyond 0.5; the exponent is p - 0.23."""
-    sides = {way: OrbitEnd(NONE, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
+    sides = {way: OrbitEnd(NO_MOTION, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
     walks = {1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)], -1: [orbit(0.2), orbit(0.1)]}
     cycles = SimpleNamespace(backwards=lambda c: -1, walk=lambda c: walks[c if c == -1 else 1])
     monkeypatch.setattr(state_rows, "followed_to_end", lambda _motion, _seed, way, _watch: sides[way])
@@ -59,7 +59,11 @@ def test_its_ends_and_orbits_stand_in_order(row: OrbitRow) -> None:
 def test_it_is_stable_where_no_direction_grows(row: OrbitRow) -> None:
     assert row.stable.tolist() == [True, True, False, False, False, False]
     assert [row.state_at(p) for p in (0.04, 0.12, 0.21, 0.35, 0.64, 0.66)] == [0, 2, 2, 1, 1, 0]
-    assert row.has(0.12, np.array([1, 0])) and not row.has(0.12, np.array([0, 1])) and not row.has(0.35, np.array([1, 0]))
+    assert (
+        row.has_orbit(0.12, np.array([1, 0]))
+        and not row.has_orbit(0.12, np.array([0, 1]))
+        and not row.has_orbit(0.35, np.array([1, 0]))
+    )
 
 
 def test_stability_is_lost_where_the_exponent_is_zero(row: OrbitRow) -> None:

@@ -14,7 +14,7 @@ from tests.refusals import refused
 import wucht
 from wucht.dynamics.branches import equilibrium_branches, first_orbits
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
-from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, end_in_words, repeats
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, describe_end, is_duplicate
 from wucht.dynamics.branches.first_orbits import orbit_near
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
@@ -26,7 +26,7 @@ from wucht.files.catalogue import load_machine
 from wucht.system import TIME, System
 
 X, Y, P, S = sp.symbols("x y p s", real=True)
-CUSP = wucht.OwnEquations(System((X,), (P + S * X - X**3,), (P, S)), {"p": 0.0, "s": 1.0})
+CUSP = wucht.UserSystem(System((X,), (P + S * X - X**3,), (P, S)), {"p": 0.0, "s": 1.0})
 TABLE = "drozdetskaya-2020/table-5.1"
 
 
@@ -42,14 +42,14 @@ def test_what_a_machine_draws_in_words() -> None:
     """The speed of the main rotor by default; a phase is drawn in radians, by 1 radian; a speed by the fastest one."""
     states = table()
     phase, speed = (next(n for n in states.names if n.endswith(end)) for end in (".phase", ".speed"))
-    words = [table(show=show).words for show in (None, phase, speed)]
-    assert [w.shown for w in words] == [
+    words = [table(show=show).labels for show in (None, phase, speed)]
+    assert [w.ordinate for w in words] == [
         "speed of the main rotor", f"phase of {phase.removesuffix('.phase')}", f"speed of {speed.removesuffix('.speed')}"
     ]  # fmt: skip
-    assert table(show=phase).size_of_shown == 1.0 and table(show=speed).size_of_shown == states.fastest
+    assert table(show=phase).ordinate_size == 1.0 and table(show=speed).ordinate_size == states.fastest
     low, high = states.limits
-    assert states.beyond(False) == f"no drive can keep more than {high:.4g}"
-    assert states.beyond(True).startswith(f"below {low:.4g} a rotor hardly turns") and high == pytest.approx(
+    assert states.speed_limit_reason(False) == f"no drive can keep more than {high:.4g}"
+    assert states.speed_limit_reason(True).startswith(f"below {low:.4g} a rotor hardly turns") and high == pytest.approx(
         1.01 * states.fastest
     )
 
@@ -65,7 +65,7 @@ def test_a_phase_with_units_is_in_radians() -> None:
     })  # fmt: skip
     show = next(n for n in AveragedEquilibria.of(machine, "drive.slope", (0.01, 0.02), BranchSettings()).names if "phase" in n)
     states = AveragedEquilibria.of(machine, "drive.slope", (0.01, 0.02), BranchSettings(show=show))
-    assert (states.words.unit, states.words.shown) == ("rad", "phase of ball")
+    assert (states.labels.unit, states.labels.ordinate) == ("rad", "phase of ball")
     none = AveragedEquilibria.of(machine, "drive.no_load_speed", (-100.0, 200.0), BranchSettings()).states_at(0.0)
     assert none.points == () and none.families == () and "nothing drives the machine there" in str(none)
 
@@ -74,7 +74,7 @@ def test_ranges_of_speeds_and_angles_in_which_steady_states_are_searched() -> No
     """Of a machine from 0.02 to 1.15 of its fastest speed."""
     machine, states = load_machine(TABLE), table()
     motion = ModulatedMotion.of(machine, "u", states.bounds, OrbitSettings(together=True), states)
-    turning, fastest = motion.subject.turning, states.size_of_shown
+    turning, fastest = motion.subject.turning, states.ordinate_size
     assert motion.box[:, turning].tolist() == [[0.0] * turning.sum(), [2 * np.pi] * turning.sum()]
     np.testing.assert_allclose(motion.box[:, ~turning].T, [[0.02 * fastest, 1.15 * fastest]] * (~turning).sum())
     assert motion.whole is not None and len(motion.whole.turning) > len(turning)
@@ -82,7 +82,7 @@ def test_ranges_of_speeds_and_angles_in_which_steady_states_are_searched() -> No
 
 
 def test_equations_that_depend_on_time_have_no_equilibria() -> None:
-    forced = wucht.OwnEquations(System((X,), (P - X + sp.cos(TIME),), (P,)), {"p": 0.0})
+    forced = wucht.UserSystem(System((X,), (P - X + sp.cos(TIME),), (P,)), {"p": 0.0})
     with refused("system", given=None):
         SystemEquilibria.of(forced, "p", (-1.0, 1.0), BranchSettings(ranges={"x": (-1.0, 1.0)}))
     for key, given in (("only", ("together",)), ("inertia", False)):
@@ -94,8 +94,11 @@ def test_a_state_that_passes_far_beyond_its_range() -> None:
     """One width of it, on either side."""
     states = cusp()
     for x in (-6.5, 6.5):
-        assert states.end(np.array([x, 0.0])) == f"x passes {x:.5g}, far outside the range in which equilibria were searched"
-    assert states.end(np.array([5.9, 0.0])) == "a state leaves its limits"
+        assert (
+            states.end_reason(np.array([x, 0.0]))
+            == f"x passes {x:.5g}, far outside the range in which equilibria were searched"
+        )
+    assert states.end_reason(np.array([5.9, 0.0])) == "a state leaves its limits"
 
 
 def test_why_a_branch_ends_in_words() -> None:
@@ -103,7 +106,7 @@ def test_why_a_branch_ends_in_words() -> None:
     equilibria = cusp().equilibria
 
     def end(x: float, p: float) -> str:
-        return end_in_words(equilibria, "p = here", lambda u: f"leaves at {u[0]:g}", np.array([x, p]), "stuck")
+        return describe_end(equilibria, "p = here", lambda u: f"leaves at {u[0]:g}", np.array([x, p]), "stuck")
 
     assert end(6.0, 1.0) == "leaves at 6" and end(-6.0, 2.0) == "leaves at -6"
     assert end(0.0, 2.0) == end(0.0, -2.0) == "the range ends"
@@ -131,8 +134,8 @@ def test_the_name_of_a_branch_is_what_its_points_share(met: tuple[Kind, Kind], k
 
 def test_a_point_is_no_branch_of_its_own() -> None:
     states: Any = SimpleNamespace(equilibria=SimpleNamespace(equations=SimpleNamespace(scale=np.ones(2))))
-    assert repeats(states, [], branch_of("fold")) and repeats(states, [], branch_of("fold", "hopf"))
-    assert not repeats(states, [], branch_of("", "", ""))
+    assert is_duplicate(states, [], branch_of("fold")) and is_duplicate(states, [], branch_of("fold", "hopf"))
+    assert not is_duplicate(states, [], branch_of("", "", ""))
 
 
 def test_branches_that_do_not_switch_have_no_offshoots() -> None:
@@ -183,7 +186,7 @@ def test_a_run_that_fails_is_said_and_one_that_has_not_settled_goes_on(
     monkeypatch.setattr(first_orbits, "cycle_near", lost)
     problem = OrbitProblem.of(CUSP, "p", (-1.0, 1.0), OrbitSettings())
     made = orbit_near(problem, 0.25, np.zeros(1), lambda: None, lambda _: 10.0, runs=3)
-    assert made.orbit is None and not made.rests
+    assert made.orbit is None and not made.is_steady
     if fails is None:
         assert spans == [10.0, 0.5, 20.0, 0.5, 40.0, 0.5]
         assert made.sentence == "at p = 0.25 it has settled neither in a steady state nor on an orbit after 70"

@@ -18,10 +18,10 @@ from wucht.dynamics.entrainment import existence as existence_module
 from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE as SHAKEN
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
 from wucht.dynamics.entrainment.existence import (
-    Branch,
     Continuation,
     Edge,
     Existence,
+    ExistenceBranch,
     StableRange,
     existence,
     range_around,
@@ -45,7 +45,7 @@ def case_of(speed: float) -> EntrainmentCase:
 
 
 def not_entrained(case: EntrainmentCase) -> RunFromStart:
-    return RunFromStart(case.swept.own, 1.0, 1.0, case.initial)
+    return RunFromStart(case.parameter.nominal_value, 1.0, 1.0, case.initial)
 
 
 def existing(speed: float, sense: float) -> Existence:
@@ -167,11 +167,11 @@ def test_the_threshold_along_the_amplitude_is_where_its_band_begins() -> None:
     assert threshold(case_along(SHAKEN, 1.0, 0.0, 9.0), Existence(band=band(2.0, 9.0)), Work()) is None
 
 
-def branch_of(values: list[float], stable: list[bool], kinds: dict[int, str], closed: bool = False) -> Branch:
+def branch_of(values: list[float], stable: list[bool], kinds: dict[int, str], closed: bool = False) -> ExistenceBranch:
     """Of one phase that falls by 1 a point."""
     names = tuple(kinds.get(k, "") for k in range(len(values)))
     leaving = np.full(len(values), -1.0 + 0.0j)
-    return Branch(np.array(values), -np.arange(float(len(values)))[None, :], np.array(stable), names, leaving, closed)
+    return ExistenceBranch(np.array(values), -np.arange(float(len(values)))[None, :], np.array(stable), names, leaving, closed)
 
 
 def following() -> Continuation:

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.exciters import slow_beats
-from wucht.dynamics.exciters.design_trials import Trials, distances
+from wucht.dynamics.exciters.design_trials import DesignTrials, spectrum_distances
 from wucht.dynamics.exciters.slow_beats import Beat, Rig
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import load_histories, machine_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.sampling.searches import variables_of
 from wucht.dynamics.work import Work
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.files.catalogue import load_machine
@@ -29,7 +29,7 @@ def rig(signal: str = "displacement", direction: str | None = None) -> Rig:
     return Rig(signal, direction, {}, True, 1e-9)
 
 
-def counted(signal: str, beat: Beat, model: Literal["full", "slow"]) -> tuple[Cycles, float]:
+def counted(signal: str, beat: Beat, model: Literal["full", "slow"]) -> tuple[LoadCycles, float]:
     """Rainflow cycles of a run over a number of beats, and its time."""
     settings = RunSettings(until=beat.begin + BEATS * beat.period, model=model, inertia=True if model == "slow" else None)
     case = RunUpCase.of(MACHINE, {}, settings)
@@ -74,7 +74,7 @@ def test_a_run_that_breaks_off_is_no_beat(monkeypatch: pytest.MonkeyPatch) -> No
     broken = SimpleNamespace(uninterrupted=lambda: SimpleNamespace(failure="it burst"))
     monkeypatch.setattr(slow_beats, "integrate", lambda *arguments: broken)
     beat = rig().beat(MACHINE)
-    assert (beat.motion, beat.begin, beat.why) == ("failed", 0.0, "it burst")
+    assert (beat.motion, beat.begin, beat.reason) == ("failed", 0.0, "it burst")
 
 
 def test_without_a_beat_it_says_what_is() -> None:
@@ -82,19 +82,19 @@ def test_without_a_beat_it_says_what_is() -> None:
     for slope in (1e-4, 3.5e-3):
         assert rig().beat(MACHINE.with_values({"drive.slope": slope})).motion == "steady"
     vary = {"p1.mass": {"of": None, "range": [0.1, 2.0]}}
-    trials = Trials(MACHINE, variables_of(MACHINE, vary, False), rig(), 0, 5.0)
-    target = Cycles(np.ones(1), np.zeros(1), np.ones(1))
-    tried = trials.tried(np.array([[-1.0], [1.0]]), target, lambda share: None)
+    trials = DesignTrials(MACHINE, variables_of(MACHINE, vary, False), rig(), 0, 5.0)
+    target = LoadCycles(np.ones(1), np.zeros(1), np.ones(1))
+    tried = trials.evaluate(np.array([[-1.0], [1.0]]), target, lambda share: None)
     assert tried.motion.tolist() == [4, 0]
     assert np.isnan(tried.distances[0]).all() and np.isfinite(tried.distances[1]).all()
 
 
 def test_each_distance_sees_what_it_is_for() -> None:
     """Half as many of the larger cycles: amplitudes off by 0.25 of 2, counts by 1/4, damages (S^3) by 0.25 (8 - 1)/4.5."""
-    target = Cycles(np.array([2.0, 4.0]), np.zeros(2), np.array([1.0, 1.0]))
-    fewer = Cycles(np.array([2.0, 4.0]), np.zeros(2), np.array([3.0, 1.0]))
-    amplitude, cumulative, damage = distances(fewer, target, 3.0)
+    target = LoadCycles(np.array([2.0, 4.0]), np.zeros(2), np.array([1.0, 1.0]))
+    fewer = LoadCycles(np.array([2.0, 4.0]), np.zeros(2), np.array([3.0, 1.0]))
+    amplitude, cumulative, damage = spectrum_distances(fewer, target, 3.0)
     assert amplitude == pytest.approx(0.25 * 1 / 2)
     assert cumulative == pytest.approx(0.25)
     assert damage == pytest.approx(0.25 * 8 / 4.5)
-    assert distances(target, target, 3.0) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    assert spectrum_distances(target, target, 3.0) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from tests.refusals import Refusal, refused
 
-from wucht.dynamics.run_ups.initial_state import initial_state, placed
-from wucht.dynamics.run_ups.varied import check_together, start_states, varied_of, with_states
+from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
+from wucht.dynamics.run_ups.run_variations import check_given_once, start_states, varied_quantity, with_states
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -98,18 +98,18 @@ def test_a_run_up_stores_them_from_their_start_on() -> None:
 
 def test_they_are_start_states_of_maps() -> None:
     states = start_states(machine())
-    assert (states["left.lining"].unit.si, states["drive.integral"].what) == (
+    assert (states["left.lining"].unit.si, states["drive.integral"].description) == (
         "m",
         "integral part of the drive at the start",
     )
     two = machine(bodies=[drum("e1"), drum("e2")], drive=None, drives=[INVERTER | {"on": "e1"}, INVERTER | {"on": "e2"}])
-    varied = [varied_of(two, name, "axes") for name in ("drives.e1.integral", "drives.e2.integral", "left.lining")]
+    varied = [varied_quantity(two, name, "axes") for name in ("drives.e1.integral", "drives.e2.integral", "left.lining")]
     given = {"left": {}, "drives": {"e2": {}}}
     made = with_states(given, [(v.state, x) for v, x in zip(varied, (1.0, 2.0, 1e-4), strict=True) if v.state])
     assert made == {"left": {"lining": 1e-4}, "drives": {"e1": {"integral": 1.0}, "e2": {"integral": 2.0}}}
     with refused("study.axes.drives.e2.integral", "study.start", given="drives.e2.integral", code="given-twice"):
-        check_together(varied, {"drives": {"e2": {"integral": 1.0}}}, "axes", "an axis")
-    check_together(varied, {"drives": {"e3": {"integral": 1.0}}}, "axes", "an axis")
+        check_given_once(varied, {"drives": {"e2": {"integral": 1.0}}}, "axes", "an axis")
+    check_given_once(varied, {"drives": {"e3": {"integral": 1.0}}}, "axes", "an axis")
 
 
 def test_a_map_over_both_of_them() -> None:
@@ -273,6 +273,6 @@ def test_a_body_is_free_from_the_start_on_where_its_speed_of_release_is_passed(s
     }  # fmt: skip
     released = machine(bodies=[drum(), pendulum])
     _, body = released.bodies
-    assert body.locked is not None
+    assert body.lock_symbol is not None
     start = initial_state(released, {"drum": {"speed": speed}})
-    assert placed(released, start).values[body.locked.name] == locked
+    assert machine_in_state(released, start).values[body.lock_symbol.name] == locked

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.run_ups.observed_integration import Leg, Watched
-from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
+from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observation import Watch
+from wucht.dynamics.verdicts.observation import MotionObserver
 from wucht.files.building import machine_from
 from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies.run_up.spec import RunUp
@@ -60,10 +60,14 @@ def test_a_run_until_settled_has_each_sample_once() -> None:
     assert np.diff(time) == pytest.approx(np.full(len(time) - 1, time[1]), rel=1e-9)
 
 
-def _watched(machine: Machine) -> tuple[Watched, Leg]:
-    placed, state = placed_at_start(machine, {})
-    watched = Watched(
-        Watch(placed, 2 * math.pi / SPEED, Noise.of()), compile_system(placed.system), lambda motion: motion, SPEED, 1.0
+def _watched(machine: Machine) -> tuple[ObservedIntegration, Leg]:
+    placed, state = prepare_start(machine, {})
+    watched = ObservedIntegration(
+        MotionObserver(placed, 2 * math.pi / SPEED, Noise.of()),
+        compile_system(placed.system),
+        lambda motion: motion,
+        SPEED,
+        1.0,
     )
     return watched, watched.begin(state, placed.system.values(placed.values))
 
@@ -73,9 +77,9 @@ def test_a_coarse_grid_that_is_integrated_piece_by_piece_has_each_sample_once() 
     machine, grid = machine_from(ALONE | {"carrier": {"directions": "fixed"}}), np.linspace(0.0, 75.0, 6)
     watched, first = _watched(machine)
     leg = watched.leg(first, grid)
-    whole = Trajectory.of([first.stored, leg.stored])
+    whole = Trajectory.of([first.trajectory, leg.trajectory])
     assert whole.time.tolist() == grid.tolist()
-    exact = integrate(watched.compiled, first.stored.end_state, first.stored.parameters, grid)
+    exact = integrate(watched.compiled_system, first.trajectory.end_state, first.trajectory.parameters, grid)
     assert whole.states == pytest.approx(exact.states, rel=1e-10)
     seen = watched.observation(leg).rotors["d"].whole.angle[-1]
     assert seen == pytest.approx(float(exact.states[0, -1]), abs=2 * math.pi)
@@ -89,7 +93,7 @@ def test_a_coarse_grid_that_is_integrated_piece_by_piece_has_each_sample_once() 
 def test_a_released_body_stays_free_in_the_legs_that_follow(when: dict[str, float]) -> None:
     """It is released in the first leg of several: the run is that of a single integration."""
     result = run(RunUp(until=0.5, start={"p": 0.7}), _released(when))
-    machine, state = placed_at_start(_released(when), {"p": 0.7})
+    machine, state = prepare_start(_released(when), {"p": 0.7})
     whole = integrate(compile_system(machine.system, events=release_events(machine)), state, machine.values, result.time.values)
     assert len(whole.hits) == 1
     assert whole.hits[0].time < 0.06

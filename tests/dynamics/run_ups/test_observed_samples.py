@@ -5,18 +5,18 @@ import pytest
 from tests.dynamics.verdicts.motions import FIXED, ROTOR, W, machine
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.observed_integration import Watched
+from wucht.dynamics.run_ups.observed_integration import ObservedIntegration
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observation import Watch
-from wucht.numerics.flow.compiled import compile_system
+from wucht.dynamics.verdicts.observation import MotionObserver
+from wucht.numerics.flow.compiled_system import compile_system
 
 
 def looks(at, speed, step, vibration=0.0):
     """How often it is looked at within one step of what is stored."""
     flow = compile_system(at.system, engine="scipy")
-    watched = Watched(Watch(at, 1.0, Noise.of()), flow, lambda motion: motion, vibration, 1.0)
+    watched = ObservedIntegration(MotionObserver(at, 1.0, Noise.of()), flow, lambda motion: motion, vibration, 1.0)
     leg = watched.begin(initial_state(at, {"d": {"speed": speed}}), at.system.values(at.values))
-    return len(watched.leg(leg, np.array([0.0, step])).waiting[-1].time) - 1
+    return len(watched.leg(leg, np.array([0.0, step])).pending[-1].time) - 1
 
 
 def idle():

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.label_maps import bound, share, uncertainty
+from wucht.dynamics.sampling.label_maps import error_bound, share, uncertainty
 
 Inside = Callable[[np.ndarray, np.ndarray], np.ndarray]
 OPEN = (False, False)
@@ -51,7 +51,7 @@ def test_it_is_off_by_no_more_in_19_of_20_cases(region: Callable[..., tuple[Insi
         for k in range(TIMES):
             inside, area = region(random)
             cells = inside(x, y)
-            off[k], estimates[k], bounds[k] = abs(share(cells) - area), uncertainty(cells, OPEN), bound(cells, OPEN)
+            off[k], estimates[k], bounds[k] = abs(share(cells) - area), uncertainty(cells, OPEN), error_bound(cells, OPEN)
         assert (off <= estimates).mean() >= 0.93
         assert (off <= bounds).all()
         of_error = math.sqrt((off**2).mean() / (estimates**2 / 4).mean())
@@ -65,22 +65,22 @@ def test_a_border_along_an_axis_may_be_off_by_half_a_cell_all_along() -> None:
     for count in (16, 32):
         inside = centres(count)[0] < 0.5
         assert uncertainty(inside, OPEN) == pytest.approx(2 / math.sqrt(12) / count)
-        assert bound(inside, OPEN) == pytest.approx(1 / count)
+        assert error_bound(inside, OPEN) == pytest.approx(1 / count)
 
 
 def test_over_a_seam_a_border_is_one() -> None:
     """The same map rolled along its periodic axes says the same."""
     x, y = centres(24)
     inside = (np.hypot(x - 0.5, y - 0.4) < 0.3) | (y > 0.8)
-    once = uncertainty(inside, (True, True)), bound(inside, (True, True))
+    once = uncertainty(inside, (True, True)), error_bound(inside, (True, True))
     for shift in range(1, 24, 5):
         for axis in (0, 1):
             rolled = np.roll(inside, shift, axis)
-            assert (uncertainty(rolled, (True, True)), bound(rolled, (True, True))) == pytest.approx(once)
+            assert (uncertainty(rolled, (True, True)), error_bound(rolled, (True, True))) == pytest.approx(once)
     assert uncertainty(np.roll(inside, 12, 1), OPEN) != pytest.approx(once[0])
 
 
 def test_all_or_nothing_is_certain() -> None:
     whole = np.ones((4, 5), bool)
-    assert (share(whole), uncertainty(whole, (True, True)), bound(whole, OPEN)) == (1.0, 0.0, 0.0)
+    assert (share(whole), uncertainty(whole, (True, True)), error_bound(whole, OPEN)) == (1.0, 0.0, 0.0)
     assert (share(~whole), uncertainty(~whole, OPEN)) == (0.0, 0.0)

@@ -11,7 +11,7 @@ import pytest
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.sampling import ensemble_run
-from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
+from wucht.dynamics.sampling.ensemble_run import integration_note, outcomes_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.dynamics.work import Work
@@ -73,8 +73,8 @@ def test_a_member_does_not_depend_on_the_others() -> None:
     machine = pendulums(2.5)
     question, starts = EnsembleQuestion(machine, model="slow"), states(machine, grid(4))
     whole, order = outcomes_of(question, starts, {}), np.random.default_rng(1).permutation(16)
-    assert same(outcomes_of(question, starts[:, order], {}), whole.taken(order))
-    assert same(outcomes_of(question, starts[:, 5:6], {}), whole.taken(np.array([5])))
+    assert same(outcomes_of(question, starts[:, order], {}), whole.select(order))
+    assert same(outcomes_of(question, starts[:, 5:6], {}), whole.select(np.array([5])))
 
 
 @pytest.mark.slow
@@ -86,7 +86,7 @@ def test_parameters_differ_from_member_to_member() -> None:
     for i in range(4):
         one = machine.with_values({"u": float(u[i]), "beta_r": float(beta[i])})
         alone = outcomes_of(EnsembleQuestion(one, model="slow"), states(one, [start]), {})
-        assert same(alone, found.taken(np.array([i])))
+        assert same(alone, found.select(np.array([i])))
     assert labels(found) == ["captured", "compensated", "captured", "compensated"]
 
 
@@ -104,10 +104,10 @@ def test_a_machine_with_contacts_is_run_up_member_by_member() -> None:
     question = EnsembleQuestion(machine, until=2.0, tolerance=1e-8)
     where = "schedule of drive.voltage; contacts on the track ring; quadratic load on drum, at standstill"
     why = f"each must stop where a law changes ({where})"
-    assert way_of(question) == f"members are run up one by one, which is slower: {why}"
+    assert integration_note(question) == f"members are run up one by one, which is slower: {why}"
     found = outcomes_of(question, initial_state(machine, {})[:, None], {})
     assert labels(found) == [run_of(machine, {}, "full", until=2.0).verdict.outcome.value]
-    assert way_of(replace(question, machine=pendulums(1.0))) == "members are integrated in batches"
+    assert integration_note(replace(question, machine=pendulums(1.0))) == "members are integrated in batches"
 
 
 SMOOTH = {
@@ -161,16 +161,18 @@ def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
 )
 def test_why_members_are_run_up_one_by_one_is_said(changed: dict[str, Any], model: Any, why: str) -> None:
     machine = machine_from({key: value for key, value in (SMOOTH | changed).items() if value is not None})
-    assert way_of(EnsembleQuestion(machine, model=model)).startswith(f"members are run up one by one, which is slower: {why}")
+    assert integration_note(EnsembleQuestion(machine, model=model)).startswith(
+        f"members are run up one by one, which is slower: {why}"
+    )
 
 
 @pytest.mark.parametrize("changed", [{}, {"drive": SERIES, "load": {"kind": "viscous", "coefficient": 0.02}}])
 def test_a_machine_of_smooth_laws_is_integrated_in_batches(changed: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """A series motor too; but not without heyoka."""
     question = EnsembleQuestion(machine_from(SMOOTH | changed))
-    assert way_of(question) == "members are integrated in batches"
+    assert integration_note(question) == "members are integrated in batches"
     monkeypatch.setattr(ensemble_run, "available_engine", lambda: "scipy")
-    assert way_of(question) == "members are integrated one by one, which is slower: the engine scipy has no batches"
+    assert integration_note(question) == "members are integrated one by one, which is slower: the engine scipy has no batches"
 
 
 def test_exciters_at_the_resonance_have_the_label_of_their_run_up() -> None:
@@ -196,7 +198,7 @@ def test_a_member_that_fails_is_told_and_disturbs_no_other() -> None:
     good, found = outcomes_of(question, starts, {}), outcomes_of(question, broken, {})
     assert labels(found)[2] == "failed" and [i for i, _ in found.failures] == [2]
     rest = np.array([0, 1, 3])
-    assert same(replace(found, failures=()).taken(rest), good.taken(rest))
+    assert same(replace(found, failures=()).select(rest), good.select(rest))
 
 
 def test_a_member_that_only_passes_by_a_motion_that_goes_on_is_not_taken_for_it() -> None:

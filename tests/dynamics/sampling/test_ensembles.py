@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.varied import varied_of
-from wucht.dynamics.sampling.ensembles import members_at, start_at
+from wucht.dynamics.run_ups.run_variations import varied_quantity
+from wucht.dynamics.sampling.ensembles import initial_states, start_at
 from wucht.files.catalogue import load_machine
 
 
@@ -21,9 +21,9 @@ from wucht.files.catalogue import load_machine
 )
 def test_many_begin_as_each_alone(name: str, start: dict[str, object], names: tuple[str, ...]) -> None:
     machine = load_machine(name)
-    varied = [varied_of(machine, n, "axes") for n in names]
+    varied = [varied_quantity(machine, n, "axes") for n in names]
     places = np.random.default_rng(1).uniform(-5.0, 5.0, (len(names), 7))
-    states, values = members_at(machine, start, varied, places, "study")
+    states, values = initial_states(machine, start, varied, places, "study")
     assert not values
     for m, place in enumerate(places.T.tolist()):
         alone = initial_state(machine, start_at(start, varied, place))

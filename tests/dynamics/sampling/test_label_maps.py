@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.label_maps import at_border, cells_to_halve, halved, left_at_border, uncertainty, widened
+from wucht.dynamics.sampling.label_maps import (
+    border_cells,
+    border_cells_not_run,
+    cells_to_halve,
+    halve_cells,
+    uncertainty,
+    widen_cells,
+)
 
 OPEN = (False, False)
 
@@ -15,7 +22,7 @@ def test_eight_neighbours() -> None:
     labels[2, 3] = 1
     expected = np.zeros((5, 6), bool)
     expected[1:4, 2:5] = True
-    assert np.array_equal(at_border(labels, OPEN), expected)
+    assert np.array_equal(border_cells(labels, OPEN), expected)
 
 
 @pytest.mark.parametrize("periodic", [OPEN, (True, False), (False, True), (True, True)])
@@ -29,8 +36,8 @@ def test_by_hand_on_every_cell(periodic: tuple[bool, bool]) -> None:
             k, m = k % 6 if periodic[0] else k, m % 7 if periodic[1] else m
             if 0 <= k < 6 and 0 <= m < 7:
                 expected[i, j] |= bool(labels[k, m] != labels[i, j])
-    assert np.array_equal(at_border(labels, periodic), expected)
-    grown = widened(expected, periodic)
+    assert np.array_equal(border_cells(labels, periodic), expected)
+    grown = widen_cells(expected, periodic)
     alone = np.argwhere(expected)
     near = np.zeros(labels.shape, bool)
     for i, j in alone.tolist():
@@ -55,7 +62,7 @@ def test_a_rim_on_the_coarsest_map_alone() -> None:
 
 
 def test_four_parts_of_each_cell() -> None:
-    assert np.array_equal(halved(np.array([[1, 2]])), [[1, 1, 2, 2], [1, 1, 2, 2]])
+    assert np.array_equal(halve_cells(np.array([[1, 2]])), [[1, 1, 2, 2], [1, 1, 2, 2]])
 
 
 def test_what_was_handed_down_beside_another_label_is_left() -> None:
@@ -63,7 +70,7 @@ def test_what_was_handed_down_beside_another_label_is_left() -> None:
     labels[1, 2] = 1
     run = np.zeros((4, 6), bool)
     run[:, :3] = True
-    assert np.argwhere(left_at_border(labels, run, OPEN)).tolist() == [[0, 3], [1, 3], [2, 3]]
+    assert np.argwhere(border_cells_not_run(labels, run, OPEN)).tolist() == [[0, 3], [1, 3], [2, 3]]
 
 
 @pytest.mark.parametrize("periodic", [OPEN, (True, False), (False, True), (True, True)])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.ensemble_equations import Variants, equations_of
+from wucht.dynamics.sampling.ensemble_equations import Variants, member_equations
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.files.building import machine_from
 
@@ -25,10 +25,10 @@ def test_phases_are_seen_as_the_bodies_turn(model: str, sense: int) -> None:
     })  # fmt: skip
     speed = sense * 40.0
     begun = initial_state(machine, {"a": {"angle": 0.9, "speed": speed}, "p": {"angle": 0.4, "speed": speed}})
-    equations = equations_of(EnsembleQuestion(machine, model=model), begun)
-    variants = Variants.among(machine, {}, 2)
+    equations = member_equations(EnsembleQuestion(machine, model=model), begun)
+    variants = Variants.from_values(machine, {}, 2)
     starts = equations.starts(np.repeat(begun[:, None], 2, axis=1), variants)
-    seen = equations.view(variants).seen(starts[None], variants.of)
+    seen = equations.view(variants).view(starts[None], variants.machine_index)
     assert np.remainder(seen.phases, 2 * math.pi) == pytest.approx(np.full((1, 1, 2), 0.4))
     assert seen.speed == pytest.approx(np.full((1, 2), speed))
 
@@ -44,8 +44,8 @@ def test_members_whose_rotor_has_a_prescribed_speed_start_with_it(sense: int) ->
     })  # fmt: skip
     begun = initial_state(machine, {"p": {"angle": 0.4, "speed": sense * 40.0}})
     speeds = sense * np.array([50.0, 60.0, 60.0, 50.0, 60.0, 50.0, 50.0])
-    variants = Variants.among(machine, {"drive.speed": speeds}, len(speeds))
-    equations = equations_of(EnsembleQuestion(machine, model="slow"), begun)
+    variants = Variants.from_values(machine, {"drive.speed": speeds}, len(speeds))
+    equations = member_equations(EnsembleQuestion(machine, model="slow"), begun)
     starts = equations.starts(np.repeat(begun[:, None], len(speeds), axis=1), variants)
-    seen = equations.view(variants).seen(starts[None], variants.of)
+    seen = equations.view(variants).view(starts[None], variants.machine_index)
     assert seen.speed == pytest.approx(speeds[None])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.sampling.searches import (
-    Bounds,
-    balancing,
-    fall_of,
-    not_dominated,
-    smallest,
-    spread_out,
-    to_look_at,
+    ProbabilityBounds,
+    balancer_names,
+    certain_fall,
+    is_pareto_optimal,
+    next_sample_value,
+    smallest_value,
+    spread_selection,
     values_at,
     variables_of,
 )
@@ -31,17 +31,17 @@ def test_keys_groups_and_paths() -> None:
     assert mass.paths == ("b1.mass", "b2.mass")
     assert (mass.low, mass.high) == (4e-3, 5e-3)
     assert slope.paths == ("drive.slope",)
-    assert damping.at(np.array([0, 0.5, 1])) == pytest.approx([1e-5, 1e-4, 1e-3])
-    assert mass.at(np.array([0.5])) == pytest.approx([4.5e-3])
+    assert damping.value_at(np.array([0, 0.5, 1])) == pytest.approx([1e-5, 1e-4, 1e-3])
+    assert mass.value_at(np.array([0.5])) == pytest.approx([4.5e-3])
     assert damping.share(1e-4) == pytest.approx(0.5)
 
 
 def test_a_pendulums_inertia_keeps_its_ratio() -> None:
     machine = read_study("practice/laundry-drum").subject
-    names = balancing(machine)
+    names = balancer_names(machine)
     if f"{names[0]}.inertia" not in machine.values:
         machine = read_study("drozdetskaya-2020/r1").subject
-        names = balancing(machine)
+        names = balancer_names(machine)
     assert f"{names[0]}.inertia" in machine.values
     own = machine.values[f"{names[0]}.mass"]
     (mass,) = variables_of(machine, OptimiseBalancer(vary={"mass": [own / 2, 2 * own]}).vary, together=False)
@@ -50,8 +50,8 @@ def test_a_pendulums_inertia_keeps_its_ratio() -> None:
     )
 
 
-def seen(*lows: float, width: float = 0.1) -> list[Bounds]:
-    return [Bounds(float(k), low, low + width) for k, low in enumerate(lows)]
+def seen(*lows: float, width: float = 0.1) -> list[ProbabilityBounds]:
+    return [ProbabilityBounds(float(k), low, low + width) for k, low in enumerate(lows)]
 
 
 @pytest.mark.parametrize(
@@ -67,32 +67,34 @@ def seen(*lows: float, width: float = 0.1) -> list[Bounds]:
     ],
 )
 def test_from_where_on_it_is_reached(lows: tuple[float, ...], wanted: float, found: float | None) -> None:
-    assert smallest(seen(*lows), wanted) == found
+    assert smallest_value(seen(*lows), wanted) == found
 
 
 def test_nothing_is_reached_by_nothing() -> None:
-    assert smallest([], 0.5) is None
-    assert to_look_at([], 0.5) is None
+    assert smallest_value([], 0.5) is None
+    assert next_sample_value([], 0.5) is None
 
 
 def test_the_deepest_fall() -> None:
-    fall = fall_of(seen(0.2, 0.9, 0.75, 0.5, 0.95))
+    fall = certain_fall(seen(0.2, 0.9, 0.75, 0.5, 0.95))
     assert fall is not None
     assert (fall.before.value, fall.after.value) == (1.0, 3.0)
-    assert fall_of(seen(0.5, 0.45, 0.42)) is None
+    assert certain_fall(seen(0.5, 0.45, 0.42)) is None
 
 
 def found_by_search(of: np.ndarray, wanted: float) -> tuple[float, int]:
     """The smallest value x with wanted probability of points (R, n) below x, looked for from five values on; and its looks."""
     looks = [float(x) for x in np.linspace(0.3, 1.0, 5)]
-    known: list[Bounds] = []
+    known: list[ProbabilityBounds] = []
     begun = len(looks)
     while looks:
         x = looks.pop(0)
-        known = sorted([*known, Bounds(x, *interval((of < x).sum(axis=1), of.shape[1], 0.95))], key=lambda b: b.value)
-        if not looks and (more := to_look_at(known, wanted)) is not None:
+        known = sorted(
+            [*known, ProbabilityBounds(x, *interval((of < x).sum(axis=1), of.shape[1], 0.95))], key=lambda b: b.value
+        )
+        if not looks and (more := next_sample_value(known, wanted)) is not None:
             looks.append(more)
-    found = smallest(known, wanted)
+    found = smallest_value(known, wanted)
     assert found is not None
     return found, len(known) - begun
 
@@ -111,25 +113,25 @@ def test_it_errs_no_more_often_than_one_bound_does() -> None:
 
 
 def test_the_search_ends_at_a_thousandth_of_the_range() -> None:
-    known = [Bounds(x, x, x + 0.01) for x in (0.0, 0.5, 1.0)]
-    while (x := to_look_at(known, 0.7)) is not None:
-        known = sorted([*known, Bounds(x, x, x + 0.01)], key=lambda b: b.value)
-    found = smallest(known, 0.7)
+    known = [ProbabilityBounds(x, x, x + 0.01) for x in (0.0, 0.5, 1.0)]
+    while (x := next_sample_value(known, 0.7)) is not None:
+        known = sorted([*known, ProbabilityBounds(x, x, x + 0.01)], key=lambda b: b.value)
+    found = smallest_value(known, 0.7)
     assert found is not None
     assert 0 <= found - 0.7 <= 1e-3
     assert len(known) == 3 + 9
-    assert to_look_at(seen(0.7, 0.8), 0.6) is None, "below the first value nothing is looked at"
+    assert next_sample_value(seen(0.7, 0.8), 0.6) is None, "below the first value nothing is looked at"
 
 
 def test_not_dominated_is_what_pairs_say() -> None:
     points = np.round(np.random.default_rng(3).random((60, 3)), 1)
     better = [[bool((q <= p).all() and (q < p).any()) for q in points] for p in points]
-    assert np.array_equal(not_dominated(points), ~np.any(better, axis=1))
-    assert not_dominated(np.array([[1.0, 1.0], [1.0, 1.0]])).all(), "equal points do not dominate each other"
+    assert np.array_equal(is_pareto_optimal(points), ~np.any(better, axis=1))
+    assert is_pareto_optimal(np.array([[1.0, 1.0], [1.0, 1.0]])).all(), "equal points do not dominate each other"
 
 
 def test_spread_out_has_the_best_of_each_and_gaps_filled() -> None:
     t = np.linspace(0, 1, 101)
-    chosen = spread_out(np.stack([t, 1 - t], axis=1), 5)
+    chosen = spread_selection(np.stack([t, 1 - t], axis=1), 5)
     assert np.allclose(t[chosen], [0, 0.25, 0.5, 0.75, 1], atol=0.01)
-    assert len(spread_out(np.ones((7, 2)), 5)) == 1
+    assert len(spread_selection(np.ones((7, 2)), 5)) == 1

@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from wucht.dynamics.verdicts.evidence import standing
+from wucht.dynamics.verdicts.evidence import assess_rotor
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observation import Watch
+from wucht.dynamics.verdicts.observation import MotionObserver
 from wucht.dynamics.verdicts.outcomes import Fact
 from wucht.dynamics.verdicts.verdict import judge
 from wucht.files.building import machine_from
@@ -119,14 +119,14 @@ def seen(machine, until, *angles, step=1 / 24, noise=NOISE):
     """What is seen of bodies with such angles as functions of time; their speeds by a step in the imaginary direction."""
     time = np.linspace(0, until, round(until / step) + 1)
     moved = [angle(time + 1e-30j) + 0j for angle in angles]
-    watch = Watch(machine, 1.0, noise)
-    return watch.after(watch.begin(), Samples.of(time, *((m.real, m.imag * 1e30) for m in moved)))
+    watch = MotionObserver(machine, 1.0, noise)
+    return watch.update_from_samples(watch.begin(), Samples.of(time, *((m.real, m.imag * 1e30) for m in moved)))
 
 
 def stands(machine, *angles, until=END, free=W, end=None, noise=NOISE):
     """Where the rotor stands after that. end: of a run of which its turns are only the last part."""
     record = seen(machine, until, *angles).rotors["d"]
-    return standing(machine, machine.rotor, record, free, until if end is None else end, noise)
+    return assess_rotor(machine, machine.rotor, record, free, until if end is None else end, noise)
 
 
 def judged(machine, *angles, until=END, free=W, step=1 / 24):

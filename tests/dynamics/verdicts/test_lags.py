@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from motions import END, W, about, growing, rigid, stands, steady, tenth, truth
 
-from wucht.dynamics.verdicts.lags import _until_apart
+from wucht.dynamics.verdicts.lags import _windows_until_radian
 from wucht.files.catalogue import load_machine
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -160,7 +160,7 @@ NEAR_ITS_LOSS = {"psi": 3.451, "delta": 0.087}
     ],
 )
 def test_a_difference_that_grows_alike_is_a_radian_at_last(sizes, windows):
-    assert _until_apart(sizes, 1e-4) == pytest.approx(windows)
+    assert _windows_until_radian(sizes, 1e-4) == pytest.approx(windows)
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from motions import (
     with_balls,
 )
 
-from wucht.dynamics.verdicts.locking import is_locking, locked
+from wucht.dynamics.verdicts.locking import assess_locking, is_locking
 
 DECAY = 10.0  # s, of the free vibrations of the carriers
 
@@ -110,7 +110,7 @@ def test_a_phase_that_grows_by_a_ten_thousandth_a_window_is_leaving(change, outc
 
 
 def test_means_are_over_the_last_half_of_the_run():
-    early = locked(pair(), seen(pair(), END, steady, lambda t: W * (t + 5 * np.exp(-t / 5))))
+    early = assess_locking(pair(), seen(pair(), END, steady, lambda t: W * (t + 5 * np.exp(-t / 5))))
     assert early.window == pytest.approx((END - 50, END), abs=1e-9)
     assert early.evidence.periods == 50
     assert early.speeds == pytest.approx({"d": W, "e": W * (1 - 0.1 * np.exp(-51 / 5))}, rel=1e-7)
@@ -120,7 +120,7 @@ def test_phases_are_means_over_the_last_tenth_of_that():
     def slow(t):
         return W * t + 1 + 0.01 * (t - END)
 
-    found = locked(pair(), seen(pair(), END, steady, slow))
+    found = assess_locking(pair(), seen(pair(), END, steady, slow))
     assert found.phases == {"e": pytest.approx(1 - 0.01 * 2.5, abs=1e-3)}
     assert found.creep == pytest.approx(0.01 * 25, rel=0.02)
 
@@ -281,5 +281,5 @@ def test_rotors_that_are_not_locked_are_judged_each_for_itself():
 
 def test_phases_are_means_over_the_last_tenth_of_the_half_that_is_judged():
     """Of one that falls by 1e-3 rad/s: the last tenth of 50 turns is 5 s, and its middle 2.5 s before the end."""
-    means = locked(pair(), seen(pair(), END, steady, lambda t: W * t + 1.0 + 1e-3 * (END - t)))
+    means = assess_locking(pair(), seen(pair(), END, steady, lambda t: W * t + 1.0 + 1e-3 * (END - t)))
     assert means.phases == {"e": pytest.approx(1.0 + 2.5e-3, abs=1e-4)}

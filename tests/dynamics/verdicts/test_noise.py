@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from motions import W, beyond, modulated, stands, steady, swinging_between, truth, with_ball
 
-from wucht.dynamics.verdicts.evidence import IN_NOISE
+from wucht.dynamics.verdicts.evidence import REASON_IN_NOISE
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import Outcome, classify
 from wucht.numerics.observers.projection import Course
@@ -61,5 +61,5 @@ def test_where_the_noise_is_as_large_as_the_limit_that_is_the_advice():
 
     coarse, fine = (stands(with_ball(), steady, ball, noise=Noise.of(tolerance)) for tolerance in (1e-2, 1e-6))
     assert classify(coarse.evidence) is classify(fine.evidence) is Outcome.UNIDENTIFIED
-    assert coarse.endless == IN_NOISE
-    assert fine.endless != IN_NOISE
+    assert coarse.endless == REASON_IN_NOISE
+    assert fine.endless != REASON_IN_NOISE

@@ -86,8 +86,8 @@ def test_the_mean_speed_must_be_within_half_a_percent_whatever_the_lowest():
 
 def test_a_rotor_that_turns_against_its_drive_does_not_hold_its_speed():
     assert case(AT_SPEED, free_speed=-FREE) is Outcome.PASSED
-    assert truth(replace(AT_SPEED, **speed(-199.0), free_speed=-FREE).at_speed) is True
-    assert truth(replace(AT_SPEED, **speed(just_above(-199.0)), free_speed=-FREE).at_speed) is False
+    assert truth(replace(AT_SPEED, **speed(-199.0), free_speed=-FREE).is_at_speed) is True
+    assert truth(replace(AT_SPEED, **speed(just_above(-199.0)), free_speed=-FREE).is_at_speed) is False
 
 
 def test_less_than_one_percent_of_the_unbalance_may_be_left():
@@ -191,7 +191,7 @@ def test_lag_of_a_thousandth_of_the_speed_is_none(sign):
 # --- the others ---
 
 
-@pytest.mark.parametrize("base", [AT_SPEED, CAPTURED, MODULATED, LAGGING, ENDED, replace(CAPTURED, settled=False)])
+@pytest.mark.parametrize("base", [AT_SPEED, CAPTURED, MODULATED, LAGGING, ENDED, replace(CAPTURED, has_settled=False)])
 def test_beyond_the_limit_is_a_runaway_whatever_else(base):
     assert case(base, beyond_limit=True) is Outcome.RUNAWAY
 
@@ -244,7 +244,7 @@ def test_a_rotor_that_does_not_turn_needs_no_settled_speed():
 )
 def test_bounds_of_the_speeds(name, bounds, outcome):
     assert case(AT_SPEED, **{name: bounds}) is outcome
-    assert truth(replace(AT_SPEED, **{name: bounds}).at_speed) is {Outcome.COMPENSATED: True, Outcome.PASSED: False}.get(
+    assert truth(replace(AT_SPEED, **{name: bounds}).is_at_speed) is {Outcome.COMPENSATED: True, Outcome.PASSED: False}.get(
         outcome
     )
 
@@ -261,7 +261,9 @@ def test_bounds_of_the_speeds(name, bounds, outcome):
 )
 def test_bounds_of_the_unbalance(bounds, outcome):
     assert case(AT_SPEED, residual=bounds) is outcome
-    assert truth(replace(AT_SPEED, residual=bounds).balanced) is {Outcome.COMPENSATED: True, Outcome.PASSED: False}.get(outcome)
+    assert truth(replace(AT_SPEED, residual=bounds).is_balanced) is {Outcome.COMPENSATED: True, Outcome.PASSED: False}.get(
+        outcome
+    )
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -293,9 +295,10 @@ def test_bounds_of_a_lag(sign, bounds, outcome):
 )
 def test_bounds_about_the_resonance(bounds, outcome):
     assert case(NEAR_RESONANCE, lowest_speed=bounds) is outcome
-    assert truth(replace(NEAR_RESONANCE, lowest_speed=bounds).beyond) is {Outcome.CAPTURED: False, Outcome.PASSED: True}.get(
-        outcome
-    )
+    assert truth(replace(NEAR_RESONANCE, lowest_speed=bounds).is_beyond_resonance) is {
+        Outcome.CAPTURED: False,
+        Outcome.PASSED: True,
+    }.get(outcome)
 
 
 @pytest.mark.parametrize(
@@ -311,7 +314,7 @@ def test_bounds_about_the_resonance(bounds, outcome):
 def test_bounds_of_a_modulation(bounds, outcome):
     assert case(CAPTURED, modulation=bounds) is outcome
     modulated = {Outcome.CAPTURED: False, Outcome.CAPTURED_MODULATED: True}.get(outcome)
-    assert truth(replace(CAPTURED, modulation=bounds).modulated) is modulated
+    assert truth(replace(CAPTURED, modulation=bounds).is_modulated) is modulated
 
 
 @pytest.mark.parametrize(
@@ -440,7 +443,7 @@ def within(draw, bounds, points):
 def evidences(draw, resonances=(None, RESONANCE, FREE)):
     return Evidence(
         turning=draw(st.integers(0, 4)) > 0,
-        settled=draw(st.integers(0, 9)) > 0,
+        has_settled=draw(st.integers(0, 9)) > 0,
         free_speed=draw(st.sampled_from([FREE, FREE, FREE, None])),
         resonance=draw(st.sampled_from(resonances)),
         lags=tuple(draw(st.lists(bounds_of(POINTS["lags"]), max_size=2))),
@@ -510,7 +513,7 @@ def test_the_unit_of_speed_does_not_matter(e, mean, lowest, factor):
 
 # --- entrained, synchronised: by the mean speed over whole periods ---
 
-LOCKED = Locking(periods=50, apart=(at(0.0),), phases=(at(1.0),))
+LOCKED = Locking(periods=50, speed_differences=(at(0.0),), phases=(at(1.0),))
 VERDICTS = {
     True: {True: Outcome.ENTRAINED, False: Outcome.NOT_ENTRAINED, None: Outcome.UNIDENTIFIED},
     False: {True: Outcome.SYNCHRONISED, False: Outcome.NOT_SYNCHRONISED, None: Outcome.UNIDENTIFIED},
@@ -521,8 +524,8 @@ def locking(**changes):
     """Whether that is locked, after the outcomes have been found to say the same."""
     actual = replace(LOCKED, **changes)
     for by_vibration, outcomes in VERDICTS.items():
-        assert actual.outcome(by_vibration=by_vibration) is outcomes[actual.locked]
-    return actual.locked
+        assert actual.outcome(by_vibration=by_vibration) is outcomes[actual.is_locked]
+    return actual.is_locked
 
 
 @pytest.mark.parametrize(
@@ -535,7 +538,7 @@ def locking(**changes):
     ],
 )
 def test_rotors_within_a_tenth_of_a_percent_are_synchronised(off, outcome):
-    assert replace(LOCKED, apart=(at(off),)).outcome(by_vibration=False) is outcome
+    assert replace(LOCKED, speed_differences=(at(off),)).outcome(by_vibration=False) is outcome
 
 
 @pytest.mark.parametrize(
@@ -543,7 +546,7 @@ def test_rotors_within_a_tenth_of_a_percent_are_synchronised(off, outcome):
     [(-0.001, Outcome.ENTRAINED), (-just_above(0.001), Outcome.NOT_ENTRAINED), (just_above(0.001), Outcome.NOT_ENTRAINED)],
 )
 def test_a_rotor_within_a_tenth_of_a_percent_of_the_vibration_is_entrained(off, outcome):
-    assert replace(LOCKED, apart=(at(off),)).outcome(by_vibration=True) is outcome
+    assert replace(LOCKED, speed_differences=(at(off),)).outcome(by_vibration=True) is outcome
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -613,7 +616,7 @@ def narrowed_lockings(draw):
     apart, phases = (tuple(draw(st.lists(bounds_of(p), min_size=1, max_size=3))) for p in (APART, PHASES))
     e = Locking(draw(st.sampled_from([4, 5, 50])), apart, phases, draw(st.booleans()))
     narrower = [tuple(within(draw, b, p) for b in each) for each, p in ((apart, APART), (phases, PHASES))]
-    return e, replace(e, apart=narrower[0], phases=narrower[1])
+    return e, replace(e, speed_differences=narrower[0], phases=narrower[1])
 
 
 @pytest.mark.slow

@@ -25,7 +25,7 @@ def of(speed: np.ndarray, phase: np.ndarray | None = None, left: np.ndarray | No
 def test_a_decay_is_followed_to_its_end(sense: int) -> None:
     half = of(sense * (1.0 - 1e-3 * np.exp(-TIMES / 100)))
     rest = screen(half)
-    assert rest.settled.all() and (half.sense == sense).all()
+    assert rest.has_settled.all() and (half.sense == sense).all()
     low, high = rest.evidence.mean_speed
     assert (low <= 1.0).all() and (high >= 1.0).all()  # the end lies between the bounds
     assert (rest.width < 3e-4).all()
@@ -34,38 +34,38 @@ def test_a_decay_is_followed_to_its_end(sense: int) -> None:
 @pytest.mark.parametrize("depth", [0.1, 10.0])
 def test_a_modulation_is_no_rest_but_worth_a_closer_look(depth: float) -> None:
     rest = screen(of(1 + depth * MODULATION_THRESHOLD * np.cos(2 * np.pi * TIMES / 10.3)))
-    assert not rest.settled.any() and rest.cycling.all() and (abs(rest.rises - 39) <= 1).all()
+    assert not rest.has_settled.any() and rest.cycling.all() and (abs(rest.rises - 39) <= 1).all()
 
 
 def test_what_drifts_turns_back_slips_or_goes_on_swinging_is_not_at_rest() -> None:
     even = np.ones(len(TIMES))
-    assert screen(of(even)).settled.all()
-    assert not screen(of(1 + 1e-3 * TIMES / 400)).settled.any()
-    assert not screen(of(np.where(TIMES < 10, -1.0, 1.0))).settled.any()
-    assert not screen(of(even, phase=0.01 * TIMES)).settled.any()
-    assert not screen(of(even, phase=0.02 * TIMES / 400 * np.cos(TIMES / 5) * 10)).settled.any()
-    assert not screen(of(even, left=0.5 + 0.1 * np.cos(TIMES / 10))).settled.any()
-    assert not screen(of(even * 0.01)).settled.any()  # too few turns
+    assert screen(of(even)).has_settled.all()
+    assert not screen(of(1 + 1e-3 * TIMES / 400)).has_settled.any()
+    assert not screen(of(np.where(TIMES < 10, -1.0, 1.0))).has_settled.any()
+    assert not screen(of(even, phase=0.01 * TIMES)).has_settled.any()
+    assert not screen(of(even, phase=0.02 * TIMES / 400 * np.cos(TIMES / 5) * 10)).has_settled.any()
+    assert not screen(of(even, left=0.5 + 0.1 * np.cos(TIMES / 10))).has_settled.any()
+    assert not screen(of(even * 0.01)).has_settled.any()  # too few turns
 
 
 @pytest.mark.parametrize(("speed", "expected"), [(1.0051, False), (1.0049, True), (0.9951, True), (0.9949, False)])
 def test_the_free_speed_is_held_within_half_a_percent(speed: float, expected: bool) -> None:
-    at_speed = screen(of(np.full(len(TIMES), speed)), free=1.0).evidence.at_speed
-    assert at_speed.known.all() and (at_speed.yes == expected).all()
-    assert screen(of(np.full(len(TIMES), speed))).evidence.at_speed.no.all()
+    at_speed = screen(of(np.full(len(TIMES), speed)), free=1.0).evidence.is_at_speed
+    assert at_speed.is_known.all() and (at_speed.yes == expected).all()
+    assert screen(of(np.full(len(TIMES), speed))).evidence.is_at_speed.no.all()
 
 
 @pytest.mark.parametrize(("left", "expected"), [(0.0099, True), (0.0101, False)])
 def test_less_than_a_percent_is_compensated(left: float, expected: bool) -> None:
-    balanced = screen(of(np.ones(len(TIMES)), left=np.full(len(TIMES), left))).evidence.balanced
-    assert balanced.known.all() and (balanced.yes == expected).all()
+    balanced = screen(of(np.ones(len(TIMES)), left=np.full(len(TIMES), left))).evidence.is_balanced
+    assert balanced.is_known.all() and (balanced.yes == expected).all()
 
 
 def test_rest_with_rounding_or_the_drift_of_the_tolerance_is_rest() -> None:
     noise = np.random.default_rng(1).normal(size=(2, len(TIMES)))
     rest = screen(of(1 + 1e-8 * noise[0], left=2e-5 + 1e-5 * TIMES / 400 + 1e-8 * noise[1]), free=1.0)
-    assert rest.settled.all() and rest.still.all() and rest.evidence.modulated.no.all()
-    assert rest.evidence.at_speed.yes.all() and rest.evidence.balanced.yes.all()
+    assert rest.has_settled.all() and rest.still.all() and rest.evidence.is_modulated.no.all()
+    assert rest.evidence.is_at_speed.yes.all() and rest.evidence.is_balanced.yes.all()
 
 
 @pytest.mark.parametrize(("growth", "still"), [(0.01, True), (0.5, False), (8.0, False)])
@@ -73,7 +73,7 @@ def test_what_leaves_however_small_it_is_yet_is_not_at_rest(growth: float, still
     """An unbalance left that grows to 1e-4, by a factor e^growth in what is seen, will be more than 1 % if it goes on so."""
     rest = screen(of(np.ones(len(TIMES)), left=1e-4 * np.exp(growth * (TIMES / 400 - 1))))
     assert (rest.still == still).all()
-    assert (rest.settled == still).all()
+    assert (rest.has_settled == still).all()
 
 
 def test_outcomes_are_those_of_the_same_criteria() -> None:
@@ -90,6 +90,6 @@ def test_outcomes_are_those_of_the_same_criteria() -> None:
 def test_a_modulation_is_not_told_from_samples() -> None:
     half = of(0.6 * (1 + 3 * MODULATION_THRESHOLD * np.cos(2 * np.pi * TIMES / 1.5)))
     rest = screening_of(half, np.ones(2), Noise.of())
-    assert not rest.evidence.modulated.known.any()
-    whole = replace(rest.evidence, settled=np.ones(2, bool), resonance=np.full(2, 0.7))
+    assert not rest.evidence.is_modulated.is_known.any()
+    whole = replace(rest.evidence, has_settled=np.ones(2, bool), resonance=np.full(2, 0.7))
     assert [OUTCOMES[i] for i in classify_each(whole)] == [Outcome.UNIDENTIFIED] * 2

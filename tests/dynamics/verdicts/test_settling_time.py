@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observation import Watch
+from wucht.dynamics.verdicts.observation import MotionObserver
 from wucht.dynamics.verdicts.outcomes import AMPLITUDE_TOLERANCE, Outcome
 from wucht.dynamics.verdicts.verdict import Verdict, judge
 from wucht.files.building import machine_from
@@ -32,8 +32,10 @@ def _verdict(speed: np.ndarray, sense: float) -> Verdict:
         "drive": {"kind": "linear", "slope": 0.04, "no_load_speed": sense * FREE},
     })  # fmt: skip
     angle = np.append(0.0, np.cumsum((speed[:-1] + speed[1:]) / 2 * np.diff(TIME)))
-    watch = Watch(machine, 2 * math.pi / FREE, Noise.of())
-    return judge(machine, watch.after(watch.begin(), Samples.of(TIME, (sense * angle, sense * speed))), sense * FREE)
+    watch = MotionObserver(machine, 2 * math.pi / FREE, Noise.of())
+    return judge(
+        machine, watch.update_from_samples(watch.begin(), Samples.of(TIME, (sense * angle, sense * speed))), sense * FREE
+    )
 
 
 @pytest.mark.parametrize("period", [1.5, 4.0])

@@ -9,8 +9,8 @@ import pytest
 from known_orbits import PLANE, SPEED, P, X, Y, placed, planar
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import exactly
-from wucht.numerics.periodic.cycle_starts import settled
+from wucht.numerics.collocation.solutions import with_exact_tolerance
+from wucht.numerics.periodic.cycle_starts import cycle_from_nodes
 from wucht.numerics.periodic.cycles import Cycles
 
 UNEVEN = planar(P - X**2 - Y**2, P, turning=SPEED * (1 + X / 2))
@@ -32,7 +32,7 @@ def problem(intervals: int, degree: int) -> tuple[BoundaryValueProblem, np.ndarr
     mesh = Mesh.even(intervals, degree)
     u = np.append(known(mesh.nodes), [PERIOD, 1.0])
     made = cycles(degree).problem(mesh, PERIOD)
-    return replace(made, reference=made.referred(u)), u
+    return replace(made, reference=made.reference_from(u)), u
 
 
 def test_the_jacobian_is_that_of_differences() -> None:
@@ -53,7 +53,7 @@ def errors(intervals: int, degree: int) -> tuple[float, float, float]:
     p, u = problem(intervals, degree)
     plane = np.zeros(len(u))
     plane[-1] = 1.0
-    found = exactly(cycles(degree).curve(p)).start(u, plane)
+    found = with_exact_tolerance(cycles(degree).curve(p)).start(u, plane)
     y, parameters = p.split(found.u)
 
     def away(tau: np.ndarray, states: np.ndarray) -> float:
@@ -64,7 +64,7 @@ def errors(intervals: int, degree: int) -> tuple[float, float, float]:
     speed = (known(np.array([1e-6])) - known(np.array([-1e-6])))[0] / 2e-6
     shift = -float((y[0] - known(np.array([0.0]))[0]) @ speed / (speed @ speed))
     fine = np.linspace(0, 1, 2001)
-    return abs(parameters[0] - PERIOD), away(p.mesh.edges, y[:: p.mesh.degree]), away(fine, p.mesh.at(y, fine))
+    return abs(parameters[0] - PERIOD), away(p.mesh.edges, y[:: p.mesh.degree]), away(fine, p.mesh.interpolate(y, fine))
 
 
 @pytest.mark.parametrize(("degree", "coarse", "fine"), [(2, 40, 80), (3, 20, 40), (4, 20, 40)])
@@ -82,8 +82,8 @@ def test_a_mesh_is_as_fine_as_the_accuracy_asks(degree: int) -> None:
     for accuracy in (1e-5, 1e-8):
         asked = replace(cycles(degree), accuracy=accuracy)
         mesh = Mesh.even(20, degree)
-        found = settled(asked, mesh, known(mesh.nodes), PERIOD, 1.0)
-        x, y = found.at(np.linspace(0, 1, 2001))
+        found = cycle_from_nodes(asked, mesh, known(mesh.nodes), PERIOD, 1.0)
+        x, y = found.states_at(np.linspace(0, 1, 2001))
         y = y - x**2 / 10
         off = float(np.abs(np.hypot(x - y**2 / 5, y) - 1).max())
         assert off < 5 * accuracy and found.error < 5 * accuracy
@@ -94,8 +94,8 @@ def test_a_mesh_is_as_fine_as_the_accuracy_asks(degree: int) -> None:
 def test_what_is_carried_to_another_mesh_keeps_its_values_and_phase() -> None:
     p, u = problem(12, 4)
     other = Mesh.even(17, 4)
-    both = p.moved(np.stack([u, 2 * u], axis=1), other)
-    np.testing.assert_allclose(both[:, 1], 2 * p.moved(u, other), rtol=1e-14)
+    both = p.to_mesh(np.stack([u, 2 * u], axis=1), other)
+    np.testing.assert_allclose(both[:, 1], 2 * p.to_mesh(u, other), rtol=1e-14)
     moved = replace(p, mesh=other).split(both[:, 0])[0]
     assert np.abs(moved - known(other.nodes)).max() < p.error(u).max() * 5
 

@@ -16,7 +16,7 @@ def test_polynomials_of_the_degree_are_exact(degree: int) -> None:
     p = np.polynomial.Polynomial(RNG.normal(size=degree + 1))
     values = p(mesh.nodes)[:, None]
     where = np.append(RNG.uniform(0, 1, 50), mesh.nodes)
-    np.testing.assert_allclose(mesh.at(values, where)[:, 0], p(where), atol=1e-12)
+    np.testing.assert_allclose(mesh.interpolate(values, where)[:, 0], p(where), atol=1e-12)
     np.testing.assert_allclose(mesh.slopes(values)[:, 0], p.deriv()(mesh.nodes), atol=1e-9)
     pieces, b = mesh.pieces(values), mesh.basis
     np.testing.assert_allclose((b.values @ pieces)[..., 0].ravel(), p(mesh.points), atol=1e-12)
@@ -40,7 +40,7 @@ def test_an_adapted_mesh_spreads_the_error_evenly(degree: int) -> None:
     mesh = Mesh.even(40, degree)
     before = mesh.error(layer(mesh.nodes), True)
     for _ in range(4):
-        mesh = mesh.adapted(layer(mesh.nodes), True)
+        mesh = mesh.adapt(layer(mesh.nodes), True)
     after = mesh.error(layer(mesh.nodes), True)
     assert mesh.unevenness(layer(mesh.nodes), True) < 1.1
     assert after.max() < before.max() / 3
@@ -52,20 +52,20 @@ def test_the_error_is_estimated_and_so_is_what_an_accuracy_needs(degree: int) ->
     """Within a factor of three of the true one, of functions and of how many intervals halve it often enough."""
     mesh = Mesh.even(30, degree)
     for _ in range(3):
-        mesh = mesh.adapted(layer(mesh.nodes), True, 50)
+        mesh = mesh.adapt(layer(mesh.nodes), True, 50)
     where = np.linspace(0, 1, 5001)
-    true = np.linalg.norm(mesh.at(layer(mesh.nodes), where) - layer(where), axis=1).max()
+    true = np.linalg.norm(mesh.interpolate(layer(mesh.nodes), where) - layer(where), axis=1).max()
     estimate = mesh.error(layer(mesh.nodes), True).max()
     assert 1 / 3 < estimate / true < 3
     accuracy = true / 4
-    wanted = mesh.wanted(layer(mesh.nodes), True, accuracy)
-    better = mesh.adapted(layer(mesh.nodes), True, round(wanted))
-    reached = np.linalg.norm(better.at(layer(better.nodes), where) - layer(where), axis=1).max()
+    wanted = mesh.required_intervals(layer(mesh.nodes), True, accuracy)
+    better = mesh.adapt(layer(mesh.nodes), True, round(wanted))
+    reached = np.linalg.norm(better.interpolate(layer(better.nodes), where) - layer(where), axis=1).max()
     assert 1 / 4 < reached / accuracy < 4
 
 
 def test_values_at_both_ends_and_on_edges() -> None:
     mesh = Mesh(EDGES, 4)
     values = layer(mesh.nodes)
-    np.testing.assert_array_equal(mesh.at(values, mesh.edges), values[::4])
+    np.testing.assert_array_equal(mesh.interpolate(values, mesh.edges), values[::4])
     assert mesh.shares.sum() == pytest.approx(1.0) and (mesh.shares > 0).all()

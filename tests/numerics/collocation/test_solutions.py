@@ -13,11 +13,11 @@ from wucht.numerics.collocation.boundary_values import (
     EndConditions,
     EndValues,
     Reference,
-    at_begin,
-    at_end,
+    end_value,
+    start_value,
 )
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import Solutions, solved
+from wucht.numerics.collocation.solutions import Solutions, solve_across_row
 from wucht.numerics.continuation.curve import Curve
 from wucht.system import System
 
@@ -58,7 +58,7 @@ def test_both_solutions_of_bratu(height: float, theta: float) -> None:
     """Load 1: theta = sqrt(2 load) cosh(theta/4)."""
     assert theta == pytest.approx(np.sqrt(2) * np.cosh(theta / 4), rel=1e-9)
     problem, row = bratu(1.0)
-    u, steps = solved(problem, start(height, 1.0), row, -1, 25, 1e-10)
+    u, steps = solve_across_row(problem, start(height, 1.0), row, -1, 25, 1e-10)
     assert problem.split(u)[0][:, 0].max() == pytest.approx(highest(theta), rel=1e-6)
     assert u[-1] == 1.0 and steps < 12
     assert np.abs(problem.residual(u)[0]).max() < 1e-9
@@ -79,17 +79,17 @@ def test_from_where_whole_steps_go_astray() -> None:
     row[-1] = 1.0
     with failed("no-convergence"):
         Curve(problem).start(u, row)
-    found, steps = solved(problem, u, row, -1, 25, 1e-10)
+    found, steps = solve_across_row(problem, u, row, -1, 25, 1e-10)
     np.testing.assert_allclose(found[:-1], 0, atol=1e-12)
     assert found[-1] == 3.0 and 2 < steps < 12
     with failed("too-many-steps", "2"):
-        solved(problem, u, row, -1, 2, 1e-10)
+        solve_across_row(problem, u, row, -1, 2, 1e-10)
 
 
 def test_where_there_is_none_it_is_told() -> None:
     problem, row = bratu(4.0)
     with failed("no-convergence"):
-        solved(problem, start(1.0, 4.0), row, -1, 40, 1e-10)
+        solve_across_row(problem, start(1.0, 4.0), row, -1, 40, 1e-10)
 
 
 U, V, L, P = sp.symbols("u v load p", real=True)
@@ -106,15 +106,15 @@ def highest_of_load(load: float, bracket: tuple[float, float]) -> float:
 
 
 def test_bratus_problem_through_its_fold() -> None:
-    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), at_end(U)]), [(0.1, 4.0)], [1.0])
+    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), end_value(U)]), [(0.1, 4.0)], [1.0])
     walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
     points = list(walk)
     one, fold, other = [s for s in points if s.kind]
     assert [s.kind for s in (one, fold, other)] == ["value", "fold", "value"]
-    assert one.at([0.5])[0] == pytest.approx(highest_of_load(1.0, (1.0, 2.0)), abs=1e-9)
-    assert other.at([0.5])[0] == pytest.approx(highest_of_load(1.0, (8.0, 14.0)), abs=1e-9)
+    assert one.states_at([0.5])[0] == pytest.approx(highest_of_load(1.0, (1.0, 2.0)), abs=1e-9)
+    assert other.states_at([0.5])[0] == pytest.approx(highest_of_load(1.0, (8.0, 14.0)), abs=1e-9)
     # The issue's digits.
-    assert [s.at([0.5])[0, 0] for s in (one, other)] == pytest.approx([0.1405392144, 4.0914672462], abs=5e-11)
+    assert [s.states_at([0.5])[0, 0] for s in (one, other)] == pytest.approx([0.1405392144, 4.0914672462], abs=5e-11)
     assert [s.parameters[0] for s in (one, other)] == pytest.approx([1.0, 1.0], abs=1e-10)
     # (theta/4) tanh(theta/4) = 1 there, load = theta^2/2/cosh(theta/4)^2.
     quarter = brentq(lambda t: t * np.tanh(t) - 1, 1.0, 1.5, xtol=1e-15)
@@ -124,7 +124,7 @@ def test_bratus_problem_through_its_fold() -> None:
     theta = brentq(lambda t: t - np.sqrt(2.0) * np.cosh(t / 4), 8.0, 14.0, xtol=1e-14)
     t = np.linspace(0, 1, 101)
     exact = -2 * np.log(np.cosh(theta * (t - 0.5) / 2) / np.cosh(theta / 4))
-    np.testing.assert_allclose(other.at(t)[0], exact, atol=1e-8)
+    np.testing.assert_allclose(other.states_at(t)[0], exact, atol=1e-8)
     assert other.error < 1e-8 and other.states.shape == (2, len(other.tau))
     assert solutions.backwards(one).point.tangent[-1] == -one.point.tangent[-1]
 
@@ -132,18 +132,22 @@ def test_bratus_problem_through_its_fold() -> None:
 def test_a_parameter_that_is_found_with_the_solution() -> None:
     """u'' = -p u, u(0) = u(1) = 0, u'(0) = load: p = pi^2 for each load, u = load/pi sin(pi t)."""
     system = System((U, V), (V, -P * U), (P, L))
-    problem = BoundaryValueProblem.of(system, ["p", "load"], {}, [at_begin(U), at_end(U), at_begin(V) - L], scale={"p": 10.0})
+    problem = BoundaryValueProblem.of(
+        system, ["p", "load"], {}, [start_value(U), end_value(U), start_value(V) - L], scale={"p": 10.0}
+    )
     solutions = Solutions(problem, [(0.0, 20.0), (0.5, 2.0)], [1.5])
     t = np.linspace(0, 1, 11)
     walk = solutions.walk(solutions.start(t, [4 * t * (1 - t), 4 - 8 * t], [9.0, 1.0]))
     (wanted,) = [s for s in walk if s.kind]
     assert wanted.parameters == pytest.approx([np.pi**2, 1.5], abs=1e-8)
-    np.testing.assert_allclose(wanted.at(t)[0], 1.5 / np.pi * np.sin(np.pi * t), atol=1e-8)
+    np.testing.assert_allclose(wanted.states_at(t)[0], 1.5 / np.pi * np.sin(np.pi * t), atol=1e-8)
 
 
 def test_derivatives_of_conditions_are_those_of_differences() -> None:
     system = System((U, V), (V, U), (L, P))
-    ends = EndConditions.of(system, ["p"], {"load": 2.0}, [at_begin(U) ** 2 - L * P, sp.sin(at_end(V)) * at_begin(V) + P**3])
+    ends = EndConditions.of(
+        system, ["p"], {"load": 2.0}, [start_value(U) ** 2 - L * P, sp.sin(end_value(V)) * start_value(V) + P**3]
+    )
     u = np.array([0.3, -0.7, 0.2, 1.1, 0.4])
     b, *by = ends(u[:2], u[2:4], u[4:])
     np.testing.assert_allclose(b, [0.09 - 0.8, np.sin(1.1) * -0.7 + 0.064])
@@ -154,10 +158,10 @@ def test_derivatives_of_conditions_are_those_of_differences() -> None:
 
 def test_what_is_no_problem_is_refused() -> None:
     with rejected("count", "2", "1"):
-        BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U)])
+        BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U)])
     with rejected("unknown-name", "u", "start_value", "end_value"):
-        BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), U])
-    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), at_end(U)]), [(0.0, 4.0)])
+        BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), U])
+    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), end_value(U)]), [(0.0, 4.0)])
     with rejected("shape", "2"):
         solutions.start([0, 1], [[0, 0]], [0.1])
 
@@ -176,12 +180,12 @@ def test_what_is_left_counts_by_the_size_of_the_unknowns(size: float) -> None:
     problem = BoundaryValueProblem(field, 1, 1, ends, None, MESH, nothing, np.array([size, 1.0]))
     u, row = np.append(np.full(len(MESH.nodes), 3.0 * size), 1.0), np.zeros(len(MESH.nodes) + 1)
     row[-1] = 1.0
-    u, steps = solved(problem, u, row, -1, 25, 1e-6)
+    u, steps = solve_across_row(problem, u, row, -1, 25, 1e-6)
     assert u[:-1] == pytest.approx(2.0 * size, rel=1e-9) and steps == 4
 
 
 def test_every_value_that_is_passed_is_a_solution_of_its_own() -> None:
     loads = [0.5, 1.0, 2.0]
-    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), at_end(U)]), [(0.1, 3.0)], loads)
+    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), end_value(U)]), [(0.1, 3.0)], loads)
     walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
     assert [s.parameters[0] for s in walk if s.kind == "value"] == pytest.approx(loads, abs=1e-10)

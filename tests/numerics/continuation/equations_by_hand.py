@@ -23,4 +23,4 @@ def by_hand(rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], parameters: S
         with np.errstate(all="ignore"):
             return np.array(f(*u), float), np.array(f_u(*u), float)
 
-    return Equations.by_hand(values, [s.name for s in states], [p.name for p in parameters])
+    return Equations.from_function(values, [s.name for s in states], [p.name for p in parameters])

@@ -62,7 +62,7 @@ def test_a_function_that_raises_beyond_its_region_ends_the_branch_there() -> Non
             raise ValueError("outside")
         return np.array([u[1] - u[0]]), np.array([[-1.0, 1.0]])
 
-    problem = Equilibria(Equations.by_hand(values, ["x"], ["p"]), (-1, 1))
+    problem = Equilibria(Equations.from_function(values, ["x"], ["p"]), (-1, 1))
     found = problem.branch(problem.start([0.0], 0.0))
     assert found.ends[0].startswith("no further point could be computed") and found.u[-1, 0] == pytest.approx(-0.5, abs=1e-6)
     with failed("not-evaluated"):
@@ -75,7 +75,7 @@ def test_why_it_ends_names_an_interruption_and_what_ran_away() -> None:
             raise KeyboardInterrupt
         return np.array([u[1] - u[0]]), np.array([[-1.0, 1.0]])
 
-    problem = Equilibria(Equations.by_hand(interrupted, ["x"], ["p"]), (-1, 1))
+    problem = Equilibria(Equations.from_function(interrupted, ["x"], ["p"]), (-1, 1))
     walk = problem.walk(problem.start([0.0], 0.0))
     with pytest.raises(KeyboardInterrupt):
         list(walk)

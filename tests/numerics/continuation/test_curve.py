@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from wucht.numerics.continuation.curve import Curve, Steps
-from wucht.numerics.continuation.equations import Functions
+from wucht.numerics.continuation.equations import FunctionProblem
 
 
 def test_a_point_is_taken_when_its_convergence_foretells_what_is_left() -> None:
@@ -18,8 +18,10 @@ def test_a_point_is_taken_when_its_convergence_foretells_what_is_left() -> None:
 
     counts = []
     for foretold in (False, True):
-        curve = Curve(Functions(ellipse, np.ones(2)), steps=Steps(most=0.05, tolerance=1e-8, foretold=foretold))
-        exact = replace(curve, steps=replace(curve.steps, foretold=False))
+        curve = Curve(
+            FunctionProblem(ellipse, np.ones(2)), steps=Steps(most=0.05, tolerance=1e-8, predicts_correction=foretold)
+        )
+        exact = replace(curve, steps=replace(curve.steps, predicts_correction=False))
         start = exact.start(np.array([1.0, 0.1]), np.array([0.0, 1.0]))
         calls[0] = 0
         walk = curve.follow(start)
@@ -34,10 +36,10 @@ def test_the_bend_of_the_curve_is_known_at_the_second_point() -> None:
     """On a circle of radius 1 it points to the centre."""
     bends = []
 
-    class Kept(Functions):
-        def renewed(self, point):  # type: ignore[no-untyped-def]
+    class Kept(FunctionProblem):
+        def reformulate(self, point):  # type: ignore[no-untyped-def]
             bends.append((point.u, point.bend))
-            return super().renewed(point)
+            return super().reformulate(point)
 
     curve = Curve(
         Kept(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), np.ones(2)), steps=Steps(first=0.01, most=0.01, points=5)

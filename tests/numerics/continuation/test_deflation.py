@@ -7,7 +7,13 @@ import pytest
 import sympy as sp
 from tests.refusals import refused
 
-from wucht.numerics.continuation.deflation import Deflation, deflated, disconnected_branches, equilibria_at, seeded
+from wucht.numerics.continuation.deflation import (
+    Deflation,
+    deflated_solutions,
+    disconnected_branches,
+    equilibria_at,
+    random_starts,
+)
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.subdivision import all_zeros
@@ -23,15 +29,17 @@ def equations(system: System) -> Equations:
 
 def test_one_start_leads_to_all_four() -> None:
     """x^2 + y^2 = 4, x y = 1: x = +-sqrt(2 +- sqrt(3))."""
-    found = deflated(equations(System((X, Y), (X**2 + Y**2 - P, X * Y - 1), (P,))), [4.0], np.array([[0.3], [0.9]]))
+    found = deflated_solutions(equations(System((X, Y), (X**2 + Y**2 - P, X * Y - 1), (P,))), [4.0], np.array([[0.3], [0.9]]))
     a, b = math.sqrt(2 - math.sqrt(3)), math.sqrt(2 + math.sqrt(3))
     np.testing.assert_allclose(sorted(found.points.T.tolist()), [[-b, -a], [-a, -b], [a, b], [b, a]], rtol=1e-14)
-    assert found.exhausted
+    assert found.is_exhausted
 
 
 def test_angles_are_the_same_after_a_whole_turn() -> None:
     """sin 2 theta = p has four solutions on the circle."""
-    found = deflated(equations(System((T,), (sp.sin(2 * T) - P,), (P,), angles=frozenset({T}))), [0.1], np.array([[0.3]]))
+    found = deflated_solutions(
+        equations(System((T,), (sp.sin(2 * T) - P,), (P,), angles=frozenset({T}))), [0.1], np.array([[0.3]])
+    )
     small = math.asin(0.1) / 2
     expected = [small, math.pi / 2 - small, math.pi + small, 3 * math.pi / 2 - small]
     np.testing.assert_allclose(sorted(found.points[0] % (2 * math.pi)), expected, rtol=1e-13)
@@ -40,7 +48,7 @@ def test_angles_are_the_same_after_a_whole_turn() -> None:
 def test_solutions_that_are_known_are_not_found_again() -> None:
     """x^3 - x = p, p = 0."""
     cubic = equations(System((X,), (X**3 - X - P,), (P,)))
-    found = deflated(cubic, [0.0], seeded([-2], [2], 5), np.array([[0.0, 1.0]]))
+    found = deflated_solutions(cubic, [0.0], random_starts([-2], [2], 5), np.array([[0.0, 1.0]]))
     assert found.points == pytest.approx(np.array([[-1.0]]), rel=1e-14)
 
 
@@ -61,7 +69,7 @@ def test_as_many_as_subdivision_proves() -> None:
 
     proved = all_zeros(lambda x: at(x)[0], lambda x: at(x)[1][:, :2], spread, [-4, -4], [4, 4])
     assert proved.complete and proved.points.shape[1] == 9
-    found = deflated(f, [value], seeded([-4, -4], [4, 4], 20, seed=1))
+    found = deflated_solutions(f, [value], random_starts([-4, -4], [4, 4], 20, seed=1))
     np.testing.assert_allclose(sorted(found.points.T.tolist()), proved.points.T, atol=1e-12)
 
 
@@ -72,7 +80,7 @@ def test_the_branch_that_does_not_touch() -> None:
     assert first.special == () and first.u[0, -1] > 0.9
     both = disconnected_branches(problem, [-0.5, 0.0, 0.5], np.array([[-0.3]]))
     assert len(both) == 2
-    (other,) = disconnected_branches(problem, [0.5], seeded([-1], [1], 4), known=[first])
+    (other,) = disconnected_branches(problem, [0.5], random_starts([-1], [1], 4), known_branches=[first])
     for branch in (both[1], other):
         (fold,) = branch.special
         assert fold.kind == "fold" and fold.parameter == pytest.approx(3 * 0.005 ** (2 / 3), rel=1e-10)
@@ -82,7 +90,7 @@ def test_the_branch_that_does_not_touch() -> None:
 
 def test_a_value_on_the_bounds_is_no_trap() -> None:
     problem = Equilibria(equations(UNFOLDED), (-1, 1))
-    assert len(disconnected_branches(problem, [-1.0, 1.0], seeded([-1.5], [1.5], 6))) == 2
+    assert len(disconnected_branches(problem, [-1.0, 1.0], random_starts([-1.5], [1.5], 6))) == 2
 
 
 def test_what_is_known_at_one_value_is_a_start_at_the_next() -> None:
@@ -96,23 +104,23 @@ def test_what_is_known_at_one_value_is_a_start_at_the_next() -> None:
 def test_work_is_bounded() -> None:
     """Without solutions too, and where the Jacobian is singular or the equations cannot be evaluated."""
     nothing = equations(System((X,), (X**2 + 1 + P,), (P,)))
-    found = deflated(nothing, [0.0], np.array([[0.0, 0.3, 2.0]]), how=Deflation(steps=30))
-    assert found.points.shape == (1, 0) and found.exhausted and found.evaluations <= 90
-    few = deflated(nothing, [0.0], np.array([[0.3, 2.0]]), how=Deflation(evaluations=10))
-    assert not few.exhausted and few.evaluations <= 10
+    found = deflated_solutions(nothing, [0.0], np.array([[0.0, 0.3, 2.0]]), settings=Deflation(steps=30))
+    assert found.points.shape == (1, 0) and found.is_exhausted and found.evaluations <= 90
+    few = deflated_solutions(nothing, [0.0], np.array([[0.3, 2.0]]), settings=Deflation(evaluations=10))
+    assert not few.is_exhausted and few.evaluations <= 10
     root = equations(System((X,), (sp.sqrt(X) - P,), (P,)))
-    assert deflated(root, [1.0], np.array([[-1.0, 0.5]])).points == pytest.approx(np.array([[1.0]]))
+    assert deflated_solutions(root, [1.0], np.array([[-1.0, 0.5]])).points == pytest.approx(np.array([[1.0]]))
 
 
 def test_the_shift_keeps_a_start_from_running_away() -> None:
     """x^2 = 1, 1 being known: (x + 1) / (x - 1) falls forever beyond 1, with the shift the way leads back, to -1."""
     square, start, known = equations(System((X,), (X**2 - 1 + P,), (P,))), np.array([[5.0]]), np.array([[1.0]])
-    assert deflated(square, [0.0], start, known).points == pytest.approx(np.array([[-1.0]]))
-    assert deflated(square, [0.0], start, known, Deflation(shift=0.0)).points.shape == (1, 0)
+    assert deflated_solutions(square, [0.0], start, known).points == pytest.approx(np.array([[-1.0]]))
+    assert deflated_solutions(square, [0.0], start, known, Deflation(shift=0.0)).points.shape == (1, 0)
 
 
 def test_starts_are_checked_and_reproducible() -> None:
     with refused("starts", given="an array of shape (2, 3)"):
-        deflated(equations(UNFOLDED), [0.0], np.zeros((2, 3)))
-    np.testing.assert_array_equal(seeded([0, 1], [1, 3], 4, seed=3), seeded([0, 1], [1, 3], 4, seed=3))
-    assert (seeded([0, 1], [1, 3], 50)[1] >= 1).all()
+        deflated_solutions(equations(UNFOLDED), [0.0], np.zeros((2, 3)))
+    np.testing.assert_array_equal(random_starts([0, 1], [1, 3], 4, seed=3), random_starts([0, 1], [1, 3], 4, seed=3))
+    assert (random_starts([0, 1], [1, 3], 50)[1] >= 1).all()

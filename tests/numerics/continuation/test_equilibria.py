@@ -13,7 +13,7 @@ from tests.refusals import failed, rejected
 
 from auto_demos import AB, LORENZ, PP2
 from wucht.numerics.continuation.curve import Curve, Steps
-from wucht.numerics.continuation.equations import Equations, Functions
+from wucht.numerics.continuation.equations import Equations, FunctionProblem
 from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
 from wucht.system import System
 
@@ -56,7 +56,7 @@ def test_lorenz_pitchfork_and_hopf_on_both_sides() -> None:
     trivial = problem.branch(problem.start([0, 0, 0], 0.3))
     (pitchfork,) = trivial.special
     assert pitchfork.kind == "branch-point" and pitchfork.parameter == pytest.approx(1.0, abs=1e-10)
-    for first in problem.switched(pitchfork):
+    for first in problem.switch_branch(pitchfork):
         points = list(problem.walk(first))
         assert [k for k, _ in kinds(points)] == ["hopf"]
         assert kinds(points)[0][1] == pytest.approx(470 / 19, rel=1e-12)
@@ -73,7 +73,7 @@ def test_pp2_branch_points_fold_and_hopf() -> None:
     assert named["fold"] == pytest.approx(0.83292932223, rel=1e-10)
     second = next(p for p in prey.special if p.kind == "branch-point" and p.parameter > 0.7)
     assert second.parameter == pytest.approx(0.82190434537, rel=2e-8)
-    found = [kinds(list(problem.walk(first))) for first in problem.switched(second)]
+    found = [kinds(list(problem.walk(first))) for first in problem.switch_branch(second)]
     assert ("hopf", pytest.approx(0.67159384754, rel=1e-7)) in itertools.chain(*found)
 
 
@@ -83,7 +83,7 @@ def test_a_branch_around_a_circle_of_an_angle_is_closed() -> None:
     system = System((theta,), (P - sp.sin(theta),), (P,), angles=frozenset({theta}))
     problem = equilibria(system, "p", {}, -2, 2)
     branch = problem.branch(problem.start([0.3], math.sin(0.3)))
-    assert branch.closed
+    assert branch.is_closed
     assert branch.u[:, -1] == pytest.approx(branch.u[:, 0] + [2 * math.pi * np.sign(branch.u[0, 5] - 0.3), 0])
     assert sorted(v for _, v in kinds(list(branch.special))) == pytest.approx([-1, 1], abs=1e-12)
     assert len(branch.special) == 2
@@ -94,7 +94,7 @@ def test_an_isola_is_closed() -> None:
     system = System((X,), (X**2 + P**2 - 1,), (P,))
     problem = equilibria(system, "p", {}, -2, 2)
     branch = problem.branch(problem.start([1.0], 0.1))
-    assert branch.closed and [round(v, 12) for _, v in kinds(list(branch.special))] in ([1, -1], [-1, 1])
+    assert branch.is_closed and [round(v, 12) for _, v in kinds(list(branch.special))] in ([1, -1], [-1, 1])
 
 
 def test_a_function_of_the_user_is_zero_where_it_says() -> None:
@@ -145,13 +145,13 @@ def test_why_a_branch_ends() -> None:
 
 def test_a_user_gives_residual_and_jacobian() -> None:
     """The circle, from functions alone."""
-    problem = Functions(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), np.ones(2))
+    problem = FunctionProblem(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), np.ones(2))
     curve = Curve(problem)
     walk = curve.follow(curve.start(np.array([1.0, 0.1]), np.array([0.0, 1.0])))
     points = [p for _, p in walk]
     assert walk.end == "it is closed"
     assert max(abs(p.u @ p.u - 1) for p in points) < 1e-12
-    by_hand = Equations.by_hand(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), ["x"], ["p"])
+    by_hand = Equations.from_function(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), ["x"], ["p"])
     branch = Equilibria(by_hand, (-2, 2))
     assert len(branch.branch(branch.start([1.0], 0.1)).special) == 2
 
@@ -162,11 +162,11 @@ def test_functions_of_angles_and_of_other_sizes() -> None:
     def values(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.array([u[1] - 1e-3 * math.sin(u[0])]), np.array([[-1e-3 * math.cos(u[0]), 1.0]])
 
-    problem = Equilibria(Equations.by_hand(values, ["theta"], ["p"], {"p": 1e-3}, ["theta"]), (-1, 1))
+    problem = Equilibria(Equations.from_function(values, ["theta"], ["p"], {"p": 1e-3}, ["theta"]), (-1, 1))
     branch = problem.branch(problem.start([0.3], 1e-3 * math.sin(0.3)))
-    assert branch.closed and sorted(v for _, v in kinds(list(branch.special))) == pytest.approx([-1e-3, 1e-3], abs=1e-15)
+    assert branch.is_closed and sorted(v for _, v in kinds(list(branch.special))) == pytest.approx([-1e-3, 1e-3], abs=1e-15)
     with rejected("unknown-name", "q", "p"):
-        Equations.by_hand(values, ["theta"], ["p"], {"q": 1.0})
+        Equations.from_function(values, ["theta"], ["p"], {"q": 1.0})
 
 
 def test_bad_input_is_told() -> None:
@@ -217,8 +217,8 @@ def test_points_between_which_an_eigenvalue_passes_unseen_are_not_explained(monk
     stable, unstable = (Equilibrium(problem.start([0.5], 0.5), np.array([value])) for value in (-1.0, 1.0))
     hides = [False]
     monkeypatch.setattr(Equilibria, "_hides", lambda *_: hides[0])
-    assert problem._explained(stable, stable, ()) and problem._explained(unstable, unstable, ())
-    assert not problem._explained(stable, unstable, ()) and not problem._explained(unstable, stable, ())
-    assert problem._explained(stable, unstable, [replace(stable, kind="fold")])
+    assert problem._is_explained(stable, stable, ()) and problem._is_explained(unstable, unstable, ())
+    assert not problem._is_explained(stable, unstable, ()) and not problem._is_explained(unstable, stable, ())
+    assert problem._is_explained(stable, unstable, [replace(stable, kind="fold")])
     hides[0] = True
-    assert not problem._explained(stable, stable, ())
+    assert not problem._is_explained(stable, stable, ())

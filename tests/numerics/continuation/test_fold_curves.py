@@ -16,7 +16,7 @@ from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.continuation.fold_curves import Fold, FoldProblem, Folds
-from wucht.numerics.continuation.special_curves import Condition, Watch
+from wucht.numerics.continuation.special_curves import Condition, SpecialPointDetector
 from wucht.numerics.continuation.two_parameters import SpecialCurve
 from wucht.system import System
 
@@ -122,7 +122,7 @@ def test_a_closed_fold_curve() -> None:
     """x' = p^2 + q^2 - 1 + x^2: the unit circle."""
     problem = folds(System((X,), (P**2 + Q**2 - 1 + X**2,), (P, Q)), (-2, 2), (-2, 2))
     curve = problem.branch(problem.start([0.0], (1.0, 0.1)))
-    assert curve.closed and curve.special == ()
+    assert curve.is_closed and curve.special == ()
     np.testing.assert_allclose((curve.parameters**2).sum(axis=0), 1, atol=1e-11)
 
 
@@ -149,7 +149,7 @@ def test_derivatives_of_the_defining_equations() -> None:
     """dg/du against a difference of g itself: with the border fixed g is a function of u."""
     equations = Equations.of(AB, ["p1", "p2"], {})
     u = np.array([0.4, 1.6, 0.13, 17.0])
-    problem = FoldProblem.at(equations, u)
+    problem = FoldProblem.from_point(equations, u)
     h = 1e-5
     differences = [(problem.residual(u + h * e)[0] - problem.residual(u - h * e)[0]) / (2 * h) for e in np.eye(4)]
     np.testing.assert_allclose(problem.residual(u)[1].matrix, np.transpose(differences), rtol=1e-7, atol=1e-8)
@@ -215,7 +215,7 @@ def test_a_jump_is_no_zero() -> None:
     jumps = Condition("jump", lambda fold: math.copysign(1.0, fold.x[0]), lambda fold: math.copysign(1.0, fold.x[0]))
     curve, signs = problem.curve(start.u), set[float]()
     for first in (start, curve.backwards(start)):
-        points = list(Watch(lambda p: Fold(problem.equations, p), [jumps]).walk(curve, first))
+        points = list(SpecialPointDetector(lambda p: Fold(problem.equations, p), [jumps]).walk(curve, first))
         assert [p.kind for p in points if p.kind] == []
         signs |= {float(np.sign(p.x[0])) for p in points}
     assert signs == {-1, 1}
@@ -232,7 +232,7 @@ def test_a_condition_may_end_a_curve() -> None:
 
     conditions = [at("beyond", 0.0999), at("end", 0.1, "it ends here"), at("before", 0.1001)]
     falling = start if start.tangent[0] < 0 else curve.backwards(start)
-    walk = Watch(lambda p: Fold(problem.equations, p), conditions).walk(curve, falling)
+    walk = SpecialPointDetector(lambda p: Fold(problem.equations, p), conditions).walk(curve, falling)
     points = list(walk)
     assert [p.kind for p in points if p.kind] == ["before", "end"] and points[-1].kind == "end"
     assert points[-1].x[0] == pytest.approx(0.1, rel=1e-9) and walk.end == "it ends here"

@@ -13,7 +13,7 @@ import pytest
 import sympy as sp
 from equations_by_hand import P, Pair, Q, X, by_hand
 
-from wucht.numerics.continuation.deflation import disconnected_branches, equilibria_at, seeded
+from wucht.numerics.continuation.deflation import disconnected_branches, equilibria_at, random_starts
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Branch, Equilibria
 from wucht.numerics.continuation.hopf_curves import HopfPoints
@@ -77,17 +77,17 @@ def test_a_hairpin_is_not_closed(width: float) -> None:
 def test_what_is_closed_is_known_and_what_nearly_is_is_not() -> None:
     """A thin ellipse is closed after a turn, a screw of small pitch is not, a figure of eight is after both its turns."""
     ellipse = branch([1e4 * X**2 + P**2 - 0.25], [X], [0.005], 0.01, -1, 1)
-    assert ellipse.closed and kinds(ellipse) == [("fold", pytest.approx(s / 2, abs=1e-9)) for s in (-1, 1)]
+    assert ellipse.is_closed and kinds(ellipse) == [("fold", pytest.approx(s / 2, abs=1e-9)) for s in (-1, 1)]
 
     def screw(u: np.ndarray) -> Pair:
         return np.array([math.sin(u[0] - 300 * u[1])]), math.cos(u[0] - 300 * u[1]) * np.array([[1.0, -300.0]])
 
-    problem = Equilibria(Equations.by_hand(screw, ["theta"], ["p"], angles=["theta"]), (-0.1, 0.1))
+    problem = Equilibria(Equations.from_function(screw, ["theta"], ["p"], angles=["theta"]), (-0.1, 0.1))
     turned = problem.branch(problem.start([0.3], 0.001))
-    assert not turned.closed and abs(turned.u[0, -1] - turned.u[0, 0]) == pytest.approx(60)
+    assert not turned.is_closed and abs(turned.u[0, -1] - turned.u[0, 0]) == pytest.approx(60)
     x = math.sqrt(math.sqrt(1 + 4 * 0.02**2) - 1 - 0.02**2)  # (x^2 + p^2)^2 = 2 (p^2 - x^2)
     eight = branch([(X**2 + P**2) ** 2 - 2 * P**2 + 2 * X**2], [X], [x], 0.02, -3, 3)
-    assert eight.closed and sorted(k for k, _ in kinds(eight)) == ["branch-point"] * 2 + ["fold"] * 2
+    assert eight.is_closed and sorted(k for k, _ in kinds(eight)) == ["branch-point"] * 2 + ["fold"] * 2
 
 
 def test_both_sides_of_other_branches_are_found_in_any_coordinates() -> None:
@@ -102,12 +102,12 @@ def test_both_sides_of_other_branches_are_found_in_any_coordinates() -> None:
             random.uniform(0.2, 2),
             random.normal(size=n),
         )
-        equations = Equations.by_hand(_pitchfork(seen, back, rates, a, moved), [f"x{i}" for i in range(n)], ["p"])
+        equations = Equations.from_function(_pitchfork(seen, back, rates, a, moved), [f"x{i}" for i in range(n)], ["p"])
         problem = Equilibria(equations, (-1, 1))
         (at,) = problem.branch(problem.start(moved * math.sin(-0.873), -0.873)).special
         assert (at.kind, at.parameter) == ("branch-point", pytest.approx(0, abs=1e-10))
         sides = []
-        for first in problem.switched(at):
+        for first in problem.switch_branch(at):
             u = np.array([p.u for p in problem.walk(first)])
             y = (u[:, :-1] - moved * np.sin(u[:, -1:])) @ back[0]
             np.testing.assert_allclose(a * y**2, u[:, -1], atol=1e-7)
@@ -131,7 +131,7 @@ def test_the_other_branch_is_met_within_the_bounds() -> None:
     """p = 1e4 x^2: 0.01 away from the branch point it has left the range."""
     problem = Equilibria(by_hand([X * (P - 1e4 * X**2)], [X]), (-0.5, 0.5))
     (at,) = problem.branch(problem.start([0.0], -0.4)).special
-    for first in problem.switched(at):
+    for first in problem.switch_branch(at):
         assert 0 < first.u[1] < 0.5 and list(problem.walk(first))[-1].parameter == 0.5
 
 
@@ -223,6 +223,6 @@ def test_states_where_a_branch_passes_a_value_are_on_it() -> None:
     for value, count in ((0.384900179, 3), (0.2, 3), (0.3850, 1)):
         x = equilibria_at(found, value)
         assert x.shape == (1, count) and np.abs(x**3 - x - value).max() < 1e-13
-    assert [len(disconnected_branches(cubic, [v], seeded([-3], [3], 12))) for v in (0.384900179, 0.3849)] == [1, 1]
+    assert [len(disconnected_branches(cubic, [v], random_starts([-3], [3], 12))) for v in (0.384900179, 0.3849)] == [1, 1]
     parabola = branch([P - X**2], [X], [0.5], 0.25, -1, 1)
     assert equilibria_at(parabola, -1e-9).shape == (1, 0) and equilibria_at(parabola, 1e-6)[0] == pytest.approx([-1e-3, 1e-3])

@@ -30,7 +30,7 @@ def problem(rates: Rates, bounds: tuple[float, float] = RANGE) -> Equilibria:
     def values(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.array(f(*u), float), np.array(f_u(*u), float)
 
-    return Equilibria(Equations.by_hand(values, [s.name for s in states], ["p"]), bounds)
+    return Equilibria(Equations.from_function(values, [s.name for s in states], ["p"]), bounds)
 
 
 def kinds(branch: Branch) -> list[tuple[str, float]]:
@@ -160,7 +160,7 @@ def test_a_start_on_a_branch_point_is_on_both_branches() -> None:
         found = of.branch(start)
         assert kinds(found) == [("branch-point", pytest.approx(r, abs=1e-10))] and np.abs(found.u[0]).max() < 1e-10
         assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 1")
-        for first in of.switched(of.seen(start)):
+        for first in of.switch_branch(of.evaluate(start)):
             others = np.array([p.u for p in of.walk(first)])
             np.testing.assert_allclose(others[:, 0] ** 2, others[:, 2] - r, atol=1e-9)
             assert others[-1, 2] == 1

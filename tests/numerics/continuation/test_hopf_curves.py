@@ -156,7 +156,7 @@ def test_zero_hopf_and_generalised_hopf_on_one_curve() -> None:
     assert [p.kind for p in special] == ["generalised-hopf", "zero-hopf"]
     np.testing.assert_allclose(special[0].parameters, [-0.25, 0.25], atol=1e-10)
     np.testing.assert_allclose(special[1].parameters, [0, 0], atol=1e-10)
-    assert abs(special[1].others[0]) < 1e-9
+    assert abs(special[1].noncritical_eigenvalues[0]) < 1e-9
     for point in curve.points:
         if abs(point.x[2]) > 0.02:
             expected = -(1 + 2 * point.x[2]) / (2 * point.x[2])
@@ -187,9 +187,9 @@ def test_double_hopf_of_two_coupled_oscillators() -> None:
         np.testing.assert_allclose(p, slope * q, atol=1e-11)
         (special,) = [s for s in curve.special if s.kind == "double-hopf"]
         assert np.abs(special.parameters).max() < 1e-10
-        both = sorted([special.frequency, abs(special.others[0].imag)])
+        both = sorted([special.frequency, abs(special.noncritical_eigenvalues[0].imag)])
         assert both == pytest.approx([1.0, math.sqrt(1.8)], rel=1e-9)
-        assert np.abs(special.others.real).max() < 1e-9
+        assert np.abs(special.noncritical_eigenvalues.real).max() < 1e-9
         assert_hopf_points(system, curve)
 
 
@@ -206,7 +206,7 @@ def test_derivatives_of_the_defining_equations() -> None:
     """Against differences of the equations themselves: with the border fixed they are functions of u."""
     equations = Equations.of(AB, ["p1", "p2"], {})
     u = np.append(ab_hopf(0.5) + 0.03, 3.0)
-    problem = HopfProblem.at(equations, u)
+    problem = HopfProblem.from_point(equations, u)
     h = 1e-5
     differences = [(problem.residual(u + h * e)[0] - problem.residual(u - h * e)[0]) / (2 * h) for e in np.eye(5)]
     np.testing.assert_allclose(problem.residual(u)[1].matrix, np.transpose(differences), rtol=1e-6, atol=1e-7)

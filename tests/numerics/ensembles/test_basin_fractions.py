@@ -11,12 +11,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
-from wucht.numerics.ensembles.members import Ends, Members, Pace, Status
+from wucht.numerics.ensembles.members import EnsembleResult, Members, Pace, Status
 from wucht.system import System
 
 pytest.importorskip("heyoka")
@@ -49,13 +49,13 @@ class Balanced:
         return record
 
 
-def found(system: System, starts: np.ndarray, values: dict[str, float], size: int, threads: int) -> Ends[Left]:
+def found(system: System, starts: np.ndarray, values: dict[str, float], size: int, threads: int) -> EnsembleResult[Left]:
     names = system.state_names
     watch = Balanced((names.index("p1.phase"), names.index("p2.phase")), values["s"])
     compiled = compile_ensemble(system, 1e-6)
-    assert compiled.batched
+    assert compiled.is_batched
     members = Members.of(starts, system.values(values))
-    return Ends.joined([tile.ends for tile in tiles(compiled, members, watch, PACE, size, threads)])
+    return EnsembleResult.join([tile.result for tile in tiles(compiled, members, watch, PACE, size, threads)])
 
 
 def cells(count: int) -> list[tuple[float, float]]:
@@ -82,9 +82,9 @@ def test_full_equations_in_the_turning_frame(u: float, share: float) -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
     relative = RelativeEquilibria.of(machine)
     states = np.array([initial_state(machine, {"psi": psi, "delta": delta}) for psi, delta in cells(32)]).T
-    ends = found(relative.system, relative.turned(states).T, relative.values, 512, 2)
+    ends = found(relative.system, relative.to_turning_frame(states).T, relative.values, 512, 2)
     assert ends.count(Status.SETTLED) / 32**2 == pytest.approx(share, abs=0.001)
-    again = found(relative.system, relative.turned(states).T, relative.values, 99, 1)
+    again = found(relative.system, relative.to_turning_frame(states).T, relative.values, 99, 1)
     for name in ("times", "states", "status"):
         assert np.array_equal(getattr(ends, name), getattr(again, name))
     assert all(np.array_equal(getattr(ends.record, f.name), getattr(again.record, f.name)) for f in fields(Left))

@@ -19,10 +19,10 @@ from tests.refusals import rejected
 
 from wucht.errors import RunError
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble, tiles
-from wucht.numerics.ensembles.members import Ends, Members, Pace, Status
+from wucht.numerics.ensembles.members import EnsembleResult, Members, Pace, Status
 from wucht.numerics.ensembles.tile import Tile
 from wucht.numerics.flow.events import Event
-from wucht.piecewise import PiecewiseCubic, interpolated
+from wucht.piecewise import PiecewiseCubic, interpolated_pieces
 from wucht.system import TIME, Output, System
 
 needs_heyoka = pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed")
@@ -75,23 +75,23 @@ def drawn(count: int) -> Members:
     return Members.of(rng.uniform(-1, 1, (count, 2)), parameters)
 
 
-def same(a: Ends[Seen], b: Ends[Seen]) -> bool:
+def same(a: EnsembleResult[Seen], b: EnsembleResult[Seen]) -> bool:
     """Bits."""
     arrays = [(getattr(a, n), getattr(b, n)) for n in ("times", "states", "status")]
     arrays += [(getattr(a.record, f.name), getattr(b.record, f.name)) for f in fields(Seen)]
     return a.sentences == b.sentences and all(np.array_equal(*pair) for pair in arrays)
 
 
-def settling(count: int = 203) -> tuple[Members, Callable[..., Ends[Seen]]]:
+def settling(count: int = 203) -> tuple[Members, Callable[..., EnsembleResult[Seen]]]:
     """Members of which some settle early, some late, some not at all, and one runs away; and how to run them."""
     members = drawn(count)
     starts, parameters = members.starts.copy(), members.parameters.copy()
     starts[count // 2], parameters[count // 2] = [2.0, 0.0], [0.0, 0.0, 3.0]
     compiled = compile_ensemble(PENDULUM, 1e-9, engine="heyoka")
 
-    def run(of: Members, size: int, threads: int) -> Ends[Seen]:
+    def run(of: Members, size: int, threads: int) -> EnsembleResult[Seen]:
         found = tiles(compiled, of, Watch(0.06), PACE, size, threads)
-        return Ends.joined([tile.ends for tile in found])
+        return EnsembleResult.join([tile.result for tile in found])
 
     return Members.of(starts, parameters), run
 
@@ -103,7 +103,7 @@ def test_decay_in_closed_form(engine: str) -> None:
     rates, tolerance = np.linspace(0.1, 2.0, count), 1e-10
     members = Members.of(np.ones((count, 1)), rates[:, None])
     compiled = compile_ensemble(DECAY, tolerance, engine=engine)
-    assert compiled.batched == (engine == "heyoka")
+    assert compiled.is_batched == (engine == "heyoka")
     ends = run_ensemble(compiled, members, Watch(0.1), Pace(1.0, 4, 10.0), threads=2)
     # A chunk that begins at k is below 0.1 from its first sample on: exp(-w (k + 1/4)) < 0.1.
     chunks = np.ceil(np.log(10) / rates - 0.25) + 1
@@ -140,9 +140,9 @@ def test_one_by_one_gives_the_same(engine: str) -> None:
     """With a right-hand side that depends on time. heyoka goes one by one where an event is watched."""
     members, events = drawn(5), (Event("middle", x, +1),) if engine == "heyoka" else ()
     batched, single = compile_ensemble(PENDULUM, 1e-11), compile_ensemble(PENDULUM, 1e-11, events, engine)
-    assert batched.batched
-    assert not single.batched
-    assert ("middle" if events else "scipy") in single.one_by_one
+    assert batched.is_batched
+    assert not single.is_batched
+    assert ("middle" if events else "scipy") in single.batching_obstacle
     a, b = (run_ensemble(c, members, Watch(0.1), PACE, 2) for c in (batched, single))
     assert a.times.tolist() == b.times.tolist()
     assert len(set(a.times)) > 1
@@ -216,13 +216,13 @@ def test_starts_and_parameters_that_cannot_be_computed_with(engine: str) -> None
 
 def test_events_and_piecewise_functions_go_one_by_one(engine: str) -> None:
     """A ramp that ends at t = 2.5, in the midst of a chunk; an event that stops, and one whose action changes a parameter."""
-    ramp = PiecewiseCubic(TIME, interpolated("ramp", [0.0, 2.5], [0.0, 1.0], "linear"))
+    ramp = PiecewiseCubic(TIME, interpolated_pieces("ramp", [0.0, 2.5], [0.0, 1.0], "linear"))
     system = System((x,), (w * ramp,), (w,))
     kick = Event("kick", x - 1.25, +1, action=lambda _t, y, p: (y, 2 * p))
     events = (Event("stop", x - 3.4, +1, terminal=True), kick)
     members = Members.of(np.zeros((4, 1)), np.array([[0.1], [0.7], [1.0], [2.0]]))
     compiled = compile_ensemble(system, 1e-10, events, engine)
-    assert not compiled.batched
+    assert not compiled.is_batched
     ends = run_ensemble(compiled, members, Watch(), Pace(2.0, 2, 4.0), 2)
     # x = w t^2/5 up to 2.5, and w (t - 1.25) thereafter; from x = 1.25 on twice as fast.
     assert ends.status.tolist() == [Status.LIMIT, Status.LIMIT, Status.STOPPED, Status.STOPPED]
@@ -234,16 +234,16 @@ def test_events_and_piecewise_functions_go_one_by_one(engine: str) -> None:
     assert ends.states[2:, 0] == pytest.approx([3.4, 3.4], rel=1e-8)
     assert ends.record.count.tolist() == [2, 2, 1, 1]
     alone = compile_ensemble(system, 1e-10, (), engine)
-    assert "piecewise" in alone.one_by_one or engine != "heyoka"
+    assert "piecewise" in alone.batching_obstacle or engine != "heyoka"
 
 
 def test_tiles_that_are_wanted() -> None:
     compiled, members = compile_ensemble(DECAY, 1e-8), Members.of(np.ones((10, 1)), np.linspace(0.1, 1, 10)[:, None])
     every = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2))
-    assert [(t.number, t.first, len(t.ends.times)) for t in every] == [(0, 0, 3), (1, 3, 3), (2, 6, 3), (3, 9, 1)]
+    assert [(t.number, t.first, len(t.result.times)) for t in every] == [(0, 0, 3), (1, 3, 3), (2, 6, 3), (3, 9, 1)]
     some = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2, numbers=[3, 1]))
     assert [t.number for t in some] == [3, 1]
-    assert same(some[1].ends, every[1].ends)
+    assert same(some[1].result, every[1].result)
 
 
 def test_what_does_not_fit_is_refused() -> None:
@@ -367,7 +367,7 @@ def test_memory_does_not_grow_with_the_count() -> None:
     try:
         for tile in tiles(compiled, source, Watch(), pace, 512, 2):
             rates = source.part(tile.first, tile.first + 512).parameters[:, 0]
-            assert tile.ends.states[:, 0] == pytest.approx(np.exp(-2 * rates), rel=1e-4)
+            assert tile.result.states[:, 0] == pytest.approx(np.exp(-2 * rates), rel=1e-4)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed, rejected
 
-from wucht.numerics.ensembles.members import Ends, Members, Pace, Status, checked_record
+from wucht.numerics.ensembles.members import EnsembleResult, Members, Pace, Status, checked_record
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,11 @@ def test_a_record_that_is_not_one_of_its_members() -> None:
 
 
 def test_ends_of_several_parts() -> None:
-    def part(count: int, status: Status, sentences: dict[int, str]) -> Ends[Top]:
+    def part(count: int, status: Status, sentences: dict[int, str]) -> EnsembleResult[Top]:
         number = np.arange(count, dtype=float)
-        return Ends(number, number[:, None], np.full(count, status), sentences, Top(np.tile(number, (2, 1))))
+        return EnsembleResult(number, number[:, None], np.full(count, status), sentences, Top(np.tile(number, (2, 1))))
 
-    ends = Ends.joined([part(2, Status.SETTLED, {}), part(3, Status.FAILED, {1: "why"}), part(1, Status.LIMIT, {})])
+    ends = EnsembleResult.join([part(2, Status.SETTLED, {}), part(3, Status.FAILED, {1: "why"}), part(1, Status.LIMIT, {})])
     assert ends.sentences == {3: "why"}
     assert ends.times.tolist() == ends.states[:, 0].tolist() == ends.record.top[1].tolist() == [0, 1, 0, 1, 2, 0]
     assert [ends.count(s) for s in Status] == [2, 1, 0, 3]

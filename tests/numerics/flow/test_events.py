@@ -9,7 +9,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event, LegError
 from wucht.numerics.flow.heyoka_engine import HeyokaIntegrator
 from wucht.numerics.flow.integrate import integrate

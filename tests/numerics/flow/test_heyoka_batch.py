@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.heyoka_batch import HeyokaBatch, LanesResult, compile_batch
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import lower

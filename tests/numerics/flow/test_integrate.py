@@ -11,7 +11,7 @@ from scipy.special import ellipj, ellipk
 from tests.refusals import failed
 
 from wucht.errors import RunError
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import Integration, integrate
 from wucht.system import TIME, Output, System
 
@@ -116,7 +116,7 @@ def test_continuing_from_the_end_is_the_same_as_one_run(engine):
     time = np.linspace(0, 20, 401)
     whole = integrate(flow, [1.0, 0.0], VALUES, time)
     first = integrate(flow, [1.0, 0.0], VALUES, time[:151])
-    both = first.joined(integrate(flow, first.end_state, VALUES, np.concatenate([[first.end_time], time[151:]])))
+    both = first.join(integrate(flow, first.end_state, VALUES, np.concatenate([[first.end_time], time[151:]])))
     assert np.array_equal(both.time, time)
     assert np.abs(both.states - whole.states).max() < 1e-11
     assert np.abs(both.quadratures["lost"] - whole.quadratures["lost"]).max() < 1e-11
@@ -140,7 +140,7 @@ def test_a_failure_names_time_state_and_remedy(engine):
     assert 20 / 21 - 1e-6 <= time <= 1
     assert "x = 21, v = 7" in run.failure
     assert "Look for a parameter that is off by a factor of thousands" in run.failure
-    assert not run.interrupted
+    assert not run.is_interrupted
 
 
 def test_a_failure_keeps_the_samples_before_it(engine):
@@ -181,7 +181,7 @@ def test_ctrl_c_keeps_what_was_computed(engine):
 
     run = integrate(flow, [1.0, 0.0], VALUES, time, impatient)
     count = len(run.time)
-    assert run.interrupted
+    assert run.is_interrupted
     assert run.failure is None
     assert 0 < count < len(time)
     assert np.array_equal(run.time, time[:count])
@@ -189,9 +189,9 @@ def test_ctrl_c_keeps_what_was_computed(engine):
     assert run.end_state[:2] == pytest.approx(run.states[:, -1], abs=1e-13)
     rest = integrate(flow, run.end_state, VALUES, time[count - 1 :])
     whole = integrate(flow, [1.0, 0.0], VALUES, time)
-    assert np.array_equal(run.joined(rest).time, time)
-    assert np.abs(run.joined(rest).states - whole.states).max() < 1e-11
-    assert np.abs(run.joined(rest).quadratures["lost"] - whole.quadratures["lost"]).max() < 1e-11
+    assert np.array_equal(run.join(rest).time, time)
+    assert np.abs(run.join(rest).states - whole.states).max() < 1e-11
+    assert np.abs(run.join(rest).quadratures["lost"] - whole.quadratures["lost"]).max() < 1e-11
 
 
 def test_progress_reports_the_time_reached(engine):

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.piecewise import PiecewiseCubic, interpolated
+from wucht.piecewise import PiecewiseCubic, interpolated_pieces
 from wucht.system import TIME, Output, System
 
 x, v, k = sp.symbols("x v k", real=True)
 SPRING = System((x, v), (v, -k * x), (k,), quadratures=(Output("work", v**2),))
-DRIVEN = System((x, v), (v, PiecewiseCubic(TIME, interpolated("ramp", [1.0, 4.0], [0.0, 2.0], "linear")) - k * x), (k,))
+DRIVEN = System((x, v), (v, PiecewiseCubic(TIME, interpolated_pieces("ramp", [1.0, 4.0], [0.0, 2.0], "linear")) - k * x), (k,))
 GRID = np.linspace(0.0, 40.0, 4001)
 PASSING, ACTING = Event("middle", x, +1), Event("kick", x - 0.5, +1, action=lambda t, y, p: (y * [1.0, 1.01], p))
 
@@ -121,7 +121,7 @@ def test_a_run_leaves_nothing_to_the_next(engine: str, system: System, events: t
     compile_system.cache_clear()
     first = once(-1.0)
     spoilt = [once(2.0, ctrl_c), once(1.0), once(0.5), once(1e150)]
-    assert spoilt[0].interrupted or spoilt[0].failure
+    assert spoilt[0].is_interrupted or spoilt[0].failure
     assert spoilt[3].failure or system is not DIVERGING
     for _ in range(3):
         assert same(once(-1.0), first)

@@ -5,7 +5,7 @@ import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 
 
@@ -22,6 +22,6 @@ def test_twice_and_paused_and_continued(engine: str) -> None:
     part = integrate(flow, initial, machine.values, grid[:1025])
     while len(part.time) < len(grid):
         last = len(part.time) - 1
-        part = part.joined(integrate(flow, part.end_state, machine.values, grid[last : last + 1025]))
+        part = part.join(integrate(flow, part.end_state, machine.values, grid[last : last + 1025]))
     assert np.array_equal(once.states, part.states)
     assert np.array_equal(once.quadratures["supplied_work"], part.quadratures["supplied_work"])

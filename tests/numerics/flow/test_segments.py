@@ -12,15 +12,15 @@ import pytest
 import sympy as sp
 from scipy.interpolate import CubicSpline
 
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.segments import Segmentation
-from wucht.piecewise import Pieces, PiecewiseCubic, interpolated, step
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces, step
 from wucht.system import TIME, Output, System
 
 x, y, v, w, a, b, c, d = sp.symbols("x y v w a b c d", real=True)
-TRIANGLES = interpolated("triangles", np.arange(11.0), [0.0, 1.0] * 5 + [0.0], "linear")
+TRIANGLES = interpolated_pieces("triangles", np.arange(11.0), [0.0, 1.0] * 5 + [0.0], "linear")
 BILINEAR = Pieces("spring", (0.0,), ((0, 1, 0, 0), (0, 4, 0, 0)))  # stiffness 1 on the left, 4 on the right
 SIGN = step("sign", 0.0, -1.0, 1.0)
 HEAVISIDE = step("H", 0.0, 0.0, 1.0)
@@ -159,7 +159,7 @@ def test_an_argument_that_grazes_its_breakpoint_goes_back(engine, height):
 def test_breakpoints_close_together(engine):
     """A thousand breakpoints 1e-5 apart, passed within 0.01: a staircase up and down."""
     heights = np.tile([0.0, 1.0], 500)
-    system = System((x,), (PiecewiseCubic(TIME, interpolated("s", 1 + 1e-5 * np.arange(1000), heights, "steps")),))
+    system = System((x,), (PiecewiseCubic(TIME, interpolated_pieces("s", 1 + 1e-5 * np.arange(1000), heights, "steps")),))
     trajectory = run(system, [0.0], 2.0, engine, 3)
     exact = 500e-5 + 1 - 999e-5 - 1e-5  # half of the stairs, then the last step holds
     assert trajectory.states[0, -1] == pytest.approx(exact, abs=1e-12)
@@ -171,14 +171,14 @@ def test_a_measured_record_of_hundreds_of_points(engine):
     times = np.cumsum(rng.uniform(0.002, 0.05, 300))
     values = rng.normal(size=300)
     exact = CubicSpline(times, values, bc_type="clamped").antiderivative()
-    system = System((x,), (PiecewiseCubic(TIME, interpolated("r", times, values, "spline")),))
+    system = System((x,), (PiecewiseCubic(TIME, interpolated_pieces("r", times, values, "spline")),))
     trajectory = run(system, [0.0], times[-1], engine, 40, begin=times[0])
     assert trajectory.states[0] == pytest.approx(exact(trajectory.time), abs=1e-12)
 
 
 def test_a_piecewise_function_of_a_piecewise_function(engine):
     """A stop that follows a schedule: f(x - g(t)), the breakpoint moves."""
-    stop = interpolated("stop", [0.0, 2.0, 4.0], [1.0, 3.0, 1.0], "linear")
+    stop = interpolated_pieces("stop", [0.0, 2.0, 4.0], [1.0, 3.0, 1.0], "linear")
     gap = Pieces("contact", (0.0,), ((0, 0, 0, 0), (0, 1, 0, 0)))
     system = System((x, y), (sp.S.One, PiecewiseCubic(x - PiecewiseCubic(TIME, stop), gap)))
     trajectory = run(system, [-1.0, 0.0], 6.0, engine, 61)
@@ -210,7 +210,7 @@ def test_an_action_that_carries_an_argument_over_breakpoints(engine):
 
 def test_a_quadrature_gains_where_its_function_jumps(engine):
     """work = integral of x dp + the jumps of p x: with x = t and p = 2 from t = 1, 5 from t = 3 the work is 2 + 9."""
-    p = PiecewiseCubic(TIME, interpolated("p", [0.0, 1.0, 3.0], [0.0, 2.0, 5.0], "steps"))
+    p = PiecewiseCubic(TIME, interpolated_pieces("p", [0.0, 1.0, 3.0], [0.0, 2.0, 5.0], "steps"))
     work = Output("work", sp.diff(p, TIME) * x, jump=p * x)
     system = System((x,), (sp.S.One,), quadratures=(work,))
     for samples in (2, 5, 41):
@@ -267,7 +267,7 @@ def test_paused_and_continued_to_the_last_bit(engine):
     part = integrate(flow, [0.3, 1.0], [], grid[:1025])
     while len(part.time) < len(grid):
         last = len(part.time) - 1
-        part = part.joined(integrate(flow, part.end_state, [], grid[last : last + 1025]))
+        part = part.join(integrate(flow, part.end_state, [], grid[last : last + 1025]))
     assert np.array_equal(whole.states, part.states)
 
 
@@ -347,7 +347,7 @@ def test_an_action_at_the_end_of_a_run_that_is_continued(engine, at):
 def test_breakpoints_hardly_apart(engine, apart):
     """A hundred steps up and down that are passed within less than a microsecond."""
     heights = np.tile([0.0, 1.0], 50)
-    system = System((x,), (PiecewiseCubic(TIME, interpolated("s", 1 + apart * np.arange(100), heights, "steps")),))
+    system = System((x,), (PiecewiseCubic(TIME, interpolated_pieces("s", 1 + apart * np.arange(100), heights, "steps")),))
     trajectory = run(system, [0.0], 2.0, engine, 3)
     assert trajectory.states[0, -1] == pytest.approx(49 * apart + 1 - 99 * apart, abs=1e-11)
 
@@ -355,7 +355,7 @@ def test_breakpoints_hardly_apart(engine, apart):
 def test_breakpoints_a_tenth_of_a_nanosecond_apart():
     """By heyoka: SciPy looks for no event within a nanosecond after the one before."""
     pytest.importorskip("heyoka")
-    stairs = interpolated("s", 1 + 1e-10 * np.arange(20), np.tile([0.0, 1.0], 10), "steps")
+    stairs = interpolated_pieces("s", 1 + 1e-10 * np.arange(20), np.tile([0.0, 1.0], 10), "steps")
     trajectory = run(System((x,), (PiecewiseCubic(TIME, stairs),)), [0.0], 2.0, "heyoka", 3)
     assert trajectory.states[0, -1] == pytest.approx(1 - 10e-10, abs=1e-13)
 
@@ -387,7 +387,7 @@ def test_rates_may_be_infinite_on_the_segments_where_a_run_does_not_begin(engine
 def test_a_segment_costs_the_same_however_many_there_are() -> None:
     """Each of 20,000 breakpoints is passed once: work at each that grows with their number took half a minute."""
     times = np.arange(20_000.0)
-    pieces = interpolated("f", times, np.sin(times), "linear")
+    pieces = interpolated_pieces("f", times, np.sin(times), "linear")
     segmentation = Segmentation.of(0, TIME, [pieces])
     begun = time.process_time()
     rows = [segmentation.segment(i, at) for i, at in enumerate(times + 0.5, 1)]

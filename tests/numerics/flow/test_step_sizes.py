@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.heyoka_batch import compile_batch
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import lower
-from wucht.numerics.flow.step_sizes import arguments
+from wucht.numerics.flow.step_sizes import tanh_arguments
 from wucht.system import TIME, System
 
 v, y, far, width, rate = sp.symbols("v y far width rate", real=True)
@@ -74,5 +74,5 @@ def test_in_batches_each_as_if_it_were_alone():
 
 def test_what_has_no_transition_is_integrated_as_before():
     smooth = System((v,), (-v + sp.tanh(width),), (width,))
-    assert arguments(lower(smooth, smooth.derivatives)) == ()
-    assert len(arguments(lower(PASSING, PASSING.derivatives))) == 1
+    assert tanh_arguments(lower(smooth, smooth.derivatives)) == ()
+    assert len(tanh_arguments(lower(PASSING, PASSING.derivatives))) == 1

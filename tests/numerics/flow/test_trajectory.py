@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
@@ -38,4 +38,4 @@ def test_a_part_that_begins_at_an_event_between_two_samples_keeps_all_of_its_own
     assert first.stopped_by == "stop"
     time = np.array([first.end_time, *GRID[6:]])
     rest = integrate(compile_system(CLOCK, engine=engine), first.end_state, [], time)
-    _assert_clock(first.joined(rest), [*GRID[:6], *time])
+    _assert_clock(first.join(rest), [*GRID[:6], *time])

@@ -12,7 +12,7 @@ LOST = SUPPLIED.sum(axis=0) - (STORED - STORED[0])
 
 
 def residual(lost=LOST, shift=0.0):
-    return EnergyBalance().after(STORED + shift, SUPPLIED, lost)[1]
+    return EnergyBalance().update(STORED + shift, SUPPLIED, lost)[1]
 
 
 def test_what_adds_up_leaves_no_residual():
@@ -32,12 +32,12 @@ def test_it_is_the_same_in_parts_at_the_end(cuts):
     balance, missing = EnergyBalance(), LOST + 1e-3 * TIME
     for i, j in zip([0, *cuts], [*cuts, len(TIME) - 1], strict=True):
         part = slice(i, j + 1)
-        balance, last = balance.after(STORED[part], SUPPLIED[:, part], missing[part])
-    whole, each = EnergyBalance().after(STORED, SUPPLIED, missing)
+        balance, last = balance.update(STORED[part], SUPPLIED[:, part], missing[part])
+    whole, each = EnergyBalance().update(STORED, SUPPLIED, missing)
     assert balance == whole
     assert last[-1] == each[-1]
 
 
 def test_without_any_energy_there_is_nothing_to_close():
     nothing = np.zeros(3)
-    assert EnergyBalance().after(nothing, np.zeros((2, 3)), nothing)[1].max() == 0.0
+    assert EnergyBalance().update(nothing, np.zeros((2, 3)), nothing)[1].max() == 0.0

@@ -39,9 +39,9 @@ def parts(samples, cuts, overlap):
 def observed(samples_in_parts):
     observer, found = TurnObserver(), []
     for part in samples_in_parts:
-        observer, turns = observer.after(part)
+        observer, turns = observer.update(part)
         found.append(turns)
-    return Turns.joined(*found)
+    return Turns.join(*found)
 
 
 def recorded(record, samples_in_parts):
@@ -118,5 +118,5 @@ def test_the_weighted_sum_of_phases():
     samples, record = motion([(1, 2000)], 25.3, 0), TurnRecord(2, WEIGHTS)
     cut = record
     for part in parts(samples, range(0, 2000, 37), False):
-        cut = cut.after(part)
-    assert np.array_equal(record.after(samples).last(1.0).least_sum, cut.last(1.0).least_sum)
+        cut = cut.update(part)
+    assert np.array_equal(record.update(samples).last(1.0).least_sum, cut.last(1.0).least_sum)

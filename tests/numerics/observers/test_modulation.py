@@ -5,7 +5,7 @@ import pytest
 
 from wucht.numerics.observers.modulation import modulation
 from wucht.numerics.observers.records import TurnRecord
-from wucht.numerics.observers.turns import PER_TURN, Samples
+from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples
 
 PERIOD, W = 7.3, 50.0  # 58 turns a period: an average over a turn is 5e-4 from the speed in its middle, of its range
 
@@ -15,7 +15,7 @@ def recorded(shape, until=100.0, period=PERIOD, sense=1):
     t = np.arange(0, until, 2 * np.pi / W / 15.3)
     speed = W + shape(2 * np.pi * t / period, t)
     angle = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(t))])
-    return TurnRecord(0).after(Samples.of(t, (sense * angle, sense * speed)))
+    return TurnRecord(0).update(Samples.of(t, (sense * angle, sense * speed)))
 
 
 def sine(p, t):
@@ -153,11 +153,11 @@ def test_ripple_that_crosses_the_middle_does_not_break_the_count(share):
 
 def long_record(averages_a_cycle, averages=2**17 - 200):
     """Samples at marks' distance; the angle is that of the sine integrated."""
-    period = averages_a_cycle * 2 * np.pi / PER_TURN  # of speed 1
-    t = np.arange(averages + PER_TURN + 1) * 2 * np.pi / PER_TURN
+    period = averages_a_cycle * 2 * np.pi / MARKS_PER_TURN  # of speed 1
+    t = np.arange(averages + MARKS_PER_TURN + 1) * 2 * np.pi / MARKS_PER_TURN
     p = 2 * np.pi / period
     angle, speed = t - 0.1 / p * np.cos(p * t), 1 + 0.1 * np.sin(p * t)
-    return TurnRecord(0).after(Samples.of(t, (angle, speed))), period
+    return TurnRecord(0).update(Samples.of(t, (angle, speed))), period
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.numerics.observers.projection import AHEAD, SHARE, WINDOWS, Course, projected, projected_each, trend, windows_of
+from wucht.numerics.observers.projection import AHEAD, SHARE, WINDOWS, Course, project, project_signals, trend, windows_of
 
 LIMIT = 7.0
 
@@ -24,7 +24,7 @@ def after(*changes):
 @pytest.mark.parametrize("height", [1.0, -3.0])
 def test_an_approach_half_as_far_again_as_its_limit(ratio, height):
     means = geometric(ratio, height)
-    there = projected(means)
+    there = project(means)
     assert there.course is Course.APPROACHING
     assert there.windows == pytest.approx(-1 / math.log(ratio), rel=1e-9)
     assert there.last == means[-1]
@@ -36,7 +36,7 @@ def test_an_approach_half_as_far_again_as_its_limit(ratio, height):
 def test_an_exponential_approach(time_constant):
     """In shares of the record; the windows are tenths of it."""
     t = np.linspace(0, 1, 2000, endpoint=False)
-    there = projected(windows_of(LIMIT + np.exp(-t / time_constant)).mean(axis=-1))
+    there = project(windows_of(LIMIT + np.exp(-t / time_constant)).mean(axis=-1))
     assert there.course is Course.APPROACHING
     assert there.windows == pytest.approx(time_constant / SHARE, rel=1e-6)
     assert there.low < LIMIT < there.high
@@ -44,51 +44,51 @@ def test_an_exponential_approach(time_constant):
 
 def test_the_slower_of_the_last_two_ratios_counts():
     slower_last, slower_first = after(1, 0.5, 0.5 * 0.3, 0.5 * 0.3 * 0.4), after(1, 0.5, 0.5 * 0.6, 0.5 * 0.6 * 0.4)
-    assert projected(slower_last).high - projected(slower_last).last == pytest.approx(1.5 * 0.06 * 0.4 / 0.6)
-    assert projected(slower_first).high - projected(slower_first).last == pytest.approx(1.5 * 0.12 * 0.6 / 0.4)
+    assert project(slower_last).high - project(slower_last).last == pytest.approx(1.5 * 0.06 * 0.4 / 0.6)
+    assert project(slower_first).high - project(slower_first).last == pytest.approx(1.5 * 0.12 * 0.6 / 0.4)
 
 
 @pytest.mark.parametrize(("first", "observed"), [(0.68, True), (0.72, False)])
 def test_a_decay_is_observed_whose_rates_differ_by_no_more_than_twice(first, observed):
     """The slowest of them tells how long it takes; 0.7 is the root of 0.49."""
-    there = projected(after(1, first, first * 0.49, first * 0.49 * 0.49))
+    there = project(after(1, first, first * 0.49, first * 0.49 * 0.49))
     assert there.course is Course.APPROACHING
     assert there.windows == (pytest.approx(-1 / math.log(first)) if observed else math.inf)
 
 
 def test_how_long_an_approach_takes():
     """After that many windows its bounds are as near as wanted."""
-    there = projected(geometric(0.8))
+    there = project(geometric(0.8))
     more = there.windows_until(1e-6)
     assert there.width * 0.8**more == pytest.approx(1e-6, rel=1e-9)
-    assert projected(geometric(0.8, height=1e-7)).windows_until(1e-6) == 0.0
-    assert projected(after(1, 0.5, 0)).windows_until(1e-6) == 0.0
-    assert projected(after(1, 1, 1, 1)).windows_until(1e-6) == math.inf
-    assert projected(after(1, -1, 1, -1)).windows_until(1.49) == math.inf
-    assert projected(after(1, -1, 1, -1)).windows_until(1.51) == 0.0
+    assert project(geometric(0.8, height=1e-7)).windows_until(1e-6) == 0.0
+    assert project(after(1, 0.5, 0)).windows_until(1e-6) == 0.0
+    assert project(after(1, 1, 1, 1)).windows_until(1e-6) == math.inf
+    assert project(after(1, -1, 1, -1)).windows_until(1.49) == math.inf
+    assert project(after(1, -1, 1, -1)).windows_until(1.51) == 0.0
 
 
 @pytest.mark.parametrize(("ratio", "course"), [(0.975, Course.APPROACHING), (0.985, Course.DRIFTING)])
 def test_an_approach_that_hardly_contracts_is_a_drift(ratio, course):
-    assert projected(geometric(ratio)).course is course
+    assert project(geometric(ratio)).course is course
 
 
 def test_two_changes_alone_are_no_approach():
-    assert projected(after(1, 0.5)).course is Course.DRIFTING
-    assert projected(after(1, 0.5, 0.25)).course is Course.APPROACHING
+    assert project(after(1, 0.5)).course is Course.DRIFTING
+    assert project(after(1, 0.5, 0.25)).course is Course.APPROACHING
 
 
 @pytest.mark.parametrize("ratio", [-0.3, -0.8])
 def test_an_approach_to_and_fro_stays_around_its_limit(ratio):
     future = geometric(ratio, count=40)
-    there = projected(future[:5])
+    there = project(future[:5])
     assert there.course is Course.APPROACHING
     assert there.low <= future[4:].min()
     assert there.high >= future[4:].max()
 
 
 def test_a_constant():
-    there = projected(np.full(5, LIMIT))
+    there = project(np.full(5, LIMIT))
     assert (there.last, there.low, there.high, there.course) == (LIMIT, LIMIT, LIMIT, Course.STATIONARY)
     assert there.windows == math.inf
     assert there.windows_until(1e-9) == 0.0
@@ -96,20 +96,20 @@ def test_a_constant():
 
 def test_a_fluctuation_stays_in_its_range_widened():
     means = after(1, -2, 2.5, -1)
-    there = projected(means)
+    there = project(means)
     assert there.course is Course.STATIONARY
     assert (there.low, there.high) == (LIMIT - 1 - 0.25 * 2.5, LIMIT + 1.5 + 0.25 * 2.5)
-    assert projected(means, wider=2.0).width == 5 * 2.5
-    assert projected(means, wider=0.0).width == 2.5
+    assert project(means, wider=2.0).width == 5 * 2.5
+    assert project(means, wider=0.0).width == 2.5
 
 
 def test_a_drift_goes_on_as_far_as_is_looked_ahead():
-    there = projected(after(2, 2, 2, 2), ahead=30)
+    there = project(after(2, 2, 2, 2), ahead=30)
     assert there.course is Course.DRIFTING
     assert (there.last, there.low, there.high) == (LIMIT + 8, LIMIT + 8, LIMIT + 8 + 60)
     assert there.windows == math.inf
-    assert projected(after(-2, -2, -2, -2), ahead=30).low == LIMIT - 8 - 60
-    assert projected(after(2, 2)).high == LIMIT + 4 + 2 * 150
+    assert project(after(-2, -2, -2, -2), ahead=30).low == LIMIT - 8 - 60
+    assert project(after(2, 2)).high == LIMIT + 4 + 2 * 150
     assert AHEAD == 150
 
 
@@ -117,47 +117,47 @@ def test_a_drift_goes_on_as_far_as_is_looked_ahead():
 def test_a_drift_hardly_turns_back(share, course):
     """Three changes of 1 and one of -b: the whole change is that share of their sum."""
     back = 3 * (1 - share) / (1 + share)
-    assert projected(after(1, -back, 1, 1)).course is course
-    assert projected(after(-1, back, -1, -1)).course is course
+    assert project(after(1, -back, 1, 1)).course is course
+    assert project(after(-1, back, -1, -1)).course is course
 
 
 def test_a_drift_that_comes_to_rest_is_none():
-    assert projected(after(1, 1, 1, 0)).course is Course.STATIONARY
-    assert projected(after(1, 1, 1, 1e-9), rounding=0.9e-9).course is Course.DRIFTING
-    assert projected(after(1, 1, 1, 1e-9), rounding=1.1e-9).course is Course.STATIONARY
+    assert project(after(1, 1, 1, 0)).course is Course.STATIONARY
+    assert project(after(1, 1, 1, 1e-9), rounding=0.9e-9).course is Course.DRIFTING
+    assert project(after(1, 1, 1, 1e-9), rounding=1.1e-9).course is Course.STATIONARY
 
 
 @pytest.mark.parametrize("rate", [1e-3, 0.1, 0.5])
 def test_growth_goes_on(rate):
     ahead = 12
-    there = projected(np.exp(rate * np.arange(5)), ahead=ahead)
+    there = project(np.exp(rate * np.arange(5)), ahead=ahead)
     assert there.course is Course.DRIFTING
     assert there.windows == pytest.approx(1 / rate, rel=1e-9)
     assert (there.low, there.high) == pytest.approx((math.exp(4 * rate), math.exp((4 + ahead) * rate)), rel=1e-9)
 
 
 def test_growth_does_not_overflow():
-    assert projected(np.array([0.0, 1.0, 1e100, 1e200])).high == 1e300
-    assert math.isfinite(projected(-np.exp(np.arange(5.0)), ahead=1e6).low)
+    assert project(np.array([0.0, 1.0, 1e100, 1e200])).high == 1e300
+    assert math.isfinite(project(-np.exp(np.arange(5.0)), ahead=1e6).low)
 
 
 @pytest.mark.parametrize(("times", "windows"), [(1.9, 10.0), (2.1, math.inf)])
 def test_rates_of_growth_must_be_alike(times, windows):
     """Else it is a drift: as fast as at last."""
-    there = projected(after(*np.exp([0.0, 0.1, 0.1 + 0.1 * times, 0.2 + 0.1 * times])))
+    there = project(after(*np.exp([0.0, 0.1, 0.1 + 0.1 * times, 0.2 + 0.1 * times])))
     assert there.course is Course.DRIFTING
     assert there.windows == pytest.approx(windows, rel=1e-9)
 
 
 def test_a_slower_growth_is_none():
-    assert projected(after(1, 2, 1.9, 4)).windows == math.inf
-    assert projected(after(1, 2)).windows == math.inf
+    assert project(after(1, 2, 1.9, 4)).windows == math.inf
+    assert project(after(1, 2)).windows == math.inf
 
 
 @pytest.mark.parametrize(("rounding", "course"), [(1.01e-6, Course.STATIONARY), (0.99e-6, Course.DRIFTING)])
 def test_changes_by_rounding_are_none(rounding, course):
     """In all by 1e-6; each is less."""
-    there = projected(LIMIT + np.array([0.0, 1e-6]), rounding=rounding)
+    there = project(LIMIT + np.array([0.0, 1e-6]), rounding=rounding)
     assert there.course is course
     assert (there.width <= rounding) == (course is Course.STATIONARY)
 
@@ -206,6 +206,6 @@ def test_many_at_once_are_as_each_alone(rounding):
         np.full((6, 1), 7.0),
     ]
     means = np.concatenate(kinds, axis=1)
-    alone = np.array([projected(m, 20.0, rounding).bounds for m in means.T]).T
-    np.testing.assert_allclose(projected_each(means, 20.0, rounding).bounds, alone, rtol=1e-14)
-    assert {projected(m, 20.0, rounding).course for m in means.T} == set(Course)
+    alone = np.array([project(m, 20.0, rounding).bounds for m in means.T]).T
+    np.testing.assert_allclose(project_signals(means, 20.0, rounding).bounds, alone, rtol=1e-14)
+    assert {project(m, 20.0, rounding).course for m in means.T} == set(Course)

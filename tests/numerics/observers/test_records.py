@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from wucht.numerics.observers.records import HIGH, KEPT, LAST, LOW, MEAN, Pyramid, SpanRecord, TurnRecord
-from wucht.numerics.observers.turns import PER_TURN, Samples
+from wucht.numerics.observers.records import HIGH, LAST, LEVEL_BLOCKS, LOW, MEAN, Pyramid, SpanRecord, TurnRecord
+from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples
 
 ALL = Pyramid((LAST, LOW, HIGH, MEAN))
 
@@ -18,46 +18,46 @@ def drawn(count, seed=0):
 
 
 def test_what_two_blocks_are_as_one():
-    blocks = drawn(4 * KEPT)
-    levels = ALL.after(blocks).levels
+    blocks = drawn(4 * LEVEL_BLOCKS)
+    levels = ALL.update(blocks).levels
     assert len(levels) == 3
     for k, level in enumerate(levels):
-        together = blocks[0].reshape(-1, 2**k)[-KEPT:]
+        together = blocks[0].reshape(-1, 2**k)[-LEVEL_BLOCKS:]
         ways = together[:, -1], together.min(axis=1), together.max(axis=1), together.mean(axis=1)
         assert np.array_equal(level, np.array(ways))
 
 
 def test_each_row_has_its_own_kind():
-    level = Pyramid((HIGH, MEAN, HIGH)).after(np.tile(np.arange(2.0 * KEPT), (3, 1))).levels[1]
+    level = Pyramid((HIGH, MEAN, HIGH)).update(np.tile(np.arange(2.0 * LEVEL_BLOCKS), (3, 1))).levels[1]
     assert level[:, 0].tolist() == [1.0, 0.5, 1.0]
 
 
 def test_millions_of_blocks_are_kept_in_few():
     record, ahead = ALL, drawn(100_003)
     for _ in range(50):
-        record = record.after(ahead)
+        record = record.update(ahead)
     assert record.count == 5_000_150
-    assert [level.shape[1] for level in record.levels[:-1]] == [KEPT] * 11
+    assert [level.shape[1] for level in record.levels[:-1]] == [LEVEL_BLOCKS] * 11
     assert record.levels[-1].shape == (4, 5_000_150 // 2**11)
-    assert KEPT / 2 <= record.levels[-1].shape[1] <= KEPT
+    assert LEVEL_BLOCKS / 2 <= record.levels[-1].shape[1] <= LEVEL_BLOCKS
 
 
-@pytest.mark.parametrize("count", [1, KEPT, KEPT + 1, 2 * KEPT + 1, 2 * KEPT + 2, 37_777])
+@pytest.mark.parametrize("count", [1, LEVEL_BLOCKS, LEVEL_BLOCKS + 1, 2 * LEVEL_BLOCKS + 1, 2 * LEVEL_BLOCKS + 2, 37_777])
 def test_parts_do_not_matter(count):
     blocks, draw, record = np.random.default_rng(2).normal(size=(4, count)), np.random.default_rng(3), ALL
     borders = np.unique([0, *draw.integers(0, count + 1, 40), *range(min(count, 30)), count])
     for a, b in pairwise(borders):
-        record = record.after(blocks[:, a:b])
-    whole = ALL.after(blocks)
+        record = record.update(blocks[:, a:b])
+    whole = ALL.update(blocks)
     assert record.count == whole.count == count
     assert len(record.levels) == len(whole.levels)
     assert all(map(np.array_equal, record.levels, whole.levels))
-    assert record.after(blocks[:, :0]) is record
+    assert record.update(blocks[:, :0]) is record
 
 
 def test_a_share_is_in_the_finest_blocks_that_reach_back():
     """Of 2^16 blocks the last 2^12 are known one by one, twice as many in pairs, all of them by sixteens."""
-    record = ALL.after(np.tile(np.arange(2.0**16), (4, 1)))
+    record = ALL.update(np.tile(np.arange(2.0**16), (4, 1)))
     for share, size in [(2**-4, 1), (2**-3.99, 2), (2**-3, 2), (2**-2.99, 4), (0.5, 8), (0.51, 16), (1.0, 16)]:
         values, found = record.last(share)
         assert found == size
@@ -69,11 +69,11 @@ def test_a_share_is_in_the_finest_blocks_that_reach_back():
 
 def test_an_odd_number_of_blocks():
     """The one that has no neighbour yet is known by itself only."""
-    record = ALL.after(np.tile(np.arange(KEPT + 1.0), (4, 1)))
+    record = ALL.update(np.tile(np.arange(LEVEL_BLOCKS + 1.0), (4, 1)))
     values, size = record.last(1.0)
     assert size == 2
-    assert values[0].tolist() == list(range(1, KEPT, 2))
-    assert record.levels[0][0, -1] == KEPT
+    assert values[0].tolist() == list(range(1, LEVEL_BLOCKS, 2))
+    assert record.levels[0][0, -1] == LEVEL_BLOCKS
 
 
 def test_nothing_yet():
@@ -93,7 +93,7 @@ def test_what_a_span_has():
         np.array([0.0, 0.5, 1.0, 2.0, 2.5]),
         (np.array([0.0, 3.0, 1.0, 1.0, -1.0]), np.array([0.0, 0.0, 4.0, -4.0, 0.0])),
     )
-    spans = SpanRecord(1.0).after(samples).last(1.0)
+    spans = SpanRecord(1.0).update(samples).last(1.0)
     assert spans.time.tolist() == [1.0, 2.0, 2.5]
     assert spans.angle.tolist() == [1.0, 1.0, -1.0]
     assert spans.greatest_angle[[0, 1]] == pytest.approx([3.0, 2.0], rel=1e-15)
@@ -112,7 +112,7 @@ def greatest_cosine(begin, end):
 def test_extremes_of_the_angle_are_of_fourth_order(k):
     """Six samples a span, on its borders; of the speed only samples are seen."""
     step = 2.0**-k
-    spans = SpanRecord(6 * step).after(swinging(np.arange(0, 300, step))).last(1.0)
+    spans = SpanRecord(6 * step).update(swinging(np.arange(0, 300, step))).last(1.0)
     begin, end = np.append(0, spans.time[:-1]), spans.time
     for found, exact in (
         (spans.greatest_angle, greatest_cosine(begin, end)),
@@ -129,7 +129,7 @@ def test_extremes_of_the_angle_are_of_fourth_order(k):
 def test_each_span_knows_its_own_extremes_only():
     """phi = t^2: spans of one second each."""
     t = np.linspace(0, 10, 101)
-    spans = SpanRecord(1.0).after(Samples.of(t, (t**2, 2 * t))).last(1.0)
+    spans = SpanRecord(1.0).update(Samples.of(t, (t**2, 2 * t))).last(1.0)
     ends = np.arange(1.0, 11.0)
     assert spans.time == pytest.approx(ends, rel=1e-15)
     assert spans.greatest_angle == pytest.approx(ends**2, rel=1e-14)
@@ -142,7 +142,7 @@ def test_the_distance_has_limits_of_its_own():
     """r^2 = 4 + cos t: its largest value at t = 2 pi lies between samples."""
     t = np.arange(0, 9, 0.3)
     samples = replace(Samples.of(t, (t, np.ones_like(t))), square=4 + np.cos(t), rate=-np.sin(t))
-    spans = SpanRecord(3.0).after(samples).last(1.0)
+    spans = SpanRecord(3.0).update(samples).last(1.0)
     begin, end = np.append(0, spans.time[:-1]), spans.time
     assert spans.greatest_distance == pytest.approx(np.sqrt(4 + greatest_cosine(begin, end)), abs=1e-5)
     assert spans.least_distance == pytest.approx(np.sqrt(4 - greatest_cosine(begin + np.pi, end + np.pi)), abs=1e-5)
@@ -150,7 +150,7 @@ def test_the_distance_has_limits_of_its_own():
 
 def test_twelve_samples_of_a_span_are_enough():
     """Of more the first one in each twelfth is taken."""
-    fine = SpanRecord(1.2).after(swinging(np.arange(0, 300, 0.0007))).last(1.0)
+    fine = SpanRecord(1.2).update(swinging(np.arange(0, 300, 0.0007))).last(1.0)
     assert len(fine.time) == 250
     missed = 1 - fine.greatest_angle[fine.greatest_angle > 1 - 3e-7].min()
     assert 0.8 < missed / (0.1**4 / 384) < 1.1
@@ -160,10 +160,15 @@ def test_twelve_samples_of_a_span_are_enough():
 def test_a_long_motion_is_bounded():
     record = SpanRecord(0.01)
     for begin in range(20):
-        record = record.after(swinging(np.linspace(10 * begin, 10 * (begin + 1), 4001)))
-    assert [level.shape[1] for level in record.kept.levels] == [KEPT, KEPT, KEPT, record.kept.count // 8]
+        record = record.update(swinging(np.linspace(10 * begin, 10 * (begin + 1), 4001)))
+    assert [level.shape[1] for level in record.pyramid.levels] == [
+        LEVEL_BLOCKS,
+        LEVEL_BLOCKS,
+        LEVEL_BLOCKS,
+        record.pyramid.count // 8,
+    ]
     spans = record.last(1.0)
-    assert len(spans.time) <= KEPT + 1
+    assert len(spans.time) <= LEVEL_BLOCKS + 1
     assert spans.time[-1] == 200
     assert spans.time[0] == pytest.approx(0.08, abs=0.005)
     assert record.last(0.5).time[0] == pytest.approx(100, abs=0.1)
@@ -172,9 +177,9 @@ def test_a_long_motion_is_bounded():
 def test_hardly_anything():
     record = SpanRecord(1.0)
     assert len(record.last(1.0).time) == 0
-    record = record.after(swinging(np.array([0.0])))
+    record = record.update(swinging(np.array([0.0])))
     assert len(record.last(1.0).time) == 0
-    record = record.after(swinging(np.array([0.0, 0.5])))
+    record = record.update(swinging(np.array([0.0, 0.5])))
     assert record.last(1.0).time.tolist() == [0.5]
 
 
@@ -191,7 +196,7 @@ def rippled(count, samples_a_turn=200.3, sense=1):
 
 
 def recorded(samples, others=2, weights=()):
-    return TurnRecord(others, weights).after(samples)
+    return TurnRecord(others, weights).update(samples)
 
 
 @pytest.mark.parametrize("sense", [1, -1])
@@ -242,11 +247,11 @@ def test_moments_follow_their_bodies(body):
     moments = np.arange(3.0)[:, None] * np.ones(5)
     t = np.arange(5.0)
     samples = replace(Samples.of(t, *((k * t, np.full(5, float(k))) for k in range(3))), moments=moments)
-    led = samples.led_by(body)
+    led = samples.relative_to(body)
     assert led.moments[:, 0].tolist() == led.speeds[:, 0].tolist() == [body, *(k for k in range(3) if k != body)]
-    assert samples.only(body).moments.tolist() == [[body] * 5]
-    assert samples.beside(t, np.ones(5)).moments[:, 0].tolist() == [0, 0, 1, 2]
-    assert samples.part(slice(2, None)).after(samples.part(slice(0, 3))).moments.shape == (3, 5)
+    assert samples.only_body(body).moments.tolist() == [[body] * 5]
+    assert samples.with_reference(t, np.ones(5)).moments[:, 0].tolist() == [0, 0, 1, 2]
+    assert samples.part(slice(2, None)).with_previous(samples.part(slice(0, 3))).moments.shape == (3, 5)
 
 
 def test_the_unit_of_time_does_not_matter():
@@ -261,22 +266,22 @@ def test_long_records_are_in_whole_turns_too(turns):
     record = recorded(rippled(turns, 24.3))
     for share in (0.03, 0.5, 0.9, 1.0):
         blocks = record.whole_turns(share)
-        assert len(blocks) <= KEPT
+        assert len(blocks) <= LEVEL_BLOCKS
         seen = (blocks.time[-1] - blocks.time[0]) / TURN
         assert seen == pytest.approx(round(seen), abs=1e-4)
-        assert seen == pytest.approx(share * turns, abs=2 + 2 * blocks.size / PER_TURN)
+        assert seen == pytest.approx(share * turns, abs=2 + 2 * blocks.size / MARKS_PER_TURN)
         assert blocks.mean_speeds[:2] == pytest.approx([W, W], rel=1e-6)
         assert blocks.mean_speeds[2] == pytest.approx(2 / 3 * W, rel=0.5 / seen)
 
 
-@pytest.mark.parametrize("averages", range(1, 2 * PER_TURN + 2))
+@pytest.mark.parametrize("averages", range(1, 2 * MARKS_PER_TURN + 2))
 def test_short_records_are_in_whole_turns_too(averages):
     """Of less than two turns there is one."""
     samples = rippled(5)
-    record = recorded(samples.part(samples.angles[0] < (averages + PER_TURN + 0.5) * 2 * np.pi / PER_TURN))
+    record = recorded(samples.part(samples.angles[0] < (averages + MARKS_PER_TURN + 0.5) * 2 * np.pi / MARKS_PER_TURN))
     assert record.kept.count == averages
     assert record.whole_turns(1.0).mean_speeds[:2] == pytest.approx([W, W], rel=1e-4)
-    assert record.turns == averages / PER_TURN
+    assert record.turns == averages / MARKS_PER_TURN
 
 
 def test_a_modulation_that_is_cut_does_not_count_in_smooth_means():
@@ -304,7 +309,7 @@ def test_blocks_of_many_averages():
     assert np.array_equal(np.sign(blocks.highest - blocks.speed), np.ones(len(blocks)))
     assert np.array_equal(np.sign(blocks.speed - blocks.lowest), np.ones(len(blocks)))
     assert blocks.highest == pytest.approx(1 + blocks.middle / 10_000, rel=1e-7)
-    fine = record.last(KEPT / record.kept.count)
+    fine = record.last(LEVEL_BLOCKS / record.kept.count)
     assert fine.size == 1
     assert np.array_equal(fine.lowest, fine.highest)
     last = len(fine) - record.kept.count % 8  # of the last block
@@ -333,12 +338,12 @@ def test_only_turns_since_the_leader_turned_back_count():
     """phi = 60 - (t - 20)^2/5 turns back at t = 20, and the record is of what follows as soon as that has turned once."""
     t = np.linspace(0, 60, 6001)
     samples = Samples.of(t, (60 - (t - 20) ** 2 / 5, -(t - 20) / 2.5))
-    record, forth = TurnRecord(0).after(samples), TurnRecord(0).after(samples.part(slice(0, 2000)))
+    record, forth = TurnRecord(0).update(samples), TurnRecord(0).update(samples.part(slice(0, 2000)))
     assert (forth.sense, record.sense) == (1, -1)
     assert forth.last(1.0).time[-1] < 20 < record.last(1.0).time[0]
     assert (record.last(1.0).speed > 0).all()
-    assert record.turns == pytest.approx(320 / (2 * np.pi) - 1, abs=1.5 / PER_TURN)
-    assert len(forth.after(samples.part(slice(2000, 2300))).last(1.0)) == len(forth.last(1.0))
+    assert record.turns == pytest.approx(320 / (2 * np.pi) - 1, abs=1.5 / MARKS_PER_TURN)
+    assert len(forth.update(samples.part(slice(2000, 2300))).last(1.0)) == len(forth.last(1.0))
 
 
 def test_parts_of_blocks():

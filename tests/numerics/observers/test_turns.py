@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver, between, where_reached
+from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples, TurnObserver, interpolate, shares_at_values
 
 CUBIC = np.polynomial.Polynomial([0.3, -1.2, 0.7, 2.5])
 UNIT = np.array([0.0, 1.0])
@@ -14,7 +14,7 @@ UNIT = np.array([0.0, 1.0])
 def hermite(at, x, y, slope):
     """At points, by the samples around each, or by the outermost ones."""
     i = np.clip(np.searchsorted(x, at) - 1, 0, len(x) - 2)
-    return between((at - x[i]) / (x[i + 1] - x[i]), x, y, slope, i)
+    return interpolate((at - x[i]) / (x[i + 1] - x[i]), x, y, slope, i)
 
 
 def test_cubics_are_exact_and_go_on_beyond_the_ends():
@@ -29,8 +29,8 @@ def test_samples_are_met_exactly():
     x = np.array([0.1, 0.4, 1.1, 1.3])
     y, slope = np.sin(7 * x), 7 * np.cos(7 * x)
     i = np.arange(3)
-    assert np.array_equal(between(np.zeros(3), x, y, slope, i), y[:-1])
-    assert between(np.ones(3), x, y, slope, i) == pytest.approx(y[1:], rel=1e-15)
+    assert np.array_equal(interpolate(np.zeros(3), x, y, slope, i), y[:-1])
+    assert interpolate(np.ones(3), x, y, slope, i) == pytest.approx(y[1:], rel=1e-15)
 
 
 def test_the_error_is_of_fourth_order():
@@ -52,24 +52,24 @@ def test_the_place_where_a_monotone_cubic_has_a_value(first, last, rise):
     wanted = np.array([0.0, 1e-12, 1e-7, 1e-3, 0.1, 1 / 3, 0.5, 0.9, 1 - 1e-3, 1 - 1e-7, 1 - 1e-12, 1.0])
     x, y, slope = np.array([2.0, 2.5]), rise * UNIT, 2 * rise * np.array([first, last])
     i = np.zeros(len(wanted), int)
-    share = where_reached(rise * wanted, x, y, slope, i)
+    share = shares_at_values(rise * wanted, x, y, slope, i)
     assert ((share >= 0) & (share <= 1)).all()
-    assert between(share, x, y, slope, i) / rise == pytest.approx(wanted, rel=0, abs=2e-14)
+    assert interpolate(share, x, y, slope, i) / rise == pytest.approx(wanted, rel=0, abs=2e-14)
 
 
 def test_a_body_that_starts_from_rest():
     """y = s^2: the slope at the beginning is zero."""
     y = np.array([1e-8, 1e-4, 0.01, 0.25, 0.81])
-    share = where_reached(y, UNIT, UNIT, np.array([0.0, 2.0]), np.zeros(5, int))
+    share = shares_at_values(y, UNIT, UNIT, np.array([0.0, 2.0]), np.zeros(5, int))
     assert share == pytest.approx(np.sqrt(y), rel=1e-9)
 
 
 def test_a_cubic_that_overshoots_is_met_once_between_its_ends():
     y, slope, i = np.array([0.0, 1.0]), np.array([-2.0, 9.0]), np.zeros(5, int)
     wanted = np.array([0.0, 0.1, 0.5, 0.9, 1.0])
-    share = where_reached(wanted, UNIT, y, slope, i)
+    share = shares_at_values(wanted, UNIT, y, slope, i)
     assert ((share >= 0) & (share <= 1)).all()
-    assert between(share, UNIT, y, slope, i) == pytest.approx(wanted, abs=1e-13)
+    assert interpolate(share, UNIT, y, slope, i) == pytest.approx(wanted, abs=1e-13)
 
 
 def test_one_place_does_not_depend_on_the_others_that_are_sought():
@@ -78,12 +78,12 @@ def test_one_place_does_not_depend_on_the_others_that_are_sought():
     slope = draw.uniform(0.0, 1.5, 401) * (draw.random(401) < 0.7)
     i = np.arange(400)
     wanted = y[i] + draw.random(400) ** 4 * np.diff(y)
-    alone = [where_reached(wanted[[k]], x, y, slope, i[[k]])[0] for k in i]
-    assert np.array_equal(where_reached(wanted, x, y, slope, i), alone)
+    alone = [shares_at_values(wanted[[k]], x, y, slope, i[[k]])[0] for k in i]
+    assert np.array_equal(shares_at_values(wanted, x, y, slope, i), alone)
 
 
 def turns(time, *motions):
-    return TurnObserver().after(Samples.of(time, *motions))[1]
+    return TurnObserver().update(Samples.of(time, *motions))[1]
 
 
 def rippled(w, a, samples_a_turn, count=20, k=1):
@@ -99,7 +99,7 @@ def test_the_mean_speed_of_a_rippled_turn_is_exact(w, k):
     averaged = turns(t, (phi, speed))
     assert averaged.speed == pytest.approx(np.full(len(averaged.speed), w), rel=1e-7)
     assert averaged.count == pytest.approx(19, abs=0.2)
-    assert np.diff(averaged.angle) == pytest.approx(2 * np.pi / PER_TURN, rel=1e-12)
+    assert np.diff(averaged.angle) == pytest.approx(2 * np.pi / MARKS_PER_TURN, rel=1e-12)
 
 
 def test_the_error_is_of_fourth_order_in_the_sampling_interval():
@@ -115,23 +115,23 @@ def test_the_error_is_of_fourth_order_in_the_sampling_interval():
 @pytest.mark.parametrize("samples_a_turn", [24, 32])
 def test_samples_on_the_marks_are_kept_as_they_are(samples_a_turn):
     t = np.arange(10 * samples_a_turn + 1) * 2 * np.pi / samples_a_turn
-    on_marks = t[:: samples_a_turn // PER_TURN]
+    on_marks = t[:: samples_a_turn // MARKS_PER_TURN]
     averaged = turns(t, (t, np.ones_like(t)), (3 * t, np.full_like(t, 3.0)))
-    assert averaged.time == pytest.approx(on_marks[1 + PER_TURN :], rel=1e-15)
-    assert averaged.angles[0] == pytest.approx(3 * on_marks[1 + PER_TURN :], rel=1e-15)
+    assert averaged.time == pytest.approx(on_marks[1 + MARKS_PER_TURN :], rel=1e-15)
+    assert averaged.angles[0] == pytest.approx(3 * on_marks[1 + MARKS_PER_TURN :], rel=1e-15)
     assert averaged.speed == pytest.approx(1.0, rel=1e-14)
 
 
 def test_a_sample_hardly_before_a_mark_is_at_it():
     """Within 1e-9 of the way from mark to mark: rounding of the angle must not decide whether a turn is over."""
-    step = 2 * np.pi / PER_TURN
+    step = 2 * np.pi / MARKS_PER_TURN
 
     def count(last):
         t = np.linspace(-0.5 * step, last, 60)
         return len(turns(t, (t, np.ones_like(t))).time)
 
-    assert count((PER_TURN + 2 - 0.7e-9) * step) == count((PER_TURN + 2.5) * step) == 3
-    assert count((PER_TURN + 2 - 1.4e-9) * step) == 2
+    assert count((MARKS_PER_TURN + 2 - 0.7e-9) * step) == count((MARKS_PER_TURN + 2.5) * step) == 3
+    assert count((MARKS_PER_TURN + 2 - 1.4e-9) * step) == 2
 
 
 def test_a_slow_change_is_kept():
@@ -157,8 +157,8 @@ def test_the_mean_phase_is_that_of_the_trapezoidal_rule():
     """exp(i (other - leading)) = exp(-i t/10) of 2 pi/N + 2 pi: its mean over a turn is known in closed form."""
     t = np.arange(0, 40, 2 * np.pi / 48)
     averaged = turns(t, (t, np.ones_like(t)), (0.9 * t, np.full_like(t, 0.9)))
-    half = 0.1 * np.pi / PER_TURN  # of what the phase turns from mark to mark
-    exact = np.exp(-0.1j * averaged.middle) * np.sin(0.1 * np.pi) / (PER_TURN * np.tan(half))
+    half = 0.1 * np.pi / MARKS_PER_TURN  # of what the phase turns from mark to mark
+    exact = np.exp(-0.1j * averaged.middle) * np.sin(0.1 * np.pi) / (MARKS_PER_TURN * np.tan(half))
     assert np.abs(averaged.phases[0] - exact).max() < 1e-12
 
 
@@ -184,7 +184,7 @@ def test_a_body_that_turns_back_begins_anew():
     t = np.linspace(0, 25 * np.pi, 20_001)
     averaged = turns(t, (40 * np.sin(t / 10), 4 * np.cos(t / 10)))
     assert [int((averaged.passage == k).sum()) for k in range(3)] == [
-        int(radians * PER_TURN / (2 * np.pi)) - PER_TURN for radians in (40, 80, 80)
+        int(radians * MARKS_PER_TURN / (2 * np.pi)) - MARKS_PER_TURN for radians in (40, 80, 80)
     ]
     assert (np.sign(averaged.speed) == 1 - 2 * (averaged.passage % 2)).all()
     back = averaged.passage == 1
@@ -199,14 +199,14 @@ def test_the_turns_of_each_passage_are_complete():
     angle = np.concatenate([there, there[-2::-1], there[1:], there[-2::-1]])
     speed = np.zeros_like(angle)
     averaged = turns(np.arange(121.0), (angle, speed))
-    assert [int((averaged.passage == k).sum()) for k in range(4)] == [2 * PER_TURN, 2 * PER_TURN + 1] * 2
+    assert [int((averaged.passage == k).sum()) for k in range(4)] == [2 * MARKS_PER_TURN, 2 * MARKS_PER_TURN + 1] * 2
     fewer = turns(np.arange(121.0), (angle * 1.55 / 3.05, speed))
-    assert [int((fewer.passage == k).sum()) for k in range(4)] == [PER_TURN // 2, PER_TURN // 2 + 1] * 2
+    assert [int((fewer.passage == k).sum()) for k in range(4)] == [MARKS_PER_TURN // 2, MARKS_PER_TURN // 2 + 1] * 2
 
 
 def test_a_body_that_swings_makes_no_turns():
     t = np.linspace(0, 100, 4001)
-    observer, averaged = TurnObserver().after(Samples.of(t, (3.1 * np.sin(t), 3.1 * np.cos(t))))
+    observer, averaged = TurnObserver().update(Samples.of(t, (3.1 * np.sin(t), 3.1 * np.cos(t))))
     assert averaged.count == 0
     assert observer.passage == 32  # t = pi/2 + k pi
 
@@ -230,7 +230,7 @@ def test_less_than_a_turn_is_an_empty_record(until):
 
 def with_distance(t, square, rate):
     samples = replace(Samples.of(t, (t, np.ones_like(t))), square=square, rate=rate)
-    return TurnObserver().after(samples)[1]
+    return TurnObserver().update(samples)[1]
 
 
 def test_the_largest_distance_in_a_turn_is_of_fourth_order():
@@ -250,7 +250,7 @@ def test_a_peak_counts_in_the_turns_that_it_lies_in():
     peak = 8 * np.exp(-(((t - 50.03) / 0.05) ** 2))
     averaged = with_distance(t, 1 + peak, -800 * (t - 50.03) * peak)
     inside = (averaged.time > 50.03) & (averaged.time - 2 * np.pi / averaged.speed < 50.03)
-    assert inside.sum() == PER_TURN
+    assert inside.sum() == MARKS_PER_TURN
     assert averaged.largest[inside] == pytest.approx(3.0, rel=0.02)
     assert averaged.largest[~inside].max() < 1.01
 
@@ -259,6 +259,6 @@ def test_a_peak_counts_in_the_turns_that_it_lies_in():
 def test_a_sample_that_two_parts_of_a_motion_share_counts_once(overlap):
     time = np.linspace(0.0, 1.0, 11)
     motion = Samples.of(time, (7 * time, np.full(11, 7.0)), (3 * time, np.full(11, 3.0)))
-    whole = motion.part(slice(5 - overlap, None)).after(motion.part(slice(5)))
+    whole = motion.part(slice(5 - overlap, None)).with_previous(motion.part(slice(5)))
     for name, values in vars(motion).items():
         assert np.array_equal(getattr(whole, name), values), name

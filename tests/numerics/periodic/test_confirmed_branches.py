@@ -19,17 +19,17 @@ import wucht.numerics.periodic.cycles as cycles_module
 from auto_demos import AB, PLP, TOR
 from known_orbits import P, X, Y, Z, planar
 from wucht.errors import RunError
-from wucht.numerics.continuation.curve import CLOSED, Steps
+from wucht.numerics.continuation.curve import CURVE_IS_CLOSED, Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
-from wucht.numerics.periodic.cycle_starts import cycle_at, cycle_at_hopf, cycle_near, cycles_with, switched
+from wucht.numerics.periodic.cycle_starts import crossing_branch, cycle_at, cycle_at_hopf, cycle_near, cycles_with
 from wucht.numerics.periodic.cycles import STEPS, Cycles
-from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
+from wucht.numerics.periodic.floquet import integrated_maps, logarithms, transverse_maps
 from wucht.numerics.periodic.hopf_ends import VANISHES
 from wucht.numerics.recurrence import recurrence
 from wucht.system import System
@@ -43,11 +43,11 @@ DUFFING = System((X, V, A, B), (V, -V / 5 - X**3 + FORCE * A, A - B - A * (A**2 
 def settled_on(cycles: Cycles, system: System, values: dict[str, float], state: list[float], time: float) -> Cycle:
     """The orbit on which a run settles."""
     compiled, parameters = compile_system(system, 1e-11), system.values(values)
-    run = integrate(compiled, np.array(state), parameters, np.linspace(0, time, 20001)).uninterrupted()
+    run = integrate(compiled, np.array(state), parameters, np.linspace(0, time, 20001)).reraise_interrupt()
     repeats = recurrence(run.time, run.states, np.zeros(len(state), bool))
     assert repeats is not None
     period = np.linspace(0, repeats.period, 4001)
-    once = integrate(compiled, run.states[:, -1], parameters, period).uninterrupted()
+    once = integrate(compiled, run.states[:, -1], parameters, period).reraise_interrupt()
     return cycle_near(cycles, once.time, once.states, values[cycles.equations.parameters[-1]])
 
 
@@ -64,7 +64,7 @@ def test_an_isola_is_no_hopf_point(most: float) -> None:
     cycles, first = isola(most)
     for start in (first, cycles.backwards(first)):
         points = list(walk := cycles.walk(start))
-        assert walk.end == CLOSED
+        assert walk.end == CURVE_IS_CLOSED
         assert sorted(p.parameter for p in points if p.kind) == pytest.approx(FOLDS_OF_PLP, abs=1e-10)
         assert points[-1].parameter == pytest.approx(4.0, abs=1e-3)
         assert points[-1].period == pytest.approx(first.period, abs=1e-3)
@@ -110,8 +110,8 @@ def test_at_a_branch_point_a_second_multiplier_is_one_and_both_branches_leave() 
     cycles, points = torus_type()
     for at in (p for p in points if p.kind == "branch-point"):
         maps, flow = integrated_maps(TOR, {"nu": at.parameter, "be": 0.5}, at.problem.mesh.edges * at.period, at.states[:, ::6])
-        assert np.abs(logarithms(across_flow(maps, flow)[0])[0]).min() < 1e-7
-        one, other = switched(cycles, at, amplitude=0.05)
+        assert np.abs(logarithms(transverse_maps(maps, flow)[0])[0]).min() < 1e-7
+        one, other = crossing_branch(cycles, at, amplitude=0.05)
         # The symmetry maps one to the other: the same period and parameter, and no orbit is its own mirror image.
         assert (one.period, one.parameter) == pytest.approx((other.period, other.parameter), abs=1e-6)
         assert abs((one.states @ one.problem.mesh.shares)[0]) > 1e-4
@@ -135,11 +135,11 @@ def test_a_branch_point_that_is_not_located_is_reported_with_its_interval(monkey
 
     monkeypatch.setattr(cycles_module, "orbit_branch_point", fails)
     points = torus_type.__wrapped__()[1]
-    hidden = [p.hidden for p in points if p.kind == "unresolved"]
+    hidden = [p.hidden_point for p in points if p.kind == "unresolved"]
     assert [h.kind for h in hidden if h] == ["branch-point", "branch-point"]
     for h, value in zip(hidden, (-0.58702897436, -0.83243793127), strict=True):
         assert h is not None
-        assert min(h.between) < value < max(h.between)
+        assert min(h.interval) < value < max(h.interval)
 
 
 def test_at_a_fold_no_multiplier_counts_as_outside_by_rounding() -> None:
@@ -170,7 +170,7 @@ def test_the_only_multiplier_of_a_plane_is_known_however_small() -> None:
     for p in (points[0], points[7]):
         edges, degree = p.problem.mesh.edges, p.problem.mesh.degree
         maps, flow = integrated_maps(AB, {"p1": p.parameter, "p2": 17.0}, edges * p.period, p.states[:, ::degree])
-        exact = logarithms(across_flow(maps, flow)[0])[0]
+        exact = logarithms(transverse_maps(maps, flow)[0])[0]
         assert p.logarithms[0].real == pytest.approx(exact[0].real, rel=1e-5)
         assert exact[0].real < -100
     periods, values = np.array([(p.period, p.logarithms[0].real) for p in points if p.period > 30.0]).T
@@ -202,7 +202,7 @@ def test_multipliers_that_are_resolved_stay_as_accurate_as_the_points_of_the_mes
     cycles, first = isola()
     at = next(p for p in cycles.walk(first) if not p.kind)
     assert abs(at.along) < 1e-10
-    assert math.isclose(at.logarithms[0].real, cycles.seen(at.curve, at.point).logarithms[0].real, rel_tol=1e-9)
+    assert math.isclose(at.logarithms[0].real, cycles.cycle_from_point(at.curve, at.point).logarithms[0].real, rel_tol=1e-9)
 
 
 @pytest.mark.slow
@@ -213,7 +213,7 @@ def test_a_branch_begins_at_its_own_fold_and_at_one_of_a_curve_in_two_parameters
         start = cycle_at(cycles, fold, fold.parameter)
         assert start.parameter == pytest.approx(fold.parameter, abs=1e-8)
         points = list(walk := cycles.walk(start))
-        assert walk.end == CLOSED
+        assert walk.end == CURVE_IS_CLOSED
         others = [p.parameter for p in points if p.kind == "fold"]
         assert any(abs(value - other.parameter) < 1e-9 for other in folds if other is not fold for value in others)
     scale = {"s": 30.0, "a": 100.0, "rho": 1.0, "S0": 10.0}
@@ -223,7 +223,7 @@ def test_a_branch_begins_at_its_own_fold_and_at_one_of_a_curve_in_two_parameters
     assert abs(s0 - 111.0) > 0.01
     aside = Cycles.of(PLP, "rho", {"S0": s0}, (2.0, 6.0), scale=scale, accuracy=1e-9)
     points = list(walk := aside.walk(cycle_at(aside, at, rho)))
-    assert walk.end == CLOSED and len(points) > 10
+    assert walk.end == CURVE_IS_CLOSED and len(points) > 10
     along_other = Cycles.of(PLP, "S0", {"rho": rho}, (105.0, 115.0), scale=scale, accuracy=1e-9)
     assert cycle_at(along_other, at, s0).parameter == pytest.approx(s0, abs=1e-7)
 

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from tests.refusals import failed
 
 from auto_demos import CIR
-from wucht.numerics.periodic.connection import BOGDANOV_TAKENS, HOPF, LEFT_TWICE, STANDS, Connection
-from wucht.numerics.periodic.connection_starts import of_excursion
+from wucht.numerics.periodic.connection import BOGDANOV_TAKENS, HOPF, LEFT_TWICE, STANDSTILL, Connection
+from wucht.numerics.periodic.connection_starts import connection_from_excursion
 from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System
 
@@ -29,7 +29,7 @@ def leaves(
     """Connections of the leaf, other states being zero on it, over mu and one parameter, from mu = 0 on."""
     system = System((X, Y, *more), (*LEAF, *rates), (MU, A, S))
     connections = Connections.of(system, ("mu", varied), fixed, ((-0.5, 0.5), (-5.0, 1.5)), 30.0)
-    return connections, of_excursion(connections, np.zeros(len(system.states)), (1e-3, value))
+    return connections, connection_from_excursion(connections, np.zeros(len(system.states)), (1e-3, value))
 
 
 def test_the_neutral_saddle_of_the_leaf() -> None:
@@ -64,7 +64,7 @@ def test_a_second_direction_in_which_a_saddle_is_left() -> None:
 def circuit(time: float) -> tuple[Connections, Connection]:
     """From the homoclinic orbit at be = 0.6 on."""
     connections = Connections.of(CIR, ("nu", "be"), {"r": 0.6, "ga": 0.0}, ((-1.5, -0.5), (-0.1, 1.5)), time)
-    return connections, of_excursion(connections, np.zeros(3), (-0.72, 0.6))
+    return connections, connection_from_excursion(connections, np.zeros(3), (-0.72, 0.6))
 
 
 @lru_cache(maxsize=3)
@@ -168,9 +168,9 @@ def _side(nu: float, be: float) -> float:
 def test_an_orbit_that_does_not_come_back_is_told() -> None:
     connections = Connections.of(CIR, ("nu",), {"be": 0.6, "r": 0.6, "ga": 0.0}, ((-1.0, -0.5),), 60.0)
     with failed("no-return"):
-        of_excursion(connections, np.zeros(3), [-0.8])
+        connection_from_excursion(connections, np.zeros(3), [-0.8])
     with failed("no-saddle"):
-        of_excursion(connections, np.zeros(3), [-0.5])
+        connection_from_excursion(connections, np.zeros(3), [-0.5])
 
 
 @pytest.mark.slow
@@ -181,7 +181,7 @@ def test_a_curve_that_winds_up_at_a_point() -> None:
     c2 = p + be + ga, c1 = p (be + ga) + 1 - be^2/r.
     """
     connections = Connections.of(CIR, ("nu", "be"), {"r": 0.6, "ga": -0.6}, ((-1.5, -0.3), (0.05, 1.0)), 60.0)
-    orbit = of_excursion(connections, np.zeros(3), (-0.68, 0.6))
+    orbit = connection_from_excursion(connections, np.zeros(3), (-0.68, 0.6))
     walk = connections.walk(orbit)
     points = list(walk)
     first = next(c for c in points if c.kind)
@@ -192,5 +192,5 @@ def test_a_curve_that_winds_up_at_a_point() -> None:
     assert np.polyval([1, leaving, p * (be - 0.6) + 1 - be**2 / 0.6, p], leaving) == pytest.approx(0.0, abs=1e-9)
     other = connections.walk(connections.backwards(orbit))
     points = list(other)
-    assert other.end.startswith(STANDS) and len(points) < 250
+    assert other.end.startswith(STANDSTILL) and len(points) < 250
     assert "neutral-saddle" in {c.kind for c in points}

@@ -16,15 +16,15 @@ from known_connections import BETWEEN, GOMPERTZ, LEAF, MU, P, R, X, Y
 from wucht.errors import RunError
 from wucht.numerics.periodic.connection import SADDLE_NODE, Connection
 from wucht.numerics.periodic.connection_starts import (
-    beyond,
+    connection_from_cycle,
+    connection_from_excursion,
     fold_at,
-    longer,
-    of_cycle,
-    of_excursion,
+    longest_wait,
+    prolong_at_saddle_node,
     rest_of,
     saddle_node_of,
+    saddle_node_to_saddle,
     saddles_near,
-    waiting,
 )
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_near
@@ -59,7 +59,7 @@ def test_the_connection_near_the_last_orbit_of_a_branch() -> None:
     cycle = last_orbit()
     assert cycle.period == pytest.approx(8.6956, abs=1e-3)
     connections = Connections.of(LEAF, ("mu",), {"a": -1.0, "b": 0.0, "c": 0.0}, ((-0.5, 0.5),), 20.0)
-    found = of_cycle(connections, cycle, np.array([1e-3, -1e-3]), np.array([cycle.parameter]))
+    found = connection_from_cycle(connections, cycle, np.array([1e-3, -1e-3]), np.array([cycle.parameter]))
     assert found.time == pytest.approx(20.0)
     assert found.parameters[0] == pytest.approx(0.0, abs=1e-10)
     np.testing.assert_allclose(found.equilibria, [[0.0, 0.0]], atol=1e-10)
@@ -77,14 +77,14 @@ def test_what_is_missing_of_a_connection_is_that_of_the_linearised_equations(mon
     connections = Connections.of(LEAF, ("mu",), {"a": -1.0, "b": 0.0, "c": 0.0}, ((-0.5, 0.5),), 20.0)
     kept: list[Any] = []
     monkeypatch.setattr(Connections, "start", lambda *given: kept.append(given))
-    of_cycle(connections, cycle, np.zeros(2), np.array([-0.001]))
+    connection_from_cycle(connections, cycle, np.zeros(2), np.array([-0.001]))
     _, times, states, equilibria, values = kept[0]
     assert values == [-0.001] and np.abs(equilibria).max() == 0.0
     assert (times[0], times[-1]) == pytest.approx((0.0, 20.0)) and (np.diff(times) > 0).all()
     more, away = 20.0 - cycle.period, np.linalg.norm(states, axis=0)
     k = int(np.abs(times - 0.75 * more).argmin())  # 3/4 of it before, as the rates are 1 and -3
     m = int(np.abs(times - 0.75 * more - cycle.period).argmin())
-    nearest = np.linalg.norm(cycle.at(np.linspace(0, 1, 20_001)), axis=0).min()
+    nearest = np.linalg.norm(cycle.states_at(np.linspace(0, 1, 20_001)), axis=0).min()
     assert away[[k, m]] == pytest.approx(nearest, rel=1e-2)
     assert away[0] / nearest == pytest.approx(math.exp(-0.75 * more), rel=1e-2)
     assert away[-1] / nearest == pytest.approx(math.exp(-3 * 0.25 * more), rel=1e-2)
@@ -105,7 +105,7 @@ def test_the_connection_of_a_saddle_with_itself_a_turn_on(saddle: float) -> None
     cycles = Cycles.of(PENDULUM, "mu", {}, (-0.5, 0.5), winding={"theta": 1})
     cycle = cycle_near(cycles, times, np.array([theta, v]), 1e-3)
     connections = Connections.of(PENDULUM, ("mu",), {}, ((-0.5, 0.5),), cycle.period + 4.0, winding={"theta": 1})
-    found = of_cycle(connections, cycle, np.array([saddle, 0.0]), np.array([cycle.parameter]))
+    found = connection_from_cycle(connections, cycle, np.array([saddle, 0.0]), np.array([cycle.parameter]))
     assert found.parameters[0] == pytest.approx(0.0, abs=1e-8)
     theta, v = found.states
     assert np.ptp(theta) == pytest.approx(2 * math.pi, abs=1e-4)
@@ -116,7 +116,7 @@ def test_the_connection_of_a_saddle_with_itself_a_turn_on(saddle: float) -> None
 def of_a_saddle_node() -> tuple[Connections, Connection]:
     """At a = -2, from the connection at a = -1.5: the leaf again, b being given."""
     near = Connections.of(LEAF, ("mu", "a"), {"b": 0.0, "c": 0.0}, ((-0.5, 0.5), (-3.0, 0.5)), 60.0)
-    other = of_excursion(near, np.zeros(2), (1e-3, -1.5))
+    other = connection_from_excursion(near, np.zeros(2), (1e-3, -1.5))
     connections = with_time(60.0)
     return connections, saddle_node_of(connections, other, np.array([0.01, 0.02]), np.array([1e-3, 2e-3, 0.1]))
 
@@ -142,7 +142,7 @@ def test_the_connection_of_a_saddle_node() -> None:
 def test_a_connection_of_a_saddle_node_for_a_longer_time(time: float) -> None:
     """It comes from ever nearer to it, as 1/x = t + ..., so that x t tends to 1; its other end decays as exp(-4 t)."""
     _, short = of_a_saddle_node()
-    found = longer(with_time(time), short)
+    found = prolong_at_saddle_node(with_time(time), short)
     assert found.time == time
     np.testing.assert_allclose(found.parameters, [0.0, 0.0, 0.1], atol=1e-9)
     x, y = found.states
@@ -155,21 +155,23 @@ def test_a_connection_of_a_saddle_node_for_a_longer_time(time: float) -> None:
 def test_a_time_that_is_no_longer_one_is_refused(time: float) -> None:
     short: Any = SimpleNamespace(time=60.0)
     with pytest.raises(RunError, match=f"the time {time:.6g} must be longer than that of the connection, 60"):
-        longer(with_time(time), short)
+        prolong_at_saddle_node(with_time(time), short)
 
 
 def test_what_a_longer_time_puts_before_and_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Samples before Newton's method: d/(1 + a d t) a time t before; exp(-4 t) behind, until that has decayed by exp(-20)."""
     _, whole = of_a_saddle_node()
     tau = np.linspace(0.5, 1.0, 5001)
-    end = float(tau[np.abs(np.linalg.norm(whole.at(tau), axis=0) - 1e-3).argmin()])  # of the orbit, 1e-3 from the saddle-node
+    end = float(
+        tau[np.abs(np.linalg.norm(whole.states_at(tau), axis=0) - 1e-3).argmin()]
+    )  # of the orbit, 1e-3 from the saddle-node
     short: Any = SimpleNamespace(
-        at=lambda tau: whole.at(tau * end), time=60 * end, equilibria=whole.equilibria, eigenvalues=whole.eigenvalues,
+        at=lambda tau: whole.states_at(tau * end), time=60 * end, equilibria=whole.equilibria, eigenvalues=whole.eigenvalues,
         parameters=whole.parameters,
     )  # fmt: skip
     kept: list[Any] = []
     monkeypatch.setattr(Connections, "start", lambda *given: kept.append(given))
-    longer(with_time(200.0 + short.time), short)
+    prolong_at_saddle_node(with_time(200.0 + short.time), short)
     _, times, (x, _), equilibria, values = kept[0]
     assert values == pytest.approx([0.0, 0.0, 0.1], abs=1e-9) and equilibria is short.equilibria
     assert (times[0], times[-1]) == pytest.approx((0.0, 200.0 + short.time)) and (np.diff(times) > 0).all()
@@ -213,7 +215,7 @@ def test_the_connection_of_two_saddle_nodes() -> None:
 def test_beyond_it_a_saddle_node_is_connected_with_a_saddle() -> None:
     """At (1, sqrt(-r)), left along y with 2 sqrt(-r); mu = sqrt(-r)/(e E1(1)), to first order."""
     connections = between(True, False)
-    found = beyond(connections, double())
+    found = saddle_node_to_saddle(connections, double())
     p, mu, r = found.parameters[:3]
     assert r == pytest.approx(-1e-5) and p == pytest.approx(0.0, abs=1e-12)
     y = math.sqrt(-r)
@@ -224,7 +226,7 @@ def test_beyond_it_a_saddle_node_is_connected_with_a_saddle() -> None:
 
 def test_that_curve_ends_where_the_pair_vanishes_and_else_by_shooting() -> None:
     connections = between(True, False)
-    first = beyond(connections, double())
+    first = saddle_node_to_saddle(connections, double())
     walks = [connections.walk(start) for start in (first, connections.backwards(first))]
     counts = [list(walk) for walk in walks]
     assert {walk.end for walk in walks} == {SADDLE_NODE, "it leaves the range at 0.5"}
@@ -251,7 +253,7 @@ def test_where_none_is_next_to_it_that_is_said(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr("wucht.numerics.periodic.connection_starts.fold_at", lost)
     with pytest.raises(RunError, match="there is no connection of the saddle-node"):
-        beyond(between(True, False), at)
+        saddle_node_to_saddle(between(True, False), at)
     assert tried == pytest.approx([-1e-5, 1e-5, -1e-4, 1e-4, -1e-3, 1e-3], rel=1e-6)
 
 
@@ -291,7 +293,7 @@ def test_where_there_is_none() -> None:
     connections = Connections.of(empty, ("mu", "r"), {}, RANGES[:2], TIME)
     for begin in (0.0, 0.4):
         with pytest.raises(RunError, match="there is no equilibrium near this place"):
-            of_excursion(connections, np.array([begin, 0.0]), (0.0, 0.0))
+            connection_from_excursion(connections, np.array([begin, 0.0]), (0.0, 0.0))
 
 
 def test_the_longest_wait_on_the_way() -> None:
@@ -309,7 +311,7 @@ def test_the_longest_wait_on_the_way() -> None:
     orbit: Any = SimpleNamespace(
         at=lambda tau: np.array([run.sol(tau * time)[0], 0 * tau]), time=time, parameters=np.array([p, 0.0, 0.0])
     )
-    waits = waiting(between(True, False), orbit)
+    waits = longest_wait(between(True, False), orbit)
     assert waits is not None
     fine = np.linspace(0, time, 100_001)
     x = run.sol(fine)[0]
@@ -326,10 +328,10 @@ def test_the_longest_wait_on_the_way() -> None:
     to_and_fro: Any = SimpleNamespace(
         at=lambda tau: np.array([np.interp(tau, shares, places), 0 * tau]), time=1.0, parameters=np.zeros(3)
     )
-    waits = waiting(between(True, False), to_and_fro)
+    waits = longest_wait(between(True, False), to_and_fro)
     assert waits is not None and 0.55 <= waits.tau <= 0.65 and waits.state[0] == 0.0
     quick: Any = SimpleNamespace(at=lambda tau: np.array([0.4 + 0.2 * tau, 0 * tau]), time=1.0, parameters=orbit.parameters)
-    assert waiting(between(True, False), quick) is None
+    assert longest_wait(between(True, False), quick) is None
 
 
 def test_places_next_to_it_are_apart_by_shares_of_the_size_of_the_last_parameter(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -346,7 +348,7 @@ def test_places_next_to_it_are_apart_by_shares_of_the_size_of_the_last_parameter
     connections: Any = SimpleNamespace(rates=SimpleNamespace(scale=np.array([1.0, 2.0, 3.0, 4.0])), bounds=(0, 0, 0))
     at: Any = SimpleNamespace(parameters=np.array([0.1, 0.2, 0.3, 30.0]), equilibria=np.array([[7.0], [8.0]]))
     with pytest.raises(RunError):
-        beyond(connections, at)
+        saddle_node_to_saddle(connections, at)
     assert [values[:2] for values in tried] == [[0.1, 0.2]] * 6
     shifts = [(values[2] - 0.3) / 4.0 for values in tried]
     assert shifts == pytest.approx([-1e-5, 1e-5, -1e-4, 1e-4, -1e-3, 1e-3], rel=1e-6)

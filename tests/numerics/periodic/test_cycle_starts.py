@@ -8,7 +8,7 @@ from tests.refusals import failed, rejected
 
 from auto_demos import PEN
 from known_orbits import ISOLA, PLANE, X, Y, placed
-from wucht.numerics.periodic.cycle_starts import cycle_near, settled
+from wucht.numerics.periodic.cycle_starts import cycle_from_nodes, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
 
 TAU = np.linspace(0, 1, 41)
@@ -32,7 +32,7 @@ def test_few_or_many_samples_rough_ones_too(count: int) -> None:
 def test_at_another_value_of_the_parameter() -> None:
     """(r^2 - 1)^2 + p^2 = 0.09."""
     first = cycle_near(CYCLES, 2 * np.pi * TAU, SAMPLES, 0.0)
-    other = settled(CYCLES, first.problem.mesh, first.states.T, first.period, 0.1)
+    other = cycle_from_nodes(CYCLES, first.problem.mesh, first.states.T, first.period, 0.1)
     x, y = other.states
     y = y - x**2 / 10
     np.testing.assert_allclose(np.hypot(x - y**2 / 5, y) ** 2, 1 + math.sqrt(0.08), atol=2e-7)

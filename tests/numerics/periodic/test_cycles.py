@@ -33,7 +33,7 @@ from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
 from wucht.numerics.periodic.cycle import Cycle
-from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near, doubled, switched
+from wucht.numerics.periodic.cycle_starts import crossing_branch, cycle_at_hopf, cycle_near, doubled_branch
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.system import System
 
@@ -176,7 +176,7 @@ def test_the_period_doubles_on_a_moebius_band() -> None:
     p = points[-1]
     expected = np.array([(p.parameter - 0.25) * math.pi + 1j * math.pi, -math.pi + 1j * math.pi, -2 * math.pi])
     np.testing.assert_allclose(p.logarithms, expected, atol=1e-5)
-    more, twice = doubled(cycles, next(p for p in points if p.kind))
+    more, twice = doubled_branch(cycles, next(p for p in points if p.kind))
     branch = list(more.walk(rising(more, twice)))
     assert not special(branch)
     for cycle in branch[::5]:
@@ -192,7 +192,7 @@ def test_a_symmetry_breaks_and_both_other_branches_are_found() -> None:
     points = list(cycles.walk(rising(cycles, cycle_near(cycles, math.pi * TAU, samples, -0.3))))
     assert special(points) == [("branch-point", pytest.approx(0.25, abs=1e-9))]
     signs = []
-    for first in switched(cycles, next(p for p in points if p.kind)):
+    for first in crossing_branch(cycles, next(p for p in points if p.kind)):
         branch = list(cycles.walk(first))
         assert branch[-1].parameter == 0.6 and not special(branch)
         for p in branch[::4]:

@@ -42,7 +42,7 @@ def beside_the_fold() -> tuple[Cycles, Cycle, Cycle]:
 
 def between(kind: str) -> list[Cycle]:
     of, here, there = beside_the_fold()
-    return of._between(there.curve, here, there, kind)
+    return of._special_between(there.curve, here, there, kind)
 
 
 def test_the_fold_between_two_neighbours() -> None:
@@ -67,7 +67,7 @@ def test_without_a_better_mesh_a_fold_is_not_claimed(monkeypatch: pytest.MonkeyP
     monkeypatch.setitem(cycles.TESTS, TORUS, lambda c: c.point.tangent[-1])  # type: ignore[arg-type]
     (hidden,) = between(TORUS)
     assert hidden.kind == "unresolved" and seen == [(True, True)]
-    assert hidden.hidden == (TORUS, (here.parameter, there.parameter))
+    assert hidden.hidden_point == (TORUS, (here.parameter, there.parameter))
 
 
 @pytest.mark.parametrize("kind", [FOLD, BRANCH_POINT])

@@ -8,13 +8,13 @@ import sympy as sp
 from tests.refusals import failed
 
 from known_orbits import EVEN, PITCHFORK, X, Y, Z, placed
-from wucht.numerics.flow.compiled import compile_system
-from wucht.numerics.jacobian import Jacobian, variational
+from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.jacobian import Jacobian, variational_system
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.periodic import floquet
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.periodic.floquet import across_flow, integrated_legs, integrated_maps, logarithms, of_moderate_condition
+from wucht.numerics.periodic.floquet import halve_legs, integrated_legs, integrated_maps, logarithms, transverse_maps
 from wucht.system import System
 
 RNG = np.random.default_rng(11)
@@ -89,8 +89,8 @@ def test_of_a_known_orbit_by_integration_collocation_and_shooting() -> None:
     np.testing.assert_allclose(cycle.logarithms, expected, atol=1e-7)
 
     values, edges = fixed | {"p": 0.1}, cycle.problem.mesh.edges
-    maps, flow = integrated_maps(PITCHFORK, values, edges * cycle.period, cycle.at(edges))
-    across, along = across_flow(maps, flow)
+    maps, flow = integrated_maps(PITCHFORK, values, edges * cycle.period, cycle.states_at(edges))
+    across, along = transverse_maps(maps, flow)
     exact, _ = logarithms(across)
     assert abs(along) < 1e-10
     np.testing.assert_allclose(exact, expected, atol=1e-10)
@@ -115,19 +115,19 @@ def test_places_are_added_where_changes_grow_too_differently() -> None:
 def test_legs_are_judged_in_the_states_sizes_and_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
     """x' = 1e3 y, y' = -1e-3 x turns x and 1e3 y, and z' = -30 z is to be told from it."""
     x, y, z = sp.symbols("x y z", real=True)
-    linear = compile_system(variational(System((x, y, z), (1e3 * y, -1e-3 * x, -30 * z)), 3), 1e-15)
+    linear = compile_system(variational_system(System((x, y, z), (1e3 * y, -1e-3 * x, -30 * z)), 3), 1e-15)
     times, states, sizes = np.linspace(0, 1, 4), np.zeros((3, 3)), np.array([1e3, 1.0, 1e-3])
     none = np.empty(0)
     maps = integrated_legs(linear, none, times[:-1], times[1:], states)[1] * sizes / sizes[:, None]
     given = maps.copy()
-    at, x_at, finer = of_moderate_condition(linear, none, times, states, maps, sizes)
+    at, x_at, finer = halve_legs(linear, none, times, states, maps, sizes)
     np.testing.assert_array_equal(maps, given)
     assert len(finer) == 6 and x_at.shape == (3, 6)
     np.testing.assert_allclose(at, np.linspace(0, 1, 7), atol=1e-15)
     np.testing.assert_allclose(logarithms(finer)[0], [1j, -1j, -30], rtol=0, atol=1e-11)
     monkeypatch.setattr(floquet, "_MOST_LEGS", 5)
     with failed("too-different", "5"):
-        of_moderate_condition(linear, none, times, states, maps, sizes)
+        halve_legs(linear, none, times, states, maps, sizes)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi])
@@ -140,4 +140,4 @@ def test_rounding_at_the_end_of_the_period_does_not_mirror_it(angle: float, off:
     states = np.array([np.cos(times + angle), np.sin(times + angle)])
     states[:, 0], states[:, -1] = np.round(states[:, 0]) - off, np.round(states[:, 0]) + off
     maps, flow = integrated_maps(System((x, y), (-y + x * grow, x + y * grow)), {}, times, states)
-    np.testing.assert_allclose(logarithms(across_flow(maps, flow)[0])[0], [-math.pi], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(logarithms(transverse_maps(maps, flow)[0])[0], [-math.pi], rtol=0, atol=1e-12)

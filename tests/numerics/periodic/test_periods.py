@@ -9,13 +9,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 from tests.refusals import rejected
 
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
-from wucht.numerics.periodic.periods import forced, in_periods
+from wucht.numerics.periodic.floquet import integrated_maps, logarithms, transverse_maps
+from wucht.numerics.periodic.periods import with_forcing_phase, with_period_unit
 from wucht.system import TIME, System
 
 X, V = sp.symbols("x v", real=True)
@@ -60,7 +60,7 @@ def harmonic_balance(omega: float, guess: np.ndarray, harmonics: int = 9) -> np.
 
 def test_response_of_a_forced_duffing_oscillator() -> None:
     """Along the resonance curve with its two folds: amplitude by harmonic balance, multipliers by Liouville and by shooting."""
-    cycles = Cycles.of(forced(DUFFING, "omega"), "omega", FIXED, (0.8, 2.2), winding={"forcing.phase": 1})
+    cycles = Cycles.of(with_forcing_phase(DUFFING, "omega"), "omega", FIXED, (0.8, 2.2), winding={"forcing.phase": 1})
     first = orbit(cycles, 0.9)
     start = first if first.point.tangent[-1] > 0 else cycles.backwards(first)
     points = list(cycles.walk(start))
@@ -77,8 +77,8 @@ def test_response_of_a_forced_duffing_oscillator() -> None:
     p = points[len(points) // 3]
     fixed = FIXED | {"omega": p.parameter}
     edges = p.problem.mesh.edges
-    maps, flow = integrated_maps(forced(DUFFING, "omega"), fixed, edges * p.period, p.at(edges))
-    values = np.exp(logarithms(across_flow(maps, flow)[0])[0])
+    maps, flow = integrated_maps(with_forcing_phase(DUFFING, "omega"), fixed, edges * p.period, p.states_at(edges))
+    values = np.exp(logarithms(transverse_maps(maps, flow)[0])[0])
     shift = p.states[2, 0] / p.parameter
     shot = periodic_orbit(
         compile_system(DUFFING, 1e-14), fixed, p.states[:2, 0], p.period, np.zeros(2), free_period=False, time=shift
@@ -89,15 +89,15 @@ def test_response_of_a_forced_duffing_oscillator() -> None:
 
 def test_what_cannot_be_forced_is_told() -> None:
     with rejected("no-parameter"):
-        forced(DUFFING, "phi")
+        with_forcing_phase(DUFFING, "phi")
     with rejected("other-period", "2"):
-        forced(DUFFING, "damping")
+        with_forcing_phase(DUFFING, "damping")
     with rejected("other-period"):
-        forced(System((X,), (TIME - X,), (OMEGA,)), "omega")
+        with_forcing_phase(System((X,), (TIME - X,), (OMEGA,)), "omega")
 
 
 def test_in_periods_leaves_a_time_to_be_told() -> None:
     with rejected("time-dependent"):
-        in_periods(DUFFING)
-    whole = in_periods(forced(DUFFING, "omega"))
+        with_period_unit(DUFFING)
+    whole = with_period_unit(with_forcing_phase(DUFFING, "omega"))
     assert whole.parameter_names[0] == "_period" and len(whole.states) == 3

@@ -13,10 +13,10 @@ from tests.refusals import rejected
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.fold_curves import FoldPairs
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.periodic import saddle_connections
-from wucht.numerics.periodic.connection import STANDS, Connection
+from wucht.numerics.periodic.connection import STANDSTILL, Connection
 from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System
 
@@ -84,7 +84,7 @@ def test_two_folds_at_once_in_closed_form() -> None:
     """x' = p + r x + q x^2 - x^4 has folds at x = +-sqrt(q/2) with the same p, -q^2/4, where r = 0."""
     system = System((X,), (P + R * X + Q * X**2 - X**4,), (P, R, Q))
     pairs = FoldPairs(Equations.of(system, ("p", "r", "q"), {}), ((-5.0, 5.0), (-1.0, 1.0), (0.2, 3.0)))
-    u = pairs.near(np.array([0.6]), np.array([-0.8]), np.array([-0.3, 0.1, 1.0]))
+    u = pairs.nearest_pair(np.array([0.6]), np.array([-0.8]), np.array([-0.3, 0.1, 1.0]))
     walk = pairs.walk(u)
     last = [p.u for _, p in walk][-1]
     assert walk.end == "it leaves the range at 3"
@@ -100,9 +100,9 @@ def test_folds_that_do_not_coincide_anywhere() -> None:
         return FoldPairs(Equations.of(System((X,), (rate + 0 * R,), (P, R)), ("p", "r"), {}), ((-1.0, 1.0), (-1.0, 1.0)))
 
     with pytest.raises(RunError, match="both folds are the same point"):
-        pairs(P - X**2).near(np.array([0.3]), np.array([-0.2]), np.array([0.1, 0.0]))
+        pairs(P - X**2).nearest_pair(np.array([0.3]), np.array([-0.2]), np.array([0.1, 0.0]))
     with pytest.raises(RunError, match="does not converge to a point at which both folds coincide"):
-        pairs(P + X**3 - 3 * X).near(np.array([1.1]), np.array([-0.9]), np.array([0.1, 0.0]))
+        pairs(P + X**3 - 3 * X).nearest_pair(np.array([1.1]), np.array([-0.9]), np.array([0.1, 0.0]))
 
 
 def test_a_curve_has_as_many_points_as_are_asked_for(found: tuple[Connections, Connection]) -> None:
@@ -119,9 +119,9 @@ def test_a_curve_on_which_the_parameters_stand(found: tuple[Connections, Connect
     fine = replace(connections, steps=replace(connections.steps, first=1e-3, most=1e-3))
     walk = fine.walk(replace(leaf, curve=replace(leaf.curve, steps=fine.steps)))
     points = list(walk)
-    assert len(points) == 22 and walk.end.startswith(STANDS)
+    assert len(points) == 22 and walk.end.startswith(STANDSTILL)
     a, b = points[-1].parameters
-    assert walk.end == f"{STANDS}, a = {a:.7g}, b = {b:.7g}"
+    assert walk.end == f"{STANDSTILL}, a = {a:.7g}, b = {b:.7g}"
 
 
 def test_an_orbit_that_cannot_be_followed_longer_stays_as_it_is(
@@ -129,18 +129,18 @@ def test_an_orbit_that_cannot_be_followed_longer_stays_as_it_is(
 ) -> None:
     connections, leaf = found
     later = replace(connections, time=leaf.time + 10.0)
-    assert later.longer(leaf).time == pytest.approx(leaf.time + 10.0, abs=1e-6)
-    assert replace(later, longest=leaf.time + 4.0).longer(leaf).time == pytest.approx(leaf.time + 4.0)
-    assert replace(later, longest=leaf.time).longer(leaf) is leaf
-    assert replace(later, folds=(True,)).longer(leaf) is leaf
+    assert later.prolong(leaf).time == pytest.approx(leaf.time + 10.0, abs=1e-6)
+    assert replace(later, longest=leaf.time + 4.0).prolong(leaf).time == pytest.approx(leaf.time + 4.0)
+    assert replace(later, longest=leaf.time).prolong(leaf) is leaf
+    assert replace(later, folds=(True,)).prolong(leaf) is leaf
     # A saddle that is not left: nothing says how much longer.
-    assert later.longer(replace(leaf, eigenvalues=np.array([[-1.0, -3.0]]))).time == leaf.time
+    assert later.prolong(replace(leaf, eigenvalues=np.array([[-1.0, -3.0]]))).time == leaf.time
 
     def lost(*_: Any) -> None:
         raise RunError("no orbit")
 
     monkeypatch.setattr(saddle_connections, "solved_near", lost)
-    assert later.longer(leaf) is leaf
+    assert later.prolong(leaf) is leaf
 
 
 def test_special_points_that_are_not_located_are_unresolved(

@@ -42,7 +42,7 @@ def test_bounds_that_exclude_nothing_are_given_up_early(monkeypatch: pytest.Monk
     from wucht.numerics.phase_plane import fixed_points as module
 
     def wide(program: object, constants: object, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        far = np.full((2 + len(plane.lowered.places), low.shape[1]), 1e6)
+        far = np.full((2 + len(plane.lowered_jacobian.places), low.shape[1]), 1e6)
         return -far, far
 
     plane = Plane(System((X, Y), (X - X**3, -Y)), {}, np.array([-2.0, -1.0]), np.array([2.1, 1.1]))
@@ -50,8 +50,8 @@ def test_bounds_that_exclude_nothing_are_given_up_early(monkeypatch: pytest.Monk
     calls: list[None] = []
     found = module.fixed_points(plane, lambda: calls.append(None))
     assert [p.state[0] for p in found.points] == pytest.approx([-1.0, 0.0, 1.0], abs=1e-9)
-    assert not found.complete and "bounds on the Jacobian are wide" in found.shown
-    assert int(found.shown.split(" of ")[1].split()[0]) < 40_000
+    assert not found.complete and "bounds on the Jacobian are wide" in found.evidence
+    assert int(found.evidence.split(" of ")[1].split()[0]) < 40_000
     assert len(calls) > 60  # Newton's method can be stopped too
 
 
@@ -101,7 +101,7 @@ def test_kinds() -> None:
 def test_what_is_not_proved_is_said() -> None:
     low, high = np.array([-2.0, -2.0]), np.array([2.0, 2.0])
     fold = fixed_points(Plane(System((X, Y), (X**2, -Y)), {}, low, high))
-    assert not fold.complete and "were not decided, as at a bifurcation" in fold.shown
+    assert not fold.complete and "were not decided, as at a bifurcation" in fold.evidence
     assert [p.kind for p in fold.points] == ["degenerate"]
     unbounded = fixed_points(
         Plane(
@@ -111,7 +111,7 @@ def test_what_is_not_proved_is_said() -> None:
             high,
         )
     )
-    assert not unbounded.complete and "no bounds are known of" in unbounded.shown
+    assert not unbounded.complete and "no bounds are known of" in unbounded.evidence
     assert unbounded.points[0].state == pytest.approx([1.0, 0.0], abs=1e-12)
 
 

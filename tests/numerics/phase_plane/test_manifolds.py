@@ -11,7 +11,7 @@ from tests.refusals import rejected
 
 from wucht.numerics.phase_plane.fixed_points import SADDLE, fixed_points
 from wucht.numerics.phase_plane.manifolds import LocalManifold, Manifold, manifold, manifolds
-from wucht.numerics.phase_plane.phase_curves import CLOSED, FIXED_POINT, LEFT, Portrait
+from wucht.numerics.phase_plane.phase_curves import CLOSED_CURVE, FIXED_POINT, OUTSIDE_WINDOW, Portrait
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.system import TIME, System
 
@@ -57,7 +57,7 @@ def test_the_start_is_of_second_order_and_its_error_is_known(stable: bool) -> No
     assert local.rate == pytest.approx(sign, abs=1e-12)
 
     def off(s: float) -> float:
-        x, y = local.at(s)
+        x, y = local.state_at(s)
         return abs(y - sign * x * math.sqrt(1 - 2 * x / 3)) / math.sqrt(2) / 4  # across the diagonal, in windows
 
     distances = [0.02, 0.01, 0.005]
@@ -72,7 +72,7 @@ def test_without_the_second_order_it_would_be_of_first() -> None:
     """x' = x, y' = -y + x^2: the manifold is y = x^2/3, which the second order has exactly."""
     plane = Plane(System((X, Y), (X, -Y + X**2)), {}, np.array([-1.0, -1.0]), np.array([1.0, 1.0]))
     local = LocalManifold.of(plane, np.zeros(2), False)
-    assert local.at(0.05) == pytest.approx([0.1, 0.01 / 3], abs=1e-15)
+    assert local.state_at(0.05) == pytest.approx([0.1, 0.01 / 3], abs=1e-15)
     assert local.error(0.05) < 1e-15
 
 
@@ -80,7 +80,7 @@ def test_a_loop_returns_to_its_saddle() -> None:
     fish = portrait(FISH, (-1.2, -1.5), (2.0, 1.5))
     for m in each(fish, False):
         if m.curve.states[0].max() < 0.1:
-            assert m.curve.end == LEFT and m.curve.states[1, -1] == pytest.approx(-1.5)
+            assert m.curve.end == OUTSIDE_WINDOW and m.curve.states[1, -1] == pytest.approx(-1.5)
             continue
         x, y = m.curve.states
         assert np.abs(y**2 / 2 - x**2 / 2 + x**3 / 3).max() < 1e-9
@@ -92,15 +92,15 @@ def test_on_both_sides_of_a_homoclinic_bifurcation() -> None:
     focus."""
     below, above = (portrait(CYCLE, (-1.2, -1.3), (2.0, 1.3), mu=mu) for mu in (-0.87, -0.86))
     ends = [{(m.stable, m.curve.end) for m in manifolds(p)} for p in (below, above)]
-    assert (False, CLOSED) in ends[0] and (True, FIXED_POINT) not in ends[0]
-    assert (False, CLOSED) not in ends[1] and (True, FIXED_POINT) in ends[1]
-    assert [c.kind for c in below.closed] == ["stable"] and above.closed == []
+    assert (False, CLOSED_CURVE) in ends[0] and (True, FIXED_POINT) not in ends[0]
+    assert (False, CLOSED_CURVE) not in ends[1] and (True, FIXED_POINT) in ends[1]
+    assert [c.kind for c in below.closed_curves] == ["stable"] and above.closed_curves == []
 
 
 def test_what_ends_at_the_border_ends_on_it() -> None:
     cycle = portrait(CYCLE, (-1.2, -1.3), (2.0, 1.3), mu=-0.8)
     for m in manifolds(cycle):
-        if m.curve.end == LEFT:
+        if m.curve.end == OUTSIDE_WINDOW:
             x, y = m.curve.states[:, -1]
             assert min(abs(x + 1.2), abs(x - 2.0), abs(y + 1.3), abs(y - 1.3)) < 1e-12
         assert np.sign(m.curve.time[-1]) == (-1 if m.stable else 1)

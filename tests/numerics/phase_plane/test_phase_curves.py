@@ -11,7 +11,15 @@ from scipy.special import ellipk
 
 from wucht.numerics.phase_plane import phase_curves
 from wucht.numerics.phase_plane.fixed_points import SADDLE, fixed_points
-from wucht.numerics.phase_plane.phase_curves import AT_REST, CLOSED, FIXED_POINT, LEFT, LENGTH, TIME_UP, Portrait
+from wucht.numerics.phase_plane.phase_curves import (
+    CLOSED_CURVE,
+    FIXED_POINT,
+    LENGTH,
+    OUTSIDE_WINDOW,
+    REST_STATE,
+    TIME_UP,
+    Portrait,
+)
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.system import System
 
@@ -31,13 +39,13 @@ def test_a_limit_cycle_from_inside_and_outside(start: tuple[float, float]) -> No
     """Radius sqrt(mu), period 2 pi, multiplier exp(-2 mu 2 pi); backwards the focus, or out of the window."""
     hopf = portrait(HOPF, (-1.5, -1.5), (1.5, 1.5), mu=0.5)
     curve = hopf.follow(np.array(start), True)
-    assert (curve.end, curve.index, len(hopf.closed)) == (CLOSED, 0, 1)
-    cycle = hopf.closed[0]
+    assert (curve.end, curve.index, len(hopf.closed_curves)) == (CLOSED_CURVE, 0, 1)
+    cycle = hopf.closed_curves[0]
     assert (cycle.kind, cycle.period) == ("stable", pytest.approx(TURN, rel=1e-9))
     assert cycle.multiplier == pytest.approx(math.exp(-TURN), rel=1e-6)
     assert np.hypot(*cycle.states) == pytest.approx(math.sqrt(0.5), rel=1e-9)
     back = hopf.follow(np.array(start), False)
-    assert back.end == (FIXED_POINT if np.hypot(*start) < 0.7 else LEFT)
+    assert back.end == (FIXED_POINT if np.hypot(*start) < 0.7 else OUTSIDE_WINDOW)
     assert back.time[-1] < 0
 
 
@@ -46,11 +54,11 @@ def test_a_winding_curve() -> None:
     for mu in (1.2, 1.0001):
         winding = portrait(WINDING, (0.2, 0.0), (1.8, TURN), mu=mu)
         assert winding.points == ()
-        assert winding.follow(np.array([0.5, 1.0]), True).end == CLOSED
+        assert winding.follow(np.array([0.5, 1.0]), True).end == CLOSED_CURVE
         period = TURN / math.sqrt(mu**2 - 1)
-        assert winding.closed[0].period == pytest.approx(period, rel=1e-7)
-        assert winding.closed[0].turns == pytest.approx([0, TURN])
-        assert winding.closed[0].multiplier == pytest.approx(math.exp(-2 * period), abs=1e-8)
+        assert winding.closed_curves[0].period == pytest.approx(period, rel=1e-7)
+        assert winding.closed_curves[0].turns == pytest.approx([0, TURN])
+        assert winding.closed_curves[0].multiplier == pytest.approx(math.exp(-2 * period), abs=1e-8)
 
 
 def test_curves_of_a_family_and_their_periods() -> None:
@@ -58,20 +66,20 @@ def test_curves_of_a_family_and_their_periods() -> None:
     swing = portrait(PENDULUM, (0.0, -3.0), (TURN, 3.0))
     for angle in (0.5, 2.0):
         curve = swing.follow(np.array([angle, 0.0]), True)
-        assert curve.end == CLOSED
-        closed = swing.closed[curve.index]
+        assert curve.end == CLOSED_CURVE
+        closed = swing.closed_curves[curve.index]
         theta, speed = closed.states
         squares = (speed**2 / 2 - np.cos(theta) + 1) / 2
         assert squares == pytest.approx(math.sin(angle / 2) ** 2, abs=1e-4)
         assert (closed.kind, closed.period) == ("one of a family", pytest.approx(4 * ellipk(squares[0]), rel=1e-8))
-    assert len(swing.closed) == 2
+    assert len(swing.closed_curves) == 2
 
 
 def test_a_curve_that_goes_nowhere_is_given_up() -> None:
     """A focus that attracts as slowly as r' = -r/1000."""
     slow = portrait(HOPF, (-1.0, -1.0), (1.0, 1.0), mu=-0.001, length=5.0)
     curve = slow.follow(np.array([0.05, 0.0]), True)
-    assert (curve.end, slow.closed) == (LENGTH, [])
+    assert (curve.end, slow.closed_curves) == (LENGTH, [])
     assert 5 <= curve.length < 5.3
 
 
@@ -100,7 +108,7 @@ def test_angles_are_wrapped_into_the_window() -> None:
         np.array([-np.pi, -2.0]),
         np.array([np.pi, 2.0]),
     )
-    wrapped = plane.wrapped(np.array([[7.0, -7.0, 1.0, 3 * np.pi], [5.0, -5.0, 0.5, 1.0]]))
+    wrapped = plane.wrap_to_window(np.array([[7.0, -7.0, 1.0, 3 * np.pi], [5.0, -5.0, 0.5, 1.0]]))
     assert wrapped[0] == pytest.approx([7.0 - 2 * np.pi, 2 * np.pi - 7.0, 1.0, -np.pi])
     assert wrapped[1].tolist() == [5.0, -5.0, 0.5, 1.0]
 
@@ -124,7 +132,7 @@ def test_what_gets_no_farther_rests_at_a_fixed_point_near_it_or_elsewhere() -> N
     saddle = next(k for k, p in enumerate(both.points) if p.kind == SADDLE)
     end, index, gap = both._rest(np.array([math.pi + TURN, 0.09]))
     assert (end, index, gap) == (FIXED_POINT, saddle, pytest.approx(0.015))
-    assert both._rest(np.array([math.pi, 0.13])) == (AT_REST, -1, 0.0)
+    assert both._rest(np.array([math.pi, 0.13])) == (REST_STATE, -1, 0.0)
 
 
 @pytest.mark.parametrize(("forwards", "mu"), [(True, -0.001), (False, 0.001)])

@@ -114,7 +114,7 @@ def test_what_is_missing_is_told(tmp_path: Path) -> None:
 def test_questions_that_make_no_sense_are_refused(changed: dict[str, Any], key: str, says: str) -> None:
     with pytest.raises(InputError) as error:
         ask(Activation(**{k: v for k, v in (SHORT | changed).items() if v is not None}), MACHINE)
-    assert key.removeprefix("study.").partition("[")[0] in error.value.where
+    assert key.removeprefix("study.").partition("[")[0] in error.value.location
     assert says in str(error.value)
 
 
@@ -200,7 +200,7 @@ def test_a_pendulum_is_open_at_the_end_if_its_mass_is_beyond_half_of_its_stroke_
     monkeypatch.setattr(computation, "variables", lambda *_: [SimpleNamespace(name=k, value=v) for k, v in made.items()])
     case = SimpleNamespace(machine=MACHINE, horizon=SimpleNamespace(expected_end=2.0))
     planned: Any = SimpleNamespace(of=computation.SWITCHABLE, case=lambda: case)
-    assert computation._one(planned, ("p1", "p2"), lambda *_: None).open_at_end == (False, True)
+    assert computation._compute_run(planned, ("p1", "p2"), lambda *_: None).open_at_end == (False, True)
 
 
 def test_peaks_are_drawn_where_some_are_missing() -> None:

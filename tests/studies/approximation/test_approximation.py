@@ -22,13 +22,13 @@ from wucht.machines.machine import Machine
 from wucht.studies.approximation import computation as comparison_module
 from wucht.studies.approximation import computation as order_module
 from wucht.studies.approximation import computation as run_module
-from wucht.studies.approximation.answer import regions
+from wucht.studies.approximation.answer import disagreement_ranges
 from wucht.studies.approximation.computation import (
     CURVE,
     FACTORS,
-    OWN,
-    Comparison,
+    NOMINAL_VALUE,
     Errors,
+    ModelComparison,
     Plan,
     UnmeasuredError,
     changes_at,
@@ -45,7 +45,7 @@ DRUM_START = {"p1": 0.3, "p2": -0.5}
 
 
 def ask(**keys: Any) -> Approximation:
-    return Approximation.read({"kind": "approximation", **keys})
+    return Approximation.from_table({"kind": "approximation", **keys})
 
 
 def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
@@ -99,7 +99,7 @@ def test_one_factor_of_several_parameters() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
     plan = prepare(ask(along=["beta_p", "beta_r"], values=[0.5]), machine)
     assert changes_at(machine, plan.spec.along, 0.5) == {"beta_p": 0.5, "beta_r": pytest.approx(0.05)}
-    assert changes_at(machine, plan.spec.along, OWN) == {}
+    assert changes_at(machine, plan.spec.along, NOMINAL_VALUE) == {}
     own, half = (case.machine.values for case in plan.cases)
     assert own == machine.values
     assert half == {**machine.values, "beta_p": 0.5, "beta_r": pytest.approx(0.05)}
@@ -289,9 +289,9 @@ def test_no_order_where_the_rotor_does_not_turn_far_enough() -> None:
 NOTHING = ((math.nan, math.nan), (math.nan, math.nan), np.empty((2, 0)))
 
 
-def _comparison(value: float, same: bool | None) -> Comparison:
+def _comparison(value: float, same: bool | None) -> ModelComparison:
     names = {True: ("passed", "passed"), False: ("passed", "captured"), None: ("unidentified", "passed")}
-    return Comparison(value, *names[same], *NOTHING)
+    return ModelComparison(value, *names[same], *NOTHING)
 
 
 REGIONS = {
@@ -305,12 +305,12 @@ REGIONS = {
 
 @pytest.mark.parametrize(("same", "expected"), REGIONS.values(), ids=REGIONS.keys())
 def test_regions_of_disagreement(same: list[bool | None], expected: list[list[float]]) -> None:
-    assert regions([_comparison(float(i), s) for i, s in enumerate(same)]) == expected
+    assert disagreement_ranges([_comparison(float(i), s) for i, s in enumerate(same)]) == expected
 
 
 def test_what_failed_is_not_alike() -> None:
     for outcome in ("passed", "unidentified"):
-        failed = Comparison(1.0, outcome, outcome, *NOTHING, "the step became too small")
+        failed = ModelComparison(1.0, outcome, outcome, *NOTHING, "the step became too small")
         assert failed.same_outcome is False
 
 
@@ -386,9 +386,9 @@ def test_resumed_it_is_the_uninterrupted_one(
     question = ask(along="u", values=[1.0, 2.0], until=300.0)
     run(question, rotor, folder=tmp_path, progress=stopping_in(part))
     compared, factors = list[int](), list[float]()
-    genuine, error = run_module.comparison, order_module._largest
+    genuine, error = run_module.compare_models, order_module._largest_error
 
-    def comparison(plan: Plan, k: int, work: Work) -> Comparison:
+    def comparison(plan: Plan, k: int, work: Work) -> ModelComparison:
         compared.append(k)
         return genuine(plan, k, work)
 
@@ -413,10 +413,10 @@ def test_resumed_it_is_the_uninterrupted_one(
 
 def test_a_run_that_failed_is_not_run_again(rotor: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     question = ask(along="u", values=[1.0, 2.0], until=300.0)
-    failed = Comparison(1.0, "failed", "failed", *NOTHING[:2], np.full((2, CURVE), np.nan), "the step became too small")
-    genuine, compared = run_module.comparison, list[int]()
+    failed = ModelComparison(1.0, "failed", "failed", *NOTHING[:2], np.full((2, CURVE), np.nan), "the step became too small")
+    genuine, compared = run_module.compare_models, list[int]()
 
-    def comparison(plan: Plan, k: int, work: Work) -> Comparison:
+    def comparison(plan: Plan, k: int, work: Work) -> ModelComparison:
         compared.append(k)
         return failed if k == 1 else genuine(plan, k, work)
 

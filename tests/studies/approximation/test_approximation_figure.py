@@ -21,7 +21,7 @@ TABLE = "drozdetskaya-2020/table-5.1"
 def answer(**keys: Any) -> xr.Dataset:
     machine = load_machine(TABLE)
     question = {"kind": "approximation", "start": {"psi": 0.0, "delta": 0.5}, "until": 300.0} | keys
-    return run(Approximation.read(question), machine)
+    return run(Approximation.from_table(question), machine)
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +115,7 @@ def test_a_run_without_deviations(sigma: xr.Dataset) -> None:
 def test_millimetres() -> None:
     machine = load_machine("drozdetskaya-2020/r2-u80")
     keys = {"kind": "approximation", "start": {"p1": 0.3, "p2": -0.5}, "until": 1.0, "until_phi": 50.0}
-    result = run(Approximation.read(keys), machine)
+    result = run(Approximation.from_table(keys), machine)
     amplitude = draw(result).axes[1]
     assert amplitude.get_ylabel() == "amplitudes differ by (mm)"
     *_, curve, criterion = amplitude.get_lines()

@@ -14,7 +14,7 @@ from tests.hand_made import titled, warnings_of, with_answer
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.studies.approximation import computation
-from wucht.studies.approximation.computation import CURVE, Comparison, Errors, Findings, UnmeasuredError, errors
+from wucht.studies.approximation.computation import CURVE, Errors, Findings, ModelComparison, UnmeasuredError, errors
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.registry import study_of
 
@@ -26,23 +26,26 @@ MEASURED = Errors(FACTORS, 0.1 * FACTORS, 1.0)
 @pytest.fixture(scope="module")
 def plan() -> Any:
     machine = load_machine("drozdetskaya-2020/table-3.1-carrier").with_values({"u": 2.0})
-    return STUDY.prepare(Approximation.read({"kind": "approximation", "along": "u", "values": [1.0, 2.0, 3.0]}), machine)
+    return STUDY.prepare(Approximation.from_table({"kind": "approximation", "along": "u", "values": [1.0, 2.0, 3.0]}), machine)
 
 
-def compared(value: float = math.nan, relative: tuple[float, float] = (0.01, 0.1), **other: Any) -> Comparison:
+def compared(value: float = math.nan, relative: tuple[float, float] = (0.01, 0.1), **other: Any) -> ModelComparison:
     curves = np.full((2, CURVE), 1e-3)
     both = {"outcome": "captured", "slow_outcome": "captured"} | other
-    return Comparison(value, largest=(0.02, 0.3), relative=relative, curves=curves, **both)
+    return ModelComparison(value, largest=(0.02, 0.3), relative=relative, curves=curves, **both)
 
 
-def trust(plan: Any, own: Comparison, measured: Errors | None = MEASURED, unmeasured: str = "") -> tuple[Any, list[str]]:
+def trust(plan: Any, own: ModelComparison, measured: Errors | None = MEASURED, unmeasured: str = "") -> tuple[Any, list[str]]:
     s = STUDY.dataset(plan, Findings((own,), measured, unmeasured)).wucht.summary
     return s["trusted"], s["reasons"]
 
 
 def test_reasons_not_to_trust(plan: Any) -> None:
     assert trust(plan, compared()) == (True, [])
-    assert trust(plan, compared(slow_outcome="passed")) == (False, ["the full equations end captured, the averaged ones passed"])
+    assert trust(plan, compared(slow_outcome="passed")) == (
+        False,
+        ["the full equations end captured, the averaged ones passed"],
+    )
     assert trust(plan, compared(relative=(math.nan, math.nan))) == (False, ["the runs have no angle of the rotor in common"])
     assert trust(plan, compared(relative=(math.nan, 0.1)))[0] is False and trust(plan, compared(relative=(0.01, math.nan)))[0]
     apart = ["the speeds of the rotor differ by 5.1 % of the largest", "the amplitudes differ by 26 % of the largest"]
@@ -162,7 +165,7 @@ def test_why_there_is_no_order(plan: Any, monkeypatch: pytest.MonkeyPatch) -> No
 # --- the figure ---
 
 
-def drawn(plan: Any, *compared: Comparison) -> list[Any]:
+def drawn(plan: Any, *compared: ModelComparison) -> list[Any]:
     result = titled(STUDY.dataset(plan, Findings(compared, MEASURED)), dimensionless=True)
     axes: list[Any] = STUDY.figure(result).axes
     return axes

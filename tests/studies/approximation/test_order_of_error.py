@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine
 from wucht.files.catalogue import load_machine
-from wucht.machines.operation import damped
+from wucht.machines.operation import has_damped_balancers
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.approximation.computation import STRENGTH, values_at, weakened
+from wucht.studies.approximation.computation import STRENGTH, scale_epsilon, scaled_values
 from wucht.system import System
 
 MACHINES = (
@@ -39,12 +39,12 @@ def rates_of(s: System, values: Mapping[str, float]) -> np.ndarray:
 def rates(slow: AveragedMachine, kappa: float) -> np.ndarray:
     """State derivatives (n,) of a slow machine with a strength."""
     values = slow.machine.values
-    return rates_of(slow.system, values | (values_at(slow.machine, kappa) if STRENGTH in values else {}))
+    return rates_of(slow.system, values | (scaled_values(slow.machine, kappa) if STRENGTH in values else {}))
 
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_factor_1_is_the_machine_itself(name: str) -> None:
-    expected, family = (rates_of(m.system, m.values) for m in (load_machine(name), weakened(load_machine(name), 1.0)))
+    expected, family = (rates_of(m.system, m.values) for m in (load_machine(name), scale_epsilon(load_machine(name), 1.0)))
     assert np.abs(expected).max() > 1.0
     assert family == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())  # round-off: solved in another order
 
@@ -53,8 +53,8 @@ def test_factor_1_is_the_machine_itself(name: str) -> None:
 def test_the_strongly_damped_slow_equations_go_as_kappa(name: str) -> None:
     """002 (3.24): phases' and speed's rates are epsilon times a function of them."""
     machine = load_machine(name)
-    assert damped(machine)
-    slow = averaged_machine(weakened(machine, 1.0), inertia=False)
+    assert has_damped_balancers(machine)
+    slow = averaged_machine(scale_epsilon(machine, 1.0), inertia=False)
     own = rates(averaged_machine(machine, inertia=False), 1.0)
     assert np.abs(own).max() > 1e-4
     assert rates(slow, 1.0) == pytest.approx(own, rel=1e-9, abs=1e-12 * np.abs(own).max())
@@ -65,7 +65,7 @@ def test_the_strongly_damped_slow_equations_go_as_kappa(name: str) -> None:
 @pytest.mark.parametrize("name", ["practice/screen", "sperling-vibration/figure-2a"])
 def test_the_speeds_of_rotors_go_as_kappa(name: str) -> None:
     """J theta'' = kappa (L + V), of a shaken carrier too; the phases' rates are differences of speeds, and stay."""
-    slow = averaged_machine(weakened(load_machine(name), 1.0))
+    slow = averaged_machine(scale_epsilon(load_machine(name), 1.0))
     names, own = slow.system.state_names, rates(slow, 1.0)
     is_speed = np.array([n.endswith(".speed") for n in names])
     quarter = rates(slow, 0.25)
@@ -75,7 +75,7 @@ def test_the_speeds_of_rotors_go_as_kappa(name: str) -> None:
 
 def test_with_inertia_the_dampers_between_bodies_stay() -> None:
     """J theta'' + B theta' = kappa (L + V): affine in kappa, and at kappa = 0 only the slip decays."""
-    slow = averaged_machine(weakened(load_machine("drozdetskaya-2020/r2"), 1.0), inertia=True)
+    slow = averaged_machine(scale_epsilon(load_machine("drozdetskaya-2020/r2"), 1.0), inertia=True)
     none, half, whole = (rates(slow, k) for k in (0.0, 0.5, 1.0))
     assert half == pytest.approx((none + whole) / 2, rel=1e-9, abs=1e-9)
     value = dict(zip(slow.system.state_names, none, strict=True))
@@ -87,7 +87,7 @@ def test_with_inertia_the_dampers_between_bodies_stay() -> None:
 def test_the_machine_itself_is_left_as_it_is() -> None:
     machine = load_machine("drozdetskaya-2020/r2")
     before = dict(machine.values)
-    family = weakened(machine, 0.5)
+    family = scale_epsilon(machine, 0.5)
     assert machine.values == before
     assert family.values == before | {STRENGTH: 0.5}
     assert family.with_values({STRENGTH: 0.25}).values[STRENGTH] == 0.25

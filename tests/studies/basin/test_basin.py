@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from tests.refusals import refused
 
 from known_basins import MACHINE, TURN, Region, engine, share_of, spiral
-from wucht.dynamics.sampling.label_maps import at_border
+from wucht.dynamics.sampling.label_maps import border_cells
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -74,7 +74,7 @@ def test_refined_borders_are_those_of_the_dense_map(monkeypatch: pytest.MonkeyPa
     assert s["runs"] == sum(level["runs"] for level in s["levels"])
     # Each cell at a border was run itself, and says what its own run gave.
     run_here = refined.refined_level.values == 3
-    assert run_here[at_border(refined.refined_outcome.values, CYCLIC)].all()
+    assert run_here[border_cells(refined.refined_outcome.values, CYCLIC)].all()
     assert np.array_equal(refined.refined_settling_time.values[run_here], dense.settling_time.values[run_here])
     assert np.unique(refined.refined_level).tolist() == [0, 1, 2, 3]
 

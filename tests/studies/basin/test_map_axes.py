@@ -10,7 +10,7 @@ import pytest
 from tests.refusals import Refusal, refused
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.varied import start_states
+from wucht.dynamics.run_ups.run_variations import start_states
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -60,7 +60,7 @@ HELD = driven(more={"drive": {"kind": "constant-speed", "speed": 100.0}})
 )
 def test_a_whole_turn_is_periodic(name: str, range_: list[Any], unit: str, periodic: bool) -> None:
     axis = axis_of(R1, name, (*range_, 8))
-    assert (axis.unit, axis.periodic) == (unit, periodic)
+    assert (axis.unit, axis.is_periodic) == (unit, periodic)
     assert len(axis.centres(2)) == 32
 
 

@@ -12,13 +12,13 @@ import pytest
 import xarray as xr
 from tests.refusals import refused
 
-from wucht.cams.workshop.cam_files import Outline
+from wucht.cams.workshop.cam_files import WorkshopCurve
 from wucht.cams.workshop.points import chord_deviation
 from wucht.errors import InputError
 from wucht.studies.cam_contour import contact_load
 from wucht.studies.cam_contour.computation import obstacles, smallest_cam
 from wucht.studies.cam_contour.export import drive_of, points_to_mill
-from wucht.studies.cam_contour.spec import CamContour, Permitted
+from wucht.studies.cam_contour.spec import CamContour, CamLimits
 from wucht.studies.runner import report, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
@@ -88,7 +88,7 @@ def test_an_eccentric_circle_is_one_all_the_way_round(circle: xr.Dataset) -> Non
 def test_points_to_mill_keep_the_chord_tolerance(circle: xr.Dataset) -> None:
     result = run(CamContour(chord_tolerance="20 um", spacing="1 m"), given.drive(**given.eccentric(90)))
     points = points_to_mill(result, "cam")
-    deviation = chord_deviation(Outline(drive_of(result).cams(drive_of(result).motion.law)["cam"].contour), points.phi)
+    deviation = chord_deviation(WorkshopCurve(drive_of(result).cams(drive_of(result).motion.law)["cam"].contour), points.phi)
     kept = 20e-6
     assert 0.5 * kept < deviation <= kept
     assert result.wucht.summary["cams"]["cam"]["points_to_mill"] == len(points.phi)
@@ -345,7 +345,7 @@ def test_a_smallest_cam_that_is_not_all_is_warned_of(pair: xr.Dataset) -> None:
     assert "the lever of the counter cam must be chosen anew" in said
     law = {"kind": "harmonic", "coefficients": {"mean": "0 mm", "cosine": ["0 mm", "8 mm"]}}
     groove = given.drive(law, given.ROD | {"distance": "150 mm", "roller_radius": "20 mm", "groove": True, "offset": 0.0})
-    found = smallest_cam(groove.motion.law, groove.follower, Permitted(pressure_angle="45 deg"), "base")
+    found = smallest_cam(groove.motion.law, groove.follower, CamLimits(pressure_angle="45 deg"), "base")
     assert found is not None
     [said] = obstacles(groove, groove.motion.law, found)
     assert said.startswith("the smallest permitted cam cannot be made: the roller would cut the contour away")
@@ -446,7 +446,13 @@ def test_what_cannot_be_is_a_sentence(drive: Any, asked: dict[str, Any], says: s
 def test_where_one_flank_lifts_off_the_other_one_presses() -> None:
     """The rest of the turn, arcs that end beyond it included; all of it where nothing lifts off."""
     turn = 2 * math.pi
-    assert contact_load._between(()) == ((0.0, turn),)
-    assert contact_load._between(((1.0, 2.0), (3.0, 4.0))) == (pytest.approx((2.0, 3.0)), pytest.approx((4.0, turn + 1.0)))
-    assert contact_load._between(((1.0, 2.0), (5.0, turn + 0.5))) == (pytest.approx((2.0, 5.0)), pytest.approx((0.5, 1.0)))
-    assert contact_load._between(((0.0, turn),)) == ()
+    assert contact_load._remaining_arcs(()) == ((0.0, turn),)
+    assert contact_load._remaining_arcs(((1.0, 2.0), (3.0, 4.0))) == (
+        pytest.approx((2.0, 3.0)),
+        pytest.approx((4.0, turn + 1.0)),
+    )
+    assert contact_load._remaining_arcs(((1.0, 2.0), (5.0, turn + 0.5))) == (
+        pytest.approx((2.0, 5.0)),
+        pytest.approx((0.5, 1.0)),
+    )
+    assert contact_load._remaining_arcs(((0.0, turn),)) == ()

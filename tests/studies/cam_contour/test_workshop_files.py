@@ -15,7 +15,7 @@ from tests.refusals import failed
 
 from wucht.cams.laws import Law
 from wucht.cams.workshop.lists import Separator, read_list
-from wucht.cams.workshop.plc import Form, Unit, read_cam_table
+from wucht.cams.workshop.plc import Form, SlaveUnit, read_cam_table
 from wucht.studies.cam_contour.export import drive_of, points_to_mill, write_workshop
 from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.registry import studies
@@ -42,14 +42,14 @@ def test_lists_and_tables_of_a_pair(tmp_path: Path) -> None:
         assert np.abs(read.normal - points.normal).max() < 1e-7
         assert read.tolerance == pytest.approx(5e-6)
         written = files[f"{name}.txt"]
-        assert 2.5e-6 < written.deviation <= written.allowed < 5.01e-6
+        assert 2.5e-6 < written.deviation <= written.allowed_deviation < 5.01e-6
         assert written.motion is not None
         assert written.motion < 1e-6, "rad, of the lever on a spline through the points that were read"
         assert written.count == len(points.phi)
     law: Law = drive_of(result).motion.law
-    table = read_cam_table(tmp_path / "mill" / "law.TcGVL.txt", Form.TWINCAT, Unit.DEGREE)
+    table = read_cam_table(tmp_path / "mill" / "law.TcGVL.txt", Form.TWINCAT, SlaveUnit.DEGREE)
     phi = np.linspace(0, 2 * math.pi, 5001)
-    assert np.abs(table(phi) - law(phi)).max() <= files["law.csv"].allowed < 1e-5 * math.radians(24.5)
+    assert np.abs(table(phi) - law(phi)).max() <= files["law.csv"].allowed_deviation < 1e-5 * math.radians(24.5)
 
 
 @pytest.mark.slow
@@ -64,7 +64,7 @@ def test_drawings_of_a_rod_and_a_groove(tmp_path: Path) -> None:
         result = run(CamContour(chord_tolerance="20 um"), given.drive(law, follower))
         files = write_workshop(result, folder, drawing=True, forms=[Form.CODESYS_ASCII])
         assert sorted(f.path.name for f in files if f.path.suffix == ".dxf") == drawn
-        assert all(f.deviation <= f.allowed * (1 + 1e-6) for f in files)
+        assert all(f.deviation <= f.allowed_deviation * (1 + 1e-6) for f in files)
         motions = [f.motion for f in files if f.motion is not None]
         assert len(motions) == len(drawn)
         assert max(motions) < 5e-6

@@ -9,12 +9,12 @@ import pytest
 from known_cam import LAW, SHAFT, ZERO, write
 from tests.refusals import refused
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
-from wucht.studies.cam_correction.prepare import measured
-from wucht.studies.cam_correction.run import _folded
+from wucht.studies.cam_correction.prepare import measured_acceleration
+from wucht.studies.cam_correction.run import _folded_samples
 from wucht.studies.cam_correction.spec import Acceleration
 from wucht.studies.study_file import run_file
 
@@ -49,7 +49,7 @@ def asked(folder, text=FILE, **settings):
 def truly_left(result):
     """What the cam made for the measured speed leaves on the shaft as it truly turns."""
     fitted = ShaftMotion(Harmonics(result.wucht.summary["mean_speed"], result.speed_cosine.values, result.speed_sine.values))
-    return above(orders(MotionOverTime(CorrectedLaw(LAW, fitted), SHAFT)), 5)
+    return share_above_order(orders(MotionOverTime(CorrectedLaw(LAW, fitted), SHAFT)), 5)
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.1])
@@ -58,7 +58,7 @@ def test_what_noise_leaves_is_as_large_as_is_said(tmp_path, noise):
     write(tmp_path / "record.csv", noise=noise)
     result = asked(tmp_path, FILE.replace('index = "index"\n', ""))
     by = SHAFT.mean * (result.wucht.summary["record"]["zero"] - ZERO)
-    fitted = Harmonics(0.0, result.speed_cosine.values, result.speed_sine.values).shifted(by)
+    fitted = Harmonics(0.0, result.speed_cosine.values, result.speed_sine.values).shift(by)
     aligned = result.assign(speed_cosine=("speed_order", fitted.cosine), speed_sine=("speed_order", fitted.sine))
     said = result.wucht.summary["record"]["left_by_errors"]
     assert said / 6 < truly_left(aligned) < 3 * said
@@ -217,7 +217,7 @@ def test_what_is_said_of_the_acceleration(tmp_path, heading, keys, turned):
     write(tmp_path / "record.csv", noise=0.01, heading=f"time [s],speed [rad/s],index [V],{heading}")
     given = {"file": "record.csv", "column": "acceleration", "zero": ZERO}
     shaft, orders_fitted = SHAFT, 15
-    found = measured(Acceleration(**given, **keys), tmp_path, "rad", orders_fitted, LAW, shaft, 0.0)
+    found = measured_acceleration(Acceleration(**given, **keys), tmp_path, "rad", orders_fitted, LAW, shaft, 0.0)
     assert found.comparison.share == pytest.approx(1.0, abs=1e-3) if turned > 0 else found.comparison.share < 0
     assert found.channel.unit == "rad/s^2"
     wanted = turned * np.loadtxt(tmp_path / "record.csv", delimiter=",", skiprows=1)[:, 3]
@@ -227,8 +227,10 @@ def test_what_is_said_of_the_acceleration(tmp_path, heading, keys, turned):
 def test_a_unit_of_the_acceleration_that_is_wrong_is_told_at_its_key(tmp_path):
     write(tmp_path / "record.csv")
     with pytest.raises(InputError) as raised:
-        measured(Acceleration(file="record.csv", column="acceleration", unit="mm"), tmp_path, "rad", 15, LAW, SHAFT, 0.0)
-    assert raised.value.where == "study.acceleration.unit"
+        measured_acceleration(
+            Acceleration(file="record.csv", column="acceleration", unit="mm"), tmp_path, "rad", 15, LAW, SHAFT, 0.0
+        )
+    assert raised.value.location == "study.acceleration.unit"
 
 
 @pytest.mark.slow
@@ -256,7 +258,7 @@ def test_of_a_long_record_some_samples_are_shown_of_a_short_one_all(count, shown
     time = np.linspace(1.0, 3.0, count)
     channel = SimpleNamespace(time=time, values=100.0 + np.arange(count))
     record = SimpleNamespace(channel=channel, turns=5, comparison=SimpleNamespace(measured=SimpleNamespace(mean=100.0)))
-    tau, values = _folded(SimpleNamespace(measured=record, zero=0.25))
+    tau, values = _folded_samples(SimpleNamespace(measured=record, zero=0.25))
     numbers = values.astype(int)
     assert len(set(numbers.tolist())) == len(values) == shown
     assert numbers.min() < 20 and numbers.max() > count - 20

@@ -21,7 +21,7 @@ from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_prediction import computation as prediction_run
 from wucht.studies.cam_prediction.computation import dwells_of, prepare, run
-from wucht.studies.memory import Memory
+from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
 
@@ -41,7 +41,7 @@ def drive(law=LAW, **shaft):
 
 def series(result):
     """The law of the corrected cam, by its samples over a turn."""
-    return Harmonics.sampled(result.position.values[:-1])
+    return Harmonics.from_samples(result.position.values[:-1])
 
 
 def settled(law, inertia, output, torque, begin, turns):
@@ -153,7 +153,7 @@ def test_a_speed_whose_orders_have_no_end_is_told(begin, output, told):
 
 def test_the_corrected_cam_makes_the_law_of_time(eigenmotion):
     """Its law at the angle that the shaft has reached, which is integrated here, is the law at the time."""
-    law, tau, speed = LAW.motion("rad").law, eigenmotion.tau.values, Harmonics.sampled(eigenmotion.speed.values[1, :-1])
+    law, tau, speed = LAW.motion("rad").law, eigenmotion.tau.values, Harmonics.from_samples(eigenmotion.speed.values[1, :-1])
     at = TURN * np.array([0.2, 0.41, 0.5, 0.66, 0.9])
     turned = [quad(speed, 0, t, epsabs=1e-11, limit=200)[0] / OMEGA for t in at]
     assert series(eigenmotion)(turned) == pytest.approx(law(at), abs=1e-9)
@@ -327,8 +327,8 @@ def test_the_inertia_ratio_warns():
 def test_what_is_wrong_is_located(shaft, where, sentence):
     with pytest.raises(InputError) as error:
         prepare(wucht.CamPrediction(), drive(**shaft))
-    assert error.value.where == where
-    assert sentence in error.value.allowed
+    assert error.value.location == where
+    assert sentence in error.value.explanation
     assert "machine" not in str(error.value)
 
 
@@ -345,7 +345,7 @@ def test_what_is_wrong_is_located(shaft, where, sentence):
 def test_springs_that_do_not_fit_are_refused(keys, where):
     with pytest.raises(InputError) as error:
         ElasticTable(**keys)
-    assert error.value.where == where
+    assert error.value.location == where
 
 
 def test_the_shaft_is_needed_and_the_cam_is_a_part_of_it():
@@ -436,10 +436,10 @@ def test_a_shaft_that_twists_asks_for_its_own_cam(elastic):
 def test_what_was_done_is_remembered(tmp_path):
     asked = wucht.CamPrediction(cuts=1, simulate=1, speed_points=2)
     springs = {"output_frequency": "60 Hz", "shaft_stiffness": 4e6, "cam_inertia": 0.5}
-    plan, memory = prepare(asked, drive(mean_speed=OMEGA, elastic=springs)), Memory.begun(tmp_path, {})
+    plan, memory = prepare(asked, drive(mean_speed=OMEGA, elastic=springs)), UnitMemory.start(tmp_path, {})
     (first,) = run(plan, Work(memory))
     memory.flush()
-    again = Memory.resumed(tmp_path, {})
+    again = UnitMemory.resume(tmp_path, {})
 
     def none_is_computed(name, compute):
         return again.unit(name, lambda: pytest.fail(f"{name} is computed again"))
@@ -447,9 +447,9 @@ def test_what_was_done_is_remembered(tmp_path):
     work = Work(SimpleNamespace(unit=none_is_computed))
     (second,) = run(plan, work)
     assert second.cuts.tolist() == first.cuts.tolist()
-    assert second.confirmed[1].deviation == first.confirmed[1].deviation
+    assert second.confirmations[1].deviation == first.confirmations[1].deviation
     assert asdict(second.twists) == asdict(first.twists)
-    assert [asdict(e) for e in second.vibrations.excited] == [asdict(e) for e in first.vibrations.excited]
+    assert [asdict(e) for e in second.vibrations.excitations] == [asdict(e) for e in first.vibrations.excitations]
 
 
 def write(tmp_path, *changes):
@@ -540,7 +540,7 @@ def test_what_was_simulated_is_drawn_over_what_was_predicted(eigenmotion):
     dots = [line for line in speed.get_lines() if line.get_marker() == "o"]
     for line, name in zip(dots, ("original", "corrected"), strict=True):
         at = np.radians(line.get_xdata())
-        predicted = Harmonics.sampled(eigenmotion.speed.sel(cam=name).values[:-1])(at)
+        predicted = Harmonics.from_samples(eigenmotion.speed.sel(cam=name).values[:-1])(at)
         assert line.get_ydata() == pytest.approx(predicted * 30 / math.pi, rel=1e-8)
     assert [t.get_text() for t in speed.get_legend().get_texts()] == ["original cam", "corrected cam", "simulated"]
     assert [t.get_text() for t in spectrum.get_legend().get_texts()] == ["original cam", "corrected cam", "simulated"]
@@ -576,6 +576,6 @@ def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     made = list[Any]()
     monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))
     plan = SimpleNamespace(cuts=5, count=4, motion=SimpleNamespace(law="law"), shaft=SimpleNamespace(left_by=left_by))
-    left, failure = prediction_run._cuts(plan, Work())  # type: ignore[arg-type]
+    left, failure = prediction_run._cut_residuals(plan, Work())  # type: ignore[arg-type]
     assert left.tolist() == [0.5, 0.25] and len(made) == 3 and made[0] == "law" and made[1][0] == "law"
     assert failure == "with cam 3, cut for the speed measured with the one before: it stands"

@@ -19,8 +19,8 @@ from wucht.studies.cam_prediction import confirmation as simulation
 from wucht.studies.cam_prediction import summary_of_prediction
 from wucht.studies.cam_prediction.computation import prepare, run
 from wucht.studies.cam_prediction.confirmation import confirmation
-from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST
-from wucht.studies.cam_prediction.summary_of_prediction import _departs, numbers, verdict, warnings
+from wucht.studies.cam_prediction.elasticity import RIGID_SHAFT_CAM, TWIST_CAM
+from wucht.studies.cam_prediction.summary_of_prediction import _departure_text, prediction_quantities, verdict, warnings
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
 LAW = HarmonicTable(harmonics=5, restrictions=RESTRICTIONS)
@@ -122,7 +122,7 @@ def test_a_sharp_cam_is_simulated_as_it_is_predicted(shaft):
 
 def predicted(inertia=20.0, torque=None):
     camshaft, law = CamShaft(inertia, 6.0, OMEGA, torque), LAW.motion("rad").law
-    motion = camshaft.with_corrected_cam(law)
+    motion = camshaft.motion_with_corrected_cam(law)
     return camshaft, CorrectedLaw(law, motion), motion
 
 
@@ -178,7 +178,7 @@ def found():
 
 
 def summary(plan, findings):
-    return {quantity.name: quantity.value for quantity in numbers(plan, findings)}
+    return {quantity.name: quantity.value for quantity in prediction_quantities(plan, findings)}
 
 
 def said(found, **corrected):
@@ -199,9 +199,9 @@ def test_a_simulation_that_differs_does_not_confirm_and_the_reason_is_said(found
     label, sentence = verdict(plan, summary(plan, replace(findings, confirmed=(findings.confirmed[0], off))))
     assert label == "not confirmed"
     assert sentence.endswith("leaves nothing in orders above 5, by simulation 0.3 % of order 1")
-    assert "by 0.2 % of the speed: without a drive nothing restores the motion" in _departs(off, findings.corrected)
-    assert _departs(off, replace(findings.corrected, left=2.0)).endswith("this motion is not stable")
-    assert _departs(off, replace(findings.corrected, left=0.5)).endswith("0.2 % of the speed")
+    assert "by 0.2 % of the speed: without a drive nothing restores the motion" in _departure_text(off, findings.corrected)
+    assert _departure_text(off, replace(findings.corrected, left=2.0)).endswith("this motion is not stable")
+    assert _departure_text(off, replace(findings.corrected, left=0.5)).endswith("0.2 % of the speed")
 
 
 def test_what_the_corrected_cam_leaves_is_the_first_thing_said(found):
@@ -243,21 +243,21 @@ def test_why_a_simulation_departs(found):
         for share, why in ((2e-6, ", by the orders that the prediction leaves out"), (1e-6, "")):
             patch.setattr(summary_of_prediction, "unresolved", lambda _, share=share: share)
             turning = replace(findings.corrected, left=0.5, shaft=shaft)
-            assert _departs(off, turning) == f"departs from the prediction by 0.2 % of the speed{why}"
-            assert _departs(off, replace(turning, left=1.01)).endswith("of the speed: this motion is not stable")
+            assert _departure_text(off, turning) == f"departs from the prediction by 0.2 % of the speed{why}"
+            assert _departure_text(off, replace(turning, left=1.01)).endswith("of the speed: this motion is not stable")
 
 
 def test_a_shaft_that_twists_for_which_there_is_no_cam(found):
     plan, findings = found
     s = summary(plan, findings)
-    rigid = {"name": FOR_RIGID_SHAFT, "above": 0.182}
+    rigid = {"name": RIGID_SHAFT_CAM, "above": 0.182}
     label, sentence = verdict(plan, s | {"shaft": [rigid]})
     assert label == "not clean"
     assert sentence.endswith(": the cam corrected for a rigid shaft leaves 18.2 % of order 1 in orders above 5")
     assert verdict(plan, s | {"shaft": []})[1].endswith(
         ": no periodic motion was obtained with the cam corrected for a rigid shaft"
     )
-    both = [rigid, {"name": FOR_TWIST, "above": 2e-6}]
+    both = [rigid, {"name": TWIST_CAM, "above": 2e-6}]
     assert verdict(plan, s | {"shaft": both})[1].endswith("corrected for the twist too it leaves 0.0002 %")
     assert verdict(plan, s | {"shaft": [rigid | {"above": s["above"]["law"] + 1e-3}]})[0] == "clean"
 

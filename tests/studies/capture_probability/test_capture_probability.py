@@ -209,12 +209,12 @@ def test_each_run_starts_as_a_run_up_would() -> None:
     machine = load_machine("drozdetskaya-2020/r1")
     spec = CaptureProbability(along="drive.slope", range=[0.01, 0.02], random=random, start={"p1": 0.3}, samples=64)
     plan = prepare(spec, machine)
-    assert [v.name for v in plan.varied] == ["p2.speed", "carrier.x", "drum.eccentricity"]
+    assert [v.name for v in plan.random_quantities] == ["p2.speed", "carrier.x", "drum.eccentricity"]
     states, values = plan.members(0.015, plan.samples)
     assert values.keys() == {"drum.eccentricity"}
     assert np.median(values["drum.eccentricity"]) == pytest.approx(1e-3, rel=0.05)
     question = plan.question(0.015)
-    assert question.varied == ("drum.eccentricity",)
+    assert question.varied_paths == ("drum.eccentricity",)
     assert question.machine.values["drive.slope"] == 0.015
     for m in (0, 17, 63):
         speed, x, eccentricity = plan.samples[:, m]
@@ -232,7 +232,7 @@ def test_random_parameters_end_as_their_run_ups() -> None:
     spec = CaptureProbability(along="drum.eccentricity", range=["1 mm", "2 mm"], random=random, model="slow", samples=64)
     plan = prepare(spec, machine)
     chosen = np.argsort(plan.samples[0])[[0, 1, -2, -1]]
-    members = running._members(plan, 2e-3, plan.samples[:, chosen], Work())
+    members = running._compute_members(plan, 2e-3, plan.samples[:, chosen], Work())
     outcomes = [str(OUTCOMES[k]) for k in members.outcome]
     assert outcomes == ["captured", "captured", "compensated", "compensated"]
     for (slope, p1), outcome in zip(plan.samples[:, chosen].T, outcomes, strict=True):

@@ -34,7 +34,7 @@ SIGMA = math.log(1.5)
 )
 def test_as_scipy_has_them(given: dict[str, Any], expected: Any) -> None:
     check_form(given, "study.random.x")
-    values = distribution_of(given, LENGTH, "study.random.x").at(SHARES)
+    values = distribution_of(given, LENGTH, "study.random.x").quantiles(SHARES)
     scale = expected.std()
     assert np.allclose(values, expected.ppf(SHARES), rtol=1e-7, atol=1e-7 * scale)
     assert (np.diff(values) > 0).all()
@@ -46,10 +46,10 @@ def test_a_log_normal_one_that_is_cut_off() -> None:
         distribution_of({"log-normal": [2.0, 1.5]} | more, LENGTH, "study.random.x")
         for more in ({}, {"between": [0.0, 2.0 * 1.5]})
     )
-    assert np.allclose(whole.at(stats.norm.cdf([-1.0, 1.0])), [2.0 / 1.5, 2.0 * 1.5])
+    assert np.allclose(whole.quantiles(stats.norm.cdf([-1.0, 1.0])), [2.0 / 1.5, 2.0 * 1.5])
     below = stats.norm.cdf(1.0)
-    assert np.allclose(cut.at(SHARES[:-1]), whole.at(SHARES[:-1] * below), rtol=1e-9)
-    assert cut.at(np.array([1.0]))[0] == pytest.approx(3.0)
+    assert np.allclose(cut.quantiles(SHARES[:-1]), whole.quantiles(SHARES[:-1] * below), rtol=1e-9)
+    assert cut.quantiles(np.array([1.0]))[0] == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(

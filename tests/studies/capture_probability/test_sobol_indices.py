@@ -11,12 +11,12 @@ from tests.refusals import refused
 from wucht.plots.sheet import new_grid
 from wucht.studies.capture_probability import distributions
 from wucht.studies.capture_probability import figure as probability_figure
-from wucht.studies.capture_probability.distributions import cross_sampled, indices, library
+from wucht.studies.capture_probability.distributions import cross_samples, indices, library
 
 
 def test_what_does_not_enter_does_not_matter() -> None:
     """Of x1 + 0 x2 > c the first has all, alone and with the second."""
-    at = cross_sampled(512, 2, seed=1)
+    at = cross_samples(512, 2, seed=1)
     found = indices(at[:, 0] > 0.3, np.zeros(len(at), bool), 2, 0.95, seed=1)
     assert found.first[0] == pytest.approx(1.0, abs=0.05)
     assert found.total[0] == pytest.approx(1.0, abs=0.05)
@@ -27,7 +27,7 @@ def test_what_does_not_enter_does_not_matter() -> None:
 def test_a_corner() -> None:
     """Of x1 < a and x2 < b, x3 idle: with p = a b, S1 = b (1 - a)/(1 - p), T1 = (1 - a)/(1 - p), and so for the second."""
     a, b = 0.7, 0.4
-    at = cross_sampled(1024, 3, seed=2)
+    at = cross_samples(1024, 3, seed=2)
     found = indices((at[:, 0] < a) & (at[:, 1] < b), np.zeros(len(at), bool), 3, 0.95, seed=2)
     first = np.array([b * (1 - a), a * (1 - b), 0.0]) / (1 - a * b)
     total = np.array([1 - a, 1 - b, 0.0]) / (1 - a * b)
@@ -35,14 +35,14 @@ def test_a_corner() -> None:
     assert np.abs(found.total - total) == pytest.approx(0.0, abs=0.06)
     assert (np.abs(found.first - first) <= found.first_off).all()
     assert (np.abs(found.total - total) <= found.total_off).all()
-    assert (found.used, found.count) == (1024, 1024)
+    assert (found.used_points, found.count) == (1024, 1024)
 
 
 def test_its_intervals_hold() -> None:
     """Resampled as if the points were independent, they are too wide rather than too narrow."""
     a, b, held = 0.6, 0.5, []
     for seed in range(12):
-        at = cross_sampled(128, 2, seed)
+        at = cross_samples(128, 2, seed)
         found = indices((at[:, 0] < a) & (at[:, 1] < b), np.zeros(len(at), bool), 2, 0.95, seed)
         held.append(abs(found.first[0] - b * (1 - a) / (1 - a * b)) <= found.first_off[0])
         held.append(abs(found.total[1] - (1 - b) / (1 - a * b)) <= found.total_off[1])
@@ -50,11 +50,11 @@ def test_its_intervals_hold() -> None:
 
 
 def test_points_with_an_open_run_are_left_out() -> None:
-    at = cross_sampled(256, 2, seed=4)
+    at = cross_samples(256, 2, seed=4)
     open_ = np.zeros(len(at), bool)
     open_[[1, 2, 4 * 7 + 3]] = True
     found = indices(at[:, 0] > 0.5, open_, 2, 0.95, seed=4)
-    assert (found.used, found.count) == (254, 256)
+    assert (found.used_points, found.count) == (254, 256)
     changed = at[:, 0] > 0.5
     changed[open_] = ~changed[open_]
     again = indices(changed, open_, 2, 0.95, seed=4)
@@ -68,13 +68,13 @@ def test_where_all_end_alike_there_are_none(inside: np.ndarray) -> None:
     assert np.isnan(found.first).all()
     assert np.isnan(found.total).all()
     none_known = indices(inside, np.ones(len(inside), bool), 2, 0.95, seed=0)
-    assert none_known.used == 0
+    assert none_known.used_points == 0
     assert np.isnan(none_known.total).all()
 
 
 def test_the_same_again() -> None:
-    at = cross_sampled(64, 3, seed=0)
-    assert np.array_equal(at, cross_sampled(64, 3, seed=0))
+    at = cross_samples(64, 3, seed=0)
+    assert np.array_equal(at, cross_samples(64, 3, seed=0))
     inside, known = at.sum(axis=1) > 1.4, np.zeros(len(at), bool)
     one, other = (indices(inside, known, 3, 0.95, seed=0) for _ in range(2))
     assert np.array_equal(one.first_off, other.first_off)
@@ -99,7 +99,7 @@ def test_bars_of_indices_the_one_that_matters_most_at_the_top() -> None:
         {"quantity": ["mass", "damping"]},
     )  # fmt: skip
     _, (axis,) = new_grid(1, "title")
-    probability_figure._indices(axis, result, {"sensitivity": {"at": 3.0}, "unit": "W"})
+    probability_figure._draw_indices(axis, result, {"sensitivity": {"at": 3.0}, "unit": "W"})
     assert [text.get_text() for text in axis.get_yticklabels()] == ["damping", "mass"]
     assert axis.get_ylim()[0] > axis.get_ylim()[1], "downwards"
     first, total = (c for c in axis.containers if isinstance(c, BarContainer))
@@ -123,7 +123,7 @@ def test_the_curve_of_a_probability_its_band_and_where_it_is_reached() -> None:
         "range": [0.5, 3.5],
     }  # fmt: skip
     _, (axis,) = new_grid(1, "title")
-    probability_figure._probability(axis, result, summary)
+    probability_figure._draw_probability(axis, result, summary)
     band, open_ = (c.get_paths()[0].vertices for c in axis.collections[:2])
     assert {tuple(v) for v in band} >= {(1.0, 0.0), (1.0, 0.2), (2.0, 0.4), (2.0, 0.7), (3.0, 0.8), (3.0, 1.0)}
     assert {tuple(v) for v in open_.round(9)} >= {(2.0, 0.4), (2.0, 0.6), (1.0, 0.1), (3.0, 0.9)}

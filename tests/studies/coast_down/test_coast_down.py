@@ -15,7 +15,7 @@ import xarray as xr
 from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
-from wucht.analysis.vibration import Forced
+from wucht.analysis.vibration import ForcedVibration
 from wucht.dynamics.run_ups import coasting as recording
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -259,7 +259,7 @@ def test_scipy_agrees() -> None:
 )
 def test_bad_questions(table: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        prepare(CoastDown.read({"kind": "coast-down"} | table), disc())
+        prepare(CoastDown.from_table({"kind": "coast-down"} | table), disc())
 
 
 # How the carrier starts
@@ -278,7 +278,7 @@ def test_it_starts_in_the_steady_vibration_of_its_speed(speed: float) -> None:
     """As heavy as this rotor is, it goes on turning like that; from rest a free vibration is added, which decays."""
     machine, start = machine_from(SHAKEN), {"r": {"angle": 0.4, "speed": speed}, "p": 1.1}
     steady = run(CoastDown(until=0.5, start=start), machine)
-    expected = float(Forced.of(machine, np.array([0.4, 1.5])).amplitude(np.array([abs(speed)]))[0][0])
+    expected = float(ForcedVibration.of(machine, np.array([0.4, 1.5])).amplitude(np.array([abs(speed)]))[0][0])
     late = steady.amplitude.values[steady.sizes["time"] // 2 :]
     assert [float(steady.amplitude[0]), late.max()] == pytest.approx([expected] * 2, rel=5e-3)
     assert steady.wucht.summary["peak_amplitude"] == pytest.approx(expected, rel=5e-3)
@@ -317,7 +317,7 @@ def test_where_the_drives_would_start_the_rotors_they_start_without_them() -> No
     """A start angle of the machine is added, one of the study stands instead; the table is as large as twice the turns."""
     screen = load_machine("practice/screen")
     first, second = (r.name for r in screen.rotors[:2])
-    turned = screen.changed(start_angles={first: 0.3, second: -0.4})
+    turned = screen.with_fields(start_angles={first: 0.3, second: -0.4})
     rows = [turned.row(turned.body(name).coordinate.position) for name in (first, second)]
     assert prepare(CoastDown(until=0.02), turned).initial[rows] == pytest.approx([0.3, -0.4])
     given = prepare(CoastDown(until=0.02, start={second: {"angle": 0.1}}), turned)

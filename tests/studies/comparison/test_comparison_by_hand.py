@@ -196,7 +196,7 @@ def test_what_is_compared_is_named_by_files() -> None:
     with refused("study.of", given="drum"):
         subject_of(Comparison(of=("a.toml", "b.toml"))).describe("drum")
     with pytest.raises(InputError, match=r"study\.set: given 3; must be a table: set = \{ PATH = VALUE, \.\.\. \}"):
-        Comparison.read({"kind": "comparison", "of": ["a.toml", "b.toml"], "set": 3})
+        Comparison.from_table({"kind": "comparison", "of": ["a.toml", "b.toml"], "set": 3})
 
 
 def test_a_comparison_names_no_machine(here: Any, wucht: Any) -> None:

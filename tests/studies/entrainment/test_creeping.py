@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
-from wucht.dynamics.verdicts.locking import Locked, locked
+from wucht.dynamics.verdicts.locking import LockingAssessment, assess_locking
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observation import Watch
+from wucht.dynamics.verdicts.observation import MotionObserver
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
@@ -41,13 +41,13 @@ def _exciters() -> Machine:
 @pytest.mark.parametrize(("share", "entrained"), [(0.99, True), (1 + 1e-4, False), (1 + 4e-4, False), (1.01, False)])
 def test_a_run_beyond_the_fold_is_not_entrained(share: float, entrained: bool, sign: float) -> None:
     """It lasts for 320 s: at 1 + 1e-4 times the fold the phase takes 1300 s for a turn, most of it where it would rest."""
-    runs = RunsFromStart(prepare(Entrainment.read({"start": START, "until": 10.0, "range": [-0.4, 0.4]}), _exciters()))
-    assert runs(sign * share * FOLD, lambda _: None).entrained is entrained
+    runs = RunsFromStart(prepare(Entrainment.from_table({"start": START, "until": 10.0, "range": [-0.4, 0.4]}), _exciters()))
+    assert runs(sign * share * FOLD, lambda _: None).is_entrained is entrained
 
 
 def _beyond(**table: Any) -> float:
     """By how much the band from the start goes beyond that of the locked motions."""
-    summary = run(Entrainment.read({"start": START, "points": 5} | table), _exciters()).wucht.summary
+    summary = run(Entrainment.from_table({"start": START, "points": 5} | table), _exciters()).wucht.summary
     least, most = summary["existence_band_full"]
     low, high = summary["band_from_rest"]
     assert (least, most) == pytest.approx((-FOLD, FOLD), abs=5e-6)
@@ -68,7 +68,7 @@ def test_the_band_from_the_start_lies_within_the_band_of_existence() -> None:
 # --- what is seen of a phase ---
 
 
-def _seen(time: np.ndarray, phase: np.ndarray, rate: np.ndarray) -> Locked:
+def _seen(time: np.ndarray, phase: np.ndarray, rate: np.ndarray) -> LockingAssessment:
     """Of a rotor at a phase (N,) to a vibration."""
     motion = {"direction": "x", "amplitude": 1e-3, "frequency": FREQUENCY}
     machine = machine_from({
@@ -76,8 +76,10 @@ def _seen(time: np.ndarray, phase: np.ndarray, rate: np.ndarray) -> Locked:
         "bodies": [ROTOR | {"name": "r"}],
         "drive": {"kind": "linear", "slope": 3e-5, "no_load_speed": 6.1},
     })  # fmt: skip
-    watch = Watch(machine, 2 * math.pi / FREQUENCY, Noise.of())
-    seen = locked(machine, watch.after(watch.begin(), Samples.of(time, (FREQUENCY * time + phase, FREQUENCY + rate))))
+    watch = MotionObserver(machine, 2 * math.pi / FREQUENCY, Noise.of())
+    seen = assess_locking(
+        machine, watch.update_from_samples(watch.begin(), Samples.of(time, (FREQUENCY * time + phase, FREQUENCY + rate)))
+    )
     assert seen is not None
     return seen
 
@@ -103,7 +105,7 @@ def test_a_phase_that_creeps_past_the_bottleneck_is_not_locked(beyond: float, sh
     assert math.pi / 2 < phase[-1] < 0.75 * math.pi
     seen = _seen(time, phase, slow * (a - np.sin(phase)))
     assert seen.evidence.periods > 30
-    assert seen.evidence.locked is not True
+    assert seen.evidence.is_locked is not True
 
 
 @pytest.mark.parametrize("slow", [0.3, 0.05])
@@ -117,6 +119,6 @@ def test_a_phase_that_comes_to_rest_within_the_band_is_locked(within: float, slo
     phase = 2 * np.arctan((1 - q * (1 + e) / (1 - e)) / a)
     assert math.sin(phase[-1]) == pytest.approx(a, abs=1e-9)
     seen = _seen(time, phase, slow * (a - np.sin(phase)))
-    assert seen.evidence.locked is True
+    assert seen.evidence.is_locked is True
     assert seen.creep < 1e-4
     assert seen.phases["vibration"] == pytest.approx(math.asin(a), abs=1e-6)

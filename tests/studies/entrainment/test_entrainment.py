@@ -50,7 +50,7 @@ def bild_2() -> Machine:
 
 
 def summary(machine: Machine, **table: Any) -> dict[str, Any]:
-    return run(Entrainment.read(table), machine).wucht.summary
+    return run(Entrainment.from_table(table), machine).wucht.summary
 
 
 # The swept parameter
@@ -70,9 +70,9 @@ def test_the_detuning_leaves_the_mean_and_the_senses() -> None:
     """Exciters that turn against each other: the second motor is the faster one where the detuning is positive."""
     machine = pair(12.0, -13.0)
     swept = swept_parameter(machine, "detuning")
-    assert swept.own == pytest.approx(1.0)
-    assert swept.at(machine, swept.own).values == pytest.approx(machine.values)
-    moved = swept.at(machine, 3.0)
+    assert swept.nominal_value == pytest.approx(1.0)
+    assert swept.machine_at(machine, swept.nominal_value).values == pytest.approx(machine.values)
+    moved = swept.machine_at(machine, 3.0)
     assert [free_speed(moved, r) for r in moved.rotors] == pytest.approx([11.0, -14.0])
     assert [sense_of(moved, r) for r in moved.rotors] == [1.0, -1.0]
 
@@ -103,7 +103,7 @@ REFUSED: list[tuple[Callable[[], Machine], dict[str, Any], str]] = [
 def test_bad_input_is_refused(case: tuple[Callable[[], Machine], dict[str, Any], str]) -> None:
     machine, table, sentence = case[0](), case[1], case[2]
     with pytest.raises(InputError) as raised:
-        prepare(Entrainment.read(table), machine)
+        prepare(Entrainment.from_table(table), machine)
     assert sentence in str(raised.value)
 
 
@@ -113,16 +113,16 @@ def test_a_drive_that_prescribes_the_speed_is_refused() -> None:
         "carrier": CARRIER, "bodies": [E1, E2, ROTOR | {"name": "e3"}], "drives": [drive("e1"), drive("e2"), given],
     })  # fmt: skip
     with refused("machine.drive", "e3", given=None):
-        prepare(Entrainment.read({}), machine)
+        prepare(Entrainment.from_table({}), machine)
 
 
 def test_a_drive_without_no_load_speed_needs_along() -> None:
     motor = {"on": "e1", "kind": "constant-torque", "torque": 1e-4}
     machine = machine_from({"carrier": SHAKEN, "bodies": [E1 | {"bearing_damping": 1e-5}], "drive": motor})
     with refused("study.along", given=None, code="missing"):
-        prepare(Entrainment.read({}), machine)
-    given = Entrainment.read({"along": "drive.torque", "range": [0.0, 1e-3]})
-    assert prepare(given, machine).swept.name == "drive.torque"
+        prepare(Entrainment.from_table({}), machine)
+    given = Entrainment.from_table({"along": "drive.torque", "range": [0.0, 1e-3]})
+    assert prepare(given, machine).parameter.name == "drive.torque"
 
 
 # The band from the start
@@ -133,7 +133,7 @@ def stepped(*bands: tuple[float, float]) -> Callable[[float], RunFromStart]:
 
     def run(value: float) -> RunFromStart:
         entrained = any(low <= value <= high for low, high in bands)
-        return RunFromStart(value, 1.0, 1.0, np.zeros(2), entrained=entrained, mean_speed=1.0, window=(0.0, 1.0))
+        return RunFromStart(value, 1.0, 1.0, np.zeros(2), is_entrained=entrained, mean_speed=1.0, window=(0.0, 1.0))
 
     return run
 
@@ -192,7 +192,7 @@ def test_a_closed_branch_is_walked_once() -> None:
     averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
     path = Continuation(averaged)
     (branch,) = path.branches([5.5, 6.0, 7.0], None, Work())
-    assert branch.closed
+    assert branch.is_closed
     turned = branch.states[0]
     assert abs(turned[-1] - turned[0]) == pytest.approx(2 * math.pi, abs=1e-9)
     assert len(path.stable_ranges([branch])) == 1
@@ -205,7 +205,7 @@ def test_a_branch_ends_at_the_limits() -> None:
     branches = path.branches([5.5], None, Work())
     assert len(branches) == 2
     for branch in branches:
-        assert not branch.closed
+        assert not branch.is_closed
         assert sorted([branch.values[0], branch.values[-1]]) == pytest.approx([5.0, 6.0], abs=1e-12)
     (stretch,) = path.stable_ranges(branches)
     assert (stretch.low.kind, stretch.high.kind) == ("range", "range")
@@ -260,7 +260,7 @@ def test_the_phase_to_the_vibration_counts_in_the_rotors_sense(sense: float) -> 
     averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": sense}, (-300.0, 300.0))
     rotor, time, state = machine.rotor.coordinate, 1.3, np.zeros(len(machine.state_names))
     state[[machine.row(rotor.position), machine.row(rotor.velocity)]] = sense * (w * time + 0.7), sense * w
-    found = averaged.wrapped(averaged.state_at(machine, time, state, w))
+    found = averaged.wrap_phases(averaged.state_at(machine, time, state, w))
     assert found[averaged.phase_rows["rotor"]] == pytest.approx(0.7, abs=1e-9)
     assert found[~averaged.phases] == pytest.approx([w])
 
@@ -292,9 +292,9 @@ def test_without_averaged_equations_the_full_ones_answer() -> None:
     }  # fmt: skip
     machine = machine_from({"carrier": CARRIER, "bodies": [E1, E2, hung], "drives": [drive("e1"), drive("e2", 12.2)]})
     with refused("study.range", code="not-chosen"):
-        run(Entrainment.read({"start": START}), machine)
+        run(Entrainment.from_table({"start": START}), machine)
     table = {"start": START, "range": [-1.0, 1.0], "points": 5}
-    result = run(Entrainment.read(table), machine)
+    result = run(Entrainment.from_table(table), machine)
     s = result.wucht.summary
     assert s["existence_band"] is None
     assert s["outcome"] == "synchronised"
@@ -314,8 +314,8 @@ def test_bodies_count_as_released() -> None:
 
 
 def test_a_machine_that_cannot_run_reports_why() -> None:
-    wild = bild_2().with_unchecked({"rotor.inertia": 1e-300})
-    result = run(Entrainment.read({"points": 5}), wild)
+    wild = bild_2().with_unchecked_values({"rotor.inertia": 1e-300})
+    result = run(Entrainment.from_table({"points": 5}), wild)
     assert result.attrs["failure"]
     assert not result.attrs["finished"]
 
@@ -350,14 +350,18 @@ def test_the_command(wucht: Callable[..., Any], here: Path) -> None:
 def test_amplitudes_below_zero_are_refused() -> None:
     machine = load_machine("sperling-vibration/sustained-rotation")
     with refused("study.range[0]", given=-3.0):
-        prepare(Entrainment.read({"along": "carrier.motion.amplitude", "range": [-3, 3]}), machine)
+        prepare(Entrainment.from_table({"along": "carrier.motion.amplitude", "range": [-3, 3]}), machine)
 
 
 @pytest.mark.parametrize("mean", [6.2, -6.2])
 def test_the_mean_speed_of_a_locked_motion_has_the_sign_of_the_run(mean: float) -> None:
     """A motion has its speed in magnitude; it is told as the rotor turns."""
-    plan = prepare(Entrainment.read({}), bild_2())
-    own = RunFromStart(plan.swept.own, 1.0, 1.0, plan.initial, entrained=True, mean_speed=mean, window=(0.0, 1.0))
-    motion: Any = SimpleNamespace(value=plan.swept.own, phases=np.array([0.3]), speed=6.25, multiplier=0.5, stable=True)
-    found = dataset(plan, Findings(own=own, runs=(own,), motions=(motion,))).wucht.summary
+    plan = prepare(Entrainment.from_table({}), bild_2())
+    own = RunFromStart(
+        plan.parameter.nominal_value, 1.0, 1.0, plan.initial, is_entrained=True, mean_speed=mean, window=(0.0, 1.0)
+    )
+    motion: Any = SimpleNamespace(
+        value=plan.parameter.nominal_value, phases=np.array([0.3]), speed=6.25, multiplier=0.5, stable=True
+    )
+    found = dataset(plan, Findings(nominal_run=own, runs=(own,), motions=(motion,))).wucht.summary
     assert found["mean_speed"] == math.copysign(6.25, mean)

@@ -13,14 +13,14 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.entrainment.figure import _part
+from wucht.studies.entrainment.figure import _stability_part
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import draw, run
 
 
 def answered(name: str, **table: Any) -> xr.Dataset:
     machine = load_machine(f"sperling-vibration/{name}")
-    return run(Entrainment.read(table), machine)
+    return run(Entrainment.from_table(table), machine)
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +115,7 @@ def test_open_bands_are_named_and_shaded_to_the_border(shaken: xr.Dataset) -> No
 
 def test_a_phase_that_wraps_goes_to_the_border() -> None:
     x, y = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
-    at, shown = _part(x, y, np.ones(3, bool), True, math.pi)
+    at, shown = _stability_part(x, y, np.ones(3, bool), True, math.pi)
     assert at == pytest.approx([0.0, 0.5, 0.5, 0.5, 1.0, 2.0])
     assert shown == pytest.approx([3.0, math.pi, math.nan, -math.pi, -3.0, -2.0], nan_ok=True)
 

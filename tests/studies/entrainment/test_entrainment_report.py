@@ -32,7 +32,9 @@ ORBIT: PeriodicOrbit = None  # type: ignore[assignment]  # of which nothing is s
 @pytest.fixture(scope="module")
 def shaken() -> EntrainmentCase:
     """Of one rotor on a carrier that is shaken; along the no-load speed of its drive, at 5.5 rad/s or so."""
-    case: EntrainmentCase = STUDY.prepare(Entrainment.read({"range": [5.0, 7.0]}), load_machine("sperling-vibration/figure-2a"))
+    case: EntrainmentCase = STUDY.prepare(
+        Entrainment.from_table({"range": [5.0, 7.0]}), load_machine("sperling-vibration/figure-2a")
+    )
     return case
 
 
@@ -42,7 +44,7 @@ def pair() -> EntrainmentCase:
     carrier = {"mass": 0.8, "directions": "x", "stiffness": 355.0, "damping": 0.4}
     drives = [{"on": on, "kind": "linear", "slope": 3e-5, "no_load_speed": w} for on, w in (("e1", 12.0), ("e2", 12.5))]
     machine = machine_from({"carrier": carrier, "bodies": [ROTOR | {"name": "e1"}, ROTOR | {"name": "e2"}], "drives": drives})
-    case: EntrainmentCase = STUDY.prepare(Entrainment.read({"range": [-1.0, 1.0]}), machine)
+    case: EntrainmentCase = STUDY.prepare(Entrainment.from_table({"range": [-1.0, 1.0]}), machine)
     return case
 
 
@@ -52,7 +54,7 @@ def ended(case: EntrainmentCase, value: float | None = None, **other: Any) -> Ru
         "entrained": True, "mean_speed": -6.28, "window": (50.0, 100.0), "phases": {"vibration": 3.5}, "creep": 0.01,
         "speeds": {r.name: -6.28 for r in case.machine.rotors},
     }  # fmt: skip
-    value = case.swept.own if value is None else value
+    value = case.parameter.nominal_value if value is None else value
     return RunFromStart(value, 100.0, 100.0, np.zeros(len(case.machine.state_names)), **common | other)
 
 
@@ -225,7 +227,7 @@ def test_without_averaged_equations_the_runs_remain(monkeypatch: pytest.MonkeyPa
     assert last.existing == Existence(warnings=("the averaged equations are left out: must be others",))
     assert last.band is not None and last.band.edges == pytest.approx((5.2, 6.3), abs=2e-5)
     assert last.motions == () and last.threshold == 1e-3
-    assert last.no_motion == f"at drive.no_load_speed = {shaken.swept.own:.6g}: no convergence"
+    assert last.no_motion == f"at drive.no_load_speed = {shaken.parameter.nominal_value:.6g}: no convergence"
 
 
 def test_without_an_entrained_run_there_is_no_locked_motion(monkeypatch: pytest.MonkeyPatch, shaken: EntrainmentCase) -> None:
@@ -235,7 +237,7 @@ def test_without_an_entrained_run_there_is_no_locked_motion(monkeypatch: pytest.
 
 def test_locked_motions_are_followed_to_the_ends_of_the_range(monkeypatch: pytest.MonkeyPatch, shaken: EntrainmentCase) -> None:
     *_, last = stages(monkeypatch, shaken, (5.2, 6.3), None)
-    own, values = shaken.swept.own, [m.value for m in last.motions]
+    own, values = shaken.parameter.nominal_value, [m.value for m in last.motions]
     expected = [*np.linspace(5.0, own, 9), *np.linspace(own, 7.0, 9)[1:]]
     assert values == pytest.approx(expected)
     assert last.ends == (5.5, 7.5) and last.no_motion is None

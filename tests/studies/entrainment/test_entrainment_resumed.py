@@ -16,7 +16,7 @@ from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.output_folder import load
+from wucht.results.output_folder import load_result
 from wucht.studies import runner
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
@@ -75,7 +75,7 @@ def same(one: xr.Dataset, other: xr.Dataset) -> bool:
 
 
 def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> None:
-    result = run(Entrainment.read({"points": 9}), bild_2(), progress=stop(made, "runs", 4))
+    result = run(Entrainment.from_table({"points": 9}), bild_2(), progress=stop(made, "runs", 4))
     assert result.attrs["finished"] == 0
     assert result.sizes["run"] == 3  # the machine's own value is not yet reached by the scan
     s = result.wucht.summary
@@ -107,11 +107,11 @@ def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> No
 )
 def test_resumed_it_is_the_uninterrupted_one(file: str, name: str, after: int, tmp_path: Path, made: Counter[str]) -> None:
     """From the folder, with all the runs, branches and locked motions that were made."""
-    machine, question = load_machine(file), Entrainment.read({"points": 6, "resolution": 0.2})
+    machine, question = load_machine(file), Entrainment.from_table({"points": 6, "resolution": 0.2})
     whole, needed = uninterrupted(question, file, made)
     broken = run(question, machine, folder=tmp_path / "broken", progress=stop(made, name, after))
     assert broken.attrs["finished"] == 0
-    assert load(tmp_path / "broken" / "result.nc").attrs["finished"] == 0
+    assert load_result(tmp_path / "broken" / "result.nc").attrs["finished"] == 0
     first = dict(made)
     assert first[name] == after
     again = run(question, machine, folder=tmp_path / "broken", resume=True)
@@ -125,7 +125,7 @@ def test_resumed_it_is_the_uninterrupted_one(file: str, name: str, after: int, t
 
 @pytest.mark.slow
 def test_interrupted_again_and_again(tmp_path: Path, made: Counter[str]) -> None:
-    question = Entrainment.read({"points": 6, "resolution": 0.2})
+    question = Entrainment.from_table({"points": 6, "resolution": 0.2})
     whole, needed = uninterrupted(question, "sperling-vibration/figure-2a", made)
     for after in range(1, 60, 9):
         result = run(question, bild_2(), folder=tmp_path, resume=True, progress=stop(made, "runs", after))
@@ -140,7 +140,7 @@ def test_interrupted_again_and_again(tmp_path: Path, made: Counter[str]) -> None
 @pytest.mark.slow
 def test_only_the_same_question_is_resumed(tmp_path: Path, made: Counter[str]) -> None:
     machine = bild_2()
-    run(Entrainment.read({"points": 5, "resolution": 0.5}), machine, folder=tmp_path, progress=stop(made, "runs", 3))
+    run(Entrainment.from_table({"points": 5, "resolution": 0.5}), machine, folder=tmp_path, progress=stop(made, "runs", 3))
     others: list[tuple[Machine, dict[str, object], str]] = [
         (machine, {"resolution": 0.4}, "study.resolution was 0.5, now 0.4"),
         (machine, {"points": 6}, "study.points was 5, now 6"),
@@ -149,11 +149,11 @@ def test_only_the_same_question_is_resumed(tmp_path: Path, made: Counter[str]) -
         (machine.with_values({"rotor.inertia": 1.0}), {}, "rotor.inertia was 1e-05, now 1.0"),
     ]
     for other, keys, difference in others:
-        question = Entrainment.read({"points": 5, "resolution": 0.5} | keys)
+        question = Entrainment.from_table({"points": 5, "resolution": 0.5} | keys)
         with pytest.raises(InputError, match=f"--resume: the result in .* answers another question: {difference}"):
             run(question, other, folder=tmp_path, resume=True)
     done = made["runs"]
-    finished = run(Entrainment.read({"points": 5, "resolution": 0.5}), machine, folder=tmp_path, resume=True)
+    finished = run(Entrainment.from_table({"points": 5, "resolution": 0.5}), machine, folder=tmp_path, resume=True)
     assert finished.attrs["finished"] == 1
     assert made["runs"] > done
 
@@ -168,7 +168,7 @@ def test_it_can_be_stopped_within_a_run() -> None:
             assert share == 0
             raise KeyboardInterrupt
 
-    result = run(Entrainment.read({"until": 3000.0}), bild_2(), progress=report)
+    result = run(Entrainment.from_table({"until": 3000.0}), bild_2(), progress=report)
     assert result.attrs["finished"] == 0
     assert result.wucht.summary["outcome"] == "unidentified"
 
@@ -182,7 +182,7 @@ def test_progress_rises_to_its_end_and_results_are_kept(tmp_path: Path, monkeypa
         genuine(result, path)
 
     monkeypatch.setattr(runner, "save", save)
-    question = Entrainment.read({"points": 5, "resolution": 0.5})
+    question = Entrainment.from_table({"points": 5, "resolution": 0.5})
     run(question, bild_2(), folder=tmp_path, progress=lambda share, what: reports.append((share, what)))
     shares = [share for share, _ in reports]
     assert shares == sorted(shares)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import wucht
-from wucht.dynamics.exciters.design_trials import Checked
+from wucht.dynamics.exciters.design_trials import CheckedCandidate
 from wucht.dynamics.exciters.slow_beats import Beat, Rig
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.studies.exciter_design.computation import Findings, prepare
 from wucht.studies.exciter_design.dataset import dataset
@@ -40,18 +40,18 @@ def machine() -> wucht.Machine:
     return wucht.load_machine("practice/exciter")
 
 
-def table_of(cycles: Cycles, count: float = 1e6) -> list[list[float]]:
+def table_of(cycles: LoadCycles, count: float = 1e6) -> list[list[float]]:
     """Amplitude and cumulative cycles, at the middle of the step that each range makes; all of them have the smallest one."""
-    rows, _ = cycles.by_range()
+    rows, _ = cycles.group_by_range()
     above = np.cumsum(rows.counts[::-1])[::-1] - rows.counts / 2
     amplitudes = np.append((1 - 1e-9) * rows.ranges[0], rows.ranges) / 2
     return np.transpose([amplitudes, count * np.append(rows.total, above) / rows.total]).tolist()
 
 
-def in_full(machine: wucht.Machine, values: dict[str, float], after: float, until: float) -> Cycles:
+def in_full(machine: wucht.Machine, values: dict[str, float], after: float, until: float) -> LoadCycles:
     asked = wucht.LoadSpectrum(until=until, after=after, class_width=1e-6)
     result = wucht.run(asked, machine.with_values(values))
-    return Cycles(*(result[name].values for name in ("range", "mean", "count")))
+    return LoadCycles(*(result[name].values for name in ("range", "mean", "count")))
 
 
 @pytest.mark.slow
@@ -110,7 +110,7 @@ def test_the_catalogue_file_gives_its_numbers() -> None:
     low, high = s["target"]["ratio"] * s["target"]["upper"], s["target"]["upper"]
     assert [low, high] == pytest.approx([0.7e-3, 1.9e-3], rel=1e-2)
     held_out = in_full(wucht.load_machine("practice/exciter"), s["parameters"], 50.0, 250.0)
-    wanted = Cycles(2 * result.amplitude_wanted.values, 0 * result.share.values, np.diff(result.share.values, prepend=0.0))
+    wanted = LoadCycles(2 * result.amplitude_wanted.values, 0 * result.share.values, np.diff(result.share.values, prepend=0.0))
     assert amplitude_distance(held_out, wanted) == pytest.approx(s["distance"], abs=2e-3)
 
 
@@ -183,8 +183,8 @@ def test_amplitudes_are_given_at_each_quarter_of_a_percent_of_the_cycles_and_dow
     plan = prepare(ExciterDesign(target=[["1 mm", 1e6], ["2 mm", 1e3]], vary=RANGES), machine)
     beat = Beat("modulated", 0.0, 10.0, np.linspace(0.5, 9.5, 10), np.linspace(1e-3, 2e-3, 10), np.full(10, 4.0))
     counted = np.array([2e-3, 4e-3]), np.array([150.0, 50.0])
-    design = Checked(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
-    result = dataset(plan, Findings(checked=(design,), complete=True))
+    design = CheckedCandidate(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
+    result = dataset(plan, Findings(full_runs=(design,), complete=True))
     shares, amplitudes = result.share.values, result.amplitude_full.values
     assert shares[0] == pytest.approx(1e-6, rel=1e-12) and shares[-1] == 1.0
     assert np.abs(shares[:, None] - np.arange(1, 401) / 400).min(axis=0).max() < 1e-12
@@ -198,7 +198,7 @@ def test_how_long_the_cycles_of_the_target_take(machine: wucht.Machine) -> None:
     plan = prepare(ExciterDesign(target=[["1 mm", 1e6], ["2 mm", 1e3]], vary=RANGES), machine)
     beat = Beat("modulated", 0.0, 10.0, np.linspace(0.5, 9.5, 10), np.linspace(1e-3, 2e-3, 10), np.full(10, 4.0))
     counted = np.array([2e-3, 4e-3]), np.array([150.0, 50.0])
-    design = Checked(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
-    s = dataset(plan, Findings(checked=(design,), complete=True)).wucht.summary
+    design = CheckedCandidate(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
+    s = dataset(plan, Findings(full_runs=(design,), complete=True)).wucht.summary
     assert s["duration"] == pytest.approx(s["target"]["cycles"] / 4)
     assert (s["beat"], s["cycles_per_beat"]) == (10.0, pytest.approx(40.0))

@@ -13,12 +13,12 @@ from tests.hand_made import titled, warnings_of, with_answer
 from tests.refusals import refused
 
 import wucht
-from wucht.dynamics.exciters.design_trials import Checked, Polished, Trials, Tried
+from wucht.dynamics.exciters.design_trials import Candidates, CheckedCandidate, DesignTrials, LocalOptimum
 from wucht.dynamics.exciters.slow_beats import MOTIONS, Beat
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.fatigue.counted_cycles import Cycles
-from wucht.fatigue.cumulative_spectra import shifted
+from wucht.fatigue.counted_cycles import LoadCycles
+from wucht.fatigue.cumulative_spectra import shift_spectrum
 from wucht.files.building import machine_from
 from wucht.studies.exciter_design.computation import Findings, MachineInFolder
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
@@ -44,23 +44,23 @@ def plan(machine: wucht.Machine) -> Any:
     return planned(machine)
 
 
-def design(plan: Any, distance: float = 0.125, **other: Any) -> Checked:
+def design(plan: Any, distance: float = 0.125, **other: Any) -> CheckedCandidate:
     counted = np.array([2e-3, 4e-3]), np.array([150.0, 50.0])
-    made = Checked(plan.numbers, BEAT, *counted, np.full(3, distance), 50.0, "captured-modulated", True, "")
+    made = CheckedCandidate(plan.numbers, BEAT, *counted, np.full(3, distance), 50.0, "captured-modulated", True, "")
     return replace(made, **other)
 
 
-def tried(distances: list[float], motions: list[str] | None = None, upper: float = 2e-3) -> Tried:
+def tried(distances: list[float], motions: list[str] | None = None, upper: float = 2e-3) -> Candidates:
     """Candidates of which all distances are alike."""
     n = len(distances)
     kinds = np.array([MOTIONS.index(m) for m in motions or ["modulated"] * n])  # type: ignore[arg-type]
-    return Tried(
+    return Candidates(
         np.full((n, 2), 1e-3), np.array([distances] * 3).T, kinds, np.full(n, upper), np.full(n, 0.25), np.full(n, 0.5)
     )
 
 
-def result(plan: Any, *checked: Checked, **other: Any) -> xr.Dataset:
-    found = Findings(checked=checked, complete=True)
+def result(plan: Any, *checked: CheckedCandidate, **other: Any) -> xr.Dataset:
+    found = Findings(full_runs=checked, complete=True)
     return titled(STUDY.dataset(plan, replace(found, **other)))
 
 
@@ -124,7 +124,7 @@ def test_warnings_of_runs_and_of_the_design(plan: Any) -> None:
     near = design(plan, 1e-9)
     at = plan.trials.values(np.array([[0.5, 0.0009], [0.5, 0.0011], [0.9991, 0.0]]))
     assert "do not beat" not in " ".join(warnings_of(result(plan, near)))
-    warnings = warnings_of(result(plan, lost, replace(lost, why="it burst"), design(plan, 1e-9, numbers=at[0])))
+    warnings = warnings_of(result(plan, lost, replace(lost, reason="it burst"), design(plan, 1e-9, numbers=at[0])))
     assert warnings[:3] == [
         "2 of 3 candidates do not beat in the full equations: passed",
         "a run of the full equations ended early: it burst",
@@ -172,23 +172,23 @@ class Bench:
 
     def __init__(self, patch: pytest.MonkeyPatch, full: list[float | None]) -> None:
         self.full, self.polished, self.targets, self.asked = iter(full), list[Any](), list[Any](), list[Any]()
-        patch.setattr(Trials, "tried", lambda _, numbers, target, report: self.tried(numbers, target, report))
-        patch.setattr(Trials, "polished", lambda _, *given: self.polish(*given))
+        patch.setattr(DesignTrials, "tried", lambda _, numbers, target, report: self.tried(numbers, target, report))
+        patch.setattr(DesignTrials, "polished", lambda _, *given: self.polish(*given))
         patch.setattr("wucht.studies.exciter_design.computation.checked", self.check)
 
-    def tried(self, numbers: np.ndarray, target: Cycles, report: Any) -> Tried:
+    def tried(self, numbers: np.ndarray, target: LoadCycles, report: Any) -> Candidates:
         self.asked.append((len(numbers), target))
         report(0.5)
         n = len(numbers)
         far = np.abs(np.log(numbers[:, 1]))
-        return Tried(numbers, np.array([far] * 3).T, np.zeros(n, int), np.ones(n), np.ones(n), np.ones(n))
+        return Candidates(numbers, np.array([far] * 3).T, np.zeros(n, int), np.ones(n), np.ones(n), np.ones(n))
 
-    def polish(self, numbers: np.ndarray, target: Cycles, evaluations: int, report: Any) -> Polished:
+    def polish(self, numbers: np.ndarray, target: LoadCycles, evaluations: int, report: Any) -> LocalOptimum:
         self.polished.append(target)
         report(0.5)
-        return Polished(numbers * 1.01, 0.01)
+        return LocalOptimum(numbers * 1.01, 0.01)
 
-    def check(self, trials: Trials, numbers: np.ndarray, target: Cycles, beats: int, work: Work) -> Checked:
+    def check(self, trials: DesignTrials, numbers: np.ndarray, target: LoadCycles, beats: int, work: Work) -> CheckedCandidate:
         distance = next(self.full)
         self.targets.append(target)
         made = design(self.plan, 9.0 if distance is None else distance, numbers=numbers)
@@ -228,7 +228,7 @@ def test_corrections_go_on_while_they_help(
     assert last.complete and len(last.checked) == runs and len(last.polished) == 1
     best = last.design(plan.trials.metric)
     assert (None if best is None else best.distances[0]) == min((d for d in full if d is not None), default=None)
-    corrected = shifted(plan.target, BEAT.cycles, design(plan).cycles)
+    corrected = shift_spectrum(plan.target, BEAT.cycles, design(plan).cycles)
     assert bench.polished[0] is plan.target
     for target in bench.polished[1:]:
         assert np.array_equal(target.ranges, corrected.ranges) and np.array_equal(target.counts, corrected.counts)
@@ -273,7 +273,7 @@ def test_a_machine_without_a_pendulum_or_with_a_schedule(machine: wucht.Machine)
     alone = machine_from({"carrier": {"stiffness": 1e4, "damping": 20.0}, "bodies": [rotor], "drive": drive})
     with refused("machine.bodies", "drum", given=None):
         STUDY.prepare(ExciterDesign(target=TARGET, vary={"drive.slope": RANGES["drive.slope"]}), alone)
-    scheduled = machine.changed(schedules=({"parameter": "carrier.stiffness", "points": [(1.0, 1e5), (2.0, 9e4)]},))
+    scheduled = machine.with_fields(schedules=({"parameter": "carrier.stiffness", "points": [(1.0, 1e5), (2.0, 9e4)]},))
     with refused("machine.schedules", given=None):
         planned(scheduled)
 
@@ -293,8 +293,8 @@ def test_a_changed_file_is_another_question(tmp_path: Path, machine: wucht.Machi
     contents = []
     for text in ("a", "b", "a"):
         (tmp_path / "t.csv").write_text(text)
-        contents.append(spec.asked_of(subject)["target"]["contents"])
+        contents.append(spec.table_for(subject)["target"]["contents"])
     assert contents[0] == contents[2] != contents[1]
-    assert "contents" not in spec.asked_of(machine)["target"]
+    assert "contents" not in spec.table_for(machine)["target"]
     with pytest.raises(InputError, match=r"study\.target\.file: given 't\.csv'"):
         STUDY.prepare(spec, machine)

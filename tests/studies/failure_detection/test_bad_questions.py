@@ -46,7 +46,7 @@ def test_questions_that_are_refused(case):
     changed, where, says = case
     with pytest.raises(InputError) as caught:
         wucht.FailureDetection(**ASKED | changed)
-    assert caught.value.where == where
+    assert caught.value.location == where
     assert says in str(caught.value)
 
 
@@ -87,7 +87,7 @@ def test_questions_that_do_not_fit_the_machine(case):
     machine, changed, where, says = case
     with pytest.raises(InputError) as caught:
         wucht.run(wucht.FailureDetection(**ASKED | changed), machine)
-    assert caught.value.where == where
+    assert caught.value.location == where
     assert says in str(caught.value)
 
 

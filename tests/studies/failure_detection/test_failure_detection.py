@@ -10,7 +10,7 @@ import wucht
 from interrupting import assert_same, stop_at
 from wucht.measurements.cusum import Cusum
 from wucht.results.store import to_json
-from wucht.studies.failure_detection.answer import duration, within
+from wucht.studies.failure_detection.answer import duration_in_words, readings_in_words
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
@@ -179,8 +179,8 @@ def test_what_is_not_known_is_said_with_the_horizon(catalogue):
     assert any(
         line.endswith(f"not with certainty; half of them not {horizon}, 19 of 20 not {horizon}") for line in report(short)
     )
-    assert within(200_000, 1e5, "s") == "within 200,000 readings, 100000 s (27.8 h)"
-    assert duration(17260.3, "s") == "17260 s (4.79 h)" and duration(12.0, "") == "12"
+    assert readings_in_words(200_000, 1e5, "s") == "within 200,000 readings, 100000 s (27.8 h)"
+    assert duration_in_words(17260.3, "s") == "17260 s (4.79 h)" and duration_in_words(12.0, "") == "12"
 
 
 @pytest.mark.slow

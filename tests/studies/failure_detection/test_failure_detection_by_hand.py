@@ -13,13 +13,13 @@ import xarray as xr
 from tests.hand_made import drawn, titled, warnings_of, with_answer
 
 import wucht
-from wucht.dynamics.exciters.failing_machine import Course, FailingMachine
+from wucht.dynamics.exciters.failing_machine import FailingMachine, FailureCourse
 from wucht.dynamics.exciters.speed_readings import STEADY, UNSTABLE, AveragedSpeed, Readings, Windows
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
 from wucht.studies.failure_detection import computation as run_module
-from wucht.studies.failure_detection.answer import _over_readings as over_readings
-from wucht.studies.failure_detection.computation import Findings, Place, Seen, Varied
+from wucht.studies.failure_detection.answer import _reading_extremes as over_readings
+from wucht.studies.failure_detection.computation import Findings, MonitoredRun, ParameterAxis, ParameterPoint
 from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.registry import study_of
 
@@ -52,7 +52,7 @@ def planned(**more: Any) -> Any:
     return STUDY.prepare(FailureDetection(**KEYS | more), MACHINE)
 
 
-def seen(failed: float | None = 4.0, **other: Any) -> Seen:
+def seen(failed: float | None = 4.0, **other: Any) -> MonitoredRun:
     """A run of 32 readings whose speed goes from 90 to 120; other: of the readings, or advice, residual, failure, damage."""
     time = 0.25 * np.arange(1, 33)
     speed = np.where(time <= 4.0, 90.0, 120.0)
@@ -62,7 +62,7 @@ def seen(failed: float | None = 4.0, **other: Any) -> Seen:
     at = np.linspace(0.0, 8.0, 257)
     damage = other.get("damage")
     share = np.where(at <= 4.0, 1.0, 0.8)
-    course = Course(
+    course = FailureCourse(
         at, 90 * at, share, np.full(257, np.nan) if damage is None else damage * at / 8, np.sin(at), -np.cos(at),
         np.full(257, other.get("residual", 1e-9)), -0.5 * at,
     )  # fmt: skip
@@ -73,7 +73,7 @@ def seen(failed: float | None = 4.0, **other: Any) -> Seen:
     verdict = SimpleNamespace(outcome="compensated", advice=other.get("advice", ""))
     before, failure = SimpleNamespace(outcome="captured"), other.get("failure")
     run = SimpleNamespace(course=course, standing=standing, verdict=verdict, before=before, failure=failure)
-    return Seen(run, Windows((0.5, 4.0), (6.0, 8.0), failed, failed), readings)  # type: ignore[arg-type]
+    return MonitoredRun(run, Windows((0.5, 4.0), (6.0, 8.0), failed, failed), readings)  # type: ignore[arg-type]
 
 
 class Known:
@@ -90,7 +90,7 @@ class Known:
         return np.array([0.25, 0.5, 5000.0]), np.array([0.0, 0.5, 0.96875])
 
 
-def result(plan: Any = None, of: Seen | None = None, detection: Any = None, **other: Any) -> xr.Dataset:
+def result(plan: Any = None, of: MonitoredRun | None = None, detection: Any = None, **other: Any) -> xr.Dataset:
     found = Findings(of or seen(), detection, **other)
     return titled(STUDY.dataset(plan or planned(), found))
 
@@ -122,9 +122,9 @@ FAILS = "the specimen fails at 4 s, the speed changes by 30 rad/s"
         ),
     ],
 )  # fmt: skip
-def test_sentences(of: Seen, detection: Any, sentence: str) -> None:
+def test_sentences(of: MonitoredRun, detection: Any, sentence: str) -> None:
     made = result(of=of, detection=detection)
-    assert made.wucht.summary["failure_time"] == of.windows.failed
+    assert made.wucht.summary["failure_time"] == of.windows.failure_time
     assert made.attrs["sentence"] == sentence
 
 
@@ -155,7 +155,7 @@ def test_no_warnings() -> None:
         ),
     ],
 )  # fmt: skip
-def test_a_warning(of: Seen, other: dict[str, Any], warning: str) -> None:
+def test_a_warning(of: MonitoredRun, other: dict[str, Any], warning: str) -> None:
     assert warnings_of(result(of=of, **other)) == [warning]
 
 
@@ -210,9 +210,9 @@ def test_the_lines_of_a_failure() -> None:
 
 
 PLACES = (
-    Place((0.01,), 90.0, 95.0, 4.0, "captured"),
-    Place((0.015,), 90.0, 150.0, 48.0, "passed"),
-    Place((0.02,), None, 99.0, None, "x"),
+    ParameterPoint((0.01,), 90.0, 95.0, 4.0, "captured"),
+    ParameterPoint((0.015,), 90.0, 150.0, 48.0, "passed"),
+    ParameterPoint((0.02,), None, 99.0, None, "x"),
 )
 
 
@@ -239,7 +239,7 @@ def test_the_signal_over_one_parameter() -> None:
 
 def test_the_signal_over_two_parameters() -> None:
     values = [(a, b) for a in (0.01, 0.015, 0.02) for b in (190.0, 210.0)]
-    places = tuple(Place(v, 90.0, 90.0 - k, float(k), f"o{k}") for k, v in enumerate(values))
+    places = tuple(ParameterPoint(v, 90.0, 90.0 - k, float(k), f"o{k}") for k, v in enumerate(values))
     made = result(planned(**ALONG, **SECOND), places=places[:5])
     assert made.signal.dims == ("along", "second") and made.second.attrs["long_name"] == "carrier.damping"
     assert made.signal.values[:2].tolist() == [[0.0, 1.0], [2.0, 3.0]] and math.isnan(made.signal.values[2, 1])
@@ -356,7 +356,7 @@ def test_panels_without_what_is_not_known() -> None:
 
 def test_what_is_varied_is_kept_in_the_plan() -> None:
     plan = planned(**ALONG, **SECOND)
-    assert isinstance(plan.along, Varied) and plan.along.values == pytest.approx((0.01, 0.015, 0.02))
+    assert isinstance(plan.along, ParameterAxis) and plan.along.values == pytest.approx((0.01, 0.015, 0.02))
     assert plan.second.values == (190.0, 210.0) and plan.along.parameter.path == "drive.slope"
 
 

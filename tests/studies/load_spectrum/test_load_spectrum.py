@@ -20,7 +20,7 @@ from wucht.fatigue.counting import rainflow
 from wucht.studies.load_spectrum import computation
 from wucht.studies.load_spectrum import figure as load_figure
 from wucht.studies.load_spectrum.computation import Records
-from wucht.studies.load_spectrum.computation import _of_samples as samples_warning
+from wucht.studies.load_spectrum.computation import _sampling_warnings as samples_warning
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 

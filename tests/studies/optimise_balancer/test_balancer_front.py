@@ -145,7 +145,7 @@ def test_the_machine_as_it_is_comes_first_if_all_that_is_varied_lies_in_its_rang
 ) -> None:
     variables = [SimpleNamespace(share=lambda x: x) for _ in shares]
     plan: Any = SimpleNamespace(spec=SimpleNamespace(population=5, seed=1), numbers=shares)
-    generation = computation._first(plan, 2, SimpleNamespace(variables=variables))  # type: ignore[arg-type]
+    generation = computation._first_generation(plan, 2, SimpleNamespace(variables=variables))  # type: ignore[arg-type]
     assert generation.shape == (5, 2)
     assert (generation[0].tolist() == list(shares)) is is_first
     assert ((generation >= 0) & (generation <= 1)).all()

@@ -10,10 +10,10 @@ import pytest
 from tests.refusals import refused
 
 from wucht.dynamics.balancers import candidates
-from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluated
+from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluate_batch
 from wucht.dynamics.balancers.damping_optimum import compensated_state
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
-from wucht.dynamics.verdicts.outcomes import OUTCOMES, THROUGH, Outcome
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, RESONANCE_PASSED, Outcome
 from wucht.studies.optimise_balancer import computation
 from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
@@ -32,9 +32,9 @@ def test_objectives_are_those_of_run_ups_one_by_one() -> None:
         own = {"drum.eccentricity": unbalance, "p1.damping": 0.05, "p2.damping": 0.05}
         start = dict(zip(("p1", "p2"), phases, strict=True))
         each.append(ask(RunUp(start=start, until=12.0), FAST.with_values(own)).wucht.summary)
-    seen = evaluated(trials, "full", np.array([[0.05]]), lambda _share: None)
+    seen = evaluate_batch(trials, "full", np.array([[0.05]]), lambda _share: None)
     assert seen.objectives[0, PEAK] == pytest.approx(max(s["peak_amplitude"] for s in each), rel=2e-3)
-    through = [s for s in each if s["outcome"] in THROUGH]
+    through = [s for s in each if s["outcome"] in RESONANCE_PASSED]
     assert seen.objectives[0, CAPTURE] == 1 - len(through) / len(each)
     assert seen.objectives[0, SETTLING] == pytest.approx(np.median([s["settling_time"] for s in through]), rel=0.03)
 
@@ -84,11 +84,11 @@ def test_runs_that_are_captured_or_open(
         np.full(4, 10.0),
     )
     monkeypatch.setattr(candidates, "outcomes_of", lambda *_: seen)
-    of = evaluated(
+    of = evaluate_batch(
         prepare(SPEC.model_copy(update={"samples": 4}), FAST).as_it_is, "full", np.array([[0.05]]), lambda _share: None
     )
     assert of.objectives[0, SETTLING] == pytest.approx(half, nan_ok=True)
-    assert (of.objectives[0, CAPTURE], of.captured[0], of.undecided[0]) == (most, captured, undecided)
+    assert (of.objectives[0, CAPTURE], of.captured_share[0], of.undecided_share[0]) == (most, captured, undecided)
     assert np.isnan(of.objectives[0, PEAK]) == (F in outcomes)
 
 
@@ -97,7 +97,7 @@ def test_the_residual_is_what_the_bodies_must_leave_of_the_largest_unbalance(mon
     seen = MemberOutcomes(np.full(2, OUTCOMES.index(C)), np.ones(2), np.ones(2), np.full(2, 10.0))
     monkeypatch.setattr(candidates, "outcomes_of", lambda *_: seen)
     heavy = SPEC.model_copy(update={"unbalance": (30e-3, 40e-3)})
-    of = evaluated(prepare(heavy, FAST).as_it_is, "full", np.array([[0.05]]), lambda _share: None)
+    of = evaluate_batch(prepare(heavy, FAST).as_it_is, "full", np.array([[0.05]]), lambda _share: None)
     assert of.objectives[0, RESIDUAL] == pytest.approx(40e-3 - 2 * 0.125 * 0.104)
 
 
@@ -105,7 +105,7 @@ def test_averaged_equations_see_too_high_a_peak_where_the_passage_is_fast() -> N
     """Which is why they are not those of the search by default, and what is said where they are asked for."""
     plan = prepare(SPEC.model_copy(update={"model": "slow"}), FAST)
     assert any("too high where a resonance is passed fast" in w for w in plan.warnings)
-    slow, full = (evaluated(plan.as_it_is, m, np.array([[0.05]]), lambda _share: None) for m in ("slow", "full"))
+    slow, full = (evaluate_batch(plan.as_it_is, m, np.array([[0.05]]), lambda _share: None) for m in ("slow", "full"))
     assert slow.objectives[0, PEAK] > 1.3 * full.objectives[0, PEAK]
     assert slow.objectives[0, SETTLING] == pytest.approx(full.objectives[0, SETTLING], rel=0.2)
 
@@ -146,4 +146,4 @@ def test_a_check_has_the_largest_residual_of_both_ends_of_the_spread(monkeypatch
     monkeypatch.setattr(computation, "evaluated", lambda *_: None)
     monkeypatch.setattr(computation, "compensated_state", lambda *_, **__: SimpleNamespace(residual=next(left)))
     assert len(set(trials.ends)) == 2
-    assert computation.checked(trials, np.array([0.05]), lambda _share: None).residual == 5.0
+    assert computation.check_candidate(trials, np.array([0.05]), lambda _share: None).residual == 5.0

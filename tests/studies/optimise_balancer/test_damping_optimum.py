@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wucht.dynamics.balancers.candidates import tried
-from wucht.dynamics.balancers.damping_optimum import compensated_state, damping_curve, decay_rate, rates_of
+from wucht.dynamics.balancers.candidates import evaluate_candidates
+from wucht.dynamics.balancers.damping_optimum import compensated_state, damping_curve, decay_rate, decay_rates
 from wucht.dynamics.work import Work
 from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
@@ -50,18 +50,18 @@ def test_optimum_between_oscillation_and_creep() -> None:
     plan = prepare(spec, MACHINE)
     assert plan.curve is not None
     trials, dampings = plan.curve
-    seen = tried(trials, "full", dampings[::6, None], Work(), "")
-    curve = damping_curve(dampings[::6], seen, rates_of(trials, dampings[::6]))
+    seen = evaluate_candidates(trials, "full", dampings[::6, None], Work(), "")
+    curve = damping_curve(dampings[::6], seen, decay_rates(trials, dampings[::6]))
     assert dampings[0] == pytest.approx(RANGE[0])
     assert dampings[-1] == pytest.approx(RANGE[1])
     fine = np.geomspace(*RANGE, 4001)
     by_hand = fine[np.argmax([-_by_hand(b).real.max() for b in fine])]
-    assert curve.of_rates == pytest.approx(by_hand, rel=0.03)
+    assert curve.rate_optimum == pytest.approx(by_hand, rel=0.03)
     slowest = [max(_by_hand(b), key=lambda e: e.real) for b in (0.8 * by_hand, 1.25 * by_hand)]
     assert abs(slowest[0].imag) > 1e-6
     assert abs(slowest[1].imag) < 1e-9
     assert 0.6 * by_hand < curve.optimum < 1.5 * by_hand
-    assert np.all(curve.through == 1)
+    assert np.all(curve.share_through == 1)
     decayed = [np.log(100) / -_by_hand(b).real.max() for b in curve.damping]
     assert curve.settling_time == pytest.approx(decayed, rel=0.2), "runs end as the linearised equations do: to 1 %"
     assert curve.settling_time[[0, -1]].min() > 2 * curve.settling_time.min()

@@ -12,7 +12,7 @@ from tests.refusals import refused
 
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
-from wucht.files.own_equations import OwnEquations, equations_from
+from wucht.files.user_system import UserSystem, equations_from
 from wucht.studies.orbit_branch.answer import report
 from wucht.studies.orbit_branch.figure import figure
 from wucht.studies.orbit_branch.spec import OrbitBranch
@@ -27,7 +27,7 @@ CIRCLE = {
 ROTATION = {"parameters": {"p": 2.0}, "states": {"theta": "p - sin(theta)", "r": "-r"}, "angles": ["theta"]}
 
 
-def own(described: dict[str, Any]) -> OwnEquations:
+def own(described: dict[str, Any]) -> UserSystem:
     return equations_from(described, "a test")
 
 
@@ -182,7 +182,7 @@ def test_a_forced_duplicate_value_outside_is_told() -> None:
 def test_what_is_refused(keys: dict[str, Any], where: str) -> None:
     with pytest.raises(InputError) as raised:
         run(OrbitBranch(**({"along": "mu", "range": (0.1, 1.0)} | keys)), own(CIRCLE))
-    assert raised.value.where == where
+    assert raised.value.location == where
 
 
 def test_equations_that_depend_on_time_are_refused() -> None:
@@ -193,7 +193,7 @@ def test_equations_that_depend_on_time_are_refused() -> None:
 def test_keys_of_systems_are_refused_for_a_machine() -> None:
     with pytest.raises(InputError) as raised:
         run(OrbitBranch(along="u", range=(1.0, 2.0), show="x"), load_machine("drozdetskaya-2020/table-5.1"))
-    assert raised.value.where == "study.show"
+    assert raised.value.location == "study.show"
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from tests.hand_made import titled, warnings_of, with_answer
 
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.work import Work
-from wucht.files.own_equations import equations_from
-from wucht.studies.orbit_branch.answer import _orbit as orbit_entry
+from wucht.files.user_system import equations_from
+from wucht.studies.orbit_branch.answer import _orbit_entry as orbit_entry
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.registry import study_of
 
@@ -74,16 +74,16 @@ def test_branches_are_counted() -> None:
 
 def test_values_of_which_there_is_no_orbit() -> None:
     _, found = circles()
-    assert len(found.reported) == 2
+    assert len(found.orbits) == 2
     none = "there is no orbit of a known branch at mu = 0.5, 1.5"
     assert warnings_of(result(reported=())) == [none]
-    assert warnings_of(result(reported=found.reported[:1])) == ["there is no orbit of a known branch at mu = 1.5"]
+    assert warnings_of(result(reported=found.orbits[:1])) == ["there is no orbit of a known branch at mu = 1.5"]
     assert none not in warnings_of(result(reported=(), complete=False))
 
 
 def test_orbits_whose_fastest_decays_are_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
     branch = type(circles()[1].branches[0])
-    real = branch.joined
+    real = branch.whole_array
 
     def joined(self: Any, name: str) -> np.ndarray:
         values = real(self, name)
@@ -119,7 +119,7 @@ def test_the_lines_that_end_the_report() -> None:
 
 def test_exponents_are_complex() -> None:
     _, found = circles()
-    (branch, orbit), _ = found.reported
+    (branch, orbit), _ = found.orbits
     made = result(reported=((branch, replace(orbit, exponents=np.array([-0.25 + 0.75j]))),))
     assert (made.orbit_exponent_re.item(), made.orbit_exponent_im.item()) == (-0.25, 0.75)
 
@@ -139,7 +139,7 @@ def test_the_turns_of_a_branch_are_in_its_line() -> None:
 def test_exponents_of_a_rotor_per_angle_are_those_per_time_over_its_speed() -> None:
     """Half a unit of time a unit of angle: each exponent is half as large."""
     plan, found = circles()
-    (branch, one), *_ = found.reported
+    (branch, one), *_ = found.orbits
     rotating: Any = SimpleNamespace(problem=SimpleNamespace(rotor="drum"), along=plan.along)
     entry = orbit_entry(rotating, branch, replace(one, period=2.0, period_phi=4.0, exponents=np.array([-0.5 + 1.0j])))
     assert entry["exponents"] == [[-0.5, 1.0]] and entry["exponents_phi"] == [[-0.25, 0.5]]

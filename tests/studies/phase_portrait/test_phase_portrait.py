@@ -121,7 +121,7 @@ def test_the_orbit_of_the_alternative_set_ends_on_a_saddle_connection() -> None:
 
 def test_the_printed_equations_have_the_same_portrait() -> None:
     """As a table [system]; their time is the angle of the rotor."""
-    from wucht.files.own_equations import equations_from
+    from wucht.files.user_system import equations_from
 
     for u in (1.0, 7.0):
         own = equations_from(PRINTED | {"set": {"u": u}})
@@ -207,7 +207,7 @@ def test_seeded_starts_are_the_same_again() -> None:
 
 def test_default_ranges_show_all_fixed_points() -> None:
     """Of equations without angles a window around those that are found; of a machine the speeds of its drive."""
-    from wucht.files.own_equations import equations_from
+    from wucht.files.user_system import equations_from
 
     own = equations_from({"states": {"x": "mu*x - x^3", "y": "-y"}, "parameters": {"mu": 25.0}})
     result = wucht.run(wucht.PhasePortrait(trajectories=0), own)

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import wucht
-from wucht.files.own_equations import equations_from
+from wucht.files.user_system import equations_from
 from wucht.numerics.phase_plane.fixed_points import STABLE, FixedPoint
 from wucht.studies.phase_portrait import answer as portrait_answer
 
@@ -85,6 +85,6 @@ def test_a_stable_node_that_is_left_across_the_section_is_not_stable(out: float,
     case: Any = SimpleNamespace(section=SimpleNamespace(rotor_speed=lambda state: -4.0))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(portrait_answer, "_reported", lambda plan, state: ())
-        entry = portrait_answer._point(SimpleNamespace(axes=()), case, found, 0)  # type: ignore[arg-type]
+        entry = portrait_answer._point_entry(SimpleNamespace(axes=()), case, found, 0)  # type: ignore[arg-type]
     assert entry["stable"] is stable
     assert entry["transverse_phi"] == [[out / 4, 0.25], [out / 4, -0.25]] and entry["eigenvalues_phi"][0] == [-0.25, 0.0]

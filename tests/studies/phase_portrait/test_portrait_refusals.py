@@ -12,13 +12,13 @@ from tests.refusals import failed, refused
 
 import wucht
 from wucht.errors import InputError
-from wucht.files.own_equations import OwnEquations, equations_from
+from wucht.files.user_system import UserSystem, equations_from
 
 SADDLE = {"states": {"x": "mu*x - x^3", "y": "-y"}, "parameters": {"mu": 1.0}}
 SQUARE = {"x": (-2, 2), "y": (-2, 2)}
 
 
-def own(x: str, y: str = "-y") -> OwnEquations:
+def own(x: str, y: str = "-y") -> UserSystem:
     return equations_from({"states": {"x": x, "y": y}})
 
 

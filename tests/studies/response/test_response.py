@@ -19,7 +19,7 @@ from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.response.computation import Curve, found_maxima, prepare
+from wucht.studies.response.computation import ResponseCurve, collect_maxima, prepare
 from wucht.studies.response.computation import run as answered
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
@@ -49,7 +49,7 @@ def test_defaults() -> None:
 
 def test_read() -> None:
     given = {"kind": "response", "range": ["100 rpm", 300], "points": 50, "start": {}}
-    result = Response.read(given)
+    result = Response.from_table(given)
     assert result.range == pytest.approx((100 * math.pi / 30, 300.0))
     assert (result.points, result.start) == (50, {})
 
@@ -69,7 +69,7 @@ def test_read() -> None:
 )
 def test_refused(given: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        Response.read(given)
+        Response.from_table(given)
 
 
 def test_a_start_that_does_not_fit() -> None:
@@ -189,7 +189,7 @@ def test_an_infinite_amplitude_counts_where_bodies_are_stable(stable: bool) -> N
     steady: Any = SimpleNamespace(machine=plan.steady.machine, curves=plan.steady.curves, branches=(branch,))
     only = replace(plan, steady=steady)
     low = np.full(len(found.speeds), 1e-3)
-    maxima = found_maxima(only, found, [Curve(low, low, everywhere(found.speeds))])
+    maxima = collect_maxima(only, found, [ResponseCurve(low, low, everywhere(found.speeds))])
     assert [(m.value, m.stable) for m in maxima.amplitudes] == [(math.inf, stable)]
     assert (maxima.largest is not None and math.isinf(maxima.largest.value)) is stable
 

@@ -43,7 +43,7 @@ def drum(sense: int = 1, **changes: Any) -> Machine:
 
 
 def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
-    result = run(RunUp.read({"kind": "run-up", **keys}), machine)
+    result = run(RunUp.from_table({"kind": "run-up", **keys}), machine)
     return result, result.wucht.summary
 
 
@@ -250,7 +250,7 @@ def test_machines_that_are_refused(case: str) -> None:
     name, keys, says = REFUSED[case]
     machine = drum().with_values({"p1.damping": 0.0}) if name == "r2" else load_machine(name)
     with pytest.raises(InputError, match=says):
-        prepare(RunUp.read({"kind": "run-up", "until": 1.0, "model": "slow"} | keys), machine)
+        prepare(RunUp.from_table({"kind": "run-up", "until": 1.0, "model": "slow"} | keys), machine)
     with pytest.raises(InputError, match=says):
         answer(machine, **({"until": 1.0, "model": "slow"} | keys))
 

@@ -21,7 +21,7 @@ START = {"psi": 0.0, "delta": 0.5}
 
 def answer(name: str = "drozdetskaya-2020/table-5.1", **keys: Any) -> xr.Dataset:
     machine = load_machine(name)
-    return run(RunUp.read({"kind": "run-up", "model": "both"} | keys), machine)
+    return run(RunUp.from_table({"kind": "run-up", "model": "both"} | keys), machine)
 
 
 def slow_lines(axis: Axes) -> list[Line2D]:

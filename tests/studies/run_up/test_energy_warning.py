@@ -10,7 +10,7 @@ import xarray as xr
 
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
-from wucht.machines.machine import LOST
+from wucht.machines.machine import DISSIPATED_WORK
 from wucht.studies.registry import study_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -31,8 +31,8 @@ def _booked(share: float) -> xr.Dataset:
     last = motion.trajectory
     of_run = run(asked, plan.machine)
     largest = max(float(of_run[name].max()) for name in ("stored_energy", "supplied_work"))
-    lost = last.quadratures[LOST] + share * largest * np.append(np.zeros(len(last.time) - 1), 1.0)
-    booked = replace(last, quadratures={**last.quadratures, LOST: lost})
+    lost = last.quadratures[DISSIPATED_WORK] + share * largest * np.append(np.zeros(len(last.time) - 1), 1.0)
+    booked = replace(last, quadratures={**last.quadratures, DISSIPATED_WORK: lost})
     result: xr.Dataset = study.dataset(plan, replace(findings, motions=((replace(motion, trajectory=booked),),)))
     return result
 

@@ -92,6 +92,6 @@ def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
 )
 def test_what_is_refused(table: dict[str, Any], where: str, allowed: str) -> None:
     with pytest.raises(InputError, match="study") as raised:
-        prepare(RunUp.read({"kind": "run-up", "until": 10.0} | table), load_machine(MACHINE))
-    assert raised.value.where == where
-    assert allowed in raised.value.allowed
+        prepare(RunUp.from_table({"kind": "run-up", "until": 10.0} | table), load_machine(MACHINE))
+    assert raised.value.location == where
+    assert allowed in raised.value.explanation

@@ -15,7 +15,7 @@ from tests.refusals import refused
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -35,7 +35,7 @@ ALONE = (PENDULUM, "", PENDULUM.replace("p1", "p2"), "")
 
 
 def _run(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
-    result = run(RunUp.read({"kind": "run-up", **keys}), machine)
+    result = run(RunUp.from_table({"kind": "run-up", **keys}), machine)
     return result, result.wucht.summary
 
 
@@ -66,7 +66,7 @@ READ: dict[str, tuple[Mapping[str, Any], dict[str, Any]]] = {
 
 @pytest.mark.parametrize(("keys", "expected"), READ.values(), ids=READ.keys())
 def test_keys_are_read(drum: Machine, keys: Mapping[str, Any], expected: dict[str, Any]) -> None:
-    question = RunUp.read({"kind": "run-up", **keys})
+    question = RunUp.from_table({"kind": "run-up", **keys})
     assert {k: getattr(question, k) for k in expected} == expected
 
 
@@ -90,14 +90,14 @@ REFUSED = {
 @pytest.mark.parametrize(("keys", "says"), REFUSED.values(), ids=REFUSED.keys())
 def test_wrong_keys_are_refused(drum: Machine, keys: Mapping[str, Any], says: str) -> None:
     with pytest.raises(InputError, match=says):
-        RunUp.read(keys)
+        RunUp.from_table(keys)
 
 
 def test_a_dimensionless_time_has_no_unit() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
-    assert RunUp.read({"until": 100}).until == 100.0
+    assert RunUp.from_table({"until": 100}).until == 100.0
     with refused("study.until", code="dimension"):
-        run(RunUp.read({"until": "100 s"}), machine)
+        run(RunUp.from_table({"until": "100 s"}), machine)
 
 
 # Where a run ends

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.dynamics.run_ups.horizon import Horizon, numbers_a_sample
+from wucht.dynamics.run_ups.horizon import Horizon, numbers_per_sample
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
@@ -76,7 +76,7 @@ def test_a_run_of_any_length_has_few_legs(asked: dict[str, Any]) -> None:
 def test_what_is_stored_is_bounded_whatever_is_asked() -> None:
     machine = fast(200.0)
     most, starts = horizon(machine, until=1e9).most, [{"r": 0.1 * k} for k in range(100)]
-    assert 1e8 < 8 * most * numbers_a_sample(machine) < 2.5e8  # bytes
+    assert 1e8 < 8 * most * numbers_per_sample(machine) < 2.5e8  # bytes
     assert horizon(machine, until=1e9, starts=starts).most == most // 100
     for asked in ({"until": 1e9}, {"settled": True}):
         bounds = horizon(machine, **asked)

@@ -12,15 +12,15 @@ import sympy as sp
 from tests.refusals import refused
 
 from auto_demos import AB
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.jacobian import Jacobian
 from wucht.studies.runner import report, run
-from wucht.studies.speed_curve.report import in_words
+from wucht.studies.speed_curve.report import kinds_phrase
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.system import System
 
@@ -110,7 +110,7 @@ def test_a_pitchfork_of_compensation_and_together() -> None:
 @pytest.mark.slow
 def test_families_are_followed_modulo_the_family() -> None:
     """Three equal pendulums: a family of dimension 1 compensates, at the speed without vibration."""
-    machine = balanced(3, no_load_speed=180.0).with_unchecked({"drum.bearing_damping": 1e-4})
+    machine = balanced(3, no_load_speed=180.0).with_unchecked_values({"drum.bearing_damping": 1e-4})
     r = run(SpeedCurve(along="drive.slope", range=[1e-4, 0.05], points=3), machine)
     s = r.wucht.summary
     (family,) = [b for b in s["branches"] if b["family_dimension"]]
@@ -132,7 +132,7 @@ def test_families_are_followed_modulo_the_family() -> None:
 
     def growth(state: dict[str, float], slope: float) -> np.ndarray:
         values = system.values(machine.values | {"drive.slope": slope})
-        return np.linalg.eigvals(jacobian.at([state[name] for name in system.state_names], values)[1])
+        return np.linalg.eigvals(jacobian.values_at([state[name] for name in system.state_names], values)[1])
 
     for point in limits.values():
         eigenvalues = growth(point["state"], point["drive.slope"])
@@ -190,7 +190,7 @@ def test_speeds_of_no_rotor_are_left_out_with_a_sentence() -> None:
 def test_angles_that_differ_by_turns_are_one_branch() -> None:
     """theta' = mu - sin(theta) has one closed branch over mu."""
     theta, mu = sp.symbols("theta mu", real=True)
-    own = OwnEquations(System((theta,), (mu - sp.sin(theta),), (mu,), angles=frozenset({theta})), {"mu": 0.5})
+    own = UserSystem(System((theta,), (mu - sp.sin(theta),), (mu,), angles=frozenset({theta})), {"mu": 0.5})
     s = summary(own, along="mu", range=[-2.0, 2.0])
     (branch,) = s["branches"]
     assert branch["ends"] == ["it is closed"] * 2
@@ -200,10 +200,10 @@ def test_angles_that_differ_by_turns_are_one_branch() -> None:
     ]  # fmt: skip
 
 
-def own_equations(rate: str, name: str = "mu", value: float = 0.5) -> OwnEquations:
+def own_equations(rate: str, name: str = "mu", value: float = 0.5) -> UserSystem:
     """x' = rate, a formula in x and one parameter."""
     x, parameter = sp.symbols(f"x {name}", real=True)
-    return OwnEquations(System((x,), (sp.sympify(rate, {"x": x, name: parameter}),), (parameter,)), {name: value})
+    return UserSystem(System((x,), (sp.sympify(rate, {"x": x, name: parameter}),), (parameter,)), {name: value})
 
 
 def test_a_branch_that_was_found_at_its_bifurcation_is_counted_once() -> None:
@@ -230,7 +230,7 @@ def test_stability_ends_at_the_branch_point_and_not_at_a_point_beside_it_that_is
 
 
 def test_kinds_in_words() -> None:
-    assert in_words(["bogdanov-takens", "fold", "bogdanov-takens"]) == "2 Bogdanov-Takens points, one fold"
+    assert kinds_phrase(["bogdanov-takens", "fold", "bogdanov-takens"]) == "2 Bogdanov-Takens points, one fold"
 
 
 @pytest.mark.slow
@@ -282,7 +282,7 @@ def test_a_parameter_may_have_the_name_of_a_key(name: str) -> None:
 
 def test_two_parameters_may_have_the_names_of_keys() -> None:
     x, speed, kind = sp.symbols("x speed kind", real=True)
-    cusp = OwnEquations(System((x,), (speed + kind * x - x**3,), (speed, kind)), {"speed": 0.0, "kind": 0.5})
+    cusp = UserSystem(System((x,), (speed + kind * x - x**3,), (speed, kind)), {"speed": 0.0, "kind": 0.5})
     asked = {"along": "speed", "range": [-1, 1], "second": "kind", "ranges": {"x": [-2, 2]}}
     (curve,) = summary(cusp, second_range=[-0.5, 1], **asked)["curves"]
     (point,) = curve["special_points"]
@@ -296,7 +296,7 @@ def test_a_continuum_of_equilibria_is_said_to_be_none_of_isolated_points() -> No
     assert "at 7 values of mu from -0.998 to 0.998" in warning and "the equations are singular at every start" in warning
 
 
-AB_18 = OwnEquations(AB, {"p1": 0.1, "p2": 18.0}, "AUTO demo ab")
+AB_18 = UserSystem(AB, {"p1": 0.1, "p2": 18.0}, "AUTO demo ab")
 AB_RANGES = {"u1": [0, 1], "u2": [0, 10]}
 
 

@@ -17,7 +17,7 @@ from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalS
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.steady_states import Kind
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.plots.style import COLOURS, GREY
 from wucht.studies.registry import study_of
 from wucht.studies.speed_curve.spec import SpeedCurve
@@ -25,7 +25,7 @@ from wucht.system import System
 
 STUDY = study_of("speed-curve")
 X, MU, SHIFT = sp.symbols("x mu shift", real=True)
-OWN = OwnEquations(System((X,), (MU + SHIFT - X,), (MU, SHIFT)), {"mu": 5.0, "shift": 0.0})
+OWN = UserSystem(System((X,), (MU + SHIFT - X,), (MU, SHIFT)), {"mu": 5.0, "shift": 0.0})
 ASKED: dict[str, Any] = {"along": "mu", "range": [1.0, 10.0], "ranges": {"x": [-2, 22]}}
 SEARCHED = SearchedValue(5.0, None, 1, True, "as by hand")
 

@@ -13,7 +13,7 @@ import pytest
 import sympy as sp
 
 from wucht.files.catalogue import load_machine
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.plots.style import COLOURS
 from wucht.studies.registry import study_of
 from wucht.studies.runner import draw, report, run
@@ -60,7 +60,7 @@ def test_values_of_a_second_parameter_have_a_colour_each() -> None:
 @pytest.mark.slow
 def test_many_values_have_the_colours_of_a_scale() -> None:
     x, mu, shift = sp.symbols("x mu shift", real=True)
-    own = OwnEquations(System((x,), (mu + shift - x,), (mu, shift)), {"mu": 0.5, "shift": 0.0})
+    own = UserSystem(System((x,), (mu + shift - x,), (mu, shift)), {"mu": 0.5, "shift": 0.0})
     values = tuple(np.linspace(0.0, 1.0, 9).tolist())
     asked = {"along": "mu", "range": [-1, 1], "ranges": {"x": [-2, 2]}, "second": "shift", "second_values": values}
     axis = draw(run(SpeedCurve(**asked, points=1), own)).axes[0]
@@ -101,7 +101,7 @@ def test_over_a_speed_the_ratio_to_it_is_drawn() -> None:
 def test_a_curve_is_smooth_at_its_fold() -> None:
     """Near the fold of x' = mu + x^2 the lines that are drawn lie on x^2 = -mu."""
     x, mu = sp.symbols("x mu", real=True)
-    own = OwnEquations(System((x,), (mu + x**2,), (mu,)), {"mu": -0.5})
+    own = UserSystem(System((x,), (mu + x**2,), (mu,)), {"mu": -0.5})
     drawn = draw(run(SpeedCurve(along="mu", range=[-1, 1], ranges={"x": [-2, 2]}), own)).axes[0]
     lines = [line for line in drawn.lines if len(line.get_xdata()) > 20]
     for line in lines:
@@ -119,7 +119,7 @@ def test_the_plane_of_two_parameters_is_a_panel_of_its_own() -> None:
 def test_special_points_of_the_plane_are_where_both_parameters_have_them() -> None:
     """The cusp of x' = (a - 0.3) + (b - 0.6) x - x^3."""
     x, a, b = sp.symbols("x a b", real=True)
-    own = OwnEquations(System((x,), (a - 0.3 + (b - 0.6) * x - x**3,), (a, b)), {"a": 0.3, "b": 0.9})
+    own = UserSystem(System((x,), (a - 0.3 + (b - 0.6) * x - x**3,), (a, b)), {"a": 0.3, "b": 0.9})
     asked = {"along": "a", "range": [-1, 2], "ranges": {"x": [-2, 2]}, "second": "b", "second_range": [0, 2], "points": 1}
     plane = draw(run(SpeedCurve(**asked), own)).axes[-1]
     (cusp,) = [line for line in plane.lines if line.get_label() == "cusp"]

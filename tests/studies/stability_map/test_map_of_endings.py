@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.branches import orbit_endings
-from wucht.dynamics.branches.ending_curves import RETURNS, Plane, curves_between
+from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane, curves_between
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.plane_regions import PlaneCurve
@@ -18,7 +18,7 @@ from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_O
 from wucht.studies.stability_map.computation import EndingPlan
 from wucht.studies.stability_map.map_parts import MapParts
 
-PLANE = Plane(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)))
+PLANE = ParameterPlane(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)))
 LINE = PlaneCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.full(41, 0.15))
 
 
@@ -39,17 +39,17 @@ def parts(*curves: PlaneCurve, complete: bool = True) -> MapParts:
 def test_a_curve_between_places_that_differ_explains_them() -> None:
     made = parts(LINE)
     assert list(made.lines) == ["saddle-node on the orbit | saddle connection"]
-    assert {made.labels[made.areas.at(12.0, y)] for y in (-1.5, 1.5)} == {"ends at a saddle-node on the orbit"}
-    assert {made.labels[made.areas.at(18.0, y)] for y in (-1.5, 1.5)} == {"ends at a saddle connection"}
-    assert made.lost == () and made.against == ()
+    assert {made.labels[made.areas.region_at(12.0, y)] for y in (-1.5, 1.5)} == {"ends at a saddle-node on the orbit"}
+    assert {made.labels[made.areas.region_at(18.0, y)] for y in (-1.5, 1.5)} == {"ends at a saddle connection"}
+    assert made.omissions == () and made.contradictions == ()
 
 
 def test_without_one_it_is_said_that_none_was_found() -> None:
     """Of both pairs side by side, once all was looked at."""
-    (sentence,) = parts().lost
+    (sentence,) = parts().omissions
     assert sentence.startswith("between 2 pairs of neighbouring places there is no curve, such as x = 12.5, y = ")
     assert "(ends at a saddle-node on the orbit) and 17.5, " in sentence
-    assert parts(complete=False).lost == ()
+    assert parts(complete=False).omissions == ()
 
 
 @pytest.mark.parametrize("other", [(17.5, 1.0), (12.5, -1.0)])
@@ -78,7 +78,7 @@ def test_a_curve_is_looked_for_along_the_third_parameter(monkeypatch: pytest.Mon
     connected = place(12.5, 1.0, SADDLE_CONNECTION, last=seed, equilibrium=np.zeros(2))
     motion: Any = Asked()
     found = curves_between(motion, PLANE, connected, place(*other, SADDLE_NODE_ON_ORBIT), lambda _: None)
-    assert found.lost == ("near x = 12.5, y = 1: enough was asked",)
+    assert found.omissions == ("near x = 12.5, y = 1: enough was asked",)
     assert asked == [
         ("at", {"x": 12.5, "y": 1.0}),
         ("orbits", "the equations there", "winding", "scale", "longest"),

@@ -17,19 +17,19 @@ from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.stability_map.computation import state_label
-from wucht.studies.stability_map.map_parts import by_name
+from wucht.studies.stability_map.map_parts import curves_by_name
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.system import System
 
 X, Y, P, R = sp.symbols("x y p r", real=True)
-CUSP = wucht.OwnEquations(System((X,), (P + R * X - X**3,), (P, R)), {"p": 0.0, "r": 1.0}, "a cusp")
+CUSP = wucht.UserSystem(System((X,), (P + R * X - X**3,), (P, R)), {"p": 0.0, "r": 1.0}, "a cusp")
 PLANE: dict[str, Any] = {"along": "p", "range": [-2.0, 2.0], "second": "r", "second_range": [-1.0, 2.0]}
 
 
 Q = X**2 + Y**2
 # In polar coordinates r' = r (p + s r^2 - r^4), theta' = 1: a Hopf point at p = 0; orbits fold at p = -s^2/4 where s > 0.
 S = sp.Symbol("s", real=True)
-HOPF_FORM = wucht.OwnEquations(
+HOPF_FORM = wucht.UserSystem(
     System((X, Y), (X * (P + S * Q - Q**2) - Y, Y * (P + S * Q - Q**2) + X), (P, S)), {"p": 0.1, "s": 1.0}, "a Hopf point"
 )
 
@@ -53,7 +53,7 @@ def cusp() -> Any:
 
 def test_parameters_may_have_the_names_of_keys() -> None:
     p, r = sp.symbols("kind values", real=True)
-    cubic = wucht.OwnEquations(System((X,), (p + r * X - X**3,), (p, r)), {"kind": 0.0, "values": 1.0}, "a cusp")
+    cubic = wucht.UserSystem(System((X,), (p + r * X - X**3,), (p, r)), {"kind": 0.0, "values": 1.0}, "a cusp")
     keys = PLANE | {"along": "kind", "second": "values"}
     (point,) = run(StabilityMap(**keys, cells=2, orbits=False, ranges={"x": [-2.0, 2.0]}), cubic).wucht.summary["points"]
     assert point == {"kind": "cusp", "values": pytest.approx([0.0, 0.0], abs=1e-6)}
@@ -180,14 +180,14 @@ def test_interrupted_maps_are_kept() -> None:
 
 def test_small_parts() -> None:
     curves = [PlaneCurve(kind, np.empty(0), np.empty(0)) for kind in ("fold", "hopf", "fold")]
-    assert by_name(curves) == dict(zip(("fold", "hopf", "fold (2)"), curves, strict=True))
+    assert curves_by_name(curves) == dict(zip(("fold", "hopf", "fold (2)"), curves, strict=True))
     assert state_label(["together"], 2, True) == "together, modulated motion stable"
     assert state_label([], 0, True) == "nothing else"
     assert state_label([], 0, False) == "no other steady state"
 
 
 # Folds at p = -r (x = -2) and at p = r (x = 2): both coincide at (0, 0).
-PAIRS = wucht.OwnEquations(
+PAIRS = wucht.UserSystem(
     System((X,), (-((X + 2) ** 2 - P - R) * ((X - 2) ** 2 - P + R),), (P, R)), {"p": 0.5, "r": 0.1}, "pairs"
 )
 

@@ -24,7 +24,7 @@ from wucht.dynamics.branches.state_map import StateFindings
 from wucht.dynamics.branches.state_rows import OrbitRow, SteadyRow
 from wucht.dynamics.branches.steady_states import Kind
 from wucht.dynamics.work import Work
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.studies.registry import study_of
 from wucht.studies.stability_map import figure as map_figure
@@ -33,7 +33,7 @@ from wucht.system import System
 
 STUDY = study_of("stability-map")
 X, P, R, S = sp.symbols("x p r s", real=True)
-OWN = OwnEquations(System((X,), (P + R * X - X**3 + S,), (P, R, S)), {"p": 0.0, "r": 1.0, "s": 0.0}, "a cusp")
+OWN = UserSystem(System((X,), (P + R * X - X**3 + S,), (P, R, S)), {"p": 0.0, "r": 1.0, "s": 0.0}, "a cusp")
 ASKED: dict[str, Any] = {
     "along": "p", "range": [-2.0, 2.0], "second": "r", "second_range": [-1.0, 3.0], "cells": 2, "ranges": {"x": [-2.0, 2.0]},
 }  # fmt: skip

@@ -15,12 +15,12 @@ import xarray as xr
 from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
-from wucht.dynamics.sweeps.moving import IntegrationError, Leg, Mover, Place, moving_system
+from wucht.dynamics.sweeps.moving import IntegrationError, Mover, Place, SweepLeg, moving_system
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import compile_system
-from wucht.studies.memory import Memory
+from wucht.numerics.flow.compiled_system import compile_system
+from wucht.studies.memory import UnitMemory
 from wucht.studies.runner import draw, report, run
 from wucht.studies.sweep import Sweep, _doubts, prepare
 
@@ -160,9 +160,9 @@ def test_an_interrupted_search_for_jumps_is_a_valid_result(machine: Machine, que
 @pytest.fixture
 def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The names of the units of work that are computed, not read back."""
-    names, unit = list[str](), Memory.unit
+    names, unit = list[str](), UnitMemory.unit
 
-    def watched(memory: Memory, name: str, compute: Callable[[], Any]) -> Any:
+    def watched(memory: UnitMemory, name: str, compute: Callable[[], Any]) -> Any:
         def counted() -> Any:
             result = compute()
             names.append(name)
@@ -170,7 +170,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
         return unit(memory, name, counted)
 
-    monkeypatch.setattr(Memory, "unit", watched)
+    monkeypatch.setattr(UnitMemory, "unit", watched)
     return names
 
 
@@ -260,7 +260,7 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
     """Also the legs of the unit of work that failed."""
     calls, leg = count(1), Mover.leg
 
-    def failing(mover: Mover, place: Place, duration: float, to: float | None = None) -> Leg:
+    def failing(mover: Mover, place: Place, duration: float, to: float | None = None) -> SweepLeg:
         if to is not None and next(calls) == call:
             raise IntegrationError("the state is no longer finite")
         return leg(mover, place, duration, to)
@@ -279,10 +279,10 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
 def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
     compiled, times = compile_system(moving_system(machine, OMEGA_1)), list[float]()
     plan = prepare(Sweep(along=OMEGA_1, range=(5.0, 10.0)), machine)
-    mover = Mover(plan.moved, compiled, times.append)
+    mover = Mover(plan.moved_machine, compiled, times.append)
     place = mover.leg(mover.begin(), 5000.0).place
     assert place.time == times[-1] == 5000.0
-    assert max(np.diff([0.0, *times])) * plan.moved.pace.fastest <= 201 * 2 * math.pi
+    assert max(np.diff([0.0, *times])) * plan.moved_machine.pace.fastest <= 201 * 2 * math.pi
 
 
 def test_progress_grows(machine: Machine) -> None:
@@ -330,7 +330,7 @@ def test_scipy_finds_the_same(machine: Machine) -> None:
 )
 def test_bad_questions(machine: Machine, table: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        prepare(Sweep.read({"kind": "sweep"} | table), machine)
+        prepare(Sweep.from_table({"kind": "sweep"} | table), machine)
 
 
 @pytest.mark.parametrize(
@@ -358,10 +358,10 @@ def test_a_prescribed_motion_is_swept(drive: Any, motion: Any, along: str, span:
 
 
 def test_the_rate_may_have_a_unit(machine: Machine) -> None:
-    asked = prepare(Sweep.read({"along": OMEGA_1, "range": ["5 rad/s", "12 rad/s"], "rate": "0.1 rad/s^2"}), machine)
-    assert asked.moved.pace.rate == pytest.approx(0.1)
-    slope = prepare(Sweep.read({"along": "drive.slope", "range": [1e-5, 1e-4], "rate": "1e-6 N m"}), machine)
-    assert slope.moved.pace.rate == pytest.approx(1e-6)
+    asked = prepare(Sweep.from_table({"along": OMEGA_1, "range": ["5 rad/s", "12 rad/s"], "rate": "0.1 rad/s^2"}), machine)
+    assert asked.moved_machine.pace.rate == pytest.approx(0.1)
+    slope = prepare(Sweep.from_table({"along": "drive.slope", "range": [1e-5, 1e-4], "rate": "1e-6 N m"}), machine)
+    assert slope.moved_machine.pace.rate == pytest.approx(1e-6)
 
 
 @pytest.mark.parametrize(("change", "doubtful"), [(0.5, False), (30.0, True)])

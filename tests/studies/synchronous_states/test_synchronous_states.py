@@ -15,16 +15,16 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.configurations.averaged_stability import REGIONS, AveragedStability, averaged_matrices
-from wucht.analysis.configurations.closed_form import State, at_speed, members
+from wucht.analysis.configurations.closed_form import State, family_members, fixed_speed_states
 from wucht.analysis.configurations.full_stability import FullStability
-from wucht.analysis.configurations.search import by_subdivision, from_many_starts, index, speeds_in_line
+from wucht.analysis.configurations.search import index, search_by_subdivision, search_from_many_starts, speeds_in_line
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import natural_frequencies, turning
+from wucht.machines.operation import machine_at_speed, natural_frequencies
 from wucht.machines.structure import SPEED
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.jacobian import Jacobian
@@ -105,15 +105,15 @@ EVERY_TWO = [
 @pytest.mark.parametrize(("unbalances", "damping", "speed"), EVERY_TWO)
 def test_two_bodies_are_found_completely(unbalances: tuple[float, ...], damping: list[float], speed: float) -> None:
     torques = SteadyTorques.of(machine(*unbalances, carrier={"damping": damping}, drive=HELD | {"speed": speed}))
-    closed, searched = at_speed(torques, speed), by_subdivision(torques, 0.0, 0.0)
+    closed, searched = fixed_speed_states(torques, speed), search_by_subdivision(torques, 0.0, 0.0)
     assert searched.complete
     assert same(closed, searched.states)
-    assert same(closed, from_many_starts(torques, 0.0, 0.0, []))
+    assert same(closed, search_from_many_starts(torques, 0.0, 0.0, []))
 
 
 def test_equal_bodies_are_counted_once() -> None:
     torques = SteadyTorques.of(machine(0.008, 0.008))
-    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0)
+    closed, searched = fixed_speed_states(torques, 100.0), search_by_subdivision(torques, 0.0, 0.0)
     assert [s.multiplicity for s in closed] == [2, 2, 1, 1]
     assert sorted(s.multiplicity for s in searched.states) == [1, 1, 2, 2]
     assert len(closed) == len(searched.states) == 4
@@ -122,7 +122,7 @@ def test_equal_bodies_are_counted_once() -> None:
 def test_three_bodies_without_a_polygon_are_found_completely() -> None:
     """f_0 is longer than all others together: nothing compensates, and 2^3 states are in line."""
     torques = SteadyTorques.of(machine(0.002, 0.003, 0.0035))
-    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0)
+    closed, searched = fixed_speed_states(torques, 100.0), search_by_subdivision(torques, 0.0, 0.0)
     assert len(closed) == 8
     assert searched.complete
     assert same(closed, searched.states)
@@ -131,10 +131,10 @@ def test_three_bodies_without_a_polygon_are_found_completely() -> None:
 def test_a_family_is_what_the_search_leaves_undecided() -> None:
     """Three bodies that compensate: the boxes along S = 0 stay undecided, and all isolated states are found."""
     torques = SteadyTorques.of(machine(0.006, 0.007, 0.008))
-    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0, 60_000)
+    closed, searched = fixed_speed_states(torques, 100.0), search_by_subdivision(torques, 0.0, 0.0, 60_000)
     assert [s.dimension for s in closed] == [1, *[0] * 8]
     assert not searched.complete
-    assert "remain undecided" in searched.shown
+    assert "remain undecided" in searched.evidence
     assert same(closed[1:], searched.states)
 
 
@@ -152,7 +152,7 @@ def test_exciters_are_found_completely(count: int, held: float | None) -> None:
     summary = answer(m, full=False)
     assert summary["complete"], summary["shown"]
     torques = SteadyTorques.of(m)
-    states = from_many_starts(torques, 0.1, 100.01, [])
+    states = search_from_many_starts(torques, 0.1, 100.01, [])
     assert (
         len(states)
         == len(summary["states"])
@@ -192,7 +192,7 @@ def test_five_exciters_are_not_shown_complete() -> None:
 def test_indices_add_up_to_zero(m: Machine) -> None:
     """Poincare and Hopf: the torque balance is a vector field on a torus. Without one of its zeros they do not."""
     torques = SteadyTorques.of(m)
-    states = from_many_starts(torques, 0.0, 0.0, [])
+    states = search_from_many_starts(torques, 0.0, 0.0, [])
     assert index(torques, states) == 0
     assert index(torques, states[1:]) != 0
 
@@ -233,8 +233,8 @@ def test_characteristics_with_breakpoints_are_shown_complete(case: str) -> None:
     assert summary["complete"], summary["shown"]
     # Independently: at each speed the ball has two phases; their rotor's torque changes its sign where a state is.
     torques, grid = SteadyTorques.of(m), np.linspace(0.12, 119.9, 2000)
-    fixed = torques.held(100.0)
-    held = [at_speed(fixed, w) for w in grid]
+    fixed = torques.with_fixed_speed(100.0)
+    held = [fixed_speed_states(fixed, w) for w in grid]
     phases = np.array([[s.phases for s in states] for states in held])  # (N, 2, 2)
     left = np.array([torques.residual(grid, phases[:, k].T)[0] for k in (0, 1)])
     crossings = [np.flatnonzero(np.diff(np.sign(row))) for row in left]
@@ -246,10 +246,12 @@ def test_characteristics_with_breakpoints_are_shown_complete(case: str) -> None:
 
 def test_a_characteristic_that_jumps_is_not_shown_complete() -> None:
     torques = SteadyTorques.of(machine(0.004, drive=MOTOR))
-    jumps = replace(torques, own=(PiecewiseCubic(SPEED, step("torque", 60.0, 50.0, 5.0)) - SPEED / 20, torques.own[1]))
-    searched = by_subdivision(jumps, 1.0, 120.0)
+    jumps = replace(
+        torques, shaft_torques=(PiecewiseCubic(SPEED, step("torque", 60.0, 50.0, 5.0)) - SPEED / 20, torques.shaft_torques[1])
+    )
+    searched = search_by_subdivision(jumps, 1.0, 120.0)
     assert not searched.complete
-    assert searched.shown.startswith("a drive or load has a characteristic that jumps")
+    assert searched.evidence.startswith("a drive or load has a characteristic that jumps")
 
 
 # --- the description of a state ---
@@ -294,13 +296,15 @@ def test_the_members_of_a_family_are_all_judged_without_inertia_too() -> None:
     """Three balls just above resonance of an anisotropic carrier: each member's exponents against difference quotients."""
     m = machine(0.006, 0.006, 0.006, carrier={"damping": [300.0, 300.0]})
     torques, slow = SteadyTorques.of(m), averaged_machine(m, inertia=False)
-    state = next(s for s in at_speed(torques, 100.0) if s.dimension)
-    at = members(torques, 5)
+    state = next(s for s in fixed_speed_states(torques, 100.0) if s.dimension)
+    at = family_members(torques, 5)
     of_members = AveragedStability(torques, slow).exponents(state, at)
     linear, h = Jacobian.of(slow.system), 1e-6
     for k, phases in enumerate(at.T):
         x = slow.steady_state(state.speed, phases)
-        ahead, behind = (np.array([linear.at(x + s * h * e, slow.values())[0] for e in np.eye(len(x))]).T for s in (1, -1))
+        ahead, behind = (
+            np.array([linear.values_at(x + s * h * e, slow.values())[0] for e in np.eye(len(x))]).T for s in (1, -1)
+        )
         exponents = np.linalg.eigvals((ahead - behind) / (2 * h))
         rest = np.sort(exponents[np.argsort(np.abs(exponents))][state.dimension :].real)
         assert np.sort(of_members[k].real) == pytest.approx(rest, rel=1e-5)
@@ -404,12 +408,12 @@ def test_a_screen_throws_along_45_degrees() -> None:
 @pytest.mark.parametrize("given", [None, 100.0])
 def test_the_slow_matrix_is_that_of_the_slow_equations(given: float | None) -> None:
     for m in (machine(0.006, 0.007, 0.008, drive=MOTOR), exciters(3)):
-        slow = averaged_machine(m, held=given is not None)
+        slow = averaged_machine(m, has_fixed_speed=given is not None)
         torques = SteadyTorques.from_slow(averaged_machine(m))
-        torques = torques if given is None else torques.held(given)
+        torques = torques if given is None else torques.with_fixed_speed(given)
         state = State(given or 97.0, np.array([0.0, 1.0, 2.5, 4.0][: torques.size]))
         matrix = averaged_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
-        jacobian = Jacobian.of(slow.system).at(slow.steady_state(state.speed, state.phases), slow.values(given))[1]
+        jacobian = Jacobian.of(slow.system).values_at(slow.steady_state(state.speed, state.phases), slow.values(given))[1]
         assert np.sort_complex(np.linalg.eigvals(matrix)) == pytest.approx(
             np.sort_complex(np.linalg.eigvals(jacobian)), rel=1e-9
         )
@@ -429,7 +433,7 @@ def test_an_exponent_that_is_zero_is_not_decided() -> None:
     torques = SteadyTorques.of(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
     free = replace(torques, relative=np.zeros((3, 3)))
     slow = averaged_machine(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
-    stability = AveragedStability(free, slow).stability(at_speed(free, 200.0)[0])
+    stability = AveragedStability(free, slow).stability(fixed_speed_states(free, 200.0)[0])
     assert stability.stable is None
     assert stability.reason == "neither grows nor decays"
 
@@ -494,9 +498,9 @@ def test_a_family_that_gravity_breaks_is_judged_across_it() -> None:
 @pytest.mark.slow
 def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
     """Over two hundred turns the phases creep as far as one turn says two hundred times."""
-    m = turning(machine(0.006, 0.006, 0.006, 0.006, carrier={"gravity": 9.81, "damping": [300.0, 400.0]}), None)
+    m = machine_at_speed(machine(0.006, 0.006, 0.006, 0.006, carrier={"gravity": 9.81, "damping": [300.0, 400.0]}), None)
     torques = SteadyTorques.of(m)
-    state = next(s for s in at_speed(torques, 100.0) if s.dimension)
+    state = next(s for s in fixed_speed_states(torques, 100.0) if s.dimension)
     full, turns = FullStability(torques, True), 200
     orbit = full.orbit(state)
     names = full.flow.system.state_names
@@ -569,8 +573,10 @@ def test_no_state_lies_at_an_undamped_resonance() -> None:
     torques = SteadyTorques.of(undamped())
     (pole,) = torques.poles(0.1, 101.0)
     assert pole == pytest.approx(math.sqrt(5e4 / 90))
-    assert not torques.balanced(pole, np.array([0.0, math.pi]))
-    assert "subdivision, 22 boxes" in by_subdivision(torques, 0.101, 101.0101).shown  # not a hundred thousand at the pole
+    assert not torques.is_balanced(pole, np.array([0.0, math.pi]))
+    assert (
+        "subdivision, 22 boxes" in search_by_subdivision(torques, 0.101, 101.0101).evidence
+    )  # not a hundred thousand at the pole
 
 
 def test_all_torques_together_are_what_the_carrier_dissipates() -> None:
@@ -696,7 +702,7 @@ def test_refused_machines() -> None:
 def test_refused_questions(table: dict[str, Any], refusal: Refusal) -> None:
     m = machine(0.012, 0.008)
     with refusal:
-        prepare(SynchronousStates.read(table), m)
+        prepare(SynchronousStates.from_table(table), m)
 
 
 @pytest.mark.parametrize(
@@ -709,7 +715,7 @@ def test_refused_questions(table: dict[str, Any], refusal: Refusal) -> None:
 )
 def test_a_dimensionless_machine_has_no_units(table: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        run(SynchronousStates.read(table), load_machine("drozdetskaya-2020/table-5.1"))
+        run(SynchronousStates.from_table(table), load_machine("drozdetskaya-2020/table-5.1"))
 
 
 def test_a_body_without_unbalance_is_refused_beforehand() -> None:

@@ -18,8 +18,8 @@ from tests.refusals import refused
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
-from wucht.studies.synchronous_states.answer import chosen
-from wucht.studies.synchronous_states.figure import _MOST, _appearance, _lies_upon
+from wucht.studies.synchronous_states.answer import select_states
+from wucht.studies.synchronous_states.figure import _MOST, _appearance, _arrows_overlap
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 AXES = {"speed": (10.0, 400.0, 20), "ratio": (0.0, 3.0, 12)}
@@ -75,7 +75,7 @@ def test_force_balances(rollers: xr.Dataset) -> None:
         sides = arrows(axis)
         assert len(sides) == 4
         for one, other in combinations(sides, 2):
-            assert not _lies_upon(one, other, 1e-6), "an arrow behind another"
+            assert not _arrows_overlap(one, other, 1e-6), "an arrow behind another"
         assert axis.get_title().endswith("at 80 rad/s")
         tail, head = sides[-1]
         assert abs(head - tail) == pytest.approx(float(rollers.residual_unbalance[k]), rel=1e-9)
@@ -223,7 +223,7 @@ def test_what_is_left_out_is_not_stable() -> None:
     verdicts = np.array(
         ["unstable"] * 15 + ["stable", "undecided", "unstable", "stable in the averaged equations only", "unstable"]
     )
-    shown = chosen(verdicts.tolist(), _MOST)
+    shown = select_states(verdicts.tolist(), _MOST)
     assert len(shown) == _MOST
     assert shown == sorted(shown)
     assert {15, 16, 18} <= set(shown)

@@ -82,7 +82,7 @@ def test_an_induction_motor_drives_a_fan_through_a_resonance() -> None:
     exact = [brentq(surplus, grid[i], grid[i + 1], xtol=1e-13) for i in np.flatnonzero(np.diff(signs))]
     assert [p["speed"] for p in points] == pytest.approx(exact, rel=1e-11)
     for p in points:
-        assert (p["slope"], p["no_load_speed"]) == pytest.approx(motor.linearised(p["speed"]), rel=1e-12)
+        assert (p["slope"], p["no_load_speed"]) == pytest.approx(motor.linearisation(p["speed"]), rel=1e-12)
         assert p["torque"] == pytest.approx(motor.torque_at(p["speed"]), rel=1e-12)
         assert p["slip"] == pytest.approx(1 - p["speed"] / (50 * math.pi), rel=1e-12)
     slip, speed, torque = motor.breakdown()  # type: ignore[attr-defined]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine
+from wucht.analysis.averaged_machine import AveragedMachine
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
 from wucht.system import substitute_definitions

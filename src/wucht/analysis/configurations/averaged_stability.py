@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.analysis.averaged import AveragedMachine
-from wucht.analysis.configurations.closed_form import State, branches, compensating
+from wucht.analysis.averaged_machine import AveragedMachine
+from wucht.analysis.configurations.closed_form import State, branches, compensating_phases
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.numerics.jacobian import Jacobian
 
@@ -34,12 +34,12 @@ class Stability:
     reason: str = ""
 
     @classmethod
-    def undecided(cls, reason: str) -> Stability:
+    def without_verdict(cls, reason: str) -> Stability:
         """An undecided stability without exponents."""
         return cls(None, np.empty(0, complex), reason)
 
     @classmethod
-    def of_exponents(cls, exponents: np.ndarray, neutral: float, reason: str) -> Stability:
+    def from_exponents(cls, exponents: np.ndarray, neutral: float, reason: str) -> Stability:
         """Stability by the largest real part. neutral: below it an exponent counts as zero, and ``reason`` is reported."""
         if not np.isfinite(exponents).all():
             return cls(None, exponents, "the exponents cannot be computed here")
@@ -58,33 +58,33 @@ class AveragedStability:
     """The averaged equations of a machine, linearised about its steady phase configurations."""
 
     torques: SteadyTorques
-    averaged: AveragedMachine
+    slow: AveragedMachine
 
     @cached_property
     def _linear(self) -> Jacobian:
-        return Jacobian.of(self.averaged.system)
+        return Jacobian.of(self.slow.system)
 
     def stability(self, state: State) -> Stability:
         """Stability of a state, transverse to its family."""
         exponents = self.exponents(state, state.phases[:, None])[0]
         neutral = NEUTRAL * float(np.abs(exponents).max(initial=0.0))
-        return Stability.of_exponents(exponents, neutral, "neither grows nor decays")
+        return Stability.from_exponents(exponents, neutral, "neither grows nor decays")
 
     def exponents(self, state: State, phases: np.ndarray) -> np.ndarray:
         """The exponents (N, k) of members (n, N) of a state's family, transverse to it, the fastest growing first.
 
         NaN where the equations are singular.
         """
-        speed, averaged = state.inside.speed, self.averaged
-        if averaged.inertia and averaged.order == 1:
+        speed, slow = state.interior_state.speed, self.slow
+        if slow.inertia and slow.order == 1:
             matrices = averaged_matrices(self.torques, np.full(phases.shape[1], speed), phases)
         else:
-            states = np.array([averaged.steady_state(speed, at) for at in phases.T]).T
-            matrices = np.moveaxis(self._linear(states, averaged.values())[1], -1, 0)
+            states = np.array([slow.steady_state(speed, at) for at in phases.T]).T
+            matrices = np.moveaxis(self._linear(states, slow.values())[1], -1, 0)
         regular = np.isfinite(matrices).all(axis=(1, 2))
         exponents = np.full(matrices.shape[:2], np.nan, complex)
         exponents[regular] = np.linalg.eigvals(matrices[regular])
-        return transverse(exponents, state.neutral)
+        return transverse_exponents(exponents, state.neutral)
 
 
 def averaged_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
@@ -95,7 +95,7 @@ def averaged_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.nda
     n, free = torques.size, list(torques.free)
     change, rate = torques.slopes(speeds, phases)
     by_speed = np.repeat(-torques.relative[:, :, None], len(speeds), axis=2)
-    by_speed[np.arange(n), np.arange(n)] += torques.alone(speeds)[1]
+    by_speed[np.arange(n), np.arange(n)] += torques.shaft_torque(speeds)[1]
     by_speed[:, 0] += rate
     inverse = np.linalg.inv(torques.inertia[np.ix_(free, free)])
     matrices = np.zeros((len(speeds), n - 1 + len(free), n - 1 + len(free)))
@@ -105,16 +105,16 @@ def averaged_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.nda
     return matrices
 
 
-def held_stability(held: SteadyTorques, speeds: np.ndarray, phases: np.ndarray, dimension: int) -> np.ndarray:
+def transverse_stability(torques: SteadyTorques, speeds: np.ndarray, phases: np.ndarray, dimension: int) -> np.ndarray:
     """True (N,) where steady phases (n, N) at fixed speeds (N,) of the main rotor are stable across their family."""
-    exponents = transverse(np.linalg.eigvals(averaged_matrices(held, speeds, phases)), dimension)
+    exponents = transverse_exponents(np.linalg.eigvals(averaged_matrices(torques, speeds, phases)), dimension)
     return np.asarray(exponents.real.max(axis=1) < -NEUTRAL * np.abs(exponents).max(axis=1))
 
 
-def transverse(eigenvalues: np.ndarray, dimension: int) -> np.ndarray:
+def transverse_exponents(eigenvalues: np.ndarray, dimension: int) -> np.ndarray:
     """Eigenvalues (N, k) without the ``dimension`` smallest, the fastest growing first."""
-    others = np.take_along_axis(eigenvalues, np.argsort(np.abs(eigenvalues), axis=-1)[..., dimension:], -1)
-    return np.asarray(np.take_along_axis(others, np.argsort(-others.real, axis=-1, kind="stable"), -1))
+    remaining = np.take_along_axis(eigenvalues, np.argsort(np.abs(eigenvalues), axis=-1)[..., dimension:], -1)
+    return np.asarray(np.take_along_axis(remaining, np.argsort(-remaining.real, axis=-1, kind="stable"), -1))
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class Regions:
     exists: np.ndarray
 
     @classmethod
-    def joined(cls, tiles: Sequence[Regions]) -> Regions:
+    def from_tiles(cls, tiles: Sequence[Regions]) -> Regions:
         """Join tiles of the same speeds, in the order of their ratios."""
         stable, exists = (np.concatenate([getattr(t, name) for t in tiles], axis=1) for name in ("stable", "exists"))
         return cls(tiles[0].speed, np.concatenate([t.ratio for t in tiles]), stable, exists)
@@ -140,21 +140,21 @@ def regions(torques: SteadyTorques, speeds: np.ndarray, ratios: np.ndarray) -> R
     """The regions at speeds (N,) and ratios (M,), the main rotor fixed at each speed; the inertia of the bodies is kept."""
     stable, exists = np.zeros((2, len(REGIONS), len(ratios), len(speeds)), bool)
     for row, ratio in enumerate(ratios):
-        held = torques.held(float(speeds[0])).with_ratio(ratio)
-        for region, phases, valid, dimension in _states(held, speeds):
+        fixed_speed_torques = torques.with_fixed_speed(float(speeds[0])).with_ratio(ratio)
+        for region, phases, valid, dimension in _states(fixed_speed_torques, speeds):
             exists[region, row] |= valid
-            stable[region, row, valid] |= held_stability(held, speeds[valid], phases[:, valid], dimension)
+            stable[region, row, valid] |= transverse_stability(fixed_speed_torques, speeds[valid], phases[:, valid], dimension)
     return Regions(speeds, ratios, stable, exists)
 
 
 def _states(torques: SteadyTorques, speeds: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray, int]]:
     """Region, phases (n, N), existence of such a state (N,), and the dimension of its family."""
-    for phases, dimension, _ in compensating(torques, spread=False)[:1]:
+    for phases, dimension, _ in compensating_phases(torques, spread=False)[:1]:
         yield 0, np.repeat(phases[:, None], len(speeds), axis=1), np.ones(len(speeds), bool), dimension
     c = torques.coefficients
     assert c is not None
     for branch in branches(torques, speeds):
         phases = branch.phases(speeds)
         exists, adding = np.isfinite(phases[0]), np.abs(c @ np.exp(1j * phases)) >= abs(c[0])
-        for region, valid in ((3, exists),) if len(set(branch.beside)) > 1 else ((1, exists & adding), (2, exists & ~adding)):
+        for region, valid in ((3, exists),) if len(set(branch.sides)) > 1 else ((1, exists & adding), (2, exists & ~adding)):
             yield region, phases, valid, 0

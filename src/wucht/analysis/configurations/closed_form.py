@@ -36,7 +36,7 @@ _PAST_THE_BREAKPOINT = 1e-6  # of a speed
 _BESIDE = 1e-9  # of a speed: distance of neighbours that tell an isolated zero
 
 
-def compensating(torques: SteadyTorques, spread: bool = True) -> list[tuple[np.ndarray, int, int]]:
+def compensating_phases(torques: SteadyTorques, spread: bool = True) -> list[tuple[np.ndarray, int, int]]:
     """Phases (n,) at which the unbalances compensate, S = 0: with the dimension of their family and their multiplicity.
 
     Two bodies: 000 (42)-(44), both triangles (one, if the bodies are equal). More: one member of the family. None where the
@@ -46,19 +46,19 @@ def compensating(torques: SteadyTorques, spread: bool = True) -> list[tuple[np.n
     if c is None or torques.size < 3:
         return []
     sizes, angles = np.abs(c), np.angle(c)
-    balanced = sizes[0] <= EVEN * sizes.max()
+    is_balanced = sizes[0] <= EVEN * sizes.max()
     rest = sizes.sum() - 2 * sizes.max()
-    if rest <= EVEN * sizes.sum() and not (balanced and torques.size == 3 and abs(sizes[1] - sizes[2]) <= EVEN * sizes[1]):
+    if rest <= EVEN * sizes.sum() and not (is_balanced and torques.size == 3 and abs(sizes[1] - sizes[2]) <= EVEN * sizes[1]):
         return []
-    if balanced or torques.size > 3:
+    if is_balanced or torques.size > 3:
         at = _closed_polygon(sizes, _REPELLING if spread else 0) if torques.size > 3 else np.array([0.0, 0.0, np.pi])
-        return [((at - angles) % (2 * np.pi), torques.size - 3 + (1 if balanced else 0), 1)]
+        return [((at - angles) % (2 * np.pi), torques.size - 3 + (1 if is_balanced else 0), 1)]
     f0, f1, f2 = sizes
     first = math.acos(np.clip((f0**2 + f1**2 - f2**2) / (2 * f0 * f1), -1, 1))
     second = math.acos(np.clip((f0**2 - f1**2 + f2**2) / (2 * f0 * f2), -1, 1))
-    both = [np.array([0.0, np.pi - s * first, np.pi + s * second]) for s in (1, -1)]
+    mirror_pair = [np.array([0.0, np.pi - s * first, np.pi + s * second]) for s in (1, -1)]
     equal = len(torques.classes) == 1
-    return [((at - angles) % (2 * np.pi), 0, 2 if equal else 1) for at in (both[:1] if equal else both)]
+    return [((at - angles) % (2 * np.pi), 0, 2 if equal else 1) for at in (mirror_pair[:1] if equal else mirror_pair)]
 
 
 def _closed_polygon(sizes: np.ndarray, steps: int) -> np.ndarray:
@@ -69,9 +69,9 @@ def _closed_polygon(sizes: np.ndarray, steps: int) -> np.ndarray:
     n = len(sizes)
     start = np.concatenate([[0.0], 2 * np.pi * (np.arange(n - 1) + 0.5) / (n - 1)])
     draw = np.random.default_rng(1)
-    while (closed := _closing(sizes, start)) is None:
+    while (polygon := _close_polygon(sizes, start)) is None:
         start = np.concatenate([[0.0], draw.uniform(0, 2 * np.pi, n - 1)])
-    at, rate = closed, 0.1
+    at, rate = polygon, 0.1
     for _ in range(steps):
         apart = at[1:, None] - at[None, 1:]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -82,9 +82,9 @@ def _closed_polygon(sizes: np.ndarray, steps: int) -> np.ndarray:
         largest = np.abs(along).max()
         if largest <= 1e-9:
             break
-        moved = _closing(sizes, np.concatenate([[0.0], at[1:] + along * min(rate, rate / largest)]))
-        if moved is not None and _crowding(moved) < _crowding(at):
-            at = moved
+        candidate = _close_polygon(sizes, np.concatenate([[0.0], at[1:] + along * min(rate, rate / largest)]))
+        if candidate is not None and _crowding(candidate) < _crowding(at):
+            at = candidate
         else:
             rate /= 2
     return at
@@ -95,33 +95,33 @@ def _crowding(at: np.ndarray) -> float:
     return float((1 / np.maximum(1 - np.cos(apart), 1e-12)).sum())
 
 
-def _closing(sizes: np.ndarray, at: np.ndarray) -> np.ndarray | None:
+def _close_polygon(sizes: np.ndarray, at: np.ndarray) -> np.ndarray | None:
     """The angles (n,) near these at which the sides close, None where Newton's method does not converge."""
-    closed = _closed(sizes, at[:, None])
-    return closed[:, 0] if closed.size else None
+    polygons = _close_polygons(sizes, at[:, None])
+    return polygons[:, 0] if polygons.size else None
 
 
-def _closed(sizes: np.ndarray, starts: np.ndarray) -> np.ndarray:
+def _close_polygons(sizes: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """The angles (n, k) near these (n, N) at which the sides close, by shortest Newton steps, where they converge."""
     at, sizes = starts.copy(), sizes[:, None]
     for _ in range(60):
-        left = (sizes * np.exp(1j * at)).sum(axis=0)
-        if (np.abs(left) <= 1e-15 * sizes.sum()).all():
+        gap = (sizes * np.exp(1j * at)).sum(axis=0)
+        if (np.abs(gap) <= 1e-15 * sizes.sum()).all():
             break
         sides = (1j * sizes * np.exp(1j * at))[1:]
         rows = np.array([sides.real, sides.imag]).transpose(2, 0, 1)
-        step = (np.linalg.pinv(rows, rcond=1e-8) @ -np.array([left.real, left.imag]).T[..., None])[..., 0].T
+        step = (np.linalg.pinv(rows, rcond=1e-8) @ -np.array([gap.real, gap.imag]).T[..., None])[..., 0].T
         at[1:] += step * np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(axis=0), 1e-300))
     return np.asarray(at[:, np.abs((sizes * np.exp(1j * at)).sum(axis=0)) <= 1e-12 * sizes.sum()])
 
 
-def members(torques: SteadyTorques, count: int) -> np.ndarray:
+def family_members(torques: SteadyTorques, count: int) -> np.ndarray:
     """Phases (n, k) of up to ``count`` members of the family that compensates, from evenly distributed starts."""
     c = torques.coefficients
     assert c is not None
     starts = np.random.default_rng(2).uniform(0, 2 * np.pi, (len(c), count))
     starts[0] = 0.0
-    return np.asarray((_closed(np.abs(c), starts) - np.angle(c)[:, None]) % (2 * np.pi))
+    return np.asarray((_close_polygons(np.abs(c), starts) - np.angle(c)[:, None]) % (2 * np.pi))
 
 
 @dataclass(frozen=True)
@@ -137,18 +137,18 @@ class State:
     phases: np.ndarray
     dimension: int = 0
     multiplicity: int = 1
-    beside: tuple[int, ...] = ()
-    indifferent: bool = False
+    sides: tuple[int, ...] = ()
+    is_indifferent: bool = False
 
     @property
     def neutral(self) -> int:
         """Number of directions in which neighbours are steady too: along its family, and to greater speeds."""
-        return self.dimension + int(self.indifferent)
+        return self.dimension + int(self.is_indifferent)
 
     @property
-    def inside(self) -> State:
+    def interior_state(self) -> State:
         """The same state; if it is indifferent, a little faster: past the breakpoint of the characteristic."""
-        return replace(self, speed=self.speed * (1 + _PAST_THE_BREAKPOINT)) if self.indifferent else self
+        return replace(self, speed=self.speed * (1 + _PAST_THE_BREAKPOINT)) if self.is_indifferent else self
 
 
 @dataclass(frozen=True)
@@ -160,16 +160,16 @@ class PhaseBranch:
     """
 
     level: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-    other: bool
+    is_supplementary: bool
     shift: np.ndarray
     multiplicity: int = 1
-    beside: tuple[int, ...] = ()
+    sides: tuple[int, ...] = ()
 
     def phases(self, speeds: np.ndarray) -> np.ndarray:
         """alpha (n, N), NaN where there is no such state."""
         eta, q = self.level(speeds)
         angle = np.arcsin(np.where(np.abs(q) <= 1 + 1e-14, np.clip(q, -1, 1), np.nan))
-        phases: np.ndarray = self.shift[:, None] + (eta + (np.pi - angle if self.other else angle))[None]
+        phases: np.ndarray = self.shift[:, None] + (eta + (np.pi - angle if self.is_supplementary else angle))[None]
         phases[0] = np.where(np.isfinite(angle), 0.0, np.nan)
         return phases
 
@@ -180,14 +180,14 @@ class PhaseBranch:
     def states(self, speeds: np.ndarray) -> list[State]:
         """States at those of the speeds at which the branch exists."""
         every = zip(speeds, self.phases(speeds).T % (2 * math.pi), strict=True)
-        return [State(float(w), at, 0, self.multiplicity, self.beside) for w, at in every if np.isfinite(at).all()]
+        return [State(float(w), at, 0, self.multiplicity, self.sides) for w, at in every if np.isfinite(at).all()]
 
 
 def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[PhaseBranch]:
     """All branches of bodies in line, or of two bodies. speeds: at which they will be evaluated."""
-    if torques.coefficients is None or not torques.idle(speeds):
+    if torques.coefficients is None or not torques.has_idle_bodies(speeds):
         level = partial(_level_of_two, torques)
-        return [PhaseBranch(level, other, np.zeros(2)) for other in (False, True)]
+        return [PhaseBranch(level, is_supplementary, np.zeros(2)) for is_supplementary in (False, True)]
     c = torques.coefficients
     sizes = np.abs(c)
     if sizes[1:].min() <= EVEN * sizes.max():
@@ -197,10 +197,14 @@ def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[PhaseBranch]:
         return []  # in line on a balanced rotor they would be dragged: only compensating states are steady
     return [
         PhaseBranch(
-            partial(_level_in_line, torques, g / sizes[0]), other, np.pi * side - np.angle(c), many, tuple(side[1:].tolist())
+            partial(_level_in_line, torques, g / sizes[0]),
+            is_supplementary,
+            np.pi * side - np.angle(c),
+            many,
+            tuple(side[1:].tolist()),
         )
         for side, g, many, twice in patterns(torques)
-        for other in ((False,) if twice else (False, True))
+        for is_supplementary in ((False,) if twice else (False, True))
     ]
 
 
@@ -234,54 +238,55 @@ def _level_in_line(torques: SteadyTorques, ratio: float, speeds: np.ndarray) -> 
 def _level_of_two(torques: SteadyTorques, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     a = torques.influence(speeds)[0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        q = (2 * torques.alone(speeds)[0][1] / speeds**4 + a[:, 1, 1].imag) / np.abs(a[:, 1, 0])
+        q = (2 * torques.shaft_torque(speeds)[0][1] / speeds**4 + a[:, 1, 1].imag) / np.abs(a[:, 1, 0])
     return np.angle(a[:, 1, 0]), np.where(np.isfinite(q), q, np.inf)
 
 
-def at_speed(torques: SteadyTorques, speed: float) -> list[State]:
+def fixed_speed_states(torques: SteadyTorques, speed: float) -> list[State]:
     """All states at a given speed; one entry for each family, and for states in which equal bodies are exchanged."""
     speeds = np.array([speed])
-    several = compensating(torques) if torques.coefficients is not None and torques.idle(speeds) else []
+    several = compensating_phases(torques) if torques.coefficients is not None and torques.has_idle_bodies(speeds) else []
     states = [State(speed, at, dimension, many) for at, dimension, many in several]
     return states + [s for branch in branches(torques, speeds) for s in branch.states(speeds)]
 
 
-def over_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[State]:
+def free_speed_states(torques: SteadyTorques, grid: np.ndarray) -> list[State]:
     """All states whose speed the drive decides, with speeds within a grid (N,) that resolves the resonances."""
-    several = compensating(torques) if torques.idle(grid) else []
-    ends = resting_speeds(torques, grid) if several else []
-    states = [State(w, at, dimension, many, indifferent=beyond) for w, beyond in ends for at, dimension, many in several]
-    return states + [s for branch in branches(torques, grid) for s in branch.states(_speeds_of(torques, branch, grid))]
+    several = compensating_phases(torques) if torques.has_idle_bodies(grid) else []
+    ends = balance_speeds(torques, grid) if several else []
+    states = [State(w, at, dimension, many, is_indifferent=beyond) for w, beyond in ends for at, dimension, many in several]
+    return states + [s for branch in branches(torques, grid) for s in branch.states(_branch_speeds(torques, branch, grid))]
 
 
-def resting_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[tuple[float, bool]]:
+def balance_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[tuple[float, bool]]:
     """The speeds on a grid (N,) at which the bodies' shaft torques balance, and True where they also do beyond it.
 
     For an interval without torque its lower end is returned, the speed that is reached.
     """
 
-    def left(w: np.ndarray) -> np.ndarray:
-        return np.asarray(torques.alone(w)[0].sum(axis=0))
+    def net_torque(w: np.ndarray) -> np.ndarray:
+        return np.asarray(torques.shaft_torque(w)[0].sum(axis=0))
 
-    def gone(w: float) -> bool:
-        return bool(left(np.array([w]))[0] == 0)
+    def is_torque_free(w: float) -> bool:
+        return bool(net_torque(np.array([w]))[0] == 0)
 
-    touched = grid[left(grid) == 0]
-    beside = np.concatenate([touched * (1 - _BESIDE), touched * (1 + _BESIDE)])
+    exact_zeros = grid[net_torque(grid) == 0]
+    beside = np.concatenate([exact_zeros * (1 - _BESIDE), exact_zeros * (1 + _BESIDE)])
     grid = np.unique(np.concatenate([grid, beside[(beside > grid[0]) & (beside < grid[-1])]]))
-    zero = left(grid) == 0
+    zero = net_torque(grid) == 0
     begins = np.flatnonzero(zero[:-1] & zero[1:] & ~np.concatenate([[True], zero[:-2]]))
     intervals = [  # without torque: from the first speed on, to the next sample that has one
-        (first_where(gone, float(grid[i - 1]), float(grid[i])), float(grid[i:][~zero[i:]].min(initial=np.inf))) for i in begins
+        (first_where(is_torque_free, float(grid[i - 1]), float(grid[i])), float(grid[i:][~zero[i:]].min(initial=np.inf)))
+        for i in begins
     ]
-    single = [w for w in zeros_of(left, grid).tolist() if not any(a * (1 - _BESIDE) <= w <= b for a, b in intervals)]
+    single = [w for w in zeros_of(net_torque, grid).tolist() if not any(a * (1 - _BESIDE) <= w <= b for a, b in intervals)]
     return sorted([*((w, True) for w, _ in intervals), *((w, False) for w in single)])
 
 
-def _speeds_of(torques: SteadyTorques, branch: PhaseBranch, grid: np.ndarray) -> np.ndarray:
+def _branch_speeds(torques: SteadyTorques, branch: PhaseBranch, grid: np.ndarray) -> np.ndarray:
     """Speeds of a branch at which the main rotor's torque balances too."""
 
-    def left(w: np.ndarray) -> np.ndarray:
+    def residual_torque(w: np.ndarray) -> np.ndarray:
         return np.asarray(torques.residual(w, branch.phases(w))[0])
 
     edges = zeros_of(branch.margin, grid)
@@ -292,7 +297,7 @@ def _speeds_of(torques: SteadyTorques, branch: PhaseBranch, grid: np.ndarray) ->
         points = np.unique(np.concatenate([points, inside[(inside > low) & (inside < high)]]))
         points = points[branch.margin(points) >= 0]
         if len(points):
-            speeds.append(zeros_of(left, points))
+            speeds.append(zeros_of(residual_torque, points))
     return np.concatenate(speeds)
 
 

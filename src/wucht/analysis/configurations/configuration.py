@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
-from wucht.analysis.configurations.closed_form import State, members
+from wucht.analysis.configurations.closed_form import State, family_members
 from wucht.analysis.configurations.steady_branches import overlapping
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.throw import Throw, steady_throw
-from wucht.analysis.vibration import Forced, unbalances
-from wucht.numerics.angles import wrapped
+from wucht.analysis.vibration import ForcedVibration, unbalances
+from wucht.numerics.angles import wrap_angle
 
 NAMES = ("compensating", "together", "opposed")
 TYPES: dict[str | None, str] = dict(zip(NAMES, ("I", "II", "III"), strict=True))  # of 002, section 5.1
@@ -27,12 +27,12 @@ STABLE, STABLE_SLOW, UNSTABLE, UNSTABLE_SLOW, UNDECIDED = (
 _BEYOND = "no torque acts from this speed on: all greater speeds are steady too, and this is the one that is reached"
 
 
-def residual_unbalance(torques: SteadyTorques, own: np.ndarray, phases: np.ndarray) -> float | None:
+def residual_unbalance(torques: SteadyTorques, body_unbalances: np.ndarray, phases: np.ndarray) -> float | None:
     """The residual of the bodies' unbalances (n,) at phases (n,); None where bodies are not on one axis."""
-    if not torques.in_line:
+    if not torques.is_coaxial:
         return None
-    left = float(abs((own * np.exp(1j * phases)).sum()))
-    return left if left > _NOTHING_LEFT * np.abs(own).sum() else 0.0
+    residual = float(abs((body_unbalances * np.exp(1j * phases)).sum()))
+    return residual if residual > _NOTHING_LEFT * np.abs(body_unbalances).sum() else 0.0
 
 
 def name_of(torques: SteadyTorques, state: State, residual: float | None) -> str | None:
@@ -40,18 +40,18 @@ def name_of(torques: SteadyTorques, state: State, residual: float | None) -> str
     t = torques
     if residual == 0.0 and (t.size > 2 or t.heads[-1] == 0):  # two exciters that cancel each other are opposed
         return "compensating"
-    if len(state.beside) > 1:
-        return "together" if len(set(state.beside)) == 1 else "opposed"
+    if len(state.sides) > 1:
+        return "together" if len(set(state.sides)) == 1 else "opposed"
     if t.size == 2 and (t.coefficients is not None or bool((t.senses == t.senses[0]).all())):
         cosine = math.cos(state.phases[1])
         return ("together" if cosine > 0 else "opposed") if abs(cosine) > _IN_LINE else None
     apart = np.abs(np.exp(1j * state.phases)[:, None] - np.exp(1j * state.phases))
-    return "together" if t.in_line and apart.max() <= _NEAR else None
+    return "together" if t.is_coaxial and apart.max() <= _NEAR else None
 
 
 def type_of(torques: SteadyTorques, name: str | None) -> str | None:
     """The type of 002, section 5.1, of a state of this name: of a rotor with two equal balancing bodies."""
-    return TYPES.get(name) if torques.in_line and torques.size == 3 and len(torques.classes) == 1 else None
+    return TYPES.get(name) if torques.is_coaxial and torques.size == 3 and len(torques.classes) == 1 else None
 
 
 @dataclass(frozen=True)
@@ -85,9 +85,9 @@ class Configuration:
         return UNDECIDED if self.slow.stable is None else STABLE_SLOW if self.slow.stable else UNSTABLE_SLOW
 
     @property
-    def why(self) -> str | None:
+    def reason(self) -> str | None:
         """Reason why the equations disagree or one of them does not decide, and remarks."""
-        reasons = (_BEYOND if self.state.indifferent else "", self.disagreement or self.slow.reason or self.full.reason)
+        reasons = (_BEYOND if self.state.is_indifferent else "", self.disagreement or self.slow.reason or self.full.reason)
         return "; ".join(r for r in reasons if r) or None
 
     @property
@@ -96,7 +96,7 @@ class Configuration:
         return (*NAMES, None).index(self.name), -1.0 if self.residual is None else self.residual, self.speed
 
 
-class Describer:
+class ConfigurationDescriber:
     """Describes the states of a machine's averaged equations, without the full ones.
 
     body_unbalances: (n,) in the order of the torques; order: place of each body of the machine among these.
@@ -105,22 +105,22 @@ class Describer:
     def __init__(self, slow: AveragedStability) -> None:
         self.slow, self.torques, self.machine = slow, slow.torques, slow.torques.machine
         self.order = [self.torques.names.index(b.name) for b in self.machine.bodies]
-        self.own = unbalances(self.machine)[np.argsort(self.order)]
-        self.forced = Forced.of(self.machine, np.zeros(len(self.order)))
+        self.body_unbalances = unbalances(self.machine)[np.argsort(self.order)]
+        self.forced_vibration = ForcedVibration.of(self.machine, np.zeros(len(self.order)))
 
-    def described(self, state: State, full: Stability) -> Configuration:
+    def describe(self, state: State, full: Stability) -> Configuration:
         """The configuration of a state. full: its stability in the full equations."""
         t, (slow, share) = self.torques, self._stability(state)
-        left = residual_unbalance(t, self.own, state.phases)
-        name = name_of(t, state, left)
-        forced = replace(self.forced, placed=state.phases[self.order])
+        residual = residual_unbalance(t, self.body_unbalances, state.phases)
+        name = name_of(t, state, residual)
+        vibration = replace(self.forced_vibration, phase_law=state.phases[self.order])
         return Configuration(
             state=state, slow=slow, full=full, stable_share=share, name=name,
             type=type_of(t, name),
-            speed=float(t.senses[0]) * state.speed, phases=self._phases(state), residual=left,
-            share=float(left / abs(self.own[0])) if left is not None and self.own[0] else None,
-            amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]), overlapping=overlapping(t, state.phases),
-            throw=steady_throw(self.machine, forced, state.speed),
+            speed=float(t.senses[0]) * state.speed, phases=self._phases(state), residual=residual,
+            share=float(residual / abs(self.body_unbalances[0])) if residual is not None and self.body_unbalances[0] else None,
+            amplitude=float(vibration.amplitude(np.array([state.speed]))[0][0]), overlapping=overlapping(t, state.phases),
+            throw=steady_throw(self.machine, vibration, state.speed),
         )  # fmt: skip
 
     def _stability(self, state: State) -> tuple[Stability, float | None]:
@@ -128,7 +128,7 @@ class Describer:
         stability = self.slow.stability(state)
         if not state.dimension:
             return stability, None
-        at = np.concatenate([state.phases[:, None], members(self.torques, _SAMPLES)], axis=1)
+        at = np.concatenate([state.phases[:, None], family_members(self.torques, _SAMPLES)], axis=1)
         share = float((self.slow.exponents(state, at)[:, 0].real < 0).mean())
         if 0 < share < 1 and stability.stable is not None:
             return Stability(None, stability.exponents, f"stable on {100 * share:.0f} % of the family"), share
@@ -142,7 +142,7 @@ class Describer:
         """
         t, phases = self.torques, state.phases
         return {
-            b.name: float(wrapped(phases[i] if b.about is None else (phases[i] - phases[t.heads[i]]) * t.senses[i]))
+            b.name: float(wrap_angle(phases[i] if b.about is None else (phases[i] - phases[t.heads[i]]) * t.senses[i]))
             for b, i in zip(self.machine.bodies, self.order, strict=True)
             if i
         }

@@ -15,14 +15,14 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques, separation
 from wucht.analysis.synchronous_motion import SynchronousMotions
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.orbits import PeriodicOrbit
 
 NEUTRAL = 1e-7  # ln|mu| of a multiplier on the unit circle: the accuracy of those that come from an integration
@@ -30,7 +30,7 @@ _ELSEWHERE = 0.5  # rad: a periodic motion whose phases are further away is anot
 _REPEATS = 1e-10  # of the states' sizes: a motion that misses itself by more after a turn creeps
 _SLOWER = 0.1  # of the slowest rate across a broken family: slower rates belong to the creeping along it
 _NEXT_ORDER = 5  # bodies: with more it takes a minute to derive the averaged equations of the next order
-_OWN = 0.05  # relative: a multiplier's frequency this near to that of the carrier's vibration belongs to it
+_SAME_FREQUENCY = 0.05  # relative: a multiplier's frequency this near to that of the carrier's vibration belongs to it
 
 
 @dataclass(frozen=True)
@@ -61,27 +61,27 @@ class FullStability:
 
     def stability(self, state: State) -> Stability:
         """Stability of the motion near a state of the averaged equations."""
-        state = state.inside
+        state = state.interior_state
         try:
-            motion = self.motions.near(self.start(state), state.speed, state.neutral, state.dimension)
+            motion = self.motions.find_near(self.start(state), state.speed, state.neutral, state.dimension)
         except WuchtError as error:
-            return Stability.undecided(str(error))
+            return Stability.without_verdict(str(error))
         angles = self._angles(motion.state)
         away = float(separation(angles - angles[0], state.phases).max())
         if away > _ELSEWHERE and not state.dimension:
             apart = f"phases up to {math.degrees(away):.0f} degrees away"
-            return Stability.undecided(f"the nearest periodic motion of the full equations has {apart}")
+            return Stability.without_verdict(f"the nearest periodic motion of the full equations has {apart}")
         reason = "a multiplier lies on the unit circle"
         if (np.diag(self.machine.matrices[1]) == 0).any():
             reason = "the carrier is not damped: its free vibration neither grows nor decays"
-        across = Stability.of_exponents(motion.exponents, NEUTRAL / motion.period, reason)
+        across = Stability.from_exponents(motion.exponents, NEUTRAL / motion.period, reason)
         orbit = motion.orbit
-        return across if orbit is None or orbit.residual <= _REPEATS else self._creeping(orbit, state, across)
+        return across if orbit is None or orbit.residual <= _REPEATS else self._creep_stability(orbit, state, across)
 
-    def _creeping(self, orbit: PeriodicOrbit, state: State, across: Stability) -> Stability:
+    def _creep_stability(self, orbit: PeriodicOrbit, state: State, across: Stability) -> Stability:
         """Stability of a member of a family that does not repeat exactly."""
-        moved = self._angles(orbit.creep(1 + state.neutral))
-        turn = math.degrees(float(np.abs(moved - moved[0]).max()))
+        drift = self._angles(orbit.creep(1 + state.neutral))
+        turn = math.degrees(float(np.abs(drift - drift[0]).max()))
         by = " by gravity" if sp.sympify(self.machine.frame.gravity).xreplace(self.machine.numbers) else ""
         creep = f"the family is broken{by}: bodies creep along it, here by up to {turn:.2g} degrees a turn"
         along = np.sort(np.abs(orbit.multipliers - 1))[: 1 + state.neutral].max()
@@ -130,7 +130,7 @@ class FullStability:
         except WuchtError:
             return False
 
-    def why(self, state: State, slow: Stability, full: Stability) -> str | None:
+    def disagreement(self, state: State, slow: Stability, full: Stability) -> str | None:
         """Sentence on why the averaged and full equations disagree, None where they agree or one of them is undecided."""
         if full.stable is None or slow.stable is None or full.stable == slow.stable or full.leading is None:
             return None
@@ -140,23 +140,23 @@ class FullStability:
             exact = f"in the full equations all perturbations decay (the slowest with {-rate:.3g} {of_time})"
         else:
             pair = frequency > 1e-6 * state.speed
-            what = f"a pair of multipliers{self._whose(state.speed, frequency)}" if pair else "a real multiplier"
-            exact = f"{what} leaves the unit circle (growth {rate:.3g} {of_time})"
+            subject = f"a pair of multipliers{self._multiplier_origin(state.speed, frequency)}" if pair else "a real multiplier"
+            exact = f"{subject} leaves the unit circle (growth {rate:.3g} {of_time})"
         if self._agrees_in_second_order(state, full):
             return f"{exact}: the averaged equations assume a steady vibration of the carrier; those of second order agree"
         moving, slowest = float(np.abs(slow.exponents).max(initial=0.0)), float(-self.torques.vibration.poles.real.max())
-        undamped = "are not damped by anything outside the rotor"
-        decay = f"decay with no more than {slowest:.3g} {of_time}" if slowest > 0 else undamped
+        undamped_clause = "are not damped by anything outside the rotor"
+        decay = f"decay with no more than {slowest:.3g} {of_time}" if slowest > 0 else undamped_clause
         return (
             f"{exact}: the averaged equations assume a steady vibration of the carrier, but its transients {decay}, while the "
             f"phases move with up to {moving:.3g} {of_time}"
         )
 
-    def _whose(self, speed: float, frequency: float) -> str:
+    def _multiplier_origin(self, speed: float, frequency: float) -> str:
         """Origin of multipliers: sampled once a turn, a frequency of the carrier appears minus multiples of the speed."""
-        unit, own = self.torques.machine.units.speed, np.abs(self.torques.vibration.poles.imag)
-        seen = np.abs(own - speed * np.round(own / speed))
-        nearest = int(np.abs(seen - frequency).argmin())
-        if abs(seen[nearest] - frequency) < _OWN * own[nearest]:
-            return f", those of the carrier's free vibration at about {own[nearest]:.4g} {unit}".rstrip() + ","
+        unit, frequencies = self.torques.machine.units.speed, np.abs(self.torques.vibration.poles.imag)
+        alias_frequencies = np.abs(frequencies - speed * np.round(frequencies / speed))
+        nearest = int(np.abs(alias_frequencies - frequency).argmin())
+        if abs(alias_frequencies[nearest] - frequency) < _SAME_FREQUENCY * frequencies[nearest]:
+            return f", those of the carrier's free vibration at about {frequencies[nearest]:.4g} {unit}".rstrip() + ","
         return f" with the frequency {frequency:.4g} {unit}".rstrip()

@@ -17,8 +17,8 @@ import sympy as sp
 from wucht.analysis.configurations import closed_form
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques, separation
-from wucht.analysis.configurations.torus import OnTheTorus, bounded
-from wucht.analysis.vibration import Forced
+from wucht.analysis.configurations.torus import TorusProblem, has_slope_bounds
+from wucht.analysis.vibration import ForcedVibration
 from wucht.analysis.working_points import TorqueCurves
 from wucht.numerics.subdivision import Zeros, all_zeros
 
@@ -28,106 +28,112 @@ _BOXES = {1: 200_000, 2: 200_000, 3: 1_000_000, 4: 3_000_000}
 _STARTS, _ROUNDS, _STEPS = 600, 8, 80
 _AGAIN = 6  # rounds of all starts, when their indices show that a state is missing
 _SAME = 1e-6  # rad, and share of the speed: two ends of Newton's method that are one state
-_SETTLED = 1e-10  # of the largest torque: where Newton's method has arrived
+_CONVERGENCE = 1e-10  # of the largest torque: where Newton's method has arrived
 _PATTERNS = 64  # ways to be in line for which completeness of the speeds is proved
 _EQUAL_SPEEDS = 1e-6  # relative
 _POINTS = 1200  # of the grid of speeds
 _PROBES = 50  # speeds at which bodies must be without shaft torques
 
-Watch = Callable[[], None] | None  # called often; an exception from it ends the search
+CancelCheck = Callable[[], None] | None  # called often; an exception from it ends the search
 
 
 @dataclass(frozen=True)
-class Search:
+class StateSearch:
     """States, completeness, and the evidence for it or the reason why it is not proved."""
 
     states: list[State]
     complete: bool
-    shown: str
+    evidence: str
 
 
-def all_states(torques: SteadyTorques, low: float, high: float, watch: Watch = None, prove: bool = True) -> Search:
+def all_states(torques: SteadyTorques, low: float, high: float, watch: CancelCheck = None, prove: bool = True) -> StateSearch:
     """All states, each verified; the speed between low and high, in the main rotor's sense, where it is not fixed.
 
     watch: called often; an exception from it ends the search. prove: try to prove that closed forms miss no speed.
     """
-    if not in_closed_form(torques, low, high):
-        searched = search(torques, low, high, watch)
-    elif torques.given is not None:
-        states = closed_form.at_speed(torques, torques.given)
-        searched = Search(states, True, "closed form: there are no other steady phases")
+    if not has_closed_form(torques, low, high):
+        result = search(torques, low, high, watch)
+    elif torques.fixed_speed is not None:
+        states = closed_form.fixed_speed_states(torques, torques.fixed_speed)
+        result = StateSearch(states, True, "closed form: there are no other steady phases")
     else:
-        searched = _over_speeds(torques, low, high, watch, prove)
-    verified = [s for s in searched.states if torques.balanced(s.speed, s.phases)]
-    if missed := len(searched.states) - len(verified):
-        return Search(verified, False, f"{searched.shown}; {missed} more do not satisfy the torque balance")
-    return searched
+        result = _free_speed_states(torques, low, high, watch, prove)
+    verified_states = [s for s in result.states if torques.is_balanced(s.speed, s.phases)]
+    if rejected_count := len(result.states) - len(verified_states):
+        return StateSearch(
+            verified_states, False, f"{result.evidence}; {rejected_count} more do not satisfy the torque balance"
+        )
+    return result
 
 
-def in_closed_form(torques: SteadyTorques, low: float, high: float) -> bool:
+def has_closed_form(torques: SteadyTorques, low: float, high: float) -> bool:
     """True if the phases are known in closed form at these speeds.
 
     Raises ``InputError`` where a body has no unbalance, so that nothing fixes its phase.
     """
-    at = np.array([torques.given]) if torques.given is not None else np.linspace(low, high, _PROBES)
-    known = torques.size == 2 or (torques.size > 2 and torques.coefficients is not None and torques.idle(at))
-    if known:
+    at = np.array([torques.fixed_speed]) if torques.fixed_speed is not None else np.linspace(low, high, _PROBES)
+    is_solvable = torques.size == 2 or (torques.size > 2 and torques.coefficients is not None and torques.has_idle_bodies(at))
+    if is_solvable:
         closed_form.branches(torques, at)
-    return known
+    return is_solvable
 
 
-def _over_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch, prove: bool) -> Search:
+def _free_speed_states(torques: SteadyTorques, low: float, high: float, watch: CancelCheck, prove: bool) -> StateSearch:
     """States in closed form over the speed; the speeds are compared with those from subdivision."""
     machine, sense = torques.machine, float(torques.senses[0])
     ends = (min(sense * low, sense * high), max(sense * low, sense * high))
-    curves = TorqueCurves(machine, machine.rotor, Forced.of(machine, np.zeros(torques.size)), ends, _POINTS)
+    curves = TorqueCurves(machine, machine.rotor, ForcedVibration.of(machine, np.zeros(torques.size)), ends, _POINTS)
     grid, states = np.sort(sense * curves.grid), list[State]()  # speeds that resolve resonances and the drive's characteristic
-    for a, b in torques.parts(low, high):
-        states += closed_form.over_speeds(torques, np.unique([a, *grid[(grid > a) & (grid < b)], b]))
-    closed = sorted(s.speed for s in states if s.beside or torques.size == 2)
-    speeds, proved = speeds_in_words(torques, low, high), _proved_speeds(torques, low, high, watch) if prove else None
-    if proved is None or len(proved) != len(closed) or not np.allclose(proved, closed, rtol=_EQUAL_SPEEDS):
-        return Search(states, False, f"phases in closed form; {speeds} on a grid: completeness is not proved")
-    return Search(states, True, f"phases in closed form; {speeds} by subdivision with bounds on the Jacobian")
+    for a, b in torques.speed_intervals(low, high):
+        states += closed_form.free_speed_states(torques, np.unique([a, *grid[(grid > a) & (grid < b)], b]))
+    line_speeds = sorted(s.speed for s in states if s.sides or torques.size == 2)
+    speeds, proved_speeds = speeds_in_words(torques, low, high), _proved_speeds(torques, low, high, watch) if prove else None
+    if (
+        proved_speeds is None
+        or len(proved_speeds) != len(line_speeds)
+        or not np.allclose(proved_speeds, line_speeds, rtol=_EQUAL_SPEEDS)
+    ):
+        return StateSearch(states, False, f"phases in closed form; {speeds} on a grid: completeness is not proved")
+    return StateSearch(states, True, f"phases in closed form; {speeds} by subdivision with bounds on the Jacobian")
 
 
-def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch) -> list[float] | None:
+def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: CancelCheck) -> list[float] | None:
     """The speeds of all states in line, by subdivision; None where completeness is not proved."""
     if torques.size == 2:
-        searched = by_subdivision(torques, low, high, watch=watch)
-        return sorted(s.speed for s in searched.states) if searched.complete else None
+        result = search_by_subdivision(torques, low, high, watch=watch)
+        return sorted(s.speed for s in result.states) if result.complete else None
     provable = torques.classes and closed_form.pattern_count(torques) <= _PATTERNS
     return speeds_in_line(torques, low, high, watch) if provable else None
 
 
-def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> Search:
+def search(torques: SteadyTorques, low: float, high: float, watch: CancelCheck = None) -> StateSearch:
     """All states, the speed between low and high where it is not fixed."""
     if torques.size <= MOST_BODIES:
-        searched = by_subdivision(torques, low, high, watch=watch)
-        if searched.complete:
-            return searched
+        result = search_by_subdivision(torques, low, high, watch=watch)
+        if result.complete:
+            return result
         if torques.size == 1:
-            return Search(_working_points(torques, low, high), False, searched.shown)
-        return Search(from_many_starts(torques, low, high, searched.states, watch=watch), False, searched.shown)
-    states, given = list[State](), torques.given is not None
+            return StateSearch(_working_points(torques, low, high), False, result.evidence)
+        return StateSearch(search_from_many_starts(torques, low, high, result.states, watch=watch), False, result.evidence)
+    states, has_fixed_speed = list[State](), torques.fixed_speed is not None
     for rounds in range(1, _AGAIN + 1):
-        states = from_many_starts(torques, low, high, states, rounds - 1, watch)
-        total = index(torques, states) if given else 0
+        states = search_from_many_starts(torques, low, high, states, rounds - 1, watch)
+        total = index(torques, states) if has_fixed_speed else 0
         if not total:
             break
-    shown = f"Newton's method from {_STARTS * _ROUNDS * rounds} starts: completeness is not proved"
-    if given and total:
-        shown += f"; their indices add up to {total} and not to 0: at least one is missing"
-    elif given:
-        shown += ", but their indices add up to 0, as they must"
-    return Search(states, False, shown)
+    evidence = f"Newton's method from {_STARTS * _ROUNDS * rounds} starts: completeness is not proved"
+    if has_fixed_speed and total:
+        evidence += f"; their indices add up to {total} and not to 0: at least one is missing"
+    elif has_fixed_speed:
+        evidence += ", but their indices add up to 0, as they must"
+    return StateSearch(states, False, evidence)
 
 
 def _working_points(torques: SteadyTorques, low: float, high: float) -> list[State]:
     """The steady speeds of a single rotor on a grid."""
     machine, sense = torques.machine, float(torques.senses[0])
     ends = (min(sense * low, sense * high), max(sense * low, sense * high))
-    curves = TorqueCurves(machine, machine.rotor, Forced.of(machine, np.zeros(1)), ends, _POINTS)
+    curves = TorqueCurves(machine, machine.rotor, ForcedVibration.of(machine, np.zeros(1)), ends, _POINTS)
     return [State(w, np.zeros(1)) for w in sorted(sense * p.speed for p in curves.working_points) if low <= w <= high]
 
 
@@ -135,35 +141,37 @@ def index(torques: SteadyTorques, states: Sequence[State]) -> int:
     """The sum of the signs of det(df/dx): 0 if these are all states at a given speed (Poincare and Hopf, on the torus)."""
     if not states:
         return 0
-    matrices = np.moveaxis(OnTheTorus(torques).jacobian(np.array([s.phases[1:] for s in states]).T), -1, 0)
+    matrices = np.moveaxis(TorusProblem(torques).jacobian(np.array([s.phases[1:] for s in states]).T), -1, 0)
     return int(sum(s.multiplicity * np.sign(np.linalg.det(m)) for s, m in zip(states, matrices, strict=True)))
 
 
-def by_subdivision(
-    torques: SteadyTorques, low: float, high: float, most_boxes: int | None = None, watch: Watch = None
-) -> Search:
+def search_by_subdivision(
+    torques: SteadyTorques, low: float, high: float, most_boxes: int | None = None, watch: CancelCheck = None
+) -> StateSearch:
     """All states by subdivision alone, for up to four bodies. most_boxes: limit of their number, millions by default."""
-    if not bounded(torques):
-        return Search([], False, "a drive or load has a characteristic that jumps: completeness is not proved")
-    searched = _zeros(torques, low, high, most_boxes or _BOXES[torques.size], watch)
-    speeds, phases = OnTheTorus(torques).parted(np.concatenate([zeros.points for zeros in searched], axis=1))
-    states = _grouped(torques, [State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)])
-    what = "the phases" if torques.given is not None else f"the phases and {speeds_in_words(torques, low, high)}"
-    boxes = sum(zeros.boxes for zeros in searched)
-    if all(zeros.complete for zeros in searched):
-        return Search(states, True, f"{what} were searched by subdivision, {boxes} boxes, with bounds on the Jacobian")
-    left = sum(zeros.undecided[0].shape[1] for zeros in searched)
-    return Search(states, False, f"{what} were searched by subdivision, but {left} of {boxes} boxes remain undecided")
+    if not has_slope_bounds(torques):
+        return StateSearch([], False, "a drive or load has a characteristic that jumps: completeness is not proved")
+    zero_sets = _zeros(torques, low, high, most_boxes or _BOXES[torques.size], watch)
+    speeds, phases = TorusProblem(torques).speeds_and_phases(np.concatenate([zeros.points for zeros in zero_sets], axis=1))
+    states = _distinct_states(torques, [State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)])
+    subject = "the phases" if torques.fixed_speed is not None else f"the phases and {speeds_in_words(torques, low, high)}"
+    boxes = sum(zeros.boxes for zeros in zero_sets)
+    if all(zeros.complete for zeros in zero_sets):
+        return StateSearch(states, True, f"{subject} were searched by subdivision, {boxes} boxes, with bounds on the Jacobian")
+    undecided_count = sum(zeros.undecided_boxes[0].shape[1] for zeros in zero_sets)
+    return StateSearch(
+        states, False, f"{subject} were searched by subdivision, but {undecided_count} of {boxes} boxes remain undecided"
+    )
 
 
-def _zeros(torques: SteadyTorques, low: float, high: float, most_boxes: int, watch: Watch) -> list[Zeros]:
+def _zeros(torques: SteadyTorques, low: float, high: float, most_boxes: int, watch: CancelCheck) -> list[Zeros]:
     """The states of each part of the range of speeds, or of the fixed speed."""
-    problem, n = OnTheTorus(torques), torques.size
-    speeds = [([a], [b]) for a, b in torques.parts(low, high)] if torques.given is None else [([], [])]
+    problem, n = TorusProblem(torques), torques.size
+    speeds = [([a], [b]) for a, b in torques.speed_intervals(low, high)] if torques.fixed_speed is None else [([], [])]
     return [
         all_zeros(
             problem.function, problem.jacobian, problem.spread, [0.0] * (n - 1) + a, [2 * math.pi] * (n - 1) + b,
-            periodic=[True] * (n - 1) + [False] * len(a), smallest=_SMALLEST, most_boxes=most_boxes, watch=watch,
+            periodic=[True] * (n - 1) + [False] * len(a), smallest=_SMALLEST, most_boxes=most_boxes, check=watch,
         )
         for a, b in speeds
     ]  # fmt: skip
@@ -171,18 +179,18 @@ def _zeros(torques: SteadyTorques, low: float, high: float, most_boxes: int, wat
 
 def speeds_in_words(torques: SteadyTorques, low: float, high: float) -> str:
     """The range of speeds searched, as text."""
-    searched = f"speeds from {low:.4g} to {high:.4g} {torques.machine.units.speed}".rstrip()
+    speed_range = f"speeds from {low:.4g} to {high:.4g} {torques.machine.units.speed}".rstrip()
     poles = ", ".join(f"{at:.5g}" for at in torques.poles(low, high))
-    return f"{searched} (except {poles}, where the undamped vibration is infinite)" if poles else searched
+    return f"{speed_range} (except {poles}, where the undamped vibration is infinite)" if poles else speed_range
 
 
-def speeds_in_line(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> list[float] | None:
+def speeds_in_line(torques: SteadyTorques, low: float, high: float, watch: CancelCheck = None) -> list[float] | None:
     """The speeds of all states of each of ``patterns``, by subdivision over the speed and the angle of the line.
 
     The bodies in line are replaced by one that excites with their sum and responds like the first. None where something
     remains undecided.
     """
-    if not bounded(torques):
+    if not has_slope_bounds(torques):
         return None
     rotor, unit = torques.vibration.excitation[0], torques.vibration.excitation[1] / np.abs(torques.coefficients[1])  # type: ignore[index]
     every: list[float] = []
@@ -191,62 +199,63 @@ def speeds_in_line(torques: SteadyTorques, low: float, high: float, watch: Watch
             torques, names=(*torques.names[:1], "line"), heads=(0, 0), senses=torques.senses[:2],
             inertia=torques.inertia[:2, :2], relative=torques.relative[:2, :2],
             vibration=replace(torques.vibration, excitation=np.array([rotor, g * unit])),
-            own=(sum(torques.own, sp.S.Zero), sp.S.Zero), felt=np.array([rotor, unit]), share=np.array([1.0, g]),
+            shaft_torques=(sum(torques.shaft_torques, sp.S.Zero), sp.S.Zero), reaction_shapes=np.array([rotor, unit]),
+            share=np.array([1.0, g]),
         )  # fmt: skip
-        searched = _zeros(line, low, high, _BOXES[2], watch)
-        if not all(zeros.complete for zeros in searched):
+        zero_sets = _zeros(line, low, high, _BOXES[2], watch)
+        if not all(zeros.complete for zeros in zero_sets):
             return None
-        speeds = np.sort(np.concatenate([zeros.points[-1] for zeros in searched]))
+        speeds = np.sort(np.concatenate([zeros.points[-1] for zeros in zero_sets]))
         every += speeds[:: 2 if twice else 1].tolist()
     return sorted(every)
 
 
-def from_many_starts(
-    torques: SteadyTorques, low: float, high: float, known: Sequence[State], seed: int = 0, watch: Watch = None
+def search_from_many_starts(
+    torques: SteadyTorques, low: float, high: float, known_states: Sequence[State], seed: int = 0, watch: CancelCheck = None
 ) -> list[State]:
     """The known states and those to which Newton's method converges. Other seeds give other starts."""
-    problem, draw, n, states = OnTheTorus(torques), np.random.default_rng(seed), torques.size, list(known)
+    problem, draw, n, states = TorusProblem(torques), np.random.default_rng(seed), torques.size, list(known_states)
     for _ in range(_ROUNDS):
         if watch is not None:
             watch()
         x = draw.uniform(0, 2 * np.pi, (n - 1, _STARTS))
-        if torques.given is None:
+        if torques.fixed_speed is None:
             x = np.concatenate([x, draw.uniform(low, high, (1, _STARTS))])
-        speeds, phases = problem.parted(_newton(problem, x, low, high))
+        speeds, phases = problem.speeds_and_phases(_newton(problem, x, low, high))
         for state in (State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)):
-            if not any(same_state(torques, state, s) for s in states) and torques.balanced(state.speed, state.phases):
+            if not any(is_same_state(torques, state, s) for s in states) and torques.is_balanced(state.speed, state.phases):
                 states.append(state)
-    return _grouped(torques, states)
+    return _distinct_states(torques, states)
 
 
-def _newton(problem: OnTheTorus, x: np.ndarray, low: float, high: float) -> np.ndarray:
+def _newton(problem: TorusProblem, x: np.ndarray, low: float, high: float) -> np.ndarray:
     t = problem.torques
     most = np.full((len(x), 1), 0.5)
-    if t.given is None:
+    if t.fixed_speed is None:
         most[-1] = 0.05 * (high - low)
     for _ in range(_STEPS):
         matrix = np.moveaxis(problem.jacobian(x), -1, 0)
         matrix = matrix + 1e-14 * np.abs(matrix).max(axis=(1, 2), keepdims=True) * np.eye(len(x))
         step = np.nan_to_num(-np.linalg.solve(matrix, problem.function(x).T[..., None])[..., 0].T)
         x = x + step / np.maximum(1.0, np.abs(step / most).max(axis=0))
-        if t.given is None:
+        if t.fixed_speed is None:
             x[-1] = np.clip(x[-1], low, high)
     scale = np.abs(problem.jacobian(x)[:, : t.size - 1]).sum(axis=1).max(axis=0)
-    good = (np.abs(problem.function(x)).max(axis=0) <= _SETTLED * scale) & np.isfinite(x).all(axis=0)
+    good = (np.abs(problem.function(x)).max(axis=0) <= _CONVERGENCE * scale) & np.isfinite(x).all(axis=0)
     return np.asarray(x[:, good])
 
 
-def same_state(torques: SteadyTorques, state: State, other: State) -> bool:
+def is_same_state(torques: SteadyTorques, state: State, second: State) -> bool:
     """True if two states are the same, equal bodies being exchanged."""
-    if abs(state.speed - other.speed) > _SAME * abs(state.speed):
+    if abs(state.speed - second.speed) > _SAME * abs(state.speed):
         return False
     for members in torques.classes:
-        left = other.phases[list(members)]
+        remaining_phases = second.phases[list(members)]
         for i in members:
-            apart = separation(left, state.phases[i])
+            apart = separation(remaining_phases, state.phases[i])
             if apart.min() > _SAME:
                 return False
-            left = np.delete(left, apart.argmin())
+            remaining_phases = np.delete(remaining_phases, apart.argmin())
     return True
 
 
@@ -260,14 +269,14 @@ def multiplicity(torques: SteadyTorques, state: State) -> int:
     return many
 
 
-def _grouped(torques: SteadyTorques, states: Sequence[State]) -> list[State]:
+def _distinct_states(torques: SteadyTorques, states: Sequence[State]) -> list[State]:
     """Distinct states, each with the number of those that exchanging equal bodies makes of it."""
-    different: list[State] = []
+    distinct: list[State] = []
     for state in states:
-        if any(same_state(torques, state, s) for s in different):
+        if any(is_same_state(torques, state, s) for s in distinct):
             continue
-        ordered = state.phases % (2 * math.pi)
+        phases = state.phases % (2 * math.pi)
         for members in torques.classes:
-            ordered[list(members)] = np.sort(ordered[list(members)])
-        different.append(State(state.speed, ordered, 0, multiplicity(torques, state)))
-    return sorted(different, key=lambda s: (s.speed, s.phases.tolist()))
+            phases[list(members)] = np.sort(phases[list(members)])
+        distinct.append(State(state.speed, phases, 0, multiplicity(torques, state)))
+    return sorted(distinct, key=lambda s: (s.speed, s.phases.tolist()))

@@ -17,19 +17,19 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.vibration import UNDAMPED, Forced, Vibration, WithSlope
+from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine
+from wucht.analysis.vibration import UNDAMPED_RATIO, ForcedVibration, Vibration, WithSlope
 from wucht.analysis.working_points import Curve, curves
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.structure import SPEED
-from wucht.mechanics.averaged.bodies import absolute
-from wucht.numerics.angles import within_half_a_turn
+from wucht.mechanics.averaged.bodies import absolute_torque
+from wucht.numerics.angles import wrap_to_pi
 
 _PARALLEL = 1e-12  # relative: below it the excitations of two bodies have one shape
 _NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts as zero
 _AT_THE_POLE = 1e-6  # relative: no state is searched this near to an undamped natural frequency
-_BALANCED = 1e-7  # of the torques: residual allowed in a state
+_BALANCE = 1e-7  # of the torques: residual allowed in a state
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,9 @@ class SteadyTorques:
     vibration: Vibration
     inertia: np.ndarray
     relative: np.ndarray
-    own: tuple[sp.Expr, ...]
-    given: float | None
-    felt: np.ndarray
+    shaft_torques: tuple[sp.Expr, ...]
+    fixed_speed: float | None
+    reaction_shapes: np.ndarray
     share: np.ndarray
 
     @classmethod
@@ -71,30 +71,30 @@ class SteadyTorques:
             return np.array(slow.machine.evaluate(*m), float).reshape(m.shape)
 
         order = [x.name for x in slow.machine.bodies]
-        vibration = Vibration.of(slow.machine).only([order.index(name) for name in b.names])
+        vibration = Vibration.of(slow.machine).select_bodies([order.index(name) for name in b.names])
         return cls(
-            machine=slow.machine, names=b.names, heads=b.heads, vibration=vibration, felt=vibration.excitation,
+            machine=slow.machine, names=b.names, heads=b.heads, vibration=vibration, reaction_shapes=vibration.excitation,
             senses=np.array([float(slow.senses[name]) for name in b.names]), share=np.ones(len(b.names)),
             inertia=matrix(b.inertia), relative=matrix(b.relative),
-            own=tuple(sp.sympify(absolute(b, i, SPEED)) for i in range(len(b.names))),
-            given=None if b.given is None else float(slow.machine.evaluate(sp.sympify(b.given))[0]),
+            shaft_torques=tuple(sp.sympify(absolute_torque(b, i, SPEED)) for i in range(len(b.names))),
+            fixed_speed=None if b.fixed_speed is None else float(slow.machine.evaluate(sp.sympify(b.fixed_speed))[0]),
         )  # fmt: skip
 
-    def held(self, speed: float) -> SteadyTorques:
+    def with_fixed_speed(self, speed: float) -> SteadyTorques:
         """The torques with the main rotor at a fixed speed."""
-        return replace(self, given=speed)
+        return replace(self, fixed_speed=speed)
 
     def with_ratio(self, ratio: float) -> SteadyTorques:
         """The torques with another unbalance of the main rotor. ratio: of that of all other bodies together to it."""
         assert self.coefficients is not None
         excitation = self.vibration.excitation.copy()
         excitation[0] *= np.abs(self.coefficients[1:]).sum() / ratio / np.linalg.norm(excitation[0])
-        return replace(self, vibration=replace(self.vibration, excitation=excitation), felt=excitation)
+        return replace(self, vibration=replace(self.vibration, excitation=excitation), reaction_shapes=excitation)
 
     @cached_property
-    def alone(self) -> Curve:
+    def shaft_torque(self) -> Curve:
         """tau (n, N) and its slope as a function of speeds (N,)."""
-        return curves(self.machine, self.own)
+        return curves(self.machine, self.shaft_torques)
 
     @property
     def size(self) -> int:
@@ -104,17 +104,17 @@ class SteadyTorques:
     @cached_property
     def free(self) -> tuple[int, ...]:
         """The bodies whose torques must balance: all but a main rotor whose speed is fixed."""
-        return tuple(range(1 if self.given is not None else 0, self.size))
+        return tuple(range(1 if self.fixed_speed is not None else 0, self.size))
 
     def influence(self, speeds: np.ndarray) -> WithSlope:
         """a_ik (N, n, n) at speeds (N,), and da/dw."""
-        response, slope = self.vibration.solved(np.reshape(speeds, (-1, 1, 1)), self.vibration.excitation.T)
-        return self.felt.conj() @ response, self.felt.conj() @ slope
+        response, slope = self.vibration.solve(np.reshape(speeds, (-1, 1, 1)), self.vibration.excitation.T)
+        return self.reaction_shapes.conj() @ response, self.reaction_shapes.conj() @ slope
 
     def brake(self, speeds: np.ndarray) -> WithSlope:
         """B_ik (N, n, n) = (w^5/2) (E^H H^H C H E)_ik at speeds (N,), and dB/dw: all V_i together are -s^H B s."""
         w = np.reshape(speeds, (-1, 1, 1))
-        z, dz = self.vibration.solved(w, self.vibration.excitation.T)
+        z, dz = self.vibration.solve(w, self.vibration.excitation.T)
         back, rate = (np.moveaxis(x, 1, 2).conj() @ self.vibration.damping for x in (z, dz))
         power = back @ z
         return w**5 / 2 * power, 5 * w**4 / 2 * power + w**5 / 2 * (rate @ z + back @ dz)
@@ -123,33 +123,39 @@ class SteadyTorques:
         """sum tau_i + V_i (N,), without cancellation of the large V_i near a resonance."""
         s = np.exp(1j * phases)
         power = np.einsum("iN,Nik,kN->N", s.conj(), self.brake(speeds)[0], s).real
-        return np.asarray(self.share @ self.alone(speeds)[0] - power)
+        return np.asarray(self.share @ self.shaft_torque(speeds)[0] - power)
 
     def poles(self, low: float, high: float) -> list[float]:
         """The natural frequencies in a range of speeds at which the bodies' vibration is infinite: those without damping."""
         values = self.vibration.poles
-        undamped = np.unique(values.imag[(np.abs(values.real) < UNDAMPED * np.abs(values)) & (values.imag > 0)])
+        undamped_frequencies = np.unique(
+            values.imag[(np.abs(values.real) < UNDAMPED_RATIO * np.abs(values)) & (values.imag > 0)]
+        )
         poles: list[float] = []
-        for at in undamped[(undamped >= low * (1 - _AT_THE_POLE)) & (undamped <= high * (1 + _AT_THE_POLE))]:
-            if Forced.grows(self.influence, at) and not any(abs(at - other) < _AT_THE_POLE * at for other in poles):
+        for at in undamped_frequencies[
+            (undamped_frequencies >= low * (1 - _AT_THE_POLE)) & (undamped_frequencies <= high * (1 + _AT_THE_POLE))
+        ]:
+            if ForcedVibration.grows_unbounded(self.influence, at) and not any(
+                abs(at - pole) < _AT_THE_POLE * at for pole in poles
+            ):
                 poles.append(float(at))
         return poles
 
-    def parts(self, low: float, high: float) -> list[tuple[float, float]]:
+    def speed_intervals(self, low: float, high: float) -> list[tuple[float, float]]:
         """Intervals of a range of speeds without the surroundings of ``poles``, where the vibration is infinite."""
         ends = [low, *(at * (1 + side) for at in self.poles(low, high) for side in (-_AT_THE_POLE, _AT_THE_POLE)), high]
         return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
 
-    def balanced(self, speed: float, phases: np.ndarray) -> bool:
+    def is_balanced(self, speed: float, phases: np.ndarray) -> bool:
         """True if the torques at phases (n,) balance, body by body and in sum: the proof of a state."""
         w, at = np.array([speed]), phases[:, None]
-        own, left = np.abs(self.alone(w)[0][:, 0]), self.residual(w, at)[:, 0]
-        sizes = own + speed**4 / 2 * np.abs(self.influence(w)[0][0]).sum(axis=1)
-        each = all(abs(left[i]) <= _BALANCED * sizes[i] for i in self.free)
-        if self.given is not None:
-            return each
-        scale = own.sum() + speed * np.abs(self.alone(w)[1]).sum() + np.abs(self.brake(w)[0]).sum()
-        return each and bool(abs(self.total(w, at)[0]) <= _BALANCED * scale)
+        torque_sizes, residuals = np.abs(self.shaft_torque(w)[0][:, 0]), self.residual(w, at)[:, 0]
+        sizes = torque_sizes + speed**4 / 2 * np.abs(self.influence(w)[0][0]).sum(axis=1)
+        are_zero = all(abs(residuals[i]) <= _BALANCE * sizes[i] for i in self.free)
+        if self.fixed_speed is not None:
+            return are_zero
+        scale = torque_sizes.sum() + speed * np.abs(self.shaft_torque(w)[1]).sum() + np.abs(self.brake(w)[0]).sum()
+        return are_zero and bool(abs(self.total(w, at)[0]) <= _BALANCE * scale)
 
     def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """V (n, N) at speeds (N,) and phases (n, N)."""
@@ -157,7 +163,7 @@ class SteadyTorques:
 
     def residual(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """tau + V (n, N)."""
-        return np.asarray(self.alone(speeds)[0] + self.torque(speeds, phases))
+        return np.asarray(self.shaft_torque(speeds)[0] + self.torque(speeds, phases))
 
     def slopes(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
         """dV/dalpha (n, n, N), and dV/dw (n, N), the derivative by the common speed."""
@@ -183,7 +189,7 @@ class SteadyTorques:
         return np.asarray(c * np.exp(-1j * np.angle(c[0])) if c[0] else c)
 
     @cached_property
-    def in_line(self) -> bool:
+    def is_coaxial(self) -> bool:
         """True if all bodies are on one axis and turn in one sense, so that their forces add up."""
         return self.coefficients is not None and bool((self.senses == self.senses[0]).all())
 
@@ -194,37 +200,37 @@ class SteadyTorques:
         i = int(np.abs(c).argmax())
         return np.asarray(self.influence(speeds)[0][:, i, i] / np.abs(c[i]) ** 2)
 
-    def idle(self, speeds: np.ndarray) -> bool:
+    def has_idle_bodies(self, speeds: np.ndarray) -> bool:
         """True if only the main rotor has a shaft torque at these speeds: vibration alone positions the other bodies."""
         w = np.atleast_1d(speeds)
-        own, phases = self.alone(w)[0], np.broadcast_to(np.arange(float(self.size))[:, None], (self.size, len(w)))
-        scale = max(float(np.abs(self.torque(w, phases)).max()), float(np.abs(own).max()))
-        return bool((np.abs(own[1:]) <= _NOTHING * scale).all())
+        torques, phases = self.shaft_torque(w)[0], np.broadcast_to(np.arange(float(self.size))[:, None], (self.size, len(w)))
+        scale = max(float(np.abs(self.torque(w, phases)).max()), float(np.abs(torques).max()))
+        return bool((np.abs(torques[1:]) <= _NOTHING * scale).all())
 
     @cached_property
     def classes(self) -> tuple[tuple[int, ...], ...]:
         """The bodies other than the main rotor, equal ones together: exchanging them changes no torque, inertia or damper."""
         classes: dict[int, list[int]] = {}
         for i in range(1, self.size):
-            first = next((k for k in classes if self._alike(k, i)), i)
+            first = next((k for k in classes if self._are_equal(k, i)), i)
             classes.setdefault(first, []).append(i)
         return tuple(map(tuple, classes.values()))
 
-    def _alike(self, i: int, k: int) -> bool:
+    def _are_equal(self, i: int, k: int) -> bool:
         if self.heads[i] != self.heads[k] or self.heads[i] == i or self.senses[i] != self.senses[k]:
             return False
         order = np.arange(self.size)
         order[[i, k]] = k, i
         e, probes = self.vibration.excitation, np.array([0.3, 1.0, 7.0, 100.0])
-        own = self.alone(probes)[0]
-        pairs = [(e[i], e[k]), (own[i], own[k])]
+        torques = self.shaft_torque(probes)[0]
+        pairs = [(e[i], e[k]), (torques[i], torques[k])]
         pairs += [(m[np.ix_(order, order)], m) for m in (self.inertia, self.relative)]
         return all(np.allclose(a, b, rtol=1e-12, atol=1e-14 * np.abs(b).max(initial=0.0)) for a, b in pairs)
 
 
-def separation(angles: np.ndarray, other: np.ndarray | float) -> np.ndarray:
+def separation(angles: np.ndarray, reference: np.ndarray | float) -> np.ndarray:
     """The angle between directions, at most pi."""
-    return np.asarray(np.abs(within_half_a_turn(angles - other)))
+    return np.asarray(np.abs(wrap_to_pi(angles - reference)))
 
 
 def _vibration_torque(influence: np.ndarray, factor: np.ndarray, phases: np.ndarray) -> np.ndarray:

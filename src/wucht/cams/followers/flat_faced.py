@@ -15,15 +15,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from wucht.cams.cam import Cam, Written, metres, short_of
+from wucht.cams.cam import Cam, LengthFormat, format_metres, value_past_limit
 from wucht.cams.followers.follower import Follower, Outline
 from wucht.cams.laws import Law
-from wucht.cams.milled import EXACT, MOST_STEPS, MilledContour, dot
-from wucht.cams.sizing.permitted import Permitted, Size, Smallest
+from wucht.cams.milled_cam import EXACT, MOST_STEPS, MilledContour, dot
+from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
 from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, check_length
-from wucht.cams.undercut import NEAREST, CutAway, least_radius, plane, within, wrapped
+from wucht.cams.undercut import NEAREST, CutAway, is_on_arcs, least_radius, plane_coordinates, signed_angle
 from wucht.errors import InputError, RunError
-from wucht.numerics.angles import GRID, STEP, arcs_below_zero, narrowed, valleys
+from wucht.numerics.angles import GRID, STEP, arcs_below_zero, refine_minima, valleys
 from wucht.schema import si
 
 _ROWS = 256  # cam angles at a time that are held against all faces
@@ -41,31 +41,31 @@ class FlatFaced(Follower):
         """See ``Follower``."""
         return {"cam": FlatFacedCam(law, self, self.clockwise)}
 
-    def place(self, moved: np.ndarray) -> np.ndarray:
+    def place(self, value: np.ndarray) -> np.ndarray:
         """See ``Follower``."""
-        return np.asarray(self.distance + moved)
+        return np.asarray(self.distance + value)
 
-    def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
+    def motion_on(self, contour: MilledContour, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """See ``ContourFollower``. The face is where the contour reaches furthest."""
-        foot = turned * (self.distance + nearly)
-        at = np.argmax((turned.conj()[:, None] * contour.points[None, :]).real, axis=1).astype(float)
+        foot = rotation * (self.distance + guess)
+        at = np.argmax((rotation.conj()[:, None] * contour.points[None, :]).real, axis=1).astype(float)
         for _ in range(MOST_STEPS):
             c1, c2 = (contour(at, k) for k in (1, 2))
-            step = dot(turned, c1) / dot(turned, c2)
+            step = dot(rotation, c1) / dot(rotation, c2)
             at = at - step
             if np.abs(step).max() <= EXACT * len(contour.points):
-                return np.asarray(dot(turned, contour(at, 0)) - self.distance)
+                return np.asarray(dot(rotation, contour(at, 0)) - self.distance)
         raise RunError(f"the face does not touch the contour near {np.abs(foot).max():.3g} m from its centre")
 
     def outline(self, law: Law) -> Outline:
         """See ``Follower``."""
-        touched = -law(np.linspace(0, 2 * np.pi, 721), 1) * (-1 if self.clockwise else 1)
-        return Outline(face_from=touched.min(), face_to=touched.max(), face_at=self.distance + float(law(0.0)))
+        contact_offsets = -law(np.linspace(0, 2 * np.pi, 721), 1) * (-1 if self.clockwise else 1)
+        return Outline(face_from=contact_offsets.min(), face_to=contact_offsets.max(), face_at=self.distance + float(law(0.0)))
 
-    def smallest(self, law: Law, permitted: Permitted, size: Size) -> Smallest | None:
+    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SizedCam | None:
         """See ``Follower``."""
-        radius, shaft = permitted.least_radius, permitted.shaft_radius
-        if permitted.pressure_angle is not None:
+        radius, shaft = limits.least_radius, limits.shaft_radius
+        if limits.pressure_angle is not None:
             raise InputError("pressure_angle", None, "a flat face has none: its cam is sized by least_radius or shaft_radius")
         if radius is None and shaft is None:
             return None
@@ -82,13 +82,13 @@ class FlatFacedCam(Cam):
 
     def contour(self, phi: np.ndarray, order: int = 0) -> np.ndarray:
         """See ``Cam``. The face is its tangent: it is the envelope of the faces."""
-        turned, i = np.exp(-1j * self._sense * np.asarray(phi)), 1j * self._sense
+        rotation, i = np.exp(-1j * self._sense * np.asarray(phi)), 1j * self._sense
         if order == 0:
-            return np.asarray(turned * (self.follower.distance + self.law(phi) - i * self.law(phi, 1)))
+            return np.asarray(rotation * (self.follower.distance + self.law(phi) - i * self.law(phi, 1)))
         radius = self.radius(phi)
         if order == 1:
-            return np.asarray(-i * turned * radius)
-        return np.asarray(-i * turned * (self.law(phi, 1) + self.law(phi, 3) - i * radius))
+            return np.asarray(-i * rotation * radius)
+        return np.asarray(-i * rotation * (self.law(phi, 1) + self.law(phi, 3) - i * radius))
 
     def radius(self, phi: np.ndarray) -> np.ndarray:
         """Radius of curvature of the contour in m: h + h'', h being the distance of the face from the cam's centre."""
@@ -123,47 +123,47 @@ class FlatFacedCam(Cam):
         """Return the arcs that a flat face cuts away of its cam, and the least radius of the rest; see ``Cam``."""
         at, radii = valleys(self.radius)
         folds = at[radii < 0]  # no arc is missing without one
-        missing = arcs_below_zero(self._ball_behind, folds) if len(folds) else ()
+        missing = arcs_below_zero(self._ball_radius, folds) if len(folds) else ()
 
         def bulge(phi: np.ndarray) -> np.ndarray:
             with np.errstate(divide="ignore"):
-                return np.where(within(missing, phi), 0.0, -1 / self.radius(phi))
+                return np.where(is_on_arcs(missing, phi), 0.0, -1 / self.radius(phi))
 
         return CutAway(arcs_below_zero(self.radius), missing, least_radius(self.contour, bulge), None, math.inf)
 
-    def _ball_behind(self, phi: np.ndarray) -> np.ndarray:
+    def _ball_radius(self, phi: np.ndarray) -> np.ndarray:
         """The radius of the largest ball that touches the face at phi (N,) from behind and stays behind it at all other
         angles; negative where the contour point itself does not."""
-        normals, heights = plane(self.normal(GRID)), self.follower.distance + self.law(GRID)
+        normals, heights = plane_coordinates(self.normal(GRID)), self.follower.distance + self.law(GRID)
         contour, normal = self.contour(phi), self.normal(phi)
         near = np.empty(len(phi))
         for rows in np.array_split(np.arange(len(phi)), len(phi) // _ROWS + 1):
-            room = heights - plane(contour[rows]) @ normals.T
-            turned = 1 - plane(normal[rows]) @ normals.T
-            apart = turned > 1 - math.cos(STEP / 2)
-            near[rows] = GRID[np.argmin(np.divide(room, turned, out=np.full(room.shape, np.inf), where=apart), axis=1)]
+            room = heights - plane_coordinates(contour[rows]) @ normals.T
+            versine = 1 - plane_coordinates(normal[rows]) @ normals.T
+            apart = versine > 1 - math.cos(STEP / 2)
+            near[rows] = GRID[np.argmin(np.divide(room, versine, out=np.full(room.shape, np.inf), where=apart), axis=1)]
 
-        def behind(other: np.ndarray) -> np.ndarray:
-            room = self.follower.distance + self.law(other) - (contour * self.normal(other).conj()).real
-            turned = 2 * np.sin((other - phi) / 2) ** 2
-            apart = np.abs(wrapped(other - phi)) > STEP / 2
-            return np.asarray(np.divide(room, turned, out=np.full(len(phi), np.inf), where=apart))
+        def ball_radius(angle: np.ndarray) -> np.ndarray:
+            room = self.follower.distance + self.law(angle) - (contour * self.normal(angle).conj()).real
+            versine = 2 * np.sin((angle - phi) / 2) ** 2
+            apart = np.abs(signed_angle(angle - phi)) > STEP / 2
+            return np.asarray(np.divide(room, versine, out=np.full(len(phi), np.inf), where=apart))
 
-        nearest = behind(narrowed(behind, near - STEP, near + STEP, NEAREST))
+        nearest = ball_radius(refine_minima(ball_radius, near - STEP, near + STEP, NEAREST))
         return np.asarray(np.minimum(self.radius(phi), nearest))
 
-    def check(self, written: Written = metres) -> None:
+    def check(self, format_length: LengthFormat = format_metres) -> None:
         """See ``Cam``: ``InputError`` (follower.distance)."""
         at, radii = valleys(self.radius)
         k = int(np.argmin(radii))
         if radii[k] <= 0:
-            where = f"the face would cut the contour away at a cam angle of {math.degrees(at[k]):.4g} deg"
-            least = short_of(self.follower.distance - float(radii[k]), 1)
-            raise InputError("follower.distance", self.follower.distance, f"{where}: take at least {written(least)}")
+            fault = f"the face would cut the contour away at a cam angle of {math.degrees(at[k]):.4g} deg"
+            least = value_past_limit(self.follower.distance - float(radii[k]), 1)
+            raise InputError("follower.distance", self.follower.distance, f"{fault}: take at least {format_length(least)}")
 
 
 @dataclass(frozen=True)
-class SmallestFlatFacedCam(Smallest):
+class SmallestFlatFacedCam(SizedCam):
     """A cam with a flat face, as small as it can be.
 
     base_radius, largest_radius: of the contour in m. face: the least and the largest distance from the rod's axis at which the
@@ -176,13 +176,13 @@ class SmallestFlatFacedCam(Smallest):
     whole: ClassVar[bool] = True
 
     @property
-    def placed(self) -> Mapping[str, float]:
+    def placement(self) -> Mapping[str, float]:
         """See ``SizedCam``."""
         return {"distance": self.follower.distance}
 
     def summary(self) -> dict[str, Any]:
         """See ``SizedCam``."""
-        return self._of_contour(0.0) | {"face": list(self.face)}
+        return self._contour_summary(0.0) | {"face": list(self.face)}
 
 
 def smallest_flat_faced_cam(
@@ -200,5 +200,5 @@ def smallest_flat_faced_cam(
     distance = max(least_radius - float(bends[k]), shaft_radius - lowest, LEAST_DISTANCE)
     cam = FlatFacedCam(law, FlatFaced(distance=distance), clockwise)
     face = float(valleys(cam.contact)[1].min()), -float(valleys(lambda p: -cam.contact(p))[1].min())
-    reached = distance + float(bends[k])
-    return SmallestFlatFacedCam(distance + lowest, distance + highest, reached, float(at[k]), cam.follower, face)
+    curvature_radius = distance + float(bends[k])
+    return SmallestFlatFacedCam(distance + lowest, distance + highest, curvature_radius, float(at[k]), cam.follower, face)

@@ -12,9 +12,9 @@ from pydantic import Field, StrictBool
 
 from wucht.cams.cam import Cam
 from wucht.cams.laws import Law
-from wucht.cams.milled import MilledContour
-from wucht.cams.sizing.permitted import Permitted, Size, Smallest
-from wucht.schema import Described
+from wucht.cams.milled_cam import MilledContour
+from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
+from wucht.schema import TableModel
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Outline:
     face_at: float | None = None
 
 
-class Follower(Described, ABC):
+class Follower(TableModel, ABC):
     """A follower of some kind.
 
     Its motion is an angle on a lever, a length on a rod (``unit``); a smaller or larger cam changes its keys ``placing``.
@@ -44,7 +44,7 @@ class Follower(Described, ABC):
     clockwise: StrictBool = Field(False, description="sense of the cam, true: clockwise")
 
     @classmethod
-    def where(cls) -> str:
+    def error_location(cls) -> str:
         """Return its path in a file."""
         return "follower"
 
@@ -56,24 +56,24 @@ class Follower(Described, ABC):
         """
 
     @abstractmethod
-    def place(self, moved: np.ndarray) -> np.ndarray:
+    def place(self, value: np.ndarray) -> np.ndarray:
         """Return the position of its roller or face for a value of the law (any shape), complex or along x, in m."""
 
     @abstractmethod
-    def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
+    def motion_on(self, contour: MilledContour, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """See ``ContourFollower``: its motion on a milled contour."""
 
     def outline(self, law: Law) -> Outline:
         """Return the elements that are drawn of it beside its roller where it moves by a law."""
         return Outline()
 
-    def smallest(self, law: Law, permitted: Permitted, size: Size) -> Smallest | None:
+    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SizedCam | None:
         """Return the smallest cam of a law within the permitted limits; None where no limit is given that determines its size.
 
         Raises ``InputError`` (the key of ``limits``), ``RunError``.
         """
         return None
 
-    def moved_to(self, place: Mapping[str, float]) -> tuple[Self, tuple[str, ...]]:
+    def with_placement(self, placement: Mapping[str, float]) -> tuple[Self, tuple[str, ...]]:
         """Return the follower with other values of the keys ``placing``, and notes on values that must be chosen anew."""
-        return self.model_copy(update=dict(place)), ()
+        return self.model_copy(update=dict(placement)), ()

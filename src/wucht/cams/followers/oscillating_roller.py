@@ -14,16 +14,16 @@ from wucht.cams.followers.follower import Outline
 from wucht.cams.followers.roller_cam import ConjugateCams, RollerCam, RollerFollower
 from wucht.cams.laws import Law
 from wucht.cams.sizing.layout import Layout
-from wucht.cams.sizing.permitted import Permitted, Size, Smallest
+from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, check_length, smallest_roller_cam, tangents_of
 from wucht.errors import InputError
 from wucht.numerics.angles import TURN, valleys
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 
 _DEAD = 1e-9  # sin sin: so near to zero a roller cannot drive the lever
 
 
-class CounterTable(Described):
+class CounterTable(TableModel):
     """The lever of the counter cam, rigidly joined to that of the cam."""
 
     arm: float = si("m", "arm of the lever", gt=0)
@@ -51,7 +51,7 @@ class OscillatingRoller(RollerFollower):
     groove: StrictBool = Field(False, description="choice of a groove, true or false")
 
     @model_validator(mode="after")
-    def _holds_one_way(self) -> Self:
+    def _check_exclusive(self) -> Self:
         if self.groove and self.counter is not None:
             raise ValueError("groove", "a groove holds the roller by itself: give either groove = true or a counter cam")
         return self
@@ -60,17 +60,17 @@ class OscillatingRoller(RollerFollower):
         """See ``Follower``."""
         if (c := self.counter) is None:
             return super().cams(law)
-        other = OscillatingRoller(pivot=self.pivot, arm=c.arm, roller_radius=c.roller_radius, angle=c.angle)
-        pair = conjugate_cams(law, self, other, self.clockwise)
+        counter_follower = OscillatingRoller(pivot=self.pivot, arm=c.arm, roller_radius=c.roller_radius, angle=c.angle)
+        pair = conjugate_cams(law, self, counter_follower, self.clockwise)
         return {"cam": pair.cam, "counter": pair.counter}
 
-    def place(self, moved: np.ndarray) -> np.ndarray:
+    def place(self, value: np.ndarray) -> np.ndarray:
         """See ``RollerFollower``."""
-        return np.asarray(self.pivot + self._arm(moved))
+        return np.asarray(self.pivot + self._arm(value))
 
-    def rate(self, moved: np.ndarray) -> np.ndarray:
+    def rate(self, value: np.ndarray) -> np.ndarray:
         """See ``RollerFollower``."""
-        return np.asarray(1j * self._arm(moved))
+        return np.asarray(1j * self._arm(value))
 
     def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
         """See ``RollerFollower``."""
@@ -84,28 +84,28 @@ class OscillatingRoller(RollerFollower):
             return np.asarray((1j * q - s**2) * arm)
         return np.asarray((1j * law(phi, 3) - 3 * s * q - 1j * s**3) * arm)
 
-    def _arm(self, moved: np.ndarray) -> np.ndarray:
-        return np.asarray(self.arm * np.exp(1j * (self.angle + np.asarray(moved))))
+    def _arm(self, value: np.ndarray) -> np.ndarray:
+        return np.asarray(self.arm * np.exp(1j * (self.angle + np.asarray(value))))
 
     def outline(self, law: Law) -> Outline:
         """See ``Follower``."""
         return Outline(pivot=self.pivot)
 
-    def smallest(self, law: Law, permitted: Permitted, size: Size) -> Smallest | None:
+    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SizedCam | None:
         """See ``Follower``."""
-        if permitted.pressure_angle is None:
+        if limits.pressure_angle is None:
             return None
         return smallest_lever_cam(
-            law, self.arm, self.roller_radius, permitted.pressure_angle, clockwise=self.clockwise,
+            law, self.arm, self.roller_radius, limits.pressure_angle, clockwise=self.clockwise,
             outward=math.sin(self.angle + float(law(0.0))) < 0,
-            least_radius=permitted.least_radius or 0.0, shaft_radius=permitted.shaft_radius or 0.0, smallest=size,
+            least_radius=limits.least_radius or 0.0, shaft_radius=limits.shaft_radius or 0.0, size=size,
         )  # fmt: skip
 
-    def moved_to(self, place: Mapping[str, float]) -> tuple[Self, tuple[str, ...]]:
+    def with_placement(self, placement: Mapping[str, float]) -> tuple[Self, tuple[str, ...]]:
         """See ``Follower``."""
-        anew = "the smallest cam is that of the main lever: for its pivot the lever of the counter cam must be chosen anew"
-        moved, _ = super().moved_to(place)
-        return moved.model_copy(update={"counter": None}), () if self.counter is None else (anew,)
+        note = "the smallest cam is that of the main lever: for its pivot the lever of the counter cam must be chosen anew"
+        follower, _ = super().with_placement(placement)
+        return follower.model_copy(update={"counter": None}), () if self.counter is None else (note,)
 
     def swing(self, low: float, high: float) -> float:
         """See ``Guide``."""
@@ -115,7 +115,7 @@ class OscillatingRoller(RollerFollower):
         """See ``Guide``: a lever may be anywhere."""
         return math.inf
 
-    def seen_from(self, centre: complex) -> OscillatingRoller:
+    def relative_to(self, centre: complex) -> OscillatingRoller:
         """See ``Guide``."""
         angle = math.remainder(math.pi - float(np.angle(centre)), TURN)
         return self.model_copy(update={"pivot": abs(centre), "angle": angle})
@@ -140,22 +140,24 @@ def conjugate_cams(law: Law, follower: OscillatingRoller, counter: OscillatingRo
     at, holds = valleys(hold)
     k = int(np.argmin(holds))
     if holds[k] < _DEAD:
-        theta, other = (_degrees(f.angle + float(law(at[k]))) for f in (follower, counter))
-        where = f"at a cam angle of {math.degrees(at[k]):.4g} deg the rollers do not push the lever opposite ways"
-        angles = f"its arms stand at {theta:.4g} and {other:.4g} deg"
-        allowed = f"{where}: {angles}; one must be between -180 and 0 deg, the other between 0 and 180 deg, all the way round"
-        raise InputError("follower.counter.angle", counter.angle, allowed)
+        theta, counter_theta = (_wrapped_degrees(f.angle + float(law(at[k]))) for f in (follower, counter))
+        fault = f"at a cam angle of {math.degrees(at[k]):.4g} deg the rollers do not push the lever opposite ways"
+        angles = f"its arms stand at {theta:.4g} and {counter_theta:.4g} deg"
+        requirement = (
+            f"{fault}: {angles}; one must be between -180 and 0 deg, the other between 0 and 180 deg, all the way round"
+        )
+        raise InputError("follower.counter.angle", counter.angle, requirement)
     return ConjugateCams(RollerCam(law, follower, clockwise), RollerCam(law, counter, clockwise))
 
 
-def _degrees(angle: float) -> float:
+def _wrapped_degrees(angle: float) -> float:
     """Return an angle in degrees, from -180 to 180."""
     return math.degrees(math.remainder(angle, 2 * math.pi))
 
 
 def smallest_lever_cam(
     law: Law, arm: float, roller_radius: float, pressure_angle: Angles, *, clockwise: bool = False, outward: bool = True,
-    least_radius: float | None = None, shaft_radius: float | None = None, smallest: Size = "base",
+    least_radius: float | None = None, shaft_radius: float | None = None, size: Size = "base",
 ) -> SmallestCam:  # fmt: skip
     """Return the pivot's distance and the lever's angle that make the smallest cam for a lever.
 
@@ -172,4 +174,4 @@ def smallest_lever_cam(
     check_length("arm", arm)
     guide = OscillatingRoller.model_construct(pivot=0.0, arm=arm, roller_radius=roller_radius, angle=0.0)
     layout = Layout(law, guide, clockwise, -1 if outward else 1, tangents_of(pressure_angle))
-    return smallest_roller_cam(layout, least_radius, shaft_radius, smallest)
+    return smallest_roller_cam(layout, least_radius, shaft_radius, size)

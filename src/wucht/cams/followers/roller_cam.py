@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from wucht.cams.cam import Cam, Written, metres, short_of
+from wucht.cams.cam import Cam, LengthFormat, format_metres, value_past_limit
 from wucht.cams.followers.follower import Follower
 from wucht.cams.laws import Law
-from wucht.cams.milled import EXACT, MOST_STEPS, MilledContour, dot
-from wucht.cams.undercut import EDGE, CutAway, RadiusAt, Side, least_radius, within
+from wucht.cams.milled_cam import EXACT, MOST_STEPS, MilledContour, dot
+from wucht.cams.undercut import EDGE, CutAway, RadiusAt, Side, is_on_arcs, least_radius
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import arcs_below_zero
 
@@ -29,11 +29,11 @@ class RollerFollower(Follower):
         roller_radius: float
 
     @abstractmethod
-    def place(self, moved: np.ndarray) -> np.ndarray:
+    def place(self, value: np.ndarray) -> np.ndarray:
         """The centre of the roller where the law has a value (any shape)."""
 
     @abstractmethod
-    def rate(self, moved: np.ndarray) -> np.ndarray:
+    def rate(self, value: np.ndarray) -> np.ndarray:
         """The derivative of the centre by the value of the law, there."""
 
     @abstractmethod
@@ -45,39 +45,39 @@ class RollerFollower(Follower):
         cam = RollerCam(law, self, self.clockwise)
         return {"cam": cam, "outer": replace(cam, outer=True)} if getattr(self, "groove", False) else {"cam": cam}
 
-    def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
+    def motion_on(self, contour: MilledContour, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """See ``ContourFollower``. The roller is at its radius from the contour, along the normal: Newton's method in both
         unknowns."""
-        moved, at = np.array(nearly, float), contour.nearest(turned * self.place(nearly))
+        value, at = np.array(guess, float), contour.nearest(rotation * self.place(guess))
         size = float(np.abs(contour.points).max())
         if not self.roller_radius:
-            return self._motion_of_edge(contour, turned, moved, at, EXACT * size)
+            return self._motion_of_edge(contour, rotation, value, at, EXACT * size)
         for _ in range(MOST_STEPS):
             c, c1, c2 = (contour(at, k) for k in (0, 1, 2))
-            off, rate = turned * self.place(moved) - c, turned * self.rate(moved)
+            off, rate = rotation * self.place(value) - c, rotation * self.rate(value)
             gap = np.abs(off) - self.roller_radius
             along = dot(c1, off)
-            gap_moved, gap_at = dot(off, rate) / np.abs(off), -along / np.abs(off)
-            along_moved, along_at = dot(c1, rate), dot(c2, off) - np.abs(c1) ** 2
-            determinant = gap_moved * along_at - gap_at * along_moved
-            moved = moved - (gap * along_at - gap_at * along) / determinant
-            at = at - (gap_moved * along - gap * along_moved) / determinant
+            gap_by_value, gap_by_point = dot(off, rate) / np.abs(off), -along / np.abs(off)
+            along_by_value, along_by_point = dot(c1, rate), dot(c2, off) - np.abs(c1) ** 2
+            determinant = gap_by_value * along_by_point - gap_by_point * along_by_value
+            value = value - (gap * along_by_point - gap_by_point * along) / determinant
+            at = at - (gap_by_value * along - gap * along_by_value) / determinant
             if np.abs(gap).max() <= EXACT * size:
-                return np.asarray(moved)
+                return np.asarray(value)
         raise RunError("the follower does not touch the contour near the expected motion", code="no-contact")
 
     def _motion_of_edge(
-        self, contour: MilledContour, turned: np.ndarray, moved: np.ndarray, at: np.ndarray, exact: float
+        self, contour: MilledContour, rotation: np.ndarray, value: np.ndarray, at: np.ndarray, exact: float
     ) -> np.ndarray:
         """Return the motion where the roller is a point: it lies on the contour."""
         for _ in range(MOST_STEPS):
             c, c1 = contour(at), contour(at, 1)
-            off, rate = turned * self.place(moved) - c, turned * self.rate(moved)
+            off, rate = rotation * self.place(value) - c, rotation * self.rate(value)
             determinant = (rate.conj() * c1).imag
-            moved = moved - (off.conj() * c1).imag / determinant
+            value = value - (off.conj() * c1).imag / determinant
             at = at + (rate.conj() * off).imag / determinant
             if np.abs(off).max() <= exact:
-                return np.asarray(moved)
+                return np.asarray(value)
         raise RunError("the edge does not touch the contour near the expected motion", code="no-contact")
 
 
@@ -116,10 +116,10 @@ class RollerCam(Cam):
 
     def pitch(self, phi: np.ndarray, order: int = 0) -> np.ndarray:
         """The derivative of an order from 0 to 3 of the pitch curve, on which the centre of the roller goes round the cam."""
-        turned = -1j * self._sense
+        quarter_turn = -1j * self._sense
         centres = (self.follower.centre(self.law, phi, k) for k in range(order + 1))
-        sums = sum(math.comb(order, k) * turned ** (order - k) * z for k, z in enumerate(centres))
-        return np.asarray(np.exp(turned * np.asarray(phi)) * sums)
+        sums = sum(math.comb(order, k) * quarter_turn ** (order - k) * z for k, z in enumerate(centres))
+        return np.asarray(np.exp(quarter_turn * np.asarray(phi)) * sums)
 
     def normal(self, phi: np.ndarray) -> np.ndarray:
         """The normal of both curves, of modulus 1, that points away from the cam's centre."""
@@ -135,10 +135,10 @@ class RollerCam(Cam):
         """See ``Cam``. The normal n of the pitch curve p turns as n' = kappa p'."""
         if order == 0:
             return np.asarray(self.pitch(phi) - self._inward * self.normal(phi))
-        slope, shrunk = self.pitch(phi, 1), self.undercut(phi)
+        slope, factor = self.pitch(phi, 1), self.undercut(phi)
         if order == 1:
-            return np.asarray(shrunk * slope)
-        return np.asarray(shrunk * self.pitch(phi, 2) - self._inward * self._curvature_slope(phi) * slope)
+            return np.asarray(factor * slope)
+        return np.asarray(factor * self.pitch(phi, 2) - self._inward * self._curvature_slope(phi) * slope)
 
     def _curvature_slope(self, phi: np.ndarray) -> np.ndarray:
         """The derivative of the pitch curve's curvature by phi."""
@@ -184,7 +184,7 @@ class RollerCam(Cam):
         missing = arcs_below_zero(lambda phi: side.largest_ball(phi) - radius, at) if balls.min() < radius else ()
 
         def bulge(phi: np.ndarray) -> np.ndarray:
-            return np.where(within(missing, phi), 0.0, sign * self.curvature(phi))
+            return np.where(is_on_arcs(missing, phi), 0.0, sign * self.curvature(phi))
 
         return CutAway(
             arcs_below_zero(lambda phi: self.undercut(phi) - EDGE),
@@ -210,17 +210,21 @@ class RollerCam(Cam):
         """Raise ``InputError`` (wheel_radius, follower.roller_radius) where a wheel of a radius in m cannot grind all of it."""
         largest = self.largest_wheel()
         if largest is not None and radius > largest.radius:
-            where = f"the contour is too hollow for it at a cam angle of {math.degrees(largest.phi):.4g} deg"
-            raise InputError("wheel_radius", radius, f"{where}: take at most {metres(short_of(largest.radius, -1))}")
+            fault = f"the contour is too hollow for it at a cam angle of {math.degrees(largest.phi):.4g} deg"
+            raise InputError(
+                "wheel_radius", radius, f"{fault}: take at most {format_metres(value_past_limit(largest.radius, -1))}"
+            )
 
-    def check(self, written: Written = metres) -> None:
+    def check(self, format_length: LengthFormat = format_metres) -> None:
         """See ``Cam``: ``InputError`` (follower.roller_radius), naming the largest admissible roller, to five digits."""
         largest = self.largest_roller()
         if largest is not None and self.roller_radius >= largest.radius:
             key = "".join(f" (follower.{key})" for key in self.follower.placing[:1])
-            where = f"the roller would cut the contour away at a cam angle of {math.degrees(largest.phi):.4g} deg"
-            what = f"take a roller radius of at most {written(short_of(largest.radius, -1))}, or a larger cam{key}"
-            raise InputError("follower.roller_radius", self.roller_radius, f"{where}: {what}")
+            fault = f"the roller would cut the contour away at a cam angle of {math.degrees(largest.phi):.4g} deg"
+            remedy = (
+                f"take a roller radius of at most {format_length(value_past_limit(largest.radius, -1))}, or a larger cam{key}"
+            )
+            raise InputError("follower.roller_radius", self.roller_radius, f"{fault}: {remedy}")
 
 
 @dataclass(frozen=True)

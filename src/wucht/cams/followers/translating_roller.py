@@ -11,7 +11,7 @@ from wucht.cams.followers.follower import Outline
 from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws import Law
 from wucht.cams.sizing.layout import Layout
-from wucht.cams.sizing.permitted import Permitted, Size, Smallest
+from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, smallest_roller_cam, tangents_of
 from wucht.schema import si
 
@@ -29,13 +29,13 @@ class TranslatingRoller(RollerFollower):
     offset: float = si("m", "offset of the rod's axis", default=0.0)
     groove: StrictBool = Field(False, description="choice of a groove, true or false")
 
-    def place(self, moved: np.ndarray) -> np.ndarray:
+    def place(self, value: np.ndarray) -> np.ndarray:
         """See ``RollerFollower``."""
-        return np.asarray(self.distance + np.asarray(moved) + 1j * self.offset)
+        return np.asarray(self.distance + np.asarray(value) + 1j * self.offset)
 
-    def rate(self, moved: np.ndarray) -> np.ndarray:
+    def rate(self, value: np.ndarray) -> np.ndarray:
         """See ``RollerFollower``."""
-        return np.ones(np.shape(moved), complex)
+        return np.ones(np.shape(value), complex)
 
     def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
         """See ``RollerFollower``."""
@@ -45,13 +45,13 @@ class TranslatingRoller(RollerFollower):
         """See ``Follower``."""
         return Outline(rod_offset=self.offset)
 
-    def smallest(self, law: Law, permitted: Permitted, size: Size) -> Smallest | None:
+    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SizedCam | None:
         """See ``Follower``."""
-        if permitted.pressure_angle is None:
+        if limits.pressure_angle is None:
             return None
         return smallest_rod_cam(
-            law, self.roller_radius, permitted.pressure_angle, clockwise=self.clockwise,
-            least_radius=permitted.least_radius or 0.0, shaft_radius=permitted.shaft_radius or 0.0, smallest=size,
+            law, self.roller_radius, limits.pressure_angle, clockwise=self.clockwise,
+            least_radius=limits.least_radius or 0.0, shaft_radius=limits.shaft_radius or 0.0, size=size,
         )  # fmt: skip
 
     def swing(self, low: float, high: float) -> float:
@@ -62,20 +62,18 @@ class TranslatingRoller(RollerFollower):
         """See ``Guide``."""
         return -centre.real
 
-    def seen_from(self, centre: complex) -> TranslatingRoller:
+    def relative_to(self, centre: complex) -> TranslatingRoller:
         """See ``Guide``."""
         return self.model_copy(update={"distance": -centre.real, "offset": -centre.imag})
 
 
 def smallest_rod_cam(
     law: Law, roller_radius: float, pressure_angle: Angles, *, clockwise: bool = False,
-    least_radius: float | None = None, shaft_radius: float | None = None, smallest: Size = "base",
+    least_radius: float | None = None, shaft_radius: float | None = None, size: Size = "base",
 ) -> SmallestCam:  # fmt: skip
     """Return the distance and the offset that make the smallest cam for a rod; see ``smallest_lever_cam``. law: in m.
 
     With a shaft_radius the distance is greater than zero, even of a law that is never zero.
     """
     guide = TranslatingRoller.model_construct(distance=0.0, roller_radius=roller_radius)
-    return smallest_roller_cam(
-        Layout(law, guide, clockwise, -1, tangents_of(pressure_angle)), least_radius, shaft_radius, smallest
-    )
+    return smallest_roller_cam(Layout(law, guide, clockwise, -1, tangents_of(pressure_angle)), least_radius, shaft_radius, size)

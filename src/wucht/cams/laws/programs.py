@@ -12,12 +12,12 @@ from wucht.errors import RunError
 
 REMEDY = "its restrictions leave hardly any admissible motion; widen them, or request fewer harmonics"
 _TOLERANCE = 1e-10  # of the interior point method, relative
-_KEPT = 1e-7  # of the bounds: restrictions may be violated by so much in a solution
+_VIOLATION = 1e-7  # of the bounds: restrictions may be violated by so much in a solution
 _LARGE = 0.1  # units: a widening of so many is exact enough; a smaller one is computed in a smaller unit
 _SMALLER = 1e-4  # times at most
-_NOTHING = 1e-12  # of the largest bound: a widening below is none
-_HIDDEN = 1e-8  # of the largest bound: a widening below need not be known to all its digits
-_UNDETERMINED = 1e-13  # of the largest singular value
+_NEGLIGIBLE = 1e-12  # of the largest bound: a widening below is none
+_ROUNDING_FLOOR = 1e-8  # of the largest bound: a widening below need not be known to all its digits
+_RANK_TOLERANCE = 1e-13  # of the largest singular value
 
 
 class InfeasibleError(Exception):
@@ -34,7 +34,7 @@ class Programme:
     """
 
     equal: np.ndarray
-    to: np.ndarray
+    targets: np.ndarray
     rows: np.ndarray
     bounds: np.ndarray
     widths: np.ndarray
@@ -44,29 +44,29 @@ class Programme:
     @property
     def size(self) -> float:
         """The largest bound."""
-        return float(max([*np.abs(self.to), *np.abs(self.bounds), *(size for _, _, size, _ in self.caps), 0.0])) or 1.0
+        return float(max([*np.abs(self.targets), *np.abs(self.bounds), *(size for _, _, size, _ in self.caps), 0.0])) or 1.0
 
 
-def solved(programme: Programme, about: float = 0.0) -> tuple[np.ndarray, float]:
+def solve_programme(programme: Programme, estimate: float = 0.0) -> tuple[np.ndarray, float]:
     """Return the optimal x (n,) and t. estimate: t of a programme with fewer rows, 0 where nothing is known.
 
     A ripple may be 1e-9 of the stroke: unknowns are chosen that are as large as what is to be small, and units in which t is
     about 1. Raises ``InfeasibleError``.
     """
-    smallest = _NOTHING * programme.size
-    unit = max(about, smallest) if about else programme.size
+    smallest = _NEGLIGIBLE * programme.size
+    unit = max(estimate, smallest) if estimate else programme.size
     try:
-        x, t = _interior(programme, _basis(programme, unit), unit)
+        x, t = _interior_point(programme, _basis(programme, unit), unit)
     except RunError:
-        if not about:
+        if not estimate:
             raise
-        return solved(programme)  # a unit that is much too small
+        return solve_programme(programme)  # a unit that is much too small
     while programme.weights is None and t < _LARGE * unit and unit > smallest:
         unit = max(t, _SMALLER * unit, smallest)
         try:
-            x, t = _interior(programme, _basis(programme, unit), unit)
+            x, t = _interior_point(programme, _basis(programme, unit), unit)
         except RunError:
-            if t > _HIDDEN * programme.size:
+            if t > _ROUNDING_FLOOR * programme.size:
                 raise
             break  # a widening that rounding hides is as good as none
     return x, t
@@ -77,24 +77,24 @@ def _basis(p: Programme, unit: float) -> np.ndarray:
 
     unit: the unit of the bounds; t is about as large.
     """
-    allowed = np.abs(p.bounds) / unit + p.widths
-    tight = p.rows / np.where(allowed > 0, allowed, 1.0)[:, None] if p.weights is None else np.diag(p.weights)
+    slack = np.abs(p.bounds) / unit + p.widths
+    tight = p.rows / np.where(slack > 0, slack, 1.0)[:, None] if p.weights is None else np.diag(p.weights)
     if not len(tight):
         return np.eye(p.rows.shape[1])
-    _, found, directions = np.linalg.svd(np.vstack([tight, np.zeros((tight.shape[1],) * 2)]), full_matrices=False)
-    sizes = np.where(found > _UNDETERMINED * found[0], found, found[0] or 1.0)
+    _, singular_values, directions = np.linalg.svd(np.vstack([tight, np.zeros((tight.shape[1],) * 2)]), full_matrices=False)
+    sizes = np.where(singular_values > _RANK_TOLERANCE * singular_values[0], singular_values, singular_values[0] or 1.0)
     return np.asarray(directions.T / sizes)
 
 
-def _interior(p: Programme, basis: np.ndarray, unit: float) -> tuple[np.ndarray, float]:
+def _interior_point(p: Programme, basis: np.ndarray, unit: float) -> tuple[np.ndarray, float]:
     import clarabel
     from scipy.sparse import csc_matrix
 
     n = len(basis)
-    equal, equal_size = _scaled(np.column_stack([p.equal @ basis, np.zeros(len(p.to))]))
-    rows, rows_size = _scaled(np.column_stack([p.rows @ basis, -p.widths]))
-    blocks, sides = [equal, rows, -np.eye(n + 1)[n:]], [p.to / unit / equal_size, p.bounds / unit / rows_size, np.zeros(1)]
-    cones: list[Any] = [clarabel.ZeroConeT(len(p.to)), clarabel.NonnegativeConeT(len(p.bounds) + 1)]
+    equal, equal_size = _normalised_rows(np.column_stack([p.equal @ basis, np.zeros(len(p.targets))]))
+    rows, rows_size = _normalised_rows(np.column_stack([p.rows @ basis, -p.widths]))
+    blocks, sides = [equal, rows, -np.eye(n + 1)[n:]], [p.targets / unit / equal_size, p.bounds / unit / rows_size, np.zeros(1)]
+    cones: list[Any] = [clarabel.ZeroConeT(len(p.targets)), clarabel.NonnegativeConeT(len(p.bounds) + 1)]
     for i, j, size, width in p.caps:
         blocks.append(np.column_stack([-np.vstack([np.zeros(n), basis[[i, j]]]), [-width, 0.0, 0.0]]))
         sides.append(np.array([size / unit, 0.0, 0.0]))
@@ -105,18 +105,20 @@ def _interior(p: Programme, basis: np.ndarray, unit: float) -> tuple[np.ndarray,
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
-    whole, bound = np.vstack(blocks), np.concatenate(sides)
-    found = clarabel.DefaultSolver(csc_matrix(np.triu(square)), linear, csc_matrix(whole), bound, cones, settings).solve()
-    if "Infeasible" in str(found.status):
+    whole, right_side = np.vstack(blocks), np.concatenate(sides)
+    result = clarabel.DefaultSolver(csc_matrix(np.triu(square)), linear, csc_matrix(whole), right_side, cones, settings).solve()
+    if "Infeasible" in str(result.status):
         raise InfeasibleError
-    z = np.asarray(found.x)
+    z = np.asarray(result.x)
     # The solver measures against the size of z, which grows without end where the restrictions contradict each other.
-    if "Solved" not in str(found.status) or np.abs(whole @ z + found.s - bound).max() > _KEPT * (1 + np.abs(bound).max()):
-        raise RunError(f"the motion law was not found ({found.status}): {REMEDY}")
+    if "Solved" not in str(result.status) or np.abs(whole @ z + result.s - right_side).max() > _VIOLATION * (
+        1 + np.abs(right_side).max()
+    ):
+        raise RunError(f"the motion law was not found ({result.status}): {REMEDY}")
     return unit * basis @ z[:n], float(unit * z[n])
 
 
-def _scaled(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _normalised_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return rows (m, n) of length 1, and their original lengths (m,)."""
     size = np.linalg.norm(rows, axis=1)
     size[size == 0] = 1.0

@@ -112,14 +112,14 @@ def _derivative(polynomials: np.ndarray, order: int) -> np.ndarray:
     return polynomials
 
 
-def of_polynomials(knots: np.ndarray, polynomials: np.ndarray) -> StandardLaw:
+def polynomial_law(knots: np.ndarray, polynomials: np.ndarray) -> StandardLaw:
     """Return the law of pieces between knots (n + 1,) from 0 to 1: polynomials (n, degree + 1) of the piece behind each knot,
     the constant first."""
-    none = np.zeros(len(polynomials))
-    return StandardLaw(knots, polynomials, none, none, none)
+    zeros = np.zeros(len(polynomials))
+    return StandardLaw(knots, polynomials, zeros, zeros, zeros)
 
 
-def _integrated(phases: Sequence[_Phase]) -> StandardLaw:
+def _integrated_law(phases: Sequence[_Phase]) -> StandardLaw:
     """The law whose acceleration is, in one phase after the other, a constant, or cosine cos(w u) + sine sin(w u)."""
     knots, rows, x, s, v = [0.0], [], 0.0, 0.0, 0.0
     for length, constant, cosine, sine, w in phases:
@@ -149,13 +149,13 @@ def sine_constant_cosine(b: float, c: float, d: float) -> StandardLaw:
     before: list[_Phase] = [(c / 2, Ca, 0.0, 0.0, 0.0)] if c else []
     after: list[_Phase] = [(c / 2, -Ca, 0.0, 0.0, 0.0)] if c else []
     through: list[_Phase] = [(d, 0.0, Ca, 0.0, pi / d)] if d else []
-    return _integrated([*rise, *before, *through, *after, *fade])
+    return _integrated_law([*rise, *before, *through, *after, *fade])
 
 
 _WHOLE = np.array([0.0, 1.0])
 STANDARD_LAWS = {
-    "3-4-5": of_polynomials(_WHOLE, np.array([[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]])),
-    "4-5-6-7": of_polynomials(_WHOLE, np.array([[0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0]])),
+    "3-4-5": polynomial_law(_WHOLE, np.array([[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]])),
+    "4-5-6-7": polynomial_law(_WHOLE, np.array([[0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0]])),
     "inclined-sine": sine_constant_cosine(1 / 2, 0, 1 / 2),
     "modified-sine": sine_constant_cosine(1 / 4, 0, 3 / 4),
     "modified-trapezoid": sine_constant_cosine(1 / 4, 1 / 2, 1 / 4),
@@ -187,22 +187,22 @@ def spline(points: Points = (), degree: int = 5) -> StandardLaw:
     at_rest = [(1, 0.0), (2, 0.0)][: degree // 2]
     pieces = PPoly.from_spline(make_interp_spline(x, s, k=degree, bc_type=(at_rest, at_rest)))
     real = np.diff(pieces.x) > 0  # knots are repeated at the ends
-    return of_polynomials(x, pieces.c[::-1, real].T)
+    return polynomial_law(x, pieces.c[::-1, real].T)
 
 
 def _with_ends(points: Points) -> tuple[np.ndarray, np.ndarray]:
     """The shares (m,) of arc and stroke, from (0, 0) to (1, 1)."""
-    given = np.asarray(points, float) if len(points) else np.empty((0, 2))
-    if given.ndim != 2 or given.shape[1] != 2 or not (np.abs(given) <= LARGEST).all():
-        allowed = f"must be pairs of finite numbers: share of the arc, share of the stroke, of at most {LARGEST:g}"
-        raise InputError("law.points", given.tolist(), allowed)
-    has_first, has_last = len(given) and given[0, 0] == 0, len(given) and given[-1, 0] == 1
-    all_of_them = np.concatenate([*([] if has_first else [[[0.0, 0.0]]]), given, *([] if has_last else [[[1.0, 1.0]]])])
-    if (all_of_them[0, 1], all_of_them[-1, 1]) != (0, 1):
-        raise InputError("law.points", given.tolist(), "the rise must begin at [0, 0] and end at [1, 1]")
-    if not (np.diff(all_of_them[:, 0]) > 0).all():
-        raise InputError("law.points", given.tolist(), "the shares of the arc must increase, from 0 to 1")
-    return all_of_them[:, 0], all_of_them[:, 1]
+    shares = np.asarray(points, float) if len(points) else np.empty((0, 2))
+    if shares.ndim != 2 or shares.shape[1] != 2 or not (np.abs(shares) <= LARGEST).all():
+        requirement = f"must be pairs of finite numbers: share of the arc, share of the stroke, of at most {LARGEST:g}"
+        raise InputError("law.points", shares.tolist(), requirement)
+    has_first, has_last = len(shares) and shares[0, 0] == 0, len(shares) and shares[-1, 0] == 1
+    all_points = np.concatenate([*([] if has_first else [[[0.0, 0.0]]]), shares, *([] if has_last else [[[1.0, 1.0]]])])
+    if (all_points[0, 1], all_points[-1, 1]) != (0, 1):
+        raise InputError("law.points", shares.tolist(), "the rise must begin at [0, 0] and end at [1, 1]")
+    if not (np.diff(all_points[:, 0]) > 0).all():
+        raise InputError("law.points", shares.tolist(), "the shares of the arc must increase, from 0 to 1")
+    return all_points[:, 0], all_points[:, 1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,11 +233,11 @@ class RiseAndReturn:
         if top <= returns < bottom:
             return
         if self.back is None:
-            allowed = (
-                f"its mirror image about 180 deg, {_shown(self._back)}, would overlap it: give law.return, or another rise"
+            requirement = (
+                f"its mirror image about 180 deg, {_format_arc(self._back)}, would overlap it: give law.return, or another rise"
             )
-            raise InputError("law.rise", _shown(self.rise), allowed)
-        raise InputError("law.return", _shown(self.back), f"must not overlap the rise, {_shown(self.rise)}")
+            raise InputError("law.rise", _format_arc(self.rise), requirement)
+        raise InputError("law.return", _format_arc(self.back), f"must not overlap the rise, {_format_arc(self.rise)}")
 
     @property
     def _back(self) -> Arc:
@@ -247,12 +247,12 @@ class RiseAndReturn:
     def _borders(self) -> tuple[float, float, float]:
         """Angles from the begin of the rise to the top, to the begin of the return, and to the bottom."""
         begin = self.rise[0]
-        top, returns, bottom = (float(_after(begin, angle)) for angle in (self.rise[1], *self._back))
+        top, returns, bottom = (float(_angle_after(begin, angle)) for angle in (self.rise[1], *self._back))
         return top, top if abs(returns - top) < _ROUNDING else returns, bottom if bottom > _ROUNDING else _TURN
 
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative by phi of an order from 0 to 3, at angles of any shape; where it jumps, of what begins there."""
-        t, (top, returns, bottom) = _after(self.rise[0], phi), self._borders
+        t, (top, returns, bottom) = _angle_after(self.rise[0], phi), self._borders
         piece = np.searchsorted(np.array(self._borders) - _ROUNDING, t, side="right")
         up = self.law(np.clip(t / top, 0, 1), order) / top**order
         length = bottom - returns
@@ -262,22 +262,22 @@ class RiseAndReturn:
 
     def largest(self, order: int) -> float:
         """The largest magnitude of the derivative by phi of an order from 1 to 3, exactly."""
-        return abs(self.stroke) * self.law.largest(order) / self._shorter**order
+        return abs(self.stroke) * self.law.largest(order) / self._shorter_arc**order
 
     @property
     def jump(self) -> float:
         """Largest jump of the acceleration, where the rise or the return begins or ends."""
         ends = np.abs(self.law(np.array([0.0, 1.0]), 2)).max()
-        return float(abs(self.stroke) * ends / self._shorter**2) if ends > _ROUNDING * self.law.Ca else 0.0
+        return float(abs(self.stroke) * ends / self._shorter_arc**2) if ends > _ROUNDING * self.law.Ca else 0.0
 
     @property
-    def _shorter(self) -> float:
+    def _shorter_arc(self) -> float:
         """Length of the shorter of rise and return, in rad."""
         top, returns, bottom = self._borders
         return min(top, bottom - returns)
 
 
-def _after(begin: float, angle: np.ndarray | float) -> np.ndarray:
+def _angle_after(begin: float, angle: np.ndarray | float) -> np.ndarray:
     """Return the angle from one angle on to another, in [0, 2 pi); 0 also where it lies before it by no more than rounding."""
     t = np.mod(np.asarray(angle, float) - begin, _TURN)
     return np.asarray(np.where(t > _TURN - _ROUNDING, 0.0, t))
@@ -286,10 +286,10 @@ def _after(begin: float, angle: np.ndarray | float) -> np.ndarray:
 def _check_arc(key: str, arc: Arc) -> None:
     begin, end = arc
     if not abs(end - begin) > _SHORTEST:  # nor where they are no numbers
-        raise InputError(key, _shown(arc), "must be two different angles, begin and end")
+        raise InputError(key, _format_arc(arc), "must be two different angles, begin and end")
     if abs(end - begin) > _TURN - _SHORTEST:
-        raise InputError(key, _shown(arc), "must be shorter than a turn of the cam")
+        raise InputError(key, _format_arc(arc), "must be shorter than a turn of the cam")
 
 
-def _shown(arc: Arc) -> str:
+def _format_arc(arc: Arc) -> str:
     return f"{math.degrees(arc[0]):.6g} ... {math.degrees(arc[1]):.6g} deg"

@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.cams.laws.programs import REMEDY, InfeasibleError, Programme, solved
+from wucht.cams.laws.programs import REMEDY, InfeasibleError, Programme, solve_programme
 from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.zeros_and_peaks import fewest_where
 
 _PER_HARMONIC = 6  # angles on a whole turn that are sampled first, times the number of harmonics
-_BROKEN = 1e-6  # of the bound: a smaller excess is no violation
+_VIOLATION = 1e-6  # of the bound: a smaller excess is no violation
 _ROUNDING = 1e-13  # of the largest value
 _ENOUGH = 1e-9  # of the largest bound: a widening that need not be smaller
 _STEP, _FALLING = 4, 0.5  # harmonics tried first, then so many more while the widening falls to such a share
@@ -38,7 +38,7 @@ def equiripple(count: int, half_dwell: float, stroke: float = 1.0) -> Harmonics:
     phi = 2 * math.pi * np.arange(2 * count + 1) / (2 * count + 1)
     polynomial = np.polynomial.Chebyshev.basis(count)
     top = polynomial(-(3 + c) / (1 - c))
-    return Harmonics.sampled(stroke * polynomial((2 * np.cos(phi) - 1 - c) / (1 - c)) / top)
+    return Harmonics.from_samples(stroke * polynomial((2 * np.cos(phi) - 1 - c) / (1 - c)) / top)
 
 
 def maximally_flat(count: int, stroke: float = 1.0) -> Harmonics:
@@ -62,12 +62,12 @@ class Band:
     end: float
     low: float
     high: float
-    widened: bool = False
+    is_widened: bool = False
 
     @property
-    def exact(self) -> bool:
+    def is_exact(self) -> bool:
         """True if it is a precision point that is not widened."""
-        return self.begin == self.end and self.low == self.high and not self.widened
+        return self.begin == self.end and self.low == self.high and not self.is_widened
 
     @property
     def size(self) -> float:
@@ -84,7 +84,7 @@ class Cap:
     name: str
     harmonic: int
     size: float
-    widened: bool = False
+    is_widened: bool = False
 
 
 Restriction = Band | Cap
@@ -121,83 +121,85 @@ def synthesise(
     RunError
         Where the solver fails.
     """
-    few = _with_few(count, restrictions) if weights is None else None
+    few = _with_fewest_harmonics(count, restrictions) if weights is None else None
     try:
-        return few or _exchanged(count, restrictions, weights)
+        return few or _solve_by_exchange(count, restrictions, weights)
     except RunError:
         # Some contradictions leave the solver undecided: widened together by a small amount, restrictions have a motion.
-        together = [replace(r, widened=True) for r in restrictions if not r.widened]
-        if together and _exchanged(count, together, None).widening > _BROKEN * max(r.size for r in together):
+        together = [replace(r, is_widened=True) for r in restrictions if not r.is_widened]
+        if together and _solve_by_exchange(count, together, None).widening > _VIOLATION * max(r.size for r in together):
             raise InfeasibleError from None
         raise
 
 
-def _with_few(count: int, restrictions: Sequence[Restriction]) -> Synthesis | None:
+def _with_fewest_harmonics(count: int, restrictions: Sequence[Restriction]) -> Synthesis | None:
     """Return the synthesis of the fewest harmonics with negligible widening, those above being zero; None where all count.
 
     With more harmonics rounding would hide the widening, and some admissible motions oscillate strongly elsewhere.
     """
-    bounds = [bound for r in restrictions for bound in ((r.low, r.high) if isinstance(r, Band) else (r.size,))]
-    enough = _ENOUGH * max((abs(bound) for bound in bounds if math.isfinite(bound)), default=0.0)
+    bounds = [limit for r in restrictions for limit in ((r.low, r.high) if isinstance(r, Band) else (r.size,))]
+    enough = _ENOUGH * max((abs(limit) for limit in bounds if math.isfinite(limit)), default=0.0)
 
-    def of(harmonics: int) -> Synthesis | None:
-        kept = [r for r in restrictions if isinstance(r, Band) or r.harmonic <= harmonics]
+    def attempt(harmonics: int) -> Synthesis | None:
+        applicable = [r for r in restrictions if isinstance(r, Band) or r.harmonic <= harmonics]
         try:
-            return _exchanged(harmonics, kept, None)
+            return _solve_by_exchange(harmonics, applicable, None)
         except (InfeasibleError, RunError):
             return None
 
     def is_enough(harmonics: int) -> bool:
-        found = of(harmonics)
-        return found is not None and found.widening <= enough
+        trial = attempt(harmonics)
+        return trial is not None and trial.widening <= enough
 
     before = math.inf
-    for tried in range(_STEP, count, _STEP):
-        found = of(tried)
-        if found is not None and found.widening <= enough:
-            best = of(fewest_where(is_enough, tried - _STEP, tried)) or found
+    for trial_count in range(_STEP, count, _STEP):
+        trial = attempt(trial_count)
+        if trial is not None and trial.widening <= enough:
+            best = attempt(fewest_where(is_enough, trial_count - _STEP, trial_count)) or trial
             zeros = np.zeros(count - best.law.count)
-            padded = Harmonics(best.law.mean, np.append(best.law.cosine, zeros), np.append(best.law.sine, zeros))
-            return Synthesis(padded, best.widening)
-        if found is not None and found.widening > _FALLING * before:
+            padded_law = Harmonics(best.law.mean, np.append(best.law.cosine, zeros), np.append(best.law.sine, zeros))
+            return Synthesis(padded_law, best.widening)
+        if trial is not None and trial.widening > _FALLING * before:
             return None
-        before = math.inf if found is None else found.widening
+        before = math.inf if trial is None else trial.widening
     return None
 
 
-def _exchanged(count: int, restrictions: Sequence[Restriction], weights: Sequence[float] | np.ndarray | None) -> Synthesis:
+def _solve_by_exchange(
+    count: int, restrictions: Sequence[Restriction], weights: Sequence[float] | np.ndarray | None
+) -> Synthesis:
     bands = [r for r in restrictions if isinstance(r, Band)]
-    caps = [(c.harmonic, count + c.harmonic, c.size, float(c.widened)) for c in restrictions if isinstance(c, Cap)]
+    caps = [(c.harmonic, count + c.harmonic, c.size, float(c.is_widened)) for c in restrictions if isinstance(c, Cap)]
     diagonal = None if weights is None else np.concatenate([[0.0], weights, weights])
-    points = np.array([band.begin for band in bands if band.exact])
+    points = np.array([band.begin for band in bands if band.is_exact])
     angles = [_first_angles(band, count, points) for band in bands]
     widening = 0.0
     for _ in range(_MOST_EXCHANGES):
-        x, widening = solved(_programme(count, bands, angles, caps, diagonal), widening if weights is None else 0.0)
+        x, widening = solve_programme(_programme(count, bands, angles, caps, diagonal), widening if weights is None else 0.0)
         law = Harmonics(float(x[0]), x[1 : count + 1], x[count + 1 :])
-        broken = [_broken(band, law, widening) for band in bands]
-        if not any(len(b) for b in broken):
-            return Synthesis(law, max((_needed(r, law) for r in restrictions if r.widened), default=0.0))
-        angles = [np.append(known, new) for known, new in zip(angles, broken, strict=True)]
+        violations = [_violations(band, law, widening) for band in bands]
+        if not any(len(b) for b in violations):
+            return Synthesis(law, max((_needed_widening(r, law) for r in restrictions if r.is_widened), default=0.0))
+        angles = [np.append(previous, new) for previous, new in zip(angles, violations, strict=True)]
     raise RunError(f"the motion law still violates restrictions after {_MOST_EXCHANGES} exchanges: {REMEDY}")
 
 
-def _needed(restriction: Restriction, law: Harmonics) -> float:
+def _needed_widening(restriction: Restriction, law: Harmonics) -> float:
     """Return the widening that a restriction needs for a motion to satisfy it, exactly."""
     if isinstance(restriction, Cap):
         return max(float(law.amplitudes[restriction.harmonic - 1]) - restriction.size, 0.0)
-    least, greatest = extremes(restriction, law)
+    least, greatest = band_extremes(restriction, law)
     return max(greatest - restriction.high, restriction.low - least, 0.0)
 
 
-def extremes(band: Band, law: Harmonics) -> tuple[float, float]:
+def band_extremes(band: Band, law: Harmonics) -> tuple[float, float]:
     """Return the least and the greatest value of the derivative on the arc of a band, exactly."""
     derivative = law.derivative(band.order)
-    values = derivative(np.array([band.begin, band.end, *_on(band, derivative)]))
+    values = derivative(np.array([band.begin, band.end, *_extremal_angles(band, derivative)]))
     return float(values.min()), float(values.max())
 
 
-def _on(band: Band, derivative: Harmonics) -> np.ndarray:
+def _extremal_angles(band: Band, derivative: Harmonics) -> np.ndarray:
     """Return the angles on the arc of a band at which its derivative may have extrema."""
     at = band.begin + np.mod(derivative.stationary() - band.begin, 2 * math.pi)
     return np.asarray(at[at < band.end])
@@ -210,19 +212,19 @@ def _programme(
     caps: Sequence[tuple[int, int, float, float]],
     weights: np.ndarray | None,
 ) -> Programme:
-    exact = [_rows(count, band.order, a) for band, a in zip(bands, angles, strict=True) if band.exact]
-    to = [np.full(len(a), band.low) for band, a in zip(bands, angles, strict=True) if band.exact]
+    exact = [_rows(count, band.order, a) for band, a in zip(bands, angles, strict=True) if band.is_exact]
+    targets = [np.full(len(a), band.low) for band, a in zip(bands, angles, strict=True) if band.is_exact]
     rows, bounds, widths = [np.zeros((0, 2 * count + 1))], [np.zeros(0)], [np.zeros(0)]
     for band, a in zip(bands, angles, strict=True):
-        for sign, bound in ((1.0, band.high), (-1.0, -band.low)):
-            if not band.exact and math.isfinite(bound):
+        for sign, limit in ((1.0, band.high), (-1.0, -band.low)):
+            if not band.is_exact and math.isfinite(limit):
                 rows.append(sign * _rows(count, band.order, a))
-                bounds.append(np.full(len(a), bound))
-                widths.append(np.full(len(a), float(band.widened)))
+                bounds.append(np.full(len(a), limit))
+                widths.append(np.full(len(a), float(band.is_widened)))
     equal = np.vstack([np.zeros((0, 2 * count + 1)), *exact])
     return Programme(
         equal,
-        np.concatenate([np.zeros(0), *to]),
+        np.concatenate([np.zeros(0), *targets]),
         np.vstack(rows),
         np.concatenate(bounds),
         np.concatenate(widths),
@@ -234,9 +236,9 @@ def _programme(
 def _rows(count: int, order: int, phi: np.ndarray) -> np.ndarray:
     """g with psi^(p)(phi) = g x (K, 2 N + 1)."""
     k = np.arange(1, count + 1)
-    turned = np.multiply.outer(phi, k) + order * math.pi / 2
+    phase = np.multiply.outer(phi, k) + order * math.pi / 2
     mean = np.full((len(phi), 1), float(order == 0))
-    return np.hstack([mean, k**order * np.cos(turned), k**order * np.sin(turned)])
+    return np.hstack([mean, k**order * np.cos(phase), k**order * np.sin(phase)])
 
 
 def _first_angles(band: Band, count: int, points: np.ndarray) -> np.ndarray:
@@ -247,38 +249,40 @@ def _first_angles(band: Band, count: int, points: np.ndarray) -> np.ndarray:
     return np.append(np.linspace(band.begin, band.end, intervals + 1), on[(on > band.begin) & (on < band.end)])
 
 
-def _broken(band: Band, law: Harmonics, widening: float) -> np.ndarray:
+def _violations(band: Band, law: Harmonics, widening: float) -> np.ndarray:
     """Return the extrema on the arc at which the motion violates a band."""
     if band.begin == band.end:
         return np.zeros(0)
     derivative = law.derivative(band.order)
-    at = _on(band, derivative)
-    by = widening if band.widened else 0.0
+    at = _extremal_angles(band, derivative)
+    by = widening if band.is_widened else 0.0
     values = derivative(at)
-    allowed = _BROKEN * (by or band.size) + _ROUNDING * derivative.peak
+    tolerance = _VIOLATION * (by or band.size) + _ROUNDING * derivative.peak
     beyond = np.maximum(values - band.high, band.low - values) - by
-    return np.asarray(at[beyond > allowed])
+    return np.asarray(at[beyond > tolerance])
 
 
 @dataclass(frozen=True)
-class WayOut:
+class Relaxation:
     """restriction: the one to relax. by: the amount, in its unit."""
 
     restriction: Restriction
     by: float
 
 
-def ways_out(count: int, restrictions: Sequence[Restriction]) -> tuple[WayOut, ...]:
+def single_relaxations(count: int, restrictions: Sequence[Restriction]) -> tuple[Relaxation, ...]:
     """Return the relaxations of single restrictions that remove a contradiction, the smallest first.
 
     Smallest: as a share of the bound. Empty where more than one restriction must be relaxed.
     """
-    found = list[WayOut]()
-    fixed = [replace(r, widened=False) for r in restrictions]
-    for k, restriction in enumerate(fixed):
-        alone = [*fixed[:k], replace(restriction, widened=True), *fixed[k + 1 :]]
+    relaxations = list[Relaxation]()
+    strict_restrictions = [replace(r, is_widened=False) for r in restrictions]
+    for k, restriction in enumerate(strict_restrictions):
+        alone = [*strict_restrictions[:k], replace(restriction, is_widened=True), *strict_restrictions[k + 1 :]]
         try:
-            found.append(WayOut(restriction, synthesise(count, alone).widening))
+            relaxations.append(Relaxation(restriction, synthesise(count, alone).widening))
         except (InfeasibleError, RunError):
             continue
-    return tuple(sorted(found, key=lambda way: way.by / (way.restriction.size or way.by or 1.0)))
+    return tuple(
+        sorted(relaxations, key=lambda relaxation: relaxation.by / (relaxation.restriction.size or relaxation.by or 1.0))
+    )

@@ -13,9 +13,9 @@ from wucht.errors import InputError
 from wucht.schema import LARGEST
 
 _TURN = 2 * math.pi
-_ROUNDED = 1e-5  # rad: a last angle so near to a turn after the first is the first again, as tables are rounded
+_REPEAT_TOLERANCE = 1e-5  # rad: a last angle so near to a turn after the first is the first again, as tables are rounded
 _WIDE, _STEEP = 5.0, 10.0  # times the widest spacing and the steepest change between points: over the end of a turn no more
-_CLOSES = 1e-6  # of the range of the output: permitted difference there
+_CLOSURE = 1e-6  # of the range of the output: permitted difference there
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,36 +57,36 @@ class TableLaw:
             raise InputError(
                 "law.file", f"{after:.6g} deg after {at:.6g} deg", "the cam angles must increase", code="not-increasing"
             )
-        if len(phi) and phi[-1] - phi[0] > _TURN + _ROUNDED:
+        if len(phi) and phi[-1] - phi[0] > _TURN + _REPEAT_TOLERANCE:
             raise InputError(
                 "law.file",
                 f"{math.degrees(phi[-1] - phi[0]):.9g} deg",
                 "the cam angles must span at most 360 deg",
                 code="too-long",
             )
-        if self._closed and abs(psi[-1] - psi[0]) > _CLOSES * np.ptp(psi):
-            allowed = f"the last point, a turn after the first, must have its output, {psi[0]:.9g}"
-            raise InputError("law.file", float(psi[-1]), allowed, code="not-closed")
-        if (count := len(phi) - self._closed) <= self.degree:
+        if self._is_closed and abs(psi[-1] - psi[0]) > _CLOSURE * np.ptp(psi):
+            requirement = f"the last point, a turn after the first, must have its output, {psi[0]:.9g}"
+            raise InputError("law.file", float(psi[-1]), requirement, code="not-closed")
+        if (count := len(phi) - self._is_closed) <= self.degree:
             raise InputError(
                 "law.file",
                 f"{count} points",
                 f"degree {self.degree} needs {self.degree + 1} different ones or more",
                 code="too-few",
             )
-        if not self._closed:
+        if not self._is_closed:
             _check_whole_turn(phi, psi)
 
     @property
-    def _closed(self) -> bool:
+    def _is_closed(self) -> bool:
         """True if the last point repeats the first."""
-        return len(self.angles) > 1 and bool(self.angles[-1] - self.angles[0] > _TURN - _ROUNDED)
+        return len(self.angles) > 1 and bool(self.angles[-1] - self.angles[0] > _TURN - _REPEAT_TOLERANCE)
 
     @cached_property
     def _spline(self) -> Any:
         from scipy.interpolate import make_interp_spline
 
-        end = len(self.angles) - self._closed
+        end = len(self.angles) - self._is_closed
         phi, psi = np.asarray(self.angles, float)[:end], np.asarray(self.outputs, float)[:end]
         return make_interp_spline(np.append(phi, phi[0] + _TURN), np.append(psi, psi[0]), k=self.degree, bc_type="periodic")
 

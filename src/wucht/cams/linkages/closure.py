@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.cams.demands import degrees
+from wucht.cams.demands import format_degrees
 from wucht.cams.laws import Law
 from wucht.errors import InputError
 from wucht.numerics.zeros_and_peaks import crossings
@@ -26,11 +26,11 @@ from wucht.numerics.zeros_and_peaks import crossings
 Limits = tuple[float, float]
 _DEAD = 1e-6  # rad: nearer to a dead point no linkage is taken for a working one
 _ROUNDING = 1e-9
-_TURNED = np.array([1, 1j, -1, -1j])  # the derivatives of e^(i alpha) by alpha, over e^(i alpha)
+_UNIT_DERIVATIVES = np.array([1, 1j, -1, -1j])  # the derivatives of e^(i alpha) by alpha, over e^(i alpha)
 _GRID = 2048  # angles a turn, between which no law has two extremes
 
 
-def composed(outer: np.ndarray, inner: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+def composed_derivative(outer: np.ndarray, inner: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
     """The highest derivative of y(x(t)), of an order from 0 to 3: Faa di Bruno's formula.
 
     outer: of y by x (4, ...). inner: of x by t, up to the required order.
@@ -45,7 +45,7 @@ def composed(outer: np.ndarray, inner: Sequence[np.ndarray] | np.ndarray) -> np.
     return np.asarray(y[3] * x[0] ** 3 + 3 * y[2] * x[0] * x[1] + y[1] * x[2])
 
 
-def _at_constant_distance(given: np.ndarray, follower: np.ndarray) -> np.ndarray:
+def _constrained_derivatives(leader: np.ndarray, follower: np.ndarray) -> np.ndarray:
     """The derivatives y', y'', y''' (3, ...) by x for which |P(x) - Q(y(x))| stays the same.
 
     leader: of the point P by x, complex (4, ...). follower: of the point Q by y, complex (4, ...), not square to the rod.
@@ -53,7 +53,7 @@ def _at_constant_distance(given: np.ndarray, follower: np.ndarray) -> np.ndarray
     With D = P - Q it is D . D' = 0, D' . D' + D . D'' = 0 and 3 D' . D'' + D . D''' = 0; each is linear in the highest
     derivative of y.
     """
-    P, Q = given, follower
+    P, Q = leader, follower
     D, grip = P[0] - Q[0], _dot(P[0] - Q[0], Q[1])
     y1 = _dot(D, P[1]) / grip
     D1 = P[1] - Q[1] * y1
@@ -90,16 +90,16 @@ class Linkage(ABC):
 
     def lever_derivatives(self, psi: np.ndarray | float) -> np.ndarray:
         """rho and its first three derivatives by psi (4, ...). Raises ``InputError`` (linkage): out of reach."""
-        _check_within("output", psi, self.output_limits, self._shown)
+        _check_limits("output", psi, self.output_limits, self._format_output)
         y = self._reference_output + np.asarray(psi, float)
-        alpha = self._lever_where(y)
-        slopes = _at_constant_distance(self._output_joint(y), self._lever_joint(alpha))
+        alpha = self._lever_angle(y)
+        slopes = _constrained_derivatives(self._output_joint(y), self._lever_joint(alpha))
         return np.concatenate([[alpha - self._reference_lever], slopes])
 
     def output_derivatives(self, rho: np.ndarray | float) -> np.ndarray:
         """psi and its first three derivatives by rho (4, ...). Raises ``InputError`` (linkage): out of reach."""
         alpha, y = self._position(rho)
-        slopes = _at_constant_distance(self._lever_joint(alpha), self._output_joint(y))
+        slopes = _constrained_derivatives(self._lever_joint(alpha), self._output_joint(y))
         return np.concatenate([[y - self._reference_output], slopes])
 
     def transmission_angle(self, rho: np.ndarray | float) -> np.ndarray:
@@ -116,22 +116,22 @@ class Linkage(ABC):
     @cached_property
     def output_limits(self) -> Limits:
         """psi stays between the dead points, of either kind, next to 0; infinite where the output can turn round and round."""
-        locked = [y for alpha, y in self._locked() if self._lean(alpha, y) * self._side > -_ROUNDING]
-        return _around(self._reference_output, [*locked, *self._turning_back()], self._period)
+        dead_outputs = [y for alpha, y in self._dead_positions() if self._lean(alpha, y) * self._side > -_ROUNDING]
+        return _limits_around(self._reference_output, [*dead_outputs, *self._reversal_outputs()], self._period)
 
     @cached_property
     def lever_limits(self) -> Limits:
         """rho stays between the dead points next to 0 where the rod cannot move the output; infinite where the lever turns."""
-        return _around(self.angle, [alpha for alpha, _ in self._locked()], 2 * math.pi)
+        return _limits_around(self.angle, [alpha for alpha, _ in self._dead_positions()], 2 * math.pi)
 
     @cached_property
     def _reference_output(self) -> float:
-        return float(self._output_where(np.asarray(self.angle)))
+        return float(self._output_position(np.asarray(self.angle)))
 
     @cached_property
     def _reference_lever(self) -> float:
         """The input angle, in the turn in which the output's position puts it."""
-        near = float(self._lever_where(np.asarray(self._reference_output)))
+        near = float(self._lever_angle(np.asarray(self._reference_output)))
         return self.angle + 2 * math.pi * round((near - self.angle) / (2 * math.pi))
 
     @cached_property
@@ -141,15 +141,15 @@ class Linkage(ABC):
 
     def _position(self, rho: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         """alpha and y at rho."""
-        _check_within("lever", rho, self.lever_limits, degrees)
+        _check_limits("lever", rho, self.lever_limits, format_degrees)
         alpha = self.angle + np.asarray(rho, float)
-        return alpha, self._output_where(alpha)
+        return alpha, self._output_position(alpha)
 
     def _lever_joint(self, alpha: np.ndarray) -> np.ndarray:
         """Q and its derivatives by alpha (4, ...)."""
-        return np.asarray(np.multiply.outer(_TURNED, self._arm * np.exp(1j * alpha)))
+        return np.asarray(np.multiply.outer(_UNIT_DERIVATIVES, self._arm * np.exp(1j * alpha)))
 
-    def _lever_where(self, y: np.ndarray) -> np.ndarray:
+    def _lever_angle(self, y: np.ndarray) -> np.ndarray:
         """alpha; it does not jump where y does not."""
         reach = np.abs(self._output_joint(y)[0])
         return np.asarray(self._direction(y) + self._side * corner(reach, self._arm, self._rod))
@@ -163,10 +163,10 @@ class Linkage(ABC):
         """Raise ``InputError`` (linkage.angle) where the reference position is a dead point."""
         y = np.asarray(self._reference_output)
         P, Q = self._output_joint(y), self._lever_joint(np.asarray(self.angle))
-        grips = [abs((np.conj(P[0] - Q[0]) * moved).real) / (self._rod * abs(moved)) for moved in (P[1], Q[1])]
+        grips = [abs((np.conj(P[0] - Q[0]) * tangent).real) / (self._rod * abs(tangent)) for tangent in (P[1], Q[1])]
         if min(grips) < _DEAD:
             line = "the rod cannot move the output" if grips[0] < grips[1] else "the rod is in line with the lever"
-            raise InputError("linkage.angle", degrees(self.angle), f"must not be a dead point: {line}")
+            raise InputError("linkage.angle", format_degrees(self.angle), f"must not be a dead point: {line}")
 
     @property
     @abstractmethod
@@ -192,20 +192,20 @@ class Linkage(ABC):
         """The angle of P; it does not jump where y does not."""
 
     @abstractmethod
-    def _output_where(self, alpha: np.ndarray) -> np.ndarray:
+    def _output_position(self, alpha: np.ndarray) -> np.ndarray:
         """y on the branch; it does not jump where alpha does not."""
 
     @abstractmethod
-    def _locked(self) -> Iterable[tuple[float, float]]:
+    def _dead_positions(self) -> Iterable[tuple[float, float]]:
         """alpha and y of all positions in which the rod cannot move the output."""
 
     @abstractmethod
-    def _turning_back(self) -> Iterable[float]:
+    def _reversal_outputs(self) -> Iterable[float]:
         """y of all positions in which the rod is in line with the lever."""
 
     @staticmethod
     @abstractmethod
-    def _shown(psi: float) -> str:
+    def _format_output(psi: float) -> str:
         """Return an output value with its unit."""
 
 
@@ -229,7 +229,7 @@ def check_parameters(lengths: dict[str, float], angle: float, branch: int) -> No
         raise InputError("linkage.branch", branch, "must be +1 (open) or -1 (crossed)")
 
 
-def _around(value: float, dead: Iterable[float], period: float) -> Limits:
+def _limits_around(value: float, dead: Iterable[float], period: float) -> Limits:
     """Return the distances from a value to the next dead points below and above it; infinite where there are none."""
     gaps = np.array(list(dead)) - value
     # With an infinite period one above is infinitely far below, and the other way round.
@@ -237,14 +237,16 @@ def _around(value: float, dead: Iterable[float], period: float) -> Limits:
     return float(below.max(initial=-math.inf)), float(above.min(initial=math.inf))
 
 
-def _check_within(what: str, given: np.ndarray | float, limits: Limits, shown: Callable[[float], str]) -> None:
+def _check_limits(member: str, positions: np.ndarray | float, limits: Limits, format_value: Callable[[float], str]) -> None:
     low, high = limits
-    values = np.ravel(given)
+    values = np.ravel(positions)
     beyond = values[~((values > low) & (values < high))]
     if len(beyond):
         worst = float(beyond[np.argmax(np.maximum(low - beyond, beyond - high))])
-        allowed = f"the {what} must stay between {shown(low)} and {shown(high)}, where the linkage has dead points"
-        raise InputError("linkage", shown(worst), allowed)
+        requirement = (
+            f"the {member} must stay between {format_value(low)} and {format_value(high)}, where the linkage has dead points"
+        )
+        raise InputError("linkage", format_value(worst), requirement)
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +264,7 @@ class LeverMotion:
 
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative by phi of an order from 0 to 3, at angles in rad of any shape."""
-        return _through(self.linkage.lever_derivatives, self.law, phi, order)
+        return _chained_derivative(self.linkage.lever_derivatives, self.law, phi, order)
 
     def transmission_angle(self, phi: np.ndarray | float) -> np.ndarray:
         """Return the transmission angle of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
@@ -285,16 +287,18 @@ class OutputMotion:
 
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative by phi of an order from 0 to 3, at angles in rad of any shape."""
-        return _through(self.linkage.output_derivatives, self.lever_law, phi, order)
+        return _chained_derivative(self.linkage.output_derivatives, self.lever_law, phi, order)
 
     def transmission_angle(self, phi: np.ndarray | float) -> np.ndarray:
         """Return the transmission angle of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
         return self.linkage.transmission_angle(self.lever_law(phi))
 
 
-def _through(derivatives: Callable[[np.ndarray], np.ndarray], law: Law, phi: np.ndarray | float, order: int) -> np.ndarray:
+def _chained_derivative(
+    derivatives: Callable[[np.ndarray], np.ndarray], law: Law, phi: np.ndarray | float, order: int
+) -> np.ndarray:
     inner = [law(phi, n) for n in range(order + 1)]
-    return composed(derivatives(inner[0]), inner)
+    return composed_derivative(derivatives(inner[0]), inner)
 
 
 def _extremes(law: Law) -> np.ndarray:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.demands import degrees, millimetres
+from wucht.cams.demands import format_degrees, format_millimetres
 from wucht.cams.linkages.closure import Linkage, check_parameters, corner
 from wucht.errors import InputError
 
@@ -45,8 +45,8 @@ class FourBar(Linkage):
         reach = abs(self.input * cmath.exp(1j * self.angle) - self.ground)
         least, most = abs(reach - self.output), reach + self.output
         if not least <= self.coupler <= most:
-            between = f"must be between {millimetres(least)} and {millimetres(most)}"
-            raise InputError("linkage.coupler", self.coupler, f"{between}, not {millimetres(self.coupler)}, {_CLOSES}")
+            message = f"must be between {format_millimetres(least)} and {format_millimetres(most)}"
+            raise InputError("linkage.coupler", self.coupler, f"{message}, not {format_millimetres(self.coupler)}, {_CLOSES}")
         self._check_reference()
 
     @property
@@ -68,26 +68,26 @@ class FourBar(Linkage):
     def _direction(self, y: np.ndarray) -> np.ndarray:
         return _angle_of_sum(self.ground, self.output, y)
 
-    def _output_where(self, alpha: np.ndarray) -> np.ndarray:
+    def _output_position(self, alpha: np.ndarray) -> np.ndarray:
         # z: from the output's pivot to the lever's joint; -z is the sum of ground and -input.
         reach = np.abs(self.input * np.exp(1j * alpha) - self.ground)
         z = math.pi + _angle_of_sum(self.ground, self.input, alpha - math.pi)
         return np.asarray(z - self.branch * corner(reach, self.output, self.coupler))
 
-    def _locked(self) -> Iterator[tuple[float, float]]:
+    def _dead_positions(self) -> Iterator[tuple[float, float]]:
         g, a, b, c = self.ground, self.input, self.coupler, self.output
         for reach in (c + b, c - b):
             for alpha in _angles((a**2 + g**2 - reach**2) / (2 * a * g)):
                 yield alpha, cmath.phase((cmath.rect(a, alpha) - g) * reach)
 
-    def _turning_back(self) -> Iterator[float]:
+    def _reversal_outputs(self) -> Iterator[float]:
         g, a, b, c = self.ground, self.input, self.coupler, self.output
         for reach in (a + b, a - b):
             yield from _angles((reach**2 - g**2 - c**2) / (2 * g * c))
 
     @staticmethod
-    def _shown(psi: float) -> str:
-        return degrees(psi)
+    def _format_output(psi: float) -> str:
+        return format_degrees(psi)
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,8 @@ class SliderCrank(Linkage):
             raise InputError("linkage.offset", self.offset, "must be a finite length")
         least = abs(self.offset - self.crank * math.sin(self.angle))
         if not self.rod >= least:
-            allowed = f"must be at least {millimetres(least)}, not {millimetres(self.rod)}, {_CLOSES}"
-            raise InputError("linkage.rod", self.rod, allowed)
+            requirement = f"must be at least {format_millimetres(least)}, not {format_millimetres(self.rod)}, {_CLOSES}"
+            raise InputError("linkage.rod", self.rod, requirement)
         self._check_reference()
 
     @property
@@ -136,32 +136,32 @@ class SliderCrank(Linkage):
     def _direction(self, y: np.ndarray) -> np.ndarray:
         return np.asarray(np.arctan2(self.offset, y))
 
-    def _output_where(self, alpha: np.ndarray) -> np.ndarray:
+    def _output_position(self, alpha: np.ndarray) -> np.ndarray:
         rise = self.offset - self.crank * np.sin(alpha)
         along = np.sqrt(np.maximum((self.rod - rise) * (self.rod + rise), 0.0))
         return np.asarray(self.crank * np.cos(alpha) + self.branch * along)
 
-    def _locked(self) -> Iterator[tuple[float, float]]:
+    def _dead_positions(self) -> Iterator[tuple[float, float]]:
         for rise in (self.offset + self.rod, self.offset - self.rod):
             for alpha in _angles(rise / self.crank):
                 yield math.pi / 2 - alpha, self.crank * math.sin(alpha)
 
-    def _turning_back(self) -> Iterator[float]:
+    def _reversal_outputs(self) -> Iterator[float]:
         for reach in (self.crank + self.rod, self.crank - self.rod):
             if abs(reach) >= abs(self.offset):
                 along = math.sqrt((reach - self.offset) * (reach + self.offset))
                 yield from (along, -along)
 
     @staticmethod
-    def _shown(psi: float) -> str:
-        return millimetres(psi)
+    def _format_output(psi: float) -> str:
+        return format_millimetres(psi)
 
 
-def _angle_of_sum(fixed: float, turning: float, angle: np.ndarray) -> np.ndarray:
+def _angle_of_sum(fixed_length: float, turning_length: float, angle: np.ndarray) -> np.ndarray:
     """The angle of fixed + turning e^(i angle), without jumps as it turns round; both are lengths."""
-    if fixed >= turning:
-        return np.angle(fixed + turning * np.exp(1j * angle))
-    return np.asarray(angle + np.angle(turning + fixed * np.exp(-1j * angle)))
+    if fixed_length >= turning_length:
+        return np.angle(fixed_length + turning_length * np.exp(1j * angle))
+    return np.asarray(angle + np.angle(turning_length + fixed_length * np.exp(-1j * angle)))
 
 
 def _angles(cosine: float) -> tuple[float, ...]:

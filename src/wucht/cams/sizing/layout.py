@@ -33,7 +33,7 @@ from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws import Law
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.errors import InputError, RunError
-from wucht.numerics.angles import GRID, STEP, TURN, narrowed, valleys
+from wucht.numerics.angles import GRID, STEP, TURN, refine_minima, valleys
 from wucht.numerics.zeros_and_peaks import RealFunction
 
 EXACT = 1e-11  # of the size of the cam
@@ -50,11 +50,11 @@ class Guide(Protocol):
         """Radius of the roller in m."""
         ...
 
-    def place(self, moved: np.ndarray) -> np.ndarray:
+    def place(self, value: np.ndarray) -> np.ndarray:
         """Return the centre of the roller for a value of the law."""
         ...
 
-    def rate(self, moved: np.ndarray) -> np.ndarray:
+    def rate(self, value: np.ndarray) -> np.ndarray:
         """The derivative of that by the value of the law."""
         ...
 
@@ -70,7 +70,7 @@ class Guide(Protocol):
         """Return the key ``distance`` that it has with a cam about this centre, infinite where it has none."""
         ...
 
-    def seen_from(self, centre: complex) -> RollerFollower:
+    def relative_to(self, centre: complex) -> RollerFollower:
         """Return it turned and moved so that the centre of its cam is 0 and its pivot on +x, or the rod along +x."""
         ...
 
@@ -101,14 +101,14 @@ class Layout:
         return apex, self.inward * rate / np.abs(rate), tangent
 
     @cached_property
-    def on_grid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def grid_cones(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The cones at the angles of the grid."""
         return self.cones(GRID)
 
     @cached_property
     def size(self) -> float:
         """The distance of the farthest apex, in m."""
-        return float(np.abs(self.on_grid[0]).max())
+        return float(np.abs(self.grid_cones[0]).max())
 
     @cached_property
     def range(self) -> tuple[float, float]:
@@ -135,7 +135,7 @@ class Layout:
         a = np.concatenate([(1j - tangent) * axis, (-1j - tangent) * axis]) / np.tile(np.hypot(1, tangent), 2)
         return a, (np.tile(apex, 2) * a.conj()).real
 
-    def broken(self, centre: complex) -> np.ndarray:
+    def violated_angles(self, centre: complex) -> np.ndarray:
         """Return the cam angles at which O lies farthest outside of the cones, as local maxima."""
 
         def inside(cones: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
@@ -143,7 +143,7 @@ class Layout:
             off = (centre - apex) * axis.conj()
             return np.asarray((tangent * off.real - np.abs(off.imag)) / np.hypot(1, tangent))
 
-        return farthest(inside(self.on_grid), lambda phi: inside(self.cones(phi)), -EXACT * max(self.size, abs(centre)))
+        return minima_below(inside(self.grid_cones), lambda phi: inside(self.cones(phi)), -EXACT * max(self.size, abs(centre)))
 
     def bends(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return A and A'/(+-i) (N,), on which the curvature depends."""
@@ -151,19 +151,19 @@ class Layout:
         return self.guide.centre(self.law, phi) + self.turn * first, first / self.turn + second
 
 
-def pitch_curvature(v: np.ndarray, turned: np.ndarray) -> np.ndarray:
+def pitch_curvature(v: np.ndarray, apex_slope: np.ndarray) -> np.ndarray:
     """Return the curvature of the pitch curve in 1/m from V = A - O and A'/(+-i)."""
-    return np.asarray((np.abs(v) ** 2 - (v.conj() * turned).real) / np.abs(v) ** 3)
+    return np.asarray((np.abs(v) ** 2 - (v.conj() * apex_slope).real) / np.abs(v) ** 3)
 
 
-def farthest(values: np.ndarray, function: RealFunction, bound: float) -> np.ndarray:
+def minima_below(values: np.ndarray, function: RealFunction, limit: float) -> np.ndarray:
     """Return the minima of a function below a limit; values: on the grid, between whose angles they may be lower."""
-    near = values < bound + _BETWEEN * np.abs(values).max()
+    near = values < limit + _BETWEEN * np.abs(values).max()
     i = np.flatnonzero((values < np.roll(values, 1)) & (values <= np.roll(values, -1)) & near)
     if not len(i):
         return np.zeros(0)
-    at = narrowed(function, GRID[i] - STEP, GRID[i] + STEP)
-    return np.asarray(at[function(at) < bound])
+    at = refine_minima(function, GRID[i] - STEP, GRID[i] + STEP)
+    return np.asarray(at[function(at) < limit])
 
 
 def nearest_in_cones(layout: Layout, target: complex) -> complex:
@@ -172,25 +172,25 @@ def nearest_in_cones(layout: Layout, target: complex) -> complex:
     if math.atan(min(layout.tangents)) <= layout.swing / 2:
         raise InfeasibleError
     for _ in range(_MOST_EXCHANGES):
-        centre = _nearest(target, *layout.half_planes(phi), layout.size)
-        broken = layout.broken(centre)
-        if not len(broken):
+        centre = _nearest_point(target, *layout.half_planes(phi), layout.size)
+        violations = layout.violated_angles(centre)
+        if not len(violations):
             return centre
-        phi = np.append(phi, broken)
+        phi = np.append(phi, violations)
     raise RunError(f"the cam's size has not converged after {_MOST_EXCHANGES} exchanges: its law may jump")
 
 
-def _nearest(target: complex, a: np.ndarray, b: np.ndarray, size: float) -> complex:
+def _nearest_point(target: complex, a: np.ndarray, b: np.ndarray, size: float) -> complex:
     """Return the point with Re(O a*) <= b (m,) nearest to a target: itself, its foot on a line, or an intersection of two."""
     beyond = (target * a.conj()).real - b
     i, j = np.triu_indices(len(a), 1)
     area = (a[i].conj() * a[j]).imag
     meet = np.divide(1j * (b[j] * a[i] - b[i] * a[j]), area, out=np.full(len(i), np.nan + 0j), where=np.abs(area) > EXACT)
-    tried = np.concatenate([[target], target - beyond * a, meet])
-    tried = tried[np.argsort(np.abs(tried - target))]
-    for part in np.array_split(tried, max(1, len(tried) // 128)):
+    candidates = np.concatenate([[target], target - beyond * a, meet])
+    candidates = candidates[np.argsort(np.abs(candidates - target))]
+    for part in np.array_split(candidates, max(1, len(candidates) // 128)):
         beyond = (np.multiply.outer(part, a.conj()).real - b).max(axis=1)
-        kept = np.flatnonzero(beyond <= EXACT / 10 * np.maximum(size, np.abs(part)))
-        if len(kept):
-            return complex(part[kept[0]])
+        feasible = np.flatnonzero(beyond <= EXACT / 10 * np.maximum(size, np.abs(part)))
+        if len(feasible):
+            return complex(part[feasible[0]])
     raise InfeasibleError

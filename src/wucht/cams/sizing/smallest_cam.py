@@ -20,12 +20,12 @@ import numpy as np
 
 from wucht.cams.followers.roller_cam import RollerCam, RollerFollower
 from wucht.cams.laws.programs import InfeasibleError
-from wucht.cams.sizing.layout import EXACT, Layout, farthest, nearest_in_cones, pitch_curvature
-from wucht.cams.sizing.permitted import LARGEST_ANGLE, Size, Smallest
+from wucht.cams.sizing.layout import EXACT, Layout, minima_below, nearest_in_cones, pitch_curvature
+from wucht.cams.sizing.size_limits import LARGEST_ANGLE, Size, SizedCam
 from wucht.errors import InputError, RunError
-from wucht.numerics.angles import GRID, TURN, narrowed, valleys
+from wucht.numerics.angles import GRID, TURN, refine_minima, valleys
 
-_MET = 1e-6  # of the curvature: tolerance within which a bound is reached
+_BINDING = 1e-6  # of the curvature: tolerance within which a bound is reached
 _MOST_EXCHANGES = 60
 _FINE = np.geomspace(1e-5, 0.03, 24)  # rad: K may be a thin wedge
 _RAYS = np.sort(np.concatenate([-_FINE, _FINE, np.arange(-120, 120) * (TURN / 240)]))
@@ -39,24 +39,24 @@ LEAST_DISTANCE = 1e-6  # m: a cam file wants a distance greater than zero, even 
 _SHARE = 1e-9  # of the tangents of the pressure angles: accuracy where a shaft makes them smaller
 
 
-def _with_curvature(layout: Layout, target: complex, centre: complex, most: float) -> complex:
+def _point_with_curvature(layout: Layout, target: complex, centre: complex, most: float) -> complex:
     """Return the point of K nearest to a target where the pitch curve is nowhere bent more sharply; ``centre``: of K alone."""
-    if not len(_sharper(layout, centre, most)):
+    if not len(_sharper_angles(layout, centre, most)):
         return centre
     rays = _Rays(target, most, *layout.bends(_COARSE), *layout.half_planes(_COARSE))
-    found = [_refined(layout, rays, between) for between in _first_points(layout, rays, centre)]
-    kept = [z for z in found if z is not None]
-    if not kept:
+    points = [_refined_point(layout, rays, between) for between in _first_points(layout, rays, centre)]
+    feasible = [z for z in points if z is not None]
+    if not feasible:
         raise RunError("no cam of that least radius was found: permit a smaller one, or a larger pressure angle")
-    return min(kept, key=lambda z: abs(z - target))
+    return min(feasible, key=lambda z: abs(z - target))
 
 
-def _sharper(layout: Layout, centre: complex, most: float) -> np.ndarray:
+def _sharper_angles(layout: Layout, centre: complex, most: float) -> np.ndarray:
     def room(phi: np.ndarray) -> np.ndarray:
-        apex, turned = layout.bends(phi)
-        return np.asarray(1 - pitch_curvature(apex - centre, turned) / most)
+        apex, apex_slope = layout.bends(phi)
+        return np.asarray(1 - pitch_curvature(apex - centre, apex_slope) / most)
 
-    return farthest(room(GRID), room, -100 * EXACT)
+    return minima_below(room(GRID), room, -100 * EXACT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,41 +66,41 @@ class _Rays:
     target: complex
     most: float
     apex: np.ndarray
-    turned: np.ndarray
+    apex_slope: np.ndarray
     a: np.ndarray
     b: np.ndarray
 
-    def looking_at(self, layout: Layout, phi: np.ndarray) -> _Rays:
+    def with_angles(self, layout: Layout, phi: np.ndarray) -> _Rays:
         """Return the rays with further cam angles."""
-        old, new = (self.apex, self.turned, self.a, self.b), (*layout.bends(phi), *layout.half_planes(phi))
+        old, new = (self.apex, self.apex_slope, self.a, self.b), (*layout.bends(phi), *layout.half_planes(phi))
         return _Rays(self.target, self.most, *(np.append(o, n) for o, n in zip(old, new, strict=True)))
 
     def worst(self, ray: complex, at: np.ndarray) -> np.ndarray:
         """The largest curvature at distances (N,) along a ray."""
-        return np.asarray(pitch_curvature(self.apex - (self.target + at * ray)[:, None], self.turned).max(axis=1))
+        return np.asarray(pitch_curvature(self.apex - (self.target + at * ray)[:, None], self.apex_slope).max(axis=1))
 
     @cached_property
-    def free(self) -> float:
+    def free_distance(self) -> float:
         """The distance beyond which the curvature forbids nothing.
 
         |V|^2 + |V||A'| <= most |V|^3 is true beyond the positive root.
         """
-        largest = 4 * self.most * float(np.abs(self.turned).max())
+        largest = 4 * self.most * float(np.abs(self.apex_slope).max())
         return float(np.abs(self.target - self.apex).max()) + (1 + math.sqrt(1 + largest)) / (2 * self.most)
 
-    def first(self, angle: float) -> float:
+    def feasible_distance(self, angle: float) -> float:
         """Return the least feasible distance on a ray: the first feasible sample, refined by bisection; infinite: none."""
         ray = complex(math.cos(angle), math.sin(angle))
         slope, room = (ray * self.a.conj()).real, self.b - (self.target * self.a.conj()).real
         enter = float(np.max(room[slope < 0] / slope[slope < 0], initial=0.0))
-        leave = float(np.min(room[slope > 0] / slope[slope > 0], initial=max(enter, self.free)))
-        if enter > leave * (1 + _MET):
+        leave = float(np.min(room[slope > 0] / slope[slope > 0], initial=max(enter, self.free_distance)))
+        if enter > leave * (1 + _BINDING):
             return math.inf
         at = enter + (leave - enter) * _ALONG
-        will_do = np.flatnonzero(self.worst(ray, at) <= self.most)
-        if not len(will_do) or will_do[0] == 0:
-            return float(at[0]) if len(will_do) else math.inf
-        low, high = float(at[will_do[0] - 1]), float(at[will_do[0]])
+        feasible = np.flatnonzero(self.worst(ray, at) <= self.most)
+        if not len(feasible) or feasible[0] == 0:
+            return float(at[0]) if len(feasible) else math.inf
+        low, high = float(at[feasible[0] - 1]), float(at[feasible[0]])
         for _ in range(_HALVINGS):
             middle = (low + high) / 2
             low, high = (low, middle) if self.worst(ray, np.array([middle]))[0] <= self.most else (middle, high)
@@ -112,7 +112,7 @@ def _first_points(layout: Layout, rays: _Rays, centre: complex) -> list[tuple[fl
     middle = layout.inward * layout.guide.rate(np.array(sum(layout.range) / 2))
     toward = np.angle(centre - rays.target)
     angles = toward + np.sort(np.append(_RAYS, np.angle(middle / (centre - rays.target))))  # to the middle all cones open
-    first = np.array([rays.first(angle) for angle in angles])
+    first = np.array([rays.feasible_distance(angle) for angle in angles])
     best = np.flatnonzero(np.isfinite(first) & (first <= np.roll(first, 1)) & (first <= np.roll(first, -1)))
     best = best[np.argsort(first[best])]
     best = best[first[best] <= _PROMISING * first[best[:1]]][:_MOST_STARTS]
@@ -120,28 +120,28 @@ def _first_points(layout: Layout, rays: _Rays, centre: complex) -> list[tuple[fl
     return [(float(around[k]), float(around[k + 2])) for k in best]
 
 
-def _refined(layout: Layout, rays: _Rays, between: tuple[float, float]) -> complex | None:
+def _refined_point(layout: Layout, rays: _Rays, between: tuple[float, float]) -> complex | None:
     """Return the nearest feasible point between two rays, None if the refinement fails."""
     begin, end = (np.array([angle]) for angle in between)
     for _ in range(_MOST_EXCHANGES):
 
         def distances(angles: np.ndarray, rays: _Rays = rays) -> np.ndarray:
-            return np.array([rays.first(float(angle)) for angle in angles])
+            return np.array([rays.feasible_distance(float(angle)) for angle in angles])
 
-        angle = float(narrowed(distances, begin, end)[0])
-        distance = rays.first(angle)
+        angle = float(refine_minima(distances, begin, end)[0])
+        distance = rays.feasible_distance(angle)
         if not math.isfinite(distance):
             return None
         z = rays.target + distance * complex(math.cos(angle), math.sin(angle))
-        new = np.concatenate([layout.broken(z), _sharper(layout, z, rays.most)])
+        new = np.concatenate([layout.violated_angles(z), _sharper_angles(layout, z, rays.most)])
         if not len(new):
             return z
-        rays = rays.looking_at(layout, new)
+        rays = rays.with_angles(layout, new)
     return None
 
 
 @dataclass(frozen=True)
-class SmallestCam(Smallest):
+class SmallestCam(SizedCam):
     """A cam with a roller, as small as it can be.
 
     follower: in the frame of ``followers``. base_radius, largest_radius: of the pitch curve in m; the contour's are less by the
@@ -154,13 +154,13 @@ class SmallestCam(Smallest):
     binding: tuple[float, ...]
 
     @property
-    def placed(self) -> Mapping[str, float]:
+    def placement(self) -> Mapping[str, float]:
         """See ``SizedCam``."""
         return {key: getattr(self.follower, key) for key in self.follower.placing}
 
     def summary(self) -> dict[str, Any]:
         """See ``SizedCam``."""
-        return self._of_contour(self.follower.roller_radius) | {"max_pressure_angle": self.pressure_angle}
+        return self._contour_summary(self.follower.roller_radius) | {"max_pressure_angle": self.pressure_angle}
 
 
 def check_length(name: str, value: float, or_zero: bool = False) -> None:
@@ -169,69 +169,69 @@ def check_length(name: str, value: float, or_zero: bool = False) -> None:
         raise InputError(name, value, f"must be {'zero or ' if or_zero else ''}greater than zero (in m)")
 
 
-def tangents_of(permitted: Angles) -> tuple[float, float]:
+def tangents_of(pressure_angles: Angles) -> tuple[float, float]:
     """Return the tangents of the pressure angles as the roller goes out and in. Raises ``InputError``."""
-    both = permitted if isinstance(permitted, tuple) else (permitted, permitted)
-    for angle in both:
+    angles = pressure_angles if isinstance(pressure_angles, tuple) else (pressure_angles, pressure_angles)
+    for angle in angles:
         if not 0 < angle <= LARGEST_ANGLE:
             raise InputError("pressure_angle", angle, "must be greater than zero and at most 89 deg (in rad)")
-    return math.tan(both[0]), math.tan(both[1])
+    return math.tan(angles[0]), math.tan(angles[1])
 
 
-def smallest_roller_cam(layout: Layout, least_radius: float | None, shaft_radius: float | None, smallest: Size) -> SmallestCam:
+def smallest_roller_cam(layout: Layout, least_radius: float | None, shaft_radius: float | None, size: Size) -> SmallestCam:
     """Return the smallest cam of a layout, see ``smallest_lever_cam``. Raises ``InputError``, ``RunError``."""
     roller = layout.guide.roller_radius
     check_length("roller_radius", roller, or_zero=True)
     if least_radius is not None:
         check_length("least_radius", least_radius, or_zero=roller > 0)
-    target = layout.ends[0 if smallest == "base" else 1]
+    target = layout.ends[0 if size == "base" else 1]
 
     def centre_for(layout: Layout) -> complex:
         nearest = nearest_in_cones(layout, target)
-        return nearest if least_radius is None else _with_curvature(layout, target, nearest, 1 / (roller + least_radius))
+        return nearest if least_radius is None else _point_with_curvature(layout, target, nearest, 1 / (roller + least_radius))
 
     try:
         centre = centre_for(layout)
     except InfeasibleError:
-        swing, permitted = layout.swing, math.atan(min(layout.tangents))
-        allowed = f"no cam can keep it: it must be greater than {math.degrees(swing) / 2:.6g} deg, half the lever's swing"
-        raise InputError("pressure_angle", f"{math.degrees(permitted):.6g} deg", allowed) from None
+        swing, pressure_angle = layout.swing, math.atan(min(layout.tangents))
+        requirement = f"no cam can keep it: it must be greater than {math.degrees(swing) / 2:.6g} deg, half the lever's swing"
+        raise InputError("pressure_angle", f"{math.degrees(pressure_angle):.6g} deg", requirement) from None
     if shaft_radius is not None:
         check_length("shaft_radius", shaft_radius, or_zero=True)
-        centre = _round_a_shaft(layout, centre, roller + shaft_radius, centre_for)
-    return _described(layout, centre)
+        centre = _centre_around_shaft(layout, centre, roller + shaft_radius, centre_for)
+    return _cam_at_centre(layout, centre)
 
 
-def _round_a_shaft(layout: Layout, centre: complex, base: float, centre_for: Callable[[Layout], complex]) -> complex:
+def _centre_around_shaft(layout: Layout, centre: complex, base: float, centre_for: Callable[[Layout], complex]) -> complex:
     """Return the centre of a cam whose pitch curve has at least a base circle, and a rod's a distance greater than zero.
 
     Of the cams with that base circle the one with the smallest pressure angle is taken. The smaller that is, the larger
     is the smallest cam, without limit towards half the lever's swing.
     """
 
-    def goes_round(centre: complex) -> bool:
+    def clears_shaft(centre: complex) -> bool:
         return abs(layout.ends[0] - centre) >= base and layout.guide.distance_from(centre) >= LEAST_DISTANCE
 
-    if goes_round(centre):
+    if clears_shaft(centre):
         return centre
-    found: complex | None = None
+    best: complex | None = None
     low, high = math.tan(layout.swing / 2) / min(layout.tangents), 1.0  # of the tangents: at low the cam is infinitely large
     while high - low > _SHARE:
         share = (low + high) / 2
         try:
-            tried = centre_for(replace(layout, tangents=(share * layout.tangents[0], share * layout.tangents[1])))
+            trial = centre_for(replace(layout, tangents=(share * layout.tangents[0], share * layout.tangents[1])))
         except InfeasibleError:  # by rounding, so near to half the swing
             low = share
             continue
-        low, high, found = (share, high, tried) if goes_round(tried) else (low, share, found)
-    if found is None:
+        low, high, best = (share, high, trial) if clears_shaft(trial) else (low, share, best)
+    if best is None:
         raise RunError("no cam round a shaft of that radius was found: permit a smaller one", code="no-cam")
-    return found
+    return best
 
 
-def _described(layout: Layout, centre: complex) -> SmallestCam:
+def _cam_at_centre(layout: Layout, centre: complex) -> SmallestCam:
     """Return the cam whose centre is O, turned and moved so that O is 0 and the pivot on +x, or the rod along +x."""
-    follower = layout.guide.seen_from(centre)
+    follower = layout.guide.relative_to(centre)
     cam = RollerCam(layout.law, follower, layout.clockwise)
 
     def spare(phi: np.ndarray) -> np.ndarray:
@@ -243,5 +243,5 @@ def _described(layout: Layout, centre: complex) -> SmallestCam:
     k = int(np.argmin(bends))
     radius = -1 / float(bends[k]) - follower.roller_radius if bends[k] < 0 else math.inf
     near, far = (abs(end - centre) for end in layout.ends)
-    binding = tuple(float(x) for x in np.sort(at[spares < _MET]))
+    binding = tuple(float(x) for x in np.sort(at[spares < _BINDING]))
     return SmallestCam(near, far, radius, float(sharpest[k]), follower, largest, binding)

@@ -21,30 +21,32 @@ from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, shaft_torques
 from wucht.machines.parts import drives, loads
-from wucht.machines.parts.base import OnShaft
-from wucht.schema import Described, Unit, fields_of, read_quantity, refuse_unknown, si
+from wucht.machines.parts.base import ShaftPart
+from wucht.schema import TableModel, Unit, fields_of, read_quantity, refuse_unknown, si
 
 _STIFFNESS = {"rad": Unit("N m/rad", "rotational stiffness"), "m": Unit("N/m", "stiffness")}
 _DAMPING = {"rad": Unit("N m s/rad", "rotational damping"), "m": Unit("N s/m", "damping")}
 _MOVES = {"rad": "turns", "m": "slides"}
 _DAMPING_RATIO = 0.02  # as of [law.resonance]
 _ON = "camshaft"  # the rotor of the machine by which drive and loads are read
-_DEVELOPED = 4.0  # times the speed of its transition: there dry friction is at 99.9 % of its torque
+_FULL_FRICTION = 4.0  # times the speed of its transition: there dry friction is at 99.9 % of its torque
 _FAST = 1e3  # rad/s: no camshaft is expected to be faster
-_LOOKED_AT, _BEYOND = 400, 10.0  # speeds, and times the expected one, up to which a drive is checked to carry its load
+_SPEED_SAMPLES, _SPEED_RANGE = 400, 10.0  # speeds, and times the expected one, up to which a drive is checked to carry its load
 
 
-def _is_quantity(given: Any) -> Any:
-    if isinstance(given, bool) or not isinstance(given, int | float | str):
+def _check_quantity(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError("must be a number, or a string with a unit")
-    return given
+    return value
 
 
-_OfOutput = Annotated[float | str, BeforeValidator(_is_quantity)]  # its unit depends on whether the output turns or slides
+_OutputQuantity = Annotated[
+    float | str, BeforeValidator(_check_quantity)
+]  # its unit depends on whether the output turns or slides
 
 
 @dataclass(frozen=True, eq=False)
-class Driving:
+class CamshaftDrive:
     """Torques on a camshaft. torques: of the drive, and of all loads against it. speed: that the drive reaches with an output
     that rests, in rad/s. is_enforced: the drive holds this speed at any torque. friction: of dry loads, N m, and
     transition: the speed of their smooth transition at standstill, rad/s. inertia: of a motor behind a gear, reduced to the
@@ -52,7 +54,7 @@ class Driving:
 
     torques: Curve
     speed: float
-    enforced: bool
+    is_enforced: bool
     friction: float = 0.0
     transition: float = 0.0
     inertia: float = 0.0
@@ -62,38 +64,40 @@ class Driving:
         (drive, load), (drive_slope, load_slope) = self.torques(speeds)
         return drive - load, drive_slope - load_slope
 
-    def standing(self, speed: float) -> str:
+    def stall_reason(self, speed: float) -> str:
         """Return why a shaft with a computed speed in rad/s does not turn in reality; empty where it turns.
 
         Smoothed dry friction gives way to any torque, slowly, within its transition; real dry friction holds.
         """
         starting = float(self.torques(np.array([0.0]))[0][0, 0])
-        if not self.friction or speed >= _DEVELOPED * self.transition or starting > self.friction:
+        if not self.friction or speed >= _FULL_FRICTION * self.transition or starting > self.friction:
             return ""
-        held = f"the drive's torque of {starting:.4g} N m at standstill does not carry the load of {self.friction:.4g} N m"
-        return f"{held}: the shaft stands; give a stronger drive or a smaller load"
+        explanation = (
+            f"the drive's torque of {starting:.4g} N m at standstill does not carry the load of {self.friction:.4g} N m"
+        )
+        return f"{explanation}: the shaft stands; give a stronger drive or a smaller load"
 
-    def never_carrying(self, expected: float) -> str:
+    def no_speed_reason(self, expected_speed: float) -> str:
         """Return why no speed is possible up to ten times the expected one in rad/s; empty where one is."""
-        if not (stands := self.standing(0.0)):
+        if not (stall := self.stall_reason(0.0)):
             return ""
-        speeds = np.geomspace(_DEVELOPED * self.transition, _BEYOND * expected, _LOOKED_AT)
-        return "" if (self.net(speeds)[0] > 0).any() else stands
+        speeds = np.geomspace(_FULL_FRICTION * self.transition, _SPEED_RANGE * expected_speed, _SPEED_SAMPLES)
+        return "" if (self.net(speeds)[0] > 0).any() else stall
 
 
-class ElasticTable(Described):
+class ElasticTable(TableModel):
     """Springs that the rigid prediction leaves out."""
 
     output_frequency: float | None = si("rad/s", "natural frequency of the output", default=None, gt=0, help=(
         "natural frequency of the output on the spring between it and the cam's lever, the lever held; or `output_stiffness`"
     ))  # fmt: skip
-    output_stiffness: _OfOutput | None = Field(None, title="stiffness between lever and output", description=(
+    output_stiffness: _OutputQuantity | None = Field(None, title="stiffness between lever and output", description=(
         "stiffness between lever and output, in N m/rad or N/m, instead of `output_frequency`"
     ))  # fmt: skip
     output_damping_ratio: float | None = si("", "damping ratio of the output", default=None, ge=0, lt=1, help=(
         "damping ratio of the output, by default 0.02; or `output_damping`"
     ))  # fmt: skip
-    output_damping: _OfOutput | None = Field(None, title="damping between lever and output", description=(
+    output_damping: _OutputQuantity | None = Field(None, title="damping between lever and output", description=(
         "damping between lever and output, in N m s/rad or N s/m, instead of `output_damping_ratio`"
     ))  # fmt: skip
     shaft_stiffness: float | None = si("N m/rad", "stiffness of the camshaft", default=None, gt=0, help=(
@@ -107,12 +111,12 @@ class ElasticTable(Described):
     ))  # fmt: skip
 
     @classmethod
-    def where(cls) -> str:
+    def error_location(cls) -> str:
         """Return its path in a file."""
         return "shaft.elastic"
 
     @model_validator(mode="after")
-    def _what_belongs_together(self) -> Self:
+    def _check_combinations(self) -> Self:
         if self.output_frequency is not None and self.output_stiffness is not None:
             raise ValueError("output_stiffness", "give either output_frequency or output_stiffness")
         if self.output_damping_ratio is not None and self.output_damping is not None:
@@ -124,37 +128,37 @@ class ElasticTable(Described):
             raise ValueError("output_frequency", "needed is output_frequency or output_stiffness, or shaft_stiffness")
         return self
 
-    def output(self, moved: float, unit: str) -> ElasticOutput | None:
+    def output(self, inertia: float, unit: str) -> ElasticOutput | None:
         """Return the output on its spring, None where it is rigid. inertia: of the output. unit: of its motion, rad or m."""
         if self.output_frequency is None and self.output_stiffness is None:
             return None
-        if moved <= 0:
+        if inertia <= 0:
             raise InputError("shaft.elastic", None, "an elastic output must have an inertia above zero")
-        stiffness = moved * (self.output_frequency or 0.0) ** 2
+        stiffness = inertia * (self.output_frequency or 0.0) ** 2
         if self.output_stiffness is not None:
-            where = "shaft.elastic.output_stiffness"
-            stiffness = _of_output(_STIFFNESS[unit], self.output_stiffness, where, unit)
+            location = "shaft.elastic.output_stiffness"
+            stiffness = _read_output_quantity(_STIFFNESS[unit], self.output_stiffness, location, unit)
             if stiffness <= 0:
-                raise InputError(where, self.output_stiffness, "must be above zero")
+                raise InputError(location, self.output_stiffness, "must be above zero")
         if self.output_damping is None:
             ratio = _DAMPING_RATIO if self.output_damping_ratio is None else self.output_damping_ratio
-            return ElasticOutput(moved, stiffness, 2 * ratio * float(np.sqrt(stiffness * moved)))
-        where = "shaft.elastic.output_damping"
-        damping = _of_output(_DAMPING[unit], self.output_damping, where, unit)
+            return ElasticOutput(inertia, stiffness, 2 * ratio * float(np.sqrt(stiffness * inertia)))
+        location = "shaft.elastic.output_damping"
+        damping = _read_output_quantity(_DAMPING[unit], self.output_damping, location, unit)
         if damping < 0:
-            raise InputError(where, self.output_damping, "must not be negative")
-        return ElasticOutput(moved, stiffness, damping)
+            raise InputError(location, self.output_damping, "must not be negative")
+        return ElasticOutput(inertia, stiffness, damping)
 
 
-def _of_output(quantity: Unit, given: float | str, where: str, unit: str) -> float:
+def _read_output_quantity(quantity: Unit, value: float | str, location: str, unit: str) -> float:
     """Return the quantity in SI. Raises ``InputError``, naming the motion of the output, which decides the unit."""
     try:
-        return read_quantity(quantity, given, where)
+        return read_quantity(quantity, value, location)
     except InputError as error:
-        raise InputError(where, given, f"{error.allowed}; the output {_MOVES[unit]}, its law is in {unit}") from None
+        raise InputError(location, value, f"{error.explanation}; the output {_MOVES[unit]}, its law is in {unit}") from None
 
 
-class ShaftTable(Described):
+class ShaftTable(TableModel):
     """The camshaft with what drives and loads it, from which its speed is predicted."""
 
     inertia: float = si("kg m^2", "moment of inertia", gt=0, help="moment of inertia of what turns with the cam")
@@ -176,12 +180,12 @@ class ShaftTable(Described):
     ))  # fmt: skip
 
     @classmethod
-    def where(cls) -> str:
+    def error_location(cls) -> str:
         """Return its path in a file."""
         return "shaft"
 
     @model_validator(mode="after")
-    def _what_fits(self) -> Self:
+    def _check_combinations(self) -> Self:
         if self.output_inertia is None and self.output_mass is None:
             raise ValueError("output_inertia", "needed is the output_inertia of an output that turns, or the output_mass")
         if self.output_inertia is not None and self.output_mass is not None:
@@ -191,7 +195,7 @@ class ShaftTable(Described):
             raise ValueError("inertia", f"must be above elastic.cam_inertia = {cam:g} kg m^2, which is a part of it")
         return self
 
-    def driving(self, folder: Path) -> Driving | None:
+    def camshaft_drive(self, folder: Path) -> CamshaftDrive | None:
         """Return the torques on the shaft, None where there are none: the eigenmotion. folder: the folder of files of tables.
 
         Raises ``InputError``, located from ``shaft`` on.
@@ -207,28 +211,27 @@ class ShaftTable(Described):
             kind, instead = self.drive.get("kind"), "'linear' with its gain as slope, or 'constant-speed'"
             sentence = f"not allowed on a camshaft: a controller's torque does not follow from the speed alone; take {instead}"
             raise InputError("shaft.drive.kind", kind, sentence)
-        enforced = machine.rotor.coordinate.prescribed is not None
-        if enforced and self.mean_speed is not None:
+        is_enforced = machine.rotor.coordinate.prescribed_velocity is not None
+        if is_enforced and self.mean_speed is not None:
             raise InputError("shaft.mean_speed", self.mean_speed, "not allowed beside a drive that enforces a speed")
-        reached = self.mean_speed if self.mean_speed is not None else free_speed(machine, machine.rotor)
-        if reached is None:
-            allowed = "nothing limits the speed that this drive reaches: give [[shaft.loads]], or the expected mean_speed"
-            raise InputError("shaft.drive", self.drive.get("kind"), allowed, code="no-limit")
-        if not reached > 0:
-            allowed = (
-                f"it would turn the shaft at {reached:.4g} rad/s: the cam angle counts in the sense of the shaft, above zero"
+        final_speed = self.mean_speed if self.mean_speed is not None else free_speed(machine, machine.rotor)
+        if final_speed is None:
+            requirement = "nothing limits the speed that this drive reaches: give [[shaft.loads]], or the expected mean_speed"
+            raise InputError("shaft.drive", self.drive.get("kind"), requirement, code="no-limit")
+        if not final_speed > 0:
+            requirement = (
+                f"it would turn the shaft at {final_speed:.4g} rad/s: the cam angle counts in the sense of the "
+                "shaft, above zero"
             )
-            raise InputError("shaft.drive", self.drive.get("kind"), allowed, code="turns-back")
+            raise InputError("shaft.drive", self.drive.get("kind"), requirement, code="turns-back")
         (inertia,) = machine.evaluate(sp.Add(*(d.reduced_inertia() for d in machine.drives)))
         torques = curves(machine, shaft_torques(machine, machine.rotor))
-        driving = Driving(torques, reached, enforced, *dry_friction(machine), float(inertia))
-        if not enforced and self.mean_speed is not None and (stands := driving.never_carrying(reached)):
-            raise InputError("shaft.drive", self.drive.get("kind"), stands, code="stands")
-        if not enforced and self.mean_speed is None and (stands := driving.standing(reached)):
-            started = (
-                "" if driving.never_carrying(_FAST) else ", or, if something else starts the shaft, the expected mean_speed"
-            )
-            raise InputError("shaft.drive", self.drive.get("kind"), f"{stands}{started}", code="stands")
+        driving = CamshaftDrive(torques, final_speed, is_enforced, *dry_friction(machine), float(inertia))
+        if not is_enforced and self.mean_speed is not None and (stall := driving.no_speed_reason(final_speed)):
+            raise InputError("shaft.drive", self.drive.get("kind"), stall, code="stands")
+        if not is_enforced and self.mean_speed is None and (stall := driving.stall_reason(final_speed)):
+            hint = "" if driving.no_speed_reason(_FAST) else ", or, if something else starts the shaft, the expected mean_speed"
+            raise InputError("shaft.drive", self.drive.get("kind"), f"{stall}{hint}", code="stands")
         return driving
 
     def _machine(self, folder: Path) -> Machine:
@@ -237,30 +240,32 @@ class ShaftTable(Described):
         for i, load in enumerate(self.loads):
             _check_keys(load, loads(), f"shaft.loads[{i}]")
         rotor = {"kind": "rotor", "name": _ON, "mass": 1.0, "eccentricity": 0.0, "inertia": self.inertia}
-        described = {"carrier": {"directions": "fixed"}, "bodies": [rotor], "drive": self.drive, "loads": list(self.loads)}
+        document = {"carrier": {"directions": "fixed"}, "bodies": [rotor], "drive": self.drive, "loads": list(self.loads)}
         try:
-            return machine_from(with_tables(described, folder))
+            return machine_from(with_tables(document, folder))
         except InputError as error:
-            seen = error.where.replace("machine.", "shaft.", 1)
-            raise InputError(seen, error.given, error.allowed.replace("machine.", "shaft.")) from None
+            location = error.location.replace("machine.", "shaft.", 1)
+            raise InputError(location, error.value, error.explanation.replace("machine.", "shaft.")) from None
 
-    def camshaft(self, driving: Driving | None, unit: str) -> CamShaft:
+    def camshaft(self, driving: CamshaftDrive | None, unit: str) -> CamShaft:
         """Return the shaft with an output that moves in rad or m. Raises ``InputError`` where its inertia has another unit."""
-        torque = None if driving is None or driving.enforced else driving.net
+        torque = None if driving is None or driving.is_enforced else driving.net
         speed = driving.speed if driving is not None else self.mean_speed or 0.0
         turning = self.inertia + (0.0 if driving is None else driving.inertia)
-        return CamShaft(turning, self.moved(unit), speed, torque)
+        return CamShaft(turning, self.moving_inertia(unit), speed, torque)
 
-    def moved(self, unit: str) -> float:
+    def moving_inertia(self, unit: str) -> float:
         """Return the inertia of an output that turns (rad) or slides (m). Raises ``InputError``."""
-        given: Mapping[str, tuple[str, float | None]] = {
+        options: Mapping[str, tuple[str, float | None]] = {
             "rad": ("output_inertia", self.output_inertia),
             "m": ("output_mass", self.output_mass),
         }
-        key, value = given[unit]
+        key, value = options[unit]
         if value is None:
-            other = "output_mass" if unit == "rad" else "output_inertia"
-            raise InputError(f"shaft.{other}", None, f"the output {_MOVES[unit]} (its law is in {unit}): give {key} instead")
+            wrong_key = "output_mass" if unit == "rad" else "output_inertia"
+            raise InputError(
+                f"shaft.{wrong_key}", None, f"the output {_MOVES[unit]} (its law is in {unit}): give {key} instead"
+            )
         return value
 
     def twisting(self) -> ElasticShaft | None:
@@ -271,12 +276,12 @@ class ShaftTable(Described):
         return ElasticShaft(e.cam_inertia, e.shaft_stiffness, e.shaft_damping)
 
 
-def _check_keys(described: Mapping[str, Any], kinds: Mapping[str, type[OnShaft]], where: str) -> None:
+def _check_keys(entries: Mapping[str, Any], kinds: Mapping[str, type[ShaftPart]], location: str) -> None:
     """Raise ``InputError`` for a key that a drive or a load of this kind does not have on a camshaft."""
-    if "on" in described:
-        raise InputError(f"{where}.on", described["on"], "unknown key: all drives and loads act on the camshaft here")
-    kind = described.get("kind")
+    if "on" in entries:
+        raise InputError(f"{location}.on", entries["on"], "unknown key: all drives and loads act on the camshaft here")
+    kind = entries.get("kind")
     if isinstance(kind, str) and kind in kinds:
-        measured = {"file"} if kind == "table" else set()  # read before the part is built, which has the points
-        keys = {k: v for k, v in described.items() if k != "kind"}
-        refuse_unknown(keys, {*fields_of(kinds[kind], given=True), *measured} - {"on"}, where)
+        file_key = {"file"} if kind == "table" else set()  # read before the part is built, which has the points
+        keys = {k: v for k, v in entries.items() if k != "kind"}
+        refuse_unknown(keys, {*fields_of(kinds[kind], settable_only=True), *file_key} - {"on"}, location)

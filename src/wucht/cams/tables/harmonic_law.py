@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import Field
 
 from wucht.cams.laws.programs import InfeasibleError
-from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, WayOut, synthesise, ways_out
+from wucht.cams.laws.synthesis import Band, Cap, Relaxation, Restriction, Synthesis, single_relaxations, synthesise
 from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotion, read_output
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.zeros_and_peaks import fewest_where
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 
 _ORDERS = ("position", "velocity", "acceleration", "jerk")
 _TURN = 2 * math.pi
@@ -25,7 +25,7 @@ _MORE = 3  # times the harmonics, at most, that are tried where these are too fe
 _FLATTEST, _LEAST_PEAK, _LEAST_SQUARE = "flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"
 
 
-class RestrictionTable(Described):
+class RestrictionTable(TableModel):
     """Restriction of a derivative by the cam angle at an angle, on an arc, or (without either) everywhere."""
 
     of: Literal["position", "velocity", "acceleration", "jerk"] = Field("position", description="derivative by the cam angle")
@@ -36,51 +36,53 @@ class RestrictionTable(Described):
     max: Position | None = Field(None, title="greatest value", description="greatest value that it may have")
     tolerance: Position | None = Field(None, description="tolerance of equals on an arc")
 
-    def quantities(self, where: str) -> Iterator[tuple[str, float | str]]:
+    def quantities(self, location: str) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
         for key in ("equals", "min", "max", "tolerance"):
-            given = getattr(self, key)
-            if given is not None:
-                yield f"{where}.{key}", given
+            value = getattr(self, key)
+            if value is not None:
+                yield f"{location}.{key}", value
 
-    def band(self, where: str, unit: str, objective: str) -> Band:
+    def band(self, location: str, unit: str, objective: str) -> Band:
         """Return it as a restriction of the synthesis. Raises ``InputError`` where keys are inconsistent."""
         order = _ORDERS.index(self.of)
-        given = {w.rsplit(".", 1)[1]: read_output(unit, q, w, order) for w, q in self.quantities(where)}
+        values = {w.rsplit(".", 1)[1]: read_output(unit, q, w, order) for w, q in self.quantities(location)}
         if self.at is not None and self.on is not None:
-            raise InputError(f"{where}.on", list(self.on), "give either at or on")
+            raise InputError(f"{location}.on", list(self.on), "give either at or on")
         begin, end = (self.at, self.at) if self.at is not None else self.on or (0.0, _TURN)
         if end < begin:
             end = begin + math.remainder(end - begin - math.pi, _TURN) + math.pi
         if end - begin > _TURN * (1 + 1e-12):
-            raise InputError(f"{where}.on", self.on and list(self.on), "must be an arc of at most one turn")
-        low, high, widened = given.get("min", -math.inf), given.get("max", math.inf), False
-        if "equals" in given:
-            if "min" in given or "max" in given:
-                raise InputError(f"{where}.equals", self.equals, "give either equals, or min and max")
-            tolerance = given.get("tolerance", 0.0)
+            raise InputError(f"{location}.on", self.on and list(self.on), "must be an arc of at most one turn")
+        low, high, is_widened = values.get("min", -math.inf), values.get("max", math.inf), False
+        if "equals" in values:
+            if "min" in values or "max" in values:
+                raise InputError(f"{location}.equals", self.equals, "give either equals, or min and max")
+            tolerance = values.get("tolerance", 0.0)
             if tolerance < 0:
-                raise InputError(f"{where}.tolerance", self.tolerance, "must not be negative")
-            widened = begin != end and "tolerance" not in given
-            if widened and objective != _FLATTEST:
-                allowed = "on an arc equals needs a tolerance: a motion of finitely many harmonics cannot stand still on one"
-                raise InputError(f"{where}.tolerance", None, f"{allowed}; or objective = {_FLATTEST!r}")
-            low, high = given["equals"] - tolerance, given["equals"] + tolerance
-        elif not given or "tolerance" in given:
-            raise InputError(where, None, "needed is equals (on an arc with a tolerance), or min, max or both")
+                raise InputError(f"{location}.tolerance", self.tolerance, "must not be negative")
+            is_widened = begin != end and "tolerance" not in values
+            if is_widened and objective != _FLATTEST:
+                requirement = (
+                    "on an arc equals needs a tolerance: a motion of finitely many harmonics cannot stand still on one"
+                )
+                raise InputError(f"{location}.tolerance", None, f"{requirement}; or objective = {_FLATTEST!r}")
+            low, high = values["equals"] - tolerance, values["equals"] + tolerance
+        elif not values or "tolerance" in values:
+            raise InputError(location, None, "needed is equals (on an arc with a tolerance), or min, max or both")
         if low > high:
-            raise InputError(f"{where}.min", self.min, "must not be greater than max")
-        return Band(where, order, begin, end, low, high, widened)
+            raise InputError(f"{location}.min", self.min, "must not be greater than max")
+        return Band(location, order, begin, end, low, high, is_widened)
 
 
-class CapTable(Described):
+class CapTable(TableModel):
     """The largest amplitude of a harmonic."""
 
     harmonic: int = Field(ge=1, description="number of the harmonic")
     amplitude: Position = Field(title="largest amplitude", description="largest amplitude that the harmonic may have")
 
 
-class Coefficients(Described):
+class Coefficients(TableModel):
     """A series that is known: mean + sum of cosine_k cos k phi + sine_k sin k phi, the first harmonic first."""
 
     mean: Position = Field(0.0, title="mean value", description="mean value of the motion")
@@ -91,10 +93,10 @@ class Coefficients(Described):
         """See ``LawTable``."""
         yield "law.coefficients.mean", self.mean
         for key in ("cosine", "sine"):
-            yield from ((f"law.coefficients.{key}[{i}]", given) for i, given in enumerate(getattr(self, key)))
+            yield from ((f"law.coefficients.{key}[{i}]", value) for i, value in enumerate(getattr(self, key)))
 
 
-class Resonance(Described):
+class Resonance(TableModel):
     """The resonance of the elastic output: orders near it weigh more."""
 
     frequency: float = si("rad/s", "natural frequency", gt=0, help="natural frequency of the elastic output")
@@ -139,31 +141,31 @@ class HarmonicTable(LawTable):
             if self.restrictions or self.caps or self.resonance:
                 raise InputError("law.coefficients", None, "give either coefficients or restrictions")
             c = self.coefficients
-            read = {w: read_output(unit, q, w) for w, q in c.quantities()}
-            cosine, sine = ([v for w, v in read.items() if f".{key}[" in w] for key in ("cosine", "sine"))
+            values = {w: read_output(unit, q, w) for w, q in c.quantities()}
+            cosine, sine = ([v for w, v in values.items() if f".{key}[" in w] for key in ("cosine", "sine"))
             if not cosine and not sine:
                 raise InputError("law.coefficients", None, "needed are cosine or sine coefficients, the first harmonic first")
-            law = Harmonics.of(read["law.coefficients.mean"], cosine, sine)
+            law = Harmonics.of(values["law.coefficients.mean"], cosine, sine)
             return SeriesMotion(law, unit, law.count)
-        return self._synthesised(unit)
+        return self._synthesised_motion(unit)
 
-    def _synthesised(self, unit: str) -> SeriesMotion:
+    def _synthesised_motion(self, unit: str) -> SeriesMotion:
         if not self.restrictions:
             raise InputError("law.restrictions", None, "needed are [[law.restrictions]], or coefficients")
         if self.harmonics is None:
             raise InputError("law.harmonics", None, "this key is missing; needed is the number of harmonics", code="missing")
-        count, asked = self.harmonics, self._asked(unit)
+        count, restrictions = self.harmonics, self._read_restrictions(unit)
         if self.resonance is not None and self.objective != _LEAST_SQUARE:
             raise InputError("law.resonance", None, f"it weighs the harmonics of objective = {_LEAST_SQUARE!r}")
         if self.objective == _LEAST_PEAK:
-            objective = Band("law.objective", 2, 0.0, _TURN, 0.0, 0.0, widened=True)
-            found = _found(count, asked, [objective], None, unit)
+            objective = Band("law.objective", 2, 0.0, _TURN, 0.0, 0.0, is_widened=True)
+            synthesis = _checked_synthesis(count, restrictions, [objective], None, unit)
         else:
-            if self.objective == _FLATTEST and not any(r.widened for r in asked):
-                allowed = "the flattest dwell needs a restriction on an arc with equals, without a tolerance"
-                raise InputError("law.objective", self.objective, allowed)
-            found = _found(count, asked, [], self._weights(count), unit)
-        return SeriesMotion(found.law, unit, count, asked)
+            if self.objective == _FLATTEST and not any(r.is_widened for r in restrictions):
+                requirement = "the flattest dwell needs a restriction on an arc with equals, without a tolerance"
+                raise InputError("law.objective", self.objective, requirement)
+            synthesis = _checked_synthesis(count, restrictions, [], self._weights(count), unit)
+        return SeriesMotion(synthesis.law, unit, count, restrictions)
 
     def _weights(self, count: int) -> np.ndarray | None:
         """Return the weights of the harmonics in the objective."""
@@ -172,70 +174,70 @@ class HarmonicTable(LawTable):
         plain = np.arange(1, count + 1) ** 2
         return plain if self.resonance is None else plain * self.resonance.magnification(count)
 
-    def _asked(self, unit: str) -> tuple[Restriction, ...]:
-        asked: list[Restriction] = []
+    def _read_restrictions(self, unit: str) -> tuple[Restriction, ...]:
+        restrictions: list[Restriction] = []
         for i, restriction in enumerate(self.restrictions):
-            asked.append(restriction.band(f"law.restrictions[{i}]", unit, self.objective))
+            restrictions.append(restriction.band(f"law.restrictions[{i}]", unit, self.objective))
         for i, cap in enumerate(self.caps):
-            where = f"law.caps[{i}]"
+            location = f"law.caps[{i}]"
             if cap.harmonic > (self.harmonics or 0):
-                raise InputError(f"{where}.harmonic", cap.harmonic, f"the law has {self.harmonics} harmonics")
-            size = read_output(unit, cap.amplitude, f"{where}.amplitude")
+                raise InputError(f"{location}.harmonic", cap.harmonic, f"the law has {self.harmonics} harmonics")
+            size = read_output(unit, cap.amplitude, f"{location}.amplitude")
             if size < 0:
-                raise InputError(f"{where}.amplitude", cap.amplitude, "must not be negative")
-            asked.append(Cap(where, cap.harmonic, size))
-        _refuse_points_in_dwells([r for r in asked if isinstance(r, Band)])
-        return tuple(asked)
+                raise InputError(f"{location}.amplitude", cap.amplitude, "must not be negative")
+            restrictions.append(Cap(location, cap.harmonic, size))
+        _refuse_points_in_dwells([r for r in restrictions if isinstance(r, Band)])
+        return tuple(restrictions)
 
 
 def _refuse_points_in_dwells(bands: Sequence[Band]) -> None:
     """Raise ``InputError`` where a precision point lies on a widened arc that prescribes another value."""
     for point, arc in itertools.product(bands, bands):
         on = (point.begin - arc.begin) % _TURN <= arc.end - arc.begin
-        if point.exact and arc.widened and point.order == arc.order and on and point.low != arc.low:
-            allowed = f"it lies on the arc of {arc.name}, which prescribes another value; an arc goes from begin up to end"
-            raise InputError(point.name, None, allowed)
+        if point.is_exact and arc.is_widened and point.order == arc.order and on and point.low != arc.low:
+            requirement = f"it lies on the arc of {arc.name}, which prescribes another value; an arc goes from begin up to end"
+            raise InputError(point.name, None, requirement)
 
 
-def _found(
-    count: int, asked: Sequence[Restriction], objective: Sequence[Restriction], weights: np.ndarray | None, unit: str
+def _checked_synthesis(
+    count: int, restrictions: Sequence[Restriction], objective: Sequence[Restriction], weights: np.ndarray | None, unit: str
 ) -> Synthesis:
     """Return the synthesis. Raises ``InputError`` with possible relaxations where restrictions contradict each other."""
     try:
-        return synthesise(count, [*asked, *objective], weights)
+        return synthesise(count, [*restrictions, *objective], weights)
     except InfeasibleError:
-        raise _contradiction(count, asked, unit) from None
+        raise _contradiction(count, restrictions, unit) from None
 
 
-def _contradiction(count: int, asked: Sequence[Restriction], unit: str) -> InputError:
+def _contradiction(count: int, restrictions: Sequence[Restriction], unit: str) -> InputError:
     """Return the error that names possible relaxations, their amounts, and a sufficient number of harmonics."""
-    ways = ways_out(count, asked)
-    shown = [f"{way.restriction.name} alone by {_amount(way, unit)}" for way in ways]
-    gives = f"relax {', or '.join(shown)}" if shown else "more than one of them must be relaxed"
-    more = _enough(count, asked)
+    relaxations = single_relaxations(count, restrictions)
+    remedies = [f"{relaxation.restriction.name} alone by {_amount(relaxation, unit)}" for relaxation in relaxations]
+    gives = f"relax {', or '.join(remedies)}" if remedies else "more than one of them must be relaxed"
+    more = _enough_harmonics(count, restrictions)
     enough = f"; {more} harmonics are enough" if more else ""
     return InputError("law.restrictions", None, f"no motion of {count} harmonics satisfies them all; {gives}{enough}")
 
 
-def _enough(count: int, asked: Sequence[Restriction]) -> int | None:
+def _enough_harmonics(count: int, restrictions: Sequence[Restriction]) -> int | None:
     """Return the fewest harmonics that are enough; None where the largest number tried is too small."""
     most = min(_MORE * count, _MOST)
-    if most <= count or not _feasible(most, asked):
+    if most <= count or not _is_feasible(most, restrictions):
         return None
-    return fewest_where(lambda harmonics: _feasible(harmonics, asked), count, most)
+    return fewest_where(lambda harmonics: _is_feasible(harmonics, restrictions), count, most)
 
 
-def _feasible(count: int, asked: Sequence[Restriction]) -> bool:
+def _is_feasible(count: int, restrictions: Sequence[Restriction]) -> bool:
     try:
-        synthesise(count, [r for r in asked if not r.widened], np.arange(1, count + 1) ** 2)
+        synthesise(count, [r for r in restrictions if not r.is_widened], np.arange(1, count + 1) ** 2)
     except (InfeasibleError, RunError):
         return False
     return True
 
 
-def _amount(way: WayOut, unit: str) -> str:
-    shown, order = (math.degrees(way.by), "deg") if unit == "rad" else (1e3 * way.by, "mm"), 0
-    if isinstance(way.restriction, Band):
-        order = way.restriction.order
+def _amount(relaxation: Relaxation, unit: str) -> str:
+    quantity, order = (math.degrees(relaxation.by), "deg") if unit == "rad" else (1e3 * relaxation.by, "mm"), 0
+    if isinstance(relaxation.restriction, Band):
+        order = relaxation.restriction.order
     by_angle = ("", "/rad", "/rad^2", "/rad^3")[order]
-    return f"{shown[0]:.3g} {shown[1]}{by_angle}"
+    return f"{quantity[0]:.3g} {quantity[1]}{by_angle}"

@@ -66,24 +66,24 @@ class PointsTable(LawTable):
     unit: Literal["rad", "m"] = Field("rad", description="unit of the output, of an angle or a length")
 
     @classmethod
-    def completed(cls, given: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:
+    def with_file_contents(cls, entries: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:
         """See ``LawTable``: with the points of its file."""
-        if "file" not in given:
-            return given
-        name = given["file"]
+        if "file" not in entries:
+            return entries
+        name = entries["file"]
         if not isinstance(name, str) or not name.strip() or "\0" in name:
             raise InputError("law.file", name, "must be the name of a file")
-        if "points" in given:
+        if "points" in entries:
             raise InputError("law.file", name, "give either file or points")
-        failed = list[str]()
-        for known in [unit] if unit is not None else UNITS:
+        failures = list[str]()
+        for candidate in [unit] if unit is not None else UNITS:
             try:
-                points = read_table(folder / name, (_CAM_ANGLE, UNITS[known]))
+                points = read_table(folder / name, (_CAM_ANGLE, UNITS[candidate]))
             except InputError as error:
-                failed.append(error.allowed)
+                failures.append(error.explanation)
             else:
-                return {**{k: v for k, v in given.items() if k != "file"}, "points": points, "unit": known}
-        raise InputError("law.file", name, max(failed, key=_line))  # with the other unit it fails at the heading
+                return {**{k: v for k, v in entries.items() if k != "file"}, "points": points, "unit": candidate}
+        raise InputError("law.file", name, max(failures, key=_line_number))  # with the other unit it fails at the heading
 
     @property
     def stated_unit(self) -> str | None:
@@ -96,24 +96,26 @@ class PointsTable(LawTable):
         return MotionLaw(TableLaw(angles, outputs, self.degree), unit)
 
 
-def _line(sentence: str) -> int:
+def _line_number(sentence: str) -> int:
     """Return the line number of a file that a message names, 0 without one."""
-    found = re.match(r"line (\d+):", sentence)
-    return int(found[1]) if found else 0
+    line_match = re.match(r"line (\d+):", sentence)
+    return int(line_match[1]) if line_match else 0
 
 
-def _standard(kind: str, name: str, what: str) -> type[LawTable]:
+def _standard_table(kind: str, name: str, description: str) -> type[LawTable]:
     """Return the table class of a standard law: its kind in a file, its name, and its description."""
-    return type(f"{kind} law", (StandardTable,), {"kind": kind, "standard": name, "__doc__": f"Rise, rest and return: {what}."})
+    return type(
+        f"{kind} law", (StandardTable,), {"kind": kind, "standard": name, "__doc__": f"Rise, rest and return: {description}."}
+    )
 
 
 STANDARD: list[type[LawTable]] = [  # in a file "harmonic" is the series; the simple harmonic law of the textbooks is named so
-    _standard("3-4-5", "3-4-5", "a polynomial whose acceleration begins at zero"),
-    _standard("4-5-6-7", "4-5-6-7", "a polynomial whose jerk begins at zero"),
-    _standard("inclined-sine", "inclined-sine", "a sine on a straight line (cycloidal)"),
-    _standard("modified-sine", "modified-sine", "a sine with faster ends, whose largest velocity is small"),
-    _standard("modified-trapezoid", "modified-trapezoid", "a trapezoid of acceleration with rounded corners"),
-    _standard("simple-harmonic", "harmonic", "half a cosine, whose acceleration jumps at both ends"),
-    _standard("cubic-spline", "cubic-spline", "a spline through points"),
-    _standard("quintic-spline", "quintic-spline", "a smoother spline through points"),
+    _standard_table("3-4-5", "3-4-5", "a polynomial whose acceleration begins at zero"),
+    _standard_table("4-5-6-7", "4-5-6-7", "a polynomial whose jerk begins at zero"),
+    _standard_table("inclined-sine", "inclined-sine", "a sine on a straight line (cycloidal)"),
+    _standard_table("modified-sine", "modified-sine", "a sine with faster ends, whose largest velocity is small"),
+    _standard_table("modified-trapezoid", "modified-trapezoid", "a trapezoid of acceleration with rounded corners"),
+    _standard_table("simple-harmonic", "harmonic", "half a cosine, whose acceleration jumps at both ends"),
+    _standard_table("cubic-spline", "cubic-spline", "a spline through points"),
+    _standard_table("quintic-spline", "quintic-spline", "a smoother spline through points"),
 ]

@@ -9,19 +9,19 @@ from pydantic import Field
 
 from wucht.cams.linkages.closure import Linkage
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 
 _Branch = Literal["open", "crossed"]
 _SIGN = {"open": +1, "crossed": -1}
 
 
-class LinkageTable(Described):
+class LinkageTable(TableModel):
     """A linkage of some kind. unit: of the output's motion."""
 
     unit: ClassVar[str] = "rad"
 
     @classmethod
-    def where(cls) -> str:
+    def error_location(cls) -> str:
         """Return its path in a file."""
         return "linkage"
 

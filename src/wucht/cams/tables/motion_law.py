@@ -14,69 +14,69 @@ from pydantic import BeforeValidator
 
 from wucht.cams.laws import Law
 from wucht.cams.laws.standard_laws import RiseAndReturn
-from wucht.cams.laws.synthesis import Band, Restriction, extremes
+from wucht.cams.laws.synthesis import Band, Restriction, band_extremes
 from wucht.errors import InputError
 from wucht.numerics.angles import valleys
 from wucht.numerics.harmonics import Harmonics, even_angles
-from wucht.schema import Described, Unit, article, read_quantity
+from wucht.schema import TableModel, Unit, article, read_quantity
 
 UNITS = {"rad": Unit("rad", "angle of the output"), "m": Unit("m", "displacement of the output")}
 _BY_ANGLE = re.compile(r"\s*/\s*rad(?:\s*\^\s*([23]))?\s*$")  # a derivative by the cam angle: mm/rad^2
-_OF_SEVERAL = re.compile(r"[^\W\d_]\s*[*/^\s]\s*[^\W_]")  # units: an angle has none, so that deg/rad^3 would be one too
-_NARROW, _LOOKED_AT = 0.1, 3600  # share of the stroke; cam angles at which that is sampled
+_COMPOUND_UNIT = re.compile(r"[^\W\d_]\s*[*/^\s]\s*[^\W_]")  # units: an angle has none, so that deg/rad^3 would be one too
+_NARROW, _STROKE_SAMPLES = 0.1, 3600  # share of the stroke; cam angles at which that is sampled
 _SAMPLES = 4096  # of a law with infinitely many harmonics
 _FINE = 2000  # of an arc, on which the values of such a law are sampled
 
 
-def _is_position(given: Any) -> Any:
-    if isinstance(given, bool) or not isinstance(given, int | float | str):
+def _check_position(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError("must be a number, or a string with a unit of angle or length")
-    return given
+    return value
 
 
-Position = Annotated[float | str, BeforeValidator(_is_position)]  # in the unit of the output
+Position = Annotated[float | str, BeforeValidator(_check_position)]  # in the unit of the output
 
 
-def read_output(unit: str, given: float | str, where: str, order: int = 0) -> float:
+def read_output(unit: str, value: float | str, location: str, order: int = 0) -> float:
     """Return a position of the output in rad or m, or a derivative by the cam angle, whose unit may omit that angle.
 
     Raises ``InputError``.
     """
-    bare, told = _without_angle(given)
-    if told not in (0, order) or (isinstance(bare, str) and _OF_SEVERAL.search(bare)):
+    bare, power = _without_angle(value)
+    if power not in (0, order) or (isinstance(bare, str) and _COMPOUND_UNIT.search(bare)):
         by_angle = ("", ", or that per rad", ", or that per rad^2", ", or that per rad^3")[order]
         example = {"rad": "24 deg", "m": "10 mm"}[unit] + ("", "/rad", "/rad^2", "/rad^3")[order]
-        raise InputError(where, given, f"must be {article(UNITS[unit].what)}{by_angle}, such as {example!r}")
-    return read_quantity(UNITS[unit], bare, where)
+        raise InputError(location, value, f"must be {article(UNITS[unit].long_name)}{by_angle}, such as {example!r}")
+    return read_quantity(UNITS[unit], bare, location)
 
 
-def _without_angle(given: float | str) -> tuple[float | str, int]:
+def _without_angle(value: float | str) -> tuple[float | str, int]:
     """Return a quantity without the cam angle that it is divided by, and the power of that angle."""
-    found = _BY_ANGLE.search(given) if isinstance(given, str) else None
-    if found is None or not isinstance(given, str):
-        return given, 0
-    return given[: found.start()], int(found[1] or 1)
+    suffix = _BY_ANGLE.search(value) if isinstance(value, str) else None
+    if suffix is None or not isinstance(value, str):
+        return value, 0
+    return value[: suffix.start()], int(suffix[1] or 1)
 
 
-def unit_of_output(given: Iterable[tuple[str, float | str]], known: str | None) -> str:
+def unit_of_output(quantities: Iterable[tuple[str, float | str]], stated_unit: str | None) -> str:
     """Return ``rad`` or ``m``. quantities: with their locations. stated_unit: of the linkage or the follower.
 
     Raises ``InputError`` where a quantity has another unit. Bare numbers are in rad where no unit is stated.
     """
-    unit = known
-    for where, one in given:
-        bare, _ = _without_angle(one)
+    unit = stated_unit
+    for location, value in quantities:
+        bare, _ = _without_angle(value)
         if unit is None and isinstance(bare, str):
-            unit = next((u for u, described in UNITS.items() if _reads(described, bare)), None)
+            unit = next((u for u, definition in UNITS.items() if _is_readable(definition, bare)), None)
             if unit is None:
-                raise InputError(where, one, "must be an angle or a length, such as '24 deg' or '10 mm'")
+                raise InputError(location, value, "must be an angle or a length, such as '24 deg' or '10 mm'")
         if unit is not None:
-            read_quantity(UNITS[unit], bare, where)
+            read_quantity(UNITS[unit], bare, location)
     return unit or "rad"
 
 
-def _reads(unit: Unit, given: str) -> bool:
-    return unit.reads(given) and any(c.isalpha() or c == "°" for c in given)
+def _is_readable(unit: Unit, text: str) -> bool:
+    return unit.accepts(text) and any(c.isalpha() or c == "°" for c in text)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class MotionLaw:
     @property
     def dwells(self) -> tuple[Band, ...]:
         """Restrictions by which the output rests on an arc: those whose band is narrow against the stroke."""
-        narrow = _NARROW * float(np.ptp(self.law(even_angles(_LOOKED_AT))))
+        narrow = _NARROW * float(np.ptp(self.law(even_angles(_STROKE_SAMPLES))))
         arcs = [r for r in self.restrictions if isinstance(r, Band) and r.order == 0 and r.end > r.begin]
         return tuple(band for band in arcs if band.high - band.low <= narrow)
 
@@ -113,7 +113,7 @@ class MotionLaw:
 
     def harmonics(self) -> Harmonics:
         """Return the law as a series; of a law with infinitely many harmonics as many as the samples resolve."""
-        return self.series or Harmonics.sampled(self.law(even_angles(_SAMPLES)))
+        return self.series or Harmonics.from_samples(self.law(even_angles(_SAMPLES)))
 
     def bounds(self, order: int) -> tuple[float, float]:
         """Return the least and the greatest value of a derivative, refined between the sampled angles."""
@@ -149,7 +149,7 @@ class SeriesMotion(MotionLaw):
 
     def extremes(self, band: Band) -> tuple[float, float]:
         """See ``MotionLaw``."""
-        return extremes(band, self.law)
+        return band_extremes(band, self.law)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,21 +173,21 @@ class RiseMotion(MotionLaw):
         return self.law.largest(order)
 
 
-class LawTable(Described, ABC):
+class LawTable(TableModel, ABC):
     """A law of some kind: the table [law]."""
 
     @classmethod
-    def where(cls) -> str:
+    def error_location(cls) -> str:
         """Return its path in a file."""
         return "law"
 
     @classmethod
-    def completed(cls, given: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:
+    def with_file_contents(cls, entries: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:
         """Return the entries of the table with the content of its files. unit: of the output, None where unknown.
 
         Raises ``InputError``.
         """
-        return given
+        return entries
 
     @property
     def stated_unit(self) -> str | None:

@@ -7,17 +7,17 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from wucht.cams.shaft_motion import ShaftMotion, over_time, with_period
+from wucht.cams.shaft_motion import ShaftMotion, shaft_motion_over_time, with_period
 from wucht.errors import InputError
 from wucht.measurements.order_fit import OrderFit, checked_orders, fit_orders
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Recording
 from wucht.measurements.shaft_signal import ShaftSignal, shaft_signal
 from wucht.numerics.harmonics import Harmonics
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 
 
-class SpeedTable(Described):
+class SpeedTable(TableModel):
     """The speed of the camshaft over one turn: by coefficients, or from a record."""
 
     mean: float | None = si("rad/s", "mean speed", default=None, gt=0, help="mean speed of the camshaft, order 0")
@@ -46,12 +46,12 @@ class SpeedTable(Described):
     ))  # fmt: skip
 
     @classmethod
-    def where(cls) -> str:
+    def error_location(cls) -> str:
         """Return its path in a file."""
         return "speed"
 
     @model_validator(mode="after")
-    def _one_source(self) -> Self:
+    def _check_source(self) -> Self:
         coefficients = [key for key in ("mean", "cosine", "sine") if getattr(self, key) is not None]
         if self.file is not None and coefficients:
             raise ValueError(coefficients[0], "give either a file or coefficients")
@@ -62,7 +62,7 @@ class SpeedTable(Described):
         return self
 
     @model_validator(mode="after")
-    def _of_a_record(self) -> Self:
+    def _check_record(self) -> Self:
         for key in ("unit", "scale", "hysteresis"):
             if self.file is None and getattr(self, key) is not None:
                 raise ValueError(key, "applies to a record: give its file, too")
@@ -72,10 +72,10 @@ class SpeedTable(Described):
             try:
                 checked_orders(self.orders)
             except InputError as error:
-                raise ValueError("orders", error.allowed) from None
+                raise ValueError("orders", error.explanation) from None
         return self
 
-    def measured(self, folder: Path) -> OrderFit | None:
+    def record_fit(self, folder: Path) -> OrderFit | None:
         """Return the orders of the record, None without one. folder: that of the cam file. Raises ``InputError``.
 
         Their phases count from where the cam stands at its zero: at the index pulse, where a measured angle is zero, else at
@@ -86,8 +86,8 @@ class SpeedTable(Described):
         signal = self._signal(read_recording(folder / self.file), self.column)
         fit = fit_orders(signal, self.orders)
         # A speed alone does not determine the angle of the cam: its zero is then that of the record's clock.
-        told = signal.quantity == "angle" and not len(signal.index)
-        return fit.about(fit.time_of_angle()) if told else fit
+        has_measured_zero = signal.quantity == "angle" and not len(signal.index)
+        return fit.with_origin(fit.time_of_angle()) if has_measured_zero else fit
 
     def _signal(self, recording: Recording, column: str) -> ShaftSignal:
         """Return the signal of a column. Raises ``InputError``, for a unit at its key."""
@@ -95,27 +95,27 @@ class SpeedTable(Described):
         try:
             return shaft_signal(recording, column, self.quantity, *encoder, self.unit, self.scale, self.hysteresis)
         except InputError as error:
-            if self.unit is None or error.given != self.unit:
+            if self.unit is None or error.value != self.unit:
                 raise
-            raise InputError("speed.unit", self.unit, error.allowed) from None
+            raise InputError("speed.unit", self.unit, error.explanation) from None
 
-    def shaft(self, measured: OrderFit | None) -> ShaftMotion:
+    def shaft(self, fit: OrderFit | None) -> ShaftMotion:
         """Return the motion of the shaft. Raises ``InputError`` where it stops or turns back, or the mean is not 2 pi/T."""
-        if measured is not None:
-            return _turning(measured)
+        if fit is not None:
+            return _shaft_motion(fit)
         speed = Harmonics.of(self.mean or 0.0, self.cosine or (), self.sine or ())
         if self.over == "angle":
-            return ShaftMotion(over_time(speed, max(4 * speed.count, 16)).speed.without_rounding())
+            return ShaftMotion(shaft_motion_over_time(speed, max(4 * speed.count, 16)).speed.without_rounding())
         return ShaftMotion(speed) if self.period is None else with_period(speed, self.period)
 
 
-def _turning(measured: OrderFit) -> ShaftMotion:
+def _shaft_motion(fit: OrderFit) -> ShaftMotion:
     """Return the motion with the orders of a record. Raises ``InputError`` where the shaft would stand still or turn back."""
-    least = measured.speed.bounds[0]
+    least = fit.speed.bounds[0]
     if not least > 0:
-        allowed = (
+        requirement = (
             f"with these orders the shaft would stand still or turn back: their speed falls to {least:.4g} rad/s, of "
-            f"{measured.speed.mean:.4g} rad/s on average; check the unit and the offset of the record, and the orders"
+            f"{fit.speed.mean:.4g} rad/s on average; check the unit and the offset of the record, and the orders"
         )
-        raise InputError(measured.where, None, allowed)
-    return ShaftMotion(measured.speed)
+        raise InputError(fit.location, None, requirement)
+    return ShaftMotion(fit.speed)

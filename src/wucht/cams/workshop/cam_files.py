@@ -12,11 +12,19 @@ import numpy as np
 
 from wucht.cams.cam import Cam
 from wucht.cams.laws import Law
-from wucht.cams.milled import MilledCam
-from wucht.cams.workshop.closed_curve import ClosedCurve, distances
+from wucht.cams.milled_cam import MilledCam
+from wucht.cams.workshop.closed_curve import CamCurve, curve_distances
 from wucht.cams.workshop.dxf import read_back, write_dxf
 from wucht.cams.workshop.lists import Separator, read_list, write_list
-from wucht.cams.workshop.plc import Form, Interpolation, Unit, cam_table, largest_deviation, read_cam_table, write_cam_table
+from wucht.cams.workshop.plc import (
+    Form,
+    Interpolation,
+    SlaveUnit,
+    cam_table,
+    largest_deviation,
+    read_cam_table,
+    write_cam_table,
+)
 from wucht.cams.workshop.points import PointList, chord_points
 from wucht.errors import RunError
 from wucht.numerics.angles import valleys
@@ -30,7 +38,7 @@ COLUMNS = ("phi", "x", "y", "nx", "ny")
 
 
 @dataclass(frozen=True)
-class Outline:
+class WorkshopCurve:
     """A curve of a cam, contour or pitch curve, as used for the workshop."""
 
     curve: Callable[[np.ndarray, int], np.ndarray]
@@ -51,10 +59,10 @@ class WorkshopFile:
     """
 
     path: Path
-    what: str
+    content: str
     count: int
     deviation: float
-    allowed: float
+    allowed_deviation: float
     unit: str = "m"
     motion: float | None = None
 
@@ -78,54 +86,60 @@ def write_cam_files(
     a DXF file; None: where the extra [cad] is installed. Raises ``RunError`` where a file cannot be written, or deviates from
     its content, and ``InputError`` as its parts do.
     """
-    contour = Outline(cam.contour)
-    listed = [_list(folder / f"{name}.txt", f"contour of the {name}", contour, points, tolerance, decimals, separator, cam)]
+    contour = WorkshopCurve(cam.contour)
+    files = [
+        _write_point_list(
+            folder / f"{name}.txt", f"contour of the {name}", contour, points, tolerance, decimals, separator, cam
+        )
+    ]
     # Of an edge, a roller of the radius 0, the pitch curve is the contour.
-    pitch = None if cam.outer or not cam.roller_radius or cam.pitch_curve is None else Outline(cam.pitch_curve)
+    pitch = None if cam.outer or not cam.roller_radius or cam.pitch_curve is None else WorkshopCurve(cam.pitch_curve)
     if pitch is not None and cam.roller_radius is not None:
-        on_pitch = chord_points(pitch, tolerance, spacing)
-        what = f"pitch curve of the {name}, roller radius {1e3 * cam.roller_radius:.12g} mm"
-        listed.append(_list(folder / f"{name}-pitch.txt", what, pitch, on_pitch, tolerance, decimals, separator, None))
+        pitch_points = chord_points(pitch, tolerance, spacing)
+        content = f"pitch curve of the {name}, roller radius {1e3 * cam.roller_radius:.12g} mm"
+        files.append(
+            _write_point_list(folder / f"{name}-pitch.txt", content, pitch, pitch_points, tolerance, decimals, separator, None)
+        )
     if drawing or (drawing is None and find_spec("ezdxf") is not None):
         roller = cam.roller_radius if pitch is not None else None
         base = float(valleys(lambda phi: np.abs(cam.contour(phi)))[1].min())
         path = folder / f"{name}.dxf"
         write_dxf(path, contour, tolerance, pitch, base, roller)
-        found = read_back(path, contour, pitch)
-        worst = max(one.deviation for one in found)
-        listed.append(_kept(WorkshopFile(path, f"drawing of the {name}", sum(d.count for d in found), worst, tolerance)))
-    return listed
+        lines = read_back(path, contour, pitch)
+        worst = max(one.deviation for one in lines)
+        files.append(_checked_file(WorkshopFile(path, f"drawing of the {name}", sum(d.count for d in lines), worst, tolerance)))
+    return files
 
 
-def _list(
+def _write_point_list(
     path: Path,
-    what: str,
-    curve: ClosedCurve,
+    content: str,
+    curve: CamCurve,
     points: PointList,
     tolerance: float,
     decimals: int,
     separator: Separator,
     cam: Cam | None,
 ) -> WorkshopFile:
-    write_list(path, points, what, COLUMNS, separator, decimals, tolerance)
-    read = read_list(path)
+    write_list(path, points, content, COLUMNS, separator, decimals, tolerance)
+    reading = read_list(path)
     shares = np.arange(_BETWEEN) / _BETWEEN
-    chords = read.position[:, None] + (np.roll(read.position, -1) - read.position)[:, None] * shares
-    deviation = float(distances(curve, chords.ravel()).max())
-    rounded = 1e-3 * 10.0**-decimals / math.sqrt(2)
-    motion = None if cam is None else _motion(cam, read.position)
-    return _kept(WorkshopFile(path, what, len(read.position), deviation, tolerance + rounded, motion=motion))
+    chords = reading.position[:, None] + (np.roll(reading.position, -1) - reading.position)[:, None] * shares
+    deviation = float(curve_distances(curve, chords.ravel()).max())
+    rounding = 1e-3 * 10.0**-decimals / math.sqrt(2)
+    motion = None if cam is None else _motion_deviation(cam, reading.position)
+    return _checked_file(WorkshopFile(path, content, len(reading.position), deviation, tolerance + rounding, motion=motion))
 
 
-def _motion(cam: Cam, position: np.ndarray) -> float:
+def _motion_deviation(cam: Cam, position: np.ndarray) -> float:
     """Return the deviation of a follower on a spline through the points from the law; infinite where it loses contact."""
     phi = even_angles(_ANGLES)
-    wanted = cam.law(phi)
+    law_values = cam.law(phi)
     try:
-        found = MilledCam(position, cam.follower, cam.clockwise).motion(phi, wanted)
+        motion = MilledCam(position, cam.follower, cam.clockwise).motion(phi, law_values)
     except RunError:
         return math.inf
-    return float(np.abs(found - wanted).max())
+    return float(np.abs(motion - law_values).max())
 
 
 def write_law_files(
@@ -142,19 +156,24 @@ def write_law_files(
 
     unit: of the law, rad or m; tolerance: in it. decimals: of the slave in deg or mm. Raises as ``write_cam_files``.
     """
-    slave, written = Unit.DEGREE if unit == "rad" else Unit.MILLIMETRE, list[WorkshopFile]()
+    slave, files = SlaveUnit.DEGREE if unit == "rad" else SlaveUnit.MILLIMETRE, list[WorkshopFile]()
     for form in forms:
         between = Interpolation.LINEAR if form is Form.CODESYS_ASCII else Interpolation.QUINTIC
         path = folder / f"law{_SUFFIX[form]}"
         write_cam_table(path, cam_table(law, slave, tolerance, between, decimals), form, name)
-        read = read_cam_table(path, form, slave)
-        what = f"cam table ({form.value}, {between.name.lower()} interpolation)"
-        written.append(_kept(WorkshopFile(path, what, len(read.phi), largest_deviation(read, law), tolerance, unit)))
-    return written
+        reading = read_cam_table(path, form, slave)
+        content = f"cam table ({form.value}, {between.name.lower()} interpolation)"
+        files.append(
+            _checked_file(WorkshopFile(path, content, len(reading.phi), largest_deviation(reading, law), tolerance, unit))
+        )
+    return files
 
 
-def _kept(file: WorkshopFile) -> WorkshopFile:
-    if file.deviation > file.allowed * (1 + _EXACT) + 1e-15:
-        held = f"it deviates by {file.deviation:.4g} {file.unit} from its reference, {file.allowed:.4g} {file.unit} are allowed"
-        raise RunError(f"{file.path} was written, but read back {held}", code="deviates")
+def _checked_file(file: WorkshopFile) -> WorkshopFile:
+    if file.deviation > file.allowed_deviation * (1 + _EXACT) + 1e-15:
+        message = (
+            f"it deviates by {file.deviation:.4g} {file.unit} from its reference, {file.allowed_deviation:.4g} "
+            f"{file.unit} are allowed"
+        )
+        raise RunError(f"{file.path} was written, but read back {message}", code="deviates")
     return file

@@ -8,12 +8,12 @@ from typing import Protocol
 
 import numpy as np
 
-from wucht.cams.demands import finite, positive
+from wucht.cams.demands import require_finite, require_positive
 from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles
 
 GRID = 4096  # samples of a turn, from which a curve is judged as a whole
-_STANDING = 1e-9  # of the largest speed: slower, the curve has a cusp there
+_CUSP = 1e-9  # of the largest speed: slower, the curve has a cusp there
 _NEWTON = 12
 _TURN = 2 * math.pi
 _FEWEST, _MOST = 8, 65536
@@ -22,7 +22,7 @@ _SAMPLES = 2048
 _SHARE = 0.99  # of the tolerance is used: the error is only evaluated between 16 parts of each piece
 
 
-class ClosedCurve(Protocol):
+class CamCurve(Protocol):
     """A smooth closed curve over the parameter phi, of period 2 pi, traversed either way, without double points."""
 
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
@@ -30,34 +30,34 @@ class ClosedCurve(Protocol):
         ...
 
 
-def speed(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
+def speed(curve: CamCurve, phi: np.ndarray) -> np.ndarray:
     """Return |c'| at parameters of any shape, in m/rad. Raises ``InputError`` where it vanishes: at a cusp."""
-    absolute = np.abs(finite("curve", curve(phi, 1)))
-    if not absolute.min() > _STANDING * absolute.max():
+    absolute = np.abs(require_finite("curve", curve(phi, 1)))
+    if not absolute.min() > _CUSP * absolute.max():
         raise InputError(
             "curve", None, "its derivative vanishes: there is a cusp or a corner (undercut), without a normal", code="cusp"
         )
     return np.asarray(absolute)
 
 
-def clockwise(curve: ClosedCurve) -> bool:
+def is_clockwise(curve: CamCurve) -> bool:
     """Return True if the curve runs clockwise: if the area on its left is negative."""
     phi = even_angles(GRID)
     return bool(np.sum((curve(phi).conj() * curve(phi, 1)).imag) < 0)
 
 
-def outward_normals(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
+def outward_normals(curve: CamCurve, phi: np.ndarray) -> np.ndarray:
     """Return unit normals, complex, away from the area that the curve encloses, at parameters of any shape."""
     right = -1j * curve(phi, 1) / speed(curve, phi)
-    return np.asarray(-right if clockwise(curve) else right)
+    return np.asarray(-right if is_clockwise(curve) else right)
 
 
-def curvature(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
+def curvature(curve: CamCurve, phi: np.ndarray) -> np.ndarray:
     """Return |Im(conj(c') c'')|/|c'|^3 in 1/m at parameters of any shape."""
     return np.asarray(np.abs((curve(phi, 1).conj() * curve(phi, 2)).imag) / speed(curve, phi) ** 3)
 
 
-def distances(curve: ClosedCurve, position: np.ndarray) -> np.ndarray:
+def curve_distances(curve: CamCurve, position: np.ndarray) -> np.ndarray:
     """Return the distances (N,) in m of points (N,), complex, from the curve.
 
     From the nearest of many samples Newton's method leads to the foot of the normal, Re(conj(c') (c - p)) = 0.
@@ -65,7 +65,7 @@ def distances(curve: ClosedCurve, position: np.ndarray) -> np.ndarray:
     from scipy.spatial import cKDTree
 
     grid = even_angles(GRID)
-    samples = finite("curve", curve(grid))
+    samples = require_finite("curve", curve(grid))
     nearest, index = cKDTree(np.column_stack([samples.real, samples.imag])).query(
         np.column_stack([position.real, position.imag])
     )
@@ -105,12 +105,12 @@ class PlaneSpline:
         return len(self.control) - self.degree
 
 
-def spline_through(curve: ClosedCurve, count: int) -> PlaneSpline:
+def spline_through(curve: CamCurve, count: int) -> PlaneSpline:
     """Return the periodic cubic spline through so many even points of the curve in phi: its curvature is continuous."""
     from scipy.interpolate import CubicSpline, make_interp_spline
 
     phi = np.append(even_angles(count), _TURN)
-    at = finite("curve", curve(phi))
+    at = require_finite("curve", curve(phi))
     at[-1] = at[0]
     values = np.column_stack([at.real, at.imag])
     slope = CubicSpline(phi, values, bc_type="periodic")(0.0, 1)
@@ -120,16 +120,16 @@ def spline_through(curve: ClosedCurve, count: int) -> PlaneSpline:
     return PlaneSpline(3, np.asarray(parts.t), control)
 
 
-def spline_deviation(curve: ClosedCurve, spline: PlaneSpline) -> float:
+def spline_deviation(curve: CamCurve, spline: PlaneSpline) -> float:
     """Return the largest distance in m of the two at equal phi: never less than the distance of the spline from the curve."""
     count = max(_SAMPLES, _BETWEEN * spline.pieces)
     phi = even_angles(count)
     return float(np.abs(spline(phi) - curve(phi)).max())
 
 
-def fitted_spline(curve: ClosedCurve, tolerance: float) -> PlaneSpline:
+def fitted_spline(curve: CamCurve, tolerance: float) -> PlaneSpline:
     """Return the spline through about as few points as keep it within the tolerance, in m. Raises ``InputError``."""
-    positive("tolerance", tolerance)
+    require_positive("tolerance", tolerance)
     count = _FEWEST
     while count <= _MOST:
         spline = spline_through(curve, count)

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from wucht.cams.demands import finite, positive
-from wucht.cams.workshop.closed_curve import ClosedCurve, PlaneSpline, distances, fitted_spline, spline_deviation
+from wucht.cams.demands import require_finite, require_positive
+from wucht.cams.workshop.closed_curve import CamCurve, PlaneSpline, curve_distances, fitted_spline, spline_deviation
 from wucht.cams.workshop.points import chord_deviation, chord_points
 from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles
-from wucht.results.store import replacing
+from wucht.results.store import replace_file
 
 CONTOUR, CONTOUR_SPLINE = "CONTOUR", "CONTOUR_SPLINE"
 PITCH, PITCH_SPLINE = "PITCH_CURVE", "PITCH_CURVE_SPLINE"
@@ -33,7 +33,7 @@ _SAMPLES = 4096
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnLine:
     """A line on a layer: its number of points or pieces, and its largest distance, in m, from its curve."""
 
     layer: str
@@ -67,57 +67,57 @@ def _ezdxf() -> Any:
 
 def write_dxf(
     path: Path,
-    contour: ClosedCurve,
+    contour: CamCurve,
     tolerance: float,
-    pitch: ClosedCurve | None = None,
+    pitch: CamCurve | None = None,
     base_radius: float | None = None,
     roller_radius: float | None = None,
-) -> tuple[Drawn, ...]:
+) -> tuple[DrawnLine, ...]:
     """Draw a cam about the origin, in millimetres, and return the deviation of each line from its curve.
 
     tolerance: in m, kept by the chords of the polylines and by the splines. base_radius, roller_radius: in m; the roller is
     drawn where it is at phi = 0, on the pitch curve. Raises ``InputError``, and ``RunError`` where nothing can be written.
     """
     ezdxf = _ezdxf()
-    positive("tolerance", tolerance)
+    require_positive("tolerance", tolerance)
     document = ezdxf.new(_VERSION, units=_MILLIMETRES)
     space = document.modelspace()
-    drawn: list[Drawn] = []
+    lines: list[DrawnLine] = []
     for polyline, spline, curve in ((CONTOUR, CONTOUR_SPLINE, contour), (PITCH, PITCH_SPLINE, pitch)):
         if curve is not None:
-            drawn += [_polyline(space, polyline, curve, tolerance), _spline(space, spline, curve, tolerance)]
+            lines += [_polyline(space, polyline, curve, tolerance), _spline(space, spline, curve, tolerance)]
     for layer, circle in _circles(pitch, base_radius, roller_radius):
         centre = (1e3 * circle.centre.real, 1e3 * circle.centre.imag)
         space.add_circle(centre, 1e3 * circle.radius, dxfattribs={"layer": layer})
     for layer in sorted({entity.dxf.layer for entity in space}):
         document.layers.add(layer, color=_COLOURS[layer])
-    replacing(path, document.saveas)
-    return tuple(drawn)
+    replace_file(path, document.saveas)
+    return tuple(lines)
 
 
-def _polyline(space: Any, layer: str, curve: ClosedCurve, tolerance: float) -> Drawn:
+def _polyline(space: Any, layer: str, curve: CamCurve, tolerance: float) -> DrawnLine:
     points = chord_points(curve, tolerance)
     corners = 1e3 * points.position
     space.add_lwpolyline([(z.real, z.imag) for z in corners], close=True, dxfattribs={"layer": layer})
-    return Drawn(layer, len(corners), chord_deviation(curve, points.phi))
+    return DrawnLine(layer, len(corners), chord_deviation(curve, points.phi))
 
 
-def _spline(space: Any, layer: str, curve: ClosedCurve, tolerance: float) -> Drawn:
+def _spline(space: Any, layer: str, curve: CamCurve, tolerance: float) -> DrawnLine:
     spline = fitted_spline(curve, tolerance)
     entity = space.add_spline(degree=spline.degree, dxfattribs={"layer": layer})
     entity.control_points = [(1e3 * z.real, 1e3 * z.imag, 0.0) for z in spline.control]
     entity.knots = spline.knots.tolist()
     entity.dxf.flags = entity.CLOSED | entity.PLANAR
-    return Drawn(layer, spline.pieces, spline_deviation(curve, spline))
+    return DrawnLine(layer, spline.pieces, spline_deviation(curve, spline))
 
 
-def _circles(pitch: ClosedCurve | None, base: float | None, roller: float | None) -> Iterator[tuple[str, Circle]]:
+def _circles(pitch: CamCurve | None, base: float | None, roller: float | None) -> Iterator[tuple[str, Circle]]:
     if base is not None:
-        yield BASE_CIRCLE, Circle(0j, positive("base_radius", base))
+        yield BASE_CIRCLE, Circle(0j, require_positive("base_radius", base))
     if roller is not None:
         if pitch is None:
             raise InputError("roller_radius", roller, "the roller is drawn on the pitch curve: give that too")
-        yield ROLLER, Circle(complex(finite("pitch", pitch(np.zeros(1)))[0]), positive("roller_radius", roller))
+        yield ROLLER, Circle(complex(require_finite("pitch", pitch(np.zeros(1)))[0]), require_positive("roller_radius", roller))
 
 
 def read_dxf(path: Path) -> Drawing:
@@ -136,7 +136,7 @@ def read_dxf(path: Path) -> Drawing:
         layer, kind = entity.dxf.layer, entity.dxftype()
         if kind == "LWPOLYLINE" and entity.closed:
             drawing.polylines[layer] = np.array([x + 1j * y for x, y in entity.get_points("xy")]) / 1e3
-        elif kind == "SPLINE" and entity.closed and _over_a_turn(entity):
+        elif kind == "SPLINE" and entity.closed and _spans_turn(entity):
             control = np.array([v[0] + 1j * v[1] for v in entity.control_points]) / 1e3
             drawing.splines[layer] = PlaneSpline(entity.dxf.degree, np.array(entity.knots), control)
         elif kind == "CIRCLE":
@@ -144,15 +144,15 @@ def read_dxf(path: Path) -> Drawing:
     return drawing
 
 
-def _over_a_turn(spline: Any) -> bool:
+def _spans_turn(spline: Any) -> bool:
     knots = spline.knots
     return len(knots) > 0 and not len(spline.weights) and math.isclose(knots[-1] - knots[0], 2 * math.pi, rel_tol=1e-9)
 
 
-def read_back(path: Path, contour: ClosedCurve, pitch: ClosedCurve | None = None) -> tuple[Drawn, ...]:
+def read_back(path: Path, contour: CamCurve, pitch: CamCurve | None = None) -> tuple[DrawnLine, ...]:
     """Read a file that ``write_dxf`` wrote, and measure the deviations of its lines from the curves. Raises ``InputError``."""
     drawing = read_dxf(path)
-    found: list[Drawn] = []
+    lines: list[DrawnLine] = []
     for polyline, spline, curve in ((CONTOUR, CONTOUR_SPLINE, contour), (PITCH, PITCH_SPLINE, pitch)):
         if curve is None:
             continue
@@ -167,8 +167,8 @@ def read_back(path: Path, contour: ClosedCurve, pitch: ClosedCurve | None = None
         shares = np.arange(_BETWEEN) / _BETWEEN
         on_chords = corners[:, None] + (np.roll(corners, -1) - corners)[:, None] * shares
         on_spline = smooth(even_angles(max(_SAMPLES, _BETWEEN * smooth.pieces)))
-        found += [
-            Drawn(polyline, len(corners), float(distances(curve, on_chords.ravel()).max())),
-            Drawn(spline, smooth.pieces, float(distances(curve, on_spline).max())),
+        lines += [
+            DrawnLine(polyline, len(corners), float(curve_distances(curve, on_chords.ravel()).max())),
+            DrawnLine(spline, smooth.pieces, float(curve_distances(curve, on_spline).max())),
         ]
-    return tuple(found)
+    return tuple(lines)

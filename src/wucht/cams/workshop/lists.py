@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from wucht.cams.demands import places, positive
+from wucht.cams.demands import require_decimals, require_positive
 from wucht.cams.workshop.points import FEWEST, PointList
-from wucht.cams.workshop.textfiles import decimal, written_text
+from wucht.cams.workshop.textfiles import format_decimals, write_ascii
 from wucht.errors import InputError, nearest
 from wucht.files.documents import read_text
 
@@ -37,7 +37,7 @@ class ReadList:
     tolerance: the chord tolerance in m that the header states, or None. decimals: of the coordinates in mm.
     """
 
-    what: str
+    content: str
     position: np.ndarray
     phi: np.ndarray | None
     normal: np.ndarray | None
@@ -49,7 +49,7 @@ class ReadList:
 def write_list(
     path: Path,
     points: PointList,
-    what: str,
+    content: str,
     columns: Sequence[str] = ("x", "y", "nx", "ny"),
     separator: Separator = Separator.BLANK,
     decimals: int = 4,
@@ -61,9 +61,9 @@ def write_list(
     x and y among them. decimals: of x and y in mm; phi and the normals have three more. tolerance: the chord tolerance in m of
     the points, for the header. Raises ``InputError``, and ``RunError`` where nothing can be written.
     """
-    places("decimals", decimals)
-    _check(points, what, columns)
-    stated = "not stated" if tolerance is None else f"{1e3 * positive('tolerance', tolerance):.12g} mm"
+    require_decimals("decimals", decimals)
+    _check(points, content, columns)
+    tolerance_text = "not stated" if tolerance is None else f"{1e3 * require_positive('tolerance', tolerance):.12g} mm"
     values = {
         "phi": np.degrees(points.phi),
         "x": 1e3 * points.position.real,
@@ -71,24 +71,24 @@ def write_list(
         "nx": points.normal.real,
         "ny": points.normal.imag,
     }
-    texts = [decimal(values[c], decimals if c in _LENGTHS else decimals + _FINER) for c in columns]
+    texts = [format_decimals(values[c], decimals if c in _LENGTHS else decimals + _FINER) for c in columns]
     header = {
-        _TITLE: what,
+        _TITLE: content,
         "unit": "mm, angles in deg, normals of length 1",
-        "sense": "clockwise" if _clockwise(points.position) else "counter-clockwise",
+        "sense": "clockwise" if _is_clockwise(points.position) else "counter-clockwise",
         "points": f"{len(points.position)}, closed, the first one not repeated",
-        "chord tolerance": stated,
+        "chord tolerance": tolerance_text,
         "decimals": str(decimals),
         "columns": " ".join(columns),
     }
     lines = [f"# {key}: {value}" for key, value in header.items()]
     lines += [separator.value.join(row) for row in zip(*texts, strict=True)]
-    return written_text(path, "\n".join(lines) + "\n")
+    return write_ascii(path, "\n".join(lines) + "\n")
 
 
-def _check(points: PointList, what: str, columns: Sequence[str]) -> None:
-    if not what.strip() or "\n" in what:
-        raise InputError("what", what, "it must be a name of one line")
+def _check(points: PointList, content: str, columns: Sequence[str]) -> None:
+    if not content.strip() or "\n" in content:
+        raise InputError("what", content, "it must be a name of one line")
     for column in columns:
         if column not in UNITS:
             raise InputError("columns", column, f"there is no such column; {nearest(column, UNITS)}")
@@ -101,7 +101,7 @@ def _check(points: PointList, what: str, columns: Sequence[str]) -> None:
             raise InputError(f"points.{name}", None, "each point must have one, and none may be missing (NaN)")
 
 
-def _clockwise(position: np.ndarray) -> bool:
+def _is_clockwise(position: np.ndarray) -> bool:
     return bool(np.sum((position.conj() * np.roll(position, -1)).imag) < 0)
 
 
@@ -126,15 +126,17 @@ def read_list(path: Path) -> ReadList:
             f"its header announces {count} points with {len(columns)} numbers each, but some are missing",
             code="count",
         )
-    return _as_read(header, dict(zip(columns, table.T, strict=True)), tolerance, decimals)
+    return _list_from_columns(header, dict(zip(columns, table.T, strict=True)), tolerance, decimals)
 
 
-def _as_read(header: Mapping[str, str], given: Mapping[str, np.ndarray], tolerance: float | None, decimals: int) -> ReadList:
+def _list_from_columns(
+    header: Mapping[str, str], columns: Mapping[str, np.ndarray], tolerance: float | None, decimals: int
+) -> ReadList:
     return ReadList(
-        what=header[_TITLE],
-        position=(given["x"] + 1j * given["y"]) / 1e3,
-        phi=np.radians(given["phi"]) if "phi" in given else None,
-        normal=given["nx"] + 1j * given["ny"] if {"nx", "ny"} <= set(given) else None,
+        content=header[_TITLE],
+        position=(columns["x"] + 1j * columns["y"]) / 1e3,
+        phi=np.radians(columns["phi"]) if "phi" in columns else None,
+        normal=columns["nx"] + 1j * columns["ny"] if {"nx", "ny"} <= set(columns) else None,
         clockwise=header["sense"] == "clockwise",
         tolerance=tolerance,
         decimals=decimals,

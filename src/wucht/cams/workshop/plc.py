@@ -37,9 +37,9 @@ from pathlib import Path
 
 import numpy as np
 
-from wucht.cams.demands import finite, places, positive
+from wucht.cams.demands import require_decimals, require_finite, require_positive
 from wucht.cams.laws import Law
-from wucht.cams.workshop.textfiles import decimal, written_text
+from wucht.cams.workshop.textfiles import format_decimals, write_ascii
 from wucht.errors import InputError
 from wucht.files.documents import read_text
 
@@ -50,7 +50,7 @@ _FEWEST = 8
 _BETWEEN = 16  # parts of each interval at which the table is compared with the law; the middle is one
 _SAMPLES = 2048
 _SHARE = 0.99  # of the tolerance is used: between the samples lies at most 0.4 % more
-_CLOSED = 1e-9  # of the law's range: by how much it may differ after a turn
+_CLOSURE = 1e-9  # of the law's range: by how much it may differ after a turn
 _DEGREE = math.pi / 180
 _TURN = 2 * math.pi
 _WHOLE = 1e-9  # deg
@@ -60,7 +60,7 @@ _MOTION = rf"MasterPos := {_NUMBER}, SlavePos := {_NUMBER}, SlaveVelo := {_NUMBE
 _XYVA = rf"dX := {_NUMBER}, dY := {_NUMBER}, dV := {_NUMBER}, dA := {_NUMBER}"
 
 
-class Unit(Enum):
+class SlaveUnit(Enum):
     """The unit of the slave in the file: mm for a law in m, deg for a law in rad."""
 
     MILLIMETRE = "mm"
@@ -69,7 +69,7 @@ class Unit(Enum):
     @property
     def per_si(self) -> float:
         """Number of these units in one m, or one rad."""
-        return 1e3 if self is Unit.MILLIMETRE else 1 / _DEGREE
+        return 1e3 if self is SlaveUnit.MILLIMETRE else 1 / _DEGREE
 
 
 class Interpolation(Enum):
@@ -91,7 +91,7 @@ class CamTable:
     position: np.ndarray
     velocity: np.ndarray | None
     acceleration: np.ndarray | None
-    unit: Unit
+    unit: SlaveUnit
     decimals: int
 
     @property
@@ -124,7 +124,7 @@ class CamTable:
 
 def cam_table(
     law: Law,
-    unit: Unit,
+    unit: SlaveUnit,
     tolerance: float,
     interpolation: Interpolation = Interpolation.QUINTIC,
     decimals: int = 6,
@@ -135,8 +135,8 @@ def cam_table(
     tolerance: in m or rad, as the law. decimals: of the slave position in its unit, mm or deg; the velocity has three more, the
     acceleration five. most: the number of rows that the controller takes. Raises ``InputError``.
     """
-    positive("tolerance", tolerance)
-    half = 0.5 * 10.0 ** -places("decimals", decimals) / unit.per_si
+    require_positive("tolerance", tolerance)
+    half = 0.5 * 10.0 ** -require_decimals("decimals", decimals) / unit.per_si
     if tolerance <= half:
         need = math.floor(-math.log10(2 * tolerance * unit.per_si)) + 1
         raise InputError("decimals", decimals, f"rounding alone spoils the tolerance: {need} decimals or more are needed")
@@ -146,7 +146,7 @@ def cam_table(
     for n in steps:
         if n < count:
             continue
-        table = _rounded(law, unit, n, interpolation, decimals)
+        table = _rounded_table(law, unit, n, interpolation, decimals)
         excess = largest_deviation(table, law) / (_SHARE * tolerance)
         if excess <= 1:
             return table
@@ -161,12 +161,12 @@ def largest_deviation(table: CamTable, law: Law, order: int = 0) -> float:
     parts = max(_BETWEEN, math.ceil(_SAMPLES / (len(table.phi) - 1)))
     shares = np.arange(parts) / parts
     phi = (table.phi[:-1, None] + np.diff(table.phi)[:, None] * shares).ravel()
-    return float(np.abs(table(phi, order) - finite("law", law(phi, order))).max())
+    return float(np.abs(table(phi, order) - require_finite("law", law(phi, order))).max())
 
 
 def _check_closed(law: Law) -> None:
-    values = finite("law", law(np.linspace(0, _TURN, _SAMPLES + 1)))
-    if abs(values[-1] - values[0]) > _CLOSED * max(float(np.abs(values).max()), float(np.ptp(values))):
+    values = require_finite("law", law(np.linspace(0, _TURN, _SAMPLES + 1)))
+    if abs(values[-1] - values[0]) > _CLOSURE * max(float(np.abs(values).max()), float(np.ptp(values))):
         raise InputError(
             "law", None, "it must close after a turn: a lift at each turn is not a periodic cam table", code="not-periodic"
         )
@@ -178,18 +178,20 @@ def _even_steps(most: int) -> list[int]:
     return [n for n in range(_FEWEST, min(most, MOST_ROWS)) if whole % n == 0]
 
 
-def _rounded(law: Law, unit: Unit, n: int, interpolation: Interpolation, decimals: int) -> CamTable:
+def _rounded_table(law: Law, unit: SlaveUnit, n: int, interpolation: Interpolation, decimals: int) -> CamTable:
     phi = np.arange(n + 1) * (_TURN / n)
 
-    def rounded(order: int, finer: int) -> np.ndarray:
+    def rounded_values(order: int, finer: int) -> np.ndarray:
         per_si = unit.per_si * _DEGREE**order  # derivatives stand in the file by the degree
-        values = np.round(finite("law", law(phi, order)) * per_si, decimals + finer) / per_si
+        values = np.round(require_finite("law", law(phi, order)) * per_si, decimals + finer) / per_si
         values[-1] = values[0]
         return values
 
     if interpolation is Interpolation.LINEAR:
-        return CamTable(phi, rounded(0, 0), None, None, unit, decimals)
-    return CamTable(phi, rounded(0, 0), rounded(1, VELOCITY_FINER), rounded(2, ACCELERATION_FINER), unit, decimals)
+        return CamTable(phi, rounded_values(0, 0), None, None, unit, decimals)
+    return CamTable(
+        phi, rounded_values(0, 0), rounded_values(1, VELOCITY_FINER), rounded_values(2, ACCELERATION_FINER), unit, decimals
+    )
 
 
 class Form(Enum):
@@ -211,19 +213,21 @@ def write_cam_table(path: Path, table: CamTable, form: Form, name: str = "Cam") 
         raise InputError(
             "name", name, "it must be a name in IEC 61131-3: a letter, then letters, digits and single underscores"
         )
-    wanted = {Form.CODESYS: Interpolation.QUINTIC, Form.CODESYS_ASCII: Interpolation.LINEAR}.get(form, table.interpolation)
-    if table.interpolation is not wanted:
-        raise InputError("form", form.value, f"it needs a table made for {wanted.name.lower()} interpolation")
-    return written_text(path, _WRITERS[form](_columns(table), table, name) + "\n")
+    interpolation = {Form.CODESYS: Interpolation.QUINTIC, Form.CODESYS_ASCII: Interpolation.LINEAR}.get(
+        form, table.interpolation
+    )
+    if table.interpolation is not interpolation:
+        raise InputError("form", form.value, f"it needs a table made for {interpolation.name.lower()} interpolation")
+    return write_ascii(path, _WRITERS[form](_columns(table), table, name) + "\n")
 
 
 def _columns(table: CamTable) -> list[tuple[str, ...]]:
     """Return the rows as texts: master, slave, and velocity and acceleration where there are any, by the degree."""
     per_si = table.unit.per_si
-    columns = [decimal(table.phi / _DEGREE, MASTER_DECIMALS), decimal(table.position * per_si, table.decimals)]
+    columns = [format_decimals(table.phi / _DEGREE, MASTER_DECIMALS), format_decimals(table.position * per_si, table.decimals)]
     if table.velocity is not None and table.acceleration is not None:
-        columns.append(decimal(table.velocity * per_si * _DEGREE, table.decimals + VELOCITY_FINER))
-        columns.append(decimal(table.acceleration * per_si * _DEGREE**2, table.decimals + ACCELERATION_FINER))
+        columns.append(format_decimals(table.velocity * per_si * _DEGREE, table.decimals + VELOCITY_FINER))
+        columns.append(format_decimals(table.acceleration * per_si * _DEGREE**2, table.decimals + ACCELERATION_FINER))
     return list(zip(*columns, strict=True))
 
 
@@ -286,14 +290,14 @@ _WRITERS: dict[Form, Callable[[list[tuple[str, ...]], CamTable, str], str]] = {
 }
 
 
-def read_cam_table(path: Path, form: Form, unit: Unit) -> CamTable:
+def read_cam_table(path: Path, form: Form, unit: SlaveUnit) -> CamTable:
     """Read a table that ``write_cam_table`` wrote. unit: of the slave in the file. Raises ``InputError``."""
     text = read_text(path)
-    stated = re.search(r"slave in (\w+)", text)
-    if stated and stated.group(1) != unit.value:
-        raise InputError(str(path), None, f"its slave is in {stated.group(1)}, not in {unit.value}", code="unit")
-    rows, announced = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
-    if announced and len(rows) != int(announced.group(2)) - int(announced.group(1)) + 1:
+    unit_match = re.search(r"slave in (\w+)", text)
+    if unit_match and unit_match.group(1) != unit.value:
+        raise InputError(str(path), None, f"its slave is in {unit_match.group(1)}, not in {unit.value}", code="unit")
+    rows, size_match = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
+    if size_match and len(rows) != int(size_match.group(2)) - int(size_match.group(1)) + 1:
         sentence = f"it declares an array of another length than its {len(rows)} rows that can be read"
         raise InputError(str(path), None, sentence, code="count")
     if len(rows) < 3 or len({len(row) for row in rows}) != 1 or len(rows[0]) not in (2, 4):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.demands import at_least, finite, positive
-from wucht.cams.workshop.closed_curve import GRID, ClosedCurve, curvature, outward_normals, speed
+from wucht.cams.demands import require_at_least, require_finite, require_positive
+from wucht.cams.workshop.closed_curve import GRID, CamCurve, curvature, outward_normals, speed
 from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles
 
@@ -40,34 +40,34 @@ class PointList:
         return np.asarray(np.abs(np.roll(self.position, -1) - self.position))
 
 
-def points_at(curve: ClosedCurve, phi: np.ndarray) -> PointList:
+def points_at(curve: CamCurve, phi: np.ndarray) -> PointList:
     """Return the points of the curve at parameters (N,)."""
-    return PointList(phi, finite("curve", curve(phi)), outward_normals(curve, phi))
+    return PointList(phi, require_finite("curve", curve(phi)), outward_normals(curve, phi))
 
 
-def even_points(curve: ClosedCurve, count: int) -> PointList:
+def even_points(curve: CamCurve, count: int) -> PointList:
     """Return points evenly spaced in the parameter, 3 or more. Raises ``InputError``."""
-    return points_at(curve, even_angles(at_least("count", count, FEWEST)))
+    return points_at(curve, even_angles(require_at_least("count", count, FEWEST)))
 
 
-def chord_points(curve: ClosedCurve, tolerance: float, spacing: float = math.inf, least: int = FEWEST) -> PointList:
+def chord_points(curve: CamCurve, tolerance: float, spacing: float = math.inf, least: int = FEWEST) -> PointList:
     """Return points so dense that no chord between neighbours deviates from the curve by more than the tolerance.
 
     tolerance: in m. spacing: the longest permitted chord, in m. least: the least number of points.
     The density comes from the sagitta h^2 kappa/8 of a chord h; the chords themselves are then checked, between the points
     too, and all are made denser where one deviates too far. Raises ``InputError``.
     """
-    positive("tolerance", tolerance)
-    at_least("least", least, FEWEST)
+    require_positive("tolerance", tolerance)
+    require_at_least("least", least, FEWEST)
     if spacing != math.inf:
-        positive("spacing", spacing)
+        require_positive("spacing", spacing)
     grid = np.append(even_angles(GRID), _TURN)
     density = _density(curve, grid, _SHARE * tolerance, spacing)
     steps = (density[1:] + density[:-1]) / 2 * (_TURN / GRID)
-    reached = np.append(0.0, np.cumsum(steps))
-    count = max(least, math.ceil(reached[-1]))
+    cumulative_count = np.append(0.0, np.cumsum(steps))
+    count = max(least, math.ceil(cumulative_count[-1]))
     while count <= _MOST:
-        phi = np.interp(reached[-1] * np.arange(count) / count, reached, grid)
+        phi = np.interp(cumulative_count[-1] * np.arange(count) / count, cumulative_count, grid)
         longest = float(np.abs(np.diff(curve(np.append(phi, _TURN)))).max())
         excess = max(math.sqrt(chord_deviation(curve, phi) / (_SHARE * tolerance)), longest / spacing)
         if excess <= 1:
@@ -78,31 +78,31 @@ def chord_points(curve: ClosedCurve, tolerance: float, spacing: float = math.inf
     )
 
 
-def _density(curve: ClosedCurve, phi: np.ndarray, tolerance: float, spacing: float) -> np.ndarray:
+def _density(curve: CamCurve, phi: np.ndarray, tolerance: float, spacing: float) -> np.ndarray:
     """Return points a radian at parameters (M,): of chords h = sqrt(8 tolerance/kappa), none longer than ``spacing``."""
-    finite("curve", curve(phi, 2))
+    require_finite("curve", curve(phi, 2))
     density = speed(curve, phi) * np.maximum(np.sqrt(curvature(curve, phi) / (8 * tolerance)), 1 / spacing)
     return np.asarray(np.maximum(density, _FLATTEST * density.mean()))
 
 
-def chord_deviation(curve: ClosedCurve, phi: np.ndarray) -> float:
+def chord_deviation(curve: CamCurve, phi: np.ndarray) -> float:
     """Return the largest distance in m between the curve and the closed polygon of its points at rising parameters (N,)."""
     parts = max(_BETWEEN, math.ceil(_SAMPLES / len(phi)))
     ends = np.append(phi, phi[0] + _TURN)
     shares = np.arange(1, parts) / parts
-    between = finite("curve", curve(ends[:-1, None] + np.diff(ends)[:, None] * shares))
+    between = require_finite("curve", curve(ends[:-1, None] + np.diff(ends)[:, None] * shares))
     start = curve(ends[:-1])[:, None]
-    return float(_from_chords(between, start, np.roll(start, -1, axis=0) - start).max())
+    return float(_chord_distances(between, start, np.roll(start, -1, axis=0) - start).max())
 
 
-def _from_chords(position: np.ndarray, start: np.ndarray, chord: np.ndarray) -> np.ndarray:
+def _chord_distances(position: np.ndarray, start: np.ndarray, chord: np.ndarray) -> np.ndarray:
     """Return the distances of points (N, M) from their chords (N, 1)."""
     length = np.maximum(np.abs(chord) ** 2, np.finfo(float).tiny)
     share = np.clip(((position - start) * chord.conj()).real / length, 0.0, 1.0)
     return np.asarray(np.abs(position - start - share * chord))
 
 
-def rounding_warning(curve: ClosedCurve, points: PointList, rounding: float) -> str | None:
+def rounding_warning(curve: CamCurve, points: PointList, rounding: float) -> str | None:
     """Return a warning where rounding spoils the direction of the contour, else None.
 
     rounding: the step in m to which coordinates are rounded. A machine that follows the points, or a program that draws a
@@ -112,7 +112,7 @@ def rounding_warning(curve: ClosedCurve, points: PointList, rounding: float) -> 
     which the chords leave the contour, is an eighth of h^2/r. Where the curve is flatter than a circle of its length, that
     circle's radius stands for r: of a straight piece there is no curvature to compare with. Raises ``InputError``.
     """
-    positive("rounding", rounding)
+    require_positive("rounding", rounding)
     h = np.minimum(points.spacing, np.roll(points.spacing, 1))
     kappa = np.maximum(curvature(curve, points.phi), 2 * math.pi / points.spacing.sum())
     k = int(np.argmin(h**2 * kappa))

@@ -13,14 +13,14 @@ from wucht.analysis.vibration import unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report
-from wucht.dynamics.sampling.searches import Variable, balancing, values_at
-from wucht.dynamics.verdicts.outcomes import OPEN, OUTCOMES, THROUGH, Outcome
+from wucht.dynamics.sampling.searches import Variable, balancer_names, values_at
+from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, RESONANCE_PASSED, Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
-from wucht.machines.parts.track import Tracked
+from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import angular_width
 
 _SAME = 1e-9
@@ -28,7 +28,7 @@ _SAME = 1e-9
 
 def with_bodies(machine: Machine, count: int) -> Machine:
     """Return the machine with another number of balancing bodies, each like its first one. Raises ``InputError``."""
-    names = balancing(machine)
+    names = balancer_names(machine)
     if count == len(names):
         return machine
     if machine.schedules:
@@ -36,33 +36,39 @@ def with_bodies(machine: Machine, count: int) -> Machine:
     bodies = [p for p in machine.parts if isinstance(p, Body)]
     first = next(b for b in bodies if b.name == names[0])
     _check_equal(machine, names, count)
-    others = [b for b in bodies if b.name not in names]
-    if any(b.reference in names for b in others):
+    remaining_bodies = [b for b in bodies if b.name not in names]
+    if any(b.reference in names for b in remaining_bodies):
         raise InputError(
             "study.bodies", count, "allowed only where nothing turns about the balancing bodies", code="turned-about"
         )
-    taken = {b.name for b in bodies}
-    fresh = (f"{names[0]}_{i}" for i in range(2, count + len(taken) + 2))
-    more = [n for n in fresh if n not in taken][: max(count - len(names), 0)]
-    kept = [b for b in bodies if b.name in names[:count]]
+    used_names = {b.name for b in bodies}
+    name_candidates = (f"{names[0]}_{i}" for i in range(2, count + len(used_names) + 2))
+    new_names = [n for n in name_candidates if n not in used_names][: max(count - len(names), 0)]
+    retained_bodies = [b for b in bodies if b.name in names[:count]]
     carrier = next(p for p in machine.parts if isinstance(p, Support))
-    made = Machine(
+    resized_machine = Machine(
         carrier,
-        [*others, *map(_anywhere, kept), *(_anywhere(first.model_copy(update={"name": n})) for n in more)],
+        [
+            *remaining_bodies,
+            *map(_without_start, retained_bodies),
+            *(_without_start(first.model_copy(update={"name": n})) for n in new_names),
+        ],
         [p for p in machine.parts if isinstance(p, Drive)],
         [p for p in machine.parts if isinstance(p, Load)],
-        tracks={t.name: {"contact_frequency": t.frequency} for t in machine.tracks if t.given},
+        tracks={t.name: {"contact_frequency": t.frequency} for t in machine.tracks if t.is_frequency_given},
         title=machine.title,
     )
     # Values may have been changed after the parts were built.
-    own = {path: value for path, value in machine.values.items() if path in made.parameters and ".offset" not in path}
-    own |= {f"{n}.{key}": machine.values[f"{names[0]}.{key}"] for n in more for key in _keys(machine, names[0])}
-    return made.with_unchecked(own)
+    known_values = {
+        path: value for path, value in machine.values.items() if path in resized_machine.parameters and ".offset" not in path
+    }
+    known_values |= {f"{n}.{key}": machine.values[f"{names[0]}.{key}"] for n in new_names for key in _keys(machine, names[0])}
+    return resized_machine.with_unchecked_values(known_values)
 
 
-def _anywhere(body: Body) -> Body:
+def _without_start(body: Body) -> Body:
     """Return the body without its start position, which depends on the number of bodies."""
-    return body.model_copy(update={"start": None}) if isinstance(body, Tracked) else body
+    return body.model_copy(update={"start": None}) if isinstance(body, TrackBody) else body
 
 
 def _keys(machine: Machine, body: str) -> list[str]:
@@ -87,13 +93,13 @@ def _check_equal(machine: Machine, names: Sequence[str], count: int) -> None:
 
 
 SETTLING, RESIDUAL, PEAK, CAPTURE = range(4)  # columns of objectives
-_THROUGH, _OPEN = ([OUTCOMES.index(o) for o in of] for of in (THROUGH, OPEN))
-_FAILED = OUTCOMES.index(Outcome.FAILED)
+_THROUGH, _OPEN = ([OUTCOMES.index(o) for o in outcomes] for outcomes in (RESONANCE_PASSED, OPEN_OUTCOMES))
+_FAILURE = OUTCOMES.index(Outcome.FAILED)
 _UNIT = 64  # runs: a unit of work, and at least one candidate
 
 
 @dataclass(frozen=True)
-class Evaluated:
+class CandidateResults:
     """Results of P candidates. numbers: values of the variables (P, k). objectives (P, 4): settling time, residual, peak, share
     of captured runs; nan where there is none; runs without a verdict make the settling time a lower and that share an upper
     bound. error: the standard error of the settling time (P,). outcomes: shares of the runs with each of ``OUTCOMES`` (P, o).
@@ -103,24 +109,24 @@ class Evaluated:
     objectives: np.ndarray
     error: np.ndarray
     outcomes: np.ndarray
-    allowed: np.ndarray
+    is_allowed: np.ndarray
 
     @classmethod
-    def joined(cls, parts: Sequence[Evaluated]) -> Evaluated:
+    def join(cls, parts: Sequence[CandidateResults]) -> CandidateResults:
         """Join the results of several groups of candidates, in order."""
         return cls(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)})
 
-    def taken(self, candidate: int) -> Evaluated:
+    def pick(self, candidate: int) -> CandidateResults:
         """Return the results of one candidate."""
-        return Evaluated(**{f.name: getattr(self, f.name)[candidate : candidate + 1] for f in fields(self)})
+        return CandidateResults(**{f.name: getattr(self, f.name)[candidate : candidate + 1] for f in fields(self)})
 
     @property
-    def captured(self) -> np.ndarray:
+    def captured_share(self) -> np.ndarray:
         """Share of the runs that certainly do not pass the resonance (P,)."""
-        return np.asarray(np.clip(1 - self.outcomes[:, _THROUGH].sum(axis=1) - self.undecided, 0.0, 1.0))
+        return np.asarray(np.clip(1 - self.outcomes[:, _THROUGH].sum(axis=1) - self.undecided_share, 0.0, 1.0))
 
     @property
-    def undecided(self) -> np.ndarray:
+    def undecided_share(self) -> np.ndarray:
         """Share of the runs without a verdict (P,)."""
         return np.asarray(self.outcomes[:, _OPEN].sum(axis=1))
 
@@ -139,7 +145,7 @@ class TrialSettings:
 
 
 @dataclass(frozen=True)
-class Trials:
+class BalancerTrials:
     """Evaluation of the candidates of a machine: the variables, the rotor's unbalance, the runs of each.
 
     unbalance: path of the parameter that is varied from run to run; ends: its least and greatest value. inertia: True if
@@ -152,7 +158,7 @@ class Trials:
     unbalance: str
     ends: tuple[float, float]
     inertia: bool
-    others: bool = False
+    fresh_phases: bool = False
 
     @property
     def spread(self) -> np.ndarray:
@@ -164,14 +170,14 @@ class Trials:
     @property
     def phases(self) -> np.ndarray:
         """Phases (b, M) of the bodies about the main rotor in the runs of a candidate: the same for all candidates."""
-        return phases(self.machine, self.settings.samples, [self.settings.seed, int(self.others)])
+        return phases(self.machine, self.settings.samples, [self.settings.seed, int(self.fresh_phases)])
 
     def question(self, model: Literal["full", "slow"]) -> EnsembleQuestion:
         """Return the ensemble question: the machine, the varied parameters and the model of the runs."""
         s = self.settings
         paths = tuple(values_at(self.machine, self.variables, [v.low for v in self.variables]))
-        varied = tuple(dict.fromkeys((*paths, self.unbalance)))
-        return EnsembleQuestion(self.machine, varied, model, self.inertia, s.order, s.until, tolerance=s.tolerance)
+        varied_paths = tuple(dict.fromkeys((*paths, self.unbalance)))
+        return EnsembleQuestion(self.machine, varied_paths, model, self.inertia, s.order, s.until, tolerance=s.tolerance)
 
     def starts(self, machine: Machine) -> np.ndarray:
         """Return the states (n, M) in which the runs of a candidate begin."""
@@ -181,29 +187,31 @@ class Trials:
         starts[[machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]] = rotor + at
         return starts
 
-    def of(self, numbers: Sequence[float]) -> Machine:
+    def candidate_machine(self, numbers: Sequence[float]) -> Machine:
         """Return the machine of a candidate. Raises ``InputError`` where its parts do not allow it."""
-        made = self.machine.with_values(values_at(self.machine, self.variables, numbers))
-        for track in made.tracks:
-            if _widths(made, [b.name for b in track.bodies]).sum() > 2 * np.pi:
+        candidate = self.machine.with_values(values_at(self.machine, self.variables, numbers))
+        for track in candidate.tracks:
+            if _widths(candidate, [b.name for b in track.bodies]).sum() > 2 * np.pi:
                 raise InputError("study.vary", None, f"the bodies of the track {track.name!r} do not fit on it")
-        return made
+        return candidate
 
 
 def phases(machine: Machine, samples: int, seed: Sequence[int]) -> np.ndarray:
     """Return random phases (b, M) of the bodies about the main rotor, scrambled Sobol' points; without overlap on a track."""
     from scipy.stats import qmc
 
-    names = balancing(machine)
-    at = qmc.Sobol(len(names), scramble=True, rng=np.random.default_rng(seed)).random(power_of_two(samples))[:samples].T
-    found = 2 * np.pi * at
+    names = balancer_names(machine)
+    samples_in_cube = (
+        qmc.Sobol(len(names), scramble=True, rng=np.random.default_rng(seed)).random(power_of_two(samples))[:samples].T
+    )
+    angles = 2 * np.pi * samples_in_cube
     for track in machine.tracks:
-        own = [b.name for b in track.bodies]
-        rows, widths = [names.index(n) for n in own], _widths(machine, own)
+        track_names = [b.name for b in track.bodies]
+        rows, widths = [names.index(n) for n in track_names], _widths(machine, track_names)
         # The place of the first one, and how the remaining space is divided among the gaps.
-        gaps = np.sort(at[rows[1:]], axis=0) * (2 * np.pi - widths.sum())
-        found[rows[1:]] = found[rows[0]] + np.cumsum(widths[:-1])[:, None] + gaps
-    return np.asarray(found)
+        gaps = np.sort(samples_in_cube[rows[1:]], axis=0) * (2 * np.pi - widths.sum())
+        angles[rows[1:]] = angles[rows[0]] + np.cumsum(widths[:-1])[:, None] + gaps
+    return np.asarray(angles)
 
 
 def power_of_two(count: int) -> int:
@@ -216,69 +224,77 @@ def _widths(machine: Machine, names: Sequence[str]) -> np.ndarray:
     parts = {b.name: b for t in machine.tracks for b in t.bodies}
     bodies = []
     for n in names:
-        own = {p.path: p for p in parts[n].parameters()}
-        changed = {path.removeprefix(f"{n}."): machine.values[path] for path in own if machine.values[path] != own[path].value}
-        bodies.append(parts[n].model_copy(update=changed))
+        parameters = {p.path: p for p in parts[n].parameters()}
+        changed_values = {
+            path.removeprefix(f"{n}."): machine.values[path]
+            for path in parameters
+            if machine.values[path] != parameters[path].value
+        }
+        bodies.append(parts[n].model_copy(update=changed_values))
     return np.array([angular_width(a, b) for a, b in zip(bodies, [*bodies[1:], bodies[0]], strict=True)])
 
 
 def least_residual(machine: Machine) -> float:
     """Return the least unbalance that the bodies can leave: the force polygon with the rotor's is closed as far as possible."""
-    own = np.abs(unbalances(machine)[[machine.bodies.index(b) for b in machine.group(machine.rotor)]])
-    left = float(2 * own.max() - own.sum())
-    return left if left > 1e-9 * own.sum() else 0.0
+    magnitudes = np.abs(unbalances(machine)[[machine.bodies.index(b) for b in machine.group(machine.rotor)]])
+    remainder = float(2 * magnitudes.max() - magnitudes.sum())
+    return remainder if remainder > 1e-9 * magnitudes.sum() else 0.0
 
 
-def tried(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, work: Work, what: str) -> Evaluated:
+def evaluate_candidates(
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, work: Work, label: str
+) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables, several as one unit of work. label: of the candidates, for the progress."""
     size = max(1, _UNIT // trials.settings.samples)
     parts = {f"candidate {first}": numbers[first : first + size] for first in range(0, len(numbers), size)}
-    found = dict(work.units({name: partial(evaluated, trials, model, rows) for name, rows in parts.items()}, what))
-    return Evaluated.joined([found[name] for name in parts])
+    results = dict(work.units({name: partial(evaluate_batch, trials, model, rows) for name, rows in parts.items()}, label))
+    return CandidateResults.join([results[name] for name in parts])
 
 
-def evaluated(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report) -> Evaluated:
+def evaluate_batch(
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
+) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables in one ensemble of runs."""
     count, m = len(numbers), trials.settings.samples
     machines = [_machine(trials, row) for row in numbers.tolist()]
     objectives, outcomes, error = np.full((count, 4), np.nan), np.zeros((count, len(OUTCOMES))), np.full(count, np.nan)
-    made = [(i, machine) for i, machine in enumerate(machines) if machine is not None]
-    if made:
-        starts = np.concatenate([trials.starts(machine) for _, machine in made], axis=1)
+    feasible = [(i, machine) for i, machine in enumerate(machines) if machine is not None]
+    if feasible:
+        starts = np.concatenate([trials.starts(machine) for _, machine in feasible], axis=1)
         question = trials.question(model)
-        each = [machine.values for _, machine in made]
-        values = {p: np.repeat([v[p] for v in each], m) for p in question.varied if p != trials.unbalance}
-        values[trials.unbalance] = np.tile(trials.spread, len(made))
-        seen = outcomes_of(question, starts, values, report)
-        for k, (i, machine) in enumerate(made):
-            runs = seen.taken(np.arange(k * m, (k + 1) * m))
-            left = max(least_residual(machine.with_values({trials.unbalance: end})) for end in trials.ends)
+        machine_values = [machine.values for _, machine in feasible]
+        values = {p: np.repeat([v[p] for v in machine_values], m) for p in question.varied_paths if p != trials.unbalance}
+        values[trials.unbalance] = np.tile(trials.spread, len(feasible))
+        ensemble = outcomes_of(question, starts, values, report)
+        for k, (i, machine) in enumerate(feasible):
+            runs = ensemble.select(np.arange(k * m, (k + 1) * m))
+            residual = max(least_residual(machine.with_values({trials.unbalance: end})) for end in trials.ends)
             outcomes[i] = np.bincount(runs.outcome, minlength=len(OUTCOMES)) / m
-            settling, error[i] = _settling(runs)
-            peak = np.nan if (runs.outcome == _FAILED).any() else float(runs.peak_amplitude.max())
-            objectives[i] = settling, left, peak, 1 - outcomes[i, _THROUGH].sum()
-    return Evaluated(numbers, objectives, error, outcomes, np.array([machine is not None for machine in machines]))
+            settling, error[i] = _median_settling(runs)
+            peak = np.nan if (runs.outcome == _FAILURE).any() else float(runs.peak_amplitude.max())
+            objectives[i] = settling, residual, peak, 1 - outcomes[i, _THROUGH].sum()
+    return CandidateResults(numbers, objectives, error, outcomes, np.array([machine is not None for machine in machines]))
 
 
-def _machine(trials: Trials, numbers: Sequence[float]) -> Machine | None:
+def _machine(trials: BalancerTrials, numbers: Sequence[float]) -> Machine | None:
     """Return the machine of a candidate, None if the parts do not allow it."""
     try:
-        return trials.of(numbers)
+        return trials.candidate_machine(numbers)
     except InputError:
         return None
 
 
-def _settling(runs: MemberOutcomes) -> tuple[float, float]:
+def _median_settling(runs: MemberOutcomes) -> tuple[float, float]:
     """Return the median settling time and its standard error; nan where fewer than half of the runs settle, or one has failed.
 
     The mean over the runs that pass would favour a candidate of which one quick run passes and all others are captured. A run
     without a verdict takes at least as long as it was followed.
     """
-    if (runs.outcome == _FAILED).any():
+    if (runs.outcome == _FAILURE).any():
         return np.nan, np.nan
     times = np.where(np.isnan(runs.settling_time), runs.end_time, runs.settling_time)
-    known = np.isin(runs.outcome, _THROUGH + _OPEN)
-    half = float(np.median(np.where(known, times, np.inf)))
+    relevant = np.isin(runs.outcome, _THROUGH + _OPEN)
+    half = float(np.median(np.where(relevant, times, np.inf)))
     if not np.isin(runs.outcome, _THROUGH).any() or np.isinf(half):
         return np.nan, np.nan
-    return half, float(np.sqrt(np.pi / 2) * times[known].std() / np.sqrt(known.sum()))  # of the median of a normal sample
+    return half, float(np.sqrt(np.pi / 2) * times[relevant].std() / np.sqrt(relevant.sum()))  # of the median of a normal sample

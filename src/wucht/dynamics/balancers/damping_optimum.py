@@ -8,18 +8,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.configuration import Configuration, Describer
+from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import all_states
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import Vibration
-from wucht.dynamics.balancers.candidates import CAPTURE, SETTLING, Evaluated, Trials
+from wucht.dynamics.balancers.candidates import CAPTURE, SETTLING, BalancerTrials, CandidateResults
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import driven_speeds, turning
+from wucht.machines.operation import driven_speeds, machine_at_speed
 
 
 def states_at_speed(machine: Machine) -> tuple[State, ...]:
@@ -28,16 +28,16 @@ def states_at_speed(machine: Machine) -> tuple[State, ...]:
     They do not depend on the damping between the bodies and the rotor: there is no relative motion. Raises ``InputError`` for
     a machine without averaged equations.
     """
-    steady = turning(machine, None)
+    steady = machine_at_speed(machine, None)
     torques = SteadyTorques.from_slow(averaged_machine(steady, True))
-    low, high = driven_speeds(steady)[0] if torques.given is None else (0.0, 0.0)
-    found = tuple(all_states(torques, low, high).states)
-    if torques.given is not None:
-        return found
+    low, high = driven_speeds(steady)[0] if torques.fixed_speed is None else (0.0, 0.0)
+    candidates = tuple(all_states(torques, low, high).states)
+    if torques.fixed_speed is not None:
+        return candidates
     index = [steady.bodies.index(b) for b in steady.group(steady.rotor)]
-    vibration = Vibration.of(steady).only(index)
-    resonances = [vibration.last_maximum(high, s.phases[index]) for s in found]
-    return tuple(s for s, resonance in zip(found, resonances, strict=True) if resonance is None or s.speed > resonance)
+    vibration = Vibration.of(steady).select_bodies(index)
+    resonances = [vibration.last_maximum(high, s.phases[index]) for s in candidates]
+    return tuple(s for s, resonance in zip(candidates, resonances, strict=True) if resonance is None or s.speed > resonance)
 
 
 def compensated_state(machine: Machine, full: bool, states: Sequence[State] | None = None) -> Configuration | None:
@@ -46,14 +46,14 @@ def compensated_state(machine: Machine, full: bool, states: Sequence[State] | No
     full: by the full equations, else by the averaged ones with the inertia of the bodies. states: if already computed. Raises
     ``InputError`` for a machine without averaged equations.
     """
-    slow = averaged_machine(turning(machine, None), True)
+    slow = averaged_machine(machine_at_speed(machine, None), True)
     torques = SteadyTorques.from_slow(slow)
-    describer = Describer(AveragedStability(torques, slow))
+    describer = ConfigurationDescriber(AveragedStability(torques, slow))
     judge = FullStability(torques, True)
-    found = states_at_speed(machine) if states is None else states
-    each = [(s, describer.described(s, describer.slow.stability(s))) for s in found]
-    each = [(s, c) for s, c in each if c.residual is not None and c.slow.stable is not False]
-    for state, configuration in sorted(each, key=lambda one: one[1].residual or 0.0):
+    candidates = states_at_speed(machine) if states is None else states
+    descriptions = [(s, describer.describe(s, describer.slow.stability(s))) for s in candidates]
+    descriptions = [(s, c) for s, c in descriptions if c.residual is not None and c.slow.stable is not False]
+    for state, configuration in sorted(descriptions, key=lambda one: one[1].residual or 0.0):
         stable = (judge.stability(state) if full else configuration.slow).stable
         if stable:
             return configuration
@@ -67,10 +67,10 @@ def decay_rate(machine: Machine, states: Sequence[State] | None = None) -> float
 
 
 @dataclass(frozen=True)
-class Rates:
+class DecayRates:
     """Slowest decay rate (N,) of small deviations (linearised averaged equations), and the damping where it is greatest."""
 
-    each: np.ndarray
+    values: np.ndarray
     greatest_at: float
 
 
@@ -82,37 +82,37 @@ class DampingCurve:
 
     damping: np.ndarray
     settling_time: np.ndarray
-    through: np.ndarray
+    share_through: np.ndarray
     rate: np.ndarray
     optimum: float
-    of_rates: float
+    rate_optimum: float
 
 
-def damping_curve(dampings: np.ndarray, seen: Evaluated, rates: Rates) -> DampingCurve:
+def damping_curve(dampings: np.ndarray, results: CandidateResults, rates: DecayRates) -> DampingCurve:
     """Return the curve from the runs of a machine with the dampings (N,), and its rates."""
-    settling, through = seen.objectives[:, SETTLING], 1 - seen.objectives[:, CAPTURE]
+    settling, through = results.objectives[:, SETTLING], 1 - results.objectives[:, CAPTURE]
     # Settling times of the few runs that pass are not representative.
     most = np.where(through >= through.max(), settling, np.nan)
     optimum = float(dampings[np.nanargmin(most)]) if np.isfinite(most).any() else np.nan
-    return DampingCurve(dampings, settling, through, rates.each, optimum, rates.greatest_at)
+    return DampingCurve(dampings, settling, through, rates.values, optimum, rates.greatest_at)
 
 
-def rates_of(trials: Trials, dampings: np.ndarray) -> Rates:
+def decay_rates(trials: BalancerTrials, dampings: np.ndarray) -> DecayRates:
     """Return the decay rates for the dampings (N,), the only variable of ``trials``; nan without averaged equations."""
 
     try:
         states = states_at_speed(trials.machine)
     except InputError:
-        return Rates(np.full(len(dampings), np.nan), np.nan)
+        return DecayRates(np.full(len(dampings), np.nan), np.nan)
 
     def rate(damping: float) -> float:
-        return decay_rate(trials.of([damping]), states)
+        return decay_rate(trials.candidate_machine([damping]), states)
 
     rates = np.array([rate(b) for b in dampings.tolist()])
-    return Rates(rates, _greatest(rate, dampings, rates))
+    return DecayRates(rates, _damping_of_fastest_decay(rate, dampings, rates))
 
 
-def _greatest(rate: Callable[[float], float], dampings: np.ndarray, rates: np.ndarray) -> float:
+def _damping_of_fastest_decay(rate: Callable[[float], float], dampings: np.ndarray, rates: np.ndarray) -> float:
     """Return the damping of the greatest rate: the curve has a corner there, so it is bracketed, not interpolated."""
     from scipy.optimize import minimize_scalar
 
@@ -122,5 +122,5 @@ def _greatest(rate: Callable[[float], float], dampings: np.ndarray, rates: np.nd
     if k in (0, len(rates) - 1):
         return float(dampings[k])
     ends = np.log(dampings[[k - 1, k + 1]])
-    found = minimize_scalar(lambda x: -rate(float(np.exp(x))), bounds=tuple(ends), method="bounded", options={"xatol": 1e-3})
-    return float(np.exp(found.x))
+    solution = minimize_scalar(lambda x: -rate(float(np.exp(x))), bounds=tuple(ends), method="bounded", options={"xatol": 1e-3})
+    return float(np.exp(solution.x))

@@ -10,18 +10,26 @@ from functools import cached_property, lru_cache
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
+from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.configuration import name_of, residual_unbalance, type_of
-from wucht.analysis.configurations.search import all_states, multiplicity, same_state
+from wucht.analysis.configurations.search import all_states, is_same_state, multiplicity
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import unbalances
-from wucht.dynamics.branches.steady_states import BranchSettings, Kind, Ordinates, StatesAtValue, Watch, Words, in_words
+from wucht.dynamics.branches.steady_states import (
+    BranchSettings,
+    Heartbeat,
+    Kind,
+    Labels,
+    Ordinates,
+    StatesAtValue,
+    speed_range_text,
+)
 from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
-from wucht.machines.operation import MOST_BODIES, driven_speeds, turning
-from wucht.numerics.angles import within_half_a_turn, wrapped
+from wucht.machines.operation import MOST_BODIES, driven_speeds, machine_at_speed
+from wucht.numerics.angles import wrap_angle, wrap_to_pi
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
@@ -61,15 +69,15 @@ class AveragedEquilibria:
             raise InputError("machine.bodies", len(machine.bodies), most)
         if settings.ranges is not None:
             raise InputError("study.ranges", dict(settings.ranges), "allowed for a table [system] only")
-        if machine.shaken is not None:
+        if machine.shaken_coordinate is not None:
             sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
             raise InputError("machine.carrier.motion", None, sentence)
-        steady = turning(machine, None)
+        steady = machine_at_speed(machine, None)
         states = cls(steady, path, bounds, keeps_inertia(steady, settings.inertia), settings.show)
         if not states.names:
-            why = "its speed is prescribed and nothing else turns: no state is left that could depend on a parameter"
-            raise InputError("machine.drive", None, f"{why}; study.kind = 'response' shows its vibration")
-        if path not in states.averaged.system.parameter_names:
+            reason = "its speed is prescribed and nothing else turns: no state is left that could depend on a parameter"
+            raise InputError("machine.drive", None, f"{reason}; study.kind = 'response' shows its vibration")
+        if path not in states.slow_machine.system.parameter_names:
             raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
         if settings.show is not None and settings.show not in states.names:
             raise InputError("study.show", settings.show, f"unknown state; {nearest(settings.show, states.names)}")
@@ -78,37 +86,37 @@ class AveragedEquilibria:
         return states
 
     @cached_property
-    def averaged(self) -> AveragedMachine:
+    def slow_machine(self) -> AveragedMachine:
         """Averaged equations at the machine's nominal values. Raises ``InputError`` where there are none."""
         return averaged_machine(self.machine, self.inertia)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the states (n)."""
-        return self.averaged.system.state_names
+        return self.slow_machine.system.state_names
 
     @cached_property
-    def at(self) -> Callable[[float], AveragedStability]:
+    def model_at(self) -> Callable[[float], AveragedStability]:
         """Machine at a value of the parameter: its torques and averaged equations. Computed once for each value."""
-        senses = {r.name: self.averaged.senses[r.name] for r in self.machine.rotors}
+        senses = {r.name: self.slow_machine.senses[r.name] for r in self.machine.rotors}
 
-        def made(value: float) -> AveragedStability:
-            machine = self.machine.with_unchecked({self.path: value})
-            averaged = averaged_machine(machine, self.inertia, turning=senses)
-            return AveragedStability(SteadyTorques.from_slow(averaged), averaged)
+        def model(value: float) -> AveragedStability:
+            machine = self.machine.with_unchecked_values({self.path: value})
+            slow_machine = averaged_machine(machine, self.inertia, turning=senses)
+            return AveragedStability(SteadyTorques.from_slow(slow_machine), slow_machine)
 
-        return lru_cache(maxsize=512)(made)
+        return lru_cache(maxsize=512)(model)
 
-    def driven(self, value: float) -> tuple[float, float]:
+    def driven_range(self, value: float) -> tuple[float, float]:
         """Return the speeds between which states are searched at a value."""
-        return driven_speeds(self.machine.with_unchecked({self.path: value}))[0]
+        return driven_speeds(self.machine.with_unchecked_values({self.path: value}))[0]
 
     @cached_property
     def fastest(self) -> float:
         """Highest speed that drives reach anywhere in the range; the prescribed one where there is one; 0 for none."""
         values = np.linspace(*self.bounds, _SAMPLES).tolist()
-        given = self.at(sum(self.bounds) / 2).torques.given
-        return max(self.driven(v)[1] for v in values) if given is None else abs(given)
+        prescribed_speed = self.model_at(sum(self.bounds) / 2).torques.fixed_speed
+        return max(self.driven_range(v)[1] for v in values) if prescribed_speed is None else abs(prescribed_speed)
 
     @cached_property
     def limits(self) -> tuple[float, float]:
@@ -118,7 +126,7 @@ class AveragedEquilibria:
     @cached_property
     def equilibria(self) -> Equilibria:
         """Continuation problem: phases scaled by a radian, speeds by the fastest one, the parameter by its range."""
-        equations = Equations.of(self.averaged.system, [self.path], self.machine.values, self._scale)
+        equations = Equations.of(self.slow_machine.system, [self.path], self.machine.values, self._scale)
         rotors = {f"{r.name}.speed" for r in self.machine.rotors}
         limits = {i: self.limits for i, name in enumerate(self.names) if name in rotors}
         return Equilibria(equations, self.bounds, _STEPS, limits)
@@ -130,108 +138,113 @@ class AveragedEquilibria:
 
     def equations_with(self, second: str, width: float) -> Equations:
         """See ``SteadyStates``."""
-        return Equations.of(self.averaged.system, [self.path, second], self.machine.values, self._scale | {second: width})
+        return Equations.of(self.slow_machine.system, [self.path, second], self.machine.values, self._scale | {second: width})
 
     @property
-    def size_of_shown(self) -> float:
+    def ordinate_size(self) -> float:
         """See ``SteadyStates``."""
         return 1.0 if self.show is not None and self.show.endswith(".phase") else self.fastest
 
-    def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
+    def states_at(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
         """See ``SteadyStates``: states that differ by an exchange of equal bodies, or belong to one family, count once."""
-        torques, (low, high) = self.at(value).torques, self.driven(value)
-        if torques.given is None and not high > 0:
+        torques, (low, high) = self.model_at(value).torques, self.driven_range(value)
+        if torques.fixed_speed is None and not high > 0:
             return StatesAtValue((), (), True, "nothing drives the machine there")
-        search = all_states(torques, low, high, watch)
-        isolated, families = [s for s in search.states if not s.dimension], [s for s in search.states if s.dimension]
-        points = tuple(self.point(s, value) for s in isolated)
+        search = all_states(torques, low, high, report)
+        isolated_states, families = [s for s in search.states if not s.dimension], [s for s in search.states if s.dimension]
+        points = tuple(self.point(s, value) for s in isolated_states)
         # The report states the speeds once for all searched values.
-        shown = search.shown.replace(in_words((low, high), self.machine.units.speed), "speeds")
+        evidence = search.evidence.replace(speed_range_text((low, high), self.machine.units.speed), "speeds")
         return StatesAtValue(
-            points, tuple(families), search.complete, shown, None if torques.given is not None else (low, high)
+            points, tuple(families), search.complete, evidence, None if torques.fixed_speed is not None else (low, high)
         )
 
     def point(self, state: State, value: float) -> np.ndarray:
         """Return the point u (n+1,) of a state."""
-        return np.append(self.averaged.steady_state(state.speed, state.phases), value)
+        return np.append(self.slow_machine.steady_state(state.speed, state.phases), value)
 
     def state(self, u: np.ndarray) -> State:
         """Return the state at a point: phases relative to the main rotor, and which bodies are in line."""
-        torques = self.at(float(u[-1])).torques
+        torques = self.model_at(float(u[-1])).torques
         phases = np.array([self._phase(u, name) for name in torques.names])
-        speed = torques.given if torques.given is not None else float(u[self._rows[f"{torques.names[0]}.speed"]])
+        speed = torques.fixed_speed if torques.fixed_speed is not None else float(u[self._rows[f"{torques.names[0]}.speed"]])
         state = State(speed, phases % (2 * math.pi))
-        beside = _beside(torques, state.phases)
-        return replace(state, beside=beside, multiplicity=multiplicity(torques, state))
+        beside = _sides_in_line(torques, state.phases)
+        return replace(state, sides=beside, multiplicity=multiplicity(torques, state))
 
     def _phase(self, u: np.ndarray, name: str) -> float:
         """Return the phase of a body relative to the main rotor."""
-        reference = self.averaged.references[name]
+        reference = self.slow_machine.references[name]
         return 0.0 if reference is None else float(u[self._rows[f"{name}.phase"]]) + self._phase(u, reference)
 
     @cached_property
     def _rows(self) -> dict[str, int]:
         return {name: i for i, name in enumerate(self.names)}
 
-    def same(self, u: np.ndarray, v: np.ndarray) -> bool:
+    def is_same(self, u: np.ndarray, v: np.ndarray) -> bool:
         """True if points at one value of the parameter are one state, up to an exchange of equal bodies."""
-        return same_state(self.at(float(u[-1])).torques, self.state(u), self.state(v))
+        return is_same_state(self.model_at(float(u[-1])).torques, self.state(u), self.state(v))
 
     def kind(self, u: np.ndarray) -> Kind:
         """See ``SteadyStates``: the names used by ``synchronous-states``."""
-        torques, state = self.at(float(u[-1])).torques, self.state(u)
+        torques, state = self.model_at(float(u[-1])).torques, self.state(u)
         if torques.size == 1:
             return Kind()
         order = [torques.names.index(b.name) for b in torques.machine.bodies]
-        own = unbalances(torques.machine)[np.argsort(order)]
-        name, c = name_of(torques, state, residual_unbalance(torques, own, state.phases)), sum(state.beside)
-        split = (max(len(state.beside) - c, c), min(len(state.beside) - c, c)) if state.beside else None
+        ordered_unbalances = unbalances(torques.machine)[np.argsort(order)]
+        name, c = name_of(torques, state, residual_unbalance(torques, ordered_unbalances, state.phases)), sum(state.sides)
+        split = (max(len(state.sides) - c, c), min(len(state.sides) - c, c)) if state.sides else None
         return Kind(name, type_of(torques, name), split, state.multiplicity)
 
     @cached_property
-    def _observed(self) -> tuple[Evaluator, tuple[float, ...]]:
-        system, symbol = self.averaged.system, sp.Symbol(self.path, real=True)
-        kept = tuple(p for p in system.parameters if p != symbol)
+    def _observables(self) -> tuple[Evaluator, tuple[float, ...]]:
+        system, symbol = self.slow_machine.system, sp.Symbol(self.path, real=True)
+        parameters = tuple(p for p in system.parameters if p != symbol)
         rates = (*system.derivatives, sp.S.Zero)
-        whole = System((*system.states, symbol), rates, kept, system.definitions)
-        bodies = self.averaged.equations.bodies
+        whole = System((*system.states, symbol), rates, parameters, system.definitions)
+        bodies = self.slow_machine.equations.bodies
         speed = system.output(f"speed[{bodies.names[0]}]").expression
         moments = sp.Add(*(sp.sqrt(sp.Add(*(x**2 for p in row for x in (p.re, p.im)))) for row in bodies.excitation))
-        wanted = [system.output("amplitude").expression, speed, moments / bodies.mass.trace()]
-        values = tuple(self.machine.values[p.name] for p in kept)
-        return Evaluator.of(whole, wanted, ["amplitude", "speed", "size"]), values
+        expressions = [system.output("amplitude").expression, speed, moments / bodies.mass.trace()]
+        values = tuple(self.machine.values[p.name] for p in parameters)
+        return Evaluator.of(whole, expressions, ["amplitude", "speed", "size"]), values
 
     def ordinates(self, u: np.ndarray) -> Ordinates:
         """See ``SteadyStates``: the main rotor's signed speed, or the chosen state."""
-        evaluator, values = self._observed
-        found = evaluator(np.zeros(u.shape[1]), u, values)
-        amplitude, speed = np.asarray(found["amplitude"]), self._sense * found["speed"]
-        amplitude = np.where(amplitude < _ROUNDING * found["size"], 0.0, amplitude)  # where unbalances compensate
+        evaluator, values = self._observables
+        output_values = evaluator(np.zeros(u.shape[1]), u, values)
+        amplitude, speed = np.asarray(output_values["amplitude"]), self._sense * output_values["speed"]
+        amplitude = np.where(amplitude < _ROUNDING * output_values["size"], 0.0, amplitude)  # where unbalances compensate
         return Ordinates(speed if self.show is None else u[self._rows[self.show]], amplitude)
 
     @property
     def _sense(self) -> float:
-        return float(self.averaged.senses[self.machine.rotor.name])
+        return float(self.slow_machine.senses[self.machine.rotor.name])
 
-    def stated(self, u: np.ndarray) -> dict[str, float]:
+    def state_by_name(self, u: np.ndarray) -> dict[str, float]:
         """See ``SteadyStates``: phases as in the contract, in each body's sense of rotation, speeds likewise; psi and delta of
         two bodies of one rotor.
         """
         angles = [n.endswith(".phase") for n in self.names]
-        values = {n: float(wrapped(x) if angle else x) for n, x, angle in zip(self.names, u[:-1], angles, strict=True)}
+        values = {n: float(wrap_angle(x) if angle else x) for n, x, angle in zip(self.names, u[:-1], angles, strict=True)}
         about = [b.name for b in self.machine.bodies if b.about is not None]
         if len(self.machine.bodies) == 3 and len(about) == 2:
             first, second = (values[f"{name}.phase"] for name in about)
-            delta = float(within_half_a_turn(first - second))
-            equal = len(self.at(float(u[-1])).torques.classes) == 1  # exchanging them changes delta's sign, and nothing else
-            values |= {"psi": float(math.pi - wrapped(math.pi - second - delta / 2)), "delta": abs(delta) if equal else delta}
+            delta = float(wrap_to_pi(first - second))
+            equal = (
+                len(self.model_at(float(u[-1])).torques.classes) == 1
+            )  # exchanging them changes delta's sign, and nothing else
+            values |= {
+                "psi": float(math.pi - wrap_angle(math.pi - second - delta / 2)),
+                "delta": abs(delta) if equal else delta,
+            }
         return values
 
-    def end(self, u: np.ndarray) -> str:
+    def end_reason(self, u: np.ndarray) -> str:
         """See ``SteadyStates``."""
-        return self.beyond(any(u[i] <= self.limits[0] for i in self.equilibria.limits))
+        return self.speed_limit_reason(any(u[i] <= self.limits[0] for i in self.equilibria.limits))
 
-    def beyond(self, slow: bool) -> str:
+    def speed_limit_reason(self, slow: bool) -> str:
         """Return why a branch ends where rotors are too slow, or too fast."""
         (low, high), unit = self.limits, self.machine.units.speed
         if slow:
@@ -244,15 +257,15 @@ class AveragedEquilibria:
         return self.machine.values[self.path]
 
     @property
-    def words(self) -> Words:
+    def labels(self) -> Labels:
         """See ``SteadyStates``."""
-        return Words.of(self.machine, self.averaged, self.inertia, self.show)
+        return Labels.from_machine(self.machine, self.slow_machine, self.inertia, self.show)
 
 
-def _beside(torques: SteadyTorques, phases: np.ndarray) -> tuple[int, ...]:
+def _sides_in_line(torques: SteadyTorques, phases: np.ndarray) -> tuple[int, ...]:
     """Return the side (0 or 1) of each balancing body; empty where they are not in line, or not on one axis."""
     c = torques.coefficients
-    if torques.size < 3 or not torques.in_line or c is None:
+    if torques.size < 3 or not torques.is_coaxial or c is None:
         return ()
-    turned = np.exp(1j * (phases[1:] - phases[1])) * np.exp(1j * (np.angle(c[1:]) - np.angle(c[1])))
-    return tuple((turned.real < 0).astype(int).tolist()) if np.abs(turned.imag).max() < _IN_LINE else ()
+    directions = np.exp(1j * (phases[1:] - phases[1])) * np.exp(1j * (np.angle(c[1:]) - np.angle(c[1])))
+    return tuple((directions.real < 0).astype(int).tolist()) if np.abs(directions.imag).max() < _IN_LINE else ()

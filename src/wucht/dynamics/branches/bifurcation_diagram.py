@@ -11,21 +11,27 @@ import numpy as np
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.equilibrium_branches import (
     EquilibriumBranch,
-    Stability,
+    StabilityLevel,
     branch_through,
+    is_duplicate,
     lies_on,
-    points_at,
-    repeats,
-    stability,
-    stability_from_share,
+    points_with_value,
+    stability_from_fraction,
+    stability_levels,
 )
 from wucht.dynamics.branches.family_curve import FamilyCurve
 from wucht.dynamics.branches.plane_regions import Range
-from wucht.dynamics.branches.second_parameter import BifurcationCurve, SecondParameter, curve_through, passes, starts
+from wucht.dynamics.branches.second_parameter import (
+    BifurcationCurve,
+    SecondParameter,
+    curve_starts,
+    curve_through,
+    lies_on_curve,
+)
 from wucht.dynamics.branches.steady_states import BranchSettings, StatesAtValue, SteadyStates, SystemEquilibria
 from wucht.dynamics.parameters import ends_of, parameter_of, with_parameters
-from wucht.dynamics.work import Work, or_why, with_made
-from wucht.files.own_equations import OwnEquations
+from wucht.dynamics.work import Work, result_or_reason, with_result
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 
 MOST_BRANCHES = 100  # at one value of the second parameter
@@ -50,7 +56,7 @@ class BranchCase:
 
     @classmethod
     def of(
-        cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: BranchSettings,
+        cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: BranchSettings,
         plane: SecondParameter | None = None, second: tuple[str, tuple[float, ...]] | None = None,
     ) -> BranchCase:  # fmt: skip
         """Set up the states of a machine, or of user equations, over a parameter. second: another parameter and its values.
@@ -58,13 +64,13 @@ class BranchCase:
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
         bounds = ends_of(subject, parameter_of(subject, path), bounds)
-        subjects: dict[float | None, Machine | OwnEquations] = {None: subject} if second is None else {
+        subjects: dict[float | None, Machine | UserSystem] = {None: subject} if second is None else {
             value: with_parameters(subject, {second[0]: value}) for value in second[1]
         }  # fmt: skip
         curves = tuple((value, _states(there, path, bounds, settings)) for value, there in subjects.items())
         return cls(curves, plane, _searched_values(bounds, settings.points), settings.only)
 
-    def wanted(self, name: str | None) -> bool:
+    def includes(self, name: str | None) -> bool:
         """True if states of a name are followed."""
         return self.only is None or name in self.only
 
@@ -74,7 +80,7 @@ class BranchCase:
         return self.curves[0][1]
 
 
-def _states(subject: Machine | OwnEquations, path: str, bounds: Range, settings: BranchSettings) -> SteadyStates:
+def _states(subject: Machine | UserSystem, path: str, bounds: Range, settings: BranchSettings) -> SteadyStates:
     if isinstance(subject, Machine):
         return AveragedEquilibria.of(subject, path, bounds, settings)
     return SystemEquilibria.of(subject, path, bounds, settings)
@@ -96,17 +102,17 @@ class SearchedValue:
     second: float | None
     states: int
     complete: bool
-    shown: str
+    evidence: str
     speeds: tuple[float, float] | None = None
     failure: str | None = None
 
     @classmethod
-    def of(cls, value: float, second: float | None, search: StatesAtValue | str) -> SearchedValue:
+    def from_search(cls, value: float, second: float | None, search: StatesAtValue | str) -> SearchedValue:
         """Record a search from its states, or from the sentence why it was impossible."""
         if isinstance(search, str):
             return cls(value, second, 0, False, "", failure=search)
         count = len(search.points) + len(search.families)
-        return cls(value, second, count, search.complete, search.shown, search.speeds)
+        return cls(value, second, count, search.complete, search.evidence, search.speeds)
 
 
 @dataclass(frozen=True)
@@ -121,9 +127,13 @@ class NominalState:
     share: float | None = None
 
     @property
-    def stability(self) -> Stability:
+    def stability(self) -> StabilityLevel:
         """Stability of the state, or of the family's members."""
-        return Stability(int(stability(self.exponents[:, None])[0])) if self.share is None else stability_from_share(self.share)
+        return (
+            StabilityLevel(int(stability_levels(self.exponents[:, None])[0]))
+            if self.share is None
+            else stability_from_fraction(self.share)
+        )
 
 
 @dataclass(frozen=True)
@@ -134,28 +144,30 @@ class BranchFindings:
     on what could not be followed. complete: nothing is left to do.
     """
 
-    searched: tuple[SearchedValue, ...] = ()
+    searches: tuple[SearchedValue, ...] = ()
     branches: tuple[EquilibriumBranch, ...] = ()
     nominal: tuple[NominalState, ...] = ()
     curves: tuple[BifurcationCurve, ...] = ()
-    lost: tuple[str, ...] = field(default_factory=tuple)
+    omissions: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
 
-    def at(self, second: float | None) -> list[EquilibriumBranch]:
+    def branches_at(self, second: float | None) -> list[EquilibriumBranch]:
         """Return the branches at a value of the second parameter."""
         return [b for b in self.branches if b.second == second]
 
-    def full(self, second: float | None) -> bool:
+    def is_full(self, second: float | None) -> bool:
         """True if no more branches are followed at a value of the second parameter."""
-        return len(self.at(second)) >= MOST_BRANCHES
+        return len(self.branches_at(second)) >= MOST_BRANCHES
 
-    def joined(self, branch: EquilibriumBranch | str, at: str, second: float | None) -> BranchFindings:
+    def with_branch(self, branch: EquilibriumBranch | str, at: str, second: float | None) -> BranchFindings:
         """Add a branch, or the sentence why it cannot be followed. at: the place of its first state, as text."""
         if isinstance(branch, str):
-            return replace(self, lost=tuple(dict.fromkeys((*self.lost, f"a state at {at} is not followed: {branch}"))))
+            return replace(
+                self, omissions=tuple(dict.fromkeys((*self.omissions, f"a state at {at} is not followed: {branch}")))
+            )
         more = replace(self, branches=(*self.branches, replace(branch, second=second)))
         sentence = f"more than {MOST_BRANCHES} branches: the others are left out; study.only restricts them"
-        return replace(more, lost=(*self.lost, sentence)) if more.full(second) else more
+        return replace(more, omissions=(*self.omissions, sentence)) if more.is_full(second) else more
 
 
 Stage = Generator[BranchFindings, None, BranchFindings]  # each more complete than the one before; the last is returned
@@ -166,41 +178,43 @@ def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
     findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.curves)
     for k, (second, states) in enumerate(case.curves):
         part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)
-        findings = yield from _one(case, findings, second, states, part)
+        findings = yield from _follow_at_second(case, findings, second, states, part)
     if case.plane is not None:
         findings = yield from _curves(case.states, case.plane, findings, work)
     work.report(1.0)
     yield replace(findings, complete=True)
 
 
-def _one(case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, work: Work) -> Stage:
+def _follow_at_second(
+    case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, work: Work
+) -> Stage:
     """Search and follow the branches at one value of the second parameter."""
     family = FamilyCurve(states) if isinstance(states, AveragedEquilibria) else None
     for i, value in enumerate(case.values):
         share, at = _SEARCHING * i / len(case.values), f"{states.path} = {value:.6g}"
         work.report(share, f"searching at {states.path} = {value:.5g}")
-        watch = partial(work.report, share, "searching")
-        search = work.unit(f"states at {value!r}", partial(or_why, states.states_at, value, watch))
-        findings = replace(findings, searched=(*findings.searched, SearchedValue.of(value, second, search)))
+        report = partial(work.report, share, "searching")
+        search = work.unit(f"states at {value!r}", partial(result_or_reason, states.states_at, value, report))
+        findings = replace(findings, searches=(*findings.searches, SearchedValue.from_search(value, second, search)))
         yield findings
         if isinstance(search, str):
             continue
-        for state in search.families if case.wanted("compensating") else ():
-            known = findings.at(second)
-            if findings.full(second) or family is None:
+        for state in search.families if case.includes("compensating") else ():
+            known_branches = findings.branches_at(second)
+            if findings.is_full(second) or family is None:
                 continue
-            if not any(family.same(b, state, value) for b in known if b.dimension):
-                branch = work.unit(f"family {len(known)}", partial(or_why, family.branch, state, value))
-                findings = findings.joined(branch, at, second)
+            if not any(family.is_same_family(b, state, value) for b in known_branches if b.dimension):
+                branch = work.unit(f"family {len(known_branches)}", partial(result_or_reason, family.branch, state, value))
+                findings = findings.with_branch(branch, at, second)
                 yield findings
         for u in search.points:
-            known = findings.at(second)
-            if findings.full(second) or not case.wanted(states.kind(u).name) or lies_on(states, known, u):
+            known_branches = findings.branches_at(second)
+            if findings.is_full(second) or not case.includes(states.kind(u).name) or lies_on(states, known_branches, u):
                 continue
-            branch = work.unit(f"branch from {u.tolist()!r}", partial(or_why, _from, states, u, None))
+            branch = work.unit(f"branch from {u.tolist()!r}", partial(result_or_reason, _branch_from, states, u, None))
             # A state that is a special point may belong to a known branch and yet not be recognised on it.
-            if isinstance(branch, str) or not repeats(states, known, branch):
-                findings = findings.joined(branch, at, second)
+            if isinstance(branch, str) or not is_duplicate(states, known_branches, branch):
+                findings = findings.with_branch(branch, at, second)
                 yield findings
                 findings = yield from _offshoots(case, findings, second, states, branch, work)
     nominal = states.nominal_value
@@ -218,15 +232,15 @@ def _offshoots(
 ) -> Stage:  # fmt: skip
     """Follow the branches that cross a branch, and those that cross them."""
     pending = [] if isinstance(first, str) else [*first.offshoots]
-    while pending and not findings.full(second):
+    while pending and not findings.is_full(second):
         u, towards = pending.pop(0)
-        known = findings.at(second)
-        if lies_on(states, known, u) or not case.wanted(states.kind(u).name):
+        known_branches = findings.branches_at(second)
+        if lies_on(states, known_branches, u) or not case.includes(states.kind(u).name):
             continue
         # Near the branch point where they cross, two branches cannot be distinguished: compare the whole branch.
-        branch = work.unit(f"offshoot {u.tolist()!r}", partial(or_why, _from, states, u, towards))
-        if isinstance(branch, str) or not repeats(states, known, branch):
-            findings = findings.joined(branch, f"{states.path} = {float(u[-1]):.6g}", second)
+        branch = work.unit(f"offshoot {u.tolist()!r}", partial(result_or_reason, _branch_from, states, u, towards))
+        if isinstance(branch, str) or not is_duplicate(states, known_branches, branch):
+            findings = findings.with_branch(branch, f"{states.path} = {float(u[-1]):.6g}", second)
             yield findings
             pending += [] if isinstance(branch, str) else branch.offshoots
     return findings
@@ -234,19 +248,19 @@ def _offshoots(
 
 def _curves(states: SteadyStates, second: SecondParameter, findings: BranchFindings, work: Work) -> Stage:
     """Follow the curves through all folds and Hopf points, each once."""
-    special = starts(findings.branches)
-    for k, (of, kind, u) in enumerate(special):
-        work.report(0.5 + 0.5 * k / len(special), f"{of}s in two parameters")
-        if any(passes(states, second, c, of, u) for c in findings.curves):
+    special = curve_starts(findings.branches)
+    for k, (bifurcation, kind, u) in enumerate(special):
+        work.report(0.5 + 0.5 * k / len(special), f"{bifurcation}s in two parameters")
+        if any(lies_on_curve(states, second, c, bifurcation, u) for c in findings.curves):
             continue
-        curve = work.unit(f"curve {k}", partial(or_why, curve_through, states, second, of, kind, u))
-        missing = f"the {of} at {states.path} = {u[-1]:.6g} is not followed as {second.path} changes: "
-        findings = with_made(findings, "curves", curve, missing)
+        curve = work.unit(f"curve {k}", partial(result_or_reason, curve_through, states, second, bifurcation, kind, u))
+        missing = f"the {bifurcation} at {states.path} = {u[-1]:.6g} is not followed as {second.path} changes: "
+        findings = with_result(findings, "curves", curve, missing)
         yield findings
     return findings
 
 
-def _from(states: SteadyStates, u: np.ndarray, towards: np.ndarray | None) -> EquilibriumBranch:
+def _branch_from(states: SteadyStates, u: np.ndarray, towards: np.ndarray | None) -> EquilibriumBranch:
     """Follow the branch through a point near u, in a direction where one is given. Raises ``RunError`` where there is none."""
     problem = states.equilibria
     return branch_through(states, problem.start(u[:-1], u[-1]) if towards is None else problem.curve.start(u, towards))
@@ -255,10 +269,13 @@ def _from(states: SteadyStates, u: np.ndarray, towards: np.ndarray | None) -> Eq
 def _nominal(
     states: SteadyStates, family: FamilyCurve | None, branches: Sequence[EquilibriumBranch], value: float
 ) -> tuple[NominalState, ...]:
-    found: list[NominalState] = []
+    nominal_states: list[NominalState] = []
     for k, branch in enumerate(branches):
         if not branch.dimension:
-            found += [NominalState(p.u, states.equilibria.seen(p).eigenvalues, k) for p in points_at(states, branch, value)]
+            nominal_states += [
+                NominalState(p.u, states.equilibria.evaluate(p).eigenvalues, k)
+                for p in points_with_value(states, branch, value)
+            ]
         elif family is not None:
-            found += [NominalState(u, exponents, k, share) for u, exponents, share in family.at(branch, value)]
-    return tuple(found)
+            nominal_states += [NominalState(u, exponents, k, share) for u, exponents, share in family.states_at(branch, value)]
+    return tuple(nominal_states)

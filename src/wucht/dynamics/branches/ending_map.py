@@ -10,16 +10,16 @@ from functools import partial
 import numpy as np
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase
-from wucht.dynamics.branches.ending_curves import RETURNS, Plane, curves_between
+from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane, curves_between
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding, ending_at
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import PlaneCurve, PlanePoint, cell_centres, regions
+from wucht.dynamics.branches.plane_regions import PlaneCurve, PlanePoint, cell_centres, divide_plane
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import with_parameters
-from wucht.dynamics.work import Work, with_made
+from wucht.dynamics.work import Work, with_result
 from wucht.errors import WuchtError
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 
@@ -34,14 +34,14 @@ class EndingMapCase:
     cells: per side, examined at their centres. warnings: doubts about the equations.
     """
 
-    plane: Plane
+    plane: ParameterPlane
     motion: ModulatedMotion
     cells: int
     warnings: tuple[str, ...]
 
     @classmethod
     def of(
-        cls, subject: Machine | OwnEquations, plane: Plane, cells: int, settings: BranchSettings, orbits: OrbitSettings
+        cls, subject: Machine | UserSystem, plane: ParameterPlane, cells: int, settings: BranchSettings, orbits: OrbitSettings
     ) -> EndingMapCase:
         """Set up the plane of a machine, or of user equations. settings, orbits: of steady states and modulated motions.
 
@@ -52,7 +52,7 @@ class EndingMapCase:
         states = BranchCase.of(middle, along, plane.bounds[1], settings).states
         motion = ModulatedMotion.of(subject, third, plane.bounds[0], orbits, states)
         motion.refuse_idle({"along": along, "second": second, "eliminate": third})
-        return cls(plane, motion, cells, states.words.warnings)
+        return cls(plane, motion, cells, states.labels.warnings)
 
     @property
     def centres(self) -> list[tuple[float, float]]:
@@ -68,7 +68,7 @@ class EndingFindings:
     places: tuple[OrbitEnding, ...] = ()
     curves: tuple[PlaneCurve, ...] = ()
     points: tuple[PlanePoint, ...] = ()
-    lost: tuple[str, ...] = field(default_factory=tuple)
+    omissions: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
 
 
@@ -80,13 +80,13 @@ def map_endings(case: EndingMapCase, work: Work) -> Iterator[EndingFindings]:
     findings = EndingFindings()
     cells = case.centres
     for k, cell in enumerate(cells):
-        findings = with_made(findings, "places", _place(case, work, cell, _PLACES * k / len(cells)))
+        findings = with_result(findings, "places", _place(case, work, cell, _PLACES * k / len(cells)))
         yield findings
     findings = yield from _curves(case, findings, work)
-    parted = regions([(c.x, c.y) for c in findings.curves], case.plane.bounds[1:])
-    known = {parted.at(p.x, p.y) for p in findings.places}
-    for k in [k for k in range(parted.count) if k not in known]:
-        findings = with_made(findings, "places", _place(case, work, parted.inmost(k), _CURVES))
+    partition = divide_plane([(c.x, c.y) for c in findings.curves], case.plane.bounds[1:])
+    sampled_regions = {partition.region_at(p.x, p.y) for p in findings.places}
+    for k in [k for k in range(partition.count) if k not in sampled_regions]:
+        findings = with_result(findings, "places", _place(case, work, partition.innermost_point(k), _CURVES))
         yield findings
     work.report(1.0)
     yield replace(findings, complete=True)
@@ -94,14 +94,14 @@ def map_endings(case: EndingMapCase, work: Work) -> Iterator[EndingFindings]:
 
 def _place(case: EndingMapCase, work: Work, place: tuple[float, float], share: float) -> OrbitEnding:
     (_, along, second), (x, y) = case.plane.paths, place
-    what = f"{along} = {x:.4g}, {second} = {y:.4g}"
-    work.report(share, what)
-    return work.unit(f"place {x!r} {y!r}", partial(_ending, case, place, partial(work.report, share, what)))
+    label = f"{along} = {x:.4g}, {second} = {y:.4g}"
+    work.report(share, label)
+    return work.unit(f"place {x!r} {y!r}", partial(_ending, case, place, partial(work.report, share, label)))
 
 
-def _ending(case: EndingMapCase, place: tuple[float, float], watch: partial[None]) -> OrbitEnding:
+def _ending(case: EndingMapCase, place: tuple[float, float], report: partial[None]) -> OrbitEnding:
     try:
-        return ending_at(case.plane.at(case.motion, *place), place, watch)
+        return ending_at(case.plane.motion_at(case.motion, *place), place, report)
     except WuchtError as error:
         return OrbitEnding(*place, math.nan, OrbitEnd("failed", math.nan, str(error)))
 
@@ -115,15 +115,17 @@ def _curves(case: EndingMapCase, findings: EndingFindings, work: Work) -> Stage:
             continue
         if any(c.kind == RETURNS and c.passes_between((a.x, a.y), (b.x, b.y)) for c in findings.curves):
             continue
-        connected, other = (a, b) if a.kind == SADDLE_CONNECTION else (b, a)
+        connection_ending, saddle_node_ending = (a, b) if a.kind == SADDLE_CONNECTION else (b, a)
         share = _PLACES + (_CURVES - _PLACES) * attempts / _ATTEMPTS
-        watch = partial(work.report, share)
-        make = partial(curves_between, case.motion, case.plane, connected, other, watch)
-        made = work.unit(f"curves {connected.x!r} {connected.y!r} {other.x!r} {other.y!r}", make)
+        report = partial(work.report, share)
+        make = partial(curves_between, case.motion, case.plane, connection_ending, saddle_node_ending, report)
+        new_curves = work.unit(
+            f"curves {connection_ending.x!r} {connection_ending.y!r} {saddle_node_ending.x!r} {saddle_node_ending.y!r}", make
+        )
         attempts += 1
         findings = replace(
-            findings, curves=(*findings.curves, *made.curves), points=(*findings.points, *made.points),
-            lost=(*findings.lost, *made.lost),
+            findings, curves=(*findings.curves, *new_curves.curves), points=(*findings.points, *new_curves.points),
+            omissions=(*findings.omissions, *new_curves.omissions),
         )  # fmt: skip
         yield findings
     return findings
@@ -142,7 +144,7 @@ def _neighbours(case: EndingMapCase, findings: EndingFindings) -> list[tuple[Orb
     )
 
 
-def unexplained(case: EndingMapCase, findings: EndingFindings) -> list[tuple[OrbitEnding, OrbitEnding]]:
+def unexplained_changes(case: EndingMapCase, findings: EndingFindings) -> list[tuple[OrbitEnding, OrbitEnding]]:
     """Return neighbouring places where the motion ends differently, with no curve between them."""
     return [
         (a, b) for a, b in _neighbours(case, findings)

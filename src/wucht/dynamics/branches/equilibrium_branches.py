@@ -14,40 +14,45 @@ from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import CurvePoint
 from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibria, Equilibrium
-from wucht.numerics.continuation.special_curves import UNRESOLVED
-from wucht.numerics.zeros_and_peaks import at_passages
+from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
+from wucht.numerics.zeros_and_peaks import values_at_passages
 
 _PITCHFORK = 1e-4  # in units of scale: between a branch point and the fold of the branch that begins there
 
 _SAMPLES = 9  # points of a branch at which its state is named
-_COMPARED = (0.12, 0.3, 0.7, 0.88)  # of a branch: points of comparison, not in the middle, where a pitchfork has its vertex
+_COMPARISON_SHARES = (
+    0.12,
+    0.3,
+    0.7,
+    0.88,
+)  # of a branch: points of comparison, not in the middle, where a pitchfork has its vertex
 _LENGTH = 1e-6  # in units of scale: a shorter branch is a point
-ON = 1e-9  # in units of scale: a point so near to a bound lies on it
+BOUND_TOLERANCE = 1e-9  # in units of scale: a point so near to a bound lies on it
 _CLOSE = 1e-3  # in units of scale: a point so near to a bound would reach it
-_STUCK = "no further point of the branch can be computed"
+_NO_FURTHER_POINT = "no further point of the branch can be computed"
 RANGE_ENDS = "the range ends"
 SOME_STABLE, ALL_STABLE = "some-stable", "all-stable"  # from here on some, or all, members of a family are stable
 
 
-class Stability(IntEnum):
+class StabilityLevel(IntEnum):
     """Stability of a point. PARTLY_STABLE: only some members of a family. NEUTRAL: a disturbance neither grows nor decays."""
 
     NEUTRAL = -1
-    NONE = 0
-    SOME = 1
-    ALL = 2
+    UNSTABLE = 0
+    PARTLY_STABLE = 1
+    STABLE = 2
 
 
-def stability(exponents: np.ndarray) -> np.ndarray:
+def stability_levels(exponents: np.ndarray) -> np.ndarray:
     """Return ``StabilityLevel`` (N,) from exponents (n, N), which are nan where there are fewer."""
     growth, fastest = np.nanmax(exponents.real, axis=0), np.nanmax(np.abs(exponents), axis=0)
-    decays = np.where(growth < -NEUTRAL * fastest, Stability.ALL, Stability.NEUTRAL)
-    return np.where(growth > NEUTRAL * fastest, Stability.NONE, decays)
+    decays = np.where(growth < -NEUTRAL * fastest, StabilityLevel.STABLE, StabilityLevel.NEUTRAL)
+    return np.where(growth > NEUTRAL * fastest, StabilityLevel.UNSTABLE, decays)
 
 
-def stability_from_share(share: float) -> Stability:
+def stability_from_fraction(share: float) -> StabilityLevel:
     """Return the stability of a family from the fraction of its members that are stable."""
-    return Stability.ALL if share >= 1 else Stability.SOME if share > 0 else Stability.NONE
+    return StabilityLevel.STABLE if share >= 1 else StabilityLevel.PARTLY_STABLE if share > 0 else StabilityLevel.UNSTABLE
 
 
 @dataclass(frozen=True)
@@ -80,46 +85,48 @@ class EquilibriumBranch:
     def stability(self) -> np.ndarray:
         """``StabilityLevel`` of each point (N,); at a special point the higher one of its neighbours."""
         shares, special = self.stable_share, self._special
-        each = np.array([stability_from_share(s) for s in shares]) if shares else stability(self.exponents)
-        known = np.where(special, Stability.NEUTRAL, each)
-        beside = np.maximum(np.append(Stability.NEUTRAL, known[:-1]), np.append(known[1:], Stability.NEUTRAL))
-        return np.asarray(np.where(special, beside, each))
+        levels = np.array([stability_from_fraction(s) for s in shares]) if shares else stability_levels(self.exponents)
+        known_levels = np.where(special, StabilityLevel.NEUTRAL, levels)
+        beside = np.maximum(
+            np.append(StabilityLevel.NEUTRAL, known_levels[:-1]), np.append(known_levels[1:], StabilityLevel.NEUTRAL)
+        )
+        return np.asarray(np.where(special, beside, levels))
 
     @property
     def stable(self) -> np.ndarray:
         """True where all disturbances of all members decay (N,)."""
-        return np.asarray(self.stability == Stability.ALL)
+        return np.asarray(self.stability == StabilityLevel.STABLE)
 
     @property
     def _special(self) -> np.ndarray:
         return np.array([bool(kind) for kind in self.kinds])
 
-    def intervals(self, of: Stability) -> list[tuple[int, int]]:
+    def intervals(self, level: StabilityLevel) -> list[tuple[int, int]]:
         """Return first and last point of each stretch of a level, up to the special or neutral points where it ends."""
         special = self._special
-        open_ = special | (self.stability == Stability.NEUTRAL)  # does not determine the stretch that it lies in, or ends
+        open_ = special | (self.stability == StabilityLevel.NEUTRAL)  # does not determine the stretch that it lies in, or ends
         sure = np.flatnonzero(~open_).tolist()
         groups: list[tuple[int, int]] = []
         for k, i in enumerate(sure):
-            if self.stability[i] != of:
+            if self.stability[i] != level:
                 continue
             before, after = (sure[k - 1] if k else -1), (sure[k + 1] if k + 1 < len(sure) else len(open_))
-            if groups and k and self.stability[before] == of:
-                groups[-1] = (groups[-1][0], self._up_to(i, after, 1))
+            if groups and k and self.stability[before] == level:
+                groups[-1] = (groups[-1][0], self._stretch_end(i, after, 1))
             else:
-                groups.append((self._up_to(i, before, -1), self._up_to(i, after, 1)))
+                groups.append((self._stretch_end(i, before, -1), self._stretch_end(i, after, 1)))
         return groups
 
-    def _up_to(self, i: int, other: int, way: int) -> int:
+    def _stretch_end(self, i: int, limit: int, way: int) -> int:
         """Return the end of a stretch that contains point i on the way to the limit: the special point, if there is one."""
-        between = range(i + way, other, way)
+        between = range(i + way, limit, way)
         return next((j for j in between if self.kinds[j]), between[0] if between else i)
 
     @property
-    def unlocated(self) -> list[tuple[int, int]]:
+    def unlocated_changes(self) -> list[tuple[int, int]]:
         """Neighbouring points between which stability changes without a located special point."""
-        special = np.array([bool(kind) and kind != UNRESOLVED for kind in self.kinds])
-        sure = np.flatnonzero(~self._special & (self.stability != Stability.NEUTRAL))
+        special = np.array([bool(kind) and kind != UNRESOLVED_POINT for kind in self.kinds])
+        sure = np.flatnonzero(~self._special & (self.stability != StabilityLevel.NEUTRAL))
         pairs = zip(sure[:-1].tolist(), sure[1:].tolist(), strict=True)
         return [(i, j) for i, j in pairs if self.stability[i] != self.stability[j] and not special[i:j].any()]
 
@@ -129,7 +136,7 @@ class EquilibriumBranch:
 
     def crossings(self, value: float) -> Iterator[np.ndarray]:
         """Return points (n+1,) where the branch passes a value, interpolated to first order."""
-        return (np.append(x, value) for x in at_passages(self.values, value, self.u[:-1])[1].T)
+        return (np.append(x, value) for x in values_at_passages(self.values, value, self.u[:-1])[1].T)
 
 
 def branch_through(states: SteadyStates, start: CurvePoint) -> EquilibriumBranch:
@@ -137,13 +144,13 @@ def branch_through(states: SteadyStates, start: CurvePoint) -> EquilibriumBranch
     equilibria = states.equilibria
     branch = equilibria.branch(start)
     points = [p for p in branch.points if not _turns_at_a_branch_point(branch, p)]
-    offshoots = [other for p in points if p.kind == BRANCH_POINT for other in _offshoots(equilibria, p)]
-    made = EquilibriumBranch(
+    offshoots = [offshoot for p in points if p.kind == BRANCH_POINT for offshoot in _offshoots(equilibria, p)]
+    whole_branch = EquilibriumBranch(
         u=np.array([p.u for p in points]).T, exponents=np.array([p.eigenvalues for p in points]).T,
         kinds=tuple(p.kind for p in points), offshoots=tuple(offshoots),
-        ends=ends_in_words(states.equilibria, branch, states.path, states.end),
+        ends=describe_ends(states.equilibria, branch, states.path, states.end_reason),
     )  # fmt: skip
-    return replace(made, kind=_kind(states, made))
+    return replace(whole_branch, kind=_kind(states, whole_branch))
 
 
 def _turns_at_a_branch_point(branch: Branch, point: Equilibrium) -> bool:
@@ -156,75 +163,79 @@ def _turns_at_a_branch_point(branch: Branch, point: Equilibrium) -> bool:
 
 def _offshoots(equilibria: Equilibria, at: Equilibrium) -> list[tuple[np.ndarray, np.ndarray]]:
     try:
-        return [(p.u, p.tangent) for p in equilibria.switched(at)]
+        return [(p.u, p.tangent) for p in equilibria.switch_branch(at)]
     except RunError:
         return []
 
 
-def _kind(states: SteadyStates, made: EquilibriumBranch) -> Kind:
+def _kind(states: SteadyStates, branch: EquilibriumBranch) -> Kind:
     """Return name, type and split as far as they are the same along the branch, from some points that are not special."""
-    regular = np.flatnonzero([not kind for kind in made.kinds])
+    regular = np.flatnonzero([not kind for kind in branch.kinds])
     chosen = regular[np.linspace(0, len(regular) - 1, min(_SAMPLES, len(regular))).astype(int)]
-    seen = {states.kind(made.u[:, i]) for i in chosen}
-    if len(seen) == 1:
-        return seen.pop()
-    names, splits = {(k.name, k.type) for k in seen}, {k.split for k in seen}
+    kinds_at_points = {states.kind(branch.u[:, i]) for i in chosen}
+    if len(kinds_at_points) == 1:
+        return kinds_at_points.pop()
+    names, splits = {(k.name, k.type) for k in kinds_at_points}, {k.split for k in kinds_at_points}
     name, type_ = names.pop() if len(names) == 1 else (None, None)
-    return Kind(name, type_, splits.pop() if len(splits) == 1 else None, max((k.multiplicity for k in seen), default=1))
+    return Kind(
+        name, type_, splits.pop() if len(splits) == 1 else None, max((k.multiplicity for k in kinds_at_points), default=1)
+    )
 
 
-def ends_in_words(equilibria: Equilibria, branch: Branch, path: str, leaves: Callable[[np.ndarray], str]) -> tuple[str, str]:
+def describe_ends(
+    equilibria: Equilibria, branch: Branch, path: str, limit_reason: Callable[[np.ndarray], str]
+) -> tuple[str, str]:
     """Return why a branch ends, at first and last. path: of the parameter. limit_reason: of a state (n+1,) at its limits."""
-    if branch.closed:
+    if branch.is_closed:
         return branch.ends
     # A branch with fewer points than the maximum ends where not even the shortest step leads to another one.
     fewer = len(branch.points) < equilibria.steps.points
     first, last = (
-        end_in_words(equilibria, f"{path} = {p.parameter:.5g}", leaves, p.u, _STUCK if fewer else said)
-        for p, said in zip((branch.points[0], branch.points[-1]), branch.ends, strict=True)
+        describe_end(equilibria, f"{path} = {p.parameter:.5g}", limit_reason, p.u, _NO_FURTHER_POINT if fewer else reason)
+        for p, reason in zip((branch.points[0], branch.points[-1]), branch.ends, strict=True)
     )
     return first, last
 
 
-def end_in_words(equilibria: Equilibria, at: str, leaves: Callable[[np.ndarray], str], u: np.ndarray, said: str) -> str:
+def describe_end(equilibria: Equilibria, at: str, limit_reason: Callable[[np.ndarray], str], u: np.ndarray, reason: str) -> str:
     """Return why a branch that is not closed ends at a point u (n+1,).
 
     at: the place as text. limit_reason: of a state at its limits. reason: of the continuation, for all other cases.
     """
     scale = equilibria.equations.scale
-    off = min(abs(float(u[-1]) - bound) for bound in equilibria.bounds) / scale[-1]
-    if any(min(abs(u[i] - bound) for bound in pair) <= ON * scale[i] for i, pair in equilibria.limits.items()):
-        return leaves(u)
-    if off <= ON:
+    off = min(abs(float(u[-1]) - limit) for limit in equilibria.bounds) / scale[-1]
+    if any(min(abs(u[i] - limit) for limit in pair) <= BOUND_TOLERANCE * scale[i] for i, pair in equilibria.limits.items()):
+        return limit_reason(u)
+    if off <= BOUND_TOLERANCE:
         return RANGE_ENDS
     if off <= _CLOSE:
         return f"it is followed to {at}: nearer to the end of the range the equations are singular"
-    return f"at {at}: {said}"
+    return f"at {at}: {reason}"
 
 
-def points_at(states: SteadyStates, branch: EquilibriumBranch, value: float) -> list[CurvePoint]:
+def points_with_value(states: SteadyStates, branch: EquilibriumBranch, value: float) -> list[CurvePoint]:
     """Return the points of a branch of isolated states at a value."""
     points: list[CurvePoint] = []
     for guess in branch.crossings(value):
         try:
-            found = states.equilibria.start(guess[:-1], value)
+            point = states.equilibria.start(guess[:-1], value)
         except RunError:
             continue
-        if not any(states.same(found.u, p.u) for p in points):
-            points.append(found)
+        if not any(states.is_same(point.u, p.u) for p in points):
+            points.append(point)
     return points
 
 
 def lies_on(states: SteadyStates, branches: Sequence[EquilibriumBranch], u: np.ndarray) -> bool:
     """True if a point lies on one of the branches, up to an exchange of equal bodies."""
     value = float(u[-1])
-    return any(states.same(u, p.u) for b in branches if not b.dimension for p in points_at(states, b, value))
+    return any(states.is_same(u, p.u) for b in branches if not b.dimension for p in points_with_value(states, b, value))
 
 
-def repeats(states: SteadyStates, branches: Sequence[EquilibriumBranch], other: EquilibriumBranch) -> bool:
+def is_duplicate(states: SteadyStates, branches: Sequence[EquilibriumBranch], candidate: EquilibriumBranch) -> bool:
     """True if a branch is only a point, or coincides with a known one at points far from its special ones."""
-    regular = np.flatnonzero([not kind for kind in other.kinds])
-    if not len(regular) or other.length(states.equilibria.equations.scale) < _LENGTH:
+    regular = np.flatnonzero([not kind for kind in candidate.kinds])
+    if not len(regular) or candidate.length(states.equilibria.equations.scale) < _LENGTH:
         return True
-    chosen = regular[(np.array(_COMPARED) * (len(regular) - 1)).astype(int)]
-    return all(lies_on(states, branches, other.u[:, i]) for i in chosen)
+    chosen = regular[(np.array(_COMPARISON_SHARES) * (len(regular) - 1)).astype(int)]
+    return all(lies_on(states, branches, candidate.u[:, i]) for i in chosen)

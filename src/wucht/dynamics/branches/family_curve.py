@@ -16,16 +16,16 @@ from functools import cached_property, lru_cache
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.configurations.closed_form import State, compensating, members
+from wucht.analysis.configurations.closed_form import State, compensating_phases, family_members
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.equilibrium_branches import (
     ALL_STABLE,
     SOME_STABLE,
     EquilibriumBranch,
-    Stability,
-    ends_in_words,
-    stability,
+    StabilityLevel,
+    describe_ends,
+    stability_levels,
 )
 from wucht.dynamics.branches.steady_states import Kind
 from wucht.errors import RunError
@@ -36,7 +36,7 @@ from wucht.numerics.zeros_and_peaks import first_where
 from wucht.system import System
 
 # Members of a family whose stability is computed; the first represents all. All of 64 may be stable where 1 of 500 is not.
-LOOKED_AT = 512
+SAMPLED_MEMBERS = 512
 _BISECTIONS = 50
 _EQUAL = 1e-12  # relative: unbalances that have not changed
 _NEAR = 1e-6  # of the fastest speed: two branches of speeds that are one
@@ -52,7 +52,7 @@ class _Members:
     @cached_property
     def share(self) -> float:
         """Fraction of the members that are stable."""
-        return float((stability(self.exponents.T) == Stability.ALL).mean())
+        return float((stability_levels(self.exponents.T) == StabilityLevel.STABLE).mean())
 
     @property
     def first(self) -> int:
@@ -76,11 +76,11 @@ class _Sides:
 @lru_cache(maxsize=512)
 def _polygon(sides: _Sides) -> tuple[np.ndarray, int] | None:
     """Return phases (n, k) of members and the dimension; None where there is no state, or only isolated ones."""
-    found = compensating(sides.torques)
-    if not found or not found[0][1]:
+    solutions = compensating_phases(sides.torques)
+    if not solutions or not solutions[0][1]:
         return None
-    phases, dimension, _ = found[0]
-    return np.concatenate([phases[:, None], members(sides.torques, LOOKED_AT - 1)], axis=1), dimension
+    phases, dimension, _ = solutions[0]
+    return np.concatenate([phases[:, None], family_members(sides.torques, SAMPLED_MEMBERS - 1)], axis=1), dimension
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +93,15 @@ class FamilyCurve:
     def equilibria(self) -> Equilibria:
         """Common speed over the parameter: (w, p) with sum tau_i(w, p) = 0."""
         slow = self.slow
-        torques, given = slow.at(slow.machine.values[slow.path]).torques, slow.averaged.equations.bodies.given
-        rate = sp.Add(*torques.own) / float(torques.inertia.sum()) if given is None else given - SPEED
+        torques, prescribed_speed = (
+            slow.model_at(slow.machine.values[slow.path]).torques,
+            slow.slow_machine.equations.bodies.fixed_speed,
+        )
+        rate = (
+            sp.Add(*torques.shaft_torques) / float(torques.inertia.sum())
+            if prescribed_speed is None
+            else prescribed_speed - SPEED
+        )
         system = System((SPEED,), (rate,), slow.machine.structure.symbols)
         scale = {SPEED.name: slow.fastest, slow.path: slow.bounds[1] - slow.bounds[0]}
         equations = Equations.of(system, [slow.path], slow.machine.values, scale)
@@ -103,21 +110,21 @@ class FamilyCurve:
     def branch(self, state: State, value: float) -> EquilibriumBranch:
         """Follow the branch of the family to which a state at a value belongs. Raises ``RunError`` where that is impossible."""
         branch = self.equilibria.branch(self.equilibria.start([state.speed], value))
-        points, ends = self._closing(branch, value, state.speed)
+        points, ends = self._closing_part(branch, value, state.speed)
         rows = list[tuple[np.ndarray, np.ndarray, str, float]]()
         for i, p in enumerate(points):
             here = float(p.x[0]), p.parameter, self._members(p.parameter, float(p.x[0])), p.kind
-            for speed, at, some, kind in (*(self._changes(points[i - 1], p) if i else ()), here):
+            for speed, at, sample, kind in (*(self._changes(points[i - 1], p) if i else ()), here):
                 # At a limit the member that gains or loses its stability there: the first that is stable, or the last.
-                k = {SOME_STABLE: some.first, ALL_STABLE: some.last}.get(kind, 0)
-                rows.append((self._point(speed, some.phases[:, k], at), some.exponents[k], kind, some.share))
+                k = {SOME_STABLE: sample.first, ALL_STABLE: sample.last}.get(kind, 0)
+                rows.append((self._point(speed, sample.phases[:, k], at), sample.exponents[k], kind, sample.share))
         u, exponents, kinds, shares = zip(*rows, strict=True)
         return EquilibriumBranch(
-            u=np.array(u).T, exponents=self._padded(exponents), kinds=kinds, ends=ends,
+            u=np.array(u).T, exponents=self._pad_exponents(exponents), kinds=kinds, ends=ends,
             kind=Kind("compensating"), dimension=state.dimension, stable_share=shares,
         )  # fmt: skip
 
-    def same(self, branch: EquilibriumBranch, state: State, value: float) -> bool:
+    def is_same_family(self, branch: EquilibriumBranch, state: State, value: float) -> bool:
         """True if a family at a value belongs to a branch: its speed is that of the branch there."""
         near = _NEAR * self.slow.fastest
         return branch.dimension == state.dimension and any(abs(w - state.speed) < near for w in self._speeds(branch, value))
@@ -132,36 +139,36 @@ class FamilyCurve:
                 continue
         return speeds
 
-    def at(self, branch: EquilibriumBranch, value: float) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    def states_at(self, branch: EquilibriumBranch, value: float) -> list[tuple[np.ndarray, np.ndarray, float]]:
         """Return u (n+1,) and exponents (k,) of the member that represents a family, where its branch passes a value, and the
         share of members that are stable.
         """
-        found = list[tuple[np.ndarray, np.ndarray, float]]()
+        states = list[tuple[np.ndarray, np.ndarray, float]]()
         for speed in self._speeds(branch, value):
             try:
-                some = self._members(value, speed)
+                sample = self._members(value, speed)
             except RunError:
                 continue
-            found.append((self._point(speed, some.phases[:, 0], value), some.exponents[0], some.share))
-        return found
+            states.append((self._point(speed, sample.phases[:, 0], value), sample.exponents[0], sample.share))
+        return states
 
     def _point(self, speed: float, phases: np.ndarray, value: float) -> np.ndarray:
         return self.slow.point(State(speed, phases), value)
 
-    def _padded(self, exponents: Sequence[np.ndarray]) -> np.ndarray:
-        made = np.full((len(self.slow.names), len(exponents)), np.nan, complex)
-        for i, own in enumerate(exponents):
-            made[: len(own), i] = own
-        return made
+    def _pad_exponents(self, exponents: Sequence[np.ndarray]) -> np.ndarray:
+        table = np.full((len(self.slow.names), len(exponents)), np.nan, complex)
+        for i, column in enumerate(exponents):
+            table[: len(column), i] = column
+        return table
 
-    def _leaves(self, u: np.ndarray) -> str:
-        return self.slow.beyond(bool(u[0] <= self.slow.limits[0]))
+    def _limit_reason(self, u: np.ndarray) -> str:
+        return self.slow.speed_limit_reason(bool(u[0] <= self.slow.limits[0]))
 
     def _closes(self, value: float) -> bool:
         return self._polygon(value) is not None
 
     def _polygon(self, value: float) -> tuple[np.ndarray, int] | None:
-        torques = self.slow.at(value).torques
+        torques = self.slow.model_at(value).torques
         c = torques.coefficients
         if c is None:
             return None
@@ -173,9 +180,9 @@ class FamilyCurve:
         if polygon is None:
             raise RunError("the unbalances do not compensate each other here")
         phases, dimension = polygon
-        return _Members(phases, self.slow.at(value).exponents(State(speed, phases[:, 0], dimension), phases))
+        return _Members(phases, self.slow.model_at(value).exponents(State(speed, phases[:, 0], dimension), phases))
 
-    def _closing(self, branch: Branch, value: float, speed: float) -> tuple[list[Equilibrium], tuple[str, str]]:
+    def _closing_part(self, branch: Branch, value: float, speed: float) -> tuple[list[Equilibrium], tuple[str, str]]:
         """Return the points of a branch of speeds around a state, as far as the unbalances compensate each other."""
         scale = self.equilibria.equations.scale
         points = list(branch.points)
@@ -184,47 +191,47 @@ class FamilyCurve:
             first -= 1
         while last + 1 < len(points) and self._closes(points[last + 1].parameter):
             last += 1
-        ends = list(ends_in_words(self.equilibria, branch, self.slow.path, self._leaves))
-        kept = points[first : last + 1]
+        ends = list(describe_ends(self.equilibria, branch, self.slow.path, self._limit_reason))
+        kept_points = points[first : last + 1]
         if first > 0:
-            kept.insert(0, self._last_closing(points[first], points[first - 1]))
+            kept_points.insert(0, self._last_closing_point(points[first], points[first - 1]))
             ends[0] = _OPEN
         if last + 1 < len(points):
-            kept.append(self._last_closing(points[last], points[last + 1]))
+            kept_points.append(self._last_closing_point(points[last], points[last + 1]))
             ends[1] = _OPEN
-        return kept, (ends[0], ends[1])
+        return kept_points, (ends[0], ends[1])
 
-    def _last_closing(self, good: Equilibrium, bad: Equilibrium) -> Equilibrium:
+    def _last_closing_point(self, good: Equilibrium, bad: Equilibrium) -> Equilibrium:
         inside, outside = good.u, bad.u
         for _ in range(_BISECTIONS):
             middle = (inside + outside) / 2
             inside, outside = (middle, outside) if self._closes(float(middle[1])) else (inside, middle)
-        return self.equilibria.seen(self.equilibria.start(inside[:1], float(inside[1])))
+        return self.equilibria.evaluate(self.equilibria.start(inside[:1], float(inside[1])))
 
     def _changes(self, a: Equilibrium, b: Equilibrium) -> list[tuple[float, float, _Members, str]]:
         """Return speed, value, members and kind of the points between two where some, or all, members change stability."""
         if a.kind or b.kind:
             return []
 
-        def of(way: float) -> tuple[float, float, _Members]:
+        def point_at(way: float) -> tuple[float, float, _Members]:
             guess = a.u + way * (b.u - a.u)
             speed, value = self.equilibria.start(guess[:1], float(guess[1])).u.tolist()
             return speed, value, self._members(value, speed)
 
         def levels(way: float) -> dict[str, bool]:
-            share = of(way)[2].share
+            share = point_at(way)[2].share
             return {SOME_STABLE: share > 0, ALL_STABLE: share >= 1}
 
-        found = list[tuple[float, tuple[float, float, _Members, str]]]()
+        changes = list[tuple[float, tuple[float, float, _Members, str]]]()
         before, after = levels(0.0), levels(1.0)
         for kind in before:
             if before[kind] != after[kind]:
                 way = first_where(lambda s, kind=kind: levels(s)[kind] != before[kind], 0.0, 1.0)  # type: ignore[misc]
-                found.append((way, (*of(way), kind)))
-        if len(found) == len(before):  # between both limits a point where some members are stable
-            way = sum(w for w, _ in found) / len(found)
-            found.append((way, (*of(way), "")))
-        return [point for _, point in sorted(found, key=lambda f: f[0])]
+                changes.append((way, (*point_at(way), kind)))
+        if len(changes) == len(before):  # between both limits a point where some members are stable
+            way = sum(w for w, _ in changes) / len(changes)
+            changes.append((way, (*point_at(way), "")))
+        return [point for _, point in sorted(changes, key=lambda f: f[0])]
 
 
 _OPEN = "beyond, the unbalances cannot compensate each other"

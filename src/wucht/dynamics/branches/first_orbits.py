@@ -9,19 +9,19 @@ import numpy as np
 
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
-from wucht.dynamics.branches.steady_states import Watch
+from wucht.dynamics.branches.steady_states import Heartbeat
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equilibria import HOPF
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.hopf_ends import equilibria_of
-from wucht.numerics.recurrence import recurrence, rests
+from wucht.numerics.recurrence import is_at_rest, recurrence
 from wucht.system import System
 
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
@@ -53,16 +53,16 @@ class SeedOrbit:
     winding: np.ndarray
     scale: np.ndarray
     towards: np.ndarray
-    begun: str
+    origin: str
     longest: float
 
     @classmethod
-    def of(cls, cycles: Cycles, cycle: Cycle, begun: str, both_ways: bool) -> SeedOrbit:
+    def from_cycle(cls, cycles: Cycles, cycle: Cycle, origin: str, both_ways: bool) -> SeedOrbit:
         """Return an orbit of a branch as a seed."""
         scale = np.delete(cycles.equations.scale, cycle.problem.n)
         towards = np.empty(0) if both_ways else cycle.point.tangent
         return cls(
-            cycle.problem.mesh, cycle.states.T, cycle.period, cycle.parameter, cycles.winding, scale, towards, begun,
+            cycle.problem.mesh, cycle.states.T, cycle.period, cycle.parameter, cycles.winding, scale, towards, origin,
             cycles.periods[1],
         )  # fmt: skip
 
@@ -74,7 +74,7 @@ class SettlingRun:
     value: float
     orbit: SeedOrbit | None
     sentence: str
-    rests: bool = False
+    is_steady: bool = False
 
 
 def cycles_of(subject: OrbitProblem, winding: np.ndarray, scale: np.ndarray, longest: float) -> Cycles:
@@ -82,17 +82,19 @@ def cycles_of(subject: OrbitProblem, winding: np.ndarray, scale: np.ndarray, lon
     system, path = subject.system, subject.path
     sizes = dict(zip((*system.state_names, path), scale.tolist(), strict=True))
     return Cycles.of(
-        system, path, subject.fixed_beside(path), subject.bounds,
+        system, path, subject.fixed_values(path), subject.bounds,
         winding=subject.turns(winding), scale=sizes, periods=(0.0, longest), steps=_STEPS,
     )  # fmt: skip
 
 
-def orbit_of_run(subject: OrbitProblem, value: float, until: float | None, longest: float | None, watch: Watch) -> SettlingRun:
+def orbit_of_run(
+    subject: OrbitProblem, value: float, until: float | None, longest: float | None, report: Heartbeat
+) -> SettlingRun:
     """Run at a value from the subject's start until the motion repeats itself. until: the longest time."""
     first = np.asarray(subject.initial(value), float)
     if until is None:
-        return orbit_near(subject, value, first, watch, longest=longest)
-    return orbit_near(subject, value, first, watch, lambda _: until / 3, longest, runs=2)
+        return orbit_near(subject, value, first, report, longest=longest)
+    return orbit_near(subject, value, first, report, lambda _: until / 3, longest, runs=2)
 
 
 def _times_of_change(system: System, parameters: Sequence[float]) -> Callable[[np.ndarray], float]:
@@ -108,7 +110,7 @@ def _times_of_change(system: System, parameters: Sequence[float]) -> Callable[[n
 
 
 def orbit_near(
-    subject: OrbitProblem, value: float, state: np.ndarray, watch: Watch,
+    subject: OrbitProblem, value: float, state: np.ndarray, report: Heartbeat,
     span: Callable[[np.ndarray], float] | None = None, longest: float | None = None, runs: int = _RUNS,
 ) -> SettlingRun:  # fmt: skip
     """Run at a value of the parameter until the motion settles on an orbit or in a steady state.
@@ -130,32 +132,34 @@ def orbit_near(
     at, done, last = f"at {subject.path} = {value:.6g}", 0.0, 0.0
     parameters = subject.parameters_at(value)
     span = span or _times_of_change(subject.system, parameters)
-    compiled = compile_system(subject.system, _TOLERANCE)
+    compiled_system = compile_system(subject.system, _TOLERANCE)
     for _ in range(runs):
-        watch()
+        report()
         last = max(2 * last, min(span(state), _GROWS * last)) if last else span(state)
-        run = integrate(compiled, state, parameters, np.linspace(0.0, last, _SAMPLES)).uninterrupted()
+        run = integrate(compiled_system, state, parameters, np.linspace(0.0, last, _SAMPLES)).reraise_interrupt()
         if run.failure is not None:
             return SettlingRun(value, None, f"{at} the run fails: {run.failure}")
-        if rests(run.states[:, _SAMPLES // 2 :]):
-            return SettlingRun(value, None, f"{at} it settles in a steady state", rests=True)
+        if is_at_rest(run.states[:, _SAMPLES // 2 :]):
+            return SettlingRun(value, None, f"{at} it settles in a steady state", is_steady=True)
         done, state = done + last, run.states[:, -1]
         state = state - np.where(subject.turning, 2 * np.pi * np.round(state / (2 * np.pi)), 0.0)
-        found = recurrence(run.time, run.states, subject.turning)
-        if found is None or not (found.turns.any() or found.period < last / _REPEATS):
+        repetition = recurrence(run.time, run.states, subject.turning)
+        if repetition is None or not (repetition.turns.any() or repetition.period < last / _REPEATS):
             continue
-        period = integrate(compiled, state, parameters, np.linspace(0.0, found.period, _SAMPLES)).uninterrupted()
+        period = integrate(
+            compiled_system, state, parameters, np.linspace(0.0, repetition.period, _SAMPLES)
+        ).reraise_interrupt()
         if period.failure is not None:
             return SettlingRun(value, None, f"{at} the run fails: {period.failure}")
         least = _LEAST_EXTENT * np.maximum(np.abs(period.states).max(axis=1), _LEAST_EXTENT)
         scale = np.where(subject.turning, 1.0, np.maximum(np.ptp(period.states, axis=1), least))
-        cycles = _first_cycles(subject, found.turns, scale, found.period, longest)
+        cycles = _first_cycles(subject, repetition.turns, scale, repetition.period, longest)
         try:
             cycle = cycle_near(cycles, period.time, period.states, value)
         except WuchtError:  # the run has not settled yet
             continue
-        if abs(cycle.period / found.period - 1) < _PERIODS_AGREE:
-            orbit = SeedOrbit.of(cycles, cycle, f"a run {at}", both_ways=True)
+        if abs(cycle.period / repetition.period - 1) < _PERIODS_AGREE:
+            orbit = SeedOrbit.from_cycle(cycles, cycle, f"a run {at}", both_ways=True)
             return SettlingRun(value, orbit, f"{at} it settles on an orbit of period {cycle.period:.6g}")
     return SettlingRun(value, None, f"{at} it has settled neither in a steady state nor on an orbit after {done:.4g}")
 
@@ -175,18 +179,18 @@ def orbits_of_hopf_points(
 
     sizes (n,): typical changes of the states.
     """
-    found = list[SeedOrbit | str]()
+    orbits = list[SeedOrbit | str]()
     for branch in branches:
         for i in np.flatnonzero([kind == HOPF for kind in branch.kinds]).tolist():
             u, exponents = branch.u[:, i], branch.exponents[:, i]
             pair = exponents[exponents.imag > 0]
             period = 2 * np.pi / float(pair[np.abs(pair.real).argmin()].imag)
             cycles = _first_cycles(subject, np.zeros(len(u) - 1, int), sizes, period, longest)
-            where = f"the Hopf point at {subject.path} = {u[-1]:.6g}"
+            place = f"the Hopf point at {subject.path} = {u[-1]:.6g}"
             equilibria = equilibria_of(cycles.equations)
             try:
-                hopf = equilibria.seen(equilibria.start(u[:-1], float(u[-1])))
-                found.append(SeedOrbit.of(cycles, cycle_at_hopf(cycles, hopf), where, both_ways=True))
+                hopf = equilibria.evaluate(equilibria.start(u[:-1], float(u[-1])))
+                orbits.append(SeedOrbit.from_cycle(cycles, cycle_at_hopf(cycles, hopf), place, both_ways=True))
             except WuchtError as error:
-                found.append(f"the branch from {where} is not followed: {error}")
-    return tuple(found)
+                orbits.append(f"the branch from {place} is not followed: {error}")
+    return tuple(orbits)

@@ -11,17 +11,17 @@ import numpy as np
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.plane_regions import Range
-from wucht.dynamics.branches.steady_states import SteadyStates, SystemEquilibria, Watch
+from wucht.dynamics.branches.steady_states import Heartbeat, SteadyStates, SystemEquilibria
 from wucht.errors import InputError, RunError
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.deflation import disconnected_branches, seeded
+from wucht.numerics.continuation.deflation import disconnected_branches, random_starts
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import FOLD, HOPF, Branch, Equilibria, Equilibrium
 
 _STARTS = 24  # of Newton's method
-_SEARCHED, _DECADE = (0.001, 0.1, 0.3, 0.6, 0.999), 10.0  # shares of the range, of its logarithm where it is that wide
+_SEARCH_SHARES, _DECADE = (0.001, 0.1, 0.3, 0.6, 0.999), 10.0  # shares of the range, of its logarithm where it is that wide
 _STEPS = Steps(first=0.01, most=0.05, turn=0.1)
 _BEYOND = 0.3  # of a state's range: how far beyond it branches are followed
 _ASIDE = 1e-3  # of a state's size: how far beside a steady state that is unstable a run begins
@@ -43,7 +43,7 @@ class ModulatedMotion:
 
     @classmethod
     def of(
-        cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: OrbitSettings, states: SteadyStates
+        cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: OrbitSettings, states: SteadyStates
     ) -> ModulatedMotion:  # fmt: skip
         """Set up the motions of a machine, or of user equations, along a parameter within bounds.
 
@@ -62,16 +62,16 @@ class ModulatedMotion:
                 raise InputError(f"study.{key}", path, "not allowed: the averaged equations do not depend on it")
 
     @property
-    def in_part(self) -> bool:
+    def is_partial(self) -> bool:
         """True if orbits are followed in a part of the equations, that of bodies that keep together."""
         return self.subject.embedding is not None
 
-    def at(self, values: Mapping[str, float]) -> ModulatedMotion:
+    def with_values(self, values: Mapping[str, float]) -> ModulatedMotion:
         """Return the same motion at other parameter values."""
         subject, whole = (replace(p, values={**p.values, **values}) for p in (self.subject, self.whole))
         return replace(self, subject=subject, whole=whole)
 
-    def lifted(self, seed: SeedOrbit) -> SeedOrbit:
+    def lift(self, seed: SeedOrbit) -> SeedOrbit:
         """Return an orbit of the part as one of all equations."""
         if (e := self.subject.embedding) is None:
             return seed
@@ -84,7 +84,7 @@ class ModulatedMotion:
         from scipy.stats import qmc
 
         box = self.box
-        if self.in_part:
+        if self.is_partial:
             speeds = self.box[:, np.flatnonzero(~self.subject.turning)[0]]
             box = np.where(self.whole.turning, [[0.0], [2 * np.pi]], speeds[:, None])
         shares = qmc.Halton(box.shape[1], scramble=False).random(count + 1)[1:]  # without its first point, a corner
@@ -99,7 +99,7 @@ class ModulatedMotion:
     def equations(self, paths: Sequence[str], bounds: Sequence[Range]) -> Equations:
         """Return the equations whose zeros are steady states, with some parameters that vary between bounds."""
         sizes = self.sizes({path: high - low for path, (low, high) in zip(paths, bounds, strict=True)})
-        return Equations.of(self.subject.system, paths, self.subject.fixed_beside(*paths), sizes)
+        return Equations.of(self.subject.system, paths, self.subject.fixed_values(*paths), sizes)
 
     @cached_property
     def equilibria(self) -> Equilibria:
@@ -111,19 +111,19 @@ class ModulatedMotion:
         limits = {i: (low[i] - room[i], high[i] + room[i]) for i in np.flatnonzero(~s.turning).tolist()}
         return Equilibria(equations, s.bounds, _STEPS, limits)
 
-    def steady(self) -> tuple[Branch, ...]:
+    def steady_branches(self) -> tuple[Branch, ...]:
         """Follow the branches of steady states along the parameter."""
         low, high = self.subject.bounds
         decades = 0 < _DECADE * low < high
-        values = [low * (high / low) ** share if decades else low + share * (high - low) for share in _SEARCHED]
-        return disconnected_branches(self.equilibria, values, seeded(self.box[0], self.box[1], _STARTS))
+        values = [low * (high / low) ** share if decades else low + share * (high - low) for share in _SEARCH_SHARES]
+        return disconnected_branches(self.equilibria, values, random_starts(self.box[0], self.box[1], _STARTS))
 
 
 def _box(problem: OrbitProblem, states: SteadyStates) -> np.ndarray:
     """Return ranges (2, n) of the states."""
     if isinstance(states, SystemEquilibria):
         return np.array([states.ranges[n] for n in states.names]).T
-    speeds = (_LOWEST * states.size_of_shown, _HIGHEST * states.size_of_shown)
+    speeds = (_LOWEST * states.ordinate_size, _HIGHEST * states.ordinate_size)
     return np.array([(0.0, 2 * np.pi) if turns else speeds for turns in problem.turning]).T
 
 
@@ -140,26 +140,26 @@ class LostState:
     fastest: float
 
     @classmethod
-    def of(cls, point: Equilibrium, state: np.ndarray, grows: bool) -> LostState:
+    def from_point(cls, point: Equilibrium, state: np.ndarray, grows: bool) -> LostState:
         """Return the loss at a point of a branch. grows: True if the parameter grows on the way on which the state is lost."""
         return cls(point.parameter, state, 1 if grows else -1, float(np.abs(point.eigenvalues).max()))
 
 
 def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
     """Return the folds and Hopf points of stable states, those first that are passed as the parameter grows."""
-    found = list[LostState]()
+    losses = list[LostState]()
     for branch in branches:
         aside = _ASIDE * branch.equations.scale[:-1]
         for before, point, after in zip(branch.points, branch.points[1:], branch.points[2:], strict=False):
             if point.kind == HOPF:
-                stable, gone = sorted((before, after), key=lambda p: p.unstable)
-                if (stable.unstable, gone.unstable) == (0, 2) and gone.parameter != stable.parameter:
-                    found.append(LostState.of(point, point.x + aside, gone.parameter > stable.parameter))
+                stable, unstable = sorted((before, after), key=lambda p: p.unstable)
+                if (stable.unstable, unstable.unstable) == (0, 2) and unstable.parameter != stable.parameter:
+                    losses.append(LostState.from_point(point, point.x + aside, unstable.parameter > stable.parameter))
             elif point.kind == FOLD:
                 beside = [p for p in (before, after) if not p.kind]
                 if any(p.unstable == 0 for p in beside):
-                    found.append(LostState.of(point, point.x, beside[0].parameter < point.parameter))
-    return sorted(found, key=lambda f: (-f.way, f.value))
+                    losses.append(LostState.from_point(point, point.x, beside[0].parameter < point.parameter))
+    return sorted(losses, key=lambda f: (-f.way, f.value))
 
 
 def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> LostState:
@@ -169,7 +169,7 @@ def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> LostSt
     if not folds:
         raise RunError(f"the saddle has no fold over {motion.subject.path}")
     best = min(folds, key=lambda p: abs(p.parameter - value))
-    return LostState.of(best, best.x, value < best.parameter)
+    return LostState.from_point(best, best.x, value < best.parameter)
 
 
 @dataclass(frozen=True)
@@ -184,29 +184,29 @@ class ReachedMotions:
     runs: int
     steady: int
     orbits: tuple[SeedOrbit, ...]
-    unsettled: int
+    unsettled_runs: int
 
 
 def reached_motions(
-    motion: ModulatedMotion, values: Sequence[float], second: float, watch: Watch
+    motion: ModulatedMotion, values: Sequence[float], second: float, report: Heartbeat
 ) -> tuple[ReachedMotions, ...]:
     """Return the motions that runs reach at values of the first parameter. motion: at the value of the second one."""
     spread = motion.starts(_RUNS - 1)
-    return tuple(_reached(motion.whole, spread, value, second, watch) for value in values)
+    return tuple(_motions_at(motion.whole, spread, value, second, report) for value in values)
 
 
-def _reached(subject: OrbitProblem, spread: np.ndarray, value: float, second: float, watch: Watch) -> ReachedMotions:
+def _motions_at(subject: OrbitProblem, spread: np.ndarray, value: float, second: float, report: Heartbeat) -> ReachedMotions:
     beside = _BESIDE * np.ptp(spread, axis=0)  # the given start may be an unstable steady state
     starts = [np.asarray(subject.initial(value), float) + beside, *spread]
-    steady, unsettled, orbits = 0, 0, list[SeedOrbit]()
+    steady, unsettled_runs, orbits = 0, 0, list[SeedOrbit]()
     for start in starts:
-        tried = orbit_near(subject, value, start, watch)
-        steady, unsettled = steady + tried.rests, unsettled + (tried.orbit is None and not tried.rests)
-        if tried.orbit is not None and not any(alike(tried.orbit, other) for other in orbits):
-            orbits.append(tried.orbit)
-    return ReachedMotions(value, second, len(starts), steady, tuple(orbits), unsettled)
+        run = orbit_near(subject, value, start, report)
+        steady, unsettled_runs = steady + run.is_steady, unsettled_runs + (run.orbit is None and not run.is_steady)
+        if run.orbit is not None and not any(is_same_orbit(run.orbit, orbit) for orbit in orbits):
+            orbits.append(run.orbit)
+    return ReachedMotions(value, second, len(starts), steady, tuple(orbits), unsettled_runs)
 
 
-def alike(a: SeedOrbit, b: SeedOrbit) -> bool:
+def is_same_orbit(a: SeedOrbit, b: SeedOrbit) -> bool:
     """True if two orbits at one place are the same: of equal winding and period."""
     return bool((a.winding == b.winding).all()) and abs(a.period - b.period) <= _SAME * b.period

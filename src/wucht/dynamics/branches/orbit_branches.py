@@ -13,17 +13,17 @@ from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.errors import RunError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
-from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle, Hidden
-from wucht.numerics.periodic.cycle_starts import doubled, switched
+from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle, HiddenPoint
+from wucht.numerics.periodic.cycle_starts import crossing_branch, doubled_branch
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.zeros_and_peaks import at_passages
+from wucht.numerics.zeros_and_peaks import values_at_passages
 
-Watch = Callable[[float], None]  # the parameter's value so far
+ValueReport = Callable[[float], None]  # the parameter's value so far
 
-_KEPT_EVERY, _KEPT_GROWTH = 0.02, 1.1  # of the range; of the period: distance between orbits that are stored whole
+_STORE_EVERY, _STORE_GROWTH = 0.02, 1.1  # of the range; of the period: distance between orbits that are stored whole
 _LAST = 3  # orbits by which the end is judged
 _SAME = 1e-2  # relative: an orbit that lies on a branch, by period and range of the ordinate between neighbours
-_MIRRORED = 1e-6  # relative: two orbits beside a branch point that are mirror images
+_MIRROR_TOLERANCE = 1e-6  # relative: two orbits beside a branch point that are mirror images
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,12 @@ class HalfBranch:
     least: np.ndarray
     largest: np.ndarray
     logarithms: np.ndarray
-    trusted: np.ndarray
+    is_trusted: np.ndarray
     product_error: np.ndarray
     unstable: np.ndarray
     kinds: tuple[str, ...]
-    hidden: tuple[Hidden | None, ...]
-    kept: tuple[StoredOrbit, ...]
+    hidden_points: tuple[HiddenPoint | None, ...]
+    stored_orbits: tuple[StoredOrbit, ...]
     end: BranchEnd
     offshoots: tuple[SeedOrbit | str, ...] = field(default_factory=tuple)
 
@@ -84,7 +84,7 @@ class PeriodicBranch:
         """Existing halves, in order."""
         return (self.onward,) if self.backward is None else (self.backward, self.onward)
 
-    def joined(self, name: str) -> np.ndarray:
+    def whole_array(self, name: str) -> np.ndarray:
         """Return an array (..., N) over the whole branch, the backward part reversed and the first orbit once."""
         onward = getattr(self.onward, name)
         if self.backward is None:
@@ -97,48 +97,58 @@ class PeriodicBranch:
         return (() if self.backward is None else self.backward.kinds[:0:-1]) + self.onward.kinds
 
     @property
-    def hidden(self) -> tuple[Hidden | None, ...]:
+    def hidden_points(self) -> tuple[HiddenPoint | None, ...]:
         """Unlocated special points of all orbits."""
-        return (() if self.backward is None else self.backward.hidden[:0:-1]) + self.onward.hidden
+        return (() if self.backward is None else self.backward.hidden_points[:0:-1]) + self.onward.hidden_points
 
     @property
-    def kept(self) -> tuple[StoredOrbit, ...]:
+    def stored_orbits(self) -> tuple[StoredOrbit, ...]:
         """Stored orbits, in order."""
-        return (() if self.backward is None else self.backward.kept[:0:-1]) + self.onward.kept
+        return (() if self.backward is None else self.backward.stored_orbits[:0:-1]) + self.onward.stored_orbits
 
     def passes(self, value: float, period: float) -> bool:
         """True if it has an orbit of a period, between neighbours, at a value of the parameter."""
-        _, there = at_passages(self.joined("values"), value, self.joined("periods"))
+        _, there = values_at_passages(self.whole_array("values"), value, self.whole_array("periods"))
         return bool((np.abs(there / period - 1) < _SAME).any())
 
-    def repeated_by(self, other: PeriodicBranch) -> bool:
+    def is_same_branch(self, candidate: PeriodicBranch) -> bool:
         """True if another branch is this one, started at another special point: its middle orbits lie on this one."""
-        values, periods = other.joined("values"), other.joined("periods")
-        low, high, other_low, other_high = self.joined("low"), self.joined("high"), other.joined("low"), other.joined("high")
+        values, periods = candidate.whole_array("values"), candidate.whole_array("periods")
+        low, high, other_low, other_high = (
+            self.whole_array("low"),
+            self.whole_array("high"),
+            candidate.whole_array("low"),
+            candidate.whole_array("high"),
+        )
         k = len(values) // 2
-        known = self.joined("values")
-        i = int(np.abs((known - values[k]) / np.ptp(known).clip(1e-300)).argmin())
+        branch_values = self.whole_array("values")
+        i = int(np.abs((branch_values - values[k]) / np.ptp(branch_values).clip(1e-300)).argmin())
         size = max(other_high[k] - other_low[k], 1e-300)
         alike = abs(low[i] - other_low[k]) + abs(high[i] - other_high[k]) < _SAME * size
         return alike and self.passes(float(values[k]), float(periods[k]))
 
 
-def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bool, watch: Watch) -> HalfBranch:
+def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bool, report: ValueReport) -> HalfBranch:
     """Follow the branch from a first orbit on, or backwards. Raises ``RunError`` where that orbit cannot be recomputed."""
     cycles, start = cycles_through(subject, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
-    numbers, kept, offshoots, last = [_numbers(subject, start)], [stored_orbit(start)], list[SeedOrbit | str](), [start]
-    logarithms, kinds, hidden = [start.logarithms], [""], [start.hidden]
+    numbers, stored_orbits, offshoots, last = (
+        [_numbers(subject, start)],
+        [stored_orbit(start)],
+        list[SeedOrbit | str](),
+        [start],
+    )
+    logarithms, kinds, hidden_points = [start.logarithms], [""], [start.hidden_point]
     for cycle in walk:
-        watch(cycle.parameter)
+        report(cycle.parameter)
         numbers.append(_numbers(subject, cycle))
         logarithms.append(cycle.logarithms)
         kinds.append(cycle.kind)
-        hidden.append(cycle.hidden)
-        moved = abs(cycle.parameter - kept[-1].value) > _KEPT_EVERY * subject.width
-        grown = not 1 / _KEPT_GROWTH < cycle.period / kept[-1].period < _KEPT_GROWTH
-        if moved or grown or cycle.kind:
-            kept.append(stored_orbit(cycle))
+        hidden_points.append(cycle.hidden_point)
+        has_moved = abs(cycle.parameter - stored_orbits[-1].value) > _STORE_EVERY * subject.width
+        has_grown = not 1 / _STORE_GROWTH < cycle.period / stored_orbits[-1].period < _STORE_GROWTH
+        if has_moved or has_grown or cycle.kind:
+            stored_orbits.append(stored_orbit(cycle))
         if cycle.kind and switch:
             offshoots += _offshoots(cycles, cycle)
         if not cycle.kind:
@@ -146,12 +156,12 @@ def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bo
     columns = np.array(numbers).T
     regular = np.array([not kind for kind in kinds])
     end = branch_end(cycles, columns[0, regular], columns[1, regular], last, walk.end)
-    values, periods, mean, low, high, least, largest, trusted, product_error, unstable = columns
-    known = np.array(logarithms).reshape(len(kinds), -1).T
+    values, periods, mean, low, high, least, largest, is_trusted, product_error, unstable = columns
+    logarithm_rows = np.array(logarithms).reshape(len(kinds), -1).T
     return HalfBranch(
-        values=values, periods=periods, mean=mean, low=low, high=high, least=least, largest=largest, logarithms=known,
-        trusted=trusted > 0, product_error=product_error, unstable=unstable.astype(int), kinds=tuple(kinds),
-        hidden=tuple(hidden), kept=tuple(kept), end=end, offshoots=tuple(offshoots),
+        values=values, periods=periods, mean=mean, low=low, high=high, least=least, largest=largest, logarithms=logarithm_rows,
+        is_trusted=is_trusted > 0, product_error=product_error, unstable=unstable.astype(int), kinds=tuple(kinds),
+        hidden_points=tuple(hidden_points), stored_orbits=tuple(stored_orbits), end=end, offshoots=tuple(offshoots),
     )  # fmt: skip
 
 
@@ -160,23 +170,23 @@ def cycles_through(problem: OrbitProblem, seed: SeedOrbit) -> tuple[Cycles, Cycl
     cycles = cycles_of(problem, seed.winding, seed.scale, seed.longest)
     u = np.concatenate([seed.states.ravel(), [seed.period, seed.value]])
     on_mesh = cycles.problem(seed.mesh, seed.period)
-    on_mesh = replace(on_mesh, reference=on_mesh.referred(u))
+    on_mesh = replace(on_mesh, reference=on_mesh.reference_from(u))
     towards = seed.towards
     if not len(towards):
         towards = np.zeros(len(u))
         towards[-1] = on_mesh.scale[-1]
     curve = cycles.curve(on_mesh)
-    return cycles, cycles.seen(curve, curve.start(u, towards))
+    return cycles, cycles.cycle_from_point(curve, curve.start(u, towards))
 
 
 def _numbers(subject: OrbitProblem, cycle: Cycle) -> list[float]:
     """Return value, period, mean and range of the ordinate, range of the amplitude, whether multipliers are known, the error of
     their product, and the number outside the unit circle."""
-    shown, amplitude = subject.observables(cycle.states, cycle.parameter)
-    mean = cycle.integral(shown) / cycle.period
-    low, high, least, largest = (side * peak(cycle.tau, side * x) for x in (shown, amplitude) for side in (-1, 1))
-    known = float(cycle.trusted), abs(cycle.product_error), float(cycle.unstable)
-    return [cycle.parameter, cycle.period, mean, low, high, least, largest, *known]
+    ordinate, amplitude = subject.observables(cycle.states, cycle.parameter)
+    mean = cycle.integral(ordinate) / cycle.period
+    low, high, least, largest = (side * peak(cycle.tau, side * x) for x in (ordinate, amplitude) for side in (-1, 1))
+    multiplier_numbers = float(cycle.is_trusted), abs(cycle.product_error), float(cycle.unstable)
+    return [cycle.parameter, cycle.period, mean, low, high, least, largest, *multiplier_numbers]
 
 
 def peak(times: np.ndarray, values: np.ndarray) -> float:
@@ -203,15 +213,17 @@ def stored_orbit(cycle: Cycle) -> StoredOrbit:
 
 def _offshoots(cycles: Cycles, at: Cycle) -> Sequence[SeedOrbit | str]:
     """Return the first orbits of other branches at a special one, one of mirror images; or a sentence why there is none."""
-    where = f"the {at.kind.replace('-', ' ')} at {cycles.equations.parameters[-1]} = {at.parameter:.6g}"
+    place = f"the {at.kind.replace('-', ' ')} at {cycles.equations.parameters[-1]} = {at.parameter:.6g}"
     sides: Sequence[tuple[Cycles, Cycle]] = ()
     try:
         if at.kind == DOUBLING:
-            sides = [doubled(cycles, at)]
+            sides = [doubled_branch(cycles, at)]
         elif at.kind == BRANCH_POINT:
-            one, other = switched(cycles, at)
-            alike = all(abs(getattr(one, name) / getattr(other, name) - 1) < _MIRRORED for name in ("period", "parameter"))
-            sides = [(cycles, side) for side in ((one,) if alike else (one, other))]
+            one, opposite = crossing_branch(cycles, at)
+            alike = all(
+                abs(getattr(one, name) / getattr(opposite, name) - 1) < _MIRROR_TOLERANCE for name in ("period", "parameter")
+            )
+            sides = [(cycles, side) for side in ((one,) if alike else (one, opposite))]
     except RunError as error:
-        return [f"the branch from {where} is not followed: {error}"]
-    return [SeedOrbit.of(of, side, where, both_ways=False) for of, side in sides]
+        return [f"the branch from {place} is not followed: {error}"]
+    return [SeedOrbit.from_cycle(branches, side, place, both_ways=False) for branches, side in sides]

@@ -19,20 +19,20 @@ from wucht.dynamics.branches.first_orbits import SeedOrbit, SettlingRun, cycles_
 from wucht.dynamics.branches.orbit_branches import HalfBranch, PeriodicBranch, StoredOrbit, half_branch, peak, stored_orbit
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
-from wucht.dynamics.work import Work, or_why, with_made
+from wucht.dynamics.work import Work, result_or_reason, with_result
 from wucht.errors import InputError, RunError
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
-from wucht.numerics.periodic.branch_ends import CLOSED
+from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH
 from wucht.numerics.periodic.cycle import Cycle
-from wucht.numerics.periodic.cycle_starts import settled
+from wucht.numerics.periodic.cycle_starts import cycle_from_nodes
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
+from wucht.numerics.periodic.floquet import integrated_maps, logarithms, transverse_maps
 
 MOST_BRANCHES = 20
-_REPORTED = 10  # along each branch, by default
-_TRIED = (0.5, 0.25, 0.75, 0.1, 0.9)  # of the range: where runs search a first orbit
-_SEARCHED = 3  # values at which steady states are searched, besides the ends of the range
+_REPORTS = 10  # along each branch, by default
+_RUN_SHARES = (0.5, 0.25, 0.75, 0.1, 0.9)  # of the range: where runs search a first orbit
+_SEARCHES = 3  # values at which steady states are searched, besides the ends of the range
 _STEADY, _FIRST, _BRANCHES = 0.15, 0.25, 0.8  # shares of the work at which these are done
 _PLACES = 400  # of a period, at which an orbit is drawn
 _STEPS_THERE = 100  # from a stored orbit
@@ -49,36 +49,36 @@ class OrbitCase:
 
     problem: OrbitProblem
     settings: OrbitSettings
-    at: tuple[float, ...] | None
+    run_values: tuple[float, ...] | None
     values: tuple[float, ...] | None
     steady: BranchCase | None
-    without: str
+    no_steady_reason: str
 
     @classmethod
     def of(
-        cls, subject: Machine | OwnEquations, path: str, bounds: tuple[float, float], settings: OrbitSettings,
-        at: tuple[float, ...] | None = None, values: tuple[float, ...] | None = None,
+        cls, subject: Machine | UserSystem, path: str, bounds: tuple[float, float], settings: OrbitSettings,
+        run_values: tuple[float, ...] | None = None, values: tuple[float, ...] | None = None,
     ) -> OrbitCase:  # fmt: skip
         """Set up the orbits of a machine, or of user equations, over the parameter of a path.
 
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
         problem = OrbitProblem.of(subject, path, bounds, settings)
-        steady, without = _steady(subject, problem, settings)
-        return cls(problem, settings, at, values, steady, without)
+        steady, no_steady_reason = _steady(subject, problem, settings)
+        return cls(problem, settings, run_values, values, steady, no_steady_reason)
 
 
-def _steady(subject: Machine | OwnEquations, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
+def _steady(subject: Machine | UserSystem, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
     """Return the case of the steady states, or why they are not searched."""
     if not isinstance(subject, Machine) and settings.ranges is None:
         return None, "equilibria are searched where ranges = { STATE = [low, high] } are given"
     only = ("together",) if settings.together else None
-    of = BranchSettings(_SEARCHED, only, problem.words.state, settings.ranges, problem.words.inertia)
+    branch_settings = BranchSettings(_SEARCHES, only, problem.labels.state, settings.ranges, problem.labels.inertia)
     try:
-        return BranchCase.of(subject, problem.path, problem.bounds, of), ""
+        return BranchCase.of(subject, problem.path, problem.bounds, branch_settings), ""
     except InputError as error:
         if isinstance(subject, Machine):
-            return None, f"steady states are not searched: {error.allowed}"
+            return None, f"steady states are not searched: {error.explanation}"
         raise
 
 
@@ -91,10 +91,10 @@ class OrbitFindings:
     """
 
     steady: tuple[EquilibriumBranch, ...] = ()
-    tried: tuple[SettlingRun, ...] = ()
+    runs: tuple[SettlingRun, ...] = ()
     branches: tuple[PeriodicBranch, ...] = ()
-    reported: tuple[tuple[int, ReportedOrbit], ...] = ()
-    lost: tuple[str, ...] = field(default_factory=tuple)
+    orbits: tuple[tuple[int, ReportedOrbit], ...] = ()
+    omissions: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
 
 
@@ -108,38 +108,38 @@ def follow_orbits(case: OrbitCase, work: Work) -> Iterator[OrbitFindings]:
         for steady in follow_branches(case.steady, work.part("steady", 0.0, _STEADY)):
             findings = replace(findings, steady=steady.branches)
             yield findings
-    findings = yield from _first(case, findings, work)
-    findings = yield from _reported(case, findings, work)
+    findings = yield from _first_orbits(case, findings, work)
+    findings = yield from _report_orbits(case, findings, work)
     work.report(1.0)
     yield replace(findings, complete=True)
 
 
-def _first(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
+def _first_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
     """Search first orbits, and follow at once each that lies on no known branch."""
     settings, problem = case.settings, case.problem
-    at = case.at or tuple(float(problem.bounds[0] + share * np.ptp(problem.bounds)) for share in _TRIED)
-    for i, value in enumerate(at):
-        share = _STEADY + (_FIRST - _STEADY) * i / len(at)
+    run_values = case.run_values or tuple(float(problem.bounds[0] + share * np.ptp(problem.bounds)) for share in _RUN_SHARES)
+    for i, value in enumerate(run_values):
+        share = _STEADY + (_FIRST - _STEADY) * i / len(run_values)
         work.report(share, f"a run at {problem.path} = {value:.5g}")
-        watch = partial(work.report, share, "a run until it settles")
-        run_there = partial(orbit_of_run, problem, value, settings.until, settings.longest, watch)
-        tried = work.unit(f"run at {value!r}", run_there)
-        findings = with_made(findings, "tried", tried)
+        report = partial(work.report, share, "a run until it settles")
+        run_there = partial(orbit_of_run, problem, value, settings.until, settings.longest, report)
+        run = work.unit(f"run at {value!r}", run_there)
+        findings = with_result(findings, "tried", run)
         yield findings
-        if tried.orbit is not None:
-            findings = yield from _followed(case, tried.orbit, findings, work)
-            if case.at is None:
+        if run.orbit is not None:
+            findings = yield from _follow_branch(case, run.orbit, findings, work)
+            if case.run_values is None:
                 return findings
     sizes = None if case.steady is None else case.steady.states.equilibria.equations.scale[:-1]
     if not findings.branches and sizes is not None and len(sizes) == len(problem.turning):
         seeds = work.unit("hopf points", partial(orbits_of_hopf_points, problem, findings.steady, sizes, settings.longest))
-        findings, begun = _split(findings, seeds)
-        for seed in begun:
-            findings = yield from _followed(case, seed, findings, work)
+        findings, hopf_orbits = _split(findings, seeds)
+        for seed in hopf_orbits:
+            findings = yield from _follow_branch(case, seed, findings, work)
     return findings
 
 
-def _followed(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: Work) -> Stage:
+def _follow_branch(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: Work) -> Stage:
     """Follow the branch through an orbit, and, where other branches are followed, those that cross it."""
     pending = [first]
     while pending and len(findings.branches) < MOST_BRANCHES:
@@ -148,22 +148,22 @@ def _followed(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: 
             continue
         halves = list[HalfBranch]()
         for onward in (True, False) if not len(seed.towards) else (True,):
-            name = f"branch {k} {'onward' if onward else 'backward'} from {seed.begun}"
+            name = f"branch {k} {'onward' if onward else 'backward'} from {seed.origin}"
             part = work.part(name, _FIRST, _BRANCHES)
-            half = part.unit("", partial(or_why, _half_branch, case, seed, onward, part))
+            half = part.unit("", partial(result_or_reason, _half_branch, case, seed, onward, part))
             if isinstance(half, str):
-                findings = with_made(findings, "branches", half, f"the branch from {seed.begun} is not followed: ")
+                findings = with_result(findings, "branches", half, f"the branch from {seed.origin} is not followed: ")
                 break
             halves.append(half)
-            if half.end.kind == CLOSED:
+            if half.end.kind == CLOSED_BRANCH:
                 break
         if not halves:
             yield findings
             continue
-        made = PeriodicBranch(seed, halves[1] if len(halves) > 1 else None, halves[0])
-        if len(seed.towards) and any(branch.repeated_by(made) for branch in findings.branches):
+        new_branch = PeriodicBranch(seed, halves[1] if len(halves) > 1 else None, halves[0])
+        if len(seed.towards) and any(branch.is_same_branch(new_branch) for branch in findings.branches):
             continue
-        findings = with_made(findings, "branches", made)
+        findings = with_result(findings, "branches", new_branch)
         findings, more = _split(findings, [o for half in halves for o in half.offshoots])
         yield findings
         pending += more
@@ -172,43 +172,43 @@ def _followed(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: 
 
 def _split(findings: OrbitFindings, seeds: Sequence[SeedOrbit | str]) -> tuple[OrbitFindings, list[SeedOrbit]]:
     """Return the findings with the sentences on missing orbits, and the orbits that exist."""
-    lost = [one for one in seeds if isinstance(one, str)]
-    return replace(findings, lost=(*findings.lost, *lost)), [one for one in seeds if not isinstance(one, str)]
+    sentences = [one for one in seeds if isinstance(one, str)]
+    return replace(findings, omissions=(*findings.omissions, *sentences)), [one for one in seeds if not isinstance(one, str)]
 
 
 def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> HalfBranch:
     low, high = case.problem.bounds
     begin, to = seed.value, high if onward else low
 
-    def watch(value: float) -> None:
+    def report(value: float) -> None:
         done = abs(value - begin) / max(abs(to - begin), 1e-300)
         work.report(min(done, 1.0), f"orbits, {case.problem.path} = {value:.6g}")
 
-    return half_branch(case.problem, seed, onward, case.settings.switch, watch)
+    return half_branch(case.problem, seed, onward, case.settings.switch, report)
 
 
-def _reported(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
+def _report_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
     """Compute the orbits at the given values, and at special points."""
-    wanted = [(k, *each) for k, b in enumerate(findings.branches) for each in _wanted(case, b)]
-    for i, (k, value, beside) in enumerate(wanted):
-        work.report(_BRANCHES + (1 - _BRANCHES) * i / len(wanted), f"exponents at {case.problem.path} = {value:.6g}")
+    targets = [(k, *target) for k, b in enumerate(findings.branches) for target in _values_to_report(case, b)]
+    for i, (k, value, beside) in enumerate(targets):
+        work.report(_BRANCHES + (1 - _BRANCHES) * i / len(targets), f"exponents at {case.problem.path} = {value:.6g}")
         seed = findings.branches[k].seed
-        make = partial(or_why, reported, case.problem, seed, beside, value)
+        make = partial(result_or_reason, reported_orbit, case.problem, seed, beside, value)
         one = work.unit(f"orbit {i} of branch {k} at {value!r}", make)
         missing = f"the orbit at {case.problem.path} = {value:.6g} is not reported: "
-        findings = with_made(findings, "reported", one if isinstance(one, str) else (k, one), missing)
+        findings = with_result(findings, "reported", one if isinstance(one, str) else (k, one), missing)
         yield findings
     return findings
 
 
-def _wanted(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[float, tuple[StoredOrbit, ...]]]:
+def _values_to_report(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[float, tuple[StoredOrbit, ...]]]:
     """Return values, and the stored orbits beside them."""
-    values = branch.joined("values")
-    inside = np.linspace(values.min(), values.max(), _REPORTED + 1)[:-1] + np.ptp(values) / (2 * _REPORTED)
-    given = case.values if case.values is not None else tuple(inside.tolist())
-    regular = [orbit for orbit in branch.kept if not orbit.kind]
-    wanted = [(value, beside) for value in given for beside in near(regular, value)]
-    return sorted([*wanted, *((o.value, (o,)) for o in branch.kept if o.kind)], key=lambda each: each[0])
+    values = branch.whole_array("values")
+    inside = np.linspace(values.min(), values.max(), _REPORTS + 1)[:-1] + np.ptp(values) / (2 * _REPORTS)
+    chosen_values = case.values if case.values is not None else tuple(inside.tolist())
+    regular = [orbit for orbit in branch.stored_orbits if not orbit.kind]
+    targets = [(value, beside) for value in chosen_values for beside in orbits_beside(regular, value)]
+    return sorted([*targets, *((o.value, (o,)) for o in branch.stored_orbits if o.kind)], key=lambda target: target[0])
 
 
 @dataclass(frozen=True)
@@ -230,58 +230,64 @@ class ReportedOrbit:
     largest: float
     exponents: np.ndarray
     along: float
-    shown: np.ndarray
+    ordinate: np.ndarray
     amplitude: np.ndarray
-    turned: np.ndarray
+    rotor_angle: np.ndarray
     kind: str
 
 
-def near(kept: Sequence[StoredOrbit], value: float) -> list[tuple[StoredOrbit, ...]]:
+def orbits_beside(stored_orbits: Sequence[StoredOrbit], value: float) -> list[tuple[StoredOrbit, ...]]:
     """Return, for each passage of a branch through a value, the orbits beside it, the nearest first."""
-    values = np.array([k.value for k in kept])
-    passed = np.flatnonzero((values[:-1] - value) * (values[1:] - value) < 0).tolist()
-    beside = [sorted((kept[i], kept[i + 1]), key=lambda k: abs(k.value - value)) for i in passed]
-    return [*((k,) for k in kept if k.value == value), *map(tuple, beside)]
+    values = np.array([k.value for k in stored_orbits])
+    passages = np.flatnonzero((values[:-1] - value) * (values[1:] - value) < 0).tolist()
+    beside = [sorted((stored_orbits[i], stored_orbits[i + 1]), key=lambda k: abs(k.value - value)) for i in passages]
+    return [*((k,) for k in stored_orbits if k.value == value), *map(tuple, beside)]
 
 
-def reported(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float) -> ReportedOrbit:
+def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float) -> ReportedOrbit:
     """Compute the orbit at a value from stored ones beside it. Raises ``RunError`` where that fails."""
     cycles = cycles_of(subject, seed.winding, seed.scale, 2 * seed.longest)
     # At a special orbit the equations are singular, and it was located as well as it can be.
-    found = beside[0] if beside[0].kind else stored_orbit(_at(cycles, beside, value))
-    values, along = _exponents(subject, found, value)
-    mesh, tau, fine = found.mesh, np.linspace(0.0, 1.0, _PLACES), np.linspace(0.0, 1.0, _FINE)
-    shown, amplitude = subject.observables(mesh.at(found.states, tau).T, value)
+    orbit = beside[0] if beside[0].kind else stored_orbit(_orbit_at(cycles, beside, value))
+    values, along = _exponents(subject, orbit, value)
+    mesh, tau, fine = orbit.mesh, np.linspace(0.0, 1.0, _PLACES), np.linspace(0.0, 1.0, _FINE)
+    ordinate, amplitude = subject.observables(mesh.interpolate(orbit.states, tau).T, value)
     low, high, least, largest = (
-        side * peak(fine, side * x) for x in subject.observables(mesh.at(found.states, fine).T, value) for side in (-1, 1)
+        side * peak(fine, side * x)
+        for x in subject.observables(mesh.interpolate(orbit.states, fine).T, value)
+        for side in (-1, 1)
     )
-    speed = np.abs(shown) if subject.rotor else np.full(_PLACES, np.nan)
-    turned = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(tau))]) * found.period
-    pieces = mesh.pieces(subject.observables(found.states.T, value)[0][:, None])[..., 0]
-    whole = abs(float((mesh.weights * (pieces @ mesh.basis.values.T)).sum())) * found.period if subject.rotor else np.nan
+    speed = np.abs(ordinate) if subject.shows_rotor_speed else np.full(_PLACES, np.nan)
+    rotor_angle = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(tau))]) * orbit.period
+    pieces = mesh.pieces(subject.observables(orbit.states.T, value)[0][:, None])[..., 0]
+    whole = (
+        abs(float((mesh.weights * (pieces @ mesh.basis.values.T)).sum())) * orbit.period
+        if subject.shows_rotor_speed
+        else np.nan
+    )
     return ReportedOrbit(
-        value, found.period, whole, low, high, least, largest, values, along, shown, amplitude, turned, found.kind
+        value, orbit.period, whole, low, high, least, largest, values, along, ordinate, amplitude, rotor_angle, orbit.kind
     )
 
 
-def _at(cycles: Cycles, beside: Sequence[StoredOrbit], value: float) -> Cycle:
+def _orbit_at(cycles: Cycles, beside: Sequence[StoredOrbit], value: float) -> Cycle:
     """Compute the orbit at a value by Newton's method from a stored one, else by following the branch from there.
 
     Raises ``RunError``.
     """
-    for way in (_by_newton, _by_branch):
+    for way in (_solve_by_newton, _follow_to_value):
         for orbit in beside:
             with suppress(RunError):
                 return way(cycles, orbit, value)
     raise RunError("neither Newton's method nor the branch leads to it from the orbits beside it")
 
 
-def _by_newton(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
-    return settled(cycles, orbit.mesh, orbit.states, orbit.period, value)
+def _solve_by_newton(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
+    return cycle_from_nodes(cycles, orbit.mesh, orbit.states, orbit.period, value)
 
 
-def _by_branch(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
-    start, up = _by_newton(cycles, orbit, orbit.value), value > orbit.value
+def _follow_to_value(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
+    start, up = _solve_by_newton(cycles, orbit, orbit.value), value > orbit.value
     bounds = (-math.inf, value) if up else (value, math.inf)
     to = replace(cycles, bounds=bounds, steps=replace(cycles.steps, points=_STEPS_THERE))
     start = replace(start, curve=to.curve(start.problem))
@@ -296,6 +302,6 @@ def _exponents(subject: OrbitProblem, orbit: StoredOrbit, value: float) -> tuple
     parameters = {**subject.values, subject.path: value}
     at_edges = orbit.states[:: orbit.mesh.degree].T
     maps, flow = integrated_maps(subject.system, parameters, orbit.mesh.edges * orbit.period, at_edges)
-    across, along = across_flow(maps, flow)
+    across, along = transverse_maps(maps, flow)
     values = logarithms(across)[0] / orbit.period
     return values[np.argsort(-values.real, kind="stable")], along

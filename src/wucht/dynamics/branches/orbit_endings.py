@@ -16,10 +16,10 @@ from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.modulated_motion import LostState, ModulatedMotion, lost_states
 from wucht.dynamics.branches.orbit_branches import cycles_through
 from wucht.dynamics.branches.plane_regions import Range
-from wucht.dynamics.branches.steady_states import Watch
+from wucht.dynamics.branches.steady_states import Heartbeat
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.periodic.branch_ends import (
     SADDLE_CONNECTION,
@@ -27,13 +27,13 @@ from wucht.numerics.periodic.branch_ends import (
     branch_end,
 )
 from wucht.numerics.periodic.connection import Connection
-from wucht.numerics.periodic.connection_starts import fold_at, of_cycle
+from wucht.numerics.periodic.connection_starts import connection_from_cycle, fold_at
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.saddle_connections import Connections
-from wucht.numerics.recurrence import rests
+from wucht.numerics.recurrence import is_at_rest
 
-NONE = "none"
+NO_MOTION = "none"
 _JUST_BEYOND = (0.01, 0.002)  # of the range: distance beyond a fold at which a run searches the orbit
 _LONGEST = 8.0  # times the least period of the branch
 _GROWN, _LATER = (
@@ -42,13 +42,15 @@ _GROWN, _LATER = (
 )  # times the least period, when an end is first searched; factor of growth until the next search
 _NEAR = 0.02  # of the range: how far ahead the end is, at most
 _BESIDE = 0.2  # of the orbit's size: how far the fold lies from the orbit's slowest place, at most
-_STEPS = Steps(most=0.05, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)  # so short that the curves look smooth
+_STEPS = Steps(
+    most=0.05, turn=0.3, corrections=4, tolerance=1e-7, predicts_correction=True
+)  # so short that the curves look smooth
 _SLOW, _PLACES = 0.3, 4  # of the largest speed; number of places that are examined
 _STILL, _MOST_STILL = 1e-10, 8  # the parameter stays, in terms of its range, while the period grows: number of steps
 _LONG = 4.0  # times the least period: shorter orbits do not distinguish a saddle-node from a saddle that emerges from it
 _FIRST_SPAN = 50.0  # of a run: times of the fastest decay
 _PERIODS, _SAMPLES, _TOLERANCE = 20.0, 4000, 1e-10  # of a run beyond that: duration, and number of samples
-_DECAYED = 5.0  # by exp(-5) a deviation decays beyond both ends of the orbit from which a connection begins
+_DECAY_TIMES = 5.0  # by exp(-5) a deviation decays beyond both ends of the orbit from which a connection begins
 _PAST = 1e-4  # of the range: distance beyond a fold at which the orbit is tested for survival
 _LAW, _LOOSE = 0.02, 0.2  # relative: largest change of T sqrt|p - p*|; the same where the longest followed period is reached
 
@@ -83,86 +85,86 @@ class OrbitEnding:
         return self.end.kind
 
 
-def ending_at(motion: ModulatedMotion, place: tuple[float, float], watch: Watch) -> OrbitEnding:
+def ending_at(motion: ModulatedMotion, place: tuple[float, float], report: Heartbeat) -> OrbitEnding:
     """Return the motion after a stable steady state is lost as the parameter changes, and how that motion ends.
 
     motion: at the place, with the parameter that changes. Beyond each fold of stable states a run begins where they
     have vanished; the orbit on which it settles is followed on in the same sense.
     """
     (low, high), path = motion.subject.bounds, motion.subject.path
-    lost = [f for f in lost_states(motion.steady()) if low < f.value < high]
-    if not lost:
-        return OrbitEnding(*place, math.nan, OrbitEnd(NONE, math.nan, f"no stable state is lost in the range of {path}"))
+    losses = [f for f in lost_states(motion.steady_branches()) if low < f.value < high]
+    if not losses:
+        return OrbitEnding(*place, math.nan, OrbitEnd(NO_MOTION, math.nan, f"no stable state is lost in the range of {path}"))
     sentences = list[str]()
-    for fold in lost:
-        seed = born_at(motion, fold, sentences, watch)
+    for fold in losses:
+        seed = orbit_beyond_loss(motion, fold, sentences, report)
         if seed is None:
             continue
         try:
-            return OrbitEnding(*place, fold.value, followed_to_end(motion, seed, fold.way, watch))
+            return OrbitEnding(*place, fold.value, follow_to_end(motion, seed, fold.way, report))
         except RunError as error:
             sentences.append(str(error))
-    return OrbitEnding(*place, lost[0].value, OrbitEnd(NONE, math.nan, "; ".join(dict.fromkeys(sentences))))
+    return OrbitEnding(*place, losses[0].value, OrbitEnd(NO_MOTION, math.nan, "; ".join(dict.fromkeys(sentences))))
 
 
-def born_at(motion: ModulatedMotion, fold: LostState, sentences: list[str], watch: Watch) -> SeedOrbit | None:
+def orbit_beyond_loss(motion: ModulatedMotion, fold: LostState, sentences: list[str], report: Heartbeat) -> SeedOrbit | None:
     """Return the orbit that a run reaches just beyond a lost state; else add a sentence on what the run reaches."""
     (low, high), span = motion.subject.bounds, _FIRST_SPAN / fold.fastest
     for share in _JUST_BEYOND:
         value = fold.value + fold.way * share * (high - low)
         if not low < value < high:
             continue
-        tried = orbit_near(motion.subject, value, fold.state, watch, lambda _: span)
-        if tried.orbit is not None:
-            return replace(tried.orbit, longest=_LONGEST * tried.orbit.period)
-        sentences.append(tried.sentence)
+        run = orbit_near(motion.subject, value, fold.state, report, lambda _: span)
+        if run.orbit is not None:
+            return replace(run.orbit, longest=_LONGEST * run.orbit.period)
+        sentences.append(run.sentence)
     return None
 
 
-def followed_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, watch: Watch) -> OrbitEnd:
+def follow_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, report: Heartbeat) -> OrbitEnd:
     """Follow the branch through an orbit to its end, for growing values of the parameter (way 1) or the other way."""
     cycles, start = cycles_through(motion.subject, seed)
     path, size = motion.subject.path, motion.subject.width
 
-    def ended(kind: str, value: float, sentence: str, last: Cycle, at: np.ndarray) -> OrbitEnd:
-        return OrbitEnd(kind, value, sentence, SeedOrbit.of(cycles, last, "the end of a branch", both_ways=True), at)
+    def orbit_end(kind: str, value: float, sentence: str, last: Cycle, at: np.ndarray) -> OrbitEnd:
+        return OrbitEnd(kind, value, sentence, SeedOrbit.from_cycle(cycles, last, "the end of a branch", both_ways=True), at)
 
-    def at_saddle_node(value: float, last: Cycle, at: np.ndarray) -> OrbitEnd:
+    def saddle_node_end(value: float, last: Cycle, at: np.ndarray) -> OrbitEnd:
         sentence = f"at {path} = {value:.7g} steady states appear on the orbit, a saddle-node"
-        return ended(SADDLE_NODE_ON_ORBIT, value, sentence, last, at)
+        return orbit_end(SADDLE_NODE_ON_ORBIT, value, sentence, last, at)
 
     walk = cycles.walk(start if way > 0 else cycles.backwards(start))
-    seen, least, looked, law, still = [start], start.period, _GROWN, math.nan, 0
+    orbits, least, next_growth, law, still = [start], start.period, _GROWN, math.nan, 0
     fold: tuple[np.ndarray, float] | None = None
     nearly = False
     for cycle in walk:
-        watch()
+        report()
         if cycle.kind:
             continue
-        seen.append(cycle)
+        orbits.append(cycle)
         least = min(least, cycle.period)
-        only_longer = abs(cycle.parameter - seen[-2].parameter) < _STILL * size and cycle.period > seen[-2].period
+        only_longer = abs(cycle.parameter - orbits[-2].parameter) < _STILL * size and cycle.period > orbits[-2].period
         still = still + 1 if only_longer else 0
         stays = still > _MOST_STILL
-        if cycle.period < looked * least and not stays:
+        if cycle.period < next_growth * least and not stays:
             continue
-        looked = cycle.period / least * _LATER
+        next_growth = cycle.period / least * _LATER
         places = _slow_places(cycles, cycle)
         for place in places:
-            met = _connection(motion, cycles, cycle, place, stays)
-            if met is not None:
-                value, saddle = met
-                how = f"at {path} = {value:.7g} the orbit runs into a saddle"
-                return ended(SADDLE_CONNECTION, value, how, cycle, saddle)
-        found = next((f for f in (_ahead(motion, cycle, p, way) for p in places) if f is not None), None)
-        fold, before, law = found or fold, law, math.nan
-        if found is not None:
-            state, value = found
+            saddle_connection = _connection(motion, cycles, cycle, place, stays)
+            if saddle_connection is not None:
+                value, saddle = saddle_connection
+                description = f"at {path} = {value:.7g} the orbit runs into a saddle"
+                return orbit_end(SADDLE_CONNECTION, value, description, cycle, saddle)
+        fold_ahead = next((f for f in (_fold_ahead(motion, cycle, p, way) for p in places) if f is not None), None)
+        fold, before, law = fold_ahead or fold, law, math.nan
+        if fold_ahead is not None:
+            state, value = fold_ahead
             law = cycle.period * math.sqrt(abs(value - cycle.parameter))
             if abs(law / before - 1) < _LAW and cycle.period > _LONG * least:
-                watch()
+                report()
                 if not _survives(motion, cycle, state, value + way * _PAST * size):
-                    return at_saddle_node(value, cycle, state)
+                    return saddle_node_end(value, cycle, state)
                 law = math.nan
                 continue
         if stays:
@@ -170,18 +172,18 @@ def followed_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, watch: W
         nearly = abs(law / before - 1) < _LOOSE
     if fold is not None and nearly:
         state, value = fold
-        if not _survives(motion, seen[-1], state, value + way * _PAST * size):
-            return at_saddle_node(value, seen[-1], state)
-    values, periods = np.array([[c.parameter, c.period] for c in seen]).T
-    end = branch_end(cycles, values, periods, seen[-3:], walk.end)
-    return ended(end.kind, end.parameter, end.sentence, seen[-1], end.equilibrium)
+        if not _survives(motion, orbits[-1], state, value + way * _PAST * size):
+            return saddle_node_end(value, orbits[-1], state)
+    values, periods = np.array([[c.parameter, c.period] for c in orbits]).T
+    end = branch_end(cycles, values, periods, orbits[-3:], walk.end)
+    return orbit_end(end.kind, end.parameter, end.sentence, orbits[-1], end.equilibrium)
 
 
 def _slow_places(cycles: Cycles, cycle: Cycle) -> list[np.ndarray]:
     """Return the states (n,) where an orbit is slow, the slowest first."""
     states, n = cycle.states[:, :-1], cycle.problem.n
-    given = np.concatenate([states, np.tile([[1.0], [cycle.parameter]], states.shape[1])])
-    speed = np.linalg.norm(cycles.equations.values(given)[0] / cycles.equations.scale[:n, None], axis=0)
+    points = np.concatenate([states, np.tile([[1.0], [cycle.parameter]], states.shape[1])])
+    speed = np.linalg.norm(cycles.equations.values(points)[0] / cycles.equations.scale[:n, None], axis=0)
     least = (speed < _SLOW * speed.max()) & (speed <= np.roll(speed, 1)) & (speed < np.roll(speed, -1))
     return [states[:, i] for i in sorted(np.flatnonzero(least).tolist(), key=lambda i: float(speed[i]))[:_PLACES]]
 
@@ -194,14 +196,14 @@ def _survives(motion: ModulatedMotion, cycle: Cycle, place: np.ndarray, value: f
     away = np.linalg.norm((cycle.states - place[:, None]) / np.ptp(cycle.states, axis=1)[:, None], axis=0)
     times = np.linspace(0.0, _PERIODS * cycle.period, _SAMPLES)
     run = integrate(compile_system(s.system, _TOLERANCE), cycle.states[:, int(away.argmax())], s.parameters_at(value), times)
-    states = run.uninterrupted().states
-    return not rests(states[:, -_SAMPLES // 4 :])
+    states = run.reraise_interrupt().states
+    return not is_at_rest(states[:, -_SAMPLES // 4 :])
 
 
-def enough(period: float, eigenvalues: np.ndarray) -> float:
+def connection_time(period: float, eigenvalues: np.ndarray) -> float:
     """Return the time in which a connection comes near to its saddle at both ends."""
     first, second = np.sort(eigenvalues.real)[::-1][:2].tolist()
-    return float(period + _DECAYED * (1 / first - 1 / second))
+    return float(period + _DECAY_TIMES * (1 / first - 1 / second))
 
 
 def connections_of(
@@ -213,7 +215,7 @@ def connections_of(
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
     # The time is fixed: where the curve ends at a saddle-node, so does its orbit, from which the next curve begins.
     return Connections.of(
-        s.system, paths, s.fixed_beside(*paths), bounds, time,
+        s.system, paths, s.fixed_values(*paths), bounds, time,
         folds=folds, winding=s.turns(winding), scale=motion.sizes(widths), steps=_STEPS, longest=time,
     )  # fmt: skip
 
@@ -228,10 +230,10 @@ def connections_at(
     if end.last is None or not len(end.equilibrium):
         raise RunError("the orbit's end is not known well enough to begin with")
     s, (_, cycle) = motion.subject, cycles_through(motion.subject, end.last)
-    rates = motion.equilibria.seen(motion.equilibria.start(end.equilibrium, end.value)).eigenvalues
-    time = enough(cycle.period, rates)
+    rates = motion.equilibria.evaluate(motion.equilibria.start(end.equilibrium, end.value)).eigenvalues
+    time = connection_time(cycle.period, rates)
     connections = connections_of(motion, (s.path, path), (s.bounds, bounds), time, end.last.winding)
-    return connections, of_cycle(connections, cycle, end.equilibrium, np.array([cycle.parameter, value]))
+    return connections, connection_from_cycle(connections, cycle, end.equilibrium, np.array([cycle.parameter, value]))
 
 
 def _connection(
@@ -240,7 +242,7 @@ def _connection(
     """Return the value at which an orbit becomes a connection of the saddle that it passes, and that saddle."""
     path, (low, high) = motion.subject.path, motion.subject.bounds
     try:
-        saddle = motion.equilibria.seen(motion.equilibria.start(slow, cycle.parameter))
+        saddle = motion.equilibria.evaluate(motion.equilibria.start(slow, cycle.parameter))
     except RunError:
         return None
     try:
@@ -248,17 +250,19 @@ def _connection(
         if saddle.unstable != 1 or beside > _BESIDE:
             return None
         around = (2 * low - high, 2 * high - low)
-        connections = connections_of(motion, (path,), (around,), enough(cycle.period, saddle.eigenvalues), cycles.winding)
-        found = of_cycle(connections, cycle, saddle.x, np.array([cycle.parameter]))
+        connections = connections_of(
+            motion, (path,), (around,), connection_time(cycle.period, saddle.eigenvalues), cycles.winding
+        )
+        connection = connection_from_cycle(connections, cycle, saddle.x, np.array([cycle.parameter]))
     except RunError:
         # A parameter that stays as the period grows is known, even if the connection cannot be computed.
         return (cycle.parameter, saddle.x) if stays else None
-    value, x = float(found.parameters[0]), found.equilibria[0]
+    value, x = float(connection.parameters[0]), connection.equilibria[0]
     near = abs(value - cycle.parameter) < _NEAR * (high - low)
-    return (value, x) if near and found.eigenvalues[0, 0].real > 0 else None
+    return (value, x) if near and connection.eigenvalues[0, 0].real > 0 else None
 
 
-def _ahead(motion: ModulatedMotion, cycle: Cycle, slow: np.ndarray, way: int) -> tuple[np.ndarray, float] | None:
+def _fold_ahead(motion: ModulatedMotion, cycle: Cycle, slow: np.ndarray, way: int) -> tuple[np.ndarray, float] | None:
     """Return the fold of steady states ahead of an orbit, where that is slowest."""
     try:
         x, (value,) = fold_at(motion.equilibria.equations, slow, np.array([cycle.parameter]))

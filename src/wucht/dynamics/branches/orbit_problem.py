@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
+from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.sections import Section, section_of
 from wucht.dynamics.branches.plane_regions import Range
-from wucht.dynamics.branches.steady_states import Words
+from wucht.dynamics.branches.steady_states import Labels
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.errors import InputError, nearest
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
-from wucht.machines.operation import turning as steady_machine
+from wucht.machines.operation import machine_at_speed as steady_machine
 from wucht.numerics.flow.program import Evaluator
 from wucht.system import System
 
@@ -57,24 +57,24 @@ class OrbitProblem:
     bounds: Range
     initial: Callable[[float], np.ndarray]
     observables: Callable[[np.ndarray, float], np.ndarray]
-    words: Words
+    labels: Labels
     embedding: np.ndarray | None = None
 
     @classmethod
-    def of(cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: OrbitSettings) -> OrbitProblem:
+    def of(cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: OrbitSettings) -> OrbitProblem:
         """Set up the equations along a parameter.
 
         Raises ``InputError`` where a machine has no averaged equations, where user equations depend on time, or a key does not
         fit.
         """
         if isinstance(subject, Machine):
-            return _of_machine(settings, subject, path, bounds)
-        return _of_equations(settings, subject, path, bounds)
+            return _machine_problem(settings, subject, path, bounds)
+        return _equations_problem(settings, subject, path, bounds)
 
     @property
-    def rotor(self) -> bool:
+    def shows_rotor_speed(self) -> bool:
         """True if the main rotor's speed is drawn."""
-        return self.words.state is None
+        return self.labels.state is None
 
     @property
     def turning(self) -> np.ndarray:
@@ -90,7 +90,7 @@ class OrbitProblem:
         """Return the values of all parameters, in order, at a value of the one that changes."""
         return self.system.values({**self.values, self.path: value})
 
-    def fixed_beside(self, *paths: str) -> dict[str, float]:
+    def fixed_values(self, *paths: str) -> dict[str, float]:
         """Return the values of all parameters except some."""
         return {n: self.values[n] for n in self.system.parameter_names if n not in paths}
 
@@ -99,28 +99,28 @@ class OrbitProblem:
         return {n: int(w) for n, w in zip(self.system.state_names, winding, strict=True) if w}
 
 
-def _of_machine(settings: OrbitSettings, machine: Machine, path: str, bounds: Range) -> OrbitProblem:
+def _machine_problem(settings: OrbitSettings, machine: Machine, path: str, bounds: Range) -> OrbitProblem:
     if settings.show is not None or settings.ranges is not None:
         key = "show" if settings.show is not None else "ranges"
         raise InputError(f"study.{key}", getattr(settings, key), "allowed for a table [system] only", code="system-only")
     steady = steady_machine(machine, None)
     inertia = keeps_inertia(steady, settings.inertia)
-    averaged = averaged_machine(steady, inertia)
-    part = section_of(averaged, True) if settings.together else None
-    system = _bare(averaged.system if part is None else part.system)
+    slow_machine = averaged_machine(steady, inertia)
+    part = section_of(slow_machine, True) if settings.together else None
+    system = _bare(slow_machine.system if part is None else part.system)
     if path not in system.parameter_names:
         raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
 
     def initial(value: float) -> np.ndarray:
-        at = steady.with_unchecked({path: value})
+        at = steady.with_unchecked_values({path: value})
         state = initial_state(at, settings.start)
         slow = averaged_machine(at, inertia)
         whole = slow.state(angles_in(at, state), speeds_in(at, state))
         return whole if part is None else np.linalg.lstsq(part.embedding, whole, rcond=None)[0]
 
-    observables, embedding = _observables(averaged, part, path, steady), None if part is None else part.embedding
-    words = Words.of(steady, averaged, inertia)
-    return OrbitProblem(system, steady.values, path, bounds, initial, observables, words, embedding)
+    observables, embedding = _observables(slow_machine, part, path, steady), None if part is None else part.embedding
+    labels = Labels.from_machine(steady, slow_machine, inertia)
+    return OrbitProblem(system, steady.values, path, bounds, initial, observables, labels, embedding)
 
 
 def _bare(system: System) -> System:
@@ -128,22 +128,22 @@ def _bare(system: System) -> System:
 
 
 def _observables(
-    averaged: AveragedMachine, part: Section | None, path: str, machine: Machine
+    slow_machine: AveragedMachine, part: Section | None, path: str, machine: Machine
 ) -> Callable[[np.ndarray, float], np.ndarray]:
     """Return a function for the main rotor's signed speed and the amplitude of the axis."""
-    system, rotor = averaged.system, machine.rotor.name
+    system, rotor = slow_machine.system, machine.rotor.name
     outputs = [system.output(f"speed[{rotor}]").expression, system.output("amplitude").expression]
-    evaluator, sense = Evaluator.of(system, outputs, ["speed", "amplitude"]), averaged.senses[rotor]
+    evaluator, sense = Evaluator.of(system, outputs, ["speed", "amplitude"]), slow_machine.senses[rotor]
 
     def observables(states: np.ndarray, value: float) -> np.ndarray:
         whole = states if part is None else part.embedding @ states
-        found = evaluator(np.zeros(whole.shape[1]), whole, system.values({**machine.values, path: value}))
-        return np.array([sense * found["speed"], found["amplitude"]])
+        output_values = evaluator(np.zeros(whole.shape[1]), whole, system.values({**machine.values, path: value}))
+        return np.array([sense * output_values["speed"], output_values["amplitude"]])
 
     return observables
 
 
-def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str, bounds: Range) -> OrbitProblem:
+def _equations_problem(settings: OrbitSettings, subject: UserSystem, path: str, bounds: Range) -> OrbitProblem:
     system, names = _bare(subject.system), subject.system.state_names
     for key in ("inertia", "together"):
         if getattr(settings, key):
@@ -152,19 +152,19 @@ def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str, bou
         raise InputError("system", None, "these equations depend on the time t: give the phase of the forcing as a state")
     turning = {s.name for s in system.angles}
     show = settings.show or next((n for n in names if n not in turning), names[0])
-    for name, where in [(show, "study.show"), *((n, f"study.start.{n}") for n in settings.start)]:
+    for name, location in [(show, "study.show"), *((n, f"study.start.{n}") for n in settings.start)]:
         if name not in names:
-            raise InputError(where, name, f"unknown state; {nearest(name, names)}")
+            raise InputError(location, name, f"unknown state; {nearest(name, names)}")
     start = np.array([_number(settings.start.get(n, 0.0), f"study.start.{n}") for n in names])
     row = names.index(show)
 
     def observables(states: np.ndarray, value: float) -> np.ndarray:
         return np.array([states[row], np.full(states.shape[1], np.nan)])
 
-    return OrbitProblem(system, subject.values, path, bounds, lambda _: start, observables, Words(f"state {show}", "", show))
+    return OrbitProblem(system, subject.values, path, bounds, lambda _: start, observables, Labels(f"state {show}", "", show))
 
 
-def _number(given: object, where: str) -> float:
-    if isinstance(given, bool) or not isinstance(given, int | float):
-        raise InputError(where, given, "must be a number")
-    return float(given)
+def _number(value: object, location: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(location, value, "must be a number")
+    return float(value)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wucht.numerics.zeros_and_peaks import at_passages
+from wucht.numerics.zeros_and_peaks import values_at_passages
 
 Range = tuple[float, float]
 Bounds = tuple[Range, Range]  # of both parameters of a plane
@@ -42,7 +42,7 @@ class PlaneCurve:
 
     def passes(self, x: float, y: float, near: float) -> bool:
         """True if it passes within a distance of a place, in the first parameter."""
-        return bool((np.abs(at_passages(self.y, y, self.x)[1] - x) < near).any())
+        return bool((np.abs(values_at_passages(self.y, y, self.x)[1] - x) < near).any())
 
     def ends_before(self, x: float, y: float, near: tuple[float, float]) -> bool:
         """True if one of its ends lies so near to a place, in both parameters, without reaching it."""
@@ -54,8 +54,8 @@ class PlaneCurve:
         way, x, y = np.array([b[0] - a[0], b[1] - a[1]]), self.x - a[0], self.y - a[1]
         beside = x * way[1] - y * way[0]
         along = (x * way[0] + y * way[1]) / (way @ way)
-        _, crossed = at_passages(beside, 0.0, along)
-        return bool(((crossed >= 0) & (crossed <= 1)).any())
+        _, crossings = values_at_passages(beside, 0.0, along)
+        return bool(((crossings >= 0) & (crossings <= 1)).any())
 
 
 @dataclass(frozen=True)
@@ -74,11 +74,11 @@ class CurvesAndPoints:
 
     curves: tuple[PlaneCurve, ...] = ()
     points: tuple[PlanePoint, ...] = ()
-    lost: tuple[str, ...] = ()
+    omissions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
-class Regions:
+class PlaneRegions:
     """Regions of a plane. index (rows, columns): number of the region at each place; x (columns,), y (rows,): the places."""
 
     index: np.ndarray
@@ -90,17 +90,17 @@ class Regions:
         """Number of regions."""
         return int(self.index.max()) + 1
 
-    def at(self, x: float, y: float) -> int:
+    def region_at(self, x: float, y: float) -> int:
         """Return the region of a place."""
         return int(self.index[np.abs(self.y - y).argmin(), np.abs(self.x - x).argmin()])
 
-    def at_an_edge(self, x: float, y: float) -> bool:
+    def is_near_edge(self, x: float, y: float) -> bool:
         """True if another region is so near to a place that the place might belong to it."""
         column, row = int(np.abs(self.x - x).argmin()), int(np.abs(self.y - y).argmin())
         around = self.index[max(row - _EDGE, 0) : row + _EDGE + 1, max(column - _EDGE, 0) : column + _EDGE + 1]
         return bool((around != self.index[row, column]).any())
 
-    def inmost(self, region: int) -> tuple[float, float]:
+    def innermost_point(self, region: int) -> tuple[float, float]:
         """Return the place of a region that is farthest from its edge."""
         from scipy.ndimage import distance_transform_edt
 
@@ -109,7 +109,7 @@ class Regions:
         return float(self.x[column]), float(self.y[row])
 
 
-def regions(curves: Sequence[tuple[np.ndarray, np.ndarray]], bounds: Sequence[tuple[float, float]]) -> Regions:
+def divide_plane(curves: Sequence[tuple[np.ndarray, np.ndarray]], bounds: Sequence[tuple[float, float]]) -> PlaneRegions:
     """Return the regions between curves, each given by its x and y (N,), of a plane with these bounds."""
     from scipy.ndimage import distance_transform_edt, label
 
@@ -134,27 +134,31 @@ def regions(curves: Sequence[tuple[np.ndarray, np.ndarray]], bounds: Sequence[tu
     nearest = distance_transform_edt(index < 0, return_distances=False, return_indices=True)
     index = index[tuple(nearest)]
     centres = (np.arange(_FINE) + 0.5) / _FINE
-    return Regions(index, x0 + centres * (x1 - x0), y0 + centres * (y1 - y0))
+    return PlaneRegions(index, x0 + centres * (x1 - x0), y0 + centres * (y1 - y0))
 
 
-def kinds_of(found: Regions, places: Sequence[tuple[float, float, str]]) -> tuple[list[str], list[tuple[float, float, str]]]:
+def kinds_by_region(
+    partition: PlaneRegions, places: Sequence[tuple[float, float, str]]
+) -> tuple[list[str], list[tuple[float, float, str]]]:
     """Return the kind of each region by the majority of places (x, y, kind) in it, "" where there is none.
 
     Returns also the places that contradict it, except for those at an edge.
     """
-    votes = [Counter[str]() for _ in range(found.count)]
+    votes = [Counter[str]() for _ in range(partition.count)]
     for x, y, kind in places:
-        votes[found.at(x, y)][kind] += 1
+        votes[partition.region_at(x, y)][kind] += 1
     kinds = [v.most_common(1)[0][0] if v else "" for v in votes]
-    return kinds, [p for p in places if kinds[found.at(p[0], p[1])] != p[2] and not found.at_an_edge(p[0], p[1])]
+    return kinds, [
+        p for p in places if kinds[partition.region_at(p[0], p[1])] != p[2] and not partition.is_near_edge(p[0], p[1])
+    ]
 
 
-def sides_of(found: Regions, kinds: Sequence[str], x: np.ndarray, y: np.ndarray) -> list[tuple[str, str]]:
+def sides_of(partition: PlaneRegions, kinds: Sequence[str], x: np.ndarray, y: np.ndarray) -> list[tuple[str, str]]:
     """Return the kinds of the regions left and right of the points (N,) of a curve."""
-    dx, dy = found.x[1] - found.x[0], found.y[1] - found.y[0]
+    dx, dy = partition.x[1] - partition.x[0], partition.y[1] - partition.y[0]
     along = np.gradient(np.array([x / dx, y / dy]), axis=1) if len(x) > 1 else np.ones((2, 1))
     across = np.array([-along[1], along[0]]) / np.maximum(np.linalg.norm(along, axis=0), 1e-12) * _BESIDE
     return [
-        (kinds[found.at(a + p * dx, b + q * dy)], kinds[found.at(a - p * dx, b - q * dy)])
+        (kinds[partition.region_at(a + p * dx, b + q * dy)], kinds[partition.region_at(a - p * dx, b - q * dy)])
         for a, b, p, q in zip(x, y, *across, strict=True)
     ]

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.branches.equilibrium_branches import ON, RANGE_ENDS, EquilibriumBranch, end_in_words
+from wucht.dynamics.branches.equilibrium_branches import BOUND_TOLERANCE, RANGE_ENDS, EquilibriumBranch, describe_end
 from wucht.dynamics.branches.plane_regions import COINCIDE, CurvesAndPoints, PlanePoint
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import WuchtError
 from wucht.numerics.continuation.equilibria import FOLD, HOPF
 from wucht.numerics.continuation.fold_curves import FoldPairs, Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
-from wucht.numerics.zeros_and_peaks import at_passages
+from wucht.numerics.zeros_and_peaks import values_at_passages
 
 _SAME = 1e-5  # in units of scale: a special point that lies on a curve
 
@@ -27,7 +27,7 @@ class BifurcationCurve:
     condition holds. coefficients (N): of the normal form at these, empty at others. ends: why it ends, at first and last.
     """
 
-    of: str
+    bifurcation: str
     kind: Kind
     u: np.ndarray
     kinds: tuple[str, ...]
@@ -44,7 +44,7 @@ class SecondParameter:
     value: float
 
 
-def starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind, np.ndarray]]:
+def curve_starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind, np.ndarray]]:
     """Return the folds and Hopf points of branches of isolated states: bifurcation, kind of the states, u (n+1,)."""
     return [
         (special, b.kind, b.u[:, i])
@@ -55,50 +55,56 @@ def starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind, np.nd
     ]
 
 
-def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: Kind, u: np.ndarray) -> BifurcationCurve:
+def curve_through(
+    states: SteadyStates, second: SecondParameter, bifurcation: str, kind: Kind, u: np.ndarray
+) -> BifurcationCurve:
     """Follow the curve through a fold or Hopf point both ways. Raises ``RunError`` where it cannot be followed."""
     equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
     problem = states.equilibria
     bounds = (states.bounds, second.bounds)
-    more: Folds | HopfPoints = (Folds if of == FOLD else HopfPoints)(equations, bounds, problem.steps, dict(problem.limits))
+    more: Folds | HopfPoints = (Folds if bifurcation == FOLD else HopfPoints)(
+        equations, bounds, problem.steps, dict(problem.limits)
+    )
     curve = more.branch(more.start(u[:-1], (float(u[-1]), second.value)))
     points = curve.points
-    ends = curve.ends if curve.closed else tuple(
-        _in_words(states, second, end, at) for end, at in zip(curve.ends, curve.u.T[[0, -1]], strict=True)
+    ends = curve.ends if curve.is_closed else tuple(
+        _describe_curve_end(states, second, end, at) for end, at in zip(curve.ends, curve.u.T[[0, -1]], strict=True)
     )  # fmt: skip
     return BifurcationCurve(
-        of, kind, curve.u, tuple(p.kind for p in points),
+        bifurcation, kind, curve.u, tuple(p.kind for p in points),
         tuple(dict(p.coefficients) if p.kind else {} for p in points), (ends[0], ends[1]),
     )  # fmt: skip
 
 
-def _in_words(states: SteadyStates, second: SecondParameter, said: str, at: np.ndarray) -> str:
+def _describe_curve_end(states: SteadyStates, second: SecondParameter, reason: str, at: np.ndarray) -> str:
     """Return why a curve ends at a point (n+2,)."""
     low, high = second.bounds
-    if min(abs(at[-1] - low), abs(at[-1] - high)) <= ON * (high - low):
+    if min(abs(at[-1] - low), abs(at[-1] - high)) <= BOUND_TOLERANCE * (high - low):
         return RANGE_ENDS
-    where = f"{states.path} = {at[-2]:.5g}, {second.path} = {at[-1]:.5g}"
-    return end_in_words(states.equilibria, where, states.end, at[:-1], said)
+    place = f"{states.path} = {at[-2]:.5g}, {second.path} = {at[-1]:.5g}"
+    return describe_end(states.equilibria, place, states.end_reason, at[:-1], reason)
 
 
-def passes(states: SteadyStates, second: SecondParameter, curve: BifurcationCurve, of: str, u: np.ndarray) -> bool:
+def lies_on_curve(
+    states: SteadyStates, second: SecondParameter, curve: BifurcationCurve, bifurcation: str, u: np.ndarray
+) -> bool:
     """True if a special point at the second parameter's nominal value lies on a curve."""
-    if curve.of != of:
+    if curve.bifurcation != bifurcation:
         return False
     scale = np.append(states.equilibria.equations.scale, second.bounds[1] - second.bounds[0])
     near = (np.abs(np.diff(curve.u / scale[:, None], axis=1)) ** 2).sum(axis=0) ** 0.5
-    passages, points = at_passages(curve.u[-1], second.value, curve.u)
+    passages, points = values_at_passages(curve.u[-1], second.value, curve.u)
     for i, at in zip(passages.tolist(), points.T, strict=True):
         away = (at[-2] - u[-1]) / scale[-2]
-        moved = states.ordinates(np.append(at[:-2], u[-1])[:, None]).speed - states.ordinates(u[:, None]).speed
-        if max(abs(away), abs(float(moved[0])) / states.size_of_shown) < max(_SAME, 0.1 * near[i]):
+        ordinate_change = states.ordinates(np.append(at[:-2], u[-1])[:, None]).speed - states.ordinates(u[:, None]).speed
+        if max(abs(away), abs(float(ordinate_change[0])) / states.ordinate_size) < max(_SAME, 0.1 * near[i]):
             return True
     return False
 
 
 def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]) -> CurvesAndPoints:
     """Return the crossings of fold curves of states of one name: there two pairs of steady states vanish at once."""
-    folds, points, lost = [c for c in curves if c.of == FOLD], list[PlanePoint](), list[str]()
+    folds, points, omissions = [c for c in curves if c.bifurcation == FOLD], list[PlanePoint](), list[str]()
     equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
     pairs = FoldPairs(equations, (states.bounds, second.bounds))
     for i, a in enumerate(folds):
@@ -108,14 +114,14 @@ def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequen
             for k, m in crossing_pieces(a.u[-2:], b.u[-2:]):
                 x, y = at = (a.u[-2:, k] + b.u[-2:, m]) / 2
                 try:
-                    u = pairs.near(a.u[:-2, k], b.u[:-2, m], at)
+                    u = pairs.nearest_pair(a.u[:-2, k], b.u[:-2, m], at)
                 except WuchtError as error:
                     place = f"{states.path} = {x:.6g}, {second.path} = {y:.6g}"
-                    lost.append(f"the crossing of two curves of folds near {place} is not located: {error}")
+                    omissions.append(f"the crossing of two curves of folds near {place} is not located: {error}")
                     continue
                 if not any(abs(c.x - u[-2]) + abs(c.y - u[-1]) < 1e-9 for c in points):
                     points.append(PlanePoint(COINCIDE, float(u[-2]), float(u[-1])))
-    return CurvesAndPoints((), tuple(points), tuple(lost))
+    return CurvesAndPoints((), tuple(points), tuple(omissions))
 
 
 def crossing_pieces(a: np.ndarray, b: np.ndarray) -> list[tuple[int, int]]:

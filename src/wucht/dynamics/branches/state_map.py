@@ -13,14 +13,14 @@ from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branc
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, ReachedMotions, reached_motions
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import Bounds, CurvesAndPoints, PlaneCurve, PlanePoint, cell_centres, regions
+from wucht.dynamics.branches.plane_regions import Bounds, CurvesAndPoints, PlaneCurve, PlanePoint, cell_centres, divide_plane
 from wucht.dynamics.branches.second_parameter import (
     BifurcationCurve,
     SecondParameter,
+    curve_starts,
     curve_through,
     fold_crossings,
-    passes,
-    starts,
+    lies_on_curve,
 )  # fmt: skip
 from wucht.dynamics.branches.state_rows import (
     NoOrbit,
@@ -31,10 +31,10 @@ from wucht.dynamics.branches.state_rows import (
     orbit_curve,
     steady_row,
 )  # fmt: skip
-from wucht.dynamics.branches.steady_states import BranchSettings, Watch
+from wucht.dynamics.branches.steady_states import BranchSettings, Heartbeat
 from wucht.dynamics.parameters import with_parameters
-from wucht.dynamics.work import Work, or_why, with_made
-from wucht.files.own_equations import OwnEquations
+from wucht.dynamics.work import Work, result_or_reason, with_result
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT
@@ -53,7 +53,7 @@ class StateMapCase:
     steady states. motion: None where modulated ones are left out. warnings: doubts about the equations.
     """
 
-    subject: Machine | OwnEquations
+    subject: Machine | UserSystem
     paths: tuple[str, str]
     bounds: Bounds
     cells: int
@@ -63,7 +63,7 @@ class StateMapCase:
 
     @classmethod
     def of(
-        cls, subject: Machine | OwnEquations, paths: tuple[str, str], bounds: Bounds, cells: int, settings: BranchSettings,
+        cls, subject: Machine | UserSystem, paths: tuple[str, str], bounds: Bounds, cells: int, settings: BranchSettings,
         orbits: OrbitSettings | None,
     ) -> StateMapCase:  # fmt: skip
         """Set up the plane of a machine, or of user equations. orbits: of modulated motions, None to leave them out.
@@ -75,7 +75,7 @@ class StateMapCase:
         if orbits is not None:
             motion = ModulatedMotion.of(subject, paths[0], bounds[0], orbits, states)
             motion.refuse_idle(dict(zip(("along", "second"), paths, strict=True)))
-        return replace(case, motion=motion, warnings=states.words.warnings)
+        return replace(case, motion=motion, warnings=states.labels.warnings)
 
     def row(self, second: float) -> BranchCase:
         """Return the steady states over the first parameter at a value of the second."""
@@ -89,11 +89,11 @@ class StateMapCase:
     def motion_at(self, second: float) -> ModulatedMotion:
         """Return the modulated motions at a value of the second parameter."""
         assert self.motion is not None
-        return self.motion.at({self.paths[1]: second})
+        return self.motion.with_values({self.paths[1]: second})
 
-    def orbits_at(self, second: float, watch: Watch) -> RowCase:
+    def orbits_at(self, second: float, report: Heartbeat) -> RowCase:
         """Return the row of modulated motions at a value of the second parameter."""
-        return RowCase(self.motion_at(second), self.paths[1], second, watch)
+        return RowCase(self.motion_at(second), self.paths[1], second, report)
 
     def second(self, value: float) -> SecondParameter:
         """Return the second parameter at a value."""
@@ -109,10 +109,10 @@ class StateFindings:
     curves: tuple[BifurcationCurve, ...] = ()
     crossings: tuple[PlanePoint, ...] = ()
     orbits: tuple[OrbitRow | NoOrbit, ...] = ()
-    reached: tuple[ReachedMotions, ...] = ()
+    runs_by_place: tuple[ReachedMotions, ...] = ()
     orbit_curves: tuple[PlaneCurve, ...] = ()
     extra: tuple[tuple[float, float], ...] = ()
-    lost: tuple[str, ...] = field(default_factory=tuple)
+    omissions: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
 
     @property
@@ -130,32 +130,36 @@ def map_states(case: StateMapCase, work: Work) -> Iterator[StateFindings]:
     seconds = case.centres(1).tolist()
     for k, second in enumerate(seconds):
         part = work.part(f"row {second!r}", _ROWS * k / len(seconds), _ROWS * (k + 1) / len(seconds))
-        findings = yield from _steady(case, findings, second, case.centres(0), part, work)
+        findings = yield from _follow_row(case, findings, second, case.centres(0), part, work)
     crossings = work.unit("crossings", partial(_crossings, case, findings.curves))
-    findings = replace(findings, crossings=crossings.points, lost=(*findings.lost, *crossings.lost))
+    findings = replace(findings, crossings=crossings.points, omissions=(*findings.omissions, *crossings.omissions))
     if case.motion is not None:
         findings = yield from _runs(case, findings, work)
         findings = yield from _orbits(case, findings, work)
         findings = yield from _further_orbits(case, findings, work)
-    findings = yield from _extra(case, findings, work)
+    findings = yield from _extra_places(case, findings, work)
     work.report(1.0)
     yield replace(findings, complete=True)
 
 
-def _steady(case: StateMapCase, findings: StateFindings, second: float, values: np.ndarray, part: Work, work: Work) -> Stage:
+def _follow_row(
+    case: StateMapCase, findings: StateFindings, second: float, values: np.ndarray, part: Work, work: Work
+) -> Stage:
     """Follow a row of steady states, and the curves through their folds and Hopf points that are not known yet."""
     row = case.row(second)
     *_, steady = follow_branches(row, part)
-    findings = with_made(findings, "rows", steady_row(second, steady.branches, values))
+    findings = with_result(findings, "rows", steady_row(second, steady.branches, values))
     yield findings
-    states, other = row.states, case.second(second)
-    for k, (of, kind, u) in enumerate(starts(steady.branches)):
-        if any(passes(states, other, c, of, u) for c in findings.curves):
+    states, second_parameter = row.states, case.second(second)
+    for k, (bifurcation, kind, u) in enumerate(curve_starts(steady.branches)):
+        if any(lies_on_curve(states, second_parameter, c, bifurcation, u) for c in findings.curves):
             continue
-        part.report(0.5, f"{of}s in both parameters")
-        curve = work.unit(f"curve {second!r} {k}", partial(or_why, curve_through, states, other, of, kind, u))
-        at = f"the {of} at {case.paths[0]} = {u[-1]:.6g}, {case.paths[1]} = {second:.6g}"
-        findings = with_made(findings, "curves", curve, f"{at} is not followed: ")
+        part.report(0.5, f"{bifurcation}s in both parameters")
+        curve = work.unit(
+            f"curve {second!r} {k}", partial(result_or_reason, curve_through, states, second_parameter, bifurcation, kind, u)
+        )
+        at = f"the {bifurcation} at {case.paths[0]} = {u[-1]:.6g}, {case.paths[1]} = {second:.6g}"
+        findings = with_result(findings, "curves", curve, f"{at} is not followed: ")
         yield findings
     return findings
 
@@ -179,10 +183,10 @@ def _with_runs(
     case: StateMapCase, findings: StateFindings, work: Work, values: list[float], second: float, share: float
 ) -> StateFindings:
     """Add the motions that runs reach at values of the first parameter."""
-    watch = partial(work.report, share, f"runs from several starts at {case.paths[1]} = {second:.4g}")
-    watch()
-    make = partial(reached_motions, case.motion_at(second), values, second, watch)
-    return replace(findings, reached=(*findings.reached, *work.unit(f"runs {second!r}", make)))
+    report = partial(work.report, share, f"runs from several starts at {case.paths[1]} = {second:.4g}")
+    report()
+    make = partial(reached_motions, case.motion_at(second), values, second, report)
+    return replace(findings, runs_by_place=(*findings.runs_by_place, *work.unit(f"runs {second!r}", make)))
 
 
 def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
@@ -193,39 +197,44 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
     assert case.motion is not None
     seconds = case.centres(1).tolist()
     given_up = set[tuple[int, ...]]()
-    for family in range(_MOST_FAMILIES if not case.motion.in_part else 0):
-        seeds = [at for at in _unexplained(findings) if tuple(at[1].winding.tolist()) not in given_up]
+    for family in range(_MOST_FAMILIES if not case.motion.is_partial else 0):
+        seeds = [at for at in _unexplained_orbits(findings) if tuple(at[1].winding.tolist()) not in given_up]
         if not seeds:
             break
         winding = Counter(tuple(seed.winding.tolist()) for _, seed in seeds).most_common(1)[0][0]
-        mine = [(second, seed) for second, seed in seeds if tuple(seed.winding.tolist()) == winding]
-        begin = seconds.index(Counter(second for second, _ in mine).most_common(1)[0][0])
-        made = dict[int, OrbitRow | NoOrbit]()
+        family_seeds = [(second, seed) for second, seed in seeds if tuple(seed.winding.tolist()) == winding]
+        begin = seconds.index(Counter(second for second, _ in family_seeds).most_common(1)[0][0])
+        orbit_rows = dict[int, OrbitRow | NoOrbit]()
         for k in [*range(begin, len(seconds)), *range(begin - 1, -1, -1)]:
-            beside, given = made.get(k - 1 if k > begin else k + 1), [seed for second, seed in mine if second == seconds[k]]
-            if not given and not isinstance(beside, OrbitRow):
+            beside, row_seeds = (
+                orbit_rows.get(k - 1 if k > begin else k + 1),
+                [seed for second, seed in family_seeds if second == seconds[k]],
+            )
+            if not row_seeds and not isinstance(beside, OrbitRow):
                 continue
-            watch = partial(work.report, _ORBITS, f"further modulated motions at {case.paths[1]} = {seconds[k]:.4g}")
-            watch()
-            make = partial(case.orbits_at(seconds[k], watch).further_row, beside, tuple(given))
-            made[k] = work.unit(f"orbits {seconds[k]!r} {family}", make)
-            findings = with_made(findings, "orbits", made[k])
+            report = partial(work.report, _ORBITS, f"further modulated motions at {case.paths[1]} = {seconds[k]:.4g}")
+            report()
+            make = partial(case.orbits_at(seconds[k], report).further_row, beside, tuple(row_seeds))
+            orbit_rows[k] = work.unit(f"orbits {seconds[k]!r} {family}", make)
+            findings = with_result(findings, "orbits", orbit_rows[k])
             yield findings
-            findings = yield from _curves_of(case, findings, made[k], work, _ORBITS)
-        if not any(isinstance(row, OrbitRow) for row in made.values()):
-            lost = f"the modulated motion that runs reach, such as {mine[0][1].begun}, is not followed over the plane"
-            findings = with_made(findings, "orbits", lost)
+            findings = yield from _curves_of(case, findings, orbit_rows[k], work, _ORBITS)
+        if not any(isinstance(row, OrbitRow) for row in orbit_rows.values()):
+            sentence = (
+                f"the modulated motion that runs reach, such as {family_seeds[0][1].origin}, is not followed over the plane"
+            )
+            findings = with_result(findings, "orbits", sentence)
             given_up.add(winding)
     return findings
 
 
-def _unexplained(findings: StateFindings) -> list[tuple[float, SeedOrbit]]:
+def _unexplained_orbits(findings: StateFindings) -> list[tuple[float, SeedOrbit]]:
     """Return the orbits that runs have reached and no row has, with the values of the second parameter."""
     return [
         (place.y, orbit)
-        for place in findings.reached
+        for place in findings.runs_by_place
         for orbit in place.orbits
-        if not any(r.second == place.y and r.has(place.x, orbit.winding) for r in findings.orbit_rows)
+        if not any(r.second == place.y and r.has_orbit(place.x, orbit.winding) for r in findings.orbit_rows)
     ]
 
 
@@ -234,23 +243,23 @@ def _orbits(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
     seconds = case.centres(1).tolist()
     middle = len(seconds) // 2
     order = [*range(middle, len(seconds)), *range(middle - 1, -1, -1)]
-    made = dict[int, OrbitRow | NoOrbit]()
+    orbit_rows = dict[int, OrbitRow | NoOrbit]()
     for done, k in enumerate(order):
         share = _RUNS + (_ORBITS - _RUNS) * done / len(order)
-        what = f"modulated motions at {case.paths[1]} = {seconds[k]:.4g}"
-        work.report(share, what)
-        beside = made.get(k - 1 if k > middle else k + 1)
-        made[k] = _orbit_row(case, work, seconds[k], beside, share, what)
-        findings = replace(findings, orbits=tuple(made[i] for i in sorted(made)))
+        label = f"modulated motions at {case.paths[1]} = {seconds[k]:.4g}"
+        work.report(share, label)
+        beside = orbit_rows.get(k - 1 if k > middle else k + 1)
+        orbit_rows[k] = _orbit_row(case, work, seconds[k], beside, share, label)
+        findings = replace(findings, orbits=tuple(orbit_rows[i] for i in sorted(orbit_rows)))
         yield findings
-        findings = yield from _curves_of(case, findings, made[k], work, share)
+        findings = yield from _curves_of(case, findings, orbit_rows[k], work, share)
     return findings
 
 
 def _orbit_row(
-    case: StateMapCase, work: Work, second: float, near: OrbitRow | NoOrbit | None, share: float, what: str
+    case: StateMapCase, work: Work, second: float, near: OrbitRow | NoOrbit | None, share: float, label: str
 ) -> OrbitRow | NoOrbit:
-    row = case.orbits_at(second, partial(work.report, share, what))
+    row = case.orbits_at(second, partial(work.report, share, label))
     return work.unit(f"orbits {second!r}", partial(row.row, near))
 
 
@@ -261,40 +270,40 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
     there, second = case.motion_at(row.second), case.second(row.second)
     width, spacing = (high - low for low, high in case.bounds)
     beside = 0.1 * width, 1.5 * spacing / case.cells
-    wanted = [(k.kind, k.value, partial(or_why, orbit_curve, there, second, row, k)) for k in row.special]
-    wanted += [
-        (SADDLE_CONNECTION, s.value, partial(or_why, connection_curve, there, second, row, s))
+    curve_makers = [(k.kind, k.value, partial(result_or_reason, orbit_curve, there, second, row, k)) for k in row.special]
+    curve_makers += [
+        (SADDLE_CONNECTION, s.value, partial(result_or_reason, connection_curve, there, second, row, s))
         for s in row.sides if s.kind == SADDLE_CONNECTION
     ]  # fmt: skip
-    for kind, value, make in wanted:
+    for kind, value, make in curve_makers:
         alike = [c for c in findings.orbit_curves if c.kind == kind]
         if kind == BRANCH_POINT and any(c.ends_before(value, row.second, beside) for c in alike):
             continue
         if any(c.passes(value, row.second, _ON_CURVE * width) for c in alike):
             continue
         work.report(share, f"the curve of the {kind.replace('-', ' ')}s of modulated motions")
-        made = work.unit(f"{kind} {value!r} {row.second!r}", make)
+        curve = work.unit(f"{kind} {value!r} {row.second!r}", make)
         at = f"at {case.paths[0]} = {value:.6g}, {case.paths[1]} = {row.second:.6g}"
         missing = f"the {kind} of the modulated motion {at} is not followed: "
-        findings = with_made(findings, "orbit_curves", made, missing)
+        findings = with_result(findings, "orbit_curves", curve, missing)
         yield findings
     return findings
 
 
 def lines_of(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return all curves as x and y."""
-    return [(c.u[-2], c.u[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended(case, findings)]
+    return [(c.u[-2], c.u[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended_curves(case, findings)]
 
 
-def extended(case: StateMapCase, findings: StateFindings) -> list[PlaneCurve]:
+def extended_curves(case: StateMapCase, findings: StateFindings) -> list[PlaneCurve]:
     """Return the curves of orbits; those of a loss of stability are extended through the rows to a crossing of folds.
 
     Near such a crossing the period is so long that the curve's equations cannot be followed; the rows' exponents are known.
     """
-    made, spacing = list[PlaneCurve](), (case.bounds[1][1] - case.bounds[1][0]) / case.cells
+    curves, spacing = list[PlaneCurve](), (case.bounds[1][1] - case.bounds[1][0]) / case.cells
     for c in findings.orbit_curves:
         if c.kind != BRANCH_POINT:
-            made.append(c)
+            curves.append(c)
             continue
         order = np.argsort(c.y)
         x, y = c.x[order], c.y[order]
@@ -308,26 +317,26 @@ def extended(case: StateMapCase, findings: StateFindings) -> list[PlaneCurve]:
             line += [(p.x, p.y) for p in findings.crossings if inside and 0 < sign * (p.y - last[1]) < 1.5 * spacing]
             for a, b in line:
                 x, y = (np.append(x, a), np.append(y, b)) if sign > 0 else (np.insert(x, 0, a), np.insert(y, 0, b))
-        made.append(replace(c, x=x, y=y))
-    return made
+        curves.append(replace(c, x=x, y=y))
+    return curves
 
 
-def _extra(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
+def _extra_places(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
     """Examine a place in each region without a cell's centre; where that reveals further curves, repeat."""
     cells = [(x, y) for y in case.centres(1).tolist() for x in case.centres(0).tolist()]
     while len(findings.extra) < _MOST_EXTRA:
-        parted = regions(lines_of(case, findings), case.bounds)
-        known = {parted.at(x, y) for x, y in (*cells, *findings.extra)}
-        missing = next((k for k in range(parted.count) if k not in known), None)
+        partition = divide_plane(lines_of(case, findings), case.bounds)
+        sampled_regions = {partition.region_at(x, y) for x, y in (*cells, *findings.extra)}
+        missing = next((k for k in range(partition.count) if k not in sampled_regions), None)
         if missing is None:
             break
-        x, y = parted.inmost(missing)
+        x, y = partition.innermost_point(missing)
         part = work.part(f"place {len(findings.extra)}", _ORBITS, 1.0)
-        findings = yield from _steady(case, findings, y, np.array([x]), part, part)
+        findings = yield from _follow_row(case, findings, y, np.array([x]), part, part)
         if case.motion is not None:
             near = min(findings.orbit_rows, key=lambda r: abs(r.second - y), default=None)
-            made = _orbit_row(case, part, y, near, _ORBITS, "modulated motions in a small region")
-            findings = _with_runs(case, with_made(findings, "orbits", made), part, [x], y, _ORBITS)
-        findings = with_made(findings, "extra", (x, y))
+            row = _orbit_row(case, part, y, near, _ORBITS, "modulated motions in a small region")
+            findings = _with_runs(case, with_result(findings, "orbits", row), part, [x], y, _ORBITS)
+        findings = with_result(findings, "extra", (x, y))
         yield findings
     return findings

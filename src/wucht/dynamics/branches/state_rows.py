@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, Stability
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, StabilityLevel
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, lost_states
 from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through, half_branch, stored_orbit
-from wucht.dynamics.branches.orbit_endings import OrbitEnd, born_at, connections_at, followed_to_end
+from wucht.dynamics.branches.orbit_endings import OrbitEnd, connections_at, follow_to_end, orbit_beyond_loss
 from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.dynamics.branches.second_parameter import SecondParameter
-from wucht.dynamics.branches.steady_states import Watch
+from wucht.dynamics.branches.steady_states import Heartbeat
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
@@ -28,7 +28,7 @@ from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
 from wucht.numerics.periodic.cycles import Cycles
 
-ONE = "one stable state"
+ONE_STABLE = "one stable state"
 STABLE = 2  # a place's level: see ``LEVELS``
 _LONGEST = 3.0  # times the period of the first orbit: up to there stability is computed
 _LONGER = 8.0  # times the period of the orbit with which a curve begins
@@ -47,18 +47,18 @@ class SteadyRow:
 
 def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.ndarray) -> SteadyRow:
     """Return the row from the branches of steady states over the first parameter."""
-    found = []
+    stable_names = []
     for value in values.tolist():
-        names, unnamed = set[str](), 0
+        names, unnamed_count = set[str](), 0
         for b in branches:
-            v, stable = b.values, b.stability > Stability.NONE
+            v, stable = b.values, b.stability > StabilityLevel.UNSTABLE
             for i in np.flatnonzero((v[:-1] - value) * (v[1:] - value) <= 0).tolist():
                 if stable[i] and stable[i + 1]:
-                    unnamed += not b.kind.name
+                    unnamed_count += not b.kind.name
                     names |= {b.kind.name} if b.kind.name else set()
-        names |= {ONE if unnamed == 1 else f"{unnamed} stable states"} if unnamed else set()
-        found.append(tuple(sorted(names)))
-    return SteadyRow(second, tuple(found))
+        names |= {ONE_STABLE if unnamed_count == 1 else f"{unnamed_count} stable states"} if unnamed_count else set()
+        stable_names.append(tuple(sorted(names)))
+    return SteadyRow(second, tuple(stable_names))
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class OrbitRow:
     middle: SeedOrbit
     whole: SeedOrbit
 
-    def has(self, value: float, winding: np.ndarray) -> bool:
+    def has_orbit(self, value: float, winding: np.ndarray) -> bool:
         """True if it has a stable orbit of a winding (n,), of all equations, at a value."""
         return self.state_at(value) == STABLE and bool((self.whole.winding == winding).all())
 
@@ -104,24 +104,24 @@ class RowCase:
     motion: ModulatedMotion
     path: str
     second: float
-    watch: Watch
+    report: Heartbeat
 
     def row(self, near: OrbitRow | NoOrbit | None) -> OrbitRow | NoOrbit:
         """Follow the branch of modulated motions. near: that at a neighbouring value."""
         sentences, (low, high) = list[str](), self.motion.subject.bounds
-        seed = self.carried(near)
-        for lost in lost_states(self.motion.steady()) if seed is None else ():
-            if seed is None and low < lost.value < high:
-                seed = born_at(self.motion, lost, sentences, self.watch)
+        seed = self.seed_from_neighbour(near)
+        for loss in lost_states(self.motion.steady_branches()) if seed is None else ():
+            if seed is None and low < loss.value < high:
+                seed = orbit_beyond_loss(self.motion, loss, sentences, self.report)
         if seed is None:
             return NoOrbit(self.second, "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there")
         return self.row_through(seed)
 
-    def further_row(self, near: OrbitRow | NoOrbit | None, given: tuple[SeedOrbit, ...]) -> OrbitRow | NoOrbit:
+    def further_row(self, near: OrbitRow | NoOrbit | None, seeds: tuple[SeedOrbit, ...]) -> OrbitRow | NoOrbit:
         """Follow the branch of a motion that runs have reached: through a seed, or through the neighbouring branch's orbit."""
-        beside = self.carried(near)
+        beside = self.seed_from_neighbour(near)
         row: OrbitRow | NoOrbit = NoOrbit(self.second, "the neighbouring motion is not followed to there")
-        for seed in (*([beside] if beside is not None else []), *given):
+        for seed in (*([beside] if beside is not None else []), *seeds):
             row = self.row_through(seed)
             if isinstance(row, OrbitRow):
                 break
@@ -130,70 +130,70 @@ class RowCase:
     def row_through(self, seed: SeedOrbit) -> OrbitRow | NoOrbit:
         """Follow the branch through an orbit both ways."""
         try:
-            ends = (followed_to_end(self.motion, seed, way, self.watch) for way in (-1, 1))
+            ends = (follow_to_end(self.motion, seed, way, self.report) for way in (-1, 1))
             low, high = sorted(ends, key=lambda end: end.value)
-            middle = self._within(seed, (low.value + high.value) / 2)
+            middle = self._orbit_within(seed, (low.value + high.value) / 2)
             e = self.motion.subject.embedding
-            parted = e is not None and e.shape[0] == e.shape[1] + 1
-            return (self._in_section if parted else self._by_collocation)((low, high), middle)
+            has_section = e is not None and e.shape[0] == e.shape[1] + 1
+            return (self._row_in_section if has_section else self._row_by_collocation)((low, high), middle)
         except WuchtError as error:
             return NoOrbit(self.second, str(error))
 
-    def _within(self, seed: SeedOrbit, value: float) -> SeedOrbit:
+    def _orbit_within(self, seed: SeedOrbit, value: float) -> SeedOrbit:
         """Return the orbit of a branch at a value, or as near to it as the branch is followed."""
         low, high = sorted((seed.value, value))
         if high - low < 1e-6 * self.motion.subject.width:
             return seed
         cycles, start = cycles_through(replace(self.motion.subject, bounds=(low, high)), seed)
         last = _last_of(cycles, start, value > seed.value)
-        return replace(SeedOrbit.of(cycles, last, "within a branch", both_ways=True), longest=seed.longest)
+        return replace(SeedOrbit.from_cycle(cycles, last, "within a branch", both_ways=True), longest=seed.longest)
 
-    def _by_collocation(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
+    def _row_by_collocation(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
         """Compute the row with the stability by collocation, in all equations."""
-        lifted = self.motion.lifted(replace(middle, longest=_LONGEST * middle.period))
-        parts = [half_branch(self.motion.whole, lifted, onward, False, lambda _: self.watch()) for onward in (False, True)]
+        whole_seed = self.motion.lift(replace(middle, longest=_LONGEST * middle.period))
+        parts = [half_branch(self.motion.whole, whole_seed, onward, False, lambda _: self.report()) for onward in (False, True)]
         values = np.concatenate([p.values for p in parts])
         order = np.argsort(values)
-        trusted = np.concatenate([p.trusted for p in parts])[order]
+        is_trusted = np.concatenate([p.is_trusted for p in parts])[order]
         stable = np.concatenate([p.stable for p in parts])[order]
-        special = tuple(k for p in parts for k in p.kept if k.kind)
-        known = trusted if trusted.any() else np.ones(len(values), bool)
-        return OrbitRow(self.second, sides, values[order][known], stable[known], special, middle, lifted)
+        special = tuple(k for p in parts for k in p.stored_orbits if k.kind)
+        usable = is_trusted if is_trusted.any() else np.ones(len(values), bool)
+        return OrbitRow(self.second, sides, values[order][usable], stable[usable], special, middle, whole_seed)
 
-    def _in_section(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
+    def _row_in_section(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
         """Compute the row where one direction leads out of the section: its exponent is a mean, accurate for any period."""
         seed = replace(middle, longest=_LONGEST * middle.period)
         cycles, start = cycles_through(self.motion.subject, seed)
-        exponent, passed = transverse_exponent(self.motion), [start]
+        exponent, orbits = transverse_exponent(self.motion), [start]
         for first in (start, cycles.backwards(start)):
             for cycle in cycles.walk(first):
-                self.watch()
-                passed += [] if cycle.kind else [cycle]
-        passed.sort(key=lambda c: c.parameter)
-        values, out = np.array([c.parameter for c in passed]), np.array([exponent(c) for c in passed])
-        inside = np.array([not c.trusted or c.unstable == 0 for c in passed])
+                self.report()
+                orbits += [] if cycle.kind else [cycle]
+        orbits.sort(key=lambda c: c.parameter)
+        values, out = np.array([c.parameter for c in orbits]), np.array([exponent(c) for c in orbits])
+        inside = np.array([not c.is_trusted or c.unstable == 0 for c in orbits])
         i = np.flatnonzero(out[:-1] * out[1:] < 0)
-        lost = values[i] + out[i] / (out[i] - out[i + 1]) * (values[i + 1] - values[i])
+        loss_values = values[i] + out[i] / (out[i] - out[i + 1]) * (values[i + 1] - values[i])
         special = tuple(
-            replace(stored_orbit(passed[k]), value=at, kind=BRANCH_POINT)
-            for k, at in zip(i.tolist(), lost.tolist(), strict=True)
+            replace(stored_orbit(orbits[k]), value=at, kind=BRANCH_POINT)
+            for k, at in zip(i.tolist(), loss_values.tolist(), strict=True)
         )
-        return OrbitRow(self.second, sides, values, inside & (out < 0), special, middle, self.motion.lifted(seed))
+        return OrbitRow(self.second, sides, values, inside & (out < 0), special, middle, self.motion.lift(seed))
 
-    def carried(self, near: OrbitRow | NoOrbit | None) -> SeedOrbit | None:
+    def seed_from_neighbour(self, near: OrbitRow | NoOrbit | None) -> SeedOrbit | None:
         """Follow the middle orbit of a neighbouring branch to the value of the second parameter; None where that fails."""
         if not isinstance(near, OrbitRow) or near.second == self.second:
             return near.middle if isinstance(near, OrbitRow) else None
         seed = near.middle
         low, high = sorted((near.second, self.second))
-        here = self.motion.at({self.motion.subject.path: seed.value}).subject
+        here = self.motion.with_values({self.motion.subject.path: seed.value}).subject
         begin = replace(seed, value=near.second, scale=np.append(seed.scale[:-1], high - low))
         try:
             cycles, start = cycles_through(replace(here, path=self.path, bounds=(low, high)), begin)
             last = _last_of(cycles, start, self.second > near.second)
             if not math.isclose(last.parameter, self.second, rel_tol=1e-9):
                 return None
-            orbit = SeedOrbit.of(cycles, last, "a neighbouring branch", both_ways=True)
+            orbit = SeedOrbit.from_cycle(cycles, last, "a neighbouring branch", both_ways=True)
         except RunError:
             return None
         return replace(orbit, value=seed.value, scale=seed.scale, longest=seed.longest)
@@ -203,7 +203,7 @@ def transverse_exponent(motion: ModulatedMotion) -> Callable[[Cycle], float]:
     """Return a function for ln mu of the one direction that leads out of the section, by an integral over an orbit."""
     whole, e = motion.whole, motion.subject.embedding
     assert e is not None
-    equations = Equations.of(whole.system, [whole.path], whole.fixed_beside(whole.path))
+    equations = Equations.of(whole.system, [whole.path], whole.fixed_values(whole.path))
     out = np.linalg.qr(e, mode="complete")[0][:, -1]
 
     def exponent(cycle: Cycle) -> float:
@@ -229,15 +229,15 @@ def orbit_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow,
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
     sizes = dict(zip(subject.system.state_names, seed.scale[:-1].tolist(), strict=True)) | widths
     longest = _LONGER * special.period
-    at = _located(*cycles_through(subject, replace(seed, longest=longest)), special)
-    of = CycleCurve.of(
-        special.kind, subject.system, paths, subject.fixed_beside(*paths), bounds,
+    at = _locate_special(*cycles_through(subject, replace(seed, longest=longest)), special)
+    curves = CycleCurve.of(
+        special.kind, subject.system, paths, subject.fixed_values(*paths), bounds,
         winding=subject.turns(seed.winding), scale=sizes, periods=(0.0, longest),
     )  # fmt: skip
-    return _both_ways(special.kind, of, of.start(at, row.second))
+    return _curve_both_ways(special.kind, curves, curves.start(at, row.second))
 
 
-def _located(cycles: Cycles, start: Cycle, special: StoredOrbit) -> Cycle:
+def _locate_special(cycles: Cycles, start: Cycle, special: StoredOrbit) -> Cycle:
     """Recompute the special orbit on the branch of another one. Raises ``RunError``."""
     for cycle in cycles.walk(start if special.value > start.parameter else cycles.backwards(start)):
         if cycle.kind == special.kind and abs(cycle.parameter - special.value) < _SAME * (cycles.bounds[1] - cycles.bounds[0]):
@@ -245,13 +245,15 @@ def _located(cycles: Cycles, start: Cycle, special: StoredOrbit) -> Cycle:
     raise RunError("the special orbit could not be recomputed")
 
 
-def _both_ways(kind: str, of: Any, start: Any) -> PlaneCurve:
+def _curve_both_ways(kind: str, curves: Any, start: Any) -> PlaneCurve:
     """Follow the curve through a point of a ``CycleCurve``, or of ``Connections``, both ways."""
-    back, onward = ([p.parameters[:2] for p in islice(of.walk(first), _POINTS)] for first in (of.backwards(start), start))
+    back, onward = (
+        [p.parameters[:2] for p in islice(curves.walk(first), _POINTS)] for first in (curves.backwards(start), start)
+    )
     x, y = np.array([*back[::-1], start.parameters[:2], *onward], float).T
     return PlaneCurve(kind, x, y)
 
 
 def connection_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, end: OrbitEnd) -> PlaneCurve:
     """Follow the curve of saddle connections through the end of a row both ways. Raises ``WuchtError`` if there is none."""
-    return _both_ways(SADDLE_CONNECTION, *connections_at(motion, second.path, second.bounds, end, row.second))
+    return _curve_both_ways(SADDLE_CONNECTION, *connections_at(motion, second.path, second.bounds, end, row.second))

@@ -10,18 +10,18 @@ from typing import Protocol
 
 import numpy as np
 
-from wucht.analysis.averaged import AveragedMachine
+from wucht.analysis.averaged_machine import AveragedMachine
 from wucht.analysis.configurations.closed_form import State
 from wucht.errors import InputError, RunError, nearest
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
-from wucht.numerics.angles import wrapped
+from wucht.numerics.angles import wrap_angle
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.deflation import deflated, seeded
+from wucht.numerics.continuation.deflation import deflated_solutions, random_starts
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 
-Watch = Callable[[], None]
+Heartbeat = Callable[[], None]
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class StatesAtValue:
     points: tuple[np.ndarray, ...]
     families: tuple[State, ...]
     complete: bool
-    shown: str
+    evidence: str
     speeds: tuple[float, float] | None = None
 
 
@@ -73,13 +73,13 @@ class Ordinates:
 
 
 @dataclass(frozen=True)
-class Words:
+class Labels:
     """Names and units in results. ordinate: the quantity that is drawn, and its unit. state: its name, None for the main
     rotor's speed. inertia: True if the averaged equations have that of the balancing bodies, None where there are none. speed,
     time, length: units of speeds, of times and of the amplitude.
     """
 
-    shown: str
+    ordinate: str
     unit: str
     state: str | None
     inertia: bool | None = None
@@ -89,16 +89,16 @@ class Words:
     warnings: tuple[str, ...] = field(default_factory=tuple)
 
     @classmethod
-    def of(cls, machine: Machine, averaged: AveragedMachine, inertia: bool, state: str | None = None) -> Words:
+    def from_machine(cls, machine: Machine, slow_machine: AveragedMachine, inertia: bool, state: str | None = None) -> Labels:
         """Return the labels of a machine. state: that is drawn; None: the main rotor's speed."""
         units = machine.units
-        shown, unit = "speed of the main rotor", units.speed
+        ordinate, unit = "speed of the main rotor", units.speed
         if state is not None and state.endswith(".phase"):
-            shown, unit = f"phase of {state.removesuffix('.phase')}", "rad" if units.time else ""
+            ordinate, unit = f"phase of {state.removesuffix('.phase')}", "rad" if units.time else ""
         elif state is not None:
-            shown = f"speed of {state.removesuffix('.speed')}"
+            ordinate = f"speed of {state.removesuffix('.speed')}"
         length = machine.orbit_unit if units.length else ""
-        return cls(shown, unit, state, inertia, units.speed, units.time, length, averaged.warnings)
+        return cls(ordinate, unit, state, inertia, units.speed, units.time, length, slow_machine.warnings)
 
     @property
     def rate(self) -> str:
@@ -106,7 +106,7 @@ class Words:
         return f"1/{self.time}" if self.time else ""
 
 
-def in_words(speeds: tuple[float, float], unit: str) -> str:
+def speed_range_text(speeds: tuple[float, float], unit: str) -> str:
     """Return a range as text: ``speeds from 0.2 to 200 rad/s``."""
     return f"speeds from {speeds[0]:.4g} to {speeds[1]:.4g} {unit}".rstrip()
 
@@ -137,17 +137,17 @@ class SteadyStates(Protocol):
         """Return the equations with another varied parameter, scaled by the width of its range."""
 
     @property
-    def size_of_shown(self) -> float:
+    def ordinate_size(self) -> float:
         """Typical change of the ordinate."""
 
     @property
-    def words(self) -> Words:
+    def labels(self) -> Labels:
         """Names and units in results."""
 
-    def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
+    def states_at(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
         """Search all states at a value. Raises ``InputError`` where that is impossible."""
 
-    def same(self, u: np.ndarray, v: np.ndarray) -> bool:
+    def is_same(self, u: np.ndarray, v: np.ndarray) -> bool:
         """True if points at one value are one state."""
 
     def kind(self, u: np.ndarray) -> Kind:
@@ -156,10 +156,10 @@ class SteadyStates(Protocol):
     def ordinates(self, u: np.ndarray) -> Ordinates:
         """Return the ordinates of points (n+1, N)."""
 
-    def stated(self, u: np.ndarray) -> Mapping[str, float]:
+    def state_by_name(self, u: np.ndarray) -> Mapping[str, float]:
         """Return the state at a point by names."""
 
-    def end(self, u: np.ndarray) -> str:
+    def end_reason(self, u: np.ndarray) -> str:
         """Return why a branch ends at a point at which a state leaves its limits."""
 
 
@@ -177,7 +177,7 @@ class SystemEquilibria:
     show: the state that is drawn. Points u (n+1,) are states and the parameter's value.
     """
 
-    subject: OwnEquations
+    subject: UserSystem
     path: str
     bounds: tuple[float, float]
     ranges: Mapping[str, tuple[float, float]]
@@ -185,13 +185,13 @@ class SystemEquilibria:
 
     @classmethod
     def of(
-        cls, subject: OwnEquations, path: str, bounds: tuple[float, float], settings: BranchSettings
+        cls, subject: UserSystem, path: str, bounds: tuple[float, float], settings: BranchSettings
     ) -> SystemEquilibria:  # fmt: skip
         """Set up the equilibria. Raises ``InputError`` where a setting does not fit the equations, or they depend on time."""
         names, turning = subject.system.state_names, {s.name for s in subject.system.angles}
-        for key, given in (("only", settings.only), ("inertia", settings.inertia)):
-            if given is not None:
-                raise InputError(f"study.{key}", given, "allowed for a machine only")
+        for key, setting in (("only", settings.only), ("inertia", settings.inertia)):
+            if setting is not None:
+                raise InputError(f"study.{key}", setting, "allowed for a machine only")
         if subject.system.depends_on_time:
             raise InputError("system", None, "these equations depend on the time t: they have no equilibria")
         show = settings.show or names[0]
@@ -203,9 +203,12 @@ class SystemEquilibria:
                 raise InputError(f"study.ranges.{name}", list(ranges[name]), f"unknown state; {nearest(name, names)}")
         for name in names:
             if name not in ranges:
-                needed = f"needed is a pair [low, high] for {name}: ranges = {{ {name} = [low, high] }}"
+                requirement = f"needed is a pair [low, high] for {name}: ranges = {{ {name} = [low, high] }}"
                 raise InputError(
-                    "study.ranges", None, f"this key is missing; {needed}, in which equilibria are searched", code="missing"
+                    "study.ranges",
+                    None,
+                    f"this key is missing; {requirement}, in which equilibria are searched",
+                    code="missing",
                 )
         return cls(subject, path, bounds, {n: ranges[n] for n in names}, show)
 
@@ -244,30 +247,32 @@ class SystemEquilibria:
         return Equations.of(self.subject.system, [self.path, second], self.subject.values, self._scale | {second: width})
 
     @property
-    def size_of_shown(self) -> float:
+    def ordinate_size(self) -> float:
         """See ``SteadyStates``."""
         return self._scale.get(self.show, 1.0)
 
     @property
-    def words(self) -> Words:
+    def labels(self) -> Labels:
         """See ``SteadyStates``."""
-        return Words(f"state {self.show}", "", self.show)
+        return Labels(f"state {self.show}", "", self.show)
 
-    def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
+    def states_at(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
         """See ``SteadyStates``: by Newton's method from many starts within the ranges, with deflation of known states."""
-        if watch is not None:
-            watch()
+        if report is not None:
+            report()
         low, high = np.array([self.ranges[n] for n in self.names]).T
-        starts, equations = seeded(low, high, _STARTS), self.equilibria.equations
+        starts, equations = random_starts(low, high, _STARTS), self.equilibria.equations
         if _singular(equations, starts, value):
             raise RunError("the equations are singular at every start: their equilibria, if there are any, are not isolated")
-        solutions = deflated(equations, [value], starts).points.T
+        solutions = deflated_solutions(equations, [value], starts).points.T
         width, turning = equations.scale[:-1], equations.turns[:-1] > 0
         inside = [x for x in solutions if ((x >= low - width) & (x <= high + width) | turning).all()]
-        shown = f"deflated Newton's method from {_STARTS} starts within the ranges of the states: no proof that none is missing"
-        return StatesAtValue(tuple(np.append(x, value) for x in inside), (), False, shown)
+        evidence = (
+            f"deflated Newton's method from {_STARTS} starts within the ranges of the states: no proof that none is missing"
+        )
+        return StatesAtValue(tuple(np.append(x, value) for x in inside), (), False, evidence)
 
-    def same(self, u: np.ndarray, v: np.ndarray) -> bool:
+    def is_same(self, u: np.ndarray, v: np.ndarray) -> bool:
         """See ``SteadyStates``: up to whole turns of angles."""
         e = self.equilibria.equations
         away = u - v
@@ -283,11 +288,11 @@ class SystemEquilibria:
         """See ``SteadyStates``."""
         return Ordinates(u[self.names.index(self.show)], np.full(u.shape[1], math.nan))
 
-    def stated(self, u: np.ndarray) -> dict[str, float]:
+    def state_by_name(self, u: np.ndarray) -> dict[str, float]:
         """See ``SteadyStates``."""
-        return {n: float(wrapped(x) if n in self._turning else x) for n, x in zip(self.names, u[:-1], strict=True)}
+        return {n: float(wrap_angle(x) if n in self._turning else x) for n, x in zip(self.names, u[:-1], strict=True)}
 
-    def end(self, u: np.ndarray) -> str:
+    def end_reason(self, u: np.ndarray) -> str:
         """See ``SteadyStates``."""
         for i, (low, high) in self.equilibria.limits.items():
             if not low < u[i] < high:

@@ -13,12 +13,12 @@ from collections.abc import Mapping
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.dynamics.entrainment.entrainment_case import SweptParameter
 from wucht.dynamics.run_ups.initial_state import angles_in
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed
-from wucht.numerics.angles import within_half_a_turn
+from wucht.numerics.angles import wrap_to_pi
 from wucht.numerics.continuation.equations import Equations
 from wucht.system import System
 
@@ -38,12 +38,12 @@ class AveragedEquations:
     """
 
     def __init__(
-        self, machine: Machine, swept: SweptParameter, senses: Mapping[str, float], limits: tuple[float, float]
+        self, machine: Machine, parameter: SweptParameter, senses: Mapping[str, float], limits: tuple[float, float]
     ) -> None:
         """Derive the equations. senses: +-1 per body. Raises ``InputError`` where the machine has no averaged equations."""
-        self.averaged = averaged_machine(machine, turning={name: int(sense) for name, sense in senses.items()})
-        self.machine, self.swept, self.limits = machine, swept, limits
-        self.names = self.averaged.system.state_names
+        self.slow_machine = averaged_machine(machine, turning={name: int(sense) for name, sense in senses.items()})
+        self.machine, self.parameter, self.limits = machine, parameter, limits
+        self.names = self.slow_machine.system.state_names
         self.n = len(self.names)
         self.phase_rows = {n.removesuffix(".phase"): i for i, n in enumerate(self.names) if n.endswith(".phase")}
         self.phases = np.array([n.endswith(".phase") for n in self.names])
@@ -51,31 +51,31 @@ class AveragedEquations:
         self.sizes = np.where(self.phases, 1.0, self.pace)
         # The parameter's scale is that of its nominal value: limits may lie far beyond any band.
         width = limits[1] - limits[0]
-        self.unit = min(width, swept.size or width)
+        self.unit = min(width, parameter.size or width)
         self.equations = self._equations()
 
     def _equations(self) -> Equations:
         """Return the equations with the swept parameter varied, and those that follow from it as definitions."""
-        system, name = self.averaged.system, self.swept.name
+        system, name = self.slow_machine.system, self.parameter.name
         scale = dict(zip(self.names, self.sizes.tolist(), strict=True)) | {name: self.unit}
-        if self.swept.shares.keys() != {name}:
-            varied = sp.Symbol(name, real=True)
-            follows = [(p, mean + share * varied) for p, (mean, share) in self._of_swept(system).items()]
-            kept = tuple(p for p in system.parameters if p not in dict(follows))
+        if self.parameter.shares.keys() != {name}:
+            symbol = sp.Symbol(name, real=True)
+            follows = [(p, mean + share * symbol) for p, (mean, share) in self._symbol_shares(system).items()]
+            parameters = tuple(p for p in system.parameters if p not in dict(follows))
             definitions = (*follows, *system.definitions)
-            system = System(system.states, system.derivatives, (*kept, varied), definitions, angles=system.angles)
+            system = System(system.states, system.derivatives, (*parameters, symbol), definitions, angles=system.angles)
         return Equations.of(system, [name], self.machine.values, scale)
 
-    def _of_swept(self, system: System) -> dict[sp.Symbol, tuple[float, float]]:
+    def _symbol_shares(self, system: System) -> dict[sp.Symbol, tuple[float, float]]:
         symbols = dict(zip(system.parameter_names, system.parameters, strict=True))
-        return {symbols[path]: share for path, share in self.swept.shares.items()}
+        return {symbols[path]: share for path, share in self.parameter.shares.items()}
 
     def rates(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
         """Return dx/dt (n, N) at states (n, N), scaled, and the derivatives (N, n, n) by the scaled states."""
-        rate, jacobian, _ = self._linearised(states, np.full(states.shape[1], value))
+        rate, jacobian, _ = self._linearisation(states, np.full(states.shape[1], value))
         return rate, jacobian
 
-    def _linearised(self, states: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _linearisation(self, states: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ``rates`` at values (N,) of the parameter, and the derivatives (N, n) by the scaled parameter."""
         f, f_u = self.equations.values(np.vstack([states, values]))
         scale = self.pace * self.sizes[:, None]
@@ -87,7 +87,7 @@ class AveragedEquations:
         _, jacobian = self.rates(state[:, None], value)
         return np.asarray(np.linalg.eigvals(jacobian[0]) * self.pace)
 
-    def stable(self, state: np.ndarray, value: float) -> bool:
+    def is_stable(self, state: np.ndarray, value: float) -> bool:
         """True if all disturbances decay."""
         values = self.eigenvalues(state, value)
         return bool(values.real.max() < -STABLE * np.abs(values).max())
@@ -104,20 +104,20 @@ class AveragedEquations:
             step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(np.abs(step).max(axis=0), 1e-300))
             x = x + step * self.sizes[:, None]
         rate, _ = self.rates(x, value)
-        different: list[np.ndarray] = []
+        distinct: list[np.ndarray] = []
         for k in np.flatnonzero(np.abs(rate).max(axis=0) < _SMALL) if x.size else ():
-            state = self.wrapped(x[:, k])
-            if self.turning(state) and not any(self.distance(state, other) < _SAME for other in different):
-                different.append(state)
-        return different
+            state = self.wrap_phases(x[:, k])
+            if self.is_turning(state) and not any(self.distance(state, previous) < _SAME for previous in distinct):
+                distinct.append(state)
+        return distinct
 
     @np.errstate(all="ignore")  # a start from which Newton's method diverges is left out
-    def with_a_phase_held(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
+    def with_fixed_phase(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
         """Return equilibria (n, k) from starts (n, N) whose first phase stays, and the parameter values (k,) they need."""
         free = np.delete(np.arange(self.n), int(self.phases.argmax()))
         x, values = states.copy(), np.full(states.shape[1], value)
         for _ in range(_FAR_STEPS):
-            rate, jacobian, by_value = self._linearised(x, values)
+            rate, jacobian, by_value = self._linearisation(x, values)
             matrix = np.concatenate([jacobian[:, :, free], by_value[:, :, None]], axis=2)
             good = np.isfinite(rate).all(axis=0) & np.isfinite(matrix).all(axis=(1, 2)) & (np.linalg.det(matrix) != 0)
             x, values, rate, matrix = x[:, good], values[good], rate[:, good], matrix[good]
@@ -125,21 +125,21 @@ class AveragedEquations:
             step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(np.abs(step).max(axis=0), 1e-300))
             x[free] += step[:-1] * self.sizes[free, None]
             values = values + step[-1] * self.unit
-        arrived = np.abs(self._linearised(x, values)[0]).max(axis=0, initial=0.0) < _SMALL
-        return x[:, arrived], values[arrived]
+        has_converged = np.abs(self._linearisation(x, values)[0]).max(axis=0, initial=0.0) < _SMALL
+        return x[:, has_converged], values[has_converged]
 
-    def turning(self, state: np.ndarray) -> bool:
+    def is_turning(self, state: np.ndarray) -> bool:
         """True if all rotors turn in their senses."""
         return bool((state[~self.phases] > 0).all())
 
-    def wrapped(self, state: np.ndarray) -> np.ndarray:
+    def wrap_phases(self, state: np.ndarray) -> np.ndarray:
         """Return the state with phases in (-pi, pi]."""
         return np.where(self.phases, math.pi - np.remainder(math.pi - state, 2 * math.pi), state)
 
-    def distance(self, states: np.ndarray, other: np.ndarray) -> np.ndarray:
+    def distance(self, states: np.ndarray, reference: np.ndarray) -> np.ndarray:
         """Return the distance between states (..., n) and a reference (n,), scaled, up to whole turns of phases."""
-        away = (states - other) / self.sizes
-        return np.asarray(np.abs(np.where(self.phases, within_half_a_turn(away), away)).max(axis=-1))
+        away = (states - reference) / self.sizes
+        return np.asarray(np.abs(np.where(self.phases, wrap_to_pi(away), away)).max(axis=-1))
 
     def starts(self) -> np.ndarray:
         """Return starts with phases around the circle, all rotors at one speed: of the vibration, or up to that of a motor."""
@@ -151,17 +151,17 @@ class AveragedEquations:
             root = 2 ** (-1 / np.arange(1, k + 1))  # an additive recurrence fills the cube of phases evenly
             grid = np.remainder(np.outer(np.arange(1, 65), root), 1.0) * 2 * math.pi
         speeds = np.array([self.pace])
-        if machine.shaken is None:
+        if machine.shaken_coordinate is None:
             free = [abs(f) for f in (free_speed(machine, r) for r in machine.rotors) if f] or [self.pace]
             speeds = np.append(np.linspace(0.3, 1.1, 9) * max(free), np.mean(free))
         return np.vstack([np.repeat(grid, len(speeds), axis=0).T, np.tile(speeds, (self.n - k, len(grid)))])
 
     def state_at(self, machine: Machine, time: float, state: np.ndarray, speed: float) -> np.ndarray:
         """Return the averaged state (n,) of a state (m,) of the full machine at a time, all rotors at one absolute speed."""
-        angles, senses = angles_in(machine, state), self.averaged.senses
-        if machine.shaken is not None:  # the phase is relative to that of the vibration at this time
+        angles, senses = angles_in(machine, state), self.slow_machine.senses
+        if machine.shaken_coordinate is not None:  # the phase is relative to that of the vibration at this time
             angles = {n: a - senses[n] * time * self.pace for n, a in angles.items()}
-        return self.averaged.state(angles, {n: senses[n] * speed for n in angles})
+        return self.slow_machine.state(angles, {n: senses[n] * speed for n in angles})
 
     def speed(self, states: np.ndarray) -> np.ndarray:
         """Return the common speed (N,) in the main rotor's sense: of the vibration, or of the main rotor."""

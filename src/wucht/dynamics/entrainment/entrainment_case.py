@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.dynamics.parameters import parameter_of
-from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.verdicts.locking import is_locking
 from wucht.errors import InputError
 from wucht.machines.limits import check_values
@@ -34,33 +34,33 @@ class SweptParameter:
 
     name: str
     unit: str
-    what: str
-    own: float
+    description: str
+    nominal_value: float
     shares: Mapping[str, tuple[float, float]]
 
     @property
     def size(self) -> float:
         """Largest of the nominal value and of the parameters at 0, in magnitude."""
-        return max(abs(self.own), *(abs(mean) for mean, _ in self.shares.values()))
+        return max(abs(self.nominal_value), *(abs(mean) for mean, _ in self.shares.values()))
 
     def values(self, value: float) -> dict[str, float]:
         """Return the parameters' values, by path."""
         return {path: mean + share * value for path, (mean, share) in self.shares.items()}
 
-    def at(self, machine: Machine, value: float) -> Machine:
+    def machine_at(self, machine: Machine, value: float) -> Machine:
         """Return the machine with this value."""
-        return machine.with_unchecked(self.values(value))
+        return machine.with_unchecked_values(self.values(value))
 
-    def refuse(self, machine: Machine, value: float, where: str) -> None:
+    def refuse(self, machine: Machine, value: float, location: str) -> None:
         """Raise ``InputError`` where a part does not allow a value."""
         if self.name == AMPLITUDE and value < 0:
-            raise InputError(where, value, "must be an amplitude from 0 on")
-        check_values(machine.parts, self.values(value), where, machine.values)
+            raise InputError(location, value, "must be an amplitude from 0 on")
+        check_values(machine.parts, self.values(value), location, machine.values)
 
     def widest(self, machine: Machine) -> tuple[float, float] | None:
         """Return limits far beyond any band, within which it is searched; None where no scale is known."""
         if self.name == AMPLITUDE:
-            return 0.0, _LARGEST_AMPLITUDE * self.own
+            return 0.0, _LARGEST_AMPLITUDE * self.nominal_value
         if self.name != DETUNING and not self.name.endswith(".no_load_speed"):
             return None
         reach = _REACH * max(abs(machine.shaking_frequency or 0.0), self.size)
@@ -73,28 +73,30 @@ def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter
     By default the no-load speed of the main rotor's drive; of two exciters the difference of their motors; of a rotor without
     drive the amplitude of the vibration.
     """
-    if name == DETUNING or (name is None and machine.shaken is None and _two_motors(machine)):
+    if name == DETUNING or (name is None and machine.shaken_coordinate is None and _two_motors(machine)):
         return _detuning(machine)
     name = name or no_load_speed(machine, machine.rotor)
     if name is None and not machine.drives and AMPLITUDE in machine.parameters:
         name = AMPLITUDE
     if name is None:
-        needed = "the main rotor's drive has no no_load_speed: needed is the path of a parameter"
-        raise InputError("study.along", None, f"this key is missing; {needed}", code="missing")
+        requirement = "the main rotor's drive has no no_load_speed: needed is the path of a parameter"
+        raise InputError("study.along", None, f"this key is missing; {requirement}", code="missing")
     p = parameter_of(machine, name)
-    return SweptParameter(name, p.unit, p.words or name, p.value, {name: (0.0, 1.0)})
+    return SweptParameter(name, p.unit, p.full_name or name, p.value, {name: (0.0, 1.0)})
 
 
 def no_load_speed(machine: Machine, rotor: RotatingBody) -> str | None:
     """Return the path of the no-load speed of a rotor's drive, None without such a key, or with a gear between."""
     paths = [d.no_load_path() for d in machine.drives if d.on == rotor.name and d.transmission is None]
-    scheduled = {s.parameter for s in machine.schedules}
-    return next((p for p in paths if p is not None and p not in scheduled), None)
+    scheduled_paths = {s.parameter for s in machine.schedules}
+    return next((p for p in paths if p is not None and p not in scheduled_paths), None)
 
 
 def _two_motors(machine: Machine) -> dict[str, float]:
     """Return the paths of the no-load speeds of two motors and the senses of their rotors; empty unless there are just two."""
-    senses = {no_load_speed(machine, r): sense_of(machine, r) for r in machine.rotors if r.coordinate.prescribed is None}
+    senses = {
+        no_load_speed(machine, r): sense_of(machine, r) for r in machine.rotors if r.coordinate.prescribed_velocity is None
+    }
     paths = {path: sense for path, sense in senses.items() if path is not None}
     return paths if len(paths) == len(senses) == 2 else {}
 
@@ -122,7 +124,7 @@ class EntrainmentCase:
     machine: Machine
     initial: np.ndarray
     start: Mapping[str, Any]
-    swept: SweptParameter
+    parameter: SweptParameter
     limits: tuple[float, float]
     range: tuple[float, float] | None
     resolution: float | None
@@ -133,7 +135,7 @@ class EntrainmentCase:
     def of(
         cls,
         machine: Machine,
-        swept: SweptParameter,
+        parameter: SweptParameter,
         start: Mapping[str, Any],
         points: int,
         range: tuple[float, float] | None = None,  # noqa: A002 - the key of a study file
@@ -142,21 +144,24 @@ class EntrainmentCase:
     ) -> EntrainmentCase:
         """Set up the case of a machine. Raises ``InputError`` where nothing can be entrained, or a value is not allowed."""
         check_entrainable(machine)
-        limits = range or swept.widest(machine)
+        limits = range or parameter.widest(machine)
         if limits is None:
             raise InputError(
-                "study.range", None, f"this key is missing; needed is a pair [low, high] of a {swept.what}", code="missing"
+                "study.range",
+                None,
+                f"this key is missing; needed is a pair [low, high] of a {parameter.description}",
+                code="missing",
             )
         for i, value in enumerate(range or ()):
-            swept.refuse(machine, value, f"study.range[{i}]")
-        placed, initial = placed_at_start(machine, start)
-        limits = min(limits[0], swept.own), max(limits[1], swept.own)
-        case = cls(placed, initial, start, swept, limits, range, resolution, points, until)
+            parameter.refuse(machine, value, f"study.range[{i}]")
+        placed_machine, initial = prepare_start(machine, start)
+        limits = min(limits[0], parameter.nominal_value), max(limits[1], parameter.nominal_value)
+        case = cls(placed_machine, initial, start, parameter, limits, range, resolution, points, until)
         if range is None:  # the band of existence determines it
             try:
                 averaged_machine(case.steady)
             except InputError as error:
-                reason = f"the averaged equations are left out: {error.allowed}"
+                reason = f"the averaged equations are left out: {error.explanation}"
                 raise InputError(
                     "study.range", None, f"this key is missing, and cannot be chosen: {reason}", code="not-chosen"
                 ) from None
@@ -165,14 +170,16 @@ class EntrainmentCase:
     @property
     def steady(self) -> Machine:
         """Machine after the end of its schedules."""
-        return self.machine.at(self.machine.breakpoints[-1]).changed(schedules=())
+        return self.machine.at(self.machine.breakpoints[-1]).with_fields(schedules=())
 
 
 def check_entrainable(machine: Machine) -> None:
     """Raise ``InputError`` for machines in which nothing can be entrained."""
     if not is_locking(machine):
-        needed = "a carrier.motion of amplitude and frequency, or two rotors or more whose speed no drive prescribes"
-        raise InputError("machine", None, f"nothing can be entrained: needed is {needed}")
-    prescribed = next((r.name for r in machine.rotors if r.coordinate.prescribed is not None), None)
-    if prescribed is not None:
-        raise InputError("machine.drive", None, f"the drive prescribes the speed of {prescribed!r}: it cannot be entrained")
+        requirement = "a carrier.motion of amplitude and frequency, or two rotors or more whose speed no drive prescribes"
+        raise InputError("machine", None, f"nothing can be entrained: needed is {requirement}")
+    prescribed_rotor = next((r.name for r in machine.rotors if r.coordinate.prescribed_velocity is not None), None)
+    if prescribed_rotor is not None:
+        raise InputError(
+            "machine.drive", None, f"the drive prescribes the speed of {prescribed_rotor!r}: it cannot be entrained"
+        )

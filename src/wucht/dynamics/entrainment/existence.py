@@ -31,7 +31,7 @@ RANGE = "range"
 
 
 @dataclass(frozen=True)
-class Branch:
+class ExistenceBranch:
     """Equilibria along their arc length.
 
     values: (N,) of the parameter. states: (n, N). stable: (N,), at a special point as beside it on the stable side. kinds (N):
@@ -43,7 +43,7 @@ class Branch:
     stable: np.ndarray
     kinds: tuple[str, ...]
     leaving: np.ndarray
-    closed: bool
+    is_closed: bool
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,9 @@ class Continuation:
         turning = dict.fromkeys(np.flatnonzero(~equations.phases).tolist(), (0.0, math.inf))
         self.problem = Equilibria(equations.equations, equations.limits, _STEPS, turning)
 
-    def branches(self, values: Sequence[float], more: np.ndarray | None, work: Work) -> tuple[Branch, ...]:
+    def branches(self, values: Sequence[float], more: np.ndarray | None, work: Work) -> tuple[ExistenceBranch, ...]:
         """Follow all branches through the values, from many starts there and from states ``more`` (n, N) at the first."""
-        branches: list[Branch] = []
+        branches: list[ExistenceBranch] = []
 
         def follow(state: np.ndarray, value: float, share: float) -> None:
             work.report(share, "averaged equations")
@@ -86,12 +86,12 @@ class Continuation:
         for i, value in enumerate(values):
             for state in work.unit(f"equilibria at {value!r}", partial(self.equations.equilibria, value, None if i else more)):
                 follow(state, value, i / len(values))
-        for state, value in () if branches else work.unit("equilibria anywhere", partial(self._anywhere, values[0])):
+        for state, value in () if branches else work.unit("equilibria anywhere", partial(self._equilibria_anywhere, values[0])):
             follow(state, value, 1.0)
         work.report(1.0, "averaged equations")
         return tuple(branches)
 
-    def branch(self, state: np.ndarray, value: float) -> Branch:
+    def branch(self, state: np.ndarray, value: float) -> ExistenceBranch:
         """Follow the branch through an equilibrium both ways, up to the limits or until it closes."""
         at, e = np.append(state, value), self.problem.equations
         whole = self.problem.branch(self.problem.curve.start(at, direction(e.values(at)[1], e.scale)))
@@ -101,9 +101,9 @@ class Continuation:
         beside = np.append(False, decays[:-1] & ~special[:-1]) | np.append(decays[1:] & ~special[1:], False)
         leaving = np.take_along_axis(exponents, exponents.real.argmax(axis=1)[:, None], axis=1)[:, 0]
         kinds, stable = tuple(p.kind for p in whole.points), np.where(special, beside, decays)
-        return Branch(whole.u[-1], whole.u[:-1], stable, kinds, leaving, whole.closed)
+        return ExistenceBranch(whole.u[-1], whole.u[:-1], stable, kinds, leaving, whole.is_closed)
 
-    def passes(self, branch: Branch, state: np.ndarray, value: float) -> bool:
+    def passes(self, branch: ExistenceBranch, state: np.ndarray, value: float) -> bool:
         """True if an equilibrium lies on a branch."""
         v, states = branch.values, branch.states.T
         k = np.flatnonzero((np.minimum(v[1:], v[:-1]) <= value) & (value <= np.maximum(v[1:], v[:-1])))
@@ -112,13 +112,13 @@ class Continuation:
         between = states[k] + share[:, None] * (states[k + 1] - states[k])
         return bool((self.equations.distance(between, state) < STEP).any())
 
-    def stable_ranges(self, branches: Sequence[Branch]) -> tuple[StableRange, ...]:
+    def stable_ranges(self, branches: Sequence[ExistenceBranch]) -> tuple[StableRange, ...]:
         """Return all stable stretches."""
         ranges = []
         for index, b in enumerate(branches):
             regular = np.flatnonzero([not kind for kind in b.kinds])
             stable = b.stable[regular]
-            if b.closed and not stable.all():  # begin where it is not stable, so that no stretch is cut
+            if b.is_closed and not stable.all():  # begin where it is not stable, so that no stretch is cut
                 first = int(np.flatnonzero(~stable)[0])
                 regular = np.concatenate([regular[first:-1], regular[: first + 1]])  # its last point is its first
                 stable = b.stable[regular]
@@ -130,18 +130,20 @@ class Continuation:
                 ranges.append(StableRange(index, low, high, regular[begin:end]))
         return tuple(ranges)
 
-    def _anywhere(self, value: float) -> list[tuple[np.ndarray, float]]:
+    def _equilibria_anywhere(self, value: float) -> list[tuple[np.ndarray, float]]:
         """Search equilibria at any other values: one phase is held, and the value that it needs is solved for."""
         e, (low, high) = self.equations, self.equations.limits
-        states, values = e.with_a_phase_held(e.starts()[:, :_ANYWHERE], value)
-        return [(e.wrapped(x), float(v)) for x, v in zip(states.T, values, strict=True) if low <= v <= high and e.turning(x)]
+        states, values = e.with_fixed_phase(e.starts()[:, :_ANYWHERE], value)
+        return [
+            (e.wrap_phases(x), float(v)) for x, v in zip(states.T, values, strict=True) if low <= v <= high and e.is_turning(x)
+        ]
 
 
-def _edge(b: Branch, inside: int, outside: int | None) -> Edge:
+def _edge(b: ExistenceBranch, inside: int, outside: int | None) -> Edge:
     """Return where stability is lost between a stable point and its neighbour: at the special point between them."""
     if outside is None:
         return Edge(float(b.values[inside]), RANGE)
-    forward = (outside - inside) % len(b.values) <= len(b.values) // 2 if b.closed else outside > inside
+    forward = (outside - inside) % len(b.values) <= len(b.values) // 2 if b.is_closed else outside > inside
     step = 1 if forward else -1
     beside = (inside + step) % len(b.values)
     if kind := b.kinds[beside]:
@@ -166,23 +168,23 @@ class Existence:
 
     equations: AveragedEquations | None = None
     warnings: tuple[str, ...] = ()
-    branches: tuple[Branch, ...] = ()
+    branches: tuple[ExistenceBranch, ...] = ()
     band: StableRange | None = None
     slowest_rate: float | None = None
     phases: Mapping[str, float] = field(default_factory=dict)
 
 
-def existence(case: EntrainmentCase, own: RunFromStart, senses: Mapping[str, float], work: Work) -> Existence:
+def existence(case: EntrainmentCase, nominal_run: RunFromStart, senses: Mapping[str, float], work: Work) -> Existence:
     """Follow all equilibria, and choose the band. nominal_run: of the unchanged machine. senses: +-1 per body.
 
     Raises ``InputError`` where the machine has no averaged equations.
     """
-    equations, value = AveragedEquations(case.steady, case.swept, senses, case.limits), case.swept.own
-    reached = None
-    if own.entrained:
-        reached = equations.state_at(case.machine, own.end_time, own.end_state, abs(own.mean_speed))
+    equations, value = AveragedEquations(case.steady, case.parameter, senses, case.limits), case.parameter.nominal_value
+    run_state = None
+    if nominal_run.is_entrained:
+        run_state = equations.state_at(case.machine, nominal_run.end_time, nominal_run.end_state, abs(nominal_run.mean_speed))
     continuation = Continuation(equations)
-    branches = continuation.branches(_values(case, senses), None if reached is None else reached[:, None], work)
+    branches = continuation.branches(_values(case, senses), None if run_state is None else run_state[:, None], work)
     ranges = work.unit("stable ranges", lambda: continuation.stable_ranges(branches))
 
     def nearest(r: StableRange) -> np.ndarray:
@@ -193,17 +195,17 @@ def existence(case: EntrainmentCase, own: RunFromStart, senses: Mapping[str, flo
     def order(r: StableRange) -> tuple[float, float, float]:
         """Return the sorting key: first the range of the machine; else the nearest one, and of several the widest."""
         away = max(r.low.value - value, value - r.high.value, 0.0)
-        apart = 0.0 if reached is None else float(equations.distance(nearest(r), reached))
+        apart = 0.0 if run_state is None else float(equations.distance(nearest(r), run_state))
         return away, round(apart, 3), r.low.value - r.high.value
 
-    existing = Existence(equations, equations.averaged.warnings, branches)
+    existing = Existence(equations, equations.slow_machine.warnings, branches)
     if not ranges:
         return existing
     band = min(ranges, key=order)
     low, high, near = band.low.value, band.high.value, nearest(band)
     inside = low < value < high
     value_inside = value if inside else float(np.clip(value, low + 0.1 * (high - low), high - 0.1 * (high - low)))
-    stable = [s for s in equations.equilibria(value_inside, near[:, None]) if equations.stable(s, value_inside)]
+    stable = [s for s in equations.equilibria(value_inside, near[:, None]) if equations.is_stable(s, value_inside)]
     state = min(stable, key=lambda s: equations.distance(s, near), default=near)
     phases = {name: float(state[row]) for name, row in equations.phase_rows.items()} if inside else {}
     rate = -float(equations.eigenvalues(state, value_inside).real.max())
@@ -212,17 +214,17 @@ def existence(case: EntrainmentCase, own: RunFromStart, senses: Mapping[str, flo
 
 def _values(case: EntrainmentCase, senses: Mapping[str, float]) -> list[float]:
     """Return the values of the search for equilibria: the nominal one, and where entrainment needs no torque."""
-    machine, swept = case.machine, case.swept
-    values, paths = [swept.own], {no_load_speed(machine, r): r for r in machine.rotors}
-    if swept.name == DETUNING:
+    machine, parameter = case.machine, case.parameter
+    values, paths = [parameter.nominal_value], {no_load_speed(machine, r): r for r in machine.rotors}
+    if parameter.name == DETUNING:
         values.append(0.0)
-    elif swept.name == AMPLITUDE:
-        values += [swept.own * 2.0**k for k in range(1, 4)]
-    elif swept.name in paths:
+    elif parameter.name == AMPLITUDE:
+        values += [parameter.nominal_value * 2.0**k for k in range(1, 4)]
+    elif parameter.name in paths:
         frequency = machine.shaking_frequency
-        rotor = paths[swept.name] if frequency is None else machine.rotor
-        others = [abs(machine.values[p]) for p, r in paths.items() if p is not None and r is not rotor]
-        equal = frequency or (float(np.mean(others)) if others else abs(swept.own))
+        rotor = paths[parameter.name] if frequency is None else machine.rotor
+        other_speeds = [abs(machine.values[p]) for p, r in paths.items() if p is not None and r is not rotor]
+        equal = frequency or (float(np.mean(other_speeds)) if other_speeds else abs(parameter.nominal_value))
         values.append(senses[rotor.name] * equal)
     if case.range is not None:
         values += np.linspace(*case.limits, _GRID).tolist()
@@ -231,26 +233,26 @@ def _values(case: EntrainmentCase, senses: Mapping[str, float]) -> list[float]:
 
 def range_around(case: EntrainmentCase, band: StableRange | None) -> tuple[float, float]:
     """Return the range to examine where none is given: the band of existence and a margin, including the nominal value."""
-    own, (least, most) = case.swept.own, case.limits
-    if band is not None and case.swept.name == AMPLITUDE:
-        return _FIRST * band.low.value, _LARGEST * max(own, band.low.value if band.low.kind != "range" else 0.0)
-    ends = [own] if band is None else [band.low.value, band.high.value, own]
-    margin = max(abs(own), (most - least) / 100) if band is None else _MARGIN * (max(ends) - min(ends))
+    nominal_value, (least, most) = case.parameter.nominal_value, case.limits
+    if band is not None and case.parameter.name == AMPLITUDE:
+        return _FIRST * band.low.value, _LARGEST * max(nominal_value, band.low.value if band.low.kind != "range" else 0.0)
+    ends = [nominal_value] if band is None else [band.low.value, band.high.value, nominal_value]
+    margin = max(abs(nominal_value), (most - least) / 100) if band is None else _MARGIN * (max(ends) - min(ends))
     return max(min(ends) - margin, least), min(max(ends) + margin, most)
 
 
 def threshold(case: EntrainmentCase, existing: Existence, work: Work) -> float | None:
     """Return the least amplitude of the vibration that entrains the main rotor against drive and bearing: 001 (25)."""
-    if existing.equations is None or case.machine.shaken is None:
+    if existing.equations is None or case.machine.shaken_coordinate is None:
         return None
-    if case.swept.name == AMPLITUDE:
+    if case.parameter.name == AMPLITUDE:
         return existing.band.low.value if existing.band is not None and existing.band.low.kind != "range" else None
-    amplitude, senses = swept_parameter(case.steady, AMPLITUDE), existing.equations.averaged.senses
-    for k in range(_DOUBLINGS if amplitude.own > 0 else 0):
-        largest = amplitude.own * 2.0**k
+    amplitude, senses = swept_parameter(case.steady, AMPLITUDE), existing.equations.slow_machine.senses
+    for k in range(_DOUBLINGS if amplitude.nominal_value > 0 else 0):
+        largest = amplitude.nominal_value * 2.0**k
         continuation = Continuation(AveragedEquations(case.steady, amplitude, senses, (0.0, largest * 1.001)))
         branches = continuation.branches([largest], None, work.part(f"amplitude {k}", k / _DOUBLINGS, (k + 1) / _DOUBLINGS))
-        reached = [r.low.value for r in continuation.stable_ranges(branches) if r.high.kind == "range"]
-        if reached:
-            return min(reached)
+        least_amplitudes = [r.low.value for r in continuation.stable_ranges(branches) if r.high.kind == "range"]
+        if least_amplitudes:
+            return min(least_amplitudes)
     return None

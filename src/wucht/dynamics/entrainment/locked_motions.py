@@ -13,8 +13,8 @@ from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
 from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
-from wucht.numerics.angles import within_half_a_turn
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.angles import wrap_to_pi
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 
@@ -59,9 +59,9 @@ class LockedMotions:
 
     def __init__(self, case: EntrainmentCase, senses: Mapping[str, float], time: float) -> None:
         machine = case.machine
-        released = {b.locked.name: 0.0 for b in machine.bodies if b.release is not None}
-        self.machine = machine.at(time).with_unchecked(released).changed(schedules=())
-        self.swept, self.senses, self.time = case.swept, senses, time
+        released_values = {b.lock_symbol.name: 0.0 for b in machine.bodies if b.release is not None}
+        self.machine = machine.at(time).with_unchecked_values(released_values).with_fields(schedules=())
+        self.parameter, self.senses, self.time = case.parameter, senses, time
         self.flow = compile_system(replace(self.machine.system, quadratures=(), outputs=()))
         self.angles = {b.name: machine.row(b.coordinate.position) for b in machine.bodies}
         self.advance = np.zeros(len(machine.state_names))
@@ -70,24 +70,24 @@ class LockedMotions:
     def motion(self, value: float, guess: np.ndarray, speed: float, most_steps: int = _MOST_STEPS) -> LockedMotion:
         """Compute the motion at a value near a state (n,). Raises ``WuchtError`` where there is none."""
         machine, frequency = self.machine, self.machine.shaking_frequency
-        values = self.swept.at(machine, value).values
+        values = self.parameter.machine_at(machine, value).values
         orbit = periodic_orbit(
             self.flow, values, guess, 2 * math.pi / (frequency or speed), self.advance, free_period=frequency is None,
             phase_state=None if frequency else self.angles[machine.rotor.name], time=self.time, most_steps=most_steps,
         )  # fmt: skip
         grid = self.time + np.linspace(0.0, orbit.period, _SAMPLES + 1)
-        run = integrate(self.flow, orbit.state, values, grid).uninterrupted()
-        turned = {n: self.senses[n] * run.states[i, :-1] for n, i in self.angles.items()}
+        run = integrate(self.flow, orbit.state, values, grid).reraise_interrupt()
+        rotations = {n: self.senses[n] * run.states[i, :-1] for n, i in self.angles.items()}
         phases = []
         for body in map(machine.body, bodies_with_phase(machine)):
             reference = (machine.rotor_of(body) if body.about else machine.rotor).name
-            origin = run.time[:-1] * (frequency or 0.0) if reference == body.name else turned[reference]
-            phases.append(float((turned[body.name] - origin).mean()))
-        trivial = sum(c.prescribed is not None for c in machine.coordinates) + (frequency is None)
+            origin = run.time[:-1] * (frequency or 0.0) if reference == body.name else rotations[reference]
+            phases.append(float((rotations[body.name] - origin).mean()))
+        trivial = sum(c.prescribed_velocity is not None for c in machine.coordinates) + (frequency is None)
         multiplier = float(np.abs(orbit.nontrivial(trivial)).max(initial=0.0))
         return LockedMotion(value, np.array(phases), 2 * math.pi / orbit.period, multiplier, orbit)
 
-    def followed(
+    def follow(
         self, seed: LockedMotion, goals: Sequence[float], resolution: float, work: Work
     ) -> Iterator[tuple[tuple[LockedMotion, ...], float | None]]:
         """Follow a motion through values (all on one side); yield the motions so far, and where they end, or None.
@@ -101,7 +101,7 @@ class LockedMotions:
             step = goal - at.value
             while at.value != goal:
                 value = goal if abs(goal - at.value) <= abs(step) * (1 + 1e-9) else at.value + step
-                motion = work.unit(f"from {at.value!r} to {value!r}", partial(self._near, at, value, before))
+                motion = work.unit(f"from {at.value!r} to {value!r}", partial(self._continue_motion, at, value, before))
                 if motion is not None:
                     at, before = motion, at
                     continue
@@ -112,7 +112,7 @@ class LockedMotions:
             motions = (*motions, at)
             yield motions, None
 
-    def _near(self, at: LockedMotion, value: float, before: LockedMotion | None) -> LockedMotion | None:
+    def _continue_motion(self, at: LockedMotion, value: float, before: LockedMotion | None) -> LockedMotion | None:
         """Return the stable motion at another value that continues a known one; None where there is none.
 
         before: a motion on the other side of the known one, to extrapolate from.
@@ -121,11 +121,11 @@ class LockedMotions:
         if before is not None and before.value != at.value:
             change = at.orbit.state - before.orbit.state
             share = (value - at.value) / (at.value - before.value)
-            change = np.where(self.advance != 0, within_half_a_turn(change), change)
+            change = np.where(self.advance != 0, wrap_to_pi(change), change)
             guess = guess + np.clip(share, -1.0, 1.0) * change
         try:
             motion = self.motion(value, guess, at.speed, _FEW_STEPS)
         except WuchtError:
             return None
-        moved = within_half_a_turn(motion.phases - at.phases)
-        return motion if motion.stable and np.abs(moved).max(initial=0.0) < _JUMP else None
+        phase_change = wrap_to_pi(motion.phases - at.phases)
+        return motion if motion.stable and np.abs(phase_change).max(initial=0.0) < _JUMP else None

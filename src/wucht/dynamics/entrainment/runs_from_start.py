@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
-from wucht.dynamics.run_ups.observed_integration import Watched
-from wucht.dynamics.run_ups.run_up import placed_at_start
-from wucht.dynamics.verdicts.locking import Locked, locked
+from wucht.dynamics.run_ups.observed_integration import ObservedIntegration
+from wucht.dynamics.run_ups.run_up import prepare_start
+from wucht.dynamics.verdicts.locking import LockingAssessment, assess_locking
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observation import Observation, Watch
+from wucht.dynamics.verdicts.observation import MotionObserver, Observation
 from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.zeros_and_peaks import stretches
 
@@ -47,7 +47,7 @@ class RunFromStart:
     end_state: np.ndarray
     free_speed: float | None = None
     failure: str | None = None
-    entrained: bool = False
+    is_entrained: bool = False
     mean_speed: float = math.nan
     window: tuple[float, float] = (math.nan, math.nan)
     speeds: Mapping[str, float] = field(default_factory=dict)
@@ -68,28 +68,28 @@ class RunsFromStart:
         # Without the energy balance, which is not used here.
         self.flow = compile_system(replace(machine.system, quadratures=(), outputs=()), events=release_events(machine))
         self.period = 2 * math.pi / (machine.shaking_frequency or operating_speed(machine))
-        wanted = _PERIODS * self.period + (_TIMES / rate if rate else 0.0)
-        self.duration = case.until or min(wanted, _MOST_PERIODS * self.period) + machine.breakpoints[-1]
+        needed_time = _PERIODS * self.period + (_TIMES / rate if rate else 0.0)
+        self.duration = case.until or min(needed_time, _MOST_PERIODS * self.period) + machine.breakpoints[-1]
 
     def __call__(self, value: float, progress: Callable[[float], None]) -> RunFromStart:
         """Run with a value of the parameter, prolonged while it cannot be decided. progress: called with the time reached.
 
         Raises ``KeyboardInterrupt`` where the user has stopped it.
         """
-        machine, state = placed_at_start(self.case.swept.at(self.case.machine, value), self.case.start)
+        machine, state = prepare_start(self.case.parameter.machine_at(self.case.machine, value), self.case.start)
         parameters: Any = machine.system.values(machine.values)
-        watch = Watch(machine, self.period, Noise.of(self.flow.tolerance))
-        watched = Watched(watch, self.flow, lambda motion: motion, 2 * math.pi / self.period, 1.0)
-        leg, end = watched.begin(state, parameters), self.duration
+        observer = MotionObserver(machine, self.period, Noise.of(self.flow.tolerance))
+        integration = ObservedIntegration(observer, self.flow, lambda motion: motion, 2 * math.pi / self.period, 1.0)
+        leg, end = integration.begin(state, parameters), self.duration
         for _ in range(_DOUBLINGS + 1):
-            for grid in self._grids(leg.stored.end_time, end):
-                leg = watched.leg(leg, grid, progress)
-            seen = watched.observation(leg)
-            means = locked(machine, seen) if leg.stored.failure is None else None
-            if means is None or self._decided(leg.stored.end_time, means):
+            for grid in self._grids(leg.trajectory.end_time, end):
+                leg = integration.leg(leg, grid, progress)
+            observation = integration.observation(leg)
+            means = assess_locking(machine, observation) if leg.trajectory.failure is None else None
+            if means is None or self._is_decided(leg.trajectory.end_time, means):
                 break
             end = 2 * end
-        return self._judged(machine, value, leg.stored, seen, means)
+        return self._judge(machine, value, leg.trajectory, observation, means)
 
     def _grids(self, begin: float, end: float) -> Iterator[np.ndarray]:
         """Yield the sample times of a run in portions, as their number is unlimited."""
@@ -100,41 +100,45 @@ class RunsFromStart:
             grid[-1] = end if last == count else grid[-1]
             yield grid
 
-    def _judged(
-        self, machine: Machine, value: float, last: Trajectory, seen: Observation, means: Locked | None
+    def _judge(
+        self, machine: Machine, value: float, last: Trajectory, observation: Observation, means: LockingAssessment | None
     ) -> RunFromStart:
-        end, ended = machine.breakpoints[-1], (last.end_time, last.end_state)
-        run = RunFromStart(value, self.duration, *ended, free_speed(machine.at(end), machine.rotor, end), last.failure)
+        end, final_point = machine.breakpoints[-1], (last.end_time, last.end_state)
+        run = RunFromStart(value, self.duration, *final_point, free_speed(machine.at(end), machine.rotor, end), last.failure)
         if run.failure is not None:
             return run
         if means is None:
-            half = seen.main.last(0.5)
+            half = observation.main.last(0.5)
             window = float(half.time[0]), float(half.time[-1])
             return replace(run, window=window, mean_speed=float(np.ptp(half.angle[[0, -1]])) / (window[1] - window[0]))
         # A phase that creeps past a bottleneck beyond the band is not locked, even if no longer run is made.
-        steady = means.evidence.locked is True and means.creep < _STEADY
-        entrained = steady and (
+        steady = means.evidence.is_locked is True and means.creep < _STEADY
+        is_entrained = steady and (
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
         )
-        mean = (means.speeds if entrained else means.smooth_speeds)[machine.rotor.name]
-        run = replace(run, entrained=entrained, mean_speed=mean, window=means.window, creep=means.creep)
+        mean = (means.speeds if is_entrained else means.smooth_speeds)[machine.rotor.name]
+        run = replace(run, is_entrained=is_entrained, mean_speed=mean, window=means.window, creep=means.creep)
         return replace(run, speeds=means.speeds, phases=means.phases)
 
-    def _decided(self, end: float, means: Locked) -> bool:
+    def _is_decided(self, end: float, means: LockingAssessment) -> bool:
         if end >= _MOST_PERIODS * self.period:
             return True
-        if means.evidence.locked is None:
+        if means.evidence.is_locked is None:
             return False
         return (
-            means.creep < _STEADY if means.evidence.locked else means.change < _CHANGING * max(map(abs, means.speeds.values()))
+            means.creep < _STEADY
+            if means.evidence.is_locked
+            else means.change < _CHANGING * max(map(abs, means.speeds.values()))
         )
 
 
-def senses_of(machine: Machine, initial: np.ndarray, own: RunFromStart) -> dict[str, float]:
+def senses_of(machine: Machine, initial: np.ndarray, nominal_run: RunFromStart) -> dict[str, float]:
     """Return the sense in which each body turns: as in an entrained run, as in the initial state (n,), or as driven."""
     senses = {}
     for rotor in machine.rotors:
-        speed = (own.entrained and own.speeds[rotor.name]) or float(initial[machine.row(rotor.coordinate.velocity)])
+        speed = (nominal_run.is_entrained and nominal_run.speeds[rotor.name]) or float(
+            initial[machine.row(rotor.coordinate.velocity)]
+        )
         senses[rotor.name] = math.copysign(1.0, speed) if speed else sense_of(machine, rotor)
     return {b.name: senses[machine.rotor_of(b).name] for b in machine.bodies}
 
@@ -156,11 +160,11 @@ class CaptureBand:
         return tuple(None if b is None else sum(b) / 2 for b in self.brackets)
 
 
-def capture_band(runs: Sequence[RunFromStart], own: float) -> CaptureBand | None:
+def capture_band(runs: Sequence[RunFromStart], nominal_value: float) -> CaptureBand | None:
     """Return the band around a value, else the widest one, of runs sorted by their values; None where none is entrained."""
     values = [r.value for r in runs]
-    groups = [(begin, end - 1) for begin, end in stretches(np.array([r.entrained for r in runs], bool))]
-    groups.sort(key=lambda g: (not values[g[0]] <= own <= values[g[1]], values[g[0]] - values[g[1]]))
+    groups = [(begin, end - 1) for begin, end in stretches(np.array([r.is_entrained for r in runs], bool))]
+    groups.sort(key=lambda g: (not values[g[0]] <= nominal_value <= values[g[1]], values[g[0]] - values[g[1]]))
     if not groups:
         return None
     neighbours = ((groups[0][0], groups[0][0] - 1), (groups[0][1], groups[0][1] + 1))
@@ -168,7 +172,7 @@ def capture_band(runs: Sequence[RunFromStart], own: float) -> CaptureBand | None
     return CaptureBand(brackets, tuple(sorted((values[i], values[k]) for i, k in groups[1:])))
 
 
-def values_to_run(runs: Sequence[RunFromStart], own: float, resolution: float) -> Iterator[float]:
+def values_to_run(runs: Sequence[RunFromStart], nominal_value: float, resolution: float) -> Iterator[float]:
     """Yield the values to run after a scan of the range, until both edges of the band are known to the resolution.
 
     Each run is to be inserted before the next value is requested. Around the edges further values are run: the boundary of a
@@ -176,7 +180,7 @@ def values_to_run(runs: Sequence[RunFromStart], own: float, resolution: float) -
     """
 
     def bisection(side: int) -> Iterator[float]:
-        while (band := capture_band(runs, own)) is not None and (bracket := band.brackets[side]) is not None:
+        while (band := capture_band(runs, nominal_value)) is not None and (bracket := band.brackets[side]) is not None:
             middle = sum(bracket) / 2
             if abs(bracket[0] - bracket[1]) <= resolution or middle in bracket:
                 return
@@ -186,7 +190,7 @@ def values_to_run(runs: Sequence[RunFromStart], own: float, resolution: float) -
     apart = (last - first) / max(len(runs) - 1, 1)
     for side in (0, 1):
         yield from bisection(side)
-        band = capture_band(runs, own)
+        band = capture_band(runs, nominal_value)
         edge = None if band is None else band.edges[side]
         for share in () if edge is None else (np.arange(_PROBES) + 0.5) / _PROBES:
             yield from (float(v) for v in (edge - share * apart, edge + share * apart) if first < v < last)

@@ -15,7 +15,7 @@ from wucht.dynamics.sampling.searches import Variable, values_at
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.fatigue.counted_cycles import Cycles, distance
+from wucht.fatigue.counted_cycles import LoadCycles, frequency_distance
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.fatigue.damage import WoehlerLine
@@ -30,7 +30,7 @@ _CLOSE = 1e-7  # of a range, and in the distance: tolerance of a local search
 
 
 @dataclass(frozen=True)
-class Tried:
+class Candidates:
     """Evaluated candidates (P). numbers: values of the variables (P, k). distances: by each of ``METRICS`` (P, 3), nan where
     a candidate does not beat. motion (P,): indices into ``MOTIONS``. upper, ratio, fullness (P,): see ``Beat``."""
 
@@ -43,7 +43,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Polished:
+class LocalOptimum:
     """Result of a local search: values of the variables (k,), and the distance there."""
 
     numbers: np.ndarray
@@ -51,7 +51,7 @@ class Polished:
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckedCandidate:
     """Candidate that beats in the averaged equations. numbers: values of the variables (k,). slow: its beat. ranges, counts
     (m,): rainflow cycles of the full equations over ``duration``. distances: of these from the target, by each of ``METRICS``
     (3,). outcome: of the run. beats: True if it is one of those that beat. reason: of an early end of the run."""
@@ -64,16 +64,16 @@ class Checked:
     duration: float
     outcome: str
     beats: bool
-    why: str
+    reason: str
 
     @property
-    def cycles(self) -> Cycles:
+    def cycles(self) -> LoadCycles:
         """Cycles of the full equations."""
-        return Cycles(self.ranges, np.zeros(len(self.ranges)), self.counts)
+        return LoadCycles(self.ranges, np.zeros(len(self.ranges)), self.counts)
 
 
 @dataclass(frozen=True)
-class Trials:
+class DesignTrials:
     """Evaluation of the candidates of a machine. metric: the column of the minimised distance. slope: of the Woehler line."""
 
     machine: Machine
@@ -82,77 +82,81 @@ class Trials:
     metric: int
     slope: float
 
-    def of(self, numbers: np.ndarray) -> Machine:
+    def candidate_machine(self, numbers: np.ndarray) -> Machine:
         """Return the machine of a candidate (k,). Raises ``InputError`` where its parts do not allow it."""
         return self.machine.with_values(values_at(self.machine, self.variables, numbers.tolist()))
 
     def beat(self, numbers: np.ndarray) -> Beat:
         """Return the beat of a candidate (k,)."""
         try:
-            machine = self.of(numbers)
+            machine = self.candidate_machine(numbers)
         except InputError as error:
-            return Beat("not-allowed", why=error.allowed)
+            return Beat("not-allowed", reason=error.explanation)
         return self.rig.beat(machine)
 
-    def tried(self, numbers: np.ndarray, target: Cycles, report: Callable[[float], None]) -> Tried:
+    def evaluate(self, numbers: np.ndarray, target: LoadCycles, report: Callable[[float], None]) -> Candidates:
         """Evaluate candidates (P, k)."""
         beats = list[Beat]()
         for k, row in enumerate(numbers):
             report(k / len(numbers))
             beats.append(self.beat(row))
-        each = [distances(b.cycles, target, self.slope) if b.motion == "modulated" else _NO_DISTANCE for b in beats]
-        return Tried(
+        beat_distances = [
+            spectrum_distances(b.cycles, target, self.slope) if b.motion == "modulated" else _NO_DISTANCE for b in beats
+        ]
+        return Candidates(
             numbers,
-            np.array(each, float).reshape(-1, len(METRICS)),
+            np.array(beat_distances, float).reshape(-1, len(METRICS)),
             np.array([MOTIONS.index(b.motion) for b in beats], int),
             *(np.array([getattr(b, name) for b in beats], float) for name in ("upper", "ratio", "fullness")),
         )
 
     def values(self, shares: np.ndarray) -> np.ndarray:
         """Return values (P, k) at shares (P, k), 0 to 1, of the ranges."""
-        return np.stack([v.at(shares[:, k]) for k, v in enumerate(self.variables)], axis=1)
+        return np.stack([v.value_at(shares[:, k]) for k, v in enumerate(self.variables)], axis=1)
 
     def shares(self, numbers: np.ndarray) -> np.ndarray:
         """Return the shares (k,) of values (k,) in their ranges."""
         return np.array([v.share(float(x)) for v, x in zip(self.variables, numbers, strict=True)])
 
-    def polished(self, start: np.ndarray, target: Cycles, evaluations: int, report: Callable[[float], None]) -> Polished:
+    def optimise(
+        self, start: np.ndarray, target: LoadCycles, evaluations: int, report: Callable[[float], None]
+    ) -> LocalOptimum:
         """Search the best near a candidate (k,): J. A. Nelder and R. Mead, Computer Journal 7 (1965) 308-313."""
         from scipy.optimize import minimize
 
         begin, done = np.clip(self.shares(start), 0.0, 1.0), 0
 
-        def far(share: np.ndarray) -> float:
+        def objective(share: np.ndarray) -> float:
             nonlocal done
             report(min(done / evaluations, 1.0))
             done += 1
             beat = self.beat(self.values(share[None])[0])
-            return distances(beat.cycles, target, self.slope)[self.metric] if beat.motion == "modulated" else _FAR
+            return spectrum_distances(beat.cycles, target, self.slope)[self.metric] if beat.motion == "modulated" else _FAR
 
         steps = np.where(begin > 1 - _SIMPLEX, -_SIMPLEX, _SIMPLEX)
         options = {
             "initial_simplex": np.vstack([begin, begin + np.diag(steps)]),
             "maxfev": evaluations, "xatol": _CLOSE, "fatol": _CLOSE,
         }  # fmt: skip
-        found = minimize(far, begin, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(begin), options=options)
-        return Polished(self.values(np.clip(found.x, 0.0, 1.0)[None])[0], float(found.fun))
+        solution = minimize(objective, begin, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(begin), options=options)
+        return LocalOptimum(self.values(np.clip(solution.x, 0.0, 1.0)[None])[0], float(solution.fun))
 
 
-def checked(trials: Trials, numbers: np.ndarray, target: Cycles, beats: int, work: Work) -> Checked:
+def check_candidate(trials: DesignTrials, numbers: np.ndarray, target: LoadCycles, beats: int, work: Work) -> CheckedCandidate:
     """Run a candidate (k,) with the full equations, over a number of its beats after it repeats itself."""
     slow, rig = trials.beat(numbers), trials.rig
     end = slow.begin + beats * slow.period
-    case = RunUpCase.of(trials.of(numbers), rig.start, RunSettings(until=end, tolerance=rig.tolerance))
+    case = RunUpCase.of(trials.candidate_machine(numbers), rig.start, RunSettings(until=end, tolerance=rig.tolerance))
     *_, last = load_histories(case, machine_signal(case.machine, rig.signal, rig.direction), work)
     cycles = rainflow(last.values[last.time >= slow.begin])
-    rows, _ = cycles.by_range()
-    far = np.array(distances(rows, target, trials.slope))
+    rows, _ = cycles.group_by_range()
+    far = np.array(spectrum_distances(rows, target, trials.slope))
     duration, outcome = last.end_time - slow.begin, None if last.verdict is None else last.verdict.outcome
     beats_too = outcome in BEATING
-    return Checked(numbers, slow, rows.ranges, rows.counts, far, duration, str(outcome), beats_too, last.failure or "")
+    return CheckedCandidate(numbers, slow, rows.ranges, rows.counts, far, duration, str(outcome), beats_too, last.failure or "")
 
 
-def distances(cycles: Cycles, target: Cycles, slope: float) -> tuple[float, float, float]:
+def spectrum_distances(cycles: LoadCycles, target: LoadCycles, slope: float) -> tuple[float, float, float]:
     """Return the distances of a spectrum from the target by ``METRICS``, scaled to the target's number of cycles.
 
     The last one compares the damage of all cycles above an amplitude, with N proportional to S^-slope, as the cumulative one
@@ -162,12 +166,12 @@ def distances(cycles: Cycles, target: Cycles, slope: float) -> tuple[float, floa
         return np.inf, np.inf, np.inf
     times = target.total / cycles.total
     return (
-        amplitude_distance(cycles, target), distance(cycles, target, times),
-        distance(damaging(cycles, target, slope), damaging(target, target, slope), times),
+        amplitude_distance(cycles, target), frequency_distance(cycles, target, times),
+        frequency_distance(damage_weighted_cycles(cycles, target, slope), damage_weighted_cycles(target, target, slope), times),
     )  # fmt: skip
 
 
-def damaging(cycles: Cycles, target: Cycles, slope: float) -> Cycles:
+def damage_weighted_cycles(cycles: LoadCycles, target: LoadCycles, slope: float) -> LoadCycles:
     """Return the cycles with their damages as counts, that of the target's largest amplitude being 1."""
     line = WoehlerLine(slope, 1.0, target.largest / 2, slope)
     return replace(cycles, counts=line.damages(cycles))

@@ -13,19 +13,19 @@ from functools import cached_property, partial
 import numpy as np
 
 from wucht.dynamics.run_ups.machine_signals import SignalObservation
-from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up import verdict_at_end
 from wucht.dynamics.verdicts.observation import motion_of
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
 from wucht.fatigue.damage import AccumulatedDamage
-from wucht.machines.machine import LOST, SUPPLIED, Machine
-from wucht.machines.schedules import SCHEDULED
-from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK, Machine
+from wucht.machines.schedules import SCHEDULE_WORK
+from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 
-_LOOKS_A_UNIT = 50
+_CHECKS_PER_UNIT = 50
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class FallingStiffness:
     remaining: float
     at_once: bool
 
-    def at(self, damage: float) -> float:
+    def stiffness_at(self, damage: float) -> float:
         """Return the stiffness at a damage."""
-        lost = float(damage >= 1.0) if self.at_once else min(damage, 1.0)
-        return self.value * (1 - lost * (1 - self.remaining))
+        loss_share = float(damage >= 1.0) if self.at_once else min(damage, 1.0)
+        return self.value * (1 - loss_share * (1 - self.remaining))
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class FailureCourse:
     """Time series at the samples (N,) of a run, the first at its begin: angle of the main rotor, stiffness as a share of
     the first, damage, largest and smallest value of the load since the sample before (nan without a reversal), the
     residual of the energy balance, and the work of the changing stiffness."""
@@ -60,14 +60,14 @@ class Course:
     work: np.ndarray
 
     @classmethod
-    def of(cls, parts: list[Course]) -> Course:
+    def join(cls, parts: list[FailureCourse]) -> FailureCourse:
         """Join several that follow each other."""
         names = cls.__dataclass_fields__
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @dataclass(frozen=True)
-class Standing:
+class RunState:
     """State of a run. last: its motion. damage: None where nothing is counted. balance: of the energy. jump_work: of the
     stiffness at its jumps. broken: time of the check at which the damage had reached 1. onset: the motion when the stiffness
     began to fall."""
@@ -75,32 +75,32 @@ class Standing:
     last: Leg[SignalObservation]
     balance: EnergyBalance
     damage: AccumulatedDamage | None = None
-    jumped: float = 0.0
+    jump_work: float = 0.0
     broken: float | None = None
-    begun: Leg[SignalObservation] | None = None
+    onset: Leg[SignalObservation] | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """Unit of work: the state at its end, and its time series."""
 
-    standing: Standing
-    course: Course
+    state: RunState
+    course: FailureCourse
 
 
 @dataclass(frozen=True, eq=False)
 class FailingRun:
     """Run so far. verdict: on its end; verdict_before: on the motion when the stiffness began to fall, None if it has not."""
 
-    course: Course
-    standing: Standing
+    course: FailureCourse
+    state: RunState
     verdict: Verdict
-    before: Verdict | None
+    verdict_before: Verdict | None
 
     @property
     def failure(self) -> str | None:
         """Reason of an early end of the run."""
-        return self.standing.last.stored.failure
+        return self.state.last.trajectory.failure
 
 
 @dataclass(frozen=True)
@@ -114,20 +114,20 @@ class FailingMachine:
     """
 
     machine: Machine
-    watched: Watched[SignalObservation]
+    integration: ObservedIntegration[SignalObservation]
     initial: np.ndarray
     step: float
     count: int
-    per_look: int
+    samples_per_check: int
     damage: AccumulatedDamage | None = None
     falling: FallingStiffness | None = None
-    scheduled: Callable[[np.ndarray], np.ndarray] | None = field(default=None, compare=False)
+    schedule: Callable[[np.ndarray], np.ndarray] | None = field(default=None, compare=False)
     begin: float | None = None
 
     @property
-    def compiled(self) -> CompiledSystem:
+    def compiled_system(self) -> CompiledSystem:
         """Compiled equations."""
-        return self.watched.compiled
+        return self.integration.compiled_system
 
     @cached_property
     def _row(self) -> int:
@@ -136,106 +136,110 @@ class FailingMachine:
 
     def run(self, work: Work) -> Iterator[FailingRun]:
         """Run; yield the result after each unit of work."""
-        first = self.watched.begin(self.initial, self.machine.system.values(self.machine.values))
-        standing = Standing(first, EnergyBalance(), self.damage)
-        balance, course = self._seen(standing, first.stored)
-        standing, courses = replace(standing, balance=balance), [course]
-        looks = -(-self.count // self.per_look)
-        yield self._found(courses, standing)
-        for number, look in enumerate(range(0, looks, _LOOKS_A_UNIT), 1):
-            if standing.last.stored.ended:
+        first = self.integration.begin(self.initial, self.machine.system.values(self.machine.values))
+        state = RunState(first, EnergyBalance(), self.damage)
+        balance, course = self._observe(state, first.trajectory)
+        state, courses = replace(state, balance=balance), [course]
+        checks = -(-self.count // self.samples_per_check)
+        yield self._assemble_run(courses, state)
+        for number, check in enumerate(range(0, checks, _CHECKS_PER_UNIT), 1):
+            if state.last.trajectory.has_ended:
                 return
-            stretch = work.unit(f"leg {number}", partial(self._stretch, standing, look, min(look + _LOOKS_A_UNIT, looks), work))
-            standing = stretch.standing
+            stretch = work.unit(
+                f"leg {number}", partial(self._stretch, state, check, min(check + _CHECKS_PER_UNIT, checks), work)
+            )
+            state = stretch.state
             courses.append(stretch.course)
-            yield self._found(courses, standing)
+            yield self._assemble_run(courses, state)
 
-    def _stretch(self, standing: Standing, first: int, last: int, work: Work) -> Stretch:
-        courses = list[Course]()
-        for look in range(first, last):
-            begin, end = look * self.per_look, min((look + 1) * self.per_look, self.count)
+    def _stretch(self, state: RunState, first: int, last: int, work: Work) -> Stretch:
+        courses = list[FailureCourse]()
+        for check in range(first, last):
+            begin, end = check * self.samples_per_check, min((check + 1) * self.samples_per_check, self.count)
             grid = self.step * np.arange(begin, end + 1)
-            standing, course = self._look(standing, grid)
+            state, course = self._advance(state, grid)
             courses.append(course)
             work.report(end / self.count)
-            if standing.last.stored.ended:
+            if state.last.trajectory.has_ended:
                 break
-        return Stretch(standing, Course.of(courses))
+        return Stretch(state, FailureCourse.join(courses))
 
-    def _look(self, standing: Standing, grid: np.ndarray) -> tuple[Standing, Course]:
+    def _advance(self, state: RunState, grid: np.ndarray) -> tuple[RunState, FailureCourse]:
         """Run over a grid at constant stiffness, then update the stiffness."""
-        begun = standing.begun
-        if begun is None and self.begin is not None and grid[-1] > self.begin:
-            begun = standing.last
-        seen = standing.last.seen
-        fresh = replace(standing.last, seen=replace(seen, points=seen.points.forgotten()))
-        leg = self.watched.leg(fresh, grid)
-        looked = self.watched.observation(leg)
-        leg = replace(leg, seen=looked, waiting=(leg.waiting[-1].tail(1),))
-        standing = replace(standing, last=leg, begun=begun)
-        if standing.damage is not None:
-            standing = replace(standing, damage=standing.damage.after(looked.points.values))
-        balance, course = self._seen(standing, leg.stored)
+        onset = state.onset
+        if onset is None and self.begin is not None and grid[-1] > self.begin:
+            onset = state.last
+        observation = state.last.observation
+        fresh = replace(state.last, observation=replace(observation, points=observation.points.without_points()))
+        leg = self.integration.leg(fresh, grid)
+        new_observation = self.integration.observation(leg)
+        leg = replace(leg, observation=new_observation, pending=(leg.pending[-1].tail(1),))
+        state = replace(state, last=leg, onset=onset)
+        if state.damage is not None:
+            state = replace(state, damage=state.damage.update(new_observation.points.values))
+        balance, course = self._observe(state, leg.trajectory)
         # The first sample is the last one of the motion before.
-        course = Course(*(getattr(course, name)[1:] for name in Course.__dataclass_fields__))
-        return self._fallen(replace(standing, balance=balance)), course
+        course = FailureCourse(*(getattr(course, name)[1:] for name in FailureCourse.__dataclass_fields__))
+        return self._update_stiffness(replace(state, balance=balance)), course
 
-    def _fallen(self, standing: Standing) -> Standing:
+    def _update_stiffness(self, state: RunState) -> RunState:
         """Update the stiffness to the damage, and book the energy of its change."""
-        if self.falling is None or standing.damage is None or standing.last.stored.ended:
-            return standing
-        stored, total = standing.last.stored, standing.damage.total
-        left, broken = self.falling.at(total), standing.broken
-        broken = stored.end_time if broken is None and total >= 1.0 else broken
-        if left == stored.parameters[self._row]:
-            return replace(standing, broken=broken)
-        begun = standing.begun or (standing.last if self.begin is None else None)
-        changed = stored.parameters.copy()
-        changed[self._row] = left
-        last = stored.tail(1)
-        before, after = (float(self._energy(replace(last, parameters=p))[0]) for p in (stored.parameters, changed))
-        moved, waiting = replace(stored, parameters=changed), standing.last.waiting[-1]
-        leg = replace(standing.last, stored=moved, waiting=(replace(waiting, parameters=changed),))
-        return replace(standing, last=leg, jumped=standing.jumped + after - before, broken=broken, begun=begun)
+        if self.falling is None or state.damage is None or state.last.trajectory.has_ended:
+            return state
+        trajectory, total = state.last.trajectory, state.damage.total
+        stiffness, broken = self.falling.stiffness_at(total), state.broken
+        broken = trajectory.end_time if broken is None and total >= 1.0 else broken
+        if stiffness == trajectory.parameters[self._row]:
+            return replace(state, broken=broken)
+        onset = state.onset or (state.last if self.begin is None else None)
+        parameters = trajectory.parameters.copy()
+        parameters[self._row] = stiffness
+        last = trajectory.tail(1)
+        before, after = (float(self._energy(replace(last, parameters=p))[0]) for p in (trajectory.parameters, parameters))
+        restart, waiting = replace(trajectory, parameters=parameters), state.last.pending[-1]
+        leg = replace(state.last, trajectory=restart, pending=(replace(waiting, parameters=parameters),))
+        return replace(state, last=leg, jump_work=state.jump_work + after - before, broken=broken, onset=onset)
 
     def _energy(self, motion: Trajectory) -> np.ndarray:
-        return np.asarray(self.compiled.outputs(motion.time, motion.states, motion.parameters)["stored_energy"])
+        return np.asarray(self.compiled_system.outputs(motion.time, motion.states, motion.parameters)["stored_energy"])
 
-    def _seen(self, standing: Standing, motion: Trajectory) -> tuple[EnergyBalance, Course]:
+    def _observe(self, state: RunState, motion: Trajectory) -> tuple[EnergyBalance, FailureCourse]:
         """Return balance and time series at the samples of a motion, the first of which is the last of the motion before."""
         time, works = motion.time, motion.quadratures
-        carried = works.get(SCHEDULED, np.zeros(len(time))) + standing.jumped
-        balance, residual = standing.balance.after(self._energy(motion), np.array([works[SUPPLIED], carried]), works[LOST])
+        stiffness_work = works.get(SCHEDULE_WORK, np.zeros(len(time))) + state.jump_work
+        balance, residual = state.balance.update(
+            self._energy(motion), np.array([works[SUPPLIED_WORK], stiffness_work]), works[DISSIPATED_WORK]
+        )
         highest, lowest = np.full(len(time), -np.inf), np.full(len(time), np.inf)
-        points = standing.last.seen.points
+        points = state.last.observation.points
         at = np.clip(np.searchsorted(time, points.time), 0, len(time) - 1)
         np.maximum.at(highest, at, points.values)
         np.minimum.at(lowest, at, points.values)
         highest, lowest = (np.where(np.isfinite(x), x, np.nan) for x in (highest, lowest))
         angle = motion_of(self.machine, motion, self.machine.rotor)[0]
-        total = np.full(len(time), np.nan if standing.damage is None else standing.damage.total)
-        return balance, Course(time, angle, self._stiffness(motion), total, highest, lowest, residual, carried)
+        total = np.full(len(time), np.nan if state.damage is None else state.damage.total)
+        return balance, FailureCourse(time, angle, self._stiffness(motion), total, highest, lowest, residual, stiffness_work)
 
     def _stiffness(self, motion: Trajectory) -> np.ndarray:
         """Return the stiffness as a share of that of the whole specimen."""
         if self.falling is not None:
             return np.full(len(motion.time), motion.parameters[self._row] / self.falling.value)
-        assert self.scheduled is not None
-        return self.scheduled(motion.time)
+        assert self.schedule is not None
+        return self.schedule(motion.time)
 
-    def _found(self, courses: list[Course], standing: Standing) -> FailingRun:
-        verdict = self._judged(standing.last, self._now(standing))
-        if (begun := standing.begun) is None:
-            return FailingRun(Course.of(courses), standing, verdict, None)
+    def _assemble_run(self, courses: list[FailureCourse], state: RunState) -> FailingRun:
+        verdict = self._judge(state.last, self._now(state))
+        if (onset := state.onset) is None:
+            return FailingRun(FailureCourse.join(courses), state, verdict, None)
         # The machine as it was then, without its later schedules.
-        then = self.machine.at(begun.stored.end_time).changed(schedules=())
-        return FailingRun(Course.of(courses), standing, verdict, self._judged(begun, then))
+        then = self.machine.at(onset.trajectory.end_time).with_fields(schedules=())
+        return FailingRun(FailureCourse.join(courses), state, verdict, self._judge(onset, then))
 
-    def _now(self, standing: Standing) -> Machine:
+    def _now(self, state: RunState) -> Machine:
         """Return the machine with its final stiffness."""
         if self.falling is None:
             return self.machine
-        return self.machine.with_unchecked({self.falling.parameter: float(standing.last.stored.parameters[self._row])})
+        return self.machine.with_unchecked_values({self.falling.parameter: float(state.last.trajectory.parameters[self._row])})
 
-    def _judged(self, leg: Leg[SignalObservation], machine: Machine) -> Verdict:
-        return verdict_at_end(machine, self.watched.observation(leg).observation, leg.stored)
+    def _judge(self, leg: Leg[SignalObservation], machine: Machine) -> Verdict:
+        return verdict_at_end(machine, self.integration.observation(leg).observation, leg.trajectory)

@@ -8,17 +8,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from wucht.analysis.averaged import AveragedMachine, FullMotion, averaged_machine
+from wucht.analysis.averaged_machine import AveragedMachine, FullMotion, averaged_machine
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.dynamics.run_ups.machine_signals import machine_signal
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.recurrence import Recurrence, recurrence, rests
+from wucht.numerics.recurrence import Recurrence, is_at_rest, recurrence
 
 Motion = Literal["modulated", "steady", "unsettled", "failed", "not-allowed"]
 MOTIONS: tuple[Motion, ...] = ("modulated", "steady", "unsettled", "failed", "not-allowed")
@@ -46,13 +46,13 @@ class Beat:
     time: np.ndarray = field(default_factory=lambda: np.empty(0))
     amplitude: np.ndarray = field(default_factory=lambda: np.empty(0))
     rate: np.ndarray = field(default_factory=lambda: np.empty(0))
-    why: str = ""
+    reason: str = ""
 
     @property
-    def cycles(self) -> Cycles:
+    def cycles(self) -> LoadCycles:
         """Cycles of one beat: the signal is a vibration with slowly changing amplitude, so each period of it is a cycle."""
         counts = self.rate * self.period / max(len(self.rate), 1)
-        return Cycles(2 * self.amplitude, np.zeros(len(counts)), counts)
+        return LoadCycles(2 * self.amplitude, np.zeros(len(counts)), counts)
 
     @property
     def upper(self) -> float:
@@ -87,50 +87,50 @@ class Rig:
         """Return the beat of an exciter. Raises ``InputError`` without averaged equations, or without the signal."""
         state = initial_state(machine, self.start)
         slow = averaged_machine(machine, self.inertia)
-        found = self._repeating(slow, slow.state(angles_in(machine, state), speeds_in(machine, state)))
-        if isinstance(found, Beat):
-            return found
-        begin, period, trajectory = found
-        return self._seen(slow, begin, period, trajectory)
+        result = self._find_repetition(slow, slow.state(angles_in(machine, state), speeds_in(machine, state)))
+        if isinstance(result, Beat):
+            return result
+        begin, period, trajectory = result
+        return self._harmonic_beat(slow, begin, period, trajectory)
 
-    def _repeating(self, slow: AveragedMachine, state: np.ndarray) -> Beat | tuple[float, float, Trajectory]:
+    def _find_repetition(self, slow: AveragedMachine, state: np.ndarray) -> Beat | tuple[float, float, Trajectory]:
         """Run until the motion repeats itself: time, period, and one period of it at the middles of equal parts."""
         system, parameters = slow.system, slow.values()
-        compiled = compile_system(system, self.tolerance)
+        compiled_system = compile_system(system, self.tolerance)
         turning = np.array([s in system.angles for s in system.states])
         slowest = min(f for f in natural_frequencies(slow.machine).values() if f > 0)
         span, done = _FIRST_TURNS * 2 * np.pi / slowest, 0.0
         for _ in range(_RUNS):
-            run = integrate(compiled, state, parameters, np.linspace(0.0, span, _SAMPLES)).uninterrupted()
+            run = integrate(compiled_system, state, parameters, np.linspace(0.0, span, _SAMPLES)).reraise_interrupt()
             if run.failure is not None:
-                return Beat("failed", done, why=run.failure)
-            if rests(run.states[:, _SAMPLES // 2 :]):
+                return Beat("failed", done, reason=run.failure)
+            if is_at_rest(run.states[:, _SAMPLES // 2 :]):
                 return Beat("steady", done + span)
             done, state = done + span, _unwound(run.states[:, -1], turning)
             span *= 2
-            found = recurrence(run.time, run.states, turning)
-            if found is None or not (found.turns.any() or found.period < span / _REPEATS):
+            repetition = recurrence(run.time, run.states, turning)
+            if repetition is None or not (repetition.turns.any() or repetition.period < span / _REPEATS):
                 continue
-            settled = self._settled(slow, state, found, turning)
-            if settled is not None:
-                return done, *settled
-        return Beat("unsettled", done, why=f"after {done:.4g} the motion neither rests nor repeats itself")
+            last_period = self._settled_period(slow, state, repetition, turning)
+            if last_period is not None:
+                return done, *last_period
+        return Beat("unsettled", done, reason=f"after {done:.4g} the motion neither rests nor repeats itself")
 
-    def _settled(
-        self, slow: AveragedMachine, state: np.ndarray, found: Recurrence, turning: np.ndarray
+    def _settled_period(
+        self, slow: AveragedMachine, state: np.ndarray, repetition: Recurrence, turning: np.ndarray
     ) -> tuple[float, Trajectory] | None:
         """Return the period, and the motion over it, some beats later; None where it does not repeat itself then."""
-        compiled, parameters = compile_system(slow.system, self.tolerance), slow.values()
-        grid = np.linspace(0.0, _SETTLING * found.period, _SETTLING * _PER_BEAT + 1)
-        run = integrate(compiled, state, parameters, grid).uninterrupted()
+        compiled_system, parameters = compile_system(slow.system, self.tolerance), slow.values()
+        grid = np.linspace(0.0, _SETTLING * repetition.period, _SETTLING * _PER_BEAT + 1)
+        run = integrate(compiled_system, state, parameters, grid).reraise_interrupt()
         again = None if run.failure is not None else recurrence(run.time, run.states, turning)
-        if again is None or (again.turns != found.turns).any():
+        if again is None or (again.turns != repetition.turns).any():
             return None
         middles = np.concatenate([[0.0], again.period * (np.arange(_PLACES) + 0.5) / _PLACES])
-        last = integrate(compiled, _unwound(run.states[:, -1], turning), parameters, middles).uninterrupted()
+        last = integrate(compiled_system, _unwound(run.states[:, -1], turning), parameters, middles).reraise_interrupt()
         return None if last.failure is not None else (again.period, last)
 
-    def _seen(self, slow: AveragedMachine, begin: float, period: float, motion: Trajectory) -> Beat:
+    def _harmonic_beat(self, slow: AveragedMachine, begin: float, period: float, motion: Trajectory) -> Beat:
         """Return the beat from the first harmonic of the signal over the main rotor's angle, at each place of the beat."""
         machine, time, states = slow.machine, motion.time[1:], motion.states[:, 1:]
         signal, full = machine_signal(machine, self.signal, self.direction), FullMotion(slow)
@@ -143,26 +143,26 @@ class Rig:
             harmonic += 2 / _TURN * signal(there) * np.exp(-1j * angle)
         amplitude = np.abs(harmonic)
         if not np.ptp(amplitude) > _BEATS * amplitude.max(initial=0.0):
-            return Beat("steady", begin, why="the amplitude does not beat")
+            return Beat("steady", begin, reason="the amplitude does not beat")
         # The vibration turns with the rotor's angle plus its phase, which gains what the shaking force loses in a beat.
         names = slow.system.output(f"speed[{slow.equations.bodies.names[0]}]").expression
         speed = Evaluator.of(slow.system, [names], ["speed"])(time, states, motion.parameters)["speed"]
         step = period / _PLACES
         phase = np.unwrap(np.angle(harmonic))
-        gained = 2 * np.pi * np.round((phase[-1] - phase[0] + (phase[1] - phase[0])) / (2 * np.pi))
-        around = np.concatenate([[phase[-1] - gained], phase, [phase[0] + gained]])
+        phase_gain = 2 * np.pi * np.round((phase[-1] - phase[0] + (phase[1] - phase[0])) / (2 * np.pi))
+        around = np.concatenate([[phase[-1] - phase_gain], phase, [phase[0] + phase_gain]])
         rate = np.abs(speed + (around[2:] - around[:-2]) / (2 * step)) / (2 * np.pi)
         middles = period * (np.arange(_FINE) + 0.5) / _FINE
-        amplitude, rate = (_between(time, of, middles, period) for of in (amplitude, rate))
+        amplitude, rate = (_interpolate(time, curve, middles, period) for curve in (amplitude, rate))
         return Beat("modulated", begin, period, middles, amplitude, rate)
 
 
-def _between(time: np.ndarray, values: np.ndarray, at: np.ndarray, period: float) -> np.ndarray:
+def _interpolate(time: np.ndarray, values: np.ndarray, at: np.ndarray, period: float) -> np.ndarray:
     """Interpolate a periodic function, known at times (n,), at other times (k,), by a periodic cubic spline."""
     from scipy.interpolate import CubicSpline
 
-    closed = np.append(time, time[0] + period), np.append(values, values[0])
-    return np.asarray(CubicSpline(*closed, bc_type="periodic")(at))
+    closed_curve = np.append(time, time[0] + period), np.append(values, values[0])
+    return np.asarray(CubicSpline(*closed_curve, bc_type="periodic")(at))
 
 
 def _unwound(state: np.ndarray, turning: np.ndarray) -> np.ndarray:

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.averaged_machine import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.search import all_states
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import driven_speeds, turning
-from wucht.measurements.cusum import AlarmDistribution, Cusum, chart
-from wucht.numerics.flow.compiled import compile_system
+from wucht.machines.operation import driven_speeds, machine_at_speed
+from wucht.measurements.cusum import AlarmDistribution, Cusum, design_chart
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.observers.records import smooth_weights
@@ -51,37 +51,37 @@ def averaged_speed(
     averaged equations run from ``start``, a state (n,) of the machine on that motion, for a time, and the mean is taken over
     the end of it. span: these two times.
     """
-    steady = turning(machine, None)
+    steady = machine_at_speed(machine, None)
     try:
-        return _beating(steady, start, span, tolerance, engine) if beats else _nearest(steady, near)
+        return _beating_speed(steady, start, span, tolerance, engine) if beats else _nearest_speed(steady, near)
     except InputError as error:
         return AveragedSpeed(None, reason=str(error))
 
 
-def _nearest(machine: Machine, near: float) -> AveragedSpeed:
+def _nearest_speed(machine: Machine, near: float) -> AveragedSpeed:
     slow = averaged_machine(machine, True)
     torques = SteadyTorques.from_slow(slow)
-    if torques.given is not None:
+    if torques.fixed_speed is not None:
         return AveragedSpeed(None, reason="the drive prescribes the speed")
     stability, sense = AveragedStability(torques, slow), slow.senses[machine.rotor.name]
-    found = all_states(torques, *driven_speeds(machine)[0]).states
-    if not found:
+    states = all_states(torques, *driven_speeds(machine)[0]).states
+    if not states:
         return AveragedSpeed(None, reason="the averaged equations have no steady state")
-    each = sorted(found, key=lambda state: abs(sense * state.speed - near))
-    stable = [s for s in each if stability.stability(s).stable is not False]
-    if stable[:1] == each[:1]:
-        return AveragedSpeed(sense * each[0].speed, STEADY)
-    return AveragedSpeed(sense * each[0].speed, UNSTABLE, next_stable=sense * stable[0].speed if stable else None)
+    ordered_states = sorted(states, key=lambda state: abs(sense * state.speed - near))
+    stable = [s for s in ordered_states if stability.stability(s).stable is not False]
+    if stable[:1] == ordered_states[:1]:
+        return AveragedSpeed(sense * ordered_states[0].speed, STEADY)
+    return AveragedSpeed(sense * ordered_states[0].speed, UNSTABLE, next_stable=sense * stable[0].speed if stable else None)
 
 
-def _beating(
+def _beating_speed(
     machine: Machine, start: np.ndarray, span: tuple[float, float], tolerance: float, engine: str | None
 ) -> AveragedSpeed:
     model = slow_model(machine, start, None, 1)
-    compiled = compile_system(model.system, tolerance, (), engine)
+    compiled_system = compile_system(model.system, tolerance, (), engine)
     whole, part = span
     grid = np.append(0.0, np.linspace(whole - part, whole, _SAMPLES)) if whole > part else np.linspace(0.0, whole, _SAMPLES)
-    motion = integrate(compiled, model.initial, model.values, grid)
+    motion = integrate(compiled_system, model.initial, model.values, grid)
     if motion.failure:
         return AveragedSpeed(None, reason=motion.failure)
     name = machine.rotor.name
@@ -108,7 +108,7 @@ class Readings:
     time: np.ndarray
     speed: np.ndarray
     normal: np.ndarray
-    changed: np.ndarray
+    abnormal: np.ndarray
     before: float | None
     after: float | None
     beating: float
@@ -130,21 +130,21 @@ class Windows:
     which alarms count as true. failure_time: None where the specimen did not fail."""
 
     normal: tuple[float, float] | None
-    changed: tuple[float, float] | None
-    watched: float | None
-    failed: float | None
+    abnormal: tuple[float, float] | None
+    monitoring_start: float | None
+    failure_time: float | None
 
 
 def readings_of(time: np.ndarray, angle: np.ndarray, interval: float, windows: Windows) -> Readings:
     """Return the readings from the angle (N,) of the rotor at samples whose spacing is a whole part of the interval."""
     every = round(interval / (time[1] - time[0])) if len(time) > 1 else 1
-    at, turned = time[::every], angle[::every]
-    normal, changed = (_inside(at[:-1], at[1:], between) for between in (windows.normal, windows.changed))
+    at, angles = time[::every], angle[::every]
+    normal, abnormal = (_inside(at[:-1], at[1:], between) for between in (windows.normal, windows.abnormal))
     # A reading may begin anywhere in a beat: means and deviations are those of all possible readings.
-    begin, end, any_ = time[:-every], time[every:], (angle[every:] - angle[:-every]) / interval
-    before, beating = _mean_and_deviation(any_[_inside(begin, end, windows.normal)], int(normal.sum()))
-    after, _ = _mean_and_deviation(any_[_inside(begin, end, windows.changed)], int(changed.sum()))
-    return Readings(at[1:], np.diff(turned) / np.diff(at), normal, changed, before, after, beating)
+    begin, end, speeds = time[:-every], time[every:], (angle[every:] - angle[:-every]) / interval
+    before, beating = _mean_and_deviation(speeds[_inside(begin, end, windows.normal)], int(normal.sum()))
+    after, _ = _mean_and_deviation(speeds[_inside(begin, end, windows.abnormal)], int(abnormal.sum()))
+    return Readings(at[1:], np.diff(angles) / np.diff(at), normal, abnormal, before, after, beating)
 
 
 def _mean_and_deviation(values: np.ndarray, readings: int) -> tuple[float | None, float]:
@@ -181,8 +181,8 @@ class Detection:
     @property
     def mean(self) -> float | None:
         """Expected time from the failure to the alarm; None where an alarm is not certain enough."""
-        known = self.alarms.certain or self.alarms.first[-1] >= _CERTAIN
-        return self.begins + self.interval * self.alarms.mean() if known else None
+        is_known = self.alarms.is_certain or self.alarms.first[-1] >= _CERTAIN
+        return self.begins + self.interval * self.alarms.mean() if is_known else None
 
     def quantile(self, probability: float) -> float | None:
         """Return the time after the failure by which an alarm has a probability; None if not reached within the horizon."""
@@ -205,21 +205,21 @@ def detection_of(
     ``RunError`` where there is no chart.
     """
     learnt = readings.speed[readings.normal][-_MOST_NORMAL:]
-    if readings.before is None or windows.watched is None:
+    if readings.before is None or windows.monitoring_start is None:
         return None
-    later = readings.time > windows.watched * (1 + 1e-12)
+    later = readings.time > windows.monitoring_start * (1 + 1e-12)
     if not later.any():
         return None
     # The mean of the readings themselves, which need not be that over whole beats: so the repeated deviations average zero.
     mean = float(learnt.mean())
     normal = np.zeros(1) if np.ptp(learnt) < _EVEN * noise else learnt - mean
     reference = (change or readings.deviation(noise)) / 2
-    made = chart(reference, noise, every, normal)
-    changed, again = (readings.speed[which] - mean for which in (later, readings.changed))
-    alarms = made.alarms(normal if steady else None, changed, again, _CERTAIN)
-    counted_from = windows.watched if windows.failed is None else windows.failed
+    cusum_chart = design_chart(reference, noise, every, normal)
+    abnormal, again = (readings.speed[mask] - mean for mask in (later, readings.abnormal))
+    alarms = cusum_chart.alarms(normal if steady else None, abnormal, again, _CERTAIN)
+    counted_from = windows.monitoring_start if windows.failure_time is None else windows.failure_time
     begins, step = readings.time[later][0] - counted_from, readings.time[-1] - readings.time[-2]
-    return Detection(made, mean, alarms, float(begins), float(step))
+    return Detection(cusum_chart, mean, alarms, float(begins), float(step))
 
 
 def _inside(begin: np.ndarray, end: np.ndarray, between: tuple[float, float] | None) -> np.ndarray:

@@ -13,23 +13,23 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.vibration import Forced
+from wucht.analysis.vibration import ForcedVibration
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
-from wucht.dynamics.verdicts.observation import Orbit, balanced, rows_of
+from wucht.dynamics.verdicts.observation import AxisMotion, advance_balance, rows_of
 from wucht.errors import InputError
-from wucht.machines.machine import LOST, Machine
+from wucht.machines.machine import DISSIPATED_WORK, Machine
 from wucht.machines.operation import free_speed, sense_of
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
-from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
+from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples, TurnObserver
 
 MOST_ROWS = 8000
 REVERSAL = "reversal"  # the event at which the main rotor turns back
 ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "dissipated_work")
-_OF_TWO = {"min_speed": np.minimum, "max_speed": np.maximum, "amplitude": np.maximum}  # rows; of others the second stays
-_REACH = 2 * PER_TURN  # averages before and after the speed has halved, from which that time is interpolated
+_MERGE_RULES = {"min_speed": np.minimum, "max_speed": np.maximum, "amplitude": np.maximum}  # rows; of others the second stays
+_REACH = 2 * MARKS_PER_TURN  # averages before and after the speed has halved, from which that time is interpolated
 _SAMPLES_REACH = 2  # likewise, samples
 _RESONANT = 1e-6  # of an undamped resonance: so near it the steady vibration has no bound
 
@@ -49,11 +49,17 @@ def without_drives(machine: Machine) -> Machine:
     So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
     """
     drives = machine.drives
-    undriven = [tuple(a for a in e.applied if a.booked != "supplied" and not a.of_drive) for e in machine.energies]
-    own = [e.internal if len(e.applied) == len(rest) else () for e, rest in zip(machine.energies, undriven, strict=True)]
-    return machine.changed(
-        bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
-        energies=tuple(replace(e, applied=a, internal=x) for e, a, x in zip(machine.energies, undriven, own, strict=True)),
+    undriven = [tuple(a for a in e.applied_forces if a.energy_side != "supplied" and not a.of_drive) for e in machine.energies]
+    internal_states = [
+        e.internal_states if len(e.applied_forces) == len(rest) else ()
+        for e, rest in zip(machine.energies, undriven, strict=True)
+    ]
+    return machine.with_fields(
+        bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed_velocity=None)) for b in machine.bodies),
+        energies=tuple(
+            replace(e, applied_forces=a, internal_states=x)
+            for e, a, x in zip(machine.energies, undriven, internal_states, strict=True)
+        ),
         parts=tuple(p for p in machine.parts if p not in drives),
         start_angles={},
         schedules=tuple(s for s in machine.schedules if not any(s.parameter.startswith(f"{d.path}.") for d in drives)),
@@ -65,12 +71,12 @@ def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]
     state = initial_state(coasting, start)
     for rotor in machine.rotors:
         row = coasting.row(rotor.coordinate.velocity)
-        if rotor.name in machine.start_angles and not _gives(start, rotor.name, "angle"):
+        if rotor.name in machine.start_angles and not _has_entry(start, rotor.name, "angle"):
             state[coasting.row(rotor.coordinate.position)] += machine.start_angles[rotor.name]
-        if not _gives(start, rotor.name, "speed") and rotor.release is None:
+        if not _has_entry(start, rotor.name, "speed") and rotor.release is None:
             state[row] = _driven_speed(machine, rotor)
         for body in machine.group(rotor)[1:]:
-            if body.release is not None or not _gives(start, body.name, "speed"):
+            if body.release is not None or not _has_entry(start, body.name, "speed"):
                 state[coasting.row(body.coordinate.velocity)] = state[row]
     if not state[coasting.row(machine.rotor.coordinate.velocity)]:
         raise InputError(
@@ -81,14 +87,14 @@ def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]
     return state
 
 
-def in_phase(machine: Machine, state: np.ndarray, to_rotor: Mapping[str, float]) -> np.ndarray:
+def place_bodies(machine: Machine, state: np.ndarray, to_rotor: Mapping[str, float]) -> np.ndarray:
     """Return a state (n,) with bodies at given angles to the rotors that they turn about, from the inside outwards."""
-    moved = state.copy()
+    shifted_state = state.copy()
     for body in machine.outward:
         if body.about is not None and body.name in to_rotor:
-            head = moved[machine.row(machine.body(body.about).coordinate.position)]
-            moved[machine.row(body.coordinate.position)] = head + to_rotor[body.name]
-    return moved
+            head = shifted_state[machine.row(machine.body(body.about).coordinate.position)]
+            shifted_state[machine.row(body.coordinate.position)] = head + to_rotor[body.name]
+    return shifted_state
 
 
 def phases_of_bodies(machine: Machine, state: np.ndarray) -> dict[str, float]:
@@ -106,40 +112,47 @@ def carrier_start(machine: Machine, start: Mapping[str, Any], vibration: str | N
     if vibration is None:
         at = machine.at(0.0)
         try:
-            Forced.of(at, np.zeros(len(at.bodies)))
+            ForcedVibration.of(at, np.zeros(len(at.bodies)))
         except InputError as error:
-            return CarrierStart.REST, error.allowed
+            return CarrierStart.REST, error.explanation
     return (CarrierStart.REST if vibration == "none" else CarrierStart.STEADY), ""
 
 
-def vibrating(machine: Machine, state: np.ndarray) -> np.ndarray:
+def with_steady_vibration(machine: Machine, state: np.ndarray) -> np.ndarray:
     """Add its steady vibration to a state (n,) in which the carrier rests. Raises ``InputError`` if it is unbounded."""
     at = machine.at(0.0)
     senses = np.array([sense_of(at, body) for body in at.bodies])
-    angles, speeds = (senses * np.array(list(of(at, state).values())) for of in (angles_in, speeds_in))
-    forced = Forced.of(at, senses * angles)
-    if any(math.isclose(w, abs(w0), rel_tol=_RESONANT) for w in forced.undamped(0.0, math.inf) for w0 in speeds):
+    angles, speeds = (senses * np.array(list(read_values(at, state).values())) for read_values in (angles_in, speeds_in))
+    forced_vibration = ForcedVibration.of(at, senses * angles)
+    if any(
+        math.isclose(w, abs(w0), rel_tol=_RESONANT)
+        for w in forced_vibration.undamped_resonances(0.0, math.inf)
+        for w0 in speeds
+    ):
         raise InputError(
             "study.vibration", None,
             "the machine starts at a resonance without damping, where its steady vibration has no bound; needed is another "
             "speed in study.start, damping, or vibration = 'none' to start with the carrier at rest",
         )  # fmt: skip
-    displacements, velocities = forced.vibration.at_once(speeds, angles)
-    moved = state.copy()
+    displacements, velocities = forced_vibration.vibration.instant_motion(speeds, angles)
+    shifted_state = state.copy()
     for c, x, v in zip(at.free_carrier, displacements, velocities, strict=True):
-        moved[at.row(c.position)] += x
-        moved[at.row(c.velocity)] = v
-    return moved
+        shifted_state[at.row(c.position)] += x
+        shifted_state[at.row(c.velocity)] = v
+    return shifted_state
 
 
-def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:
-    given = start.get(body)
-    return key in given if isinstance(given, Mapping) else given is not None and key == "angle"
+def _has_entry(start: Mapping[str, Any], body: str, key: str) -> bool:
+    entry = start.get(body)
+    return key in entry if isinstance(entry, Mapping) else entry is not None and key == "angle"
 
 
 def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
     """The speed that a rotor's drive reaches, 0 without one; with schedules, at their end, or when they last drive it."""
-    driven = any(a.booked == "supplied" for e in machine.energies for a in e.applied) or rotor.coordinate.prescribed is not None
+    driven = (
+        any(a.energy_side == "supplied" for e in machine.energies for a in e.applied_forces)
+        or rotor.coordinate.prescribed_velocity is not None
+    )
     times = reversed(machine.breakpoints) if driven else ()
     return next((speed for t in times if (speed := free_speed(machine.at(t), rotor))), 0.0)
 
@@ -176,35 +189,37 @@ class Record(Descent):
     @property
     def half_time(self) -> float | None:
         """The time at which the speed averaged over a turn (without a turn, the speed itself) is half of that at the start."""
-        return _halved(self.halving[0], self.halving[1], abs(self.start_speed) / 2)
+        return _halving_time(self.halving[0], self.halving[1], abs(self.start_speed) / 2)
 
-    def after(self, leg: Descent) -> Record:
+    def update(self, leg: Descent) -> Record:
         """Return the record with the next leg; if there are too many rows, each two become one."""
         rows, stride = {name: np.append(self.rows[name], leg.rows[name]) for name in ROW}, self.stride
         if len(rows["time"]) > MOST_ROWS:
-            rows, stride = {name: _thinned(name, column) for name, column in rows.items()}, 2 * stride
+            rows, stride = {name: _thin_rows(name, column) for name, column in rows.items()}, 2 * stride
         turns, reversals = np.append(self.turns, leg.turns, axis=1), self.reversals + leg.reversals
-        joined = vars(leg) | {"rows": rows, "turns": turns, "reversals": reversals}
-        return replace(self, **joined, stride=stride, legs=self.legs + 1)
+        changes = vars(leg) | {"rows": rows, "turns": turns, "reversals": reversals}
+        return replace(self, **changes, stride=stride, legs=self.legs + 1)
 
 
-def _thinned(name: str, column: np.ndarray) -> np.ndarray:
+def _thin_rows(name: str, column: np.ndarray) -> np.ndarray:
     """Keep the first row, and merge each two after it into one, with the extremes of both."""
     even = len(column) - 1 + len(column) % 2
     first, second = column[1:even:2], column[2:even:2]
-    return np.concatenate([column[:1], _OF_TWO[name](first, second) if name in _OF_TWO else second, column[even:]])
+    return np.concatenate([column[:1], _MERGE_RULES[name](first, second) if name in _MERGE_RULES else second, column[even:]])
 
 
-def reduced(machine: Machine, at_rest: Mapping[str, float], compiled: CompiledSystem, before: Record, t: Trajectory) -> Descent:
+def reduce_leg(
+    machine: Machine, at_rest: Mapping[str, float], compiled_system: CompiledSystem, before: Record, t: Trajectory
+) -> Descent:
     """Reduce a leg that begins with the last sample of the record. at_rest: the rest position of the carrier's axis."""
-    outputs, rotor = rows_of(compiled, t), machine.rotor.coordinate
+    outputs, rotor = rows_of(compiled_system, t), machine.rotor.coordinate
     time, angle, speed = t.time, outputs[rotor.position.name], outputs[rotor.velocity.name]
-    balance, residual = balanced(before.balance, outputs["stored_energy"], t.quadratures)
-    amplitude = Orbit.of(machine, time, outputs, at_rest).peaks
+    balance, residual = advance_balance(before.balance, outputs["stored_energy"], t.quadratures)
+    amplitude = AxisMotion.of(machine, time, outputs, at_rest).peaks
     # A row ends with one sample a stride, with the last one of the leg, and with the very first of the run.
-    width, begun = max(1, round(before.stride / (time[1] - time[0]))) if len(time) > 1 else 1, int(before.legs > 0)
-    last = np.unique([*range(width * begun, len(time), width), len(time) - 1])
-    last = last[last >= begun]
+    width, row_offset = max(1, round(before.stride / (time[1] - time[0]))) if len(time) > 1 else 1, int(before.legs > 0)
+    last = np.unique([*range(width * row_offset, len(time), width), len(time) - 1])
+    last = last[last >= row_offset]
     first = np.append(0, last)[: len(last)].astype(int)  # a row covers the samples from the end of the row before
     rows = {
         "time": time[last],
@@ -214,26 +229,26 @@ def reduced(machine: Machine, at_rest: Mapping[str, float], compiled: CompiledSy
         "max_speed": np.maximum(np.maximum.reduceat(speed, first), speed[last]),
         "amplitude": np.maximum(np.maximum.reduceat(amplitude, first), amplitude[last]),
         "energy_residual": residual[last],
-        "dissipated_work": t.quadratures[LOST][last],
+        "dissipated_work": t.quadratures[DISSIPATED_WORK][last],
     }
     reversals = tuple(h.time for h in t.hits if h.name == REVERSAL)
     leg = Descent(end=replace(t.tail(1), hits=()), rows=rows, reversals=reversals, balance=balance)
     if before.reversals:
         return replace(leg, averages=before.averages, halving=before.halving)
-    observer, averaged = before.observer.after(Samples.of(time, (angle, speed)))
-    averaged = averaged.part(averaged.passage == 0)
-    number = before.averages + np.arange(len(averaged.time))
-    mean = np.array([averaged.middle, averaged.speed])
-    turns, averages, half = mean[:, number % PER_TURN == 0], before.averages + len(number), abs(before.start_speed) / 2
+    observer, turn_means = before.observer.update(Samples.of(time, (angle, speed)))
+    turn_means = turn_means.part(turn_means.passage == 0)
+    number = before.averages + np.arange(len(turn_means.time))
+    mean = np.array([turn_means.middle, turn_means.speed])
+    turns, averages, half = mean[:, number % MARKS_PER_TURN == 0], before.averages + len(number), abs(before.start_speed) / 2
     # If it halves before the first whole turn, the speed itself is used.
     by_turns = bool(before.averages or (averages and abs(mean[1, 0]) > half))
-    known = before.halving if before.averages or not by_turns else np.empty((2, 0))
-    points = np.append(known, mean if by_turns else np.array([time, speed]), axis=1)
-    halving = _around(points, half, _REACH if by_turns else _SAMPLES_REACH)
+    earlier_points = before.halving if before.averages or not by_turns else np.empty((2, 0))
+    points = np.append(earlier_points, mean if by_turns else np.array([time, speed]), axis=1)
+    halving = _points_around(points, half, _REACH if by_turns else _SAMPLES_REACH)
     return replace(leg, turns=turns, observer=observer, averages=averages, halving=halving)
 
 
-def _around(points: np.ndarray, half: float, reach: int) -> np.ndarray:
+def _points_around(points: np.ndarray, half: float, reach: int) -> np.ndarray:
     """Select those of times and speeds (2, k) around the moment at which the speed has halved, else the last ones."""
     i = _crossing(points[1], half)
     return points[:, -reach:] if i is None else points[:, max(0, i + 1 - reach) : i + 1 + reach]
@@ -241,19 +256,19 @@ def _around(points: np.ndarray, half: float, reach: int) -> np.ndarray:
 
 def _crossing(speed: np.ndarray, half: float) -> int | None:
     """The index of the last point before the speed falls to half; None if it does not."""
-    over = np.abs(speed) - half
-    below = np.flatnonzero((over[:-1] > 0) & (over[1:] <= 0))
+    excess = np.abs(speed) - half
+    below = np.flatnonzero((excess[:-1] > 0) & (excess[1:] <= 0))
     return int(below[0]) if len(below) else None
 
 
-def _halved(time: np.ndarray, speed: np.ndarray, half: float) -> float | None:
+def _halving_time(time: np.ndarray, speed: np.ndarray, half: float) -> float | None:
     """The time at which the speed falls to half: a root of the cubic through the points around it. None if it does not."""
-    i, over = _crossing(speed, half), np.abs(speed) - half
+    i, excess = _crossing(speed, half), np.abs(speed) - half
     if i is None:
         return None
-    straight = time[i] + over[i] / (over[i] - over[i + 1]) * (time[i + 1] - time[i])
+    straight = time[i] + excess[i] / (excess[i] - excess[i + 1]) * (time[i + 1] - time[i])
     if len(time) < 4:
         return float(straight)
-    roots = np.polynomial.Polynomial.fit(time, over, 3).roots()
+    roots = np.polynomial.Polynomial.fit(time, excess, 3).roots()
     real = roots[np.abs(roots.imag) < 1e-9 * np.abs(roots).max()].real
     return float(min(real, key=lambda r: abs(r - straight), default=straight))

@@ -17,7 +17,7 @@ from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
-from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.numerics.flow.events import Event
 
 SAMPLES_PER_TURN = 24
@@ -64,7 +64,7 @@ class Grid:
     samples: np.ndarray
     closest: float
     end: float
-    judged: bool
+    is_judged: bool
 
 
 @dataclass(frozen=True)
@@ -95,11 +95,13 @@ class Horizon:
         at = {t: machine.at(t) for t in machine.breakpoints}
         natural = [f for m in at.values() for f in (*natural_frequencies(m).values(), swing_frequency(m)) if f > 0]
         highest = {t: highest_speed(m) for t, m in at.items()}  # a balance of losses alone may lie far above what is reached
-        reached = [min(abs(free_speed(m, r, t) or 0.0), highest[t]) for t, m in at.items() for r in m.rotors]
-        prescribed = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
-        expected = [*speeds_in(machine, initial).values(), *reached, machine.shaking_frequency or 0.0, *natural]
-        expected += [w for c in prescribed for w in machine.prescribed_speed(c, np.array(machine.breakpoints))]
-        fastest = float(max(map(abs, expected))) or 1.0
+        free_speeds = [min(abs(free_speed(m, r, t) or 0.0), highest[t]) for t, m in at.items() for r in m.rotors]
+        prescribed_coordinates = [b.coordinate for b in machine.bodies if b.coordinate.prescribed_velocity is not None]
+        expected_speeds = [*speeds_in(machine, initial).values(), *free_speeds, machine.shaking_frequency or 0.0, *natural]
+        expected_speeds += [
+            w for c in prescribed_coordinates for w in machine.prescribed_speed(c, np.array(machine.breakpoints))
+        ]
+        fastest = float(max(map(abs, expected_speeds))) or 1.0
         free = free_speed(at[machine.breakpoints[-1]], machine.rotor, machine.breakpoints[-1])
         slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
         turn = 2 * math.pi / fastest
@@ -110,12 +112,14 @@ class Horizon:
             first = max(end, half_turns * math.pi / slowest)
         most = _most_samples(machine, settings)
         step = first / math.ceil(first / max(turn / SAMPLES_PER_TURN, first / most))
-        settled, events = settings.until is None and settings.turns is None, _events(machine, settings, initial)
+        until_settled, events = settings.until is None and settings.turns is None, _events(machine, settings, initial)
         warnings = tuple(_warnings(machine, settings, free))
         vibration = max([*natural, machine.shaking_frequency or 0.0])
         span = 2 * math.pi / min(fastest, _FASTEST * max(natural)) if natural else turn
         energy = energy_scale(machine)
-        return cls(step, span, vibration, first, end, turn / step, most, settled, energy, settings.tolerance, events, warnings)
+        return cls(
+            step, span, vibration, first, end, turn / step, most, until_settled, energy, settings.tolerance, events, warnings
+        )
 
     def legs(self, rate: Callable[[], float] | None = None) -> Iterator[Grid]:
         """Yield the legs of a run. rate: the highest frequency of the motion at the end of the leg before; None: as expected.
@@ -129,16 +133,16 @@ class Horizon:
         doublings = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) if open_ended else 0
         begin, size, long = 0.0, max(1, int(_FIRST_LEG * share)), max(1, int(_LONG_LEG * share))
         for goal in (self.first * 2**k for k in range(doublings + 1)):
-            left, last = 0, max(1, round((goal - begin) / self.step))
+            lower, last = 0, max(1, round((goal - begin) / self.step))
             step, closest = (goal - begin) / last, goal / self.most
-            while left < last:
+            while lower < last:
                 slower = 1.0 if rate is None else 2 * math.pi / (SAMPLES_PER_TURN * rate() * step)
                 every = max(_power_of_two(slower) if slower >= _MUCH_SLOWER else 1, _power_of_two(closest / step))
-                right = min(left + size * every, last)
-                samples = begin + step * np.append(np.arange(left, right, every), right)
-                samples[-1] = goal if right == last else samples[-1]
-                yield Grid(samples, closest, max(self.expected_end, goal), open_ended and right == last)
-                left, size = right, min(2 * size, max(long, (round(begin / step) + right) // _SHARE_OF_ALL))
+                upper = min(lower + size * every, last)
+                samples = begin + step * np.append(np.arange(lower, upper, every), upper)
+                samples[-1] = goal if upper == last else samples[-1]
+                yield Grid(samples, closest, max(self.expected_end, goal), open_ended and upper == last)
+                lower, size = upper, min(2 * size, max(long, (round(begin / step) + upper) // _SHARE_OF_ALL))
             begin = goal
 
     @property
@@ -147,7 +151,7 @@ class Horizon:
         doublings = math.log2(_MOST_TURNS / _FIRST_TURNS) if self.until_settled else 0
         return min(self.first / self.step * 2**doublings, self.most * (1 + doublings / 2))
 
-    def decided(self, verdict: Verdict) -> bool:
+    def is_decided(self, verdict: Verdict) -> bool:
         """True if a run without an end time may end: it has settled, or will never make the requested turns."""
         if self.until_settled:
             return verdict.settled_within(_SETTLED_TOLERANCE)
@@ -159,7 +163,7 @@ def _power_of_two(ratio: float) -> int:
     return int(2 ** max(0, math.floor(math.log2(ratio))))
 
 
-def numbers_a_sample(machine: Machine) -> int:
+def numbers_per_sample(machine: Machine) -> int:
     """The number of values stored per sample: states, works, outputs and what the Dataset derives from them."""
     system = machine.system
     return 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
@@ -169,16 +173,16 @@ def _most_samples(machine: Machine, settings: RunSettings) -> int:
     """The number of stored samples of a run with which all runs of a study fit into memory."""
     if settings.stored_samples is not None:
         return max(2, settings.stored_samples // settings.runs)
-    return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers_a_sample(machine)) // settings.runs)
+    return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers_per_sample(machine)) // settings.runs)
 
 
 def _events(machine: Machine, settings: RunSettings, initial: np.ndarray) -> tuple[Event, ...]:
     rotor, ends = machine.rotor.coordinate, {}
     if settings.turns is not None:
-        turned = rotor.position - initial[machine.row(rotor.position)]
-        ends[TURNS_DONE] = turned / (2 * math.pi * settings.turns)
+        turned_angle = rotor.position - initial[machine.row(rotor.position)]
+        ends[TURNS_DONE] = turned_angle / (2 * math.pi * settings.turns)
     limit = settings.speed_limit or runaway_limit(machine)
-    if limit is not None and rotor.prescribed is None:
+    if limit is not None and rotor.prescribed_velocity is None:
         ends[SPEED_LIMIT] = rotor.velocity / limit
     return (*(Event(name, share**2 - 1, +1, terminal=True) for name, share in ends.items()), *release_events(machine))
 

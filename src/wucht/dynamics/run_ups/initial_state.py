@@ -10,9 +10,9 @@ import numpy as np
 from wucht.errors import InputError
 from wucht.machines.changes import leader_of
 from wucht.machines.machine import Machine
-from wucht.machines.parts.track import Tracked
-from wucht.machines.tracks import arranged, starts
-from wucht.mechanics.energies import Internal
+from wucht.machines.parts.track import TrackBody
+from wucht.machines.tracks import arrange_contacts, starts
+from wucht.mechanics.energies import InternalState
 from wucht.mechanics.lagrange import Coordinate
 from wucht.schema import Unit, article, read_quantity, refuse_unknown
 
@@ -24,44 +24,44 @@ def owners(machine: Machine) -> list[str]:
     return list(dict.fromkeys(x.path.split(".")[0] for x in machine.internal))
 
 
-def own_starts(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, float]:
+def internal_starts(machine: Machine, start: Mapping[str, Any], location: str) -> dict[str, float]:
     """Return the values of all internal states by name; 0 where the start has none. Raises ``InputError``."""
-    known = {tuple(x.state.name.split(".")): x for x in machine.internal}
-    values = {x.state.name: 0.0 for x in known.values()}
+    internal_states = {tuple(x.state.name.split(".")): x for x in machine.internal}
+    values = {x.state.name: 0.0 for x in internal_states.values()}
     for name in owners(machine):
         if name in start:
-            for x, given, at in _stated(known, (name,), start[name], where):
-                values[x.state.name] = _value(machine, x, given, at)
+            for x, entry, at in _state_entries(internal_states, (name,), start[name], location):
+                values[x.state.name] = _value(machine, x, entry, at)
     return values
 
 
-def _stated(
-    known: Mapping[tuple[str, ...], Internal], keys: tuple[str, ...], given: Any, where: str
-) -> Iterator[tuple[Internal, Any, str]]:
+def _state_entries(
+    internal_states: Mapping[tuple[str, ...], InternalState], keys: tuple[str, ...], entry: Any, location: str
+) -> Iterator[tuple[InternalState, Any, str]]:
     """Yield each entry in a table of a start and in its inner tables: the state, the value, and its location."""
-    at = ".".join((where, *keys))
-    if keys in known:
-        yield known[keys], given, at
+    at = ".".join((location, *keys))
+    if keys in internal_states:
+        yield internal_states[keys], entry, at
         return
-    inner = list(dict.fromkeys(k[len(keys)] for k in known if k[: len(keys)] == keys))
-    if not isinstance(given, Mapping):
-        raise InputError(at, given, f"must be a table such as {{ {inner[0]} = {_example(known, keys, inner[0])} }}")
-    refuse_unknown(given, inner, at)
-    for key, value in given.items():
-        yield from _stated(known, (*keys, key), value, where)
+    inner = list(dict.fromkeys(k[len(keys)] for k in internal_states if k[: len(keys)] == keys))
+    if not isinstance(entry, Mapping):
+        raise InputError(at, entry, f"must be a table such as {{ {inner[0]} = {_example(internal_states, keys, inner[0])} }}")
+    refuse_unknown(entry, inner, at)
+    for key, value in entry.items():
+        yield from _state_entries(internal_states, (*keys, key), value, location)
 
 
-def _example(known: Mapping[tuple[str, ...], Internal], keys: tuple[str, ...], key: str) -> str:
-    state = known.get((*keys, key))
-    return "{ ... }" if state is None else f'"0 {state.own.unit}"'
+def _example(internal_states: Mapping[tuple[str, ...], InternalState], keys: tuple[str, ...], key: str) -> str:
+    state = internal_states.get((*keys, key))
+    return "{ ... }" if state is None else f'"0 {state.description.unit}"'
 
 
-def _value(machine: Machine, x: Internal, given: Any, where: str) -> float:
+def _value(machine: Machine, x: InternalState, entry: Any, location: str) -> float:
     """Return a value in SI, checked against the size that the state can have."""
-    value, (size,) = read_quantity(Unit(x.own.unit, x.own.what), given, where), machine.evaluate(x.size)
+    value, (size,) = read_quantity(Unit(x.description.unit, x.description.what), entry, location), machine.evaluate(x.size)
     if abs(value) > size * (1 + _ROUNDING):
-        limits = f"between -{size:g} and {size:g} {x.own.unit}"
-        raise InputError(where, given, f"must be {article(x.own.what)} {limits}: it cannot become larger")
+        limits = f"between -{size:g} and {size:g} {x.description.unit}"
+        raise InputError(location, entry, f"must be {article(x.description.what)} {limits}: it cannot become larger")
     return value
 
 
@@ -69,7 +69,7 @@ _MOST_LISTED = 6  # phases in a sentence
 _NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"
 
 
-def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "study.start") -> np.ndarray:
+def initial_state(machine: Machine, start: Mapping[str, Any], location: str = "study.start") -> np.ndarray:
     """Return the initial state (n,) of ``machine.system``.
 
     Angles are relative to the body turned about, speeds absolute. Bodies not named start at rest at the angle that the machine
@@ -78,44 +78,50 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
     starts at its static position, from which ``carrier = {x, y, vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies
     about one rotor: angles psi +- delta/2. Internal states of parts that are not named start at 0. Raises ``InputError``.
     """
-    values = _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
-    guided = {"displacement": Unit("m", "displacement"), "velocity": Unit("m/s", "velocity")}
-    sliding, both = {x.name: x for x in machine.sliders}, dict[str, dict[str, float]]()
-    given, angle, speed = _given(machine, start, where), _angle(machine), Unit(machine.units.speed, "speed")
+    values = _carrier(machine, start.get("carrier", {}), f"{location}.carrier")
+    slider_units = {"displacement": Unit("m", "displacement"), "velocity": Unit("m/s", "velocity")}
+    sliding, quantities_by_body = {x.name: x for x in machine.sliders}, dict[str, dict[str, float]]()
+    entries, angle, speed = _body_entries(machine, start, location), _angle(machine), Unit(machine.units.speed, "speed")
     for body in machine.outward:
-        at, c, table = f"{where}.{body.name}", body.coordinate, given.get(body.name, {})
-        if c.prescribed is not None and table != {}:
+        at, c, table = f"{location}.{body.name}", body.coordinate, entries.get(body.name, {})
+        if c.prescribed_velocity is not None and table != {}:
             raise InputError(at, table, _NOT_ALLOWED)
-        stated = _quantities(table, {"angle": angle, "speed": speed} | (guided if body.name in sliding else {}), at)
-        both[body.name] = stated
-        if body.release is not None and "speed" in stated:
-            raise InputError(f"{at}.speed", stated["speed"], "not allowed: this body is locked until its release")
+        quantities = _quantities(table, {"angle": angle, "speed": speed} | (slider_units if body.name in sliding else {}), at)
+        quantities_by_body[body.name] = quantities
+        if body.release is not None and "speed" in quantities:
+            raise InputError(f"{at}.speed", quantities["speed"], "not allowed: this body is locked until its release")
         head = machine.body(body.about).coordinate if body.about else None
         origin = machine.start_angles.get(body.name, values[head.position.name] if head else 0.0)
-        led = any(machine.body(n).coordinate.prescribed is not None for n in machine.tree.path(body.name)[1:])
-        leader = head or machine.turning
-        own = values[leader.velocity.name] if leader and (led or body.release is not None) else 0.0
-        values[c.position.name] = origin + stated.get("angle", 0.0)
-        values[c.velocity.name] = stated.get("speed", own) if c.prescribed is None else _prescribed(machine, c)
+        is_driven = any(machine.body(n).coordinate.prescribed_velocity is not None for n in machine.tree.path(body.name)[1:])
+        leader = head or machine.rotation_coordinate
+        start_speed = values[leader.velocity.name] if leader and (is_driven or body.release is not None) else 0.0
+        values[c.position.name] = origin + quantities.get("angle", 0.0)
+        values[c.velocity.name] = (
+            quantities.get("speed", start_speed) if c.prescribed_velocity is None else _prescribed_velocity(machine, c)
+        )
     for x in sliding.values():
-        stated = both[x.name] if x.name in both else _quantities(start.get(x.name, {}), guided, f"{where}.{x.name}")
-        values[x.coordinate.position.name] = stated.get("displacement", 0.0)
-        values[x.coordinate.velocity.name] = stated.get("velocity", 0.0)
-    values |= own_starts(machine, start, where)
+        quantities = (
+            quantities_by_body[x.name]
+            if x.name in quantities_by_body
+            else _quantities(start.get(x.name, {}), slider_units, f"{location}.{x.name}")
+        )
+        values[x.coordinate.position.name] = quantities.get("displacement", 0.0)
+        values[x.coordinate.velocity.name] = quantities.get("velocity", 0.0)
+    values |= internal_starts(machine, start, location)
     return np.array([values[name] for name in machine.state_names])
 
 
-def placed(machine: Machine, state: np.ndarray) -> Machine:
+def machine_in_state(machine: Machine, state: np.ndarray) -> Machine:
     """Return the machine as in an initial state (n,): the bodies of its tracks in order, those released there unlocked.
 
     A speed of release that is reached at t = 0 would never be crossed. Raises ``InputError`` where bodies of a track overlap.
     """
-    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
-    machine = arranged(machine, angles_in(machine, state), float(np.abs(state[free]).max(initial=0.0)))
+    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed_velocity is None]
+    machine = arrange_contacts(machine, angles_in(machine, state), float(np.abs(state[free]).max(initial=0.0)))
     speeds = speeds_in(machine, state)
-    locked = [(b, b.release.speed) for b in machine.bodies if b.release is not None and b.release.speed is not None]
-    released = {b.locked.name: 0.0 for b, limit in locked if abs(speeds[leader_of(machine, b).name]) >= limit}
-    return machine.with_unchecked(released)
+    locked_bodies = [(b, b.release.speed) for b in machine.bodies if b.release is not None and b.release.speed is not None]
+    release_times = {b.lock_symbol.name: 0.0 for b, limit in locked_bodies if abs(speeds[leader_of(machine, b).name]) >= limit}
+    return machine.with_unchecked_values(release_times)
 
 
 def angles_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
@@ -126,17 +132,20 @@ def angles_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
 def speeds_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
     """The speeds of the bodies in an initial state (n,), by name, prescribed ones included."""
     pairs = [(b.name, b.coordinate) for b in machine.bodies]
-    return {n: float(state[machine.row(c.velocity)]) if c.prescribed is None else _prescribed(machine, c) for n, c in pairs}
+    return {
+        n: float(state[machine.row(c.velocity)]) if c.prescribed_velocity is None else _prescribed_velocity(machine, c)
+        for n, c in pairs
+    }
 
 
-def listed(phases: Mapping[str, float]) -> str:
+def format_phases(phases: Mapping[str, float]) -> str:
     """Format phases of bodies, given in rad, in degrees for a sentence; of many bodies the first ones."""
-    said = [f"{name} {(np.degrees(phase) + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
-    more = f" and {len(said) - _MOST_LISTED} more" if len(said) > _MOST_LISTED else ""
-    return ", ".join(said[:_MOST_LISTED]) + more
+    texts = [f"{name} {(np.degrees(phase) + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
+    more = f" and {len(texts) - _MOST_LISTED} more" if len(texts) > _MOST_LISTED else ""
+    return ", ".join(texts[:_MOST_LISTED]) + more
 
 
-def _prescribed(machine: Machine, coordinate: Coordinate) -> float:
+def _prescribed_velocity(machine: Machine, coordinate: Coordinate) -> float:
     """The prescribed velocity of a coordinate at t = 0."""
     return float(machine.prescribed_speed(coordinate, 0.0)[0])
 
@@ -145,45 +154,47 @@ def _angle(machine: Machine) -> Unit:
     return Unit("rad" if machine.units.time else "", "angle")
 
 
-def _quantities(given: Any, units: Mapping[str, Unit], where: str) -> dict[str, float]:
+def _quantities(entry: Any, units: Mapping[str, Unit], location: str) -> dict[str, float]:
     """Read the quantities of a table by key; a bare value is the first of them."""
-    table = given if isinstance(given, Mapping) else {next(iter(units)): given}
-    refuse_unknown(table, units, where)
-    return {key: read_quantity(units[key], value, f"{where}.{key}") for key, value in table.items()}
+    table = entry if isinstance(entry, Mapping) else {next(iter(units)): entry}
+    refuse_unknown(table, units, location)
+    return {key: read_quantity(units[key], value, f"{location}.{key}") for key, value in table.items()}
 
 
-def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, Any]:
+def _body_entries(machine: Machine, start: Mapping[str, Any], location: str) -> dict[str, Any]:
     """Return the entry of each body: by its name, as one of a pair by psi and delta, or as one of a track."""
     names = [b.name for b in machine.bodies]
     pair = [b.name for b in machine.bodies if b.about == machine.rotor.name]
-    guided = [x.name for x in machine.sliders]
-    refuse_unknown(start, [*names, *guided, "carrier", *owners(machine), *(("psi", "delta") if len(pair) == 2 else ())], where)
-    given: dict[str, Any] = {n: start[n] for n in names if n in start}
+    slider_names = [x.name for x in machine.sliders]
+    refuse_unknown(
+        start, [*names, *slider_names, "carrier", *owners(machine), *(("psi", "delta") if len(pair) == 2 else ())], location
+    )
+    entries: dict[str, Any] = {n: start[n] for n in names if n in start}
     if "psi" in start or "delta" in start:
-        psi, delta = (read_quantity(_angle(machine), start.get(k, 0.0), f"{where}.{k}") for k in ("psi", "delta"))
-        for name in (n for n in pair if n in given):
-            raise InputError(f"{where}.{name}", None, "give either psi and delta, or the angles of the bodies")
-        given |= {name: psi + sign * delta / 2 for name, sign in zip(pair, (1, -1), strict=True)}
+        psi, delta = (read_quantity(_angle(machine), start.get(k, 0.0), f"{location}.{k}") for k in ("psi", "delta"))
+        for name in (n for n in pair if n in entries):
+            raise InputError(f"{location}.{name}", None, "give either psi and delta, or the angles of the bodies")
+        entries |= {name: psi + sign * delta / 2 for name, sign in zip(pair, (1, -1), strict=True)}
     for track in machine.tracks:
-        if not any(b.name in given for b in track.bodies):
-            given |= starts(track.bodies)
-    for body in (p for p in machine.parts if isinstance(p, Tracked) and p.start is not None):
-        stated = given.get(body.name, {})
-        given[body.name] = {"angle": body.start, **stated} if isinstance(stated, Mapping) else stated
-    return given
+        if not any(b.name in entries for b in track.bodies):
+            entries |= starts(track.bodies)
+    for body in (p for p in machine.parts if isinstance(p, TrackBody) and p.start is not None):
+        body_entry = entries.get(body.name, {})
+        entries[body.name] = {"angle": body.start, **body_entry} if isinstance(body_entry, Mapping) else body_entry
+    return entries
 
 
-def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:
+def _carrier(machine: Machine, entry: Any, location: str) -> dict[str, float]:
     """Return the carrier's positions and velocities by name, prescribed ones included."""
-    if not isinstance(given, Mapping):
-        raise InputError(where, given, 'must be a table such as { x = "1 mm" }')
+    if not isinstance(entry, Mapping):
+        raise InputError(location, entry, 'must be a table such as { x = "1 mm" }')
     length, units = machine.units.length, dict[str, Unit]()
     for d in machine.free_labels:
         units[d] = Unit("rad" if d == "r" else length, "displacement")
         units[f"v{d}"] = Unit(("rad/s" if d == "r" else "m/s") if length else "", "velocity")
-    stated, values = _quantities(given, units, where), dict[str, float]()
+    quantities, values = _quantities(entry, units, location), dict[str, float]()
     for c, rest, d in zip(machine.carrier, machine.rest, machine.labels, strict=True):
-        free = c.prescribed is None
-        values[c.position.name] = float(rest) + stated.get(d, 0.0) if free else machine.start_positions.get(d, 0.0)
-        values[c.velocity.name] = stated.get(f"v{d}", 0.0) if free else _prescribed(machine, c)
+        free = c.prescribed_velocity is None
+        values[c.position.name] = float(rest) + quantities.get(d, 0.0) if free else machine.start_positions.get(d, 0.0)
+        values[c.velocity.name] = quantities.get(f"v{d}", 0.0) if free else _prescribed_velocity(machine, c)
     return values

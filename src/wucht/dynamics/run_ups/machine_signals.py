@@ -9,15 +9,15 @@ from functools import partial
 import numpy as np
 import sympy as sp
 
-from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
-from wucht.dynamics.verdicts.observation import Observation, Watch
+from wucht.dynamics.verdicts.observation import MotionObserver, Observation
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.fatigue.counting import TurningPoints
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 
@@ -49,30 +49,30 @@ class SignalObservation:
 
 
 @dataclass(frozen=True)
-class SignalWatch:
+class SignalObserver:
     """Observer of a machine, and of a signal of its motion."""
 
-    watch: Watch
+    motion_observer: MotionObserver
     signal: MachineSignal
 
     @property
     def machine(self) -> Machine:
         """The observed machine."""
-        return self.watch.machine
+        return self.motion_observer.machine
 
     @property
     def span(self) -> float:
         """The sampled span of time; see ``MotionObserver``."""
-        return self.watch.span
+        return self.motion_observer.span
 
     def begin(self) -> SignalObservation:
         """Return the empty observation."""
-        return SignalObservation(self.watch.begin(), TurningPoints())
+        return SignalObservation(self.motion_observer.begin(), TurningPoints())
 
-    def looked(self, seen: SignalObservation, motion: Trajectory) -> SignalObservation:
+    def update(self, previous: SignalObservation, motion: Trajectory) -> SignalObservation:
         """Return the observation after a further part of the machine's motion."""
-        points = seen.points.after(motion.time, self.signal(motion), between=True)
-        return SignalObservation(self.watch.looked(seen.observation, motion), points)
+        points = previous.points.update(motion.time, self.signal(motion), interpolate=True)
+        return SignalObservation(self.motion_observer.update(previous.observation, motion), points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,29 +87,39 @@ class LoadHistory:
     failure: str | None = None
 
 
-def watched_signal(case: RunUpCase, signal: MachineSignal) -> Watched[SignalObservation]:
+def signal_integration(case: RunUpCase, signal: MachineSignal) -> ObservedIntegration[SignalObservation]:
     """Return the integration of a run-up in which a signal is sampled as densely as its turning points need."""
     [model], horizon, settings = case.models, case.horizon, case.settings
-    compiled = compile_system(model.system, settings.tolerance, model.events(horizon.events), settings.engine)
-    return Watched(SignalWatch(case.watch, signal), compiled, model.seen, horizon.vibration, horizon.energy, _PER_TURN)
+    compiled_system = compile_system(model.system, settings.tolerance, model.events(horizon.events), settings.engine)
+    return ObservedIntegration(
+        SignalObserver(case.observer, signal),
+        compiled_system,
+        model.machine_motion,
+        horizon.vibration,
+        horizon.energy,
+        _PER_TURN,
+    )
 
 
 def load_histories(case: RunUpCase, signal: MachineSignal, work: Work) -> Iterator[LoadHistory]:
     """Yield the turning points of a signal after each leg of a run-up, of whose motion nothing else is stored."""
-    [model], watched = case.models, watched_signal(case, signal)
-    last = watched.begin(model.initial, model.values)
+    [model], integration = case.models, signal_integration(case, signal)
+    last = integration.begin(model.initial, model.values)
     parts: list[tuple[np.ndarray, np.ndarray]] = []
-    yield _history(case, watched, parts, last)
+    yield _history(case, integration, parts, last)
     for number, grid in enumerate(case.horizon.legs(), 1):
-        if last.stored.ended:
+        if last.trajectory.has_ended:
             break
         # Its ends alone are stored; in between it is observed as densely as its motion needs.
-        ends, begun = grid.samples[[0, -1]], replace(last, seen=replace(last.seen, points=last.seen.points.forgotten()))
-        last = work.unit(f"leg {number}", partial(watched.leg, begun, ends, partial(_report, work, grid.end)))
-        parts.append((last.seen.points.time, last.seen.points.values))
-        history = _history(case, watched, parts, last)
+        ends, resumed_leg = (
+            grid.samples[[0, -1]],
+            replace(last, observation=replace(last.observation, points=last.observation.points.without_points())),
+        )
+        last = work.unit(f"leg {number}", partial(integration.leg, resumed_leg, ends, partial(_report, work, grid.end)))
+        parts.append((last.observation.points.time, last.observation.points.values))
+        history = _history(case, integration, parts, last)
         yield history
-        if grid.judged and history.verdict is not None and case.horizon.decided(history.verdict):
+        if grid.is_judged and history.verdict is not None and case.horizon.is_decided(history.verdict):
             break
 
 
@@ -119,18 +129,18 @@ def _report(work: Work, end: float, time: float) -> None:
 
 def _history(
     case: RunUpCase,
-    watched: Watched[SignalObservation],
+    integration: ObservedIntegration[SignalObservation],
     parts: list[tuple[np.ndarray, np.ndarray]],
     last: Leg[SignalObservation],
 ) -> LoadHistory:
     """Join the parts before the last leg, and that leg with the motion still to be observed."""
-    latest, stored = watched.observation(last), last.stored
-    time, values = (np.concatenate([part[k] for part in (*parts[:-1], latest.points.closed())]) for k in (0, 1))
-    verdict = verdict_at_end(case.machine, latest.observation, stored)
-    return LoadHistory(time, values, stored.end_time, verdict, stored.failure)
+    latest, trajectory = integration.observation(last), last.trajectory
+    time, values = (np.concatenate([part[k] for part in (*parts[:-1], latest.points.points_to_end())]) for k in (0, 1))
+    verdict = verdict_at_end(case.machine, latest.observation, trajectory)
+    return LoadHistory(time, values, trajectory.end_time, verdict, trajectory.failure)
 
 
-def machine_signal(machine: Machine, name: str, direction: str | None, where: str = "study") -> MachineSignal:
+def machine_signal(machine: Machine, name: str, direction: str | None, location: str = "study") -> MachineSignal:
     """Return a signal of the carrier's motion.
 
     name: ``"displacement"``, ``"spring-force"``, ``"bearing-force"`` (of the bodies on it) or ``"acceleration"``. direction: by
@@ -138,12 +148,12 @@ def machine_signal(machine: Machine, name: str, direction: str | None, where: st
     machine without a carrier, or without that direction.
     """
     units, system = machine.units, machine.system
-    allowed = machine.free_labels if name in ("acceleration", "spring-force") else machine.labels
-    if not allowed:
-        raise InputError(f"{where}.signal", name, "this machine's carrier does not move")
-    if direction is not None and direction not in allowed:
-        raise InputError(f"{where}.direction", direction, f"must be one of {', '.join(allowed)}")
-    label = direction or allowed[0]
+    directions = machine.free_labels if name in ("acceleration", "spring-force") else machine.labels
+    if not directions:
+        raise InputError(f"{location}.signal", name, "this machine's carrier does not move")
+    if direction is not None and direction not in directions:
+        raise InputError(f"{location}.direction", direction, f"must be one of {', '.join(directions)}")
+    label = direction or directions[0]
     coordinate = dict(zip(machine.labels, machine.carrier, strict=True))[label]
     turns = label == "r"
     force = units.torque if turns else units.force
@@ -159,9 +169,9 @@ def machine_signal(machine: Machine, name: str, direction: str | None, where: st
         rate, unit = expressions[name]
     evaluator = Evaluator.of(system, [rate], [_VALUE])
     kind = "moment" if turns else "force"
-    named = {"bearing-force": f"bearing {kind}", "spring-force": f"{kind} of the springs"}
-    what = named.get(name, f"{name} of the carrier")
-    return MachineSignal(f"{what} in {label}", unit, evaluator)
+    descriptions = {"bearing-force": f"bearing {kind}", "spring-force": f"{kind} of the springs"}
+    description = descriptions.get(name, f"{name} of the carrier")
+    return MachineSignal(f"{description} in {label}", unit, evaluator)
 
 
 def _spring_force(machine: Machine, label: str) -> sp.Expr:

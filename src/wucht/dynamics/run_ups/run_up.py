@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 
 from wucht.dynamics.run_ups.horizon import SPEED_LIMIT, Grid, Horizon, RunSettings
-from wucht.dynamics.run_ups.initial_state import initial_state, placed
-from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
+from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observation import Observation, Rows, Watch
+from wucht.dynamics.verdicts.observation import MotionObserver, Observation, Rows
 from wucht.dynamics.verdicts.verdict import Verdict, judge
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, net_torque
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
@@ -42,16 +42,16 @@ class RunUpCase:
     @classmethod
     def of(cls, machine: Machine, start: Mapping[str, Any], settings: RunSettings) -> RunUpCase:
         """Return the run of a machine from a start, as a study file states it. Raises ``InputError`` if they do not fit."""
-        machine, initial = placed_at_start(machine, start, settings.until or 0.0, settings.speed_limit)
+        machine, initial = prepare_start(machine, start, settings.until or 0.0, settings.speed_limit)
         models = () if settings.model == "slow" else (FullModel(machine, initial),)
         if settings.model != "full":
             models = (*models, slow_model(machine, initial, settings.inertia, settings.order))
         return cls(machine, Horizon.of(machine, settings, initial), models, settings)
 
     @property
-    def watch(self) -> Watch:
+    def observer(self) -> MotionObserver:
         """The observer of the motion."""
-        return Watch(self.machine, self.horizon.span, Noise.of(self.horizon.tolerance))
+        return MotionObserver(self.machine, self.horizon.span, Noise.of(self.horizon.tolerance))
 
 
 @dataclass(frozen=True)
@@ -63,29 +63,29 @@ class Motion:
 
     case: RunUpCase
     model: FullModel
-    watched: Watched[Observation]
+    integration: ObservedIntegration[Observation]
     trajectory: Trajectory
     last: Leg[Observation]
 
     @cached_property
-    def seen(self) -> Trajectory:
+    def machine_motion(self) -> Trajectory:
         """The machine's motion."""
-        return self.model.seen(self.trajectory)
+        return self.model.machine_motion(self.trajectory)
 
     @property
     def rows(self) -> Rows:
         """The states and outputs (N,) of the machine's motion, by name: computed anew, larger than what is stored."""
-        return self.model.rows(self.trajectory, self.seen)
+        return self.model.rows(self.trajectory, self.machine_motion)
 
     @property
-    def compiled(self) -> CompiledSystem:
+    def compiled_system(self) -> CompiledSystem:
         """The equations that are integrated."""
-        return self.watched.compiled
+        return self.integration.compiled_system
 
     @cached_property
     def observation(self) -> Observation:
         """The record of the motion until its end."""
-        return self.watched.observation(self.last)
+        return self.integration.observation(self.last)
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -101,15 +101,15 @@ def verdict_at_end(machine: Machine, observation: Observation, motion: Trajector
 
 def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:
     """Yield the motions of one run, after each leg; a second model goes as far as the first did."""
-    first, *others = case.models
-    share = _FULL_SHARE if others else 1.0
+    first, *further_models = case.models
+    share = _FULL_SHARE if further_models else 1.0
     for motion in _motions(case, first, case.horizon.events, None, work.part(first.name, 0.0, share)):
         yield (motion,)
     time = motion.trajectory.time
     if motion.trajectory.failure or len(time) < 2:
         return
-    for other in others:
-        for second in _motions(case, other, (), time, work.part(other.name, share, 1.0)):
+    for further_model in further_models:
+        for second in _motions(case, further_model, (), time, work.part(further_model.name, share, 1.0)):
             yield motion, second
 
 
@@ -139,32 +139,34 @@ def run_to_end(machine: Machine, start: Mapping[str, Any], settings: RunSettings
 
 
 def _motions(
-    case: RunUpCase, model: FullModel, events: tuple[Event, ...], at: np.ndarray | None, work: Work
+    case: RunUpCase, model: FullModel, events: tuple[Event, ...], sample_times: np.ndarray | None, work: Work
 ) -> Iterator[Motion]:
     """Yield a model's motion after each leg, until the legs, an event, or the verdict end it. sample_times: samples (N,) to
     store; None: as the motion needs."""
-    compiled = compile_system(model.system, case.settings.tolerance, model.events(events), case.settings.engine)
+    compiled_system = compile_system(model.system, case.settings.tolerance, model.events(events), case.settings.engine)
 
-    watched = Watched(case.watch, compiled, model.seen, case.horizon.vibration, case.horizon.energy)
-    last = watched.begin(model.initial, model.values)
-    motion = Motion(case, model, watched, last.stored, last)
+    integration = ObservedIntegration(
+        case.observer, compiled_system, model.machine_motion, case.horizon.vibration, case.horizon.energy
+    )
+    last = integration.begin(model.initial, model.values)
+    motion = Motion(case, model, integration, last.trajectory, last)
     yield motion
-    if last.stored.ended:
+    if last.trajectory.has_ended:
         return
 
     def rate() -> float:
-        return watched.rate(last)
+        return integration.rate(last)
 
-    for count, grid in enumerate(case.horizon.legs(rate) if at is None else _given(at), 1):
-        report, closest = partial(_report, work, grid.end), grid.closest if at is None else None
-        last = work.unit(f"leg {count}", partial(watched.leg, last, grid.samples, report, closest))
-        motion = Motion(case, model, watched, motion.trajectory.joined(last.stored), last)
+    for count, grid in enumerate(case.horizon.legs(rate) if sample_times is None else _legs_on_samples(sample_times), 1):
+        report, closest = partial(_report, work, grid.end), grid.closest if sample_times is None else None
+        last = work.unit(f"leg {count}", partial(integration.leg, last, grid.samples, report, closest))
+        motion = Motion(case, model, integration, motion.trajectory.join(last.trajectory), last)
         yield motion
-        if last.stored.ended or (grid.judged and case.horizon.decided(motion.verdict)):
+        if last.trajectory.has_ended or (grid.is_judged and case.horizon.is_decided(motion.verdict)):
             return
 
 
-def _given(time: np.ndarray) -> Iterator[Grid]:
+def _legs_on_samples(time: np.ndarray) -> Iterator[Grid]:
     """Yield legs over given samples (N,)."""
     for i in range(0, len(time) - 1, _SAMPLES_A_LEG):
         yield Grid(time[i : i + _SAMPLES_A_LEG + 1], 0.0, time[-1], False)
@@ -174,7 +176,7 @@ def _report(work: Work, end: float, time: float) -> None:
     work.report(time / end)
 
 
-def placed_at_start(
+def prepare_start(
     machine: Machine, start: Mapping[str, Any], end: float = 0.0, speed_limit: float | None = None
 ) -> tuple[Machine, np.ndarray]:
     """Return the machine with the bodies of its tracks in the order of the start, and the state (n,) to start from.
@@ -182,22 +184,27 @@ def placed_at_start(
     end: of the run. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
     """
     initial = initial_state(machine, start)
-    machine = placed(machine, initial)
-    given, at = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None], np.linspace(0.0, end, 100)
-    fastest = max((float(np.abs(machine.prescribed_speed(c, at)).max()) for c in given), default=0.0)
+    machine = machine_in_state(machine, initial)
+    prescribed_coordinates, at = (
+        [b.coordinate for b in machine.bodies if b.coordinate.prescribed_velocity is not None],
+        np.linspace(0.0, end, 100),
+    )
+    fastest = max((float(np.abs(machine.prescribed_speed(c, at)).max()) for c in prescribed_coordinates), default=0.0)
     if speed_limit is not None and fastest > speed_limit:
         raise InputError("study.speed_limit", speed_limit, "must be more than the speed that the drive prescribes")
-    if not fastest and machine.shaken is None and not machine.schedules and _at_rest(machine, initial):
-        why = "the machine has neither a drive nor an initial speed: nothing would turn"
-        needed = "needed is [machine.drive] or a speed in study.start"
-        raise InputError("machine.drive", None, f"{why}; {needed}", code="nothing-turns")
+    if not fastest and machine.shaken_coordinate is None and not machine.schedules and _is_at_rest(machine, initial):
+        reason = "the machine has neither a drive nor an initial speed: nothing would turn"
+        requirement = "needed is [machine.drive] or a speed in study.start"
+        raise InputError("machine.drive", None, f"{reason}; {requirement}", code="nothing-turns")
     return machine, initial
 
 
-def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
+def _is_at_rest(machine: Machine, initial: np.ndarray) -> bool:
     """True if no body turns, and none begins to."""
-    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
-    if initial[free].any() or any(net_torque(machine, r)(0.0) for r in machine.rotors if r.coordinate.prescribed is None):
+    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed_velocity is None]
+    if initial[free].any() or any(
+        net_torque(machine, r)(0.0) for r in machine.rotors if r.coordinate.prescribed_velocity is None
+    ):
         return False
     system, names = machine.system, machine.state_names
     accelerations = Evaluator.of(system, [system.derivatives[i] for i in free], [names[i] for i in free])

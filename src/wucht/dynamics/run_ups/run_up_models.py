@@ -9,12 +9,12 @@ from typing import ClassVar
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, FullMotion, averaged_machine
+from wucht.analysis.averaged_machine import AveragedMachine, FullMotion, averaged_machine
 from wucht.dynamics.run_ups.initial_state import angles_in, speeds_in
 from wucht.errors import InputError
-from wucht.machines.machine import LOST, Machine
-from wucht.machines.operation import damped, free_speed
-from wucht.mechanics.averaged.solution import ROTOR_ANGLE, SHAKEN
+from wucht.machines.machine import DISSIPATED_WORK, Machine
+from wucht.machines.operation import free_speed, has_damped_balancers
+from wucht.mechanics.averaged.solution import ROTOR_ANGLE, VIBRATION_WORK
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
@@ -52,14 +52,16 @@ class FullModel:
         """Express events of the machine in these equations."""
         return events
 
-    def seen(self, trajectory: Trajectory) -> Trajectory:
+    def machine_motion(self, trajectory: Trajectory) -> Trajectory:
         """Return the motion of the machine."""
         return trajectory
 
-    def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
+    def rows(self, trajectory: Trajectory, machine_motion: Trajectory) -> dict[str, np.ndarray]:
         """Return the states and outputs (N,) of the machine's System, by name."""
-        states = dict(zip(self.machine.state_names, seen.states, strict=True))
-        return states | Evaluator.of_outputs(self.machine.system)(seen.time, seen.states, seen.parameters)
+        states = dict(zip(self.machine.state_names, machine_motion.states, strict=True))
+        return states | Evaluator.of_outputs(self.machine.system)(
+            machine_motion.time, machine_motion.states, machine_motion.parameters
+        )
 
 
 @dataclass(frozen=True)
@@ -83,13 +85,13 @@ class SlowModel(FullModel):
         """Express events of the main rotor's angle and speed in its sense of rotation."""
         return tuple(replace(e, expression=e.expression.xreplace(self._rotor_in_its_sense)) for e in events)
 
-    def seen(self, trajectory: Trajectory) -> Trajectory:
+    def machine_motion(self, trajectory: Trajectory) -> Trajectory:
         """Return the motion of the machine with its fast parts; works are those of the averaged motion.
 
         The work that dampers create which are not reciprocal is not known: it is not a number.
         """
         time, works, machine = trajectory.time, dict(trajectory.quadratures), self.machine
-        works[LOST] = works[LOST] + works.pop(SHAKEN)
+        works[DISSIPATED_WORK] = works[DISSIPATED_WORK] + works.pop(VIBRATION_WORK)
         unknown = {q.name: np.full(len(time), np.nan) for q in machine.system.quadratures if q.name not in works}
         return replace(
             trajectory,
@@ -98,17 +100,17 @@ class SlowModel(FullModel):
             parameters=np.array(machine.system.values(machine.values)),
         )
 
-    def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
+    def rows(self, trajectory: Trajectory, machine_motion: Trajectory) -> dict[str, np.ndarray]:
         """Return the states and outputs (N,) of the machine's System; motor and energy are those of the averaged motion."""
-        s, rotor, rows = self.system, self.machine.rotor, super().rows(trajectory, seen)
+        s, rotor, rows = self.system, self.machine.rotor, super().rows(trajectory, machine_motion)
         expressions = [*(s.output(n).expression for n in ("motor_torque", "stored_energy")), self._transmission_loss]
-        own = Evaluator.of(s, expressions, ["motor", "stored", "loss"])(
+        averaged_outputs = Evaluator.of(s, expressions, ["motor", "stored", "loss"])(
             trajectory.time, trajectory.states, trajectory.parameters
         )
-        rows["stored_energy"] = own["stored"]
+        rows["stored_energy"] = averaged_outputs["stored"]
         if len(self.machine.rotors) == 1:
-            rows["motor_torque"] = self.slow.senses[rotor.name] * own["motor"]
-            rows["drive_torque"] = rows["motor_torque"] - own["loss"]
+            rows["motor_torque"] = self.slow.senses[rotor.name] * averaged_outputs["motor"]
+            rows["drive_torque"] = rows["motor_torque"] - averaged_outputs["loss"]
             rows["motor_power"] = rows["motor_torque"] * rows[rotor.coordinate.velocity.name]
         return rows
 
@@ -131,25 +133,27 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     Rotors without a drive turn as they do at the start. Raises ``InputError`` for a machine that has no such
     equations.
     """
-    locked = next((b.name for b in machine.bodies if b.release is not None), None)
-    if locked is not None:
-        why = f"the averaged equations have no locks, and {locked!r} is locked until it is released"
-        allowed = "must be bodies that are free from the start, or model = 'full'"
-        raise InputError("machine.bodies", None, f"{why}; {allowed}")
-    with_inertia = not damped(machine) if inertia is None else inertia
-    if not with_inertia and not damped(machine):
+    locked_body = next((b.name for b in machine.bodies if b.release is not None), None)
+    if locked_body is not None:
+        reason = f"the averaged equations have no locks, and {locked_body!r} is locked until it is released"
+        requirement = "must be bodies that are free from the start, or model = 'full'"
+        raise InputError("machine.bodies", None, f"{reason}; {requirement}")
+    with_inertia = not has_damped_balancers(machine) if inertia is None else inertia
+    if not with_inertia and not has_damped_balancers(machine):
         raise InputError("study.inertia", inertia, "must be true: a balancing body is not damped against its rotor")
     angles, speeds, main = angles_in(machine, start), speeds_in(machine, start), machine.rotor.name
-    undriven = [r.name for r in machine.rotors if r.coordinate.prescribed is None and not free_speed(machine, r)]
+    undriven = [r.name for r in machine.rotors if r.coordinate.prescribed_velocity is None and not free_speed(machine, r)]
     senses = {name: int(np.sign(speeds[name])) for name in undriven if speeds[name]}
     slow = averaged_machine(machine, with_inertia, order, turning=senses)
     initial = np.append(slow.state(angles, speeds), slow.senses[main] * angles[main])
-    if order > 1 and not speeds[main] and not slow.defined_at(initial[:-1]):
-        needed = f"needed is a speed of {main!r} in study.start, however small, or order = 1"
-        raise InputError("study.order", order, f"the averaged equations of second order are not defined at rest; {needed}")
+    if order > 1 and not speeds[main] and not slow.is_defined_at(initial[:-1]):
+        remedy = f"needed is a speed of {main!r} in study.start, however small, or order = 1"
+        raise InputError("study.order", order, f"the averaged equations of second order are not defined at rest; {remedy}")
     positions = zip(machine.carrier, machine.rest, strict=True)
-    at_rest = {s: x for c, rest in positions if c.prescribed is None for s, x in ((c.position, rest), (c.velocity, 0.0))}
-    moved = any(abs(start[machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
-    left_out = ("the averaged equations have no free vibration of the carrier: its start is left out",) if moved else ()
+    at_rest = {
+        s: x for c, rest in positions if c.prescribed_velocity is None for s, x in ((c.position, rest), (c.velocity, 0.0))
+    }
+    has_moved = any(abs(start[machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
+    left_out = ("the averaged equations have no free vibration of the carrier: its start is left out",) if has_moved else ()
     advice = "the terms of the next order may have become as large as those of the first: try order = 1"
     return SlowModel(machine, initial, (*left_out, *slow.warnings), (advice,) if order > 1 else (), slow=slow)

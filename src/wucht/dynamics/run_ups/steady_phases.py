@@ -10,14 +10,14 @@ import numpy as np
 
 from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_branches
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.analysis.vibration import Forced
-from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, listed
+from wucht.analysis.vibration import ForcedVibration
+from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, initial_state
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import sense_of, turning
-from wucht.machines.tracks import arranged
+from wucht.machines.operation import machine_at_speed, sense_of
+from wucht.machines.tracks import arrange_contacts
 
-HELD = "study.bodies = 'held' holds them at the phases of study.start"
+HELD_HINT = "study.bodies = 'held' holds them at the phases of study.start"
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class SteadyPhases:
 
     machine: Machine
     angles: np.ndarray
-    forced: Forced
+    forced_vibration: ForcedVibration
     torques: SteadyTorques | None = None
     branches: tuple[SteadyBranch, ...] = ()
-    why_held: str = ""
+    held_reason: str = ""
 
     @classmethod
     def of(cls, machine: Machine, start: Mapping[str, Any], bodies: Literal["steady", "held"] | None) -> SteadyPhases:
@@ -59,26 +59,28 @@ class SteadyPhases:
         linear.
         """
         steady = machine.at(machine.breakpoints[-1])
-        by_name, why = angles_in(steady, initial_state(steady, start)), ""
+        by_name, reason = angles_in(steady, initial_state(steady, start)), ""
         if bodies != "held" and any(b.about is not None for b in machine.bodies):
             try:
                 torques, branches = steady_branches(machine)
             except InputError as error:
                 if bodies == "steady":
-                    allowed = f"not known here: {error.allowed}; {HELD}"
-                    raise InputError("study.bodies", bodies, allowed, code=error.code) from None
-                why = error.allowed
+                    explanation = f"not known here: {error.explanation}; {HELD_HINT}"
+                    raise InputError("study.bodies", bodies, explanation, code=error.code) from None
+                reason = error.explanation
             else:
                 angles = np.zeros(len(by_name))
-                return cls(steady, angles, Forced.of(steady, angles), torques, branches)
-        arranged(steady, by_name)
+                return cls(steady, angles, ForcedVibration.of(steady, angles), torques, branches)
+        arrange_contacts(steady, by_name)
         angles = np.array(list(by_name.values()))
-        return cls(steady, angles, Forced.of(steady, angles), why_held=why)
+        return cls(steady, angles, ForcedVibration.of(steady, angles), held_reason=reason)
 
     @property
-    def curves(self) -> list[Forced]:
+    def curves(self) -> list[ForcedVibration]:
         """The vibration of each branch; a single one for bodies that are held."""
-        return [replace(self.forced, placed=branch.placed) for branch in self.branches] or [self.forced]
+        return [replace(self.forced_vibration, phase_law=branch.machine_phases) for branch in self.branches] or [
+            self.forced_vibration
+        ]
 
     def grid(self, speeds: np.ndarray) -> np.ndarray:
         """Return a grid of speeds (N,), signed, with those at which branches end."""
@@ -97,24 +99,28 @@ class SteadyPhases:
         return pieces
 
     @property
-    def assumed(self) -> list[str]:
+    def assumptions(self) -> list[str]:
         """The positions of the balancing bodies, as statements; empty without balancing bodies."""
         if self.branches:
             return ["balancing bodies in the steady phases of each speed, stable or not by the averaged equations"]
         angles = dict(zip((b.name for b in self.machine.bodies), self.angles.tolist(), strict=True))
         phases = {b.name: angles[b.name] - angles[b.about] for b in self.machine.bodies if b.about is not None}
-        return [f"balancing bodies held at {listed(phases)} to their rotor"] if phases else []
+        return [f"balancing bodies held at {format_phases(phases)} to their rotor"] if phases else []
 
     @property
     def warnings(self) -> list[str]:
         """Sentences on what the steady vibration of a linear carrier omits."""
-        prescribed = "the prescribed motion of the carrier is left out: only the vibration by the unbalance is computed"
+        prescribed_motion = "the prescribed motion of the carrier is left out: only the vibration by the unbalance is computed"
         sliders = "sliders are held where their springs are free of force: their unbalance does not grow with the speed"
         switchable = "switchable pendulums are treated as closed, at any speed: study.kind = 'activation' shows them open"
-        held = f"balancing bodies are held, as their steady phases are not computed: {self.why_held}"
+        held_bodies = f"balancing bodies are held, as their steady phases are not computed: {self.held_reason}"
         inside = [x.name == x.about for x in self.machine.sliders]
-        left_out = {prescribed: self.machine.shaken is not None, sliders: not all(inside), switchable: any(inside)}
-        left_out[held] = bool(self.why_held)
+        left_out = {
+            prescribed_motion: self.machine.shaken_coordinate is not None,
+            sliders: not all(inside),
+            switchable: any(inside),
+        }
+        left_out[held_bodies] = bool(self.held_reason)
         of_steady = [f"contacts on the track {t.name} are left out" for t in self.machine.tracks]
         of_steady += [f"{b.name} is taken as released" for b in self.machine.bodies if b.release is not None]
         return [*(sentence for sentence, applies in left_out.items() if applies), *(of_steady if self.branches else [])]
@@ -134,8 +140,8 @@ class BodyPhases:
 
     to_rotor: Mapping[str, float]
     label: str = ""
-    others: tuple[str, ...] = ()
-    why_held: str = ""
+    other_labels: tuple[str, ...] = ()
+    held_reason: str = ""
 
     @classmethod
     def of(
@@ -146,14 +152,14 @@ class BodyPhases:
         Raises ``InputError`` if steady phases are requested that are not known, or if ``start`` has the bodies elsewhere.
         """
         balancing = [b for b in machine.bodies if b.about is not None]
-        given = [name for name in (*(b.name for b in balancing), *_PAIR) if name in start]
-        if bodies == "held" or not balancing or (given and bodies is None):
+        start_keys = [name for name in (*(b.name for b in balancing), *_PAIR) if name in start]
+        if bodies == "held" or not balancing or (start_keys and bodies is None):
             return cls({})
-        if given:
+        if start_keys:
             raise InputError(
                 "study.bodies",
                 bodies,
-                f"not allowed: study.start.{given[0]} places the bodies; {HELD}",
+                f"not allowed: study.start.{start_keys[0]} places the bodies; {HELD_HINT}",
                 code="not-allowed",
             )
         try:
@@ -161,42 +167,42 @@ class BodyPhases:
         except InputError as error:
             if bodies == "steady":
                 raise InputError(
-                    "study.bodies", bodies, f"not known here: {error.allowed}; {HELD}", code="no-stable-phases"
+                    "study.bodies", bodies, f"not known here: {error.explanation}; {HELD_HINT}", code="no-stable-phases"
                 ) from None
-            return cls({}, why_held=error.allowed)
+            return cls({}, held_reason=error.explanation)
 
     @classmethod
     def _steady(cls, machine: Machine, speed: float) -> BodyPhases:
         """Return the stable phases, compensating ones before those in line. Raises ``InputError`` if there are none."""
-        locked = next((b.name for b in machine.bodies if b.about is not None and b.release is not None), None)
-        if locked is not None:
-            raise InputError("machine.bodies", None, f"{locked} is locked to its rotor until it is released")
-        at, speeds = machine.at(0.0).changed(schedules=()), np.array([abs(speed)])
-        torques, found = steady_branches(turning(at, speed))
-        stable = [branch for branch in found if branch.stable(speeds)[0] and not branch.overlapping]
+        locked_body = next((b.name for b in machine.bodies if b.about is not None and b.release is not None), None)
+        if locked_body is not None:
+            raise InputError("machine.bodies", None, f"{locked_body} is locked to its rotor until it is released")
+        at, speeds = machine.at(0.0).with_fields(schedules=()), np.array([abs(speed)])
+        torques, branches = steady_branches(machine_at_speed(at, speed))
+        stable = [branch for branch in branches if branch.stable(speeds)[0] and not branch.overlapping]
         if not stable:
-            why = f"none of their steady phases at {abs(speed):.4g}{_unit(machine)} is stable"
-            raise InputError("machine.bodies", None, f"{why} by the averaged equations")
-        names, phases = [b.name for b in at.bodies], stable[0].placed(speeds)[0][:, 0]
+            reason = f"none of their steady phases at {abs(speed):.4g}{_unit(machine)} is stable"
+            raise InputError("machine.bodies", None, f"{reason} by the averaged equations")
+        names, phases = [b.name for b in at.bodies], stable[0].machine_phases(speeds)[0][:, 0]
         alpha = dict(zip(names, phases.tolist(), strict=True))
-        own = {b.name: alpha[b.name] - alpha[b.about] for b in at.bodies if b.about is not None}
+        relative_angles = {b.name: alpha[b.name] - alpha[b.about] for b in at.bodies if b.about is not None}
         senses = dict(zip(torques.names, torques.senses.tolist(), strict=True))
-        return cls({name: senses[name] * angle for name, angle in own.items()}, *_labels(stable, speeds))
+        return cls({name: senses[name] * angle for name, angle in relative_angles.items()}, *_labels(stable, speeds))
 
-    def assumed(self, phases: Mapping[str, float]) -> list[str]:
+    def assumptions(self, phases: Mapping[str, float]) -> list[str]:
         """Return the start of the balancing bodies as statements; none without phases. phases: to their rotor, in rad."""
         if not phases:
             return []
         if not self.to_rotor:
-            return [f"balancing bodies start at {listed(phases)} to their rotor"]
-        count = len(self.others)
-        also = f"; {count} other{'s' if count > 1 else ''} ({', '.join(self.others)}) stable too" if count else ""
-        return [f"balancing bodies start in steady phases: {self.label}, {listed(phases)} to their rotor{also}"]
+            return [f"balancing bodies start at {format_phases(phases)} to their rotor"]
+        count = len(self.other_labels)
+        alternatives = f"; {count} other{'s' if count > 1 else ''} ({', '.join(self.other_labels)}) stable too" if count else ""
+        return [f"balancing bodies start in steady phases: {self.label}, {format_phases(phases)} to their rotor{alternatives}"]
 
 
 def _labels(stable: list[SteadyBranch], speeds: np.ndarray) -> tuple[str, tuple[str, ...]]:
-    label, *others = (str(branch.labels(speeds)[0]) for branch in stable)
-    return label, tuple(others)
+    label, *other_labels = (str(branch.labels(speeds)[0]) for branch in stable)
+    return label, tuple(other_labels)
 
 
 def _unit(machine: Machine) -> str:

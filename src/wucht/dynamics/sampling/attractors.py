@@ -15,9 +15,9 @@ import numpy as np
 
 from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.closer_look import watched
-from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, parameters_of, places
+from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, embedded_states, parameters_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
+from wucht.dynamics.sampling.full_classification import observe_members
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.verdicts.verdict import judge
@@ -37,9 +37,9 @@ _LEAST = 1e-3  # reach
 _PLACES, _FIRST_PLACES = 20, 4  # of a member, at which it must be near; those that are checked first
 _HALF, _WHOLE = 0.5, 0.9  # of the range of the speed, that a member must go through in less than a period, in more
 _OUTSIDE = 0.1  # of that range: by so much its speed may leave it
-_SURVEYED = 16  # starts
-_MOST_KNOWN = 64  # questions
-_KNOWN: dict[Any, tuple[Attractor, ...]] = {}  # by what determines them in a question: machines are not hashable
+_SURVEY_SIZE = 16  # starts
+_MOST_CACHED = 64  # questions
+_CACHE: dict[Any, tuple[Attractor, ...]] = {}  # by what determines them in a question: machines are not hashable
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Attractor:
     period: float
     square: float
 
-    def held(
+    def resident_members(
         self, equations: Equations, samples: np.ndarray, speeds: np.ndarray, duration: float, among: np.ndarray
     ) -> np.ndarray:
         """Return those of some members (m,), by their numbers, that stay near it and move along it: by samples (K, k, M) over
@@ -70,23 +70,23 @@ class Attractor:
         low, high = np.sort(self.sense * speeds[:, among], axis=0)
         full, share = self.high - self.low, _WHOLE if duration >= self.period else _HALF
         within = (low >= self.low - _OUTSIDE * full) & (high <= self.high + _OUTSIDE * full) & (high - low >= share * full)
-        held: np.ndarray = among[within]
+        members: np.ndarray = among[within]
         at = np.linspace(0, len(samples) - 1, _PLACES).astype(int)
         few = at[:: _PLACES // _FIRST_PLACES]
         for rows in (few, np.setdiff1d(at, few)):
-            if len(held):
-                held = held[self.near(places(equations.system, samples[rows][:, :, held]))]
-        return held
+            if len(members):
+                members = members[self.is_near(embedded_states(equations.system, samples[rows][:, :, members]))]
+        return members
 
     @property
-    def places(self) -> np.ndarray:
+    def embedded_points(self) -> np.ndarray:
         """Its points, as embedded states (P, 1, d) of one member."""
         return np.asarray((self.points * self.sizes)[:, None])
 
-    def near(self, at: np.ndarray) -> np.ndarray:
+    def is_near(self, at: np.ndarray) -> np.ndarray:
         """Mask (M,) of the members that are near it in all of their embedded states (K, M, d)."""
-        away, _ = self._tree.query(at / self.sizes, distance_upper_bound=self.reach)  # inf beyond
-        return np.asarray(np.isfinite(away).all(axis=0))
+        distances, _ = self._tree.query(at / self.sizes, distance_upper_bound=self.reach)  # inf beyond
+        return np.asarray(np.isfinite(distances).all(axis=0))
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -97,46 +97,52 @@ class Attractor:
 
 def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
     """Return those on which run-ups from a few phases of the bodies end, once per question; none if parameters vary."""
-    if question.varied:
+    if question.varied_paths:
         return ()
     machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance, question.longest)
     key = machine.structure, tuple(sorted(machine.values.items())), model
-    if key not in _KNOWN:
-        while len(_KNOWN) >= _MOST_KNOWN:
-            _KNOWN.pop(next(iter(_KNOWN)))
-        _KNOWN[key] = _found(replace(question, until=None), equations, horizon)
-    return _KNOWN[key]
+    if key not in _CACHE:
+        while len(_CACHE) >= _MOST_CACHED:
+            _CACHE.pop(next(iter(_CACHE)))
+        _CACHE[key] = _survey_attractors(replace(question, until=None), equations, horizon)
+    return _CACHE[key]
 
 
-def _found(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
-    kept, starts = list[Attractor](), _starts(question.machine)
-    variants = Variants.among(question.machine, {}, starts.shape[1])
-    for ends in watched(question, starts, variants, horizon, lambda _share: None):
-        for state, status, seen in zip(ends.states, ends.status, ends.record.seen, strict=True):
-            one = None if status == Status.FAILED else _reached(question, equations, state, seen)
-            if one is not None and not any(k.outcome == one.outcome and k.near(one.places).all() for k in kept):
-                kept.append(one)
-    return tuple(kept)
+def _survey_attractors(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
+    attractors, starts = list[Attractor](), _starts(question.machine)
+    variants = Variants.from_values(question.machine, {}, starts.shape[1])
+    for ends in observe_members(question, starts, variants, horizon, lambda _share: None):
+        for state, status, observation in zip(ends.states, ends.status, ends.record.observations, strict=True):
+            candidate = None if status == Status.FAILED else _reached_attractor(question, equations, state, observation)
+            if candidate is not None and not any(
+                k.outcome == candidate.outcome and k.is_near(candidate.embedded_points).all() for k in attractors
+            ):
+                attractors.append(candidate)
+    return tuple(attractors)
 
 
-def _reached(question: EnsembleQuestion, equations: Equations, state: np.ndarray, seen: Observation) -> Attractor | None:
+def _reached_attractor(
+    question: EnsembleQuestion, equations: Equations, state: np.ndarray, observation: Observation
+) -> Attractor | None:
     """Return the attractor of a member from its final state and observation; None if it is at rest, or on none."""
     machine = question.machine
-    verdict = judge(machine, seen, free_speed(machine, machine.rotor))
-    goes_on = verdict.evidence.modulated or verdict.evidence.asynchronous
-    if verdict.outcome is Outcome.UNIDENTIFIED or not goes_on or verdict.standing is None:
+    verdict = judge(machine, observation, free_speed(machine, machine.rotor))
+    goes_on = verdict.evidence.is_modulated or verdict.evidence.asynchronous
+    if verdict.outcome is Outcome.UNIDENTIFIED or not goes_on or verdict.assessment is None:
         return None
-    cycle, sense, alone = verdict.modulation, verdict.standing.sense, Variants.among(machine, {}, 1)
+    cycle, sense, variants = verdict.modulation, verdict.assessment.sense, Variants.from_values(machine, {}, 1)
     period = 0.0 if cycle is None else cycle.period
     duration = _CYCLES * period or _TURNS * 2 * math.pi / verdict.speed
-    begun = equations.starts(state[: len(machine.state_names), None], alone)[:, 0] if question.model == "full" else state[:-1]
-    compiled = compile_ensemble(equations.system, question.tolerance)
-    motion = _motion(compiled, begun, parameters_of(equations.system, alone)[0], duration)
+    initial = (
+        equations.starts(state[: len(machine.state_names), None], variants)[:, 0] if question.model == "full" else state[:-1]
+    )
+    ensemble = compile_ensemble(equations.system, question.tolerance)
+    motion = _motion(ensemble, initial, parameters_of(equations.system, variants)[0], duration)
     if motion is None:
         return None
-    sight = equations.view(alone).seen(motion, np.zeros(1, int))
-    numbers = sense, *extremes(sense * sight.speed[:, 0]), period, float(sight.square.max())
-    return _attractor(OUTCOMES.index(verdict.outcome), places(equations.system, motion)[:, 0], numbers)
+    view = equations.view(variants).view(motion, np.zeros(1, int))
+    numbers = sense, *extremes(sense * view.speed[:, 0]), period, float(view.square.max())
+    return _attractor(OUTCOMES.index(verdict.outcome), embedded_states(equations.system, motion)[:, 0], numbers)
 
 
 def _starts(machine: Machine) -> np.ndarray:
@@ -147,18 +153,18 @@ def _starts(machine: Machine) -> np.ndarray:
         return state[:, None]
     b = len(about)
     root = float(np.roots([1.0, *(0.0,) * (b - 1), -1.0, -1.0]).real.max())
-    shares = np.outer(np.arange(_SURVEYED) + 0.5, root ** -np.arange(1.0, b + 1)) % 1
-    starts = np.repeat(state[:, None], _SURVEYED, axis=1)
+    shares = np.outer(np.arange(_SURVEY_SIZE) + 0.5, root ** -np.arange(1.0, b + 1)) % 1
+    starts = np.repeat(state[:, None], _SURVEY_SIZE, axis=1)
     starts[about] = state[machine.row(machine.rotor.coordinate.position)] + 2 * math.pi * shares.T
     return starts
 
 
-def _motion(compiled: CompiledEnsemble, state: np.ndarray, parameters: np.ndarray, duration: float) -> np.ndarray | None:
+def _motion(ensemble: CompiledEnsemble, state: np.ndarray, parameters: np.ndarray, duration: float) -> np.ndarray | None:
     """Return samples (K, k, 1) from a state (k,) on; None if it cannot be continued."""
-    with compiled.lanes() as lanes:
+    with ensemble.lanes() as lanes:
         numbers, _ = lanes.numbers(parameters[None])
-        advanced = lanes.advance(state[:, None], numbers, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
-    return None if advanced.stops else advanced.samples
+        advance = lanes.advance(state[:, None], numbers, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
+    return None if advance.stops else advance.samples
 
 
 def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, float, float, float]) -> Attractor | None:
@@ -168,7 +174,9 @@ def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, floa
 
     sizes = np.maximum(np.abs(points).max(axis=0), 1e-300)
     first, second = np.array_split(points / sizes, 2)
-    away = max(float(KDTree(one).query(other)[0].max()) for one, other in ((first, second), (second, first)))
-    if away > _REACH:
+    gap = max(
+        float(KDTree(first_half).query(second_half)[0].max()) for first_half, second_half in ((first, second), (second, first))
+    )
+    if gap > _REACH:
         return None
-    return Attractor(outcome, points / sizes, sizes, max(_MARGIN * away, _LEAST), *numbers)
+    return Attractor(outcome, points / sizes, sizes, max(_MARGIN * gap, _LEAST), *numbers)

@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from wucht.dynamics.run_ups.initial_state import initial_state, placed
-from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
+from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
-from wucht.dynamics.run_ups.varied import Varied, with_states
+from wucht.dynamics.run_ups.run_variations import VariedQuantity, with_states
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 Report = Callable[[float], None]  # called with the share that is done, 0 to 1; may raise ``KeyboardInterrupt``
 
 
-def part_of(report: Report, begin: float, share: float) -> Report:
+def subprogress(report: Report, begin: float, share: float) -> Report:
     """Return the report of a part of the work, which begins when a share is done and is as large a share of all."""
     return lambda done: report(begin + share * done)
 
@@ -33,7 +33,7 @@ class EnsembleQuestion:
     """
 
     machine: Machine
-    varied: tuple[str, ...] = ()
+    varied_paths: tuple[str, ...] = ()
     model: Literal["full", "slow"] = "full"
     inertia: bool | None = None
     order: Literal[1, 2] = 1
@@ -61,28 +61,28 @@ class MemberOutcomes:
     failures: tuple[tuple[int, str], ...] = ()
 
     @classmethod
-    def joined(cls, parts: Sequence[MemberOutcomes]) -> MemberOutcomes:
+    def join(cls, parts: Sequence[MemberOutcomes]) -> MemberOutcomes:
         """Join the outcomes of several ensembles in a row."""
         begins = np.cumsum([0, *(len(p.outcome) for p in parts)])
-        failures = tuple((int(begin) + i, why) for begin, p in zip(begins, parts, strict=False) for i, why in p.failures)
+        failures = tuple((int(begin) + i, reason) for begin, p in zip(begins, parts, strict=False) for i, reason in p.failures)
         return cls(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in _ARRAYS}, failures=failures)
 
     def with_failures(self, failures: Mapping[int, str]) -> MemberOutcomes:
         """Return the outcomes with the sentences of those that failed, by their index."""
         return replace(self, failures=tuple(sorted(failures.items())))
 
-    def replaced(self, members: np.ndarray, seen: MemberOutcomes) -> MemberOutcomes:
+    def with_outcomes(self, members: np.ndarray, outcomes: MemberOutcomes) -> MemberOutcomes:
         """Return the outcomes with new ones for some members (k,), by their numbers."""
         arrays = {name: getattr(self, name).copy() for name in _ARRAYS}
         for name, values in arrays.items():
-            values[members] = getattr(seen, name)
-        failures = dict(self.failures) | {int(members[i]): why for i, why in seen.failures}
+            values[members] = getattr(outcomes, name)
+        failures = dict(self.failures) | {int(members[i]): reason for i, reason in outcomes.failures}
         return MemberOutcomes(**arrays, failures=tuple(sorted(failures.items())))
 
-    def taken(self, members: np.ndarray) -> MemberOutcomes:
+    def select(self, members: np.ndarray) -> MemberOutcomes:
         """Select the outcomes of some members, by their numbers (k,)."""
         place = {int(member): i for i, member in enumerate(members)}
-        failures = sorted((place[i], why) for i, why in self.failures if i in place)
+        failures = sorted((place[i], reason) for i, reason in self.failures if i in place)
         return MemberOutcomes(**{name: getattr(self, name)[members] for name in _ARRAYS}, failures=tuple(failures))
 
     def counts(self) -> dict[Outcome, int]:
@@ -95,88 +95,92 @@ Runs = Callable[[np.ndarray, Mapping[str, np.ndarray]], MemberOutcomes]
 Start = Mapping[str, Any]
 
 
-def members_at(
-    machine: Machine, start: Start, varied: Sequence[Varied], places: np.ndarray, where: str
+def initial_states(
+    machine: Machine, start: Start, quantities: Sequence[VariedQuantity], places: np.ndarray, location: str
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return the states (n, M) in which members begin, and the values (M,) of each parameter that differs among them.
 
     places: the values (q, M) of the varied quantities. start: the rest of the start. Raises ``InputError`` at ``location`` for
     a value that the machine does not allow.
     """
-    values = {v.name: at for v, at in zip(varied, places, strict=True) if v.state is None}
-    if not values and not any(v.state.limited for v in varied if v.state is not None):
-        return _placed_together(machine, start, varied, places, where), values
+    values = {v.name: at for v, at in zip(quantities, places, strict=True) if v.state is None}
+    if not values and not any(v.state.is_limited for v in quantities if v.state is not None):
+        return _linear_initial_states(machine, start, quantities, places, location), values
     machines: dict[tuple[float, ...], Machine] = {}
     starts = np.empty((len(machine.state_names), places.shape[1]))
     for m, place in enumerate(places.T.tolist()):
-        own = tuple(x for v, x in zip(varied, place, strict=True) if v.state is None)
-        if own not in machines:  # the rest position of the carrier depends on the parameters
-            machines[own] = machine_at(machine, varied, place, where)
-        starts[:, m] = initial_state(machines[own], start_at(start, varied, place), where)
+        parameters = tuple(x for v, x in zip(quantities, place, strict=True) if v.state is None)
+        if parameters not in machines:  # the rest position of the carrier depends on the parameters
+            machines[parameters] = machine_at(machine, quantities, place, location)
+        starts[:, m] = initial_state(machines[parameters], start_at(start, quantities, place), location)
     return starts, values
 
 
-def _placed_together(machine: Machine, start: Start, varied: Sequence[Varied], places: np.ndarray, where: str) -> np.ndarray:
+def _linear_initial_states(
+    machine: Machine, start: Start, quantities: Sequence[VariedQuantity], places: np.ndarray, location: str
+) -> np.ndarray:
     """Return the states (n, M) of one machine: a state is a linear function of the values in its start."""
-    nowhere = np.zeros(len(varied))
-    first = initial_state(machine, start_at(start, varied, nowhere.tolist()), where)
+    nowhere = np.zeros(len(quantities))
+    first = initial_state(machine, start_at(start, quantities, nowhere.tolist()), location)
     starts = np.repeat(first[:, None], places.shape[1], axis=1)
-    for one, at in zip(np.eye(len(varied)), places, strict=True):
-        starts += (initial_state(machine, start_at(start, varied, one.tolist()), where) - first)[:, None] * at
+    for one, at in zip(np.eye(len(quantities)), places, strict=True):
+        starts += (initial_state(machine, start_at(start, quantities, one.tolist()), location) - first)[:, None] * at
     return starts
 
 
-def machine_at(machine: Machine, varied: Sequence[Varied], place: Sequence[float], where: str) -> Machine:
+def machine_at(machine: Machine, quantities: Sequence[VariedQuantity], place: Sequence[float], location: str) -> Machine:
     """Return the machine with its parameters at a place (q,). Raises ``InputError``."""
-    own = {v.name: x for v, x in zip(varied, place, strict=True) if v.state is None}
+    parameters = {v.name: x for v, x in zip(quantities, place, strict=True) if v.state is None}
     try:
-        return machine.with_values(own) if own else machine
+        return machine.with_values(parameters) if parameters else machine
     except InputError as error:
-        raise error.within(where) from None
+        raise error.with_prefix(location) from None
 
 
-def start_at(start: Start, varied: Sequence[Varied], place: Sequence[float]) -> dict[str, Any]:
+def start_at(start: Start, quantities: Sequence[VariedQuantity], place: Sequence[float]) -> dict[str, Any]:
     """Return the start at a place (q,), as in a study file."""
-    return with_states(start, [(v.state, x) for v, x in zip(varied, place, strict=True) if v.state is not None])
+    return with_states(start, [(v.state, x) for v, x in zip(quantities, place, strict=True) if v.state is not None])
 
 
-def impossible(machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> dict[int, str]:
+def unrunnable_members(machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> dict[int, str]:
     """Return the reasons why members with these starts (n, M) and values (M,) of parameters cannot be run, by their index.
 
     The bodies of a track overlap there.
     """
-    why: dict[int, str] = {}
+    reasons: dict[int, str] = {}
     for m, start in enumerate(starts.T if machine.tracks else ()):
-        own = {name: float(at[m]) for name, at in values.items()}
+        parameters = {name: float(at[m]) for name, at in values.items()}
         try:
-            placed(machine.with_values(own) if own else machine, start)
+            machine_in_state(machine.with_values(parameters) if parameters else machine, start)
         except InputError as error:
-            why[m] = error.allowed
-    return why
+            reasons[m] = error.explanation
+    return reasons
 
 
-def left_out(question: EnsembleQuestion, start: Start, varied: Sequence[Varied], place: Sequence[float]) -> tuple[str, ...]:
+def omission_warnings(
+    question: EnsembleQuestion, start: Start, quantities: Sequence[VariedQuantity], place: Sequence[float]
+) -> tuple[str, ...]:
     """Return warnings of what the averaged equations, if requested, omit of the member at a place (q,).
 
     Raises ``InputError`` if there are no such equations, and if nothing would turn.
     """
-    machine = machine_at(question.machine, varied, place, "study")
-    machine, initial = placed_at_start(machine, start_at(start, varied, place), question.until or 0.0)
+    machine = machine_at(question.machine, quantities, place, "study")
+    machine, initial = prepare_start(machine, start_at(start, quantities, place), question.until or 0.0)
     return () if question.model == "full" else slow_model(machine, initial, question.inertia, question.order).warnings
 
 
-def where_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
+def run_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
     """Run members with starts (n, M) and values (M,) of parameters; those that cannot be run have failed.
 
     run: returns the outcomes of those that can.
     """
-    why, count = impossible(machine, starts, values), starts.shape[1]
-    if not why:
+    reasons, count = unrunnable_members(machine, starts, values), starts.shape[1]
+    if not reasons:
         return run(starts, values)
     outcome, nothing = np.full(count, OUTCOMES.index(Outcome.FAILED), np.int8), np.full(count, np.nan)
-    members = MemberOutcomes(outcome, nothing, nothing, np.zeros(count), tuple(sorted(why.items())))
-    possible = np.array([m for m in range(count) if m not in why], int)
+    members = MemberOutcomes(outcome, nothing, nothing, np.zeros(count), tuple(sorted(reasons.items())))
+    possible = np.array([m for m in range(count) if m not in reasons], int)
     if not len(possible):
         return members
-    seen = run(starts[:, possible], {name: at[possible] for name, at in values.items()})
-    return members.replaced(possible, seen)
+    outcomes = run(starts[:, possible], {name: at[possible] for name, at in values.items()})
+    return members.with_outcomes(possible, outcomes)

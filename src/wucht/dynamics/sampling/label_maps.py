@@ -27,35 +27,35 @@ Periodic = tuple[bool, bool]  # of the rows' axis, of the columns'
 _AROUND = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
 
 
-def at_border(labels: np.ndarray, periodic: Periodic) -> np.ndarray:
+def border_cells(labels: np.ndarray, periodic: Periodic) -> np.ndarray:
     """Mask of the cells (m, n) that have a neighbour with another label."""
-    around = _padded(labels, periodic)
-    return np.asarray(np.logical_or.reduce([_shifted(around, i, j) != labels for i, j in _AROUND]))
+    around = _pad_map(labels, periodic)
+    return np.asarray(np.logical_or.reduce([_shift_map(around, i, j) != labels for i, j in _AROUND]))
 
 
-def widened(cells: np.ndarray, periodic: Periodic) -> np.ndarray:
+def widen_cells(cells: np.ndarray, periodic: Periodic) -> np.ndarray:
     """Widen a mask of cells (m, n) by all their neighbours."""
-    around = _padded(cells, periodic)
-    return np.asarray(np.logical_or.reduce([cells, *(_shifted(around, i, j) for i, j in _AROUND)]))
+    around = _pad_map(cells, periodic)
+    return np.asarray(np.logical_or.reduce([cells, *(_shift_map(around, i, j) for i, j in _AROUND)]))
 
 
-def halved(map_: np.ndarray) -> np.ndarray:
+def halve_cells(map_: np.ndarray) -> np.ndarray:
     """Divide each cell of a map (m, n) into four (2 m, 2 n) that have its value."""
     return np.repeat(np.repeat(map_, 2, axis=0), 2, axis=1)
 
 
 def cells_to_halve(labels: np.ndarray, periodic: Periodic, coarsest: bool) -> np.ndarray:
     """Mask of the cells (m, n) at a border; of the coarsest map with a rim of one cell about them."""
-    border = at_border(labels, periodic)
-    return widened(border, periodic) if coarsest else border
+    border = border_cells(labels, periodic)
+    return widen_cells(border, periodic) if coarsest else border
 
 
-def left_at_border(labels: np.ndarray, run: np.ndarray, periodic: Periodic) -> np.ndarray:
+def border_cells_not_run(labels: np.ndarray, run: np.ndarray, periodic: Periodic) -> np.ndarray:
     """Mask of the cells (m, n) that lie at a border though they were not run themselves."""
-    return np.asarray(at_border(labels, periodic) & ~run)
+    return np.asarray(border_cells(labels, periodic) & ~run)
 
 
-def _padded(map_: np.ndarray, periodic: Periodic) -> np.ndarray:
+def _pad_map(map_: np.ndarray, periodic: Periodic) -> np.ndarray:
     """Pad the map by a cell on each side: its periodic continuation, or a copy of the cell at the edge."""
     for axis, wraps in enumerate(periodic):
         width = [(1, 1) if k == axis else (0, 0) for k in range(2)]
@@ -63,9 +63,9 @@ def _padded(map_: np.ndarray, periodic: Periodic) -> np.ndarray:
     return map_
 
 
-def _shifted(padded: np.ndarray, i: int, j: int) -> np.ndarray:
-    m, n = padded.shape[0] - 2, padded.shape[1] - 2
-    return padded[1 + i : 1 + i + m, 1 + j : 1 + j + n]
+def _shift_map(padded_map: np.ndarray, i: int, j: int) -> np.ndarray:
+    m, n = padded_map.shape[0] - 2, padded_map.shape[1] - 2
+    return padded_map[1 + i : 1 + i + m, 1 + j : 1 + j + n]
 
 
 def share(inside: np.ndarray) -> float:
@@ -79,9 +79,9 @@ def uncertainty(inside: np.ndarray, periodic: Periodic) -> float:
     return 2 * math.sqrt(stretches / 12) / inside.size
 
 
-def bound(inside: np.ndarray, periodic: Periodic) -> float:
+def error_bound(inside: np.ndarray, periodic: Periodic) -> float:
     """The bound of its error: half the area of the cells at the label's border."""
-    return 0.5 * float(at_border(inside, periodic).mean())
+    return 0.5 * float(border_cells(inside, periodic).mean())
 
 
 def _squared_lengths(inside: np.ndarray, periodic: tuple[bool, ...]) -> int:
@@ -89,8 +89,8 @@ def _squared_lengths(inside: np.ndarray, periodic: tuple[bool, ...]) -> int:
     rows = np.vstack([inside, inside[:1]]) if periodic[0] else inside
     steps = np.diff(rows.astype(np.int8), axis=0)
     flat = np.pad(steps, ((0, 0), (1, 1))).ravel()
-    changed = np.flatnonzero(np.diff(flat))
-    begins, ends = changed[flat[changed + 1] != 0], changed[flat[changed] != 0]
+    changes = np.flatnonzero(np.diff(flat))
+    begins, ends = changes[flat[changes + 1] != 0], changes[flat[changes] != 0]
     total = int(((ends - begins) ** 2).sum())
     if not periodic[1]:
         return total

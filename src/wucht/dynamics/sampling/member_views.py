@@ -12,11 +12,11 @@ import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import ArrayFunction
+from wucht.numerics.flow.compiled_system import ArrayFunction
 from wucht.numerics.flow.program import lower
 from wucht.system import System
 
-_ALL = slice(None)
+_ALL_SAMPLES = slice(None)
 _STEP = 1e-4  # of the unit of time: over which the amplitude's change is computed
 
 
@@ -33,35 +33,35 @@ class View:
 
 
 @dataclass(frozen=True)
-class Bound:
+class VariantFunction:
     """Expressions with the constants (c, V) of each of V variants, for all members at once."""
 
     function: ArrayFunction
     constants: np.ndarray
 
     @classmethod
-    def of(cls, system: System, expressions: Sequence[sp.Expr], values: Iterable[Sequence[float]]) -> Bound:
+    def of(cls, system: System, expressions: Sequence[sp.Expr], values: Iterable[Sequence[float]]) -> VariantFunction:
         """Compile expressions in a System's symbols. values: its parameters of each variant."""
         program = lower(system, expressions)
         return cls(ArrayFunction(program), np.array([program.constant_values(v) for v in values]).T)
 
-    def __call__(self, states: Sequence[np.ndarray] | np.ndarray, of: np.ndarray) -> np.ndarray:
+    def __call__(self, states: Sequence[np.ndarray] | np.ndarray, variant_index: np.ndarray) -> np.ndarray:
         """Return arrays (r, K, M) from states (K, M) each, of members with these variants (M,)."""
-        return self.function(states, self.constants if self.constants.shape[1] == 1 else self.constants[:, of])
+        return self.function(states, self.constants if self.constants.shape[1] == 1 else self.constants[:, variant_index])
 
 
-def unbalance_left(weights: np.ndarray) -> Bound:
+def residual_unbalance(weights: np.ndarray) -> VariantFunction:
     """Return the residual unbalance as a function of the phases of the bodies about the rotor. weights: complex unbalances of
     the rotor and of these bodies (V, 1 + b), of each variant."""
     bodies = range(1, weights.shape[1])
     phases = [sp.Symbol(f"alpha{i}", real=True) for i in bodies]
     parts = [sp.symbols(f"re{i} im{i}", real=True) for i in range(weights.shape[1])]
-    (real, imaginary), *others = parts
-    for phase, (re, im) in zip(phases, others, strict=True):
+    (real, imaginary), *other_parts = parts
+    for phase, (re, im) in zip(phases, other_parts, strict=True):
         real += re * sp.cos(phase) - im * sp.sin(phase)
         imaginary += re * sp.sin(phase) + im * sp.cos(phase)
     system = System(tuple(phases), (sp.S.Zero,) * len(phases), tuple(p for pair in parts for p in pair))
-    return Bound.of(system, [sp.sqrt(real**2 + imaginary**2)], weights.view(float))
+    return VariantFunction.of(system, [sp.sqrt(real**2 + imaginary**2)], weights.view(float))
 
 
 @dataclass(frozen=True)
@@ -75,11 +75,11 @@ class FullView:
 
     machine: Machine
     rows: tuple[int | None, ...]
-    prescribed: np.ndarray | None
+    prescribed_speed: np.ndarray | None
     at_rest: np.ndarray
-    orbit: Bound
+    orbit: VariantFunction
 
-    def seen(self, samples: np.ndarray, of: np.ndarray, ends: slice | np.ndarray = _ALL) -> View:
+    def view(self, samples: np.ndarray, variant_index: np.ndarray, ends: slice | np.ndarray = _ALL_SAMPLES) -> View:
         """Return the view of samples (K, n, M) of members with these variants (M,). ends: those with speed and phases."""
         zero = np.zeros(samples[:, 0].shape)
         whole = [zero if i is None else samples[:, i] for i in self.rows]
@@ -88,10 +88,14 @@ class FullView:
         phases = np.empty((len(about), *zero[ends].shape))
         for i, body in enumerate(about):
             np.subtract(whole[row(body.coordinate.position)][ends], whole[row(rotor.position)][ends], out=phases[i])
-        speed = whole[row(rotor.velocity)][ends] if self.prescribed is None else self.prescribed[of] + zero[ends]
-        values, square, change = self.orbit(whole, of), zero, zero
+        speed = (
+            whole[row(rotor.velocity)][ends]
+            if self.prescribed_speed is None
+            else self.prescribed_speed[variant_index] + zero[ends]
+        )
+        values, square, change = self.orbit(whole, variant_index), zero, zero
         for rest, place, velocity in zip(self.at_rest, values[::2], values[1::2], strict=True):
-            offset = place - rest[of]
+            offset = place - rest[variant_index]
             square = square + offset * offset
             change = change + 2 * offset * velocity
         return View(speed, phases, square, change)
@@ -104,19 +108,19 @@ class SlowView:
 
     sense: int
     about: tuple[int, ...]
-    rates: Bound
-    outputs: Bound
+    rates: VariantFunction
+    outputs: VariantFunction
 
-    def rate(self, samples: np.ndarray, of: np.ndarray) -> np.ndarray:
+    def rate(self, samples: np.ndarray, variant_index: np.ndarray) -> np.ndarray:
         """Return the rate of a ``View`` at samples (K, k, M) of members with these variants (M,)."""
         states = np.moveaxis(samples, 1, 0)
-        rates = self.rates(states, of)
-        later, before = (self.outputs(states + way * _STEP * rates, of)[1] for way in (1, -1))
+        rates = self.rates(states, variant_index)
+        later, before = (self.outputs(states + way * _STEP * rates, variant_index)[1] for way in (1, -1))
         return np.asarray((later + before) * (later - before) / (2 * _STEP))
 
-    def seen(self, samples: np.ndarray, of: np.ndarray, ends: slice | np.ndarray = _ALL) -> View:
+    def view(self, samples: np.ndarray, variant_index: np.ndarray, ends: slice | np.ndarray = _ALL_SAMPLES) -> View:
         """Return the view of samples (K, n, M) of members with these variants (M,). ends: those with speed and phases."""
-        speed, amplitude = self.outputs(np.moveaxis(samples, 1, 0), of)
+        speed, amplitude = self.outputs(np.moveaxis(samples, 1, 0), variant_index)
         phases = np.empty((len(self.about), *speed[ends].shape))
         for phase, row in zip(phases, self.about, strict=True):
             np.multiply(samples[ends, row], self.sense, out=phase)

@@ -27,14 +27,14 @@ class Variable:
     low: float
     high: float
     unit: str
-    what: str
+    description: str
 
     @property
     def wide(self) -> bool:
         """True if its range is searched by its logarithm."""
         return self.low > 0 and self.high / self.low >= _WIDE
 
-    def at(self, share: np.ndarray) -> np.ndarray:
+    def value_at(self, share: np.ndarray) -> np.ndarray:
         """Return values at shares (N,), 0 to 1, of the range."""
         if self.wide:
             return np.asarray(np.clip(self.low * (self.high / self.low) ** share, self.low, self.high))
@@ -47,48 +47,48 @@ class Variable:
         return (value - self.low) / (self.high - self.low)
 
 
-def balancing(machine: Machine) -> list[str]:
+def balancer_names(machine: Machine) -> list[str]:
     """Return the names of the bodies about the main rotor."""
     return [b.name for b in machine.group(machine.rotor)[1:]]
 
 
 def variables_of(machine: Machine, vary: Mapping[str, Mapping[str, Any]], together: bool) -> tuple[Variable, ...]:
     """Return the varied numbers. together: all bodies must be varied together. Raises ``InputError``."""
-    found, taken = list[Variable](), dict[str, str]()
-    for name, given in vary.items():
-        where = f"study.vary.{name}"
-        paths = _paths(machine, name, given["of"], where)
+    variables, names_by_path = list[Variable](), dict[str, str]()
+    for name, entry in vary.items():
+        location = f"study.vary.{name}"
+        paths = _paths(machine, name, entry["of"], location)
         if (
             together
-            and set(paths) != {f"{b}.{name}" for b in balancing(machine)}
-            and any(p.split(".")[0] in balancing(machine) for p in paths)
+            and set(paths) != {f"{b}.{name}" for b in balancer_names(machine)}
+            and any(p.split(".")[0] in balancer_names(machine) for p in paths)
         ):
-            raise InputError(where, given["of"], "with study.bodies all bodies are varied together")
+            raise InputError(location, entry["of"], "with study.bodies all bodies are varied together")
         for path in paths:
-            if path in taken:
-                raise InputError(where, path, f"this parameter is varied by study.vary.{taken[path]} too")
-            taken[path] = name
+            if path in names_by_path:
+                raise InputError(location, path, f"this parameter is varied by study.vary.{names_by_path[path]} too")
+            names_by_path[path] = name
         one = parameter_of(machine, paths[0], f"vary.{name}")
-        unit = Unit(one.unit, one.what)
-        low, high = (read_quantity(unit, end, f"{where}[{i}]") for i, end in enumerate(given["range"]))
+        unit = Unit(one.unit, one.long_name)
+        low, high = (read_quantity(unit, end, f"{location}[{i}]") for i, end in enumerate(entry["range"]))
         if not low < high:
-            raise InputError(where, given["range"], "must be a pair [low, high] with low below high")
-        found.append(Variable(name, None if "." in name else name, paths, low, high, one.unit, one.what))
-    return tuple(found)
+            raise InputError(location, entry["range"], "must be a pair [low, high] with low below high")
+        variables.append(Variable(name, None if "." in name else name, paths, low, high, one.unit, one.long_name))
+    return tuple(variables)
 
 
-def _paths(machine: Machine, name: str, of: Sequence[str] | None, where: str) -> tuple[str, ...]:
+def _paths(machine: Machine, name: str, body_names: Sequence[str] | None, location: str) -> tuple[str, ...]:
     """Return the paths that a name denotes."""
     if "." in name or name in machine.parameters:
-        if of is not None:
-            raise InputError(f"{where}.of", list(of), "allowed only with a key of bodies, such as damping")
+        if body_names is not None:
+            raise InputError(f"{location}.of", list(body_names), "allowed only with a key of bodies, such as damping")
         parameter_of(machine, name, "vary")
         return (name,)
-    bodies = balancing(machine)
-    for body in of or ():
+    bodies = balancer_names(machine)
+    for body in body_names or ():
         if body not in bodies:
-            raise InputError(f"{where}.of", body, f"this is not a balancing body; {nearest(body, bodies)}")
-    paths = tuple(f"{b}.{name}" for b in (of or bodies))
+            raise InputError(f"{location}.of", body, f"this is not a balancing body; {nearest(body, bodies)}")
+    paths = tuple(f"{b}.{name}" for b in (body_names or bodies))
     missing = [p for p in paths if p not in machine.parameters]
     if missing:
         body = missing[0].split(".")[0]
@@ -100,7 +100,7 @@ def _paths(machine: Machine, name: str, of: Sequence[str] | None, where: str) ->
 def values_at(machine: Machine, variables: Sequence[Variable], numbers: Sequence[float]) -> dict[str, float]:
     """Return the values of a candidate by path; a given inertia of a pendulum keeps its ratio to m l^2."""
     values = {path: float(x) for v, x in zip(variables, numbers, strict=True) for path in v.paths}
-    for body in balancing(machine):
+    for body in balancer_names(machine):
         mass, length, inertia = (f"{body}.{key}" for key in ("mass", "length", "inertia"))
         if inertia in machine.values and inertia not in values and {mass, length} & values.keys():
             m, l = (values.get(p, machine.values[p]) / machine.values[p] for p in (mass, length))  # noqa: E741
@@ -112,7 +112,7 @@ _NEAR = 1e-3  # of the range: the accuracy of the smallest value
 
 
 @dataclass(frozen=True)
-class Bounds:
+class ProbabilityBounds:
     """Confidence bounds of the probability at a value of the parameter."""
 
     value: float
@@ -124,42 +124,42 @@ class Bounds:
 class Fall:
     """A certain fall of the probability: its band at a value lies above that at a larger one."""
 
-    before: Bounds
-    after: Bounds
+    before: ProbabilityBounds
+    after: ProbabilityBounds
 
 
-def fall_of(seen: Sequence[Bounds]) -> Fall | None:
+def certain_fall(bounds: Sequence[ProbabilityBounds]) -> Fall | None:
     """Return the deepest fall of the probability, from bounds in the order of their values; None: no fall is certain."""
-    falls = [Fall(a, b) for i, a in enumerate(seen) for b in seen[i + 1 :] if b.high < a.low]
+    falls = [Fall(a, b) for i, a in enumerate(bounds) for b in bounds[i + 1 :] if b.high < a.low]
     return max(falls, key=lambda f: f.before.low - f.after.high, default=None)
 
 
-def smallest(seen: Sequence[Bounds], wanted: float) -> float | None:
+def smallest_value(bounds: Sequence[ProbabilityBounds], target: float) -> float | None:
     """Return the smallest of some values, in order, from which on the lower bounds reach a target.
 
     None: they do not, or the probability falls.
     """
-    if not seen or fall_of(seen) is not None or seen[-1].low < wanted:
+    if not bounds or certain_fall(bounds) is not None or bounds[-1].low < target:
         return None
-    short = [k for k, one in enumerate(seen) if one.low < wanted]
-    return seen[short[-1] + 1 if short else 0].value
+    short = [k for k, one in enumerate(bounds) if one.low < target]
+    return bounds[short[-1] + 1 if short else 0].value
 
 
-def to_look_at(seen: Sequence[Bounds], wanted: float) -> float | None:
+def next_sample_value(bounds: Sequence[ProbabilityBounds], target: float) -> float | None:
     """Return the value to sample next to refine the smallest one; None: it is known well enough, or there is none."""
-    found = smallest(seen, wanted)
-    if found is None or found == seen[0].value:
+    smallest = smallest_value(bounds, target)
+    if smallest is None or smallest == bounds[0].value:
         return None
-    before = max(one.value for one in seen if one.value < found)
-    if found - before <= _NEAR * (seen[-1].value - seen[0].value):
+    before = max(one.value for one in bounds if one.value < smallest)
+    if smallest - before <= _NEAR * (bounds[-1].value - bounds[0].value):
         return None
-    return (before + found) / 2
+    return (before + smallest) / 2
 
 
-_NONE = 1e30  # in place of an objective that a candidate does not have
+_NO_OBJECTIVE = 1e30  # in place of an objective that a candidate does not have
 
 
-def needed(kind: str) -> None:
+def require_pymoo(kind: str) -> None:
     """Raise ``InputError`` if pymoo is not installed, which a study of this kind needs."""
     try:
         import_module("pymoo.algorithms.moo.nsga2")
@@ -175,38 +175,38 @@ def generations(
     value: of a generation, by its number, and candidates (P, k): objectives (P, o), and a mask of the feasible ones (P,).
     Yields the number of each generation that is done. The same values give the same search.
     """
-    of: Callable[[str], Any] = import_module
-    problem = of("pymoo.core.problem").Problem(n_var=first.shape[1], n_obj=objectives, n_ieq_constr=1, xl=0.0, xu=1.0)
-    algorithm = of("pymoo.algorithms.moo.nsga2").NSGA2(pop_size=len(first), sampling=first)
+    load_module: Callable[[str], Any] = import_module
+    problem = load_module("pymoo.core.problem").Problem(n_var=first.shape[1], n_obj=objectives, n_ieq_constr=1, xl=0.0, xu=1.0)
+    algorithm = load_module("pymoo.algorithms.moo.nsga2").NSGA2(pop_size=len(first), sampling=first)
     algorithm.setup(problem, termination=("n_gen", count), seed=seed, verbose=False)
-    evaluator, static = of("pymoo.core.evaluator").Evaluator(), of("pymoo.problems.static").StaticProblem
+    evaluator, static = load_module("pymoo.core.evaluator").Evaluator(), load_module("pymoo.problems.static").StaticProblem
     for number in range(count):
-        asked = algorithm.ask()
-        found, allowed = value(number, np.clip(asked.get("X").astype(float), 0.0, 1.0))
-        fit = allowed & np.isfinite(found).all(axis=1)
-        shown = np.where(fit[:, None], found, _NONE)
-        evaluator.eval(static(problem, F=shown, G=np.where(fit, -1.0, 1.0)[:, None]), asked)
-        algorithm.tell(infills=asked)
+        population = algorithm.ask()
+        values, is_feasible = value(number, np.clip(population.get("X").astype(float), 0.0, 1.0))
+        fit = is_feasible & np.isfinite(values).all(axis=1)
+        penalised_values = np.where(fit[:, None], values, _NO_OBJECTIVE)
+        evaluator.eval(static(problem, F=penalised_values, G=np.where(fit, -1.0, 1.0)[:, None]), population)
+        algorithm.tell(infills=population)
         yield number
 
 
-def not_dominated(objectives: np.ndarray) -> np.ndarray:
+def is_pareto_optimal(objectives: np.ndarray) -> np.ndarray:
     """Mask (N,) of the points (N, o) that no other one dominates: is at least as good in all, better in one."""
-    kept = np.ones(len(objectives), bool)
+    is_optimal = np.ones(len(objectives), bool)
     for i, one in enumerate(objectives):
-        others = (objectives <= one).all(axis=1)
-        kept[i] = not (others & (objectives < one).any(axis=1)).any()
-    return kept
+        is_as_good = (objectives <= one).all(axis=1)
+        is_optimal[i] = not (is_as_good & (objectives < one).any(axis=1)).any()
+    return is_optimal
 
 
-def spread_out(objectives: np.ndarray, count: int) -> np.ndarray:
+def spread_selection(objectives: np.ndarray, count: int) -> np.ndarray:
     """Return the indices (c,) of at most ``count`` points (N, o): the best in each objective, then those farthest from them."""
     size = np.ptp(objectives, axis=0)
-    scaled = (objectives - objectives.min(axis=0)) / np.where(size > 0, size, 1.0)
+    scaled_objectives = (objectives - objectives.min(axis=0)) / np.where(size > 0, size, 1.0)
     chosen = list(dict.fromkeys(int(k) for k in objectives.argmin(axis=0)))[:count]
     while len(chosen) < min(count, len(objectives)):
-        away = np.sqrt(((scaled[:, None] - scaled[chosen]) ** 2).sum(axis=2)).min(axis=1)
-        if away.max() <= 0:  # the rest are the same in all
+        distances = np.sqrt(((scaled_objectives[:, None] - scaled_objectives[chosen]) ** 2).sum(axis=2)).min(axis=1)
+        if distances.max() <= 0:  # the rest are the same in all
             break
-        chosen.append(int(away.argmax()))
+        chosen.append(int(distances.argmax()))
     return np.array(sorted(chosen), int)

@@ -17,11 +17,11 @@ from itertools import count
 
 import numpy as np
 
-from wucht.dynamics.sweeps.moving import SETTLED, Leg, Mover, Place
+from wucht.dynamics.sweeps.moving import SETTLING_TOLERANCE, Mover, Place, SweepLeg
 
 JUMP_TOLERANCE = 1e-4
 _STEEP, _SMALLEST, _MOST = 2.0, 0.02, 8  # times the median slope; share of the whole range; candidates
-_OTHER = 0.3  # of the change: if holding the parameter changes the signal by more, the ramp was in another state
+_OTHER_STATE = 0.3  # of the change: if holding the parameter changes the signal by more, the ramp was in another state
 _SAME = 0.2  # least share of the change between the legs that remains between two close values: else it is steep, but no jump
 _CORE = 0.25  # of the largest change between two legs: smaller changes belong to the branch that bends towards the jump
 _MOST_WINDOWS = 400
@@ -53,7 +53,7 @@ class Jump:
     bracket: tuple[float, float]
 
 
-def candidates(mover: Mover, legs: Sequence[Leg]) -> list[tuple[int, int]]:
+def candidates(mover: Mover, legs: Sequence[SweepLeg]) -> list[tuple[int, int]]:
     """Return where the signal of a ramp changes faster than elsewhere: pairs of legs before and after, largest changes only.
 
     Holding the parameter shows then if the machine jumps there.
@@ -73,28 +73,30 @@ def candidates(mover: Mover, legs: Sequence[Leg]) -> list[tuple[int, int]]:
     return sorted(sorted(large, key=lambda pair: -sizes[pair])[:_MOST])
 
 
-def find_jump(mover: Mover, legs: Sequence[Leg], first: int, last: int, tolerance: float) -> Jump | None:
+def find_jump(mover: Mover, legs: Sequence[SweepLeg], first: int, last: int, tolerance: float) -> Jump | None:
     """Locate the end of the branch between two legs of a ramp, None if the signal is steep there but does not jump.
 
     tolerance: of the value, relative. Raises ``IntegrationError``.
     """
     before, beyond = legs[first], legs[min(last + 1, len(legs) - 1)].place
-    landed, _ = mover.settle(beyond)
-    search = _Search(mover, mover.signal(landed), tolerance)
-    held, left_after, seen = search.last_steady(legs[: first + 1])
-    expected = abs(search.after - mover.signal(seen))
-    if left_after is None and abs(mover.signal(held) - mover.signal(seen)) <= _OTHER * expected:
-        return None if search.overlap(held, landed) else search.closed_in(held, beyond, expected)
-    if search.overlap(seen, landed):
+    landing, _ = mover.settle(beyond)
+    search = _Search(mover, mover.signal(landing), tolerance)
+    held_leg, left_after, ramp_leg = search.last_steady(legs[: first + 1])
+    expected_change = abs(search.after - mover.signal(ramp_leg))
+    if left_after is None and abs(mover.signal(held_leg) - mover.signal(ramp_leg)) <= _OTHER_STATE * expected_change:
+        return None if search.overlap(held_leg, landing) else search.close_in(held_leg, beyond, expected_change)
+    if search.overlap(ramp_leg, landing):
         return None
-    return _jump((before.place.value, beyond.value), before, landed, only_seen=True)
+    return _jump((before.place.value, beyond.value), before, landing, ramp_only=True)
 
 
-def _jump(ends: tuple[float, float], before: Leg, after: Leg, vertex: _Vertex | None = None, only_seen: bool = False) -> Jump:
+def _jump(
+    ends: tuple[float, float], before: SweepLeg, after: SweepLeg, vertex: _Vertex | None = None, ramp_only: bool = False
+) -> Jump:
     """Return a jump between two values, in the order in which they are passed; at the vertex of a parabola if there is one."""
     value, speed, amplitude = vertex or (sum(ends) / 2, before.speed, before.amplitude)
     way, bracket = "up" if ends[1] > ends[0] else "down", (min(ends), max(ends))
-    return Jump(value, speed, after.speed, way, amplitude, after.amplitude, vertex is not None, only_seen, bracket)
+    return Jump(value, speed, after.speed, way, amplitude, after.amplitude, vertex is not None, ramp_only, bracket)
 
 
 @dataclass(frozen=True)
@@ -105,56 +107,56 @@ class _Search:
     after: float
     tolerance: float
 
-    def overlap(self, first: Leg, second: Leg) -> bool:
+    def overlap(self, first: SweepLeg, second: SweepLeg) -> bool:
         """True if the modulations in two legs overlap: then their means differ only by where the modulation is cut."""
-        by_speed = self.mover.moved.machine.rotor.coordinate.prescribed is None
+        by_speed = self.mover.moved_machine.machine.rotor.coordinate.prescribed_velocity is None
         return by_speed and max(first.low, second.low) < min(first.high, second.high)
 
-    def last_steady(self, legs: Sequence[Leg]) -> tuple[Leg, float | None, Leg]:
+    def last_steady(self, legs: Sequence[SweepLeg]) -> tuple[SweepLeg, float | None, SweepLeg]:
         """Hold at the last leg before the jump at which the machine stays; return the result of ``_hold`` and that leg.
 
         A fast ramp has passed it when the signal jumps. If the machine stays nowhere: held at the first leg, and the last leg.
         """
         for k in count():
             leg = legs[max(0, len(legs) - 2**k)]
-            held, left_after = self._hold(leg.place, leg.place.value, self.mover.signal(leg), math.inf)
+            held_leg, left_after = self._hold(leg.place, leg.place.value, self.mover.signal(leg), math.inf)
             if left_after is None:
-                return held, None, leg
+                return held_leg, None, leg
             if leg is legs[0]:
                 break
-        return held, left_after, legs[-1]
+        return held_leg, left_after, legs[-1]
 
-    def closed_in(self, low: Leg, beyond: Place, expected: float) -> Jump | None:
+    def close_in(self, low: SweepLeg, beyond: Place, expected_change: float) -> Jump | None:
         """Bracket the jump between a place where the machine stays and one beyond, None if the remaining change is small."""
         high, wait = beyond, math.inf
         while (gap := abs(high.value - low.place.value)) > self._width(high.value):
             middle = (low.place.value + high.value) / 2
-            held, left_after = self._hold(low.place, middle, self.mover.signal(low), wait)
+            held_leg, left_after = self._hold(low.place, middle, self.mover.signal(low), wait)
             if left_after is None:
-                low = held
+                low = held_leg
             else:
-                high, gap = held.place, abs(held.place.value - low.place.value)
+                high, gap = held_leg.place, abs(held_leg.place.value - low.place.value)
                 wait = _PATIENCE * left_after * math.sqrt(max(1.0, gap / self._width(high.value)))
         after, _ = self.mover.settle(high)
-        if abs(self.mover.signal(after) - self.mover.signal(low)) < _SAME * expected or self.overlap(low, after):
+        if abs(self.mover.signal(after) - self.mover.signal(low)) < _SAME * expected_change or self.overlap(low, after):
             return None
         return _jump((low.place.value, high.value), low, after, self._vertex(low, high.value))
 
     @property
     def _window(self) -> float:
-        return max(2 * self.mover.moved.pace.answer, 4 * self.mover.moved.pace.turn)
+        return max(2 * self.mover.moved_machine.pace.answer, 4 * self.mover.moved_machine.pace.turn)
 
     def _width(self, value: float) -> float:
         """Return the requested width of the bracket."""
-        pace = self.mover.moved.pace
+        pace = self.mover.moved_machine.pace
         return self.tolerance * max(abs(value), 1e-3 * pace.rate * pace.samples * pace.step)
 
-    def _left(self, leg: Leg, before: float) -> bool:
+    def _has_left(self, leg: SweepLeg, before: float) -> bool:
         """True if the machine has left its branch, on which the signal was ``before``."""
         signal = self.mover.signal(leg)
         return abs(signal - self.after) < abs(signal - before)
 
-    def _hold(self, place: Place, value: float, before: float, wait: float) -> tuple[Leg, float | None]:
+    def _hold(self, place: Place, value: float, before: float, wait: float) -> tuple[SweepLeg, float | None]:
         """Move the parameter to a value and hold it: return the last leg, and the time at which the branch was left, or None.
 
         before: the signal on the branch.
@@ -162,28 +164,28 @@ class _Search:
         leg, quiet = self.mover.leg(place, self._window, value), 0
         for k in range(_MOST_WINDOWS):
             last, leg = leg, self.mover.leg(leg.place, self._window)
-            waited = leg.place.time - place.time
-            if self._left(leg, before):
-                return leg, waited
+            waiting_time = leg.place.time - place.time
+            if self._has_left(leg, before):
+                return leg, waiting_time
             change = abs(self.mover.signal(leg) - self.mover.signal(last))
-            quiet = quiet + 1 if change <= SETTLED * abs(self.after - before) else 0
-            if quiet == 2 or (k >= _FEWEST_WINDOWS and waited > wait):
+            quiet = quiet + 1 if change <= SETTLING_TOLERANCE * abs(self.after - before) else 0
+            if quiet == 2 or (k >= _FEWEST_WINDOWS and waiting_time > wait):
                 break
         return leg, None
 
-    def _vertex(self, low: Leg, high: float) -> _Vertex | None:
+    def _vertex(self, low: SweepLeg, high: float) -> _Vertex | None:
         """Return the vertex from steady states beside the fold; None if their parabola does not end between the two values."""
         begin, before, place = low.place.value, self.mover.signal(low), low.place
         sense, gap = math.copysign(1.0, high - begin), abs(high - begin)
         reach = _REACH * min(self._width(high), JUMP_TOLERANCE * max(abs(high), abs(begin)))
-        beside = list[Leg]()
+        beside = list[SweepLeg]()
         for distance in _SPREAD:
-            moved = self.mover.leg(place, self._window, begin - sense * reach * distance)
-            settled, steady = self.mover.settle(moved.place)
-            if not steady or self._left(settled, before):
+            approach = self.mover.leg(place, self._window, begin - sense * reach * distance)
+            settled_leg, steady = self.mover.settle(approach.place)
+            if not steady or self._has_left(settled_leg, before):
                 return None
-            beside.append(settled)
-            place = settled.place
+            beside.append(settled_leg)
+            place = settled_leg.place
         y = np.array([self.mover.signal(r) for r in beside])
         x = (y - y.mean()) / (np.ptp(y) or 1.0)
         p, *branch = (

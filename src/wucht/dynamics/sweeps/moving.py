@@ -16,32 +16,32 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.vibration import Vibration
-from wucht.dynamics.verdicts.observation import Orbit, balanced, rows_of
+from wucht.dynamics.verdicts.observation import AxisMotion, advance_balance, rows_of
 from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD
 from wucht.errors import InputError, WuchtError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import axis_at_rest, free_speed, natural_frequencies, net_torque
-from wucht.machines.schedules import SCHEDULED
+from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.lagrange import Coordinate
-from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
-from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
+from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples, TurnObserver
 from wucht.schema import Parameter
 from wucht.system import TIME, Output, System
 
 ANSWERS = 1000  # the default rate: the range takes a thousand response times of the machine
 MOST_TURNS = 100_000  # of one ramp at the default rate
-MOST_TURNS_ASKED = 10_000_000  # of one ramp at a requested rate
+MOST_TURNS_AT_RATE = 10_000_000  # of one ramp at a requested rate
 _LEAST = 0.1  # of the response time of the machine: least duration of a ramp
 SAMPLES = 400  # of one ramp
 _TURNS_A_SAMPLE = 3
 
 
 @dataclass(frozen=True)
-class Pace:
+class SweepPace:
     """Time scales of a sweep. answer: response time, the slowest decay of the machine's small motions, at least a turn.
 
     fastest, turn: the largest speed and the longest turn expected. driven: the largest speed that the drives reach.
@@ -59,29 +59,29 @@ class Pace:
     warnings: tuple[str, ...]
 
 
-def pace_of(machine: Machine, swept: str, low: float, high: float, given: float | None = None) -> Pace:
+def sweep_pace(machine: Machine, path: str, low: float, high: float, requested_rate: float | None = None) -> SweepPace:
     """Return the pace of a sweep at a requested rate; None: at one that lets the machine respond.
 
     Raises ``InputError`` for a rate at which a ramp would take too many turns, or too little time.
     """
-    ends = [machine.with_unchecked({swept: v}) for v in (low, (low + high) / 2, high)]
+    ends = [machine.with_unchecked_values({path: v}) for v in (low, (low + high) / 2, high)]
     speeds = [abs(free_speed(m, r) or 0.0) for m in ends for r in m.rotors]
     natural = [f for m in ends for f in natural_frequencies(m).values() if f > 0]
     fastest = max([*speeds, *natural, *(m.shaking_frequency or 0.0 for m in ends)]) or 1.0
     turn = 2 * math.pi / max(min([w for w in [*speeds, *natural] if w > 0], default=fastest), 0.02 * fastest)
     answers = [max(turn, _answer(m)) for m in ends]
-    answer, warnings, unit = max(answers), tuple[str, ...](), rate_unit(machine, swept)
+    answer, warnings, unit = max(answers), tuple[str, ...](), rate_unit(machine, path)
     duration, most = ANSWERS * answer, MOST_TURNS * 2 * math.pi / fastest
-    if given is not None:
-        longest, shortest = MOST_TURNS_ASKED * 2 * math.pi / fastest, min(_LEAST * min(answers), most)
+    if requested_rate is not None:
+        longest, shortest = MOST_TURNS_AT_RATE * 2 * math.pi / fastest, min(_LEAST * min(answers), most)
         lowest, highest = (float(f"{(high - low) / time:.2g}") for time in (longest, shortest))
-        if not lowest <= given <= highest:
+        if not lowest <= requested_rate <= highest:
             raise InputError(
-                "study.rate", given,
+                "study.rate", requested_rate,
                 f"must be a rate from {lowest:g} to {highest:g} {unit}: a lower one takes more than "
-                f"{MOST_TURNS_ASKED} turns a ramp, a higher one less than a tenth of the time in which the machine answers",
+                f"{MOST_TURNS_AT_RATE} turns a ramp, a higher one less than a tenth of the time in which the machine answers",
             )  # fmt: skip
-        duration = (high - low) / given
+        duration = (high - low) / requested_rate
     elif duration > most:
         duration, time = most, f"{answer:.3g} {machine.units.time}".strip()
         warnings = (
@@ -90,7 +90,7 @@ def pace_of(machine: Machine, swept: str, low: float, high: float, given: float 
         )
     samples = max(8, min(SAMPLES, int(duration / (_TURNS_A_SAMPLE * turn))))
     driven, rate = max(speeds, default=0.0), (high - low) / duration
-    return Pace(answer, fastest, turn, driven, rate, unit, samples, duration / samples, warnings)
+    return SweepPace(answer, fastest, turn, driven, rate, unit, samples, duration / samples, warnings)
 
 
 def rate_unit(machine: Machine, path: str) -> str:
@@ -106,7 +106,7 @@ def _answer(machine: Machine) -> float:
     times = [0.0, *(1 / decays)]
     for rotor in machine.rotors:
         speed = free_speed(machine, rotor)
-        if rotor.coordinate.prescribed is None and speed is not None:
+        if rotor.coordinate.prescribed_velocity is None and speed is not None:
             torque, h = net_torque(machine, rotor), 1e-3 * (abs(speed) or 1.0)
             slope = (torque(speed - h) - torque(speed + h)) / (2 * h)
             if slope > 0:
@@ -124,9 +124,9 @@ def _inertia(machine: Machine, rotor: RotatingBody) -> float:
 BASE, RATE, ORIGIN = _LINE = tuple(sp.Symbol(f"sweep.{n}", real=True) for n in ("base", "rate", "origin"))
 _VALUE = BASE + RATE * (TIME - ORIGIN)
 SAMPLES_PER_TURN = 32
-_MOST_TURNS_SEEN = 200  # of a leg: its densely sampled end
-_TURNS_UNSEEN = 200  # before that, between two checks for interruption
-SETTLED = 1e-6  # relative change of the speed; ten times as much of the amplitude
+_MOST_TURNS_SAMPLED = 200  # of a leg: its densely sampled end
+_TURNS_UNSAMPLED = 200  # before that, between two checks for interruption
+SETTLING_TOLERANCE = 1e-6  # relative change of the speed; ten times as much of the amplitude
 _MOST_WINDOWS = 61
 
 
@@ -142,7 +142,7 @@ class MovedMachine:
     machine: Machine
     initial: np.ndarray
     path: str
-    pace: Pace
+    pace: SweepPace
     energy: float
 
 
@@ -162,7 +162,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Leg:
+class SweepLeg:
     """Part of the motion in which the swept parameter moved evenly or was held; averages over whole turns at its end.
 
     place: where it ended. value: of the swept parameter in the middle of these turns. speed: mean. low, high: of the mean over
@@ -183,30 +183,32 @@ class Leg:
         return (self.high - self.low) / abs(self.speed) if self.speed else 0.0
 
 
-def moving_system(machine: Machine, swept: str) -> System:
+def moving_system(machine: Machine, path: str) -> System:
     """Return the machine's equations with the parameter linear in time, and the work done by its change."""
-    symbol = sp.Symbol(swept, real=True)
+    symbol = sp.Symbol(path, real=True)
 
-    def moved(c: Coordinate) -> Coordinate:
-        return replace(c, prescribed=None if c.prescribed is None else c.prescribed.xreplace({symbol: _VALUE}))
+    def moving_coordinate(c: Coordinate) -> Coordinate:
+        return replace(
+            c, prescribed_velocity=None if c.prescribed_velocity is None else c.prescribed_velocity.xreplace({symbol: _VALUE})
+        )
 
     line = {s.name: Parameter(s.name, 0.0, "", "", "") for s in _LINE}
-    moving = machine.changed(
-        bodies=tuple(replace(b, coordinate=moved(b.coordinate)) for b in machine.bodies),
-        carrier=tuple(moved(c) for c in machine.carrier),
+    moving = machine.with_fields(
+        bodies=tuple(replace(b, coordinate=moving_coordinate(b.coordinate)) for b in machine.bodies),
+        carrier=tuple(moving_coordinate(c) for c in machine.carrier),
         parameters=dict(machine.parameters) | line,  # the last ones
     )
-    return _along_the_line(moving.system, symbol, machine.units.energy)
+    return _with_ramp(moving.system, symbol, machine.units.energy)
 
 
 @lru_cache(maxsize=64)
-def _along_the_line(system: System, symbol: sp.Symbol, energy_unit: str) -> System:
-    carried = sp.diff(system.output("stored_energy").expression, symbol) * RATE
+def _with_ramp(system: System, symbol: sp.Symbol, energy_unit: str) -> System:
+    power = sp.diff(system.output("stored_energy").expression, symbol) * RATE
     return replace(
         system,
         parameters=tuple(p for p in system.parameters if p != symbol),
         definitions=((symbol, _VALUE), *system.definitions),
-        quadratures=(*system.quadratures, Output(SCHEDULED, carried, energy_unit, "work of the parameter's change")),
+        quadratures=(*system.quadratures, Output(SCHEDULE_WORK, power, energy_unit, "work of the parameter's change")),
     )
 
 
@@ -217,97 +219,101 @@ class Mover:
     report: called often, with the time reached; it may raise ``KeyboardInterrupt``.
     """
 
-    moved: MovedMachine
-    compiled: CompiledSystem
+    moved_machine: MovedMachine
+    compiled_system: CompiledSystem
     report: Callable[[float], None]
 
     def begin(self) -> Place:
         """Return the place at time 0."""
-        system, values = self.compiled.system, self.moved.machine.values
-        state = (*self.moved.initial.tolist(), *(0.0 for _ in system.quadratures))
+        system, values = self.compiled_system.system, self.moved_machine.machine.values
+        state = (*self.moved_machine.initial.tolist(), *(0.0 for _ in system.quadratures))
         parameters = tuple(values[name] for name in system.parameter_names[: -len(_LINE)])
-        return Place(0.0, values[self.moved.path], state, parameters, EnergyBalance())
+        return Place(0.0, values[self.moved_machine.path], state, parameters, EnergyBalance())
 
-    def signal(self, leg: Leg) -> float:
+    def signal(self, leg: SweepLeg) -> float:
         """Return the quantity that jumps: the speed; where that is prescribed, the amplitude."""
-        return leg.speed if self.moved.machine.rotor.coordinate.prescribed is None else leg.amplitude
+        return leg.speed if self.moved_machine.machine.rotor.coordinate.prescribed_velocity is None else leg.amplitude
 
-    def settle(self, place: Place, largest: tuple[float, float] = (0.0, 0.0)) -> tuple[Leg, bool]:
+    def settle(self, place: Place, largest: tuple[float, float] = (0.0, 0.0)) -> tuple[SweepLeg, bool]:
         """Hold the parameter until nothing changes any more; return the last leg, and True if it is steady or modulated.
 
         largest: speed and amplitude so far; a speed that changes by less than a millionth of the largest has settled,
         also at a standstill.
         """
-        window, quiet = max(5 * self.moved.pace.answer, 8 * self.moved.pace.turn), 0
+        window, quiet = max(5 * self.moved_machine.pace.answer, 8 * self.moved_machine.pace.turn), 0
         motion, scale = np.full(2, np.inf), np.array(largest)
         for _ in range(_MOST_WINDOWS):
             leg, before = self.leg(place, window), motion
             place, motion = leg.place, np.array([leg.speed, leg.amplitude])
             scale = np.maximum(scale, np.abs(motion))
-            still = (np.abs(motion - before) <= np.array([SETTLED, 10 * SETTLED]) * scale).all()
+            still = (np.abs(motion - before) <= np.array([SETTLING_TOLERANCE, 10 * SETTLING_TOLERANCE]) * scale).all()
             quiet = quiet + 1 if still else 0
             if quiet == 2:
                 return leg, True
         return leg, leg.modulation > MODULATION_THRESHOLD
 
-    def leg(self, place: Place, duration: float, to: float | None = None) -> Leg:
+    def leg(self, place: Place, duration: float, to: float | None = None) -> SweepLeg:
         """Move the parameter evenly to a value (None: hold it) for a time.
 
         Raises ``IntegrationError``, and ``KeyboardInterrupt`` where the user stops it.
         """
         rate = 0.0 if to is None else (to - place.value) / duration
         parameters = np.array([*place.parameters, place.value, rate, place.time])  # those of the ramp come last
-        state, end, fastest = self._without_turns(place), place.time + duration, self.moved.pace.fastest
-        seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / fastest)
-        grids = [np.linspace(end - seen, end, 1 + max(8, math.ceil(seen * fastest / (2 * math.pi) * SAMPLES_PER_TURN)))]
-        if seen < duration:  # in pieces: between them the user may stop the run
-            count = 1 + math.ceil((end - seen - place.time) * fastest / (2 * math.pi * _TURNS_UNSEEN))
-            grids = [*map(np.array, pairwise(np.linspace(place.time, end - seen, count))), *grids]
+        state, end, fastest = self._without_turns(place), place.time + duration, self.moved_machine.pace.fastest
+        sampled_time = min(duration, _MOST_TURNS_SAMPLED * 2 * math.pi / fastest)
+        grids = [
+            np.linspace(
+                end - sampled_time, end, 1 + max(8, math.ceil(sampled_time * fastest / (2 * math.pi) * SAMPLES_PER_TURN))
+            )
+        ]
+        if sampled_time < duration:  # in pieces: between them the user may stop the run
+            count = 1 + math.ceil((end - sampled_time - place.time) * fastest / (2 * math.pi * _TURNS_UNSAMPLED))
+            grids = [*map(np.array, pairwise(np.linspace(place.time, end - sampled_time, count))), *grids]
         for grid in grids:
             t = self._run(grid, state, parameters)
             state, parameters = t.end_state, t.parameters
-        rows, system = rows_of(self.compiled, t), self.compiled.system
+        rows, system = rows_of(self.compiled_system, t), self.compiled_system.system
         n, done = len(system.states), np.array(place.state)
         done[:n] = 0.0
         works = {q.name: w + t.quadratures[q.name] for q, w in zip(system.quadratures, done[n:], strict=True)}
-        balance, residual = balanced(place.balance, rows["stored_energy"], works)
-        reached, others = tuple((state + done).tolist()), tuple(parameters[: -len(_LINE)].tolist())
-        ended = Place(end, place.value if to is None else to, reached, others, balance)
-        return self._read(t, rows, place, ended, rate, float(residual[-1]))
+        balance, residual = advance_balance(place.balance, rows["stored_energy"], works)
+        end_state, other_parameters = tuple((state + done).tolist()), tuple(parameters[: -len(_LINE)].tolist())
+        end_place = Place(end, place.value if to is None else to, end_state, other_parameters, balance)
+        return self._average_turns(t, rows, place, end_place, rate, float(residual[-1]))
 
     def _without_turns(self, place: Place) -> np.ndarray:
         """Return the state (n + m,) without whole turns of each rotor and its bodies, and with no work done yet.
 
         heyoka's steps are accurate relative to the largest number in the state: after many turns that would be an angle.
         """
-        names, state = self.compiled.system.state_names, np.array(place.state)
-        for rotor in self.moved.machine.rotors:
-            turned = 2 * math.pi * np.round(state[names.index(rotor.coordinate.position.name)] / (2 * math.pi))
-            for body in self.moved.machine.group(rotor):
-                state[names.index(body.coordinate.position.name)] -= turned
+        names, state = self.compiled_system.system.state_names, np.array(place.state)
+        for rotor in self.moved_machine.machine.rotors:
+            whole_turns = 2 * math.pi * np.round(state[names.index(rotor.coordinate.position.name)] / (2 * math.pi))
+            for body in self.moved_machine.machine.group(rotor):
+                state[names.index(body.coordinate.position.name)] -= whole_turns
         state[len(names) :] = 0.0
         return state
 
     def _run(self, grid: np.ndarray, state: np.ndarray, parameters: np.ndarray) -> Trajectory:
-        t = integrate(self.compiled, state, parameters, grid, self.report, self.moved.energy).uninterrupted()
+        t = integrate(self.compiled_system, state, parameters, grid, self.report, self.moved_machine.energy).reraise_interrupt()
         if t.failure:
             raise IntegrationError(t.failure)
         return t
 
-    def _read(
-        self, t: Trajectory, rows: dict[str, np.ndarray], place: Place, ended: Place, rate: float, residual: float
-    ) -> Leg:
+    def _average_turns(
+        self, t: Trajectory, rows: dict[str, np.ndarray], place: Place, end_place: Place, rate: float, residual: float
+    ) -> SweepLeg:
         """Return the averages over the whole turns at the end of a leg from one place to another."""
-        machine, rotor = self.moved.machine, self.moved.machine.rotor.coordinate
+        machine, rotor = self.moved_machine.machine, self.moved_machine.machine.rotor.coordinate
         time, angle = t.time, rows[rotor.position.name]
-        _, averaged = TurnObserver().after(Samples.of(time, (angle, rows[rotor.velocity.name])))
-        averaged = averaged.part(averaged.passage == averaged.passage.max(initial=0))
-        whole = (len(averaged.time) - 1) // PER_TURN * PER_TURN
+        _, averages = TurnObserver().update(Samples.of(time, (angle, rows[rotor.velocity.name])))
+        averages = averages.part(averages.passage == averages.passage.max(initial=0))
+        whole = (len(averages.time) - 1) // MARKS_PER_TURN * MARKS_PER_TURN
         if whole > 0:
-            time, angle = averaged.time[-1 - whole :], averaged.angle[-1 - whole :]
+            time, angle = averages.time[-1 - whole :], averages.angle[-1 - whole :]
         mean = (angle[-1] - angle[0]) / (time[-1] - time[0])
-        speeds = averaged.speed if whole > 0 else np.array([mean])
+        speeds = averages.speed if whole > 0 else np.array([mean])
         value = float(place.value + rate * ((time[0] + time[-1]) / 2 - place.time))
-        at_rest = axis_at_rest(machine.with_unchecked({self.moved.path: value}))
-        amplitude = float(Orbit.of(machine, t.time, rows, at_rest).peaks.max())
-        return Leg(ended, value, float(mean), float(speeds.min()), float(speeds.max()), amplitude, residual)
+        at_rest = axis_at_rest(machine.with_unchecked_values({self.moved_machine.path: value}))
+        amplitude = float(AxisMotion.of(machine, t.time, rows, at_rest).peaks.max())
+        return SweepLeg(end_place, value, float(mean), float(speeds.min()), float(speeds.max()), amplitude, residual)

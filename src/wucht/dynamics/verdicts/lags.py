@@ -11,9 +11,9 @@ import numpy as np
 
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import LAG_TOLERANCE
-from wucht.numerics.observers.projection import Course, Projection, projected, trend, windows_of
+from wucht.numerics.observers.projection import Course, Projection, project, trend, windows_of
 from wucht.numerics.observers.records import Blocks
-from wucht.numerics.observers.turns import PER_TURN
+from wucht.numerics.observers.turns import MARKS_PER_TURN
 
 _CYCLES_ROUNDING = 1e-3  # of the lag: where cycles of a modulation begin and end is not known better
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
@@ -40,8 +40,8 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
     are the windows; None: tenths of the record. noise: of the integration.
     """
     lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
-    slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
-    place = projected(windows_of(slip).mean(axis=1), ahead, max(_AT_REST, noise.angle))
+    slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / MARKS_PER_TURN)
+    place = project(windows_of(slip).mean(axis=1), ahead, max(_AT_REST, noise.angle))
     half = slip[len(slip) // 2 :]
     if _librates(half) and place.width < 2 * math.pi:
         return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=bool(grows(half)))
@@ -51,7 +51,7 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
         rounding = max(rounding, _CYCLES_ROUNDING * abs(float(means[-1])))
     else:
         means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
-    p = projected(means, ahead, rounding, _WIDER)
+    p = project(means, ahead, rounding, _WIDER)
     if abs(p.last) <= LAG_TOLERANCE:
         if p.course is Course.DRIFTING and p.low < 0 < p.high:  # one that catches up does not overtake
             p = replace(p, low=min(p.last, 0.0), high=max(p.last, 0.0))
@@ -95,30 +95,32 @@ def _librates(slip: np.ndarray) -> bool:
     return bool(np.ptp(slip) < _TUMBLING and abs(late - earlier) <= _EVENLY * earlier)
 
 
-def undecided(lag: Projection) -> bool:
+def is_undecided(lag: Projection) -> bool:
     """True if it is not known whether a body lags."""
     return (lag.low < -LAG_TOLERANCE <= lag.high) or (lag.low <= LAG_TOLERANCE < lag.high)
 
 
-_SEEN = 1e-4  # rad: a difference that exceeds the accuracy of cycles
+_VISIBLE = 1e-4  # rad: a difference that exceeds the accuracy of cycles
 _APART = 1.0  # rad
 _SLOWS_DOWN = 0.5  # of its first growth, in the logarithm: what grows less at last comes to a limit
 
 
-def windows_until_apart(whole: Blocks, about: Sequence[int], borders: np.ndarray, noise: Noise) -> float:
+def windows_until_divergence(whole: Blocks, about: Sequence[int], borders: np.ndarray, noise: Noise) -> float:
     """Return the windows until two bodies about a rotor have diverged, as their difference grows; inf if none does.
 
     about: their rows among the followers. borders: the times (g + 1,) between groups of whole cycles, the windows. noise: of
     the integration.
     """
-    turned = np.cumsum((whole.followers[list(about)] / whole.speed - 1) * (2 * math.pi * whole.size / PER_TURN), axis=1)
+    slip_angles = np.cumsum(
+        (whole.followers[list(about)] / whole.speed - 1) * (2 * math.pi * whole.size / MARKS_PER_TURN), axis=1
+    )
     at = np.searchsorted(whole.time, borders)
-    apart = [a - b for a, b in itertools.combinations(turned, 2)]
-    each = ([float(np.ptp(d[i:j])) for i, j in itertools.pairwise(at)] for d in apart)
-    return min((_until_apart(sizes, max(_SEEN, noise.angle)) for sizes in each), default=math.inf)
+    differences = [a - b for a, b in itertools.combinations(slip_angles, 2)]
+    window_sizes = ([float(np.ptp(d[i:j])) for i, j in itertools.pairwise(at)] for d in differences)
+    return min((_windows_until_radian(sizes, max(_VISIBLE, noise.angle)) for sizes in window_sizes), default=math.inf)
 
 
-def _until_apart(sizes: Sequence[float], least: float) -> float:
+def _windows_until_radian(sizes: Sequence[float], least: float) -> float:
     """Return the windows until a difference of such sizes in successive windows is a radian; inf if it will not be.
 
     least: smaller differences are treated as zero.

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 
 _SPEED, _ANGLE = 1.0, 10.0  # times the tolerance: measured on random machines of all drives, tests/studies/run_up/test_rest.py
 _SPEED_ROUNDING, _ANGLE_ROUNDING = 1e-10, 1e-7
@@ -33,7 +33,7 @@ class Noise:
         """Return the noise of an integration with a tolerance: its steps are accurate to that share of the largest speed."""
         return cls(max(_SPEED_ROUNDING, _SPEED * tolerance), max(_ANGLE_ROUNDING, _ANGLE * tolerance))
 
-    def widened(self, bounds: np.ndarray) -> np.ndarray:
+    def widen(self, bounds: np.ndarray) -> np.ndarray:
         """Widen bounds (2, ...) of a residual unbalance by their distance if that is no larger than the noise."""
         low, high = bounds
         margin = np.where(high - low <= 2 * self.angle, high - low, 0.0)

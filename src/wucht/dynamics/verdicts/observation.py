@@ -11,11 +11,11 @@ import numpy as np
 
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.machines.machine import LOST, SUPPLIED, Machine
+from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK, Machine
 from wucht.machines.operation import axis_at_rest, rotor_inertia, sense_of
-from wucht.machines.schedules import SCHEDULED
+from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
@@ -27,13 +27,15 @@ _AT_REST = 1e-9  # of the largest: rounding
 Rows = Mapping[str, np.ndarray]
 
 
-def rows_of(compiled: CompiledSystem, t: Trajectory) -> dict[str, np.ndarray]:
+def rows_of(compiled_system: CompiledSystem, t: Trajectory) -> dict[str, np.ndarray]:
     """Return the states and outputs (N,) of a trajectory, by name."""
-    return dict(zip(compiled.system.state_names, t.states, strict=True)) | compiled.outputs(t.time, t.states, t.parameters)
+    return dict(zip(compiled_system.system.state_names, t.states, strict=True)) | compiled_system.outputs(
+        t.time, t.states, t.parameters
+    )
 
 
 @dataclass(frozen=True)
-class Orbit:
+class AxisMotion:
     """Motion of the main rotor's axis about its rest position: offset and velocity (m, N), in the directions it has."""
 
     time: np.ndarray
@@ -41,7 +43,7 @@ class Orbit:
     velocity: np.ndarray
 
     @classmethod
-    def of(cls, machine: Machine, time: np.ndarray, rows: Rows, at_rest: Mapping[str, float] | None = None) -> Orbit:
+    def of(cls, machine: Machine, time: np.ndarray, rows: Rows, at_rest: Mapping[str, float] | None = None) -> AxisMotion:
         """Compute it from the outputs of the machine's System. at_rest: the rest position, if that is known already."""
         rest, shape = at_rest or axis_at_rest(machine), (len(machine.orbit), len(time))
         offset = np.array([rows[f"orbit.{n}"] - rest[n] for n in machine.orbit]).reshape(shape)
@@ -65,8 +67,8 @@ class Orbit:
     @property
     def begins_at_rest(self) -> bool:
         """True if the axis rests in the first sample."""
-        both = (self.offset, self.velocity)
-        return all(bool((np.abs(x[:, 0]) <= _AT_REST * np.abs(x).max(initial=0.0)).all()) for x in both)
+        signals = (self.offset, self.velocity)
+        return all(bool((np.abs(x[:, 0]) <= _AT_REST * np.abs(x).max(initial=0.0)).all()) for x in signals)
 
     @property
     def peaks(self) -> np.ndarray:
@@ -74,13 +76,13 @@ class Orbit:
         return np.asarray(np.sqrt(np.maximum(interval_peaks(self.time, self.square, self.square_rate), 0.0)))
 
 
-def balanced(before: EnergyBalance, stored: np.ndarray, works: Rows) -> tuple[EnergyBalance, np.ndarray]:
+def advance_balance(before: EnergyBalance, stored_energy: np.ndarray, works: Rows) -> tuple[EnergyBalance, np.ndarray]:
     """Return the energy balance of the contract after a part of the motion, and the residual (N,) over it.
 
     stored_energy: (N,). works: since the start of the run, by quadrature; that of a schedule may be missing.
     """
-    carried = works.get(SCHEDULED, np.zeros(len(stored)))
-    return before.after(stored, np.array([works[SUPPLIED], carried]), works[LOST])
+    scheduled_work = works.get(SCHEDULE_WORK, np.zeros(len(stored_energy)))
+    return before.update(stored_energy, np.array([works[SUPPLIED_WORK], scheduled_work]), works[DISSIPATED_WORK])
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class Observation:
 
 
 @dataclass(frozen=True)
-class Watch:
+class MotionObserver:
     """Observer of a machine. span: of time, in which the fastest motion is sampled several times. noise: of the integration."""
 
     machine: Machine
@@ -133,90 +135,95 @@ class Watch:
         }
 
     @cached_property
-    def _of_common(self) -> np.ndarray:
+    def _common_shares(self) -> np.ndarray:
         """The shares of the bodies' angles (n,) in the common motion of several free rotors; empty without such.
 
         They are those of the rotors' inertias, with the senses in which they turn: the torques between the rotors, equal and
         opposite, do not change the mean.
         """
         machine = self.machine.at(self.machine.breakpoints[-1])
-        inertias = {r: rotor_inertia(machine, r) for r in machine.rotors if r.coordinate.prescribed is None}
+        inertias = {r: rotor_inertia(machine, r) for r in machine.rotors if r.coordinate.prescribed_velocity is None}
         if len(inertias) < 2:
             return np.empty(0)
         total = sum(inertias.values())
         return np.array([sense_of(machine, b) * inertias[b] / total if b in inertias else 0.0 for b in machine.bodies])
 
     @cached_property
-    def _at_rest(self) -> dict[str, float]:
+    def _rest_position(self) -> dict[str, float]:
         return axis_at_rest(self.machine)
 
     def begin(self) -> Observation:
         """Return the empty observation."""
-        others = len(self.machine.bodies) - 1
+        other_count = len(self.machine.bodies) - 1
         shaken = self.machine.shaking_frequency is not None
         machine = self.machine.at(self.machine.breakpoints[-1])
-        rotors = {r.name: TurnRecord(others, weights_of(machine, r)) for r in self.machine.rotors}
-        common, vibration = TurnRecord(others) if len(self._of_common) else None, TurnRecord(others + 1) if shaken else None
+        rotors = {r.name: TurnRecord(other_count, weights_of(machine, r)) for r in self.machine.rotors}
+        common, vibration = (
+            TurnRecord(other_count) if len(self._common_shares) else None,
+            TurnRecord(other_count + 1) if shaken else None,
+        )
         return Observation(rotors, vibration, SpanRecord(self.span), self.noise, common=common)
 
     def samples(self, motion: Trajectory) -> Samples:
         """Return the observed samples of the machine's motion: all bodies in their order."""
         samples = Samples.of(motion.time, *(motion_of(self.machine, motion, b) for b in self.machine.bodies))
         rows = self._orbit(motion.time, motion.states, motion.parameters)
-        orbit = Orbit.of(self.machine, motion.time, rows, self._at_rest)
+        orbit = AxisMotion.of(self.machine, motion.time, rows, self._rest_position)
         moments = np.zeros_like(samples.angles) if self._sliding else samples.moments
         for body, row, moment in self._sliding:
             moments[body] = moment * motion.states[row]
         return replace(samples, square=orbit.square, rate=orbit.square_rate, moments=moments)
 
-    def looked(self, seen: Observation, motion: Trajectory) -> Observation:
+    def update(self, previous: Observation, motion: Trajectory) -> Observation:
         """Return the observation after a part of the motion: see ``update_from_samples``."""
-        return self.after(seen, self.samples(motion))
+        return self.update_from_samples(previous, self.samples(motion))
 
-    def after(self, seen: Observation, samples: Samples) -> Observation:
+    def update_from_samples(self, previous: Observation, samples: Samples) -> Observation:
         """Return the observation after a part of the motion, which may begin with the last sample of the part before."""
         machine, names = self.machine, [b.name for b in self.machine.bodies]
-        rotors, vibration, frequency = {}, seen.vibration, machine.shaking_frequency
-        for name, record in seen.rotors.items():
+        rotors, vibration, frequency = {}, previous.vibration, machine.shaking_frequency
+        for name, record in previous.rotors.items():
             shares = replace(samples, moments=samples.moments * self._shares[name]) if self._sliding else samples
-            rotors[name] = record.after(shares.led_by(names.index(name)))
+            rotors[name] = record.update(shares.relative_to(names.index(name)))
         lead = names.index(machine.rotor.name)
-        main, common = seen.main.after(samples.only(lead)), seen.common
+        main, common = previous.main.update(samples.only_body(lead)), previous.common
         if common is not None:
-            mean = (self._of_common @ of_bodies for of_bodies in (samples.angles, samples.speeds))
-            common = common.after(samples.led_by(lead).with_leading(*mean))
+            mean = (self._common_shares @ of_bodies for of_bodies in (samples.angles, samples.speeds))
+            common = common.update(samples.relative_to(lead).with_leading(*mean))
         if vibration is not None and frequency is not None:
-            vibration = vibration.after(samples.beside(frequency * samples.time, np.full(len(samples.time), frequency)))
+            vibration = vibration.update(
+                samples.with_reference(frequency * samples.time, np.full(len(samples.time), frequency))
+            )
         square = float(interval_peaks(samples.time, samples.square, samples.rate).max())
-        largest = max(seen.largest, math.sqrt(max(square, 0.0)))
-        return Observation(rotors, vibration, main, seen.noise, largest, float(samples.time[-1]), common)
+        largest = max(previous.largest, math.sqrt(max(square, 0.0)))
+        return Observation(rotors, vibration, main, previous.noise, largest, float(samples.time[-1]), common)
 
 
 def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:
     """Return the unbalances of a rotor and of all other bodies, zero for other rotors' bodies, as shares of the rotor's."""
-    own, bodies = unbalances(machine), machine.bodies
+    body_unbalances, bodies = unbalances(machine), machine.bodies
     group = [bodies.index(b) for b in machine.group(rotor)]
     scale = unbalance_scale(machine, rotor)
-    each = [own[i] / scale if i in group else 0.0 for i in range(len(bodies))]
-    return tuple(map(complex, [each.pop(group[0]), *each]))
+    weights = [body_unbalances[i] / scale if i in group else 0.0 for i in range(len(bodies))]
+    return tuple(map(complex, [weights.pop(group[0]), *weights]))
 
 
 def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:
     """Return angle and speed of a body over a run, (N,) each."""
     angle = trajectory.states[machine.row(body.coordinate.position)]
-    if body.coordinate.prescribed is not None:
+    if body.coordinate.prescribed_velocity is not None:
         return angle, machine.prescribed_speed(body.coordinate, trajectory.time)
     return angle, trajectory.states[machine.row(body.coordinate.velocity)]
 
 
-def fastest_of(machine: Machine, motion: Trajectory) -> float:
+def fastest_speed(machine: Machine, motion: Trajectory) -> float:
     """The largest speed (rad per time) of a body of the machine in a motion, prescribed speeds included."""
-    given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
-    largest = [np.abs(machine.prescribed_speed(c, motion.time)).max(initial=0.0) for c in given]
-    return float(max([fastest_in_each(machine, motion.states).max(initial=0.0), *largest]))
+    prescribed_coordinates = [b.coordinate for b in machine.bodies if b.coordinate.prescribed_velocity is not None]
+    largest = [np.abs(machine.prescribed_speed(c, motion.time)).max(initial=0.0) for c in prescribed_coordinates]
+    return float(max([fastest_speeds(machine, motion.states).max(initial=0.0), *largest]))
 
 
-def fastest_in_each(machine: Machine, states: np.ndarray) -> np.ndarray:
+def fastest_speeds(machine: Machine, states: np.ndarray) -> np.ndarray:
     """The largest speed (N,) of a body that is free to turn, in each of states (n, N)."""
-    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
+    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed_velocity is None]
     return np.asarray(np.abs(states[free]).max(axis=0, initial=0.0))

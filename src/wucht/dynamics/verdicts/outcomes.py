@@ -51,13 +51,13 @@ class Outcome(StrEnum):
 
 
 OUTCOMES = tuple(Outcome)
-THROUGH = (Outcome.COMPENSATED, Outcome.PASSED)  # the resonance is passed
-OPEN = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # any other outcome is possible
+RESONANCE_PASSED = (Outcome.COMPENSATED, Outcome.PASSED)  # the resonance is passed
+OPEN_OUTCOMES = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # any other outcome is possible
 
 Bounds = tuple[float, float]  # between which a number is expected to stay
 T = TypeVar("T", float, np.ndarray)  # a number; of M motions an array (M,)
 _ZERO: Any = (0.0, 0.0)
-_ANY: Any = (0.0, math.inf)
+_ANY_SWING: Any = (0.0, math.inf)
 
 
 @dataclass(frozen=True)
@@ -68,13 +68,13 @@ class Fact:
     no: Any
 
     @classmethod
-    def within(cls, bounds: tuple[Any, Any], low: Any, high: Any) -> Self:
+    def lies_within(cls, bounds: tuple[Any, Any], low: Any, high: Any) -> Self:
         """Decide if a number that stays between bounds stays between limits."""
         least, most = bounds
         return cls((low <= least) & (most <= high), (most < low) | (high < least))
 
     @classmethod
-    def above(cls, bounds: tuple[Any, Any], limit: Any, *, or_at: bool = False) -> Self:
+    def lies_above(cls, bounds: tuple[Any, Any], limit: Any, *, or_at: bool = False) -> Self:
         """Decide if it stays above a limit."""
         least, most = bounds
         if or_at:
@@ -82,15 +82,15 @@ class Fact:
         return cls(least > limit, most <= limit)
 
     @property
-    def known(self) -> Any:
+    def is_known(self) -> Any:
         """True if it is known."""
         return self.yes | self.no
 
     def __bool__(self) -> bool:
         return bool(self.yes)
 
-    def __and__(self, other: Fact) -> Fact:
-        return Fact(self.yes & other.yes, self.no | other.no)
+    def __and__(self, fact: Fact) -> Fact:
+        return Fact(self.yes & fact.yes, self.no | fact.no)
 
     def __invert__(self) -> Fact:
         return Fact(self.no, self.yes)
@@ -116,48 +116,48 @@ class Evidence(Generic[T]):
     turning: bool | np.ndarray
     mean_speed: tuple[T, T] = _ZERO
     lowest_speed: tuple[T, T] = _ZERO
-    settled: bool | np.ndarray = True
+    has_settled: bool | np.ndarray = True
     free_speed: T | None = None
     resonance: T | None = None
     residual: tuple[T, T] | None = None
     lags: tuple[tuple[T, T], ...] = ()
     modulation: tuple[T, T] = _ZERO
-    swing: tuple[T, T] = _ANY
+    swing: tuple[T, T] = _ANY_SWING
     unheld: bool = False
     beyond_limit: bool = False
 
     @property
-    def at_speed(self) -> Fact:
+    def is_at_speed(self) -> Fact:
         """True if the rotor holds the drive's speed without vibration, within 0.5 %."""
         if self.free_speed is None:
             return _NO
         reach = SPEED_TOLERANCE * abs(self.free_speed)
         limits = self.free_speed - reach, self.free_speed + reach
-        held = Fact.within(self.mean_speed, *limits) & Fact.within(self.lowest_speed, *limits)
-        return Fact(held.yes, held.no | (self.free_speed != self.free_speed))
+        is_held = Fact.lies_within(self.mean_speed, *limits) & Fact.lies_within(self.lowest_speed, *limits)
+        return Fact(is_held.yes, is_held.no | (self.free_speed != self.free_speed))
 
     @property
-    def balanced(self) -> Fact:
+    def is_balanced(self) -> Fact:
         """True if less than 1 % of the unbalance is left."""
-        return _NO if self.residual is None else ~Fact.above(self.residual, UNBALANCE_TOLERANCE, or_at=True)
+        return _NO if self.residual is None else ~Fact.lies_above(self.residual, UNBALANCE_TOLERANCE, or_at=True)
 
     @property
     def asynchronous(self) -> Fact:
         """True if a body lags by more than 0.1 % of the speed."""
-        return ~functools.reduce(Fact.__and__, (Fact.within(x, -LAG_TOLERANCE, LAG_TOLERANCE) for x in self.lags), _YES)
+        return ~functools.reduce(Fact.__and__, (Fact.lies_within(x, -LAG_TOLERANCE, LAG_TOLERANCE) for x in self.lags), _YES)
 
     @property
-    def beyond(self) -> Fact:
+    def is_beyond_resonance(self) -> Fact:
         """True if the rotor stays beyond its resonance."""
         if self.resonance is None:
             return _YES
-        above = Fact.above(self.lowest_speed, self.resonance)
+        above = Fact.lies_above(self.lowest_speed, self.resonance)
         return Fact(above.yes | (self.resonance != self.resonance), above.no)
 
     @property
-    def modulated(self) -> Fact:
+    def is_modulated(self) -> Fact:
         """True if the speed varies by more than 0.2 %."""
-        return Fact.above(self.modulation, MODULATION_THRESHOLD)
+        return Fact.lies_above(self.modulation, MODULATION_THRESHOLD)
 
 
 def classify(e: Evidence[float]) -> Outcome:
@@ -179,12 +179,15 @@ def classify_each(e: Evidence[Any]) -> np.ndarray:
     6. ``passed``: beyond the resonance, or there is none below the free speed.
     7. ``captured-modulated``: modulated, and at or before the resonance at least once a period. ``captured``: not modulated.
     """
-    facts, swings = (e.at_speed, e.balanced, e.asynchronous, e.beyond, e.modulated), Fact.above(e.swing, AT_REST)
+    facts, swings = (
+        (e.is_at_speed, e.is_balanced, e.asynchronous, e.is_beyond_resonance, e.is_modulated),
+        Fact.lies_above(e.swing, AT_REST),
+    )
     unknown = OUTCOMES.index(Outcome.UNIDENTIFIED)
     turning = _outcomes()[tuple(2 * f.yes + f.no - 1 for f in facts)]
     at_rest = np.where(swings.yes, OUTCOMES.index(Outcome.OSCILLATING), OUTCOMES.index(Outcome.STOPPED))
-    each = np.where(e.turning, np.where(e.settled, turning, unknown), np.where(swings.known, at_rest, unknown))
-    return np.where(e.beyond_limit or e.unheld, OUTCOMES.index(Outcome.RUNAWAY), each)
+    outcome = np.where(e.turning, np.where(e.has_settled, turning, unknown), np.where(swings.is_known, at_rest, unknown))
+    return np.where(e.beyond_limit or e.unheld, OUTCOMES.index(Outcome.RUNAWAY), outcome)
 
 
 @functools.cache
@@ -192,18 +195,18 @@ def _outcomes() -> np.ndarray:
     """Table of the places in ``OUTCOMES`` of motions that turn, by their facts, each 0, 1, or -1 if it is not known."""
     table, unknown = np.empty((3,) * 5, np.int8), OUTCOMES.index(Outcome.UNIDENTIFIED)
     for facts in itertools.product((0, 1, -1), repeat=5):
-        possible = {_outcome(*each) for each in itertools.product(*((0, 1) if f < 0 else (f,) for f in facts))}
+        possible = {_outcome(*criteria) for criteria in itertools.product(*((0, 1) if f < 0 else (f,) for f in facts))}
         table[facts] = OUTCOMES.index(possible.pop()) if len(possible) == 1 else unknown
     return table
 
 
-def _outcome(at_speed: int, balanced: int, asynchronous: int, beyond: int, modulated: int) -> Outcome:
+def _outcome(is_at_speed: int, is_balanced: int, asynchronous: int, is_beyond_resonance: int, is_modulated: int) -> Outcome:
     """Return the outcome of a motion with all facts known."""
-    if at_speed and balanced and not asynchronous:
+    if is_at_speed and is_balanced and not asynchronous:
         return Outcome.COMPENSATED
-    if beyond or (asynchronous and at_speed):
+    if is_beyond_resonance or (asynchronous and is_at_speed):
         return Outcome.BALANCER_CAPTURED if asynchronous else Outcome.PASSED
-    return Outcome.CAPTURED_MODULATED if modulated else Outcome.CAPTURED
+    return Outcome.CAPTURED_MODULATED if is_modulated else Outcome.CAPTURED
 
 
 LOCK_TOLERANCE = 1e-3  # of the mean speed: contract, "by the mean speed over whole periods"
@@ -220,27 +223,27 @@ class Locking:
     """
 
     periods: int
-    apart: tuple[Bounds, ...]
+    speed_differences: tuple[Bounds, ...]
     phases: tuple[Bounds, ...]
-    bounded: bool = True
+    is_bounded: bool = True
 
     @property
-    def locked(self) -> bool | None:
+    def is_locked(self) -> bool | None:
         """True if all turn at one mean speed with phases at rest; None if that is not known.
 
         Locked: within 0.1 %, with phases that will move by less than a tenth of a turn. Not: a rotor stays further off.
         """
         if self.periods < FEWEST_PERIODS:
             return None
-        each = [Fact.within(off, -LOCK_TOLERANCE, LOCK_TOLERANCE) for off in self.apart]
-        if any(fact.no for fact in each):
-            return False if self.bounded else None
+        facts = [Fact.lies_within(off, -LOCK_TOLERANCE, LOCK_TOLERANCE) for off in self.speed_differences]
+        if any(fact.no for fact in facts):
+            return False if self.is_bounded else None
         at_rest = all(high - low < PHASE_TOLERANCE for low, high in self.phases)
-        return True if at_rest and all(fact.yes for fact in each) else None
+        return True if at_rest and all(fact.yes for fact in facts) else None
 
     def outcome(self, *, by_vibration: bool) -> Outcome:
         """Return ``entrained`` or ``synchronised``, not so, or ``unidentified``. by_vibration: by a prescribed vibration."""
         yes, no = (
             (Outcome.ENTRAINED, Outcome.NOT_ENTRAINED) if by_vibration else (Outcome.SYNCHRONISED, Outcome.NOT_SYNCHRONISED)
         )
-        return Outcome.UNIDENTIFIED if self.locked is None else yes if self.locked else no
+        return Outcome.UNIDENTIFIED if self.is_locked is None else yes if self.is_locked else no

@@ -15,7 +15,7 @@ from wucht.dynamics.verdicts.evidence import UNREST, unrest
 from wucht.dynamics.verdicts.lags import LIBRATION, grows
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import FEWEST_TURNS, MODULATION_THRESHOLD, SPEED_TOLERANCE, Evidence
-from wucht.numerics.observers.projection import WINDOWS, projected_each
+from wucht.numerics.observers.projection import WINDOWS, project_signals
 
 _ROUNDING = 1e-9  # of the speed: changes below are none
 _RIPPLE = 1e-3  # of the range of the speed in a window: the accuracy of its mean
@@ -36,7 +36,7 @@ class LastHalf:
     duration: float
     speed: np.ndarray
     phases: np.ndarray
-    left: np.ndarray
+    residual: np.ndarray
 
     @property
     def sense(self) -> np.ndarray:
@@ -63,17 +63,17 @@ class Screening:
     still: np.ndarray
 
     @property
-    def settled(self) -> np.ndarray:
+    def has_settled(self) -> np.ndarray:
         """Mask of the members whose evidence is valid."""
-        return np.asarray(self.evidence.settled)
+        return np.asarray(self.evidence.has_settled)
 
     @property
     def width(self) -> np.ndarray:
         """The distance of the bounds: of the speed, as a share of it, or of the residual, whichever is larger."""
         assert self.evidence.residual is not None
-        mean, left = np.array(self.evidence.mean_speed), self.evidence.residual
+        mean, residual = np.array(self.evidence.mean_speed), self.evidence.residual
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.maximum((mean[1] - mean[0]) / np.abs(mean).max(axis=0), left[1] - left[0]))
+            return np.asarray(np.maximum((mean[1] - mean[0]) / np.abs(mean).max(axis=0), residual[1] - residual[0]))
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -83,41 +83,41 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     speed, count = half.sense * half.speed, half.speed.shape[1]
     windows = speed.reshape(WINDOWS, -1, count)
     means, lows, highs = windows.mean(axis=1), windows.min(axis=1), windows.max(axis=1)
-    sizes = half.left.reshape(WINDOWS, -1, count).max(axis=1)
-    largest, tolerated = np.abs(means).max(axis=0), SPEED_TOLERANCE * np.abs(means).max(axis=0)
+    sizes = half.residual.reshape(WINDOWS, -1, count).max(axis=1)
+    largest, tolerance = np.abs(means).max(axis=0), SPEED_TOLERANCE * np.abs(means).max(axis=0)
     rounding = np.maximum(_RIPPLE * (highs - lows)[-1], max(_ROUNDING, noise.speed) * largest)
-    mean, lowest = projected_each(means, rounding=rounding), projected_each(lows, rounding=rounding)
-    varied = projected_each((highs - lows) / means, rounding=rounding / means[-1])
-    left = projected_each(sizes, rounding=noise.angle)
-    bounds = noise.widened(left.bounds)
+    mean, lowest = project_signals(means, rounding=rounding), project_signals(lows, rounding=rounding)
+    speed_range = project_signals((highs - lows) / means, rounding=rounding / means[-1])
+    residual = project_signals(sizes, rounding=noise.angle)
+    bounds = noise.widen(residual.bounds)
     # Rounding and the drift that the integration's tolerance adds to rest do not contract.
     calm = (highs.max(axis=0) - lows.min(axis=0) <= _STILL * largest) & (np.ptp(sizes, axis=0) <= _STILL_LEFT)
-    narrow = (mean.width <= _NARROW * means[-1]) & (lowest.width <= _NARROW * means[-1]) & (varied.width <= _NARROW)
+    narrow = (mean.width <= _NARROW * means[-1]) & (lowest.width <= _NARROW * means[-1]) & (speed_range.width <= _NARROW)
     still = calm & narrow & (bounds[1] - bounds[0] <= _NARROW)
-    nearing = (mean.converging & left.converging) | still
+    nearing = (mean.converging & residual.converging) | still
     turning = (speed > 0).all(axis=0) & (means.mean(axis=0) * half.duration >= 2 * math.pi * FEWEST_TURNS)
-    approached = (lowest.converging | still) & nearing & (mean.width <= tolerated)
+    is_steady = (lowest.converging | still) & nearing & (mean.width <= tolerance)
     in_place = ((np.ptp(half.phases, axis=1) < LIBRATION) & ~grows(half.phases, axis=1)).all(axis=0)
-    quiet = unrest(half.left.min(axis=0), half.left.max(axis=0)) <= UNREST
-    known = turning & (varied.converging | still) & approached & in_place
+    quiet = unrest(half.residual.min(axis=0), half.residual.max(axis=0)) <= UNREST
+    has_settled = turning & (speed_range.converging | still) & is_steady & in_place
     rises = _rises(speed)
-    early = turning & nearing & (mean.width > tolerated) & ~quiet
+    early = turning & nearing & (mean.width > tolerance) & ~quiet
     # For a rotor that still rises, with bodies at rest, the torques decide its end: ``verdict.rising_evidence``.
     changes = np.diff(means, axis=0)
     one_way = np.abs(changes.sum(axis=0)) >= _ONE_WAY * np.abs(changes).sum(axis=0)
-    far = one_way & (np.where(mean.converging | still, mean.width, np.abs(changes[-1])) > _FAR * tolerated)
-    early |= turning & ~known & (rises < 2) & (~quiet | (means[-1] < means[-2])) & far
-    even = np.where(varied.high <= MODULATION_THRESHOLD, varied.high, math.inf)
+    far = one_way & (np.where(mean.converging | still, mean.width, np.abs(changes[-1])) > _FAR * tolerance)
+    early |= turning & ~has_settled & (rises < 2) & (~quiet | (means[-1] < means[-2])) & far
+    even = np.where(speed_range.high <= MODULATION_THRESHOLD, speed_range.high, math.inf)
     evidence = Evidence(
         turning=np.ones(count, bool),
         mean_speed=(mean.low, mean.high),
         lowest_speed=(lowest.low, lowest.high),
-        settled=known,
+        has_settled=has_settled,
         free_speed=half.sense * free,
         residual=(np.maximum(bounds[0], 0.0), np.maximum(bounds[1], 0.0)),
         modulation=(np.zeros(count), even),
     )
-    return Screening(evidence, quiet, ~known & (rises >= _FEWEST_CYCLES), nearing, rises, early, still)
+    return Screening(evidence, quiet, ~has_settled & (rises >= _FEWEST_CYCLES), nearing, rises, early, still)
 
 
 def _rises(speed: np.ndarray) -> np.ndarray:
@@ -125,6 +125,6 @@ def _rises(speed: np.ndarray) -> np.ndarray:
     low, high = speed.min(axis=0), speed.max(axis=0)
     s, reach = speed - (low + high) / 2, 0.25 * (high - low)
     side = np.where(s > reach, 1, np.where(s < -reach, -1, 0))
-    where = np.where(side != 0, np.arange(len(side))[:, None], 0)
-    held = np.take_along_axis(side, np.maximum.accumulate(where, axis=0), axis=0)  # the side on which it was last
-    return np.asarray(((held[1:] > 0) & (held[:-1] < 0)).sum(axis=0))
+    last_index = np.where(side != 0, np.arange(len(side))[:, None], 0)
+    last_side = np.take_along_axis(side, np.maximum.accumulate(last_index, axis=0), axis=0)  # the side on which it was last
+    return np.asarray(((last_side[1:] > 0) & (last_side[:-1] < 0)).sum(axis=0))

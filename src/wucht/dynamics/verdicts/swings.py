@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.analysis.vibration import Vibration
-from wucht.analysis.working_points import only_braked
+from wucht.analysis.working_points import is_only_braked
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import AT_REST, FEWEST_TURNS, Evidence
 from wucht.machines.machine import Machine
-from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, trend, windows_of
+from wucht.numerics.observers.projection import AHEAD, SHARE, Course, project, trend, windows_of
 from wucht.numerics.observers.records import Blocks
 
-COASTS = "the rotor coasts ever more slowly, and does not stop"
-_SEEN_TO_FALL = 0.998  # of the speed, from the first to the last window: the law of its fall is visible below
+REASON_COASTING = "the rotor coasts ever more slowly, and does not stop"
+_VISIBLE_FALL = 0.998  # of the speed, from the first to the last window: the law of its fall is visible below
 _WITHOUT_END = 1.3  # the power of the speed in proportion to which it falls: from this one on it never stops
 
 
@@ -28,7 +28,7 @@ def windows_to_rest(whole: Blocks, means: np.ndarray) -> float:
     if (np.diff(means) >= 0).any() or means[-1] <= 0:
         return math.inf
     changes, power = -np.diff(means), 1.0
-    if means[-1] < _SEEN_TO_FALL * means[0]:
+    if means[-1] < _VISIBLE_FALL * means[0]:
         between = (means[1:] + means[:-1]) / 2
         # Over the angle, in which the windows are equal, the power is less by one.
         power = max(0.0, 1 + math.log(changes[0] / changes[-1]) / math.log(between[0] / between[-1]))
@@ -56,55 +56,59 @@ class Swing:
     """
 
     bounds: tuple[float, float]
-    longer: float
+    run_factor: float
 
 
-def swing_of(machine: Machine, seen: Observation) -> Swing | None:
+def swing_of(machine: Machine, observation: Observation) -> Swing | None:
     """Return the swing of the main rotor; None if it still turns, but too little to average over turns."""
-    whole, half = seen.main.last(1.0), seen.main.last(0.5)
+    whole, half = observation.main.last(1.0), observation.main.last(0.5)
     speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
-    each = windows_of(speeds)
-    if not each.size or half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
+    windows = windows_of(speeds)
+    if not windows.size or half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
         return None
     # A rotor that does not swing, but creeps, will stop or begin to turn.
     to_and_fro = bool(half.greatest_speed.max() > 0 > half.least_speed.min())
-    sizes = each.max(axis=1) / speeds.max()
-    turning = any(r.turns >= 1 for name, r in seen.rotors.items() if name != machine.rotor.name)
-    place = projected(windows_of(whole.angle).mean(axis=1), AHEAD, _IN_PLACE)
+    sizes = windows.max(axis=1) / speeds.max()
+    turning = any(r.turns >= 1 for name, r in observation.rotors.items() if name != machine.rotor.name)
+    place = project(windows_of(whole.angle).mean(axis=1), AHEAD, _IN_PLACE)
     in_place = place.width < _ELSEWHERE and not turning
-    braked = to_and_fro and in_place and only_braked(machine, float(each.max()))
-    bounds = (0.0, 0.0) if braked and _dies_out(sizes) else _bounds(sizes, to_and_fro)
-    return Swing(bounds, _longer(sizes, _SMALL * _FALLS if braked else AT_REST))
+    is_braked = to_and_fro and in_place and is_only_braked(machine, float(windows.max()))
+    bounds = (0.0, 0.0) if is_braked and _dies_out(sizes) else _bounds(sizes, to_and_fro)
+    return Swing(bounds, _run_factor(sizes, _SMALL * _FALLS if is_braked else AT_REST))
 
 
-def longer_until_no_turning(seen: Observation) -> float:
+def run_factor_until_swinging(observation: Observation) -> float:
     """Return the run, as a multiple of the run so far, until a main rotor that turns over now and then only swings, as its
     largest speeds fall; 0: they do not."""
-    whole = seen.main.last(1.0)
+    whole = observation.main.last(1.0)
     speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
-    each = windows_of(speeds)
-    return _longer(each.max(axis=1) / speeds.max(), _SMALL * _FALLS) if each.size and trend(each.max(axis=1)) < 0 else 0.0
+    windows = windows_of(speeds)
+    return (
+        _run_factor(windows.max(axis=1) / speeds.max(), _SMALL * _FALLS)
+        if windows.size and trend(windows.max(axis=1)) < 0
+        else 0.0
+    )
 
 
-def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None) -> Evidence[float] | None:
+def mean_turning_evidence(machine: Machine, observation: Observation, free: float | None) -> Evidence[float] | None:
     """Return the evidence of a main rotor that turns, but back again in each turn: by its mean speeds over tenths of the run.
 
     None if it does not turn so, all windows alike. free: its drive's speed without vibration.
     """
-    whole, rotor = seen.main.last(1.0), machine.rotor
+    whole, rotor = observation.main.last(1.0), machine.rotor
     if len(whole.time) < 2 / SHARE:
         return None
     angle, time = (windows_of(x)[:, [0, -1]] for x in (whole.angle, whole.time))
     speeds = np.diff(angle, axis=1)[:, 0] / np.diff(time, axis=1)[:, 0]
     sense = math.copysign(1.0, speeds[-1])
-    mean = projected(sense * speeds, AHEAD)
-    turned = sense * (angle[-1, 1] - angle[0, 0]) / (2 * math.pi)
-    if turned < FEWEST_TURNS or mean.course is not Course.STATIONARY or mean.width > _UNEVEN * mean.last:
+    mean = project(sense * speeds, AHEAD)
+    turn_count = sense * (angle[-1, 1] - angle[0, 0]) / (2 * math.pi)
+    if turn_count < FEWEST_TURNS or mean.course is not Course.STATIONARY or mean.width > _UNEVEN * mean.last:
         return None
-    expected = None if free is None else sense * free
+    target_speed = None if free is None else sense * free
     index = [machine.bodies.index(b) for b in machine.group(rotor)]
-    resonance = Vibration.of(machine).only(index).last_maximum(expected, np.zeros(len(index)))
-    return Evidence(True, mean.bounds, mean.bounds, free_speed=expected, resonance=resonance)
+    resonance = Vibration.of(machine).select_bodies(index).last_maximum(target_speed, np.zeros(len(index)))
+    return Evidence(True, mean.bounds, mean.bounds, free_speed=target_speed, resonance=resonance)
 
 
 def _dies_out(sizes: np.ndarray) -> bool:
@@ -112,7 +116,7 @@ def _dies_out(sizes: np.ndarray) -> bool:
     return bool(trend(sizes) < 0 and sizes[-1] <= min(_SMALL, _FALLS * sizes[0], _NO_LARGER * sizes.min()))
 
 
-def _longer(sizes: np.ndarray, rest: float) -> float:
+def _run_factor(sizes: np.ndarray, rest: float) -> float:
     """Return the run, as a multiple of the run so far, until a swing is as small as ``rest``, from its sizes (w,) in tenths."""
     if not 0 < sizes[-1] < sizes[0]:
         return 0.0
@@ -125,9 +129,9 @@ def _bounds(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
     if not sizes[-1] > 0:
         return 0.0, 0.0
     logs = np.log(np.maximum(sizes, 1e-300))
-    p = projected(logs, AHEAD, _EQUAL)
+    p = project(logs, AHEAD, _EQUAL)
     # Even one that seems constant may decay unnoticed; one that rises and falls beats, however its changes contract.
-    directed = p.course is Course.APPROACHING and bool((np.diff(logs) >= 0).all() or (np.diff(logs) <= 0).all())
-    hidden = 0.0 if directed else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
+    is_monotonic = p.course is Course.APPROACHING and bool((np.diff(logs) >= 0).all() or (np.diff(logs) <= 0).all())
+    hidden = 0.0 if is_monotonic else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
     lasts = to_and_fro and p.course is not Course.DRIFTING and p.width <= _NEARLY
     return math.exp(p.low - hidden) if lasts else 0.0, math.exp(min(p.high, 0.0))

@@ -9,8 +9,8 @@ import numpy as np
 
 from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
 from wucht.analysis.working_points import torque_surplus
-from wucht.dynamics.verdicts.evidence import IN_NOISE, UNREST, Standing, standing
-from wucht.dynamics.verdicts.locking import Locked, is_locking, locked, rotor_outcomes
+from wucht.dynamics.verdicts.evidence import REASON_IN_NOISE, UNREST, RotorAssessment, assess_rotor
+from wucht.dynamics.verdicts.locking import LockingAssessment, assess_locking, is_locking, rotor_outcomes
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import (
     AMPLITUDE_TOLERANCE,
@@ -22,7 +22,7 @@ from wucht.dynamics.verdicts.outcomes import (
     Outcome,
     classify,
 )
-from wucht.dynamics.verdicts.swings import COASTS, longer_until_no_turning, swing_of, turning_on_the_whole
+from wucht.dynamics.verdicts.swings import REASON_COASTING, mean_turning_evidence, run_factor_until_swinging, swing_of
 from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
@@ -33,29 +33,29 @@ from wucht.numerics.observers.records import Blocks
 _SHORT = 0.98  # of the free speed: a rotor held below has not reached it
 
 
-def as_it_rises(machine: Machine, stands: Standing) -> Evidence[float]:
+def rising_evidence(machine: Machine, assessment: RotorAssessment) -> Evidence[float]:
     """Return the evidence of a rotor whose speed still rises, beyond all resonances, with bodies that do not lag.
 
     It is settled as soon as it is known that the vibration holds it below its free speed; or that nothing limits it.
     """
-    e, (mean, *_) = stands.evidence, stands.projections
+    e, (mean, *_) = assessment.evidence, assessment.projections
     rises = mean.course is not Course.STATIONARY and mean.high > mean.last
     limit = runaway_limit(machine) if e.free_speed is None else _SHORT * e.free_speed
-    moving = stands.growing or stands.unrest > UNREST
-    if e.settled or moving or not (rises and e.beyond) or not e.asynchronous.no or limit is None:
+    moving = assessment.growing or assessment.unrest > UNREST
+    if e.has_settled or moving or not (rises and e.is_beyond_resonance) or not e.asynchronous.no or limit is None:
         return e
-    speeds = np.linspace(stands.speed, limit, 800)
-    held = not (torque_surplus(machine, stands.vibration, stands.final_phases, speeds) > 0).all()
-    return replace(e, settled=held, unheld=not held and e.free_speed is None)
+    speeds = np.linspace(assessment.speed, limit, 800)
+    is_held = not (torque_surplus(machine, assessment.vibration, assessment.final_phases, speeds) > 0).all()
+    return replace(e, has_settled=is_held, unheld=not is_held and e.free_speed is None)
 
 
-def faster_branch(machine: Machine, stands: Standing) -> bool:
+def has_faster_branch(machine: Machine, assessment: RotorAssessment) -> bool:
     """True if the drive's torque exceeds the vibration torque again between the speed reached and the free speed."""
-    e = stands.evidence
-    if e.free_speed is None or e.resonance is None or machine.rotor.coordinate.prescribed is not None:
+    e = assessment.evidence
+    if e.free_speed is None or e.resonance is None or machine.rotor.coordinate.prescribed_velocity is not None:
         return False
-    speeds = np.linspace(stands.speed, e.free_speed, 402)[1:-1]
-    surplus = torque_surplus(machine, stands.vibration, stands.final_phases, speeds)
+    speeds = np.linspace(assessment.speed, e.free_speed, 402)[1:-1]
+    surplus = torque_surplus(machine, assessment.vibration, assessment.final_phases, speeds)
     # Between two branches the vibration takes more than the drive gives: without such a gap there is only one.
     small = 1e-3 * float(np.abs(surplus).max())
     short = np.flatnonzero(surplus < -small)
@@ -86,14 +86,14 @@ class Verdict:
     outcome: Outcome
     evidence: Evidence[float]
     window: tuple[float, float]
-    standing: Standing | None = None
+    assessment: RotorAssessment | None = None
     speed: float = 0.0
     settling_time: float | None = None
     amplitude_settling_time: float | None = None
     advice: str | None = None
-    needed: float | None = None
+    needed_time: float | None = None
     faster_branch: bool = False
-    locked: Locked | None = None
+    locking: LockingAssessment | None = None
     rotors: dict[str, Outcome] = field(default_factory=dict)
 
     @property
@@ -105,17 +105,19 @@ class Verdict:
         if self.outcome is Outcome.BALANCER_CAPTURED and (free is None or self.speed < (1 - SPEED_TOLERANCE) * abs(free)):
             below = "" if free is None else f" to {100 * self.speed / abs(free):.0f} % of its speed without vibration"
             return f"the rotor gets through its resonance, but bodies lag behind it, captured there, and brake it{below}"
-        if self.outcome is Outcome.UNIDENTIFIED and self.needed is None:
+        if self.outcome is Outcome.UNIDENTIFIED and self.needed_time is None:
             return "the motion does not settle into an identifiable state"
-        held = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
+        captured_rotors = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
         share = f", at {100 * self.speed / abs(free):.0f} % of the speed without vibration" if free else ""
         together = share if self.outcome is Outcome.SYNCHRONISED else ""
-        return self.outcome.sentence + (f"; captured at the resonance: {', '.join(held)}{together}" if held else "")
+        return self.outcome.sentence + (
+            f"; captured at the resonance: {', '.join(captured_rotors)}{together}" if captured_rotors else ""
+        )
 
     @property
     def modulation(self) -> Modulation | None:
         """The modulation of the main rotor's speed."""
-        return None if self.standing is None else self.standing.modulation
+        return None if self.assessment is None else self.assessment.modulation
 
     @property
     def amplitudes(self) -> tuple[float, float, float] | None:
@@ -123,197 +125,205 @@ class Verdict:
 
         None if it does not turn; or with a modulation, whose valleys turns do not resolve.
         """
-        if self.locked is not None:
-            return self.locked.amplitudes
-        return None if self.standing is None or self.evidence.modulated else self.standing.window.amplitudes
+        if self.locking is not None:
+            return self.locking.amplitudes
+        return None if self.assessment is None or self.evidence.is_modulated else self.assessment.window.amplitudes
 
     @property
     def phases(self) -> dict[str, float]:
         """The phases of the bodies about the main rotor."""
-        return {} if self.standing is None else self.standing.phases
+        return {} if self.assessment is None else self.assessment.phases
 
     @property
     def residual(self) -> float | None:
         """The largest share of the unbalance that is left in the window."""
-        return None if self.standing is None else self.standing.residual
+        return None if self.assessment is None else self.assessment.residual
 
     def settled_within(self, tolerance: float) -> bool:
         """True if the outcome is known and the numbers will change by less than the tolerance."""
         if self.outcome is Outcome.UNIDENTIFIED:
             return False
-        if self.locked is not None:
-            return self.locked.evidence.periods >= _LOCKED_PERIODS
-        if self.standing is None or self.evidence.modulated:
+        if self.locking is not None:
+            return self.locking.evidence.periods >= _LOCKED_PERIODS
+        if self.assessment is None or self.evidence.is_modulated:
             return True
         if self.evidence.asynchronous:
             return all(high - low <= _EVEN_LAG * max(abs(low), abs(high)) for low, high in self.evidence.lags)
         sizes = (self.evidence.free_speed or self.speed, 1.0)
-        return all(p.width <= tolerance * abs(size) for p, size in zip(self.standing.projections, sizes, strict=False))
+        return all(p.width <= tolerance * abs(size) for p, size in zip(self.assessment.projections, sizes, strict=False))
 
 
-def judge(machine: Machine, seen: Observation, free: float | None, failure: str | None = None, beyond: bool = False) -> Verdict:
+def judge(
+    machine: Machine, observation: Observation, free: float | None, failure: str | None = None, is_beyond_limit: bool = False
+) -> Verdict:
     """Decide the outcome of a run.
 
     free: the drive's speed without vibration, at the end of the run. failure: why the run failed, if it did.
     is_beyond_limit: it ended because it reached the speed limit.
     """
-    machine = machine.at(seen.end_time)
-    record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
-    turned = len(angle.time) > 0 and bool(angle.greatest_angle.max() - angle.least_angle.min() >= 2 * math.pi)
-    turning = turned and record.turns >= FEWEST_TURNS
-    verdict = _turning(machine, seen, free) if turning else _without_turning(machine, seen, free)
+    machine = machine.at(observation.end_time)
+    record, angle = observation.rotors[machine.rotor.name], observation.main.last(0.25)
+    has_turned = len(angle.time) > 0 and bool(angle.greatest_angle.max() - angle.least_angle.min() >= 2 * math.pi)
+    turning = has_turned and record.turns >= FEWEST_TURNS
+    verdict = _turning_verdict(machine, observation, free) if turning else _swinging_verdict(machine, observation, free)
     if failure:
-        return replace(verdict, outcome=Outcome.FAILED, advice=None, needed=None)
-    if beyond:
+        return replace(verdict, outcome=Outcome.FAILED, advice=None, needed_time=None)
+    if is_beyond_limit:
         evidence = replace(verdict.evidence, beyond_limit=True)
-        return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed=None)
-    if seen.end_time < (changes := last_change(machine)):
+        return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed_time=None)
+    if observation.end_time < (changes := last_change(machine)):
         verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
-        return _undecided(machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes)
-    verdict = _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
-    return _after_transients(machine, verdict, seen.end_time)
+        return _undecided_verdict(
+            machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes
+        )
+    verdict = _locking_verdict(machine, observation, verdict) if is_locking(machine) and has_turned else verdict
+    return _verdict_after_transients(machine, verdict, observation.end_time)
 
 
-def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict:
+def _verdict_after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict:
     """Return the verdict; ``unidentified`` for a motion that is not at rest as long as it may be a transient."""
-    if verdict.outcome in _RESTLESS and end < (needed := _OLD * vibration_decay(machine)):
-        why = "free vibrations have hardly decayed"
-    elif verdict.outcome is Outcome.PASSED and verdict.standing is not None and verdict.standing.unrest > UNREST:
-        needed = _DECAYS * slowest_decay(machine, verdict.standing.sense * verdict.speed)
-        why = "bodies still move about the rotor"
-        if end >= needed:
+    if verdict.outcome in _RESTLESS and end < (needed_time := _OLD * vibration_decay(machine)):
+        reason = "free vibrations have hardly decayed"
+    elif verdict.outcome is Outcome.PASSED and verdict.assessment is not None and verdict.assessment.unrest > UNREST:
+        needed_time = _DECAYS * slowest_decay(machine, verdict.assessment.sense * verdict.speed)
+        reason = "bodies still move about the rotor"
+        if end >= needed_time:
             return verdict
     else:
         return verdict
     verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
-    return _undecided(machine, verdict, why, needed)
+    return _undecided_verdict(machine, verdict, reason, needed_time)
 
 
-def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
+def _locking_verdict(machine: Machine, observation: Observation, verdict: Verdict) -> Verdict:
     """Return the verdict on rotors that may be entrained: by their mean speeds over whole periods."""
-    means = locked(machine, seen)
-    if means is None:
+    locking = assess_locking(machine, observation)
+    if locking is None:
         return verdict
-    end, periods = seen.end_time, means.evidence.periods
-    before = verdict.needed or _LONGER * end
-    drifting = verdict.standing is not None and verdict.standing.drifting and not means.evidence.locked
+    end, periods = observation.end_time, locking.evidence.periods
+    before = verdict.needed_time or _LONGER * end
+    drifting = verdict.assessment is not None and verdict.assessment.drifting and not locking.evidence.is_locked
     verdict = replace(
         verdict,
-        outcome=Outcome.UNIDENTIFIED if drifting else means.evidence.outcome(by_vibration=seen.vibration is not None),
+        outcome=Outcome.UNIDENTIFIED if drifting else locking.evidence.outcome(by_vibration=observation.vibration is not None),
         evidence=replace(verdict.evidence, turning=True),
-        window=means.window,
-        speed=abs(means.speeds[machine.rotor.name]),
+        window=locking.window,
+        speed=abs(locking.speeds[machine.rotor.name]),
         advice=None,
-        needed=None,
-        locked=means,
+        needed_time=None,
+        locking=locking,
     )
     if verdict.outcome is not Outcome.UNIDENTIFIED:
-        rotors, common = rotor_outcomes(machine, seen, means)
+        rotors, common = rotor_outcomes(machine, observation, locking)
         return replace(verdict, rotors=rotors, evidence=common or verdict.evidence)
-    why, needed = "the phases still move", before
+    reason, needed_time = "the phases still move", before
     if periods < FEWEST_PERIODS:
-        why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
-        needed = _LONGER * end
-    return _undecided(machine, verdict, why, needed)
+        reason = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
+        needed_time = _LONGER * end
+    return _undecided_verdict(machine, verdict, reason, needed_time)
 
 
-def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:
+def _undecided_verdict(machine: Machine, verdict: Verdict, reason: str, until: float) -> Verdict:
     digit = 10.0 ** (math.floor(math.log10(until)) - 2)
     until = math.ceil(until / digit * (1 - _FLOAT)) * digit  # rounded up: a run of the printed length is enough
-    advice = f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
-    needed = float(f"{until:.3g}")
-    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=needed)
+    advice = f"{reason}: run at least until {until:.3g} {machine.units.time}".rstrip()
+    needed_time = float(f"{until:.3g}")
+    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed_time=needed_time)
 
 
-def _without_end(verdict: Verdict, why: str) -> Verdict:
-    advice = f"{why}: a longer run would not change the verdict"
-    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=None)
+def _undecidable_verdict(verdict: Verdict, reason: str) -> Verdict:
+    advice = f"{reason}: a longer run would not change the verdict"
+    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed_time=None)
 
 
-def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
-    record = seen.rotors[machine.rotor.name]
-    stands = standing(machine, machine.rotor, record, free, seen.end_time, seen.noise)
-    evidence, window = as_it_rises(machine, stands), stands.window
-    verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
+def _turning_verdict(machine: Machine, observation: Observation, free: float | None) -> Verdict:
+    record = observation.rotors[machine.rotor.name]
+    assessment = assess_rotor(machine, machine.rotor, record, free, observation.end_time, observation.noise)
+    evidence, window = rising_evidence(machine, assessment), assessment.window
+    verdict = Verdict(
+        classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), assessment, assessment.speed
+    )
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        if stands.endless in (COASTS, IN_NOISE) or (stands.endless and _long(machine, seen.end_time, record.turns, stands)):
-            return _without_end(verdict, stands.endless)
-        return _undecided(machine, verdict, *_advice(machine, seen.end_time, stands))
-    passed = verdict.outcome is Outcome.PASSED
+        if assessment.undecidable_reason in (REASON_COASTING, REASON_IN_NOISE) or (
+            assessment.undecidable_reason and _is_long_run(machine, observation.end_time, record.turns, assessment)
+        ):
+            return _undecidable_verdict(verdict, assessment.undecidable_reason)
+        return _undecided_verdict(machine, verdict, *_advice(machine, observation.end_time, assessment))
+    has_passed = verdict.outcome is Outcome.PASSED
     return replace(
         verdict,
-        settling_time=_settling_time(record.whole, stands),
-        amplitude_settling_time=_amplitude_settling_time(record.whole, stands),
-        faster_branch=passed and faster_branch(machine, stands),
+        settling_time=_settling_time(record.whole, assessment),
+        amplitude_settling_time=_amplitude_settling_time(record.whole, assessment),
+        faster_branch=has_passed and has_faster_branch(machine, assessment),
     )
 
 
-def _settling_time(whole: Blocks, stands: Standing) -> float:
+def _settling_time(whole: Blocks, assessment: RotorAssessment) -> float:
     """The time from which the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of their final values.
 
     With a modulation: from which both stay within its range, widened by the same amounts.
     """
-    period, reference = 0.0, stands.evidence.free_speed or stands.speed
-    margin, low, high, cycle = SPEED_TOLERANCE * reference, stands.speed, stands.speed, stands.modulation
+    period, reference = 0.0, assessment.evidence.free_speed or assessment.speed
+    margin, low, high, cycle = SPEED_TOLERANCE * reference, assessment.speed, assessment.speed, assessment.modulation
     if cycle is not None:
         # The approach may cross the range: settled is a motion that has repeated, one period after the range is last left.
         low, high, period = cycle.low, cycle.high, cycle.period
-    off = (whole.highest > high + margin) | (whole.lowest < low - margin)
-    if cycle is None and not stands.evidence.asynchronous:
-        final = (stands.window.greatest_sum.mean() + stands.window.least_sum.mean()) / 2
-        off |= (whole.greatest_sum > final + UNBALANCE_TOLERANCE) | (whole.least_sum < final - UNBALANCE_TOLERANCE)
-    return _never_again(whole, off, period)
+    is_outside = (whole.highest > high + margin) | (whole.lowest < low - margin)
+    if cycle is None and not assessment.evidence.asynchronous:
+        final = (assessment.window.greatest_sum.mean() + assessment.window.least_sum.mean()) / 2
+        is_outside |= (whole.greatest_sum > final + UNBALANCE_TOLERANCE) | (whole.least_sum < final - UNBALANCE_TOLERANCE)
+    return _last_exit_time(whole, is_outside, period)
 
 
-def _amplitude_settling_time(whole: Blocks, stands: Standing) -> float | None:
+def _amplitude_settling_time(whole: Blocks, assessment: RotorAssessment) -> float | None:
     """The time from which the largest distances over turns stay within those of the last window, widened by 1 % of the largest.
 
     Free vibrations decay independently, often long after the speed has settled. None where bodies lag: it beats for good.
     """
-    if not stands.evidence.asynchronous.no:
+    if not assessment.evidence.asynchronous.no:
         return None
-    _, low, high = stands.window.amplitudes
+    _, low, high = assessment.window.amplitudes
     margin = AMPLITUDE_TOLERANCE * float(whole.greatest_amplitude.max())
-    off = (whole.greatest_amplitude > high + margin) | (whole.least_amplitude < low - margin)
-    return _never_again(whole, off, 0.0 if stands.modulation is None else stands.modulation.period)
+    is_outside = (whole.greatest_amplitude > high + margin) | (whole.least_amplitude < low - margin)
+    return _last_exit_time(whole, is_outside, 0.0 if assessment.modulation is None else assessment.modulation.period)
 
 
-def _never_again(whole: Blocks, off: np.ndarray, period: float) -> float:
+def _last_exit_time(whole: Blocks, is_outside: np.ndarray, period: float) -> float:
     """The time of the first block after which none ``is_outside`` (K,), and a period more."""
-    first = int(np.flatnonzero(off).max(initial=-1)) + 1
+    first = int(np.flatnonzero(is_outside).max(initial=-1)) + 1
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 
 
-def _long(machine: Machine, end: float, turns: float, stands: Standing | None = None) -> bool:
+def _is_long_run(machine: Machine, end: float, turns: float, assessment: RotorAssessment | None = None) -> bool:
     """True if all transients have decayed long ago, and the motion has repeated many times."""
-    speed = (free_speed(machine, machine.rotor) or 0.0) if stands is None else stands.sense * stands.speed
+    speed = (free_speed(machine, machine.rotor) or 0.0) if assessment is None else assessment.sense * assessment.speed
     return turns >= _VERY_MANY_TURNS and end >= _DECAYS * slowest_decay(machine, speed)
 
 
-def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]:
+def _advice(machine: Machine, end: float, assessment: RotorAssessment) -> tuple[str, float]:
     """Return the reason why there is no verdict yet, and the time of one."""
-    known = math.isfinite(stands.needed)
-    why = "the motion still approaches its final state" if known else "the motion is still transient"
-    until = max(_LONGER, 1 + stands.needed if known else 0.0) * end
-    speed = stands.sense * stands.speed
+    is_known = math.isfinite(assessment.extra_run_factor)
+    reason = "the motion still approaches its final state" if is_known else "the motion is still transient"
+    until = max(_LONGER, 1 + assessment.extra_run_factor if is_known else 0.0) * end
+    speed = assessment.sense * assessment.speed
     # Before a resonance it is the vibration that decides how long a run-up takes.
-    run_up = run_up_time(machine, speed) if stands.evidence.beyond and runaway_limit(machine) is None else 0.0
-    return why, max(until, _RUN_UPS * run_up)
+    run_up = run_up_time(machine, speed) if assessment.evidence.is_beyond_resonance and runaway_limit(machine) is None else 0.0
+    return reason, max(until, _RUN_UPS * run_up)
 
 
-def _without_turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
-    end, swing, quarter = seen.end_time, swing_of(machine, seen), seen.main.last(0.25)
+def _swinging_verdict(machine: Machine, observation: Observation, free: float | None) -> Verdict:
+    end, swing, quarter = observation.end_time, swing_of(machine, observation), observation.main.last(0.25)
     if swing is not None:
         evidence = Evidence(turning=False, swing=swing.bounds)
     else:
-        evidence = turning_on_the_whole(machine, seen, free) or Evidence(turning=False)
+        evidence = mean_turning_evidence(machine, observation, free) or Evidence(turning=False)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         return replace(verdict, settling_time=end)
-    if longer := longer_until_no_turning(seen) if swing is None else swing.longer:
-        needed = max(_LONGER, longer) * end
-    elif _long(machine, end, end / seen.main.span):
-        return _without_end(verdict, "the rotor swings and turns over irregularly, and this does not visibly decay")
+    if run_factor := run_factor_until_swinging(observation) if swing is None else swing.run_factor:
+        needed_time = max(_LONGER, run_factor) * end
+    elif _is_long_run(machine, end, end / observation.main.span):
+        return _undecidable_verdict(verdict, "the rotor swings and turns over irregularly, and this does not visibly decay")
     else:
-        needed = max(_LONGER * end, 1e-9)
-    return _undecided(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed)
+        needed_time = max(_LONGER * end, 1e-9)
+    return _undecided_verdict(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed_time)

@@ -21,35 +21,35 @@ from wucht.schema import models_in
 GROUP = "wucht.parts"
 
 
-def known(family: Any) -> dict[str, type[Any]]:
+def part_kinds(family: Any) -> dict[str, type[Any]]:
     """Return all kinds of a family by name, also of the user's packages. Raises ``InputError`` where two have one name."""
     return kinds_of(family, GROUP)
 
 
 def carriers() -> dict[str, type[Support]]:
     """Return the carriers by the values of ``directions`` that select them in a file: those of the field's Literal."""
-    every = known(Support).values()
+    every = part_kinds(Support).values()
     return {name: cls for cls in every for name in get_args(cls.model_fields["directions"].annotation)}
 
 
 def bodies() -> dict[str, type[Body]]:
     """Return the kinds of bodies by name."""
-    return known(Body)
+    return part_kinds(Body)
 
 
 def drives() -> dict[str, type[Drive]]:
     """Return the kinds of drives by name."""
-    return known(Drive)
+    return part_kinds(Drive)
 
 
 def loads() -> dict[str, type[Load]]:
     """Return the kinds of loads by name."""
-    return known(Load)
+    return part_kinds(Load)
 
 
 def attachments() -> dict[str, type[Attachment]]:
     """Return the kinds of attachments by name."""
-    return known(Attachment)
+    return part_kinds(Attachment)
 
 
 def _classes() -> dict[str, type[Any]]:

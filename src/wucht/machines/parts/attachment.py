@@ -31,12 +31,12 @@ class Attachment(Part):
         return at.vx, at.vy
 
 
-class AlongLine(Attachment):
+class LineAttachment(Attachment):
     """An attachment that acts along a line: on the small displacement of its place on the carrier in direction ``angle``."""
 
     angle: float = si("rad", "direction of its line, counter-clockwise from +x", "gamma")
 
-    def along(self, frame: Frame) -> tuple[sp.Expr, sp.Expr]:
+    def line_motion(self, frame: Frame) -> tuple[sp.Expr, sp.Expr]:
         """Return displacement and velocity of its place on the carrier along the line."""
         at, gamma = frame.axis(self.name), self.symbol("angle")
         return at.x * sp.cos(gamma) + at.y * sp.sin(gamma), at.vx * sp.cos(gamma) + at.vy * sp.sin(gamma)
@@ -47,4 +47,4 @@ class AlongLine(Attachment):
 
     def motion(self, frame: Frame) -> tuple[sp.Expr, ...]:
         """Return the velocity along the line."""
-        return (self.along(frame)[1],)
+        return (self.line_motion(frame)[1],)

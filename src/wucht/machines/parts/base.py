@@ -13,14 +13,14 @@ from pydantic import Field, model_validator
 from wucht.machines.parts.frame import Frame, Point
 from wucht.machines.parts.release import Release
 from wucht.machines.parts.transmission import Transmission
-from wucht.mechanics.energies import Applied, Energies, OwnState
+from wucht.mechanics.energies import AppliedForce, Energies, StateDescription
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import Described, Parameter, si
+from wucht.schema import Parameter, TableModel, si
 
-__all__ = ["Body", "Described", "Drive", "Frame", "Load", "OnShaft", "Parameter", "Part", "Point", "Release", "si"]
+__all__ = ["Body", "Drive", "Frame", "Load", "Parameter", "Part", "Point", "Release", "ShaftPart", "TableModel", "si"]
 
 
-class Part(Described, ABC):
+class Part(TableModel, ABC):
     """A part states its kinetic and potential energy, its dissipation and the power applied to it.
 
     Its fields made by ``si`` are given as a number in SI or a string with a unit. Every one of them that is given
@@ -28,7 +28,7 @@ class Part(Described, ABC):
     ``InputError`` for what no real part can have.
     """
 
-    own_states: ClassVar[tuple[OwnState, ...]] = ()
+    internal_states: ClassVar[tuple[StateDescription, ...]] = ()
 
     @property
     @abstractmethod
@@ -51,7 +51,7 @@ class Part(Described, ABC):
         """Return amplitude and angular frequency of a harmonic motion that the part prescribes."""
         return None
 
-    def standing(self) -> Mapping[str, str]:
+    def supported_directions(self) -> Mapping[str, str]:
         """Return the carrier's coordinates, by label, on which another one rests: ``{"foundation": "y"}``."""
         return {}
 
@@ -104,7 +104,7 @@ class Body(Part):
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """Return the absolute angle, counter-clockwise from +x to the centre of mass."""
-        return (Coordinate.named(f"{self.name}.angle", f"{self.name}.speed", angle=True),)
+        return (Coordinate.from_names(f"{self.name}.angle", f"{self.name}.speed", angle=True),)
 
     def moment(self) -> sp.Expr:
         """Return the unbalance: mass times the distance of the centre of mass from the axis."""
@@ -126,7 +126,7 @@ class Body(Part):
         """Return the couple unbalance, m e a of 001 (10), None where it has none."""
         return None
 
-    def about_axis(self) -> sp.Expr | None:
+    def axis_inertia(self) -> sp.Expr | None:
         """Return the moment of inertia about its axis, None where it is not defined."""
         return None
 
@@ -134,7 +134,7 @@ class Body(Part):
         """Return the position of its axis on the carrier, None for the centre."""
         return None
 
-    def on_axis(self) -> bool:
+    def is_on_axis(self) -> bool:
         """True if it turns about the very axis of ``about``."""
         return True
 
@@ -143,7 +143,7 @@ class Body(Part):
         return sp.S.Zero
 
 
-class OnShaft(Part):
+class ShaftPart(Part):
     """A part that acts on the shaft of one body: a torque that depends on its speed."""
 
     on: str = Field("", title="name of the body", description="name of the body, by default the machine's only rotor")
@@ -159,16 +159,16 @@ class OnShaft(Part):
         """Return the torque at a speed: of a drive in the direction of positive speeds, of a load against it; default zero."""
         return sp.S.Zero
 
-    def on_body(self, speed: sp.Expr) -> sp.Expr:
+    def body_torque(self, speed: sp.Expr) -> sp.Expr:
         """Return the torque on the body at its speed: that of ``torque``, but for a drive with a transmission."""
         return self.torque(speed)
 
     def torque_at(self, speed: float) -> float:
         """Return the torque on the body in N m at a speed in rad/s, as a number."""
         w = sp.Symbol("speed", real=True)
-        return self.number(self.on_body(w).subs(w, speed))
+        return self.number(self.body_torque(w).subs(w, speed))
 
-    def made_of(self) -> tuple[str, ...]:
+    def derivation_notes(self) -> tuple[str, ...]:
         """Return notes on the origin of its parameters, where they are derived from other data."""
         return ()
 
@@ -177,7 +177,7 @@ class OnShaft(Part):
         return ()
 
 
-class Drive(OnShaft):
+class Drive(ShaftPart):
     """A drive of one body. Its stator rests on the foundation, or on the carrier, which then bears its reaction."""
 
     group: ClassVar[str] = "drive"
@@ -187,12 +187,12 @@ class Drive(OnShaft):
     )
 
     @model_validator(mode="after")
-    def _loses_what_it_gives(self) -> Self:
-        if self.transmission is not None and self.transmission.efficiency is not None and self.prescribed() is not None:
+    def _check_transmission(self) -> Self:
+        if self.transmission is not None and self.transmission.efficiency is not None and self.prescribed_speed() is not None:
             raise ValueError("transmission", "must be one without efficiency: this drive enforces a speed, at any torque")
         return self
 
-    def prescribed(self) -> sp.Expr | None:
+    def prescribed_speed(self) -> sp.Expr | None:
         """Return the speed it enforces on the motor's side of a transmission, or None if it applies a torque."""
         return None
 
@@ -221,12 +221,12 @@ class Drive(OnShaft):
         """The speed of the motor over that of the body."""
         return sp.S.One if self.transmission is None else self.transmission.symbol(self.path, "ratio")
 
-    def prescribed_on_body(self) -> sp.Expr | None:
+    def prescribed_body_speed(self) -> sp.Expr | None:
         """Return the speed of the body that it enforces."""
-        speed = self.prescribed()
+        speed = self.prescribed_speed()
         return speed if speed is None or self.transmission is None else speed / self.ratio
 
-    def reduced(self, speed: sp.Expr, law: Callable[[sp.Expr], sp.Expr] | None = None) -> tuple[sp.Expr, sp.Expr]:
+    def reduced_torque(self, speed: sp.Expr, law: Callable[[sp.Expr], sp.Expr] | None = None) -> tuple[sp.Expr, sp.Expr]:
         """Return the motor's torque on the body at a speed of the body, and the loss of the transmission, against the speed.
 
         law: the motor's torque over its speed, by default that of steady operation.
@@ -235,12 +235,12 @@ class Drive(OnShaft):
         if self.transmission is None:
             return law(speed), sp.S.Zero
         torque = self.ratio * law(self.ratio * speed)
-        return torque, self.transmission.lost(self.path, torque, speed)
+        return torque, self.transmission.loss_torque(self.path, torque, speed)
 
-    def on_body(self, speed: sp.Expr) -> sp.Expr:
+    def body_torque(self, speed: sp.Expr) -> sp.Expr:
         """Return the torque that arrives at the body."""
-        torque, lost = self.reduced(speed)
-        return torque - lost
+        torque, loss = self.reduced_torque(speed)
+        return torque - loss
 
     def reduced_synchronous_speed(self) -> float | None:
         """Return the speed of the body in rad/s at which there is no slip."""
@@ -249,10 +249,10 @@ class Drive(OnShaft):
 
     def reduced_breakdown(self) -> tuple[float, float, float] | None:
         """Return slip, speed of the body in rad/s and torque on it in N m at which the drive pulls out."""
-        found = self.breakdown()
-        if found is None or self.transmission is None:
-            return found
-        slip, speed = found[0], found[1] / self.transmission.ratio
+        point = self.breakdown()
+        if point is None or self.transmission is None:
+            return point
+        slip, speed = point[0], point[1] / self.transmission.ratio
         return slip, speed, self.torque_at(speed)
 
     def reduced_inertia(self) -> sp.Expr:
@@ -261,32 +261,36 @@ class Drive(OnShaft):
 
     def energies(self, frame: Frame) -> Energies:
         """Return the power of the torque at the speed against the stator; with loss and kinetic energy of a transmission."""
-        return self.acting(frame, self.torque)
+        return self.torque_energies(frame, self.torque)
 
-    def acting(self, frame: Frame, law: Callable[[sp.Expr], sp.Expr]) -> Energies:
+    def torque_energies(self, frame: Frame, law: Callable[[sp.Expr], sp.Expr]) -> Energies:
         """Return the energies for a law of the motor's torque over its speed."""
         base = frame.rotation if self.stator == "carrier" else sp.S.Zero
         speed = frame.speed(self.on) - base
-        torque, lost = self.reduced(speed, law)
-        motor = Applied(torque, speed, name=self.path)
+        torque, loss = self.reduced_torque(speed, law)
+        motor = AppliedForce(torque, speed, name=self.path)
         if self.transmission is None:
-            return Energies(applied=(motor,))
-        taken = () if lost == 0 else (Applied(-lost, speed, f"{self.path}.transmission", "lost", of_drive=True),)
+            return Energies(applied_forces=(motor,))
+        transmission_loss = (
+            () if loss == 0 else (AppliedForce(-loss, speed, f"{self.path}.transmission", "lost", of_drive=True),)
+        )
         turning = base + self.ratio * speed
-        return Energies(kinetic=self.transmission.symbol(self.path, "inertia") * turning**2 / 2, applied=(motor, *taken))
+        return Energies(
+            kinetic=self.transmission.symbol(self.path, "inertia") * turning**2 / 2, applied_forces=(motor, *transmission_loss)
+        )
 
-    def linearised(self, speed: float) -> tuple[float, float]:
+    def linearisation(self, speed: float) -> tuple[float, float]:
         """Return slope and no-load speed of the tangent at a working point: torque = slope (no_load_speed - speed).
 
         speed: of the body, in rad/s. Returns slope in N m s, positive where the torque falls, and the no-load speed in rad/s,
         infinite where the torque does not depend on the speed.
         """
         w = sp.Symbol("speed", real=True)
-        torque, slope = self.torque_at(speed), -self.number(sp.diff(self.on_body(w), w).subs(w, speed))
+        torque, slope = self.torque_at(speed), -self.number(sp.diff(self.body_torque(w), w).subs(w, speed))
         return slope, speed + torque / slope if slope else math.copysign(math.inf, torque)
 
 
-class Load(OnShaft):
+class Load(ShaftPart):
     """A load on one body: it dissipates work of its rotation."""
 
     group: ClassVar[str] = "load"
@@ -294,4 +298,4 @@ class Load(OnShaft):
     def energies(self, frame: Frame) -> Energies:
         """Return the torque against the speed of the body, booked as lost."""
         speed = frame.speed(self.on)
-        return Energies(applied=(Applied(-self.torque(speed), speed, name=self.path, booked="lost"),))
+        return Energies(applied_forces=(AppliedForce(-self.torque(speed), speed, name=self.path, energy_side="lost"),))

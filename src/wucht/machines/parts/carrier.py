@@ -14,19 +14,19 @@ from wucht.machines.parts.support import (
     Inertia,
     Pair,
     Support,
-    in_words,
     is_negative,
     refuse_both,
     refuse_ratio_without_spring,
     tuned_damping,
     tuned_stiffness,
+    tuning_text,
 )
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import Described
+from wucht.schema import TableModel
 
 
-class Foundation(Described):
+class Foundation(TableModel):
     """A mass on springs and dampers, on which the carrier's springs of one direction rest: 000, end of section 5."""
 
     direction: Literal["x", "y"] = Field(title="direction", description="direction in which the foundation moves")
@@ -79,22 +79,22 @@ class Carrier(Support):
         if not self.foundation:
             return super().coordinates()
         d = self.foundation.direction
-        return (*super().coordinates(), Coordinate.named(f"foundation.{d}", f"foundation.v{d}"))
+        return (*super().coordinates(), Coordinate.from_names(f"foundation.{d}", f"foundation.v{d}"))
 
-    def standing(self) -> Mapping[str, str]:
+    def supported_directions(self) -> Mapping[str, str]:
         """Return the direction whose springs rest on the foundation."""
         return {"foundation": self.foundation.direction} if self.foundation else {}
 
     def check(self) -> None:
         """Check that stiffness and damping are not negative, that a pair has both directions, and that the weight is held."""
         self.check_motion()
-        free = [d for d in self.labels if self.prescribed(d) is None and d != "foundation"]
+        free = [d for d in self.labels if self.prescribed_velocity(d) is None and d != "foundation"]
         if self.stiffness is None and self.frequency is None and free:
             raise FieldError("stiffness", "this key is missing; needed is the stiffness in N/m", code="missing")
         refuse_both(self, "stiffness", "frequency")
         refuse_both(self, "damping", "damping_ratio")
-        given = ("stiffness", "damping", "frequency", "damping_ratio")
-        for name, value in ((name, getattr(self, name)) for name in given):
+        keys = ("stiffness", "damping", "frequency", "damping_ratio")
+        for name, value in ((name, getattr(self, name)) for name in keys):
             if isinstance(value, tuple) and self.directions != "xy":
                 raise ValueError(name, f"must be one number, because directions = {self.directions!r}")
             if is_negative(value):
@@ -108,31 +108,33 @@ class Carrier(Support):
         if self.gravity and "y" in free and not vertical:
             raise ValueError("stiffness", "must be a positive stiffness in y, because gravity would make the carrier fall")
 
-    def tuned(self, inertia: Inertia) -> tuple[Self, str]:
+    def tune_springs(self, inertia: Inertia) -> tuple[Self, str]:
         """See ``Support``."""
         if self.frequency is None and self.damping_ratio is None:
             return self, ""
         free = [d for d in self.labels if d != "foundation"]
         whole = inertia(free[0]) if free else 0.0
         stiffness = self.stiffness if self.frequency is None else tuned_stiffness(whole, self.frequency)
-        found: dict[str, Pair | None] = {"stiffness": stiffness}
+        tuning: dict[str, Pair | None] = {"stiffness": stiffness}
         if self.damping_ratio is not None:
-            found["damping"] = tuned_damping(whole, stiffness or 0.0, self.damping_ratio)
-        made = self.model_copy(update=found | {"frequency": None, "damping_ratio": None})
-        changed = {name: value for name, value in found.items() if getattr(self, name) != value}
-        return made, f"carrier: {in_words(changed, f'{whole:.6g} kg')}"
+            tuning["damping"] = tuned_damping(whole, stiffness or 0.0, self.damping_ratio)
+        carrier = self.model_copy(update=tuning | {"frequency": None, "damping_ratio": None})
+        changes = {name: value for name, value in tuning.items() if getattr(self, name) != value}
+        return carrier, f"carrier: {tuning_text(changes, f'{whole:.6g} kg')}"
 
     def energies(self, frame: Frame) -> Energies:
         """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2; on a foundation, x against it, and its energies."""
         m, at = self.symbol("mass"), frame.centre
-        named = dict(zip(self.labels, self.coordinates(), strict=True))
-        base = named.pop("foundation", None)
+        coordinates = dict(zip(self.labels, self.coordinates(), strict=True))
+        base = coordinates.pop("foundation", None)
         potential, dissipation = [m * frame.gravity * at.y], []
-        for d, q in named.items():
+        for d, q in coordinates.items():
             below = base if self.foundation and self.foundation.direction == d else None
             x = q.position - (below.position if below else 0)
             v = q.velocity - (below.velocity if below else 0)
             potential.append(self.component("stiffness", d) * x**2 / 2)
             dissipation.append(self.component("damping", d) * v**2 / 2)
-        own = Energies(m * (at.vx**2 + at.vy**2) / 2, sp.Add(*potential), sp.Add(*dissipation))
-        return own + self.foundation.energies(base, frame.gravity) if base and self.foundation else own
+        carrier_energies = Energies(m * (at.vx**2 + at.vy**2) / 2, sp.Add(*potential), sp.Add(*dissipation))
+        return (
+            carrier_energies + self.foundation.energies(base, frame.gravity) if base and self.foundation else carrier_energies
+        )

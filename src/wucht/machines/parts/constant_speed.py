@@ -15,6 +15,6 @@ class ConstantSpeed(Drive):
     speed: float = si("rad/s", "speed", "Omega", help="speed with which the body turns, signed")
     angle: float = si("rad", "angle at t = 0", "phi_0", 0.0)
 
-    def prescribed(self) -> sp.Expr:
+    def prescribed_speed(self) -> sp.Expr:
         """The speed."""
         return self.symbol("speed")

@@ -34,13 +34,13 @@ class DCSeparate(Drive):
 
     @model_validator(mode="before")
     @classmethod
-    def _line_of_the_nameplate(cls, given: Any) -> Any:
-        given, plate = read_nameplate(given, DCNameplate, _LINE)
+    def _line_of_the_nameplate(cls, table: Any) -> Any:
+        table, plate = read_nameplate(table, DCNameplate, _LINE)
         if plate is None:
-            return given
+            return table
         flux, resistance = plate.line()
-        found = {"voltage": plate.voltage, "armature_resistance": resistance, "motor_constant": 1.0, "flux": flux}
-        return found | given
+        constants = {"voltage": plate.voltage, "armature_resistance": resistance, "motor_constant": 1.0, "flux": flux}
+        return constants | table
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -51,10 +51,10 @@ class DCSeparate(Drive):
         U, R, k, flux = self.symbols("voltage", "armature_resistance", "motor_constant", "flux")
         return k * flux * (U - k * flux * speed) / R
 
-    def made_of(self) -> tuple[str, ...]:
+    def derivation_notes(self) -> tuple[str, ...]:
         """Return the line that follows from the nameplate, and its deviations, as a note."""
         plate, line = self.nameplate, (self.motor_constant * self.flux, self.armature_resistance)
-        return () if plate is None else (f"{self.path}: {plate.fit_in_words(*line)}",)
+        return () if plate is None else (f"{self.path}: {plate.fit_text(*line)}",)
 
     def doubts(self) -> tuple[str, ...]:
         """Return the nameplate values that the line misses by more than a tenth."""

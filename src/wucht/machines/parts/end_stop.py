@@ -7,16 +7,16 @@ from typing import Literal
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.attachment import AlongLine
+from wucht.machines.parts.attachment import LineAttachment
 from wucht.machines.parts.base import Frame, si
-from wucht.machines.parts.stop import buffer, closed
-from wucht.mechanics.energies import Applied, Energies
-from wucht.piecewise import WITHIN_1, PiecewiseCubic
+from wucht.machines.parts.stop import buffer, contact_indicator
+from wucht.mechanics.energies import AppliedForce, Energies
+from wucht.piecewise import CLAMP_TO_ONE, PiecewiseCubic
 
 TRANSITION = 1e-3  # m/s: below any speed of impact of interest
 
 
-class EndStop(AlongLine):
+class EndStop(LineAttachment):
     """A spring that the carrier meets after a gap in the direction of its line, or against it, too.
 
     Its loss is viscous (``damping``), or of the kind of friction, in proportion to the spring's
@@ -46,8 +46,8 @@ class EndStop(AlongLine):
 
     def doubts_at(self, rest: float) -> tuple[str, ...]:
         """Return a warning for a stop that is closed at rest."""
-        moved = rest - self.rest
-        depth = (moved if self.sides == "one" else abs(moved)) - self.gap
+        displacement = rest - self.rest
+        depth = (displacement if self.sides == "one" else abs(displacement)) - self.gap
         if depth <= 0:
             return ()
         at = f"the carrier's springs hold it at {rest:.4g} m along this line, and the gap counts from rest = {self.rest:.4g} m"
@@ -56,15 +56,15 @@ class EndStop(AlongLine):
     def energies(self, frame: Frame) -> Energies:
         """While the gap is closed: V = c d^2/2 and R = b d'^2/2, or the law of the class."""
         gap, rest = self.symbols("gap", "rest")
-        s, v = self.along(frame)
+        s, v = self.line_motion(frame)
         sides = [(gap - (s - rest), -v), (gap + (s - rest), v)][: 1 if self.sides == "one" else 2]
-        named = Energies(nonlinear=f"the end stop {self.name!r}")
-        return sum((self._side(*side) for side in sides), named)
+        label = Energies(nonlinear=f"the end stop {self.name!r}")
+        return sum((self._side(*side) for side in sides), label)
 
     def _side(self, gap: sp.Expr, rate: sp.Expr) -> Energies:
         c, b, e, transition = self.symbols("stiffness", "damping", "restitution", "transition_speed")
         if self.restitution is None:
             return buffer(gap, rate, c, b)
-        loss = closed(gap) * (1 - e**2) / 2 * c * gap * PiecewiseCubic(rate / transition, WITHIN_1)
-        kept = buffer(gap, rate, (1 + e**2) / 2 * c, sp.S.Zero)
-        return kept + Energies(applied=(Applied(loss, rate, self.path, booked="lost"),))
+        loss = contact_indicator(gap) * (1 - e**2) / 2 * c * gap * PiecewiseCubic(rate / transition, CLAMP_TO_ONE)
+        elastic = buffer(gap, rate, (1 + e**2) / 2 * c, sp.S.Zero)
+        return elastic + Energies(applied_forces=(AppliedForce(loss, rate, self.path, energy_side="lost"),))

@@ -25,7 +25,7 @@ from typing import TypeVar
 import numpy as np
 import sympy as sp
 
-from wucht.machines.parts.nameplate import LARGE, InductionNameplate, missed
+from wucht.machines.parts.nameplate import LARGE, InductionNameplate, fit_errors
 
 _BEND = 0.8  # of the law of deep bars: where the resistance is half way between a direct current and standstill, squared
 _SLIPS = np.geomspace(1e-3, 1.0, 200)  # among which the slip of the breakdown is searched
@@ -90,12 +90,12 @@ class EquivalentCircuit:
     def breakdown(self) -> tuple[float, float]:
         """Return slip and torque in N m at which the motor pulls out: the largest torque from standstill on."""
         if self.standstill is not None:
-            return self._largest()
+            return self._largest_torque()
         voltage, inner = self.source
         impedance = abs(inner + 1j * self.rotor_reactance)
         return self.rotor_resistance / impedance, 3 * voltage**2 / (2 * self.synchronous * (inner.real + impedance))
 
-    def _largest(self) -> tuple[float, float]:
+    def _largest_torque(self) -> tuple[float, float]:
         from scipy.optimize import minimize_scalar
 
         torques = [self.torque(float(s)) for s in _SLIPS]
@@ -103,10 +103,10 @@ class EquivalentCircuit:
         if at == len(_SLIPS) - 1:
             return 1.0, torques[-1]
         around = float(_SLIPS[max(at - 1, 0)]), float(_SLIPS[at + 1])
-        found = minimize_scalar(lambda s: -self.torque(s), bounds=around, method="bounded", options={"xatol": 1e-12})
-        return float(found.x), -float(found.fun)
+        optimum = minimize_scalar(lambda s: -self.torque(s), bounds=around, method="bounded", options={"xatol": 1e-12})
+        return float(optimum.x), -float(optimum.fun)
 
-    def drawn(self, slip: float) -> complex:
+    def complex_power(self, slip: float) -> complex:
         """Return active power in W + j reactive power in var drawn at a slip; iron and friction losses not counted."""
         rotor = complex(self.rotor(slip) / slip, self.rotor_reactance)
         parallel = rotor if math.isinf(self.magnetising) else rotor * 1j * self.magnetising / (rotor + 1j * self.magnetising)
@@ -114,16 +114,16 @@ class EquivalentCircuit:
 
     def current(self, slip: float) -> float:
         """Return the current of a phase in A at a slip."""
-        return abs(self.drawn(slip)) / (3 * self.voltage)
+        return abs(self.complex_power(slip)) / (3 * self.voltage)
 
     def power_factor(self, slip: float) -> float:
         """Return cos phi at a slip, without iron losses."""
-        return math.cos(cmath.phase(self.drawn(slip)))
+        return math.cos(cmath.phase(self.complex_power(slip)))
 
 
 def fitted_circuit(plate: InductionNameplate, stator_resistance: float | None = None) -> EquivalentCircuit:
     """Return the circuit at rated voltage and frequency. stator_resistance: of a phase in ohm, where it was measured."""
-    most = _bound(plate)
+    most = _loss_limited_resistance(plate)
     if plate.starting_torque_ratio is None:
         r1 = stator_resistance if stator_resistance is not None else most if plate.other_losses is not None else 0.0
         return _with_resistance(plate, r1)
@@ -141,7 +141,7 @@ def largest_resistance(plate: InductionNameplate) -> float:
     return _breakdown_impedance(plate, plate.phase_voltage) / 2
 
 
-def _bound(plate: InductionNameplate) -> float:
+def _loss_limited_resistance(plate: InductionNameplate) -> float:
     """Return the largest resistance of the stator with which its winding takes no more than its part of the losses."""
     most, losses = _MOST * largest_resistance(plate), plate.other_losses
     if losses is None:
@@ -180,11 +180,11 @@ def _with_resistance(plate: InductionNameplate, r1: float) -> EquivalentCircuit:
         return bare
     tangent = math.tan(math.acos(plate.cosine))
 
-    def wanted(c: EquivalentCircuit) -> float:
+    def target_reactive_power(c: EquivalentCircuit) -> float:
         """The reactive power in var: iron losses change the active one alone, so that of the plate counts where it is known."""
-        return tangent * (c.drawn(plate.slip).real if plate.input_power is None else plate.input_power)
+        return tangent * (c.complex_power(plate.slip).real if plate.input_power is None else plate.input_power)
 
-    lacking = wanted(bare) - bare.drawn(plate.slip).imag
+    lacking = target_reactive_power(bare) - bare.complex_power(plate.slip).imag
     if lacking <= 0:  # the leakage alone draws more
         return bare
 
@@ -192,11 +192,11 @@ def _with_resistance(plate: InductionNameplate, r1: float) -> EquivalentCircuit:
         """Return the misfit of equal leakages, and of the reactive power."""
         x1, xm = (math.exp(min(max(x, -50.0), 50.0)) for x in logarithms)
         c = _rotor_of(plate, replace(bare, stator_reactance=x1, magnetising=xm))
-        return [c.rotor_reactance / x1 - 1, c.drawn(plate.slip).imag / wanted(c) - 1]
+        return [c.rotor_reactance / x1 - 1, c.complex_power(plate.slip).imag / target_reactive_power(c) - 1]
 
-    found = root(misfit, [math.log(half), math.log(3 * plate.phase_voltage**2 / lacking)], options={"xtol": 1e-14})
-    x1, xm = map(math.exp, found.x)
-    if max(map(abs, misfit(list(found.x)))) > 1e-8:
+    solution = root(misfit, [math.log(half), math.log(3 * plate.phase_voltage**2 / lacking)], options={"xtol": 1e-14})
+    x1, xm = map(math.exp, solution.x)
+    if max(map(abs, misfit(list(solution.x)))) > 1e-8:
         return bare
     return replace(_rotor_of(plate, replace(bare, stator_reactance=x1, magnetising=xm)), rotor_reactance=x1)
 
@@ -210,9 +210,11 @@ def _with_deep_bars(plate: InductionNameplate, single: EquivalentCircuit) -> Equ
 
     target = _targets(plate)
     has_magnetising = not math.isinf(single.magnetising)
-    reactive = single.drawn(plate.slip).imag / single.drawn(plate.slip).real if plate.input_power is None else None
+    reactive = (
+        single.complex_power(plate.slip).imag / single.complex_power(plate.slip).real if plate.input_power is None else None
+    )
 
-    def of(logarithms: Sequence[float]) -> EquivalentCircuit:
+    def circuit_of(logarithms: Sequence[float]) -> EquivalentCircuit:
         r2, x, more, *xm = (math.exp(min(max(v, -50.0), 50.0)) for v in logarithms)
         return replace(
             single, rotor_resistance=r2, stator_reactance=x, rotor_reactance=x, standstill=r2 * (1 + more),
@@ -220,18 +222,18 @@ def _with_deep_bars(plate: InductionNameplate, single: EquivalentCircuit) -> Equ
         )  # fmt: skip
 
     def misfit(logarithms: Sequence[float]) -> list[float]:
-        c = of(logarithms)
-        found = (c.torque(plate.slip), c.breakdown()[1], c.torque(1.0))
-        errors = [f / t - 1 for f, t in zip(found, target, strict=True)]
+        c = circuit_of(logarithms)
+        torques = (c.torque(plate.slip), c.breakdown()[1], c.torque(1.0))
+        errors = [f / t - 1 for f, t in zip(torques, target, strict=True)]
         if has_magnetising:
-            drawn = c.drawn(plate.slip)
-            wanted = drawn.real * reactive if reactive is not None else single.drawn(plate.slip).imag
-            errors.append(drawn.imag / wanted - 1)
+            power = c.complex_power(plate.slip)
+            reactive_power = power.real * reactive if reactive is not None else single.complex_power(plate.slip).imag
+            errors.append(power.imag / reactive_power - 1)
         return errors
 
     begin = [single.rotor_resistance, single.stator_reactance, 1.0, *([single.magnetising] if has_magnetising else [])]
-    found = root(misfit, [math.log(v) for v in begin], options={"xtol": 1e-12})
-    return of(found.x) if max(map(abs, misfit(found.x))) < 1e-7 else single
+    solution = root(misfit, [math.log(v) for v in begin], options={"xtol": 1e-12})
+    return circuit_of(solution.x) if max(map(abs, misfit(solution.x))) < 1e-7 else single
 
 
 def _targets(plate: InductionNameplate) -> tuple[float, float, float]:
@@ -251,22 +253,22 @@ def _rotor_of(plate: InductionNameplate, c: EquivalentCircuit) -> EquivalentCirc
 
 
 def _errors(plate: InductionNameplate, c: EquivalentCircuit) -> dict[str, tuple[float, str]]:
-    compared = {
+    comparisons = {
         "torque at rated speed": (plate.torque, c.torque(plate.slip), "N m"),
         "breakdown torque": (plate.breakdown_torque_ratio * plate.torque, c.breakdown()[1], "N m"),
     }
     if plate.starting_torque_ratio is not None:
-        compared["starting torque"] = plate.starting_torque_ratio * plate.torque, c.torque(1.0), "N m"
-    active = c.drawn(plate.slip).real if plate.input_power is None else plate.input_power
+        comparisons["starting torque"] = plate.starting_torque_ratio * plate.torque, c.torque(1.0), "N m"
+    active = c.complex_power(plate.slip).real if plate.input_power is None else plate.input_power
     if plate.cosine is not None and not math.isinf(c.magnetising):
-        compared["power factor"] = plate.cosine, active / math.hypot(active, c.drawn(plate.slip).imag), ""
+        comparisons["power factor"] = plate.cosine, active / math.hypot(active, c.complex_power(plate.slip).imag), ""
     if plate.current is not None and plate.efficiency is not None and plate.power_factor is not None:
         by_current = math.sqrt(3) * plate.voltage * plate.current * plate.power_factor
-        compared["input power by current"] = plate.power / plate.efficiency, by_current, "W"
-    return missed(compared)
+        comparisons["input power by current"] = plate.power / plate.efficiency, by_current, "W"
+    return fit_errors(comparisons)
 
 
-def fit_in_words(plate: InductionNameplate, c: EquivalentCircuit) -> str:
+def fit_text(plate: InductionNameplate, c: EquivalentCircuit) -> str:
     """Return the circuit, and its deviations from the plate, as text."""
     leakage = f"leakage {c.stator_reactance:.4g} + {c.rotor_reactance:.4g}"
     magnetising = "no magnetising current" if math.isinf(c.magnetising) else f"magnetising {c.magnetising:.4g}"
@@ -279,7 +281,7 @@ def fit_in_words(plate: InductionNameplate, c: EquivalentCircuit) -> str:
 def doubts(plate: InductionNameplate, c: EquivalentCircuit) -> tuple[str, ...]:
     """Return the values of the plate that the circuit misses by more than a tenth, and their meaning."""
     errors = _errors(plate, c)
-    found = [words for error, words in errors.values() if abs(error) > LARGE]
+    sentences = [words for error, words in errors.values() if abs(error) > LARGE]
     if plate.cosine is not None and math.isinf(c.magnetising):
-        found.append(f"the leakage alone draws more reactive power than a power factor of {plate.cosine:.3g} leaves")
-    return tuple(found)
+        sentences.append(f"the leakage alone draws more reactive power than a power factor of {plate.cosine:.3g} leaves")
+    return tuple(sentences)

@@ -21,10 +21,13 @@ class Point:
     vy: sp.Expr = sp.S.Zero
 
     @classmethod
-    def of(cls, coordinates: Mapping[str, Coordinate]) -> Point:
+    def from_coordinates(cls, coordinates: Mapping[str, Coordinate]) -> Point:
         """Return the point with the coordinates x and y as far as present."""
-        named = {d: c for d, c in coordinates.items() if d in ("x", "y")}
-        return cls(**{d: c.position for d, c in named.items()}, **{f"v{d}": c.velocity for d, c in named.items()})
+        plane_coordinates = {d: c for d, c in coordinates.items() if d in ("x", "y")}
+        return cls(
+            **{d: c.position for d, c in plane_coordinates.items()},
+            **{f"v{d}": c.velocity for d, c in plane_coordinates.items()},
+        )
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class Frame:
         """Return the axis about which a body turns."""
         return self.axes.get(body, self.centre)
 
-    def carried(self, mass: sp.Expr, unbalance: sp.Expr, body: str) -> Energies:
+    def carried_energies(self, mass: sp.Expr, unbalance: sp.Expr, body: str) -> Energies:
         """Return the energies of a mass carried by a body's axis, its centre off the axis: unbalance = mass times distance.
 
         T = m (x'^2 + y'^2)/2 + U phi' (-x' sin phi + y' cos phi), V = m g y + U g sin phi; the part of T that is

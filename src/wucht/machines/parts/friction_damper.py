@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.attachment import AlongLine
+from wucht.machines.parts.attachment import LineAttachment
 from wucht.machines.parts.base import Frame, si
-from wucht.mechanics.energies import Applied, Energies, Internal, OwnState
+from wucht.mechanics.energies import AppliedForce, Energies, InternalState, StateDescription
 from wucht.piecewise import Pieces, PiecewiseCubic
 
 BUILD_UP = 2e-4  # m: yield of a lining of foam and its seat, small against the strokes of such dampers
 
 
-class FrictionDamper(AlongLine):
+class FrictionDamper(LineAttachment):
     """Dry friction along a line, by Dahl's law, with free travel if it has one.
 
     The lining is drawn along by z, until it slips: z' = v - |v| f/F, where f = F z/d is its force on the carrier, d being
@@ -23,7 +23,7 @@ class FrictionDamper(AlongLine):
     """
 
     kind = "friction-damper"
-    own_states = (OwnState("lining", "m", "lining travel", "z"),)
+    internal_states = (StateDescription("lining", "m", "lining travel", "z"),)
 
     force: float = si("N", "friction force", "F", ge=0, help="friction force of the lining that slips")
     build_up: float = si("m", "travel over which the force builds up", "d", BUILD_UP, gt=0)
@@ -32,16 +32,19 @@ class FrictionDamper(AlongLine):
     def energies(self, frame: Frame) -> Energies:
         """V = F y^2/(2 d), the loss f (v - z') = f^2 |v|/F, with f = F y/d; y: the part of z beyond the free travel."""
         force, build_up, travel = self.symbols("force", "build_up", "free_travel")
-        _, v = self.along(frame)
-        (own,) = self.own_states
-        z = own.at(self.path)
-        y = z if self.free_travel is None else _beyond(z - travel) - _beyond(-z - travel)
+        _, v = self.line_motion(frame)
+        (lining_state,) = self.internal_states
+        z = lining_state.at(self.path)
+        y = z if self.free_travel is None else _positive_part(z - travel) - _positive_part(-z - travel)
         f, size = force * y / build_up, build_up if self.free_travel is None else build_up + travel
-        lining = Internal(z, v - PiecewiseCubic(v, _MAGNITUDE) * y / build_up, own, size)
+        lining = InternalState(z, v - PiecewiseCubic(v, _MAGNITUDE) * y / build_up, lining_state, size)
         return Energies(
             potential=force * y**2 / (2 * build_up),
-            applied=(Applied(-f, v, self.path, booked="lost"), Applied(f, lining.change, self.path, booked="lost")),
-            internal=(lining,),
+            applied_forces=(
+                AppliedForce(-f, v, self.path, energy_side="lost"),
+                AppliedForce(f, lining.change, self.path, energy_side="lost"),
+            ),
+            internal_states=(lining,),
             nonlinear=f"the dry friction of {self.name!r}",
         )
 
@@ -50,5 +53,5 @@ _MAGNITUDE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
 _POSITIVE = Pieces("beyond", (0.0,), ((0, 0, 0, 0), (0, 1, 0, 0)))
 
 
-def _beyond(x: sp.Expr) -> sp.Expr:
+def _positive_part(x: sp.Expr) -> sp.Expr:
     return PiecewiseCubic(x, _POSITIVE)

@@ -15,7 +15,7 @@ from wucht.machines.parts.equivalent_circuit import (
     EquivalentCircuit,
     displacement,
     doubts,
-    fit_in_words,
+    fit_text,
     fitted_circuit,
     largest_resistance,
 )
@@ -33,7 +33,7 @@ _CIRCUIT = (
     "rated_frequency",
 )
 _TURNING = "must be a frequency of the mains greater than 0 Hz"
-_BESIDE = ("voltage", "frequency", "stator_resistance")
+_OPERATING_KEYS = ("voltage", "frequency", "stator_resistance")
 
 
 class Induction(Drive):
@@ -70,23 +70,26 @@ class Induction(Drive):
 
     @model_validator(mode="before")
     @classmethod
-    def _circuit_of_the_nameplate(cls, given: Any) -> Any:
-        given, plate = read_nameplate(given, InductionNameplate, _CIRCUIT)
+    def _circuit_of_the_nameplate(cls, table: Any) -> Any:
+        table, plate = read_nameplate(table, InductionNameplate, _CIRCUIT)
         if plate is not None:
-            return {**_parameters(plate, fitted_circuit(plate, _measured(given.get("stator_resistance"), plate))), **given}
-        if not isinstance(given, dict) or given.get("rated_frequency") is not None or "frequency" not in given:
-            return given
+            return {
+                **_parameters(plate, fitted_circuit(plate, _parse_resistance(table.get("stator_resistance"), plate))),
+                **table,
+            }
+        if not isinstance(table, dict) or table.get("rated_frequency") is not None or "frequency" not in table:
+            return table
         try:
-            turns = Unit("Hz", "frequency").parse(given["frequency"]) > 0
+            turns = Unit("Hz", "frequency").parse(table["frequency"]) > 0
         except ValueError:  # which the field reports
-            return given
+            return table
         if not turns:
             raise ValueError("frequency", f"{_TURNING}, or rated_frequency beside it")
-        return {**given, "rated_frequency": given["frequency"]}
+        return {**table, "rated_frequency": table["frequency"]}
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return required_without(super().__get_pydantic_json_schema__(schema, handler), (*_CIRCUIT, *_BESIDE))
+        return required_without(super().__get_pydantic_json_schema__(schema, handler), (*_CIRCUIT, *_OPERATING_KEYS))
 
     def check(self) -> None:
         """Check for a whole number of pole pairs, a leakage that bounds the torque, and a field that turns."""
@@ -95,8 +98,8 @@ class Induction(Drive):
         if self.stator_reactance + self.rotor_reactance == 0:
             raise ValueError("rotor_reactance", "must be more than 0 ohm where the stator's reactance is 0")
         if not self.frequency and not (self.magnetising_reactance and self.stator_resistance):
-            needed = "at 0 Hz a motor needs magnetising_reactance and stator_resistance (a nameplate: efficiency, power_factor)"
-            raise ValueError("frequency", f"{_TURNING}: {needed}")
+            hint = "at 0 Hz a motor needs magnetising_reactance and stator_resistance (a nameplate: efficiency, power_factor)"
+            raise ValueError("frequency", f"{_TURNING}: {hint}")
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """Return the torque at a speed, multiplied out by the slip and the synchronous speed, so that it divides by neither.
@@ -107,22 +110,22 @@ class Induction(Drive):
         D = (R_1 + j a (X_1 + X_m)) (R_2 + j b (X_2 + X_m)) + a b X_m^2: the voltage equations of stator and rotor solved for
         the rotor's current (W. Leonhard, Control of Electrical Drives, chapter 10).
         """
-        U, f, p, R1, R2, X1, X2, rated = self.symbols(
+        U, f, p, R1, R2, X1, X2, rated_frequency = self.symbols(
             "voltage", "frequency", "pole_pairs", "stator_resistance", "rotor_resistance", "stator_reactance",
             "rotor_reactance", "rated_frequency",
         )  # fmt: skip
         synchronous = self.sense * 2 * sp.pi * f / p
         slip_speed = synchronous - speed
-        of_field = 2 * sp.pi * rated / p
+        field_speed = 2 * sp.pi * rated_frequency / p
         if self.standstill_resistance is not None:
-            R2 += (self.symbol("standstill_resistance") - R2) * displacement(slip_speed / of_field)
+            R2 += (self.symbol("standstill_resistance") - R2) * displacement(slip_speed / field_speed)
         if self.magnetising_reactance is None:
-            X = (X1 + X2) * f / rated
+            X = (X1 + X2) * f / rated_frequency
             return 3 * R2 * U**2 * slip_speed / ((R1 * slip_speed + R2 * synchronous) ** 2 + (X * slip_speed) ** 2)
         Xm = self.symbol("magnetising_reactance")
-        a, b = self.sense * f / rated, slip_speed / of_field
+        a, b = self.sense * f / rated_frequency, slip_speed / field_speed
         real, imaginary = R1 * R2 - a * b * (X1 * X2 + Xm * (X1 + X2)), R1 * b * (X2 + Xm) + R2 * a * (X1 + Xm)
-        return 3 / of_field * R2 * b * Xm**2 * U**2 / (real**2 + imaginary**2)
+        return 3 / field_speed * R2 * b * Xm**2 * U**2 / (real**2 + imaginary**2)
 
     def synchronous_speed(self) -> float | None:
         """Return the speed of the field in rad/s, 2 pi f/p; negative with ``sense`` = -1; None at 0 Hz, without slip."""
@@ -148,34 +151,34 @@ class Induction(Drive):
         r1, r2, standstill = self.stator_resistance, self.rotor_resistance, self.standstill_resistance
         return EquivalentCircuit(voltage, synchronous, r1, r2, x1, x2, magnetising, standstill, share)
 
-    def made_of(self) -> tuple[str, ...]:
+    def derivation_notes(self) -> tuple[str, ...]:
         """Return the circuit that was fitted to the nameplate, and its deviations, as a note."""
         plate = self.nameplate
-        return () if plate is None else (f"{self.path}: {fit_in_words(plate, self._as_rated())}",)
+        return () if plate is None else (f"{self.path}: {fit_text(plate, self._rated_circuit())}",)
 
     def doubts(self) -> tuple[str, ...]:
         """Return the nameplate values that the circuit misses by more than a tenth."""
         plate = self.nameplate
-        return () if plate is None else tuple(f"{self.path}.nameplate: {d}" for d in doubts(plate, self._as_rated()))
+        return () if plate is None else tuple(f"{self.path}.nameplate: {d}" for d in doubts(plate, self._rated_circuit()))
 
-    def _as_rated(self) -> EquivalentCircuit:
+    def _rated_circuit(self) -> EquivalentCircuit:
         assert self.nameplate is not None
         return self.circuit_at(self.nameplate.phase_voltage, self.nameplate.frequency)
 
 
-def _measured(given: Any, plate: InductionNameplate) -> float | None:
+def _parse_resistance(value: Any, plate: InductionNameplate) -> float | None:
     """Return the resistance of a phase in ohm that is given beside a nameplate. Raises ``ValueError(key, sentence)``."""
-    if given is None:
+    if value is None:
         return None
     most = largest_resistance(plate)
     try:
-        measured = Unit("ohm", "resistance of the stator").parse(given)
+        resistance = Unit("ohm", "resistance of the stator").parse(value)
     except ValueError as error:
         raise FieldError("stator_resistance", str(error), code=code_of(error)) from None
-    if not 0 <= measured < most:
-        allowed = f"must be from 0 to {most:.4g} ohm: a larger one does not permit the breakdown torque"
-        raise ValueError("stator_resistance", allowed)
-    return measured
+    if not 0 <= resistance < most:
+        requirement = f"must be from 0 to {most:.4g} ohm: a larger one does not permit the breakdown torque"
+        raise ValueError("stator_resistance", requirement)
+    return resistance
 
 
 def _parameters(plate: InductionNameplate, c: EquivalentCircuit) -> dict[str, float | None]:

@@ -8,8 +8,8 @@ from dataclasses import replace
 import sympy as sp
 
 from wucht.machines.parts.base import Drive, Frame, si
-from wucht.mechanics.energies import Energies, Internal, OwnState
-from wucht.piecewise import WITHIN_1, Pieces, PiecewiseCubic, step
+from wucht.mechanics.energies import Energies, InternalState, StateDescription
+from wucht.piecewise import CLAMP_TO_ONE, Pieces, PiecewiseCubic, step
 
 
 class Inverter(Drive):
@@ -23,7 +23,7 @@ class Inverter(Drive):
     """
 
     kind = "inverter"
-    own_states = (OwnState("integral", "N m", "integral part", "tau"),)
+    internal_states = (StateDescription("integral", "N m", "integral part", "tau"),)
 
     set_speed: float = si("rad/s", "set speed", "omega_s", help="speed that the controller keeps; a schedule of it is the ramp")
     gain: float = si("N m s", "gain of the controller", "K", gt=0)
@@ -51,23 +51,23 @@ class Inverter(Drive):
         below = self.symbol("set_speed") - speed
         return self.limit(speed) * (PiecewiseCubic(below, _POSITIVE) - PiecewiseCubic(-below, _POSITIVE))
 
-    def linearised(self, speed: float) -> tuple[float, float]:
+    def linearisation(self, speed: float) -> tuple[float, float]:
         """Return a vertical line at the set speed."""
-        return (math.inf, speed) if speed == self.held_speed() else super().linearised(speed)
+        return (math.inf, speed) if speed == self.held_speed() else super().linearisation(speed)
 
     def energies(self, frame: Frame) -> Energies:
         """Return the power of the torque, and the controller's state x."""
         target, gain, time, most = self.symbols("set_speed", "gain", "integral_time", "torque_limit")
-        (own,) = self.own_states
-        x = own.at(self.path)
+        (state,) = self.internal_states
+        x = state.at(self.path)
 
         def torque(speed: sp.Expr) -> sp.Expr:
             limit = self.limit(speed)
-            return limit * PiecewiseCubic((gain * (target - speed) + x) / limit, WITHIN_1)
+            return limit * PiecewiseCubic((gain * (target - speed) + x) / limit, CLAMP_TO_ONE)
 
         speed = self.ratio * (frame.speed(self.on) - (frame.rotation if self.stator == "carrier" else 0))
-        controller = Internal(x, (torque(speed) - x) / time, own, most, self.torque(speed))
-        return replace(self.acting(frame, torque), internal=(controller,))
+        controller = InternalState(x, (torque(speed) - x) / time, state, most, self.torque(speed))
+        return replace(self.torque_energies(frame, torque), internal_states=(controller,))
 
 
 _POSITIVE = step("positive", 0.0, 0.0, 1.0)

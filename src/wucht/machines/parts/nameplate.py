@@ -15,13 +15,13 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
 
-from wucht.schema import Described, Parameter, si
+from wucht.schema import Parameter, TableModel, si
 
 LARGE = 0.1  # of a value: a larger misfit gives a warning
 _MOST_SLIP = 0.3  # a larger one indicates a wrong speed, frequency or number of poles
 
 
-class Nameplate(Described):
+class Nameplate(TableModel):
     """Data printed on a motor. It has no parameters itself: those that follow from it belong to the motor."""
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
@@ -32,43 +32,46 @@ class Nameplate(Described):
 PlateT = TypeVar("PlateT", bound=Nameplate)
 
 
-def read_nameplate(given: Any, cls: type[PlateT], follow: Sequence[str]) -> tuple[Any, PlateT | None]:
+def read_nameplate(table: Any, cls: type[PlateT], follow: Sequence[str]) -> tuple[Any, PlateT | None]:
     """Return the table of a motor and the nameplate in it from which its parameters follow.
 
     follow: the keys that follow from the nameplate. None where there is no nameplate, or a wrong one, which its field reports;
     and where all keys are present already, as in a motor that was built before. Raises ``ValueError(key, sentence)``
     where some are given beside it.
     """
-    if not isinstance(given, Mapping) or given.get("nameplate") is None or all(key in given for key in follow):
-        return given, None
+    if not isinstance(table, Mapping) or table.get("nameplate") is None or all(key in table for key in follow):
+        return table, None
     try:
-        plate = cls.model_validate(given["nameplate"])
+        plate = cls.model_validate(table["nameplate"])
     except ValidationError:
-        return given, None
+        return table, None
     for key in follow:
-        if given.get(key) is not None:
+        if table.get(key) is not None:
             raise ValueError(key, "not allowed beside nameplate, from which it follows")
-    return given, plate
+    return table, plate
 
 
 def required_without(schema: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
     """Return the JSON schema of a motor in which these keys are required only where there is no nameplate."""
-    required = schema.get("required", [])
-    always = [key for key in required if key not in keys]
-    choice = [{"required": ["nameplate"]}, {"required": [key for key in required if key in keys]}]
+    required_keys = schema.get("required", [])
+    always = [key for key in required_keys if key not in keys]
+    choice = [{"required": ["nameplate"]}, {"required": [key for key in required_keys if key in keys]}]
     return {k: v for k, v in schema.items() if k != "required"} | {"anyOf": choice} | ({"required": always} if always else {})
 
 
-def missed(fitted: Mapping[str, tuple[float, float, str]]) -> dict[str, tuple[float, str]]:
+def fit_errors(comparisons: Mapping[str, tuple[float, float, str]]) -> dict[str, tuple[float, str]]:
     """Return the relative deviation of each fitted value from the printed one, and both as text.
 
     comparisons: printed and fitted value, and their unit, by name.
     """
     errors = {}
-    for name, (printed, found, unit) in fitted.items():
-        error, suffix = found / printed - 1, f" {unit}" if unit else ""
-        met = f"{name} {printed:.4g}{suffix} met" if abs(error) < 5e-4 else ""
-        errors[name] = error, met or f"{name} {found:.4g}{suffix} for {printed:.4g}{suffix} ({100 * error:+.2g} %)"
+    for name, (printed_value, fitted_value, unit) in comparisons.items():
+        error, suffix = fitted_value / printed_value - 1, f" {unit}" if unit else ""
+        agreement = f"{name} {printed_value:.4g}{suffix} met" if abs(error) < 5e-4 else ""
+        errors[name] = (
+            error,
+            agreement or f"{name} {fitted_value:.4g}{suffix} for {printed_value:.4g}{suffix} ({100 * error:+.2g} %)",
+        )
     return errors
 
 
@@ -102,11 +105,11 @@ class DCNameplate(Nameplate):
         """Resistance of the armature in ohm: as printed, else by P = (U - R I) (I - I_0); None where that is not known."""
         if self.armature_resistance is not None or self.current is None or self.no_load_current is None:
             return self.armature_resistance
-        induced = self.shaft_torque * self.speed / (self.current - self.no_load_current)
-        return (self.voltage - induced) / self.current
+        induced_voltage = self.shaft_torque * self.speed / (self.current - self.no_load_current)
+        return (self.voltage - induced_voltage) / self.current
 
     @model_validator(mode="after")
-    def _possible(self) -> DCNameplate:
+    def _check_consistency(self) -> DCNameplate:
         if (self.power is None) == (self.torque is None):
             raise ValueError("power", "needed is either the rated power on the shaft or the rated torque")
         if self.no_load_speed is not None and self.no_load_speed <= self.speed:
@@ -119,8 +122,8 @@ class DCNameplate(Nameplate):
         if self.no_load_speed is not None:
             return self
         if self.current is None or (resistance := self.resistance) is None:
-            needed = "no_load_speed, or current with armature_resistance, or current with no_load_current"
-            raise ValueError("no_load_speed", f"needed is one of these: {needed}")
+            options = "no_load_speed, or current with armature_resistance, or current with no_load_current"
+            raise ValueError("no_load_speed", f"needed is one of these: {options}")
         if not 0 < resistance * self.current < self.voltage:
             key = "armature_resistance" if self.armature_resistance is not None else "no_load_current"
             raise ValueError(key, f"does not fit power, voltage and current: the armature would have {resistance:.4g} ohm")
@@ -138,18 +141,18 @@ class DCNameplate(Nameplate):
 
     def errors(self, flux: float, resistance: float) -> dict[str, tuple[float, str]]:
         """Return the relative deviations of a line from the printed values, and their texts."""
-        compared = {
+        comparisons = {
             "rated torque": (self.shaft_torque, flux * (self.voltage - flux * self.speed) / resistance, "N m"),
         }
         if self.no_load_speed is not None:
-            compared["no-load speed"] = self.no_load_speed, self.voltage / flux, "rad/s"
+            comparisons["no-load speed"] = self.no_load_speed, self.voltage / flux, "rad/s"
         if self.armature_resistance is not None:
-            compared["armature resistance"] = self.armature_resistance, resistance, "ohm"
+            comparisons["armature resistance"] = self.armature_resistance, resistance, "ohm"
         if self.current is not None and self.no_load_current is not None:
-            compared["rated current"] = self.current, self.shaft_torque / flux + self.no_load_current, "A"
-        return missed(compared)
+            comparisons["rated current"] = self.current, self.shaft_torque / flux + self.no_load_current, "A"
+        return fit_errors(comparisons)
 
-    def fit_in_words(self, flux: float, resistance: float) -> str:
+    def fit_text(self, flux: float, resistance: float) -> str:
         """Return the line, and its deviations from the plate, as text."""
         errors = "; ".join(words for _, words in self.errors(flux, resistance).values())
         return f"line of the nameplate: flux times motor constant {flux:.4g} V s, armature {resistance:.4g} ohm; {errors}"
@@ -234,15 +237,15 @@ class InductionNameplate(Nameplate):
     @property
     def other_losses(self) -> float | None:
         """Losses outside the cage, in W."""
-        return None if self.input_power is None else self.input_power - self._crossing
+        return None if self.input_power is None else self.input_power - self._air_gap_power
 
     @property
-    def _crossing(self) -> float:
+    def _air_gap_power(self) -> float:
         """The power in W that crosses the air gap."""
         return self.power / (1 - self.slip)
 
     @model_validator(mode="after")
-    def _possible(self) -> InductionNameplate:
+    def _check_consistency(self) -> InductionNameplate:
         if self.poles is not None and self.poles % 2:
             raise ValueError("poles", "must be an even number of poles")
         if self.slip <= 0:
@@ -254,11 +257,13 @@ class InductionNameplate(Nameplate):
             raise ValueError("speed" if self.poles is None else "poles", f"{with_poles}: must be at most {_MOST_SLIP:.0%}")
         if self.other_losses is not None and self.input_power is not None and self.other_losses <= 0:
             key = "efficiency" if self.efficiency is not None else "power_factor"
-            bound = (
-                1 - self.slip if self.efficiency is not None else (self.power_factor or 0.0) * self._crossing / self.input_power
+            limit = (
+                1 - self.slip
+                if self.efficiency is not None
+                else (self.power_factor or 0.0) * self._air_gap_power / self.input_power
             )
             side = "below" if self.efficiency is not None else "above"
-            raise ValueError(key, f"must be {side} {bound:.4g}: the cage alone loses the slip, {self.slip:.3g} of its power")
+            raise ValueError(key, f"must be {side} {limit:.4g}: the cage alone loses the slip, {self.slip:.3g} of its power")
         if self.cosine is not None and self.cosine >= 1:
             least_current = (self.input_power or 0.0) / (math.sqrt(3) * self.voltage)
             raise ValueError("current", f"must be more than {least_current:.4g} A, by power, efficiency and voltage")

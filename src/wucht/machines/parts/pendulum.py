@@ -8,11 +8,11 @@ from collections.abc import Mapping
 import sympy as sp
 
 from wucht.machines.parts.base import Frame, si
-from wucht.machines.parts.track import Tracked
+from wucht.machines.parts.track import TrackBody
 from wucht.mechanics.energies import Energies
 
 
-class Pendulum(Tracked):
+class Pendulum(TrackBody):
     """A pendulum on the axis of ``about``, or on a pivot that turns with it, coupled by viscous damping: 002 (4.1)-(4.4)."""
 
     kind = "pendulum"
@@ -32,7 +32,7 @@ class Pendulum(Tracked):
         if self.inertia is not None and self.inertia < least * (1 - 1e-12):
             sentence = f"must be at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
             raise ValueError("inertia", sentence)
-        if self.track is not None and not self.on_axis():
+        if self.track is not None and not self.is_on_axis():
             raise ValueError("suspension", "not allowed on a track: its bodies turn about one axis")
         self.check_track()
 
@@ -40,7 +40,7 @@ class Pendulum(Tracked):
         """The length."""
         return {self.name: self.symbol("length")}
 
-    def on_axis(self) -> bool:
+    def is_on_axis(self) -> bool:
         """True without a suspension."""
         return self.suspension in (None, (0.0, 0.0))
 
@@ -59,7 +59,7 @@ class Pendulum(Tracked):
         m, a, b = self.symbols("mass", "suspension.x", "suspension.y")
         return m * (a + sp.I * b)
 
-    def about_axis(self) -> sp.Expr:
+    def axis_inertia(self) -> sp.Expr:
         """The inertia about the pivot."""
         m, l, j = self.symbols("mass", "length", "inertia")  # noqa: E741
         return m * l**2 if self.inertia is None else j
@@ -68,8 +68,8 @@ class Pendulum(Tracked):
         """Carried mass with unbalance m l, J theta'^2/2, and b (theta' - phi')^2/2 lost against ``about``."""
         m, b = self.symbols("mass", "damping")
         w, relative = frame.speed(self.name), frame.speed(self.name) - frame.speed(self.about)
-        own = Energies(kinetic=self.about_axis() * w**2 / 2, dissipation=b * relative**2 / 2)
-        on_axis = frame.carried(m, self.moment(), self.name) + own
+        body_energies = Energies(kinetic=self.axis_inertia() * w**2 / 2, dissipation=b * relative**2 / 2)
+        on_axis = frame.carried_energies(m, self.moment(), self.name) + body_energies
         return on_axis if self.suspension is None else on_axis + self._off_axis(frame)
 
     def _off_axis(self, frame: Frame) -> Energies:

@@ -13,25 +13,25 @@ from pydantic import Field
 from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, si
 from wucht.machines.parts.support import (
-    UNTUNED,
+    NO_TUNING,
     Inertia,
     Pair,
     Support,
-    each,
-    in_words,
     is_negative,
+    map_components,
     refuse_both,
     refuse_ratio_without_spring,
     refuse_rotation_both_ways,
     tuned_damping,
     tuned_rotation,
     tuned_stiffness,
+    tuning_text,
 )
 from wucht.mechanics.energies import Energies
-from wucht.schema import Described
+from wucht.schema import TableModel
 
 
-class Mount(Described):
+class Mount(TableModel):
     """A spring and damper at a place on the carrier, measured from its centre of mass."""
 
     at: tuple[float, float] = si("m", "place", "a", help="place on the carrier, measured from its centre of mass")
@@ -94,8 +94,8 @@ class PlanarCarrier(Support):
         pairs += [("mounts", v) for m in self.mounts for v in (m.stiffness, m.damping)]
         for key, value in pairs:
             if is_negative(value):
-                what = key.replace("_", " ") if key in ("frequency", "damping_ratio") else "stiffness or damping"
-                raise FieldError(key, f"must be a {what} of at least 0", code="limits")
+                quantity = key.replace("_", " ") if key in ("frequency", "damping_ratio") else "stiffness or damping"
+                raise FieldError(key, f"must be a {quantity} of at least 0", code="limits")
         if self.mounts and not np.any(self.frequency or 0.0) and not any(np.any(m.stiffness) for m in self.mounts):
             raise ValueError("mounts", "there must be at least one mount with stiffness")
 
@@ -104,8 +104,8 @@ class PlanarCarrier(Support):
         refuse_both(self, "stiffness", "frequency")
         refuse_both(self, "damping", "damping_ratio")
         refuse_rotation_both_ways(self)
-        given = [m.stiffness is not None for m in self.mounts]
-        if self.frequency is not None and any(given):
+        has_stiffness = [m.stiffness is not None for m in self.mounts]
+        if self.frequency is not None and any(has_stiffness):
             raise FieldError(
                 "frequency",
                 "give either frequency, which all mounts share alike, or the stiffness of each mount",
@@ -113,8 +113,8 @@ class PlanarCarrier(Support):
             )
         if self.mounts and self.frequency is not None and np.any(self.damping):
             raise ValueError("damping", "not allowed with mounts: give the damping of each mount, or damping_ratio")
-        if self.frequency is None and not all(given):
-            missing = f"mounts[{given.index(False)}] has no stiffness"
+        if self.frequency is None and not all(has_stiffness):
+            missing = f"mounts[{has_stiffness.index(False)}] has no stiffness"
             raise ValueError("mounts", f"{missing}; needed is that of each mount, or the carrier's frequency")
         if self.damping_ratio is not None and any("damping" in m.model_fields_set for m in self.mounts):
             raise FieldError(
@@ -134,33 +134,33 @@ class PlanarCarrier(Support):
             return self.stiffness
         whole: Pair = 0.0
         for mount in self.mounts:
-            whole = each(operator.add, whole, mount.stiffness or 0.0)
+            whole = map_components(operator.add, whole, mount.stiffness or 0.0)
         return whole
 
-    def tuned(self, inertia: Inertia) -> tuple[Self, str]:
+    def tune_springs(self, inertia: Inertia) -> tuple[Self, str]:
         """See ``Support``."""
-        mass, told, turned = inertia("x"), list[str](), tuned_rotation(self, inertia)
-        update: dict[str, Any] = turned | UNTUNED | {"frequency": None, "damping_ratio": None}
+        mass, notes, rotation = inertia("x"), list[str](), tuned_rotation(self, inertia)
+        update: dict[str, Any] = rotation | NO_TUNING | {"frequency": None, "damping_ratio": None}
         if self.frequency is not None or self.damping_ratio is not None:
             whole = (self._total() or 0.0) if self.frequency is None else tuned_stiffness(mass, self.frequency)
-            found = {} if self.frequency is None else {"stiffness": whole}
+            tuning = {} if self.frequency is None else {"stiffness": whole}
             if self.damping_ratio is not None:
-                found["damping"] = tuned_damping(mass, whole, self.damping_ratio)
-            update |= {"mounts": self._shared(found, whole)} if self.mounts else found
-            told.append(in_words(found, f"{mass:.6g} kg{' on all mounts together' if self.mounts else ''}"))
-        if turned:
-            told.append(in_words(turned, f"{inertia('r'):.6g} kg m^2"))
-        return self.model_copy(update=update), f"carrier: {'; '.join(told)}" if told else ""
+                tuning["damping"] = tuned_damping(mass, whole, self.damping_ratio)
+            update |= {"mounts": self._shared_mounts(tuning, whole)} if self.mounts else tuning
+            notes.append(tuning_text(tuning, f"{mass:.6g} kg{' on all mounts together' if self.mounts else ''}"))
+        if rotation:
+            notes.append(tuning_text(rotation, f"{inertia('r'):.6g} kg m^2"))
+        return self.model_copy(update=update), f"carrier: {'; '.join(notes)}" if notes else ""
 
-    def _shared(self, found: Mapping[str, Pair], whole: Pair) -> tuple[Mount, ...]:
+    def _shared_mounts(self, tuning: Mapping[str, Pair], whole: Pair) -> tuple[Mount, ...]:
         """Return the mounts with their shares of the total values. whole: the total stiffness."""
         count, mounts = len(self.mounts), list[Mount]()
         for mount in self.mounts:
-            own = mount.stiffness if self.frequency is None else each(lambda c: c / count, whole)
-            share = each(lambda c, of: c / of if of else 0.0, own or 0.0, whole)
-            update = {"stiffness": own}
-            if "damping" in found:
-                update["damping"] = each(operator.mul, share, found["damping"])
+            stiffness = mount.stiffness if self.frequency is None else map_components(lambda c: c / count, whole)
+            share = map_components(lambda c, of: c / of if of else 0.0, stiffness or 0.0, whole)
+            update = {"stiffness": stiffness}
+            if "damping" in tuning:
+                update["damping"] = map_components(operator.mul, share, tuning["damping"])
             mounts.append(mount.model_copy(update=update))
         return tuple(mounts)
 
@@ -191,11 +191,11 @@ class PlanarCarrier(Support):
         springs = []
         for i, mount in enumerate(self.mounts, 1):
             place = self.symbols(f"mounts.{i}.at.x", f"mounts.{i}.at.y")
-            c, b = (self._both(f"mounts.{i}.{name}", getattr(mount, name)) for name in ("stiffness", "damping"))
+            c, b = (self._component_symbols(f"mounts.{i}.{name}", getattr(mount, name)) for name in ("stiffness", "damping"))
             springs.append((place, c, b))
         return springs
 
-    def _both(self, path: str, value: float | tuple[float, float]) -> tuple[sp.Expr, sp.Expr]:
+    def _component_symbols(self, path: str, value: float | tuple[float, float]) -> tuple[sp.Expr, sp.Expr]:
         """Return the symbols of x and y; the same where one value holds for both."""
         x, y = self.symbols(f"{path}.x", f"{path}.y") if isinstance(value, tuple) else 2 * self.symbols(path)
         return x, y

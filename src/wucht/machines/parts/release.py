@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 
 
-class Release(Described):
+class Release(TableModel):
     """Release of a body from the one it turns about: at a time, or when that body reaches a speed for the first time."""
 
     time: float | None = si("s", "time of release", "t_0", None, gt=0)
     speed: float | None = si("rad/s", "speed of release", "w_0", None, gt=0)
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> Release:
+    def _check_alternatives(self) -> Release:
         if (self.time is None) == (self.speed is None):
             raise ValueError("must be either { time = ... } or { speed = ... }")
         return self

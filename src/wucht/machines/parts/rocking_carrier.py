@@ -11,7 +11,7 @@ from pydantic import Field
 
 from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, si
-from wucht.machines.parts.support import UNTUNED, Inertia, Support, in_words, refuse_rotation_both_ways, tuned_rotation
+from wucht.machines.parts.support import NO_TUNING, Inertia, Support, refuse_rotation_both_ways, tuned_rotation, tuning_text
 from wucht.mechanics.energies import Energies
 
 
@@ -47,22 +47,22 @@ class RockingCarrier(Support):
             )
         refuse_rotation_both_ways(self)
 
-    def tuned(self, inertia: Inertia) -> tuple[Self, str]:
+    def tune_springs(self, inertia: Inertia) -> tuple[Self, str]:
         """See ``Support``."""
-        found, turned = tuned_rotation(self, inertia), inertia("r")
-        said = f"carrier: {in_words(found, f'{turned:.6g} kg m^2')}" if found else ""
-        return self.model_copy(update=found | UNTUNED), said
+        tuning, total_inertia = tuned_rotation(self, inertia), inertia("r")
+        note = f"carrier: {tuning_text(tuning, f'{total_inertia:.6g} kg m^2')}" if tuning else ""
+        return self.model_copy(update=tuning | NO_TUNING), note
 
     def check_body(self, body: Body) -> None:
         """Accept bodies anywhere on it, with a couple unbalance too."""
 
-    def bearing(self, bodies: Iterable[Body]) -> Self:
+    def with_bodies(self, bodies: Iterable[Body]) -> Self:
         """Return the carrier; it tilts with a couple unbalance on it."""
         return self.model_copy(update={"tilting": any(b.couple() is not None for b in bodies)})
 
-    def placed(self) -> Frame:
+    def reference_frame(self) -> Frame:
         """Return the frame at the axis of turning, about which it turns or tilts."""
-        frame = super().placed()
+        frame = super().reference_frame()
         return replace(frame, rotation=sp.S.Zero, tilt=frame.rotation) if self.tilting else frame
 
     def energies(self, frame: Frame) -> Energies:

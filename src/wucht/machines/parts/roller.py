@@ -5,11 +5,11 @@ from __future__ import annotations
 import sympy as sp
 
 from wucht.machines.parts.base import Frame, si
-from wucht.machines.parts.track import Tracked
+from wucht.machines.parts.track import TrackBody
 from wucht.mechanics.energies import Energies
 
 
-class Roller(Tracked):
+class Roller(TrackBody):
     """A ball or roller on a track of radius R: 000 (3)-(12). Its centre runs on the circle R - r.
 
     Rolling couples it to the body that it turns about: its spin is (R phi_0' - (R - r) phi') / r, so its energy holds both
@@ -43,7 +43,7 @@ class Roller(Tracked):
         """The unbalance m (R - r)."""
         return self.symbol("mass") * (self.symbol("track_radius") - self.symbol("radius"))
 
-    def about_axis(self) -> sp.Expr:
+    def axis_inertia(self) -> sp.Expr:
         """The inertia J_ii of 000 (7): (1 + mu) m (R - r)^2."""
         m, track, r, mu = self.symbols("mass", "track_radius", "radius", "shape_factor")
         return (1 + mu) * m * (track - r) ** 2
@@ -53,8 +53,8 @@ class Roller(Tracked):
         m, track, r, mu, beta = self.symbols("mass", "track_radius", "radius", "shape_factor", "damping")
         eps = track - r
         w, w0 = frame.speed(self.name), frame.speed(self.about)
-        own = Energies(
+        body_energies = Energies(
             kinetic=m * eps**2 * w**2 / 2 + mu * m * (track * w0 - eps * w) ** 2 / 2,
             dissipation=beta * (w - w0) ** 2 / 2,
         )
-        return frame.carried(m, self.moment(), self.name) + own
+        return frame.carried_energies(m, self.moment(), self.name) + body_energies

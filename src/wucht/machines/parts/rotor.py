@@ -30,8 +30,8 @@ class Rotor(Body):
     def check(self) -> None:
         """Check for one of eccentricity, unbalance and couple_unbalance, and an inertia about the axis of at least m e^2."""
         if (self.eccentricity, self.unbalance, self.couple_unbalance).count(None) != 2:
-            given = "either eccentricity or unbalance (0 for a balanced rotor), or couple_unbalance on a carrier 'r'"
-            raise ValueError("eccentricity", f"needed is {given}")
+            options = "either eccentricity or unbalance (0 for a balanced rotor), or couple_unbalance on a carrier 'r'"
+            raise ValueError("eccentricity", f"needed is {options}")
         e = self.eccentricity if self.eccentricity is not None else (self.unbalance or 0.0) / self.mass
         least = self.mass * e * e
         if self.inertia < least * (1 - 1e-12):
@@ -56,7 +56,7 @@ class Rotor(Body):
         """The couple unbalance, if it is given."""
         return None if self.couple_unbalance is None else self.symbol("couple_unbalance")
 
-    def about_axis(self) -> sp.Expr:
+    def axis_inertia(self) -> sp.Expr:
         """The inertia."""
         return self.symbol("inertia")
 
@@ -68,7 +68,7 @@ class Rotor(Body):
         """Carried mass with unbalance, J phi'^2/2, b_L phi'^2/2 lost in the bearing; -D phi' chi' sin phi: 001 (10)-(11)."""
         m, j, b, couple = self.symbols("mass", "inertia", "bearing_damping", "couple_unbalance")
         w = frame.speed(self.name)
-        own = Energies(kinetic=j * w**2 / 2, dissipation=b * (w - frame.rotation) ** 2 / 2)
+        body_energies = Energies(kinetic=j * w**2 / 2, dissipation=b * (w - frame.rotation) ** 2 / 2)
         if self.couple_unbalance is not None:
-            own += Energies(kinetic=-couple * w * frame.tilt * sp.sin(frame.angle(self.name)))
-        return frame.carried(m, self.moment(), self.name) + own
+            body_energies += Energies(kinetic=-couple * w * frame.tilt * sp.sin(frame.angle(self.name)))
+        return frame.carried_energies(m, self.moment(), self.name) + body_energies

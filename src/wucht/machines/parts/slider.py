@@ -41,7 +41,7 @@ class Slider(Body):
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The displacement outward, in m."""
-        return (Coordinate.named(f"{self.name}.displacement", f"{self.name}.velocity"),)
+        return (Coordinate.from_names(f"{self.name}.displacement", f"{self.name}.velocity"),)
 
     def energies(self, frame: Frame) -> Energies:
         """T = m |v + d/dt[(R + x) e(psi)]|^2/2, psi = phi + angle; V = c x^2/2 + m g (y + (R + x) sin psi), R = b x'^2/2."""

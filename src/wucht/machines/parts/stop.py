@@ -23,10 +23,10 @@ def stop(gap: sp.Expr, rate: sp.Expr, inertia: sp.Expr, frequency: sp.Expr, log_
 
 def buffer(gap: sp.Expr, rate: sp.Expr, stiffness: sp.Expr, damping: sp.Expr) -> Energies:
     """V = c gap^2/2 and R = d rate^2/2 while gap < 0."""
-    on = closed(gap)
+    on = contact_indicator(gap)
     return Energies(potential=on * stiffness * gap**2 / 2, dissipation=on * damping * rate**2 / 2)
 
 
-def closed(gap: sp.Expr) -> sp.Expr:
+def contact_indicator(gap: sp.Expr) -> sp.Expr:
     """1 while gap < 0, else 0."""
     return PiecewiseCubic(gap, step("contact", 0.0, 1.0, 0.0))

@@ -13,8 +13,8 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, Part, Point
 from wucht.mechanics.lagrange import Coordinate
-from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
-from wucht.schema import Described, Parameter, Unit, is_pairs, si
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces
+from wucht.schema import Parameter, TableModel, Unit, is_pairs, si
 from wucht.system import TIME
 
 SHAKING = sp.symbols("carrier.motion.amplitude carrier.motion.frequency", real=True)
@@ -23,11 +23,11 @@ Inertia = Callable[[str], float]  # the mass or moment of inertia that moves wit
 _UNITS = {
     "stiffness": "N/m", "damping": "N s/m", "rotation_stiffness": "N m", "rotation_damping": "N m s",
 }  # fmt: skip
-UNTUNED = dict.fromkeys(("rotation_frequency", "rotation_damping_ratio"))  # once their spring and damper are known
+NO_TUNING = dict.fromkeys(("rotation_frequency", "rotation_damping_ratio"))  # once their spring and damper are known
 _STRONGEST = 1e7  # m/s^2: in ultracentrifuges; bodies swing the faster, the stronger it is
 
 
-class PrescribedMotion(Described):
+class PrescribedMotion(TableModel):
     """x = amplitude cos(frequency t), 001 (13), or a measured displacement as points (time, displacement).
 
     Between points the displacement is a cubic spline, so that its velocity and acceleration are continuous; before the first
@@ -43,22 +43,22 @@ class PrescribedMotion(Described):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _read_units(cls, given: Any, info: ValidationInfo) -> Any:
+    def _read_units(cls, value: Any, info: ValidationInfo) -> Any:
         """Read amplitude and displacements as lengths, in direction r as angles; points may have units."""
         length, name = "rad" if info.data.get("direction") == "r" else "m", info.field_name
-        if given is None or name == "direction":
-            return given
+        if value is None or name == "direction":
+            return value
         if name != "points":
-            return (Unit("rad/s", "angular frequency") if name == "frequency" else Unit(length, "amplitude")).parse(given)
-        if not is_pairs(given):
+            return (Unit("rad/s", "angular frequency") if name == "frequency" else Unit(length, "amplitude")).parse(value)
+        if not is_pairs(value):
             raise ValueError("must be points = [[time, displacement], ...]")
         units = Unit("s", "time"), Unit(length, "displacement")
-        return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in given]
+        return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in value]
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> PrescribedMotion:
-        given = [self.amplitude is not None, self.frequency is not None, self.points is not None]
-        if given not in ([True, True, False], [False, False, True]):
+    def _check_alternatives(self) -> PrescribedMotion:
+        flags = [self.amplitude is not None, self.frequency is not None, self.points is not None]
+        if flags not in ([True, True, False], [False, False, True]):
             sentence = "give amplitude and frequency, or table = FILE (points = [[time, displacement], ...])"
             raise FieldError(sentence, code="either-or")
         if self.points is not None and any(b[0] <= a[0] for a, b in zip(self.points, self.points[1:], strict=False)):
@@ -83,34 +83,34 @@ class PrescribedMotion(Described):
 
     def _spline(self) -> Pieces:
         times, values = zip(*(self.points or ()), strict=True)
-        return interpolated("motion", times, values, "spline")
+        return interpolated_pieces("motion", times, values, "spline")
 
 
 def tuned_stiffness(inertia: float, frequency: Pair) -> Pair:
     """Return c for a natural frequency in rad/s."""
-    return each(lambda w: inertia * w**2, frequency)
+    return map_components(lambda w: inertia * w**2, frequency)
 
 
 def tuned_damping(inertia: float, stiffness: Pair, ratio: Pair) -> Pair:
     """Return b for a damping ratio."""
-    return each(lambda c, d: 2 * d * math.sqrt(c * inertia), stiffness, ratio)
+    return map_components(lambda c, d: 2 * d * math.sqrt(c * inertia), stiffness, ratio)
 
 
 def tuned_rotation(carrier: Any, inertia: Inertia) -> dict[str, Pair]:
     """Return spring and damper of a carrier's rotation, by their keys, as far as its frequency and ratio determine them."""
-    found: dict[str, Pair] = {}
+    tuning: dict[str, Pair] = {}
     if carrier.rotation_frequency is not None:
-        found["rotation_stiffness"] = tuned_stiffness(inertia("r"), carrier.rotation_frequency)
+        tuning["rotation_stiffness"] = tuned_stiffness(inertia("r"), carrier.rotation_frequency)
     if carrier.rotation_damping_ratio is not None:
-        stiffness = found.get("rotation_stiffness", carrier.rotation_stiffness or 0.0)
-        found["rotation_damping"] = tuned_damping(inertia("r"), stiffness, carrier.rotation_damping_ratio)
-    return found
+        stiffness = tuning.get("rotation_stiffness", carrier.rotation_stiffness or 0.0)
+        tuning["rotation_damping"] = tuned_damping(inertia("r"), stiffness, carrier.rotation_damping_ratio)
+    return tuning
 
 
-def refuse_both(carrier: Any, one: str, other: str) -> None:
+def refuse_both(carrier: Any, first: str, second: str) -> None:
     """Raise ``ValueError(field, sentence)`` where two keys state the same quantity."""
-    if getattr(carrier, other) is not None and one in carrier.model_fields_set and getattr(carrier, one) is not None:
-        raise FieldError(other, f"give either {one} or {other}", code="either-or")
+    if getattr(carrier, second) is not None and first in carrier.model_fields_set and getattr(carrier, first) is not None:
+        raise FieldError(second, f"give either {first} or {second}", code="either-or")
 
 
 def refuse_rotation_both_ways(carrier: Any) -> None:
@@ -123,14 +123,14 @@ def refuse_rotation_both_ways(carrier: Any) -> None:
 
 def refuse_ratio_without_spring(key: str, ratio: Pair | None, spring: Pair | None) -> None:
     """Raise ``ValueError(field, sentence)`` for a damping ratio in a direction without a spring. spring: or a frequency."""
-    missing = each(lambda d, c: float(d > 0 and c == 0), ratio or 0.0, spring or 0.0)
+    missing = map_components(lambda d, c: float(d > 0 and c == 0), ratio or 0.0, spring or 0.0)
     if missing == 1.0 or (isinstance(missing, tuple) and any(missing)):
         raise FieldError(
             key, "must go with a stiffness or frequency above 0: without a spring no damping is critical", code="no-stiffness"
         )
 
 
-def each(function: Callable[..., float], *values: Pair) -> Pair:
+def map_components(function: Callable[..., float], *values: Pair) -> Pair:
     """Apply a function to the values of both directions: one number where all are."""
     if not any(isinstance(v, tuple) for v in values):
         return function(*values)
@@ -138,13 +138,13 @@ def each(function: Callable[..., float], *values: Pair) -> Pair:
     return function(*(x for x, _ in pairs)), function(*(y for _, y in pairs))
 
 
-def in_words(found: Mapping[str, Pair | None], inertia: str) -> str:
+def tuning_text(values: Mapping[str, Pair | None], inertia: str) -> str:
     """Return the values that follow from frequency and damping ratio, by key, as text. inertia: used for them, as text."""
-    shown = (f"{key} {_shown(value)} {_UNITS[key]}" for key, value in found.items())
-    return f"{', '.join(shown)}, by frequency or damping ratio with {inertia}"
+    entries = (f"{key} {_format_pair(value)} {_UNITS[key]}" for key, value in values.items())
+    return f"{', '.join(entries)}, by frequency or damping ratio with {inertia}"
 
 
-def _shown(value: Pair | None) -> str:
+def _format_pair(value: Pair | None) -> str:
     return " and ".join(f"{v:.6g}" for v in (value if isinstance(value, tuple) else (value or 0.0,)))
 
 
@@ -168,7 +168,10 @@ class Support(Part):
     def coordinates(self) -> tuple[Coordinate, ...]:
         """Return the displacements, and the angle, from where the springs are free of force."""
         names = [d for d in self.labels if d != "foundation"]
-        return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}", prescribed=self.prescribed(d)) for d in names)
+        return tuple(
+            Coordinate.from_names(f"carrier.{d}", f"carrier.v{d}", prescribed_velocity=self.prescribed_velocity(d))
+            for d in names
+        )
 
     def component(self, name: str, direction: str) -> sp.Expr:
         """Return the symbol of a stiffness or damping in a direction."""
@@ -177,15 +180,15 @@ class Support(Part):
             return sp.S.Zero
         return self.symbol(f"{name}.{direction}" if isinstance(value, tuple) else name)
 
-    def placed(self) -> Frame:
+    def reference_frame(self) -> Frame:
         """Return the frame without bodies."""
-        named = dict(zip(self.labels, self.coordinates(), strict=True))
-        rotation = named["r"].velocity if "r" in named else sp.S.Zero
-        return Frame(centre=Point.of(named), rotation=rotation, gravity=self.symbol("gravity"))
+        coordinates = dict(zip(self.labels, self.coordinates(), strict=True))
+        rotation = coordinates["r"].velocity if "r" in coordinates else sp.S.Zero
+        return Frame(centre=Point.from_coordinates(coordinates), rotation=rotation, gravity=self.symbol("gravity"))
 
     def axis_at(self, position: tuple[sp.Expr, sp.Expr]) -> Point:
         """Return position and velocity of an axis at a place (a, b) on the carrier: (x - b chi, y + a chi) for an angle chi."""
-        frame, (a, b) = self.placed(), position
+        frame, (a, b) = self.reference_frame(), position
         at = frame.centre
         if frame.rotation == 0:
             return at
@@ -204,18 +207,18 @@ class Support(Part):
         if body.couple() is not None:
             raise ValueError("couple_unbalance", f"allowed on a carrier 'r'; this one is {self.directions!r}")
 
-    def bearing(self, bodies: Iterable[Body]) -> Self:
+    def with_bodies(self, bodies: Iterable[Body]) -> Self:
         """Return the carrier with these bodies on it."""
         return self
 
-    def tuned(self, inertia: Inertia) -> tuple[Self, str]:
+    def tune_springs(self, inertia: Inertia) -> tuple[Self, str]:
         """Return the carrier with springs and dampers from natural frequencies, and a text of their values; empty without any.
 
         inertia: in kg, or kg m^2, of all that moves with a coordinate.
         """
         return self, ""
 
-    def prescribed(self, label: str) -> sp.Expr | None:
+    def prescribed_velocity(self, label: str) -> sp.Expr | None:
         """Return the velocity of a coordinate whose motion is given, None if it is free."""
         return self.motion.velocity() if self.motion is not None and self.motion.direction == label else None
 

@@ -53,17 +53,17 @@ class SwitchablePendulum(Body):
         """Check that the outer stop is farther out, and that the frame's inertia is at least that of its unbalance."""
         if self.outer_stop <= self.inner_stop:
             raise ValueError("outer_stop", f"must be more than the inner stop, {self.inner_stop:g} m")
-        own = self.number(self._frame_moment())
-        least = own * own / self.mass
+        moment = self.number(self._frame_moment())
+        least = moment * moment / self.mass
         if not math.isfinite(least):
             raise ValueError("inner_stop", "must be a radius with which the frame's unbalance can still be computed")
         if self.inertia is not None and self.inertia < least * (1 - 1e-12):
-            of = f"that of the frame's unbalance of {own:.6g} kg m in one point, which is the default"
-            raise ValueError("inertia", f"must be at least {least:.6g} kg m^2, {of}")
+            reason = f"that of the frame's unbalance of {moment:.6g} kg m in one point, which is the default"
+            raise ValueError("inertia", f"must be at least {least:.6g} kg m^2, {reason}")
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """Return the absolute angle, and the displacement of the moving mass outward from the inner stop, in m."""
-        return (*super().coordinates(), Coordinate.named(f"{self.name}.displacement", f"{self.name}.velocity"))
+        return (*super().coordinates(), Coordinate.from_names(f"{self.name}.displacement", f"{self.name}.velocity"))
 
     def moment(self) -> sp.Expr:
         """The unbalance while the moving mass is at its inner stop: the permanent one, if the frame balances the rest."""
@@ -77,19 +77,19 @@ class SwitchablePendulum(Body):
         """The unbalance while the moving mass is at its outer stop."""
         return self.moment() + self.symbol("moving_mass") * (self.symbol("outer_stop") - self.symbol("inner_stop"))
 
-    def about_axis(self) -> sp.Expr:
+    def axis_inertia(self) -> sp.Expr:
         """The inertia while the moving mass is at its inner stop."""
         return self._frame_inertia() + self.symbol("moving_mass") * self.symbol("inner_stop") ** 2
 
     def doubts(self) -> tuple[str, ...]:
         """Return a warning for a frame that is not balanced."""
-        left = self.number(self.moment()) - self.permanent_unbalance
+        residual = self.number(self.moment()) - self.permanent_unbalance
         stroke = self.moving_mass * (self.outer_stop - self.inner_stop)
-        if abs(left) <= 1e-9 * stroke:
+        if abs(residual) <= 1e-9 * stroke:
             return ()
-        balanced = self.moving_mass * self.inner_stop / self.mass
-        cure = f"with length = {balanced:.6g} m, or without this key, it would be balanced"
-        return (f"{self.name!r} keeps an unbalance of {left:.4g} kg m while its mass is at the inner stop: {cure}",)
+        balanced_length = self.moving_mass * self.inner_stop / self.mass
+        cure = f"with length = {balanced_length:.6g} m, or without this key, it would be balanced"
+        return (f"{self.name!r} keeps an unbalance of {residual:.4g} kg m while its mass is at the inner stop: {cure}",)
 
     def energies(self, frame: Frame) -> Energies:
         """With psi the angle, r = r_i + s and v the velocity of the axis:
@@ -101,22 +101,22 @@ class SwitchablePendulum(Body):
         moving, inner, outer, c, preload = self.symbols("moving_mass", "inner_stop", "outer_stop", "stiffness", "preload")
         guide, at, psi, w = self.coordinates()[1], frame.axis(self.name), frame.angle(self.name), frame.speed(self.name)
         s, v, radius = guide.position, guide.velocity, inner + guide.position
-        own = Energies(
+        body_energies = Energies(
             kinetic=self._frame_inertia() * w**2 / 2 + moving * (v**2 + radius**2 * w**2) / 2
             + moving * v * (at.vx * sp.cos(psi) + at.vy * sp.sin(psi)),
             potential=preload * s + c * s**2 / 2,
             dissipation=b * (w - frame.speed(self.about)) ** 2 / 2 + d * v**2 / 2,
         )  # fmt: skip
-        carried = frame.carried(m + moving, self._frame_moment() + moving * radius, self.name)
+        carried_energies = frame.carried_energies(m + moving, self._frame_moment() + moving * radius, self.name)
         bounce, frequency = sp.log(self.symbol("restitution")), self._contact_frequency()
         gaps = ((s, v), (outer - inner - s, -v))
         stops = [stop(gap, rate, moving, frequency, bounce) for gap, rate in gaps]
-        return carried + own + stops[0] + stops[1]
+        return carried_energies + body_energies + stops[0] + stops[1]
 
     def _frame_moment(self) -> sp.Expr:
         """Return U_f: the permanent unbalance less the moment that balances the moving mass at its inner stop."""
-        m, length, moving, inner, own = self.symbols("mass", "length", "moving_mass", "inner_stop", "permanent_unbalance")
-        return own - (moving * inner if self.length is None else m * length)
+        m, length, moving, inner, permanent = self.symbols("mass", "length", "moving_mass", "inner_stop", "permanent_unbalance")
+        return permanent - (moving * inner if self.length is None else m * length)
 
     def _frame_inertia(self) -> sp.Expr:
         return self._frame_moment() ** 2 / self.symbol("mass") if self.inertia is None else self.symbol("inertia")

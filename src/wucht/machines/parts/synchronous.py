@@ -29,6 +29,6 @@ class Synchronous(Drive):
         if self.pole_pairs != round(self.pole_pairs):
             raise FieldError("pole_pairs", "must be a whole number of pole pairs", code="whole-number")
 
-    def prescribed(self) -> sp.Expr:
+    def prescribed_speed(self) -> sp.Expr:
         """The synchronous speed: below 002 (2.106)."""
         return self.sense * 2 * sp.pi * self.symbol("frequency") / self.symbol("pole_pairs")

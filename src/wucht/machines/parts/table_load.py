@@ -31,7 +31,7 @@ class TableLoad(Load):
         speed, torque = self.points[0]
         return torque if speed == 0 else 0.0
 
-    def both_ways(self) -> tuple[tuple[float, float], ...]:
+    def odd_points(self) -> tuple[tuple[float, float], ...]:
         """Return the points without the dry friction, mirrored if none has a negative speed."""
         if self.points[0][0] < 0:
             return self.points
@@ -44,5 +44,5 @@ class TableLoad(Load):
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """The curve, and the dry friction with which it begins."""
-        rest = PiecewiseCubic(speed, curve(f"{self.path}.torque", self.both_ways()))
+        rest = PiecewiseCubic(speed, curve(f"{self.path}.torque", self.odd_points()))
         return rest + self.friction() * sp.tanh(speed / self.symbol("transition_speed")) if self.friction() else rest

@@ -16,15 +16,15 @@ from wucht.schema import Unit, si
 RESTITUTION = 0.5
 
 
-def _angle(given: Any) -> float | None:
-    return None if given is None else Unit("rad", "angle at the start").parse(given)
+def _angle(value: Any) -> float | None:
+    return None if value is None else Unit("rad", "angle at the start").parse(value)
 
 
 # The start of a motion is not a parameter of the machine.
 Start = Annotated[float | None, BeforeValidator(_angle)]
 
 
-class Tracked(Body):
+class TrackBody(Body):
     """A body that turns about another, and may share a circular track with others. Without ``track`` it can pass them."""
 
     track: str | None = Field(None, pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name of the track", description=(
@@ -41,7 +41,7 @@ class Tracked(Body):
         """Radius of the circle on which the body's centre runs, in m."""
 
     @abstractmethod
-    def about_axis(self) -> sp.Expr:
+    def axis_inertia(self) -> sp.Expr:
         """The moment of inertia about its axis."""
 
     def width(self) -> float | None:
@@ -70,9 +70,9 @@ class Track:
     """
 
     name: str
-    bodies: tuple[Tracked, ...]
+    bodies: tuple[TrackBody, ...]
     frequency: float
-    given: bool = False
+    is_frequency_given: bool = False
     order: tuple[str, ...] = ()
 
     def symbol(self, key: str) -> sp.Symbol:

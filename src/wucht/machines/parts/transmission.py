@@ -5,12 +5,12 @@ from __future__ import annotations
 import sympy as sp
 
 from wucht.piecewise import ABSOLUTE, PiecewiseCubic
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 
 TRANSITION = 0.1  # rad/s, as in the load of dry friction
 
 
-class Transmission(Described):
+class Transmission(TableModel):
     """A rigid gear or belt: the motor turns ``ratio`` times as fast as the body."""
 
     ratio: float = si(
@@ -24,7 +24,7 @@ class Transmission(Described):
     ))  # fmt: skip
     transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_t", TRANSITION, gt=0)
 
-    def lost(self, path: str, torque: sp.Expr, speed: sp.Expr) -> sp.Expr:
+    def loss_torque(self, path: str, torque: sp.Expr, speed: sp.Expr) -> sp.Expr:
         """Return the loss torque of the transmission on the body, against its speed. torque: of the motor, on the body's side.
 
         A motor that drives brings eta T, one that is driven takes T/eta: in both flows

@@ -32,11 +32,17 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from wucht.mechanics.averaged.bodies import RotatingBodies, absolute, named, rate_of_given, slope_of_absolute
+from wucht.mechanics.averaged.bodies import (
+    RotatingBodies,
+    absolute_torque,
+    absolute_torque_slope,
+    body_symbol,
+    fixed_speed_rate,
+)
 from wucht.mechanics.averaged.coupling import Coupling, Ripple, ripple
-from wucht.mechanics.averaged.solution import Solution, outputs_of, parts, with_inertia, without_inertia
+from wucht.mechanics.averaged.solution import AveragedSolution, complex_outputs, outputs_of, with_inertia, without_inertia
 from wucht.mechanics.elimination import solve_by_elimination
-from wucht.mechanics.phasors import TURN, Lines, Phasor
+from wucht.mechanics.phasors import IMAGINARY_UNIT, Lines, Phasor
 from wucht.mechanics.slow_time import refuse_other_orders
 from wucht.system import TIME, System
 
@@ -44,24 +50,24 @@ Effect = tuple[np.ndarray, sp.Matrix]
 """Displacement amplitudes (m), and torques on the bodies (n x 1); of each body that causes them, a row and a column."""
 
 
-def second_order(bodies: RotatingBodies, coupling: Coupling, first: Solution, pulsing: Ripple) -> Solution:
+def second_order(bodies: RotatingBodies, coupling: Coupling, first: AveragedSolution, pulsing: Ripple) -> AveragedSolution:
     """The solution of the next order, from that of the first and the fluctuation within a turn."""
     names, w, lines = bodies.names, bodies.frequency, coupling.lines
-    base = _base(bodies, coupling, first.motion, pulsing)
-    slip, acceleration = _of_changes(bodies, coupling, base[0])
-    speeds, accelerations = _solved(bodies, coupling, (base[1], slip[1], acceleration[1]), first)
+    base = _steady_effect(bodies, coupling, first.motion, pulsing)
+    slip, acceleration = _change_effects(bodies, coupling, base[0])
+    speeds, accelerations = _solve_implicitly(bodies, coupling, (base[1], slip[1], acceleration[1]), first)
     slips = [lines.name(v - w, f"s[{n}]") for v, n in zip(speeds, names, strict=True)]
     rates = [lines.name(a, f"a[{n}]") for a, n in zip(accelerations, names, strict=True)]
-    pushed = base[1] + slip[1] * sp.Matrix(slips) + acceleration[1] * sp.Matrix(rates)
-    torques = [lines.name(v, f"V2[{n}]") for v, n in zip(pushed, names, strict=True)]
-    moved = base[0] + slip[0].T @ np.array(slips, object) + acceleration[0].T @ np.array(rates, object)
-    renewed = {sp.Symbol(f"V[{n}]", real=True): v for n, v in zip(names, torques, strict=True)}
-    rows = tuple((left, right.xreplace(renewed)) for left, right in first.rows)
-    return Solution(list(moved), torques, speeds, accelerations, rows, first.inertia)
+    total_torques = base[1] + slip[1] * sp.Matrix(slips) + acceleration[1] * sp.Matrix(rates)
+    torques = [lines.name(v, f"V2[{n}]") for v, n in zip(total_torques, names, strict=True)]
+    total_amplitudes = base[0] + slip[0].T @ np.array(slips, object) + acceleration[0].T @ np.array(rates, object)
+    torque_symbols = {sp.Symbol(f"V[{n}]", real=True): v for n, v in zip(names, torques, strict=True)}
+    rows = tuple((lhs, rhs.xreplace(torque_symbols)) for lhs, rhs in first.rows)
+    return AveragedSolution(list(total_amplitudes), torques, speeds, accelerations, rows, first.inertia)
 
 
-def _solved(
-    bodies: RotatingBodies, coupling: Coupling, torques: tuple[sp.Matrix, sp.Matrix, sp.Matrix], first: Solution
+def _solve_implicitly(
+    bodies: RotatingBodies, coupling: Coupling, torques: tuple[sp.Matrix, sp.Matrix, sp.Matrix], first: AveragedSolution
 ) -> tuple[list[sp.Expr], list[sp.Expr]]:
     """Speeds and accelerations theta'' = T y + c (n) from (J - A) theta'' + B theta' = L + V + S (theta' - w).
 
@@ -74,21 +80,21 @@ def _solved(
     follows = range(n) if inertia else bodies.heads
     turning = sp.Matrix([bodies.speed(i) for i in follows])
     T = sp.Matrix(n, len(unknown), lambda k, q: int(unknown[q] == follows[k]))
-    c = sp.Matrix([0 if i in unknown else rate_of_given(bodies) for i in follows])
+    c = sp.Matrix([0 if i in unknown else fixed_speed_rate(bodies) for i in follows])
     if not inertia:
         slopes, constant = _slip_rates(bodies, coupling, first.speeds, unknown)
         T, c = T + slopes, c + constant
     effective = bodies.inertia - A
-    right = sp.Matrix([absolute(bodies, i, v) for i, v in enumerate(turning)]) + V + S * turning.applyfunc(lambda v: v - w)
-    right -= effective * c + (bodies.relative * turning if inertia else sp.zeros(n, 1))
-    left = sp.Matrix(effective * T)
+    rhs = sp.Matrix([absolute_torque(bodies, i, v) for i, v in enumerate(turning)]) + V + S * turning.applyfunc(lambda v: v - w)
+    rhs -= effective * c + (bodies.relative * turning if inertia else sp.zeros(n, 1))
+    lhs = sp.Matrix(effective * T)
     for q, i in enumerate(unknown):
         if not inertia and i not in bodies.rotors:
-            left[:, q] += (bodies.relative - S)[:, i]
-            left[i, q] -= slope_of_absolute(bodies, i, turning[i])
-    square = left.extract(unknown, list(range(len(unknown))))
+            lhs[:, q] += (bodies.relative - S)[:, i]
+            lhs[i, q] -= absolute_torque_slope(bodies, i, turning[i])
+    square = lhs.extract(unknown, list(range(len(unknown))))
     names, prefix = [bodies.names[i] for i in unknown], "theta''2 " if inertia else "y' "
-    y = solve_by_elimination(square, [right[i] for i in unknown], names, coupling.lines, prefix, symmetric=False)
+    y = solve_by_elimination(square, [rhs[i] for i in unknown], names, coupling.lines, prefix, symmetric=False)
     if not inertia:
         turning += sp.Matrix([y[unknown.index(i)] if i not in bodies.rotors else 0 for i in range(n)])
     return list(turning), list(T * sp.Matrix(y) + c)
@@ -113,50 +119,57 @@ def _slip_rates(
     return slopes, sp.Matrix(lines.rates(rates, nu, "'", before))
 
 
-def _base(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor], pulsing: Ripple) -> Effect:
+def _steady_effect(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor], pulsing: Ripple) -> Effect:
     """Contribution of the steady motion, with the fluctuation's effect on the moments and the torques."""
     w, names = bodies.frequency, [bodies.labels[d] for d in coupling.free]
     if not all(p.is_zero for p in pulsing.twice):
-        turned = np.array([(c.conj * p * TURN) for c, p in zip(coupling.direction, pulsing.twice, strict=True)])
+        ripple_moments = np.array(
+            [(c.conj * p * IMAGINARY_UNIT) for c, p in zip(coupling.direction, pulsing.twice, strict=True)]
+        )
         unbalance = np.array([[e.conj for e in row] for row in bodies.excitation])[:, coupling.free]
-        force = (np.array(coupling.moments) - turned @ unbalance * sp.S.Half) * w**2
+        force = (np.array(coupling.moments) - ripple_moments @ unbalance * sp.S.Half) * w**2
         motion = coupling.motion(coupling.lines.phasors(force, "F2", names), "2")
     # The mean torques of the fluctuation in what causes it: -Im[T conj(P)]/2 and, of gravity, -Im[W conj(G)]/2.
     causes = zip(pulsing.alternating, pulsing.twice, pulsing.weight, pulsing.once, strict=True)
-    rectified = [-((t * p.conj).im + (g * o.conj).im) / 2 for t, p, g, o in causes]
-    return np.array(motion), sp.Matrix(coupling.torques(motion, "0")) + sp.Matrix(rectified)
+    mean_torques = [-((t * p.conj).im + (g * o.conj).im) / 2 for t, p, g, o in causes]
+    return np.array(motion), sp.Matrix(coupling.torques(motion, "0")) + sp.Matrix(mean_torques)
 
 
-def _of_changes(bodies: RotatingBodies, coupling: Coupling, base: np.ndarray) -> tuple[Effect, Effect]:
+def _change_effects(bodies: RotatingBodies, coupling: Coupling, base: np.ndarray) -> tuple[Effect, Effect]:
     """Contributions of each slip and each acceleration: row k of the displacements, column k of the torques."""
     w, free = bodies.frequency, coupling.free
     M, C = (np.array(a.tolist(), object)[np.ix_(free, free)] for a in (bodies.mass, bodies.damping))
-    slope = M * Phasor(-2 * w) + C * TURN  # D' = i C - 2 w M, D'' = -2 M
+    slope = M * Phasor(-2 * w) + C * IMAGINARY_UNIT  # D' = i C - 2 w M, D'' = -2 M
     slips, accelerations = [], []
     for k, (e, c, name) in enumerate(zip(bodies.excitation, coupling.direction, bodies.names, strict=True)):
         # G e = -w^2 h, G' e = -2 w h + w^2 hh with h = H e and hh = H D' H e; H' = -H D' H
         h = coupling.response([e[d] * c for d in free], f"h,{name}")
-        bent = coupling.response(slope @ h, f"hh,{name}")
-        slips.append(_effect(coupling, h * (2 * w) - bent * w**2, bent * w**4 - h * (4 * w**3), f"s,{name}"))
-        displaced, pulled = (bent * (2 * w) - h) * TURN, (h * (5 * w**2) - bent * (2 * w**3)) * TURN
+        hh = coupling.response(slope @ h, f"hh,{name}")
+        slips.append(_effect(coupling, h * (2 * w) - hh * w**2, hh * w**4 - h * (4 * w**3), f"s,{name}"))
+        free_displacements, free_accelerations = (
+            (hh * (2 * w) - h) * IMAGINARY_UNIT,
+            (h * (5 * w**2) - hh * (2 * w**3)) * IMAGINARY_UNIT,
+        )
         if k == 0 and bodies.shaking is None:
             # For z = H F: H'' F = H (2 D' H D' - D'') z, and G'' F from it.
             z = base[free]
             once = coupling.response(slope @ z, "h'")
             twice = coupling.response(slope @ once * 2 + M @ z * 2, "h''")
-            displaced = displaced - twice * (TURN * sp.S.Half)
-            pulled = pulled - (once * (4 * w) - z * 2 - twice * w**2) * (TURN * sp.S.Half)
-        accelerations.append(_effect(coupling, displaced, pulled, f"a,{name}"))
-    both = [tuple(zip(*effects, strict=True)) for effects in (slips, accelerations)]
-    slip, acceleration = ((np.array(displacements), sp.Matrix.hstack(*torques)) for displacements, torques in both)
+            free_displacements = free_displacements - twice * (IMAGINARY_UNIT * sp.S.Half)
+            free_accelerations = free_accelerations - (once * (4 * w) - z * 2 - twice * w**2) * (IMAGINARY_UNIT * sp.S.Half)
+        accelerations.append(_effect(coupling, free_displacements, free_accelerations, f"a,{name}"))
+    effect_pairs = [tuple(zip(*effects, strict=True)) for effects in (slips, accelerations)]
+    slip, acceleration = ((np.array(displacements), sp.Matrix.hstack(*torques)) for displacements, torques in effect_pairs)
     return slip, acceleration
 
 
-def _effect(coupling: Coupling, displaced: Sequence[Phasor], pulled: Sequence[Phasor], mark: str) -> Effect:
+def _effect(
+    coupling: Coupling, free_displacements: Sequence[Phasor], free_accelerations: Sequence[Phasor], mark: str
+) -> Effect:
     """Displacements and torques of all coordinates and bodies for the displacements and accelerations of the free ones."""
     labels = coupling.bodies.labels
     amplitudes = np.full((2, len(labels)), Phasor())
-    for d, z, Z in zip(coupling.free, displaced, pulled, strict=True):
+    for d, z, Z in zip(coupling.free, free_displacements, free_accelerations, strict=True):
         amplitudes[:, d] = [coupling.lines.phasor(a, f"{letter}{mark}[{labels[d]}]") for a, letter in ((z, "z"), (Z, "Z"))]
     return amplitudes[0], sp.Matrix(coupling.torques(amplitudes[1], f",{mark}", -sp.S.Half))
 
@@ -173,7 +186,7 @@ class AveragedSystem:
 
     system: System
     rows: tuple[tuple[sp.Expr, sp.Expr], ...]
-    shown: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    row_definitions: tuple[tuple[sp.Symbol, sp.Expr], ...]
     bodies: RotatingBodies
 
     @cached_property
@@ -185,7 +198,7 @@ class AveragedSystem:
         lines = Lines(list(self.bodies.definitions))
         coupling = Coupling(self.bodies, lines)
         fluctuation, names = ripple(self.bodies, coupling, steady_motion(coupling)), self.bodies.names
-        outputs = [*parts("gravity", names, fluctuation.once), *parts("ripple", names, fluctuation.twice)]
+        outputs = [*complex_outputs("gravity", names, fluctuation.once), *complex_outputs("ripple", names, fluctuation.twice)]
         return System(
             states=self.system.states,
             derivatives=(sp.S.Zero,) * len(self.system.states),
@@ -215,13 +228,13 @@ def averaged_equations(bodies: RotatingBodies, inertia: bool = True, order: int 
     motion = steady_motion(coupling)
     torques = coupling.torques(motion, "")
     explicit = with_inertia(bodies, lines, torques) if inertia else without_inertia(bodies, lines, torques)
-    solution = Solution(motion, torques, *explicit, inertia)
+    solution = AveragedSolution(motion, torques, *explicit, inertia)
     if order == 2:
         solution = second_order(bodies, coupling, solution, ripple(bodies, coupling, motion))
-    return _assembled(bodies, lines, solution)
+    return _assemble(bodies, lines, solution)
 
 
-def _assembled(bodies: RotatingBodies, lines: Lines, solution: Solution) -> AveragedSystem:
+def _assemble(bodies: RotatingBodies, lines: Lines, solution: AveragedSolution) -> AveragedSystem:
     names, phases = bodies.names, {i: p for i, p in enumerate(bodies.phases) if p is not None}
     moving = [i for i in bodies.free if solution.inertia or i in bodies.rotors]
 
@@ -229,26 +242,26 @@ def _assembled(bodies: RotatingBodies, lines: Lines, solution: Solution) -> Aver
         return {i: speeds[i] - (speeds[bodies.reference(i)] if i else bodies.frequency) for i in phases}
 
     rates = list(phase_rates(solution.speeds).values())
-    shown = tuple(lines.pairs)
+    row_definitions = tuple(lines.pairs)
     outputs, works = outputs_of(bodies, lines, solution)
-    used = [*rates, *solution.accelerations, *(o.expression for o in (*outputs, *works))]
+    expressions = [*rates, *solution.accelerations, *(o.expression for o in (*outputs, *works))]
     system = System(
         states=(*phases.values(), *(bodies.speed(i) for i in moving)),
         derivatives=(*rates, *(solution.accelerations[i] for i in moving)),
-        parameters=_parameters(bodies, lines, used),
+        parameters=_parameters(bodies, lines, expressions),
         definitions=tuple(lines.pairs),
         outputs=tuple(outputs),
         quadratures=tuple(works),
         angles=frozenset(phases.values()),
     )
-    written = [
-        (named(names[i], "phase.rate"), rate if i in moving or i == 0 else named(names[i], "slip"))
+    phase_rows = [
+        (body_symbol(names[i], "phase.rate"), rate if i in moving or i == 0 else body_symbol(names[i], "slip"))
         for i, rate in phase_rates([bodies.speed(i) for i in range(len(names))]).items()
     ]
-    return AveragedSystem(system, (*written, *solution.rows), shown, bodies)
+    return AveragedSystem(system, (*phase_rows, *solution.rows), row_definitions, bodies)
 
 
 def _parameters(bodies: RotatingBodies, lines: Lines, expressions: Sequence[sp.Expr]) -> tuple[sp.Symbol, ...]:
-    used = set().union(*(sp.sympify(e).free_symbols for e in (*expressions, *(e for _, e in lines.pairs))))
-    states = {*(p for p in bodies.phases if p is not None), *(named(name, "speed") for name in bodies.names)}
-    return tuple(sorted(used - states - {s for s, _ in lines.pairs} - {TIME}, key=lambda s: s.name))
+    symbols = set().union(*(sp.sympify(e).free_symbols for e in (*expressions, *(e for _, e in lines.pairs))))
+    states = {*(p for p in bodies.phases if p is not None), *(body_symbol(name, "speed") for name in bodies.names)}
+    return tuple(sorted(symbols - states - {s for s, _ in lines.pairs} - {TIME}, key=lambda s: s.name))

@@ -48,7 +48,7 @@ class RotatingBodies:
     axis: sp.ImmutableMatrix
     definitions: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
     weight: tuple[Phasor, ...] = ()
-    given: sp.Expr | None = None
+    fixed_speed: sp.Expr | None = None
     shaking: Shaking | None = None
 
     @cached_property
@@ -59,12 +59,12 @@ class RotatingBodies:
     @cached_property
     def free(self) -> list[int]:
         """The bodies whose speed is not prescribed."""
-        return [i for i in range(len(self.names)) if i or self.given is None]
+        return [i for i in range(len(self.names)) if i or self.fixed_speed is None]
 
     @cached_property
     def phases(self) -> tuple[sp.Symbol | None, ...]:
         """Phase of a body to its rotor, of a rotor to the main one, of the main rotor to the shaking (else None)."""
-        return tuple(None if i == 0 and self.shaking is None else named(n, "phase") for i, n in enumerate(self.names))
+        return tuple(None if i == 0 and self.shaking is None else body_symbol(n, "phase") for i, n in enumerate(self.names))
 
     @cached_property
     def frequency(self) -> sp.Expr:
@@ -73,7 +73,7 @@ class RotatingBodies:
 
     def speed(self, i: int) -> sp.Expr:
         """The speed of a body: a symbol, or the fixed speed of the main rotor."""
-        return self.given if i == 0 and self.given is not None else named(self.names[i], "speed")
+        return self.fixed_speed if i == 0 and self.fixed_speed is not None else body_symbol(self.names[i], "speed")
 
     def reference(self, i: int) -> int:
         """The body relative to which the phase of body i is measured: its rotor, and for a rotor the main one."""
@@ -81,30 +81,30 @@ class RotatingBodies:
 
     def total_phase(self, i: int) -> sp.Expr:
         """The phase to the reference: alpha_i."""
-        own = self.phases[i] or sp.S.Zero
-        return own + self.total_phase(self.reference(i)) if i else own
+        phase = self.phases[i] or sp.S.Zero
+        return phase + self.total_phase(self.reference(i)) if i else phase
 
     def group(self, head: int) -> list[int]:
         """A rotor and the bodies that turn about it."""
         return [i for i, h in enumerate(self.heads) if h == head]
 
 
-def absolute(bodies: RotatingBodies, i: int, speed: sp.Expr) -> sp.Expr:
+def absolute_torque(bodies: RotatingBodies, i: int, speed: sp.Expr) -> sp.Expr:
     """The torque on a body that depends on its absolute speed alone."""
     return bodies.drive[i](speed) - bodies.losses[i](speed)
 
 
-def slope_of_absolute(bodies: RotatingBodies, i: int, speed: sp.Expr) -> sp.Expr:
+def absolute_torque_slope(bodies: RotatingBodies, i: int, speed: sp.Expr) -> sp.Expr:
     """The derivative of that torque with respect to the speed."""
     v = sp.Dummy("v", real=True)
-    return sp.diff(absolute(bodies, i, v), v).xreplace({v: speed})
+    return sp.diff(absolute_torque(bodies, i, v), v).xreplace({v: speed})
 
 
-def rate_of_given(bodies: RotatingBodies) -> sp.Expr:
+def fixed_speed_rate(bodies: RotatingBodies) -> sp.Expr:
     """The rate at which a prescribed speed changes."""
-    return sp.diff(bodies.given, TIME) if bodies.given is not None else sp.S.Zero
+    return sp.diff(bodies.fixed_speed, TIME) if bodies.fixed_speed is not None else sp.S.Zero
 
 
-def named(name: str, what: str) -> sp.Symbol:
+def body_symbol(name: str, quantity: str) -> sp.Symbol:
     """The symbol ``name.quantity``."""
-    return sp.Symbol(f"{name}.{what}", real=True)
+    return sp.Symbol(f"{name}.{quantity}", real=True)

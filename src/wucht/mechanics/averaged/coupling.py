@@ -9,8 +9,8 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaged.bodies import RotatingBodies, slope_of_absolute
-from wucht.mechanics.phasors import TURN, ZERO, HarmonicResponse, Lines, Phasor, dynamic_stiffness, product
+from wucht.mechanics.averaged.bodies import RotatingBodies, absolute_torque_slope
+from wucht.mechanics.phasors import IMAGINARY_UNIT, ZERO, HarmonicResponse, Lines, Phasor, dynamic_stiffness, product
 
 
 class Coupling:
@@ -38,11 +38,11 @@ class Coupling:
         if b.shaking is None:
             return list(self.response(force, label))
         p, x = b.shaking.index, b.shaking.amplitude
-        pushed = [
+        net_force = [
             f - dynamic_stiffness(b.mass[d, p], b.damping[d, p], b.stiffness[d, p], b.frequency) * x
             for f, d in zip(force, self.free, strict=True)
         ]
-        displacements = self.response(pushed, label)
+        displacements = self.response(net_force, label)
         return [*displacements[:p], Phasor(x), *displacements[p:]]
 
     def torques(self, motion: Sequence[Phasor] | np.ndarray, mark: str, factor: sp.Expr | None = None) -> list[sp.Expr]:
@@ -55,7 +55,7 @@ class Coupling:
 
     def alternating(self, motion: Sequence[Phasor]) -> list[Phasor]:
         """The torques' amplitudes T_i (n) at twice the speed: Re[T_i exp(2 i theta)], 001 (26), (41), (54), (61)."""
-        half = TURN * (self.bodies.frequency**2 / 2)
+        half = IMAGINARY_UNIT * (self.bodies.frequency**2 / 2)
         return [product(e, motion) * c * half for e, c in zip(self.bodies.excitation, self.direction, strict=True)]
 
 
@@ -64,7 +64,7 @@ def _is_round(bodies: RotatingBodies) -> bool:
     if len(bodies.labels) != 2 or bodies.shaking is not None:
         return False
     alike = all(a[0, 0] == a[1, 1] and a[0, 1] == 0 and a[1, 0] == 0 for a in (bodies.mass, bodies.damping, bodies.stiffness))
-    return alike and all(e[1] == e[0] * TURN * -1 for e in bodies.excitation)
+    return alike and all(e[1] == e[0] * IMAGINARY_UNIT * -1 for e in bodies.excitation)
 
 
 @dataclass(frozen=True)
@@ -97,14 +97,14 @@ def _fluctuation(
     if all(t.is_zero for t in torque):
         return [ZERO] * n
     names = [bodies.names[i] for i in free]
-    own = sp.diag(*(slope_of_absolute(bodies, i, bodies.speed(h)) for i, h in enumerate(bodies.heads)))
-    inertia, damping = (sp.Matrix(a.extract(free, free)) for a in (bodies.inertia, bodies.relative - own))
+    torque_slopes = sp.diag(*(absolute_torque_slope(bodies, i, bodies.speed(h)) for i, h in enumerate(bodies.heads)))
+    inertia, damping = (sp.Matrix(a.extract(free, free)) for a in (bodies.inertia, bodies.relative - torque_slopes))
     if damping != damping.T:
         raise WuchtError("dampers that are not reciprocal: the fluctuation within a turn is not computed for them")
     # Solved for the velocities i times w P, whose matrix k + i times w J is regular at rest where the drives have a slope.
     massless = sp.zeros(len(free), len(free))
     response = HarmonicResponse(massless, inertia, damping, times * w, names, coupling.lines, f"Q{times}")
     velocities = response(coupling.lines.phasors([torque[i] for i in free], cause, names), f"{label}'")
-    fluctuations = velocities * TURN * (-1 / (times * w ** (2 - times)))
+    fluctuations = velocities * IMAGINARY_UNIT * (-1 / (times * w ** (2 - times)))
     amplitudes = dict(zip(free, coupling.lines.phasors(fluctuations, label, names), strict=True))
     return [amplitudes.get(i, ZERO) for i in range(n)]

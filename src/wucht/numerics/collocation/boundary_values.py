@@ -24,16 +24,16 @@ from wucht.system import System
 Field = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """(y, P) (n+q, K) -> g (n, K), dg/d(y, P) (n, n+q, K)."""
 EndValues = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-Ends = Callable[[np.ndarray, np.ndarray, np.ndarray], EndValues]
+EndFunction = Callable[[np.ndarray, np.ndarray, np.ndarray], EndValues]
 """y(0) (n,), y(1) (n,), P (q,) -> b (k,), its derivatives by y(0) (k, n), y(1) (k, n), P (k, q)."""
 
 
-def at_begin(state: sp.Symbol) -> sp.Symbol:
+def start_value(state: sp.Symbol) -> sp.Symbol:
     """Return the symbol of a state's value at 0, for a condition."""
     return sp.Symbol(f"{state.name}(0)", real=True)
 
 
-def at_end(state: sp.Symbol) -> sp.Symbol:
+def end_value(state: sp.Symbol) -> sp.Symbol:
     """Return the symbol of a state's value at 1, for a condition."""
     return sp.Symbol(f"{state.name}(1)", real=True)
 
@@ -50,29 +50,29 @@ class EndConditions:
 
     @classmethod
     def of(
-        cls, system: System, parameters: Sequence[str], fixed: Mapping[str, float], conditions: Sequence[sp.Expr]
+        cls, system: System, parameters: Sequence[str], fixed_values: Mapping[str, float], conditions: Sequence[sp.Expr]
     ) -> EndConditions:
         """Compile formulas that must vanish, in ``start_value`` and ``end_value`` of states and in parameters.
 
         Raises ``WuchtError`` for a formula in which anything else occurs.
         """
-        varied = [p for name in parameters for p in system.parameters if p.name == name]
-        held = {p: fixed[p.name] for p in system.parameters if p not in varied}
-        known = [*map(at_begin, system.states), *map(at_end, system.states), *varied]
-        b = sp.Matrix([sp.sympify(c).subs(held) for c in conditions])
-        if other := sorted(s.name for s in b.free_symbols - set(known)):
+        parameter_symbols = [p for name in parameters for p in system.parameters if p.name == name]
+        substitutions = {p: fixed_values[p.name] for p in system.parameters if p not in parameter_symbols}
+        variables = [*map(start_value, system.states), *map(end_value, system.states), *parameter_symbols]
+        b = sp.Matrix([sp.sympify(c).subs(substitutions) for c in conditions])
+        if unknown_names := sorted(s.name for s in b.free_symbols - set(variables)):
             raise WuchtError(
-                f"{other[0]} is no start_value or end_value of a state and no parameter: a condition has only those",
+                f"{unknown_names[0]} is no start_value or end_value of a state and no parameter: a condition has only those",
                 code="unknown-name",
             )
-        formulas = sp.lambdify([known], [list(b), b.jacobian(known).tolist()], "numpy", cse=True)
+        formulas = sp.lambdify([variables], [list(b), b.jacobian(variables).tolist()], "numpy", cse=True)
         return cls(formulas, len(system.states))
 
     def __call__(
         self, first: np.ndarray, last: np.ndarray, parameters: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Evaluate the conditions and their derivatives: see ``EndFunction``."""
-        b, by = (np.array(each, float) for each in self.formulas(np.concatenate([first, last, parameters])))
+        b, by = (np.array(part, float) for part in self.formulas(np.concatenate([first, last, parameters])))
         return b, by[:, : self.n], by[:, self.n : 2 * self.n], by[:, 2 * self.n :]
 
 
@@ -108,7 +108,7 @@ class BoundaryValueProblem:
     field: Field
     n: int
     q: int
-    ends: Ends
+    ends: EndFunction
     integrand: Integrand | None
     mesh: Mesh
     reference: Reference
@@ -121,7 +121,7 @@ class BoundaryValueProblem:
         cls,
         system: System,
         parameters: Sequence[str],
-        fixed: Mapping[str, float],
+        fixed_values: Mapping[str, float],
         conditions: Sequence[sp.Expr],
         *,
         scale: Mapping[str, float] | None = None,
@@ -151,15 +151,18 @@ class BoundaryValueProblem:
         WuchtError
             For another number of conditions, a formula with other symbols, and as ``Equations.of``.
         """
-        equations = Equations.of(system, parameters, fixed, scale)
+        equations = Equations.of(system, parameters, fixed_values, scale)
         n, q = equations.n, len(parameters)
         if not q or len(conditions) != n + q - 1:
-            told = f"{n} states and {q} parameters with {len(conditions)} conditions at the ends"
+            counts = f"{n} states and {q} parameters with {len(conditions)} conditions at the ends"
             raise WuchtError(
-                f"{told}: a curve of solutions needs at least one parameter, and {n + max(q, 1) - 1} conditions", code="count"
+                f"{counts}: a curve of solutions needs at least one parameter, and {n + max(q, 1) - 1} conditions", code="count"
             )
-        ends, nothing = EndConditions.of(system, parameters, fixed, conditions), Reference(np.zeros((n, 0)), np.zeros((n, 0)))
-        return cls(equations.values, n, q, ends, None, Mesh.even(*_FIRST), nothing, equations.scale, None, accuracy)
+        ends, no_reference = (
+            EndConditions.of(system, parameters, fixed_values, conditions),
+            Reference(np.zeros((n, 0)), np.zeros((n, 0))),
+        )
+        return cls(equations.values, n, q, ends, None, Mesh.even(*_FIRST), no_reference, equations.scale, None, accuracy)
 
     def split(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return y at the nodes (N m + 1, n), and P (q,)."""
@@ -187,8 +190,8 @@ class BoundaryValueProblem:
         g, g_u = self.field(np.concatenate([states, np.broadcast_to(parameters[:, None], (q, states.shape[1]))]))
         off = slopes.reshape(-1, n) - g.T
         by_states = g_u[:, :n].transpose(2, 0, 1).reshape(intervals, m, n, 1, n)
-        derived = mesh.basis.slopes[:, None, :, None] * np.eye(n)[:, None]
-        blocks = derived / mesh.lengths[:, None, None, None, None] - by_states * lagrange[:, None, :, None]
+        differentiation = mesh.basis.slopes[:, None, :, None] * np.eye(n)[:, None]
+        blocks = differentiation / mesh.lengths[:, None, None, None, None] - by_states * lagrange[:, None, :, None]
         blocks = blocks.reshape(intervals, m * n, (m + 1) * n)
         by_parameters = -g_u[:, n:].transpose(2, 0, 1).reshape(intervals, m * n, q)
         b, begin, end, ends_by_parameters = self.ends(y[0], y[-1], parameters)
@@ -217,45 +220,45 @@ class BoundaryValueProblem:
             return np.zeros(0), np.zeros((0, mesh.intervals, mesh.degree + 1, n)), np.zeros((0, self.q))
         h, by_states, by_parameters = self.integrand(states, parameters, self.reference)
         weights = mesh.weights.ravel()
-        weighted = (by_states * weights).reshape(len(h), n, mesh.intervals, mesh.degree)
-        return h @ weights, (weighted @ mesh.basis.values).transpose(0, 2, 3, 1), by_parameters @ weights
+        weighted_derivatives = (by_states * weights).reshape(len(h), n, mesh.intervals, mesh.degree)
+        return h @ weights, (weighted_derivatives @ mesh.basis.values).transpose(0, 2, 3, 1), by_parameters @ weights
 
     def solution(self, jacobian: CollocationJacobian, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
         """Solve the bordered linear equations: see ``Problem``; the determinant's sign is not computed: 0."""
         return jacobian.solve(row, sides), 0
 
-    def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
+    def reformulate(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """Take the point's solution as reference, and adapt the mesh from time to time: see ``Problem``."""
-        better = self.remeshed(point.u)
+        better = self.adapt_mesh(point.u)
         u, tangent, bend = point.u, point.tangent, np.zeros_like(point.u) if point.bend is None else point.bend
         if better.mesh is not self.mesh:
-            u, tangent, bend = self.moved(np.stack([u, tangent, bend], axis=1), better.mesh).T
-        problem = replace(better, reference=better.referred(u))
+            u, tangent, bend = self.to_mesh(np.stack([u, tangent, bend], axis=1), better.mesh).T
+        problem = replace(better, reference=better.reference_from(u))
         if self.periodic and self.integrand is not None:
-            tangent, bend = problem._in_phase(u, tangent), problem._in_phase(u, bend)
+            tangent, bend = problem._without_phase_shift(u, tangent), problem._without_phase_shift(u, bend)
         jacobian = point.jacobian if better.mesh is self.mesh else None
         return problem, CurvePoint(u, tangent, jacobian, point.length, point.orientation, bend)
 
-    def _in_phase(self, u: np.ndarray, change: np.ndarray) -> np.ndarray:
+    def _without_phase_shift(self, u: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Remove from a change of an orbit u the phase shift that its first condition on an integral forbids."""
         y, parameters = self.split(u)
         shift = np.append(self.mesh.slopes(y).ravel(), np.zeros(self.q))
         _, row, _ = self._integrals(self.reference.y, parameters)
-        along, share = ((row[0] * self.mesh.pieces(self.split(each)[0])).sum() for each in (shift, change))
+        along, share = ((row[0] * self.mesh.pieces(self.split(direction)[0])).sum() for direction in (shift, change))
         return np.asarray(change - share / along * shift)
 
-    def remeshed(self, u: np.ndarray) -> BoundaryValueProblem:
+    def adapt_mesh(self, u: np.ndarray) -> BoundaryValueProblem:
         """Return the problem on a mesh that suits a solution, with as many intervals as the accuracy requires."""
         values = self.split(u)[0] / self.sizes[: self.n]
-        wanted = _SPARE * self.mesh.wanted(values, self.periodic, self.accuracy)
-        intervals = int(np.clip(math.ceil(wanted), *_INTERVALS))
+        target = _SPARE * self.mesh.required_intervals(values, self.periodic, self.accuracy)
+        intervals = int(np.clip(math.ceil(target), *_INTERVALS))
         if _FEWER * self.mesh.intervals < intervals < _MORE * self.mesh.intervals:
             intervals = self.mesh.intervals
             if self.mesh.unevenness(values, self.periodic) < _UNEVEN:
                 return self
-        return replace(self, mesh=self.mesh.adapted(values, self.periodic, intervals))
+        return replace(self, mesh=self.mesh.adapt(values, self.periodic, intervals))
 
-    def referred(self, u: np.ndarray) -> Reference:
+    def reference_from(self, u: np.ndarray) -> Reference:
         """Return a solution as the reference of the next one."""
         pieces = self.mesh.pieces(self.split(u)[0])
         slopes = (self.mesh.basis.slopes @ pieces) / self.mesh.lengths[:, None, None]
@@ -265,18 +268,18 @@ class BoundaryValueProblem:
         """Estimate the error of the solution within each interval (N,), in units of its sizes; far less at mesh points."""
         return self.mesh.error(self.split(u)[0] / self.sizes[: self.n], self.periodic)
 
-    def moved(self, u: np.ndarray, mesh: Mesh) -> np.ndarray:
+    def to_mesh(self, u: np.ndarray, mesh: Mesh) -> np.ndarray:
         """Interpolate a solution, or a change of it, or several as columns, to another mesh."""
         values = u[: -self.q].reshape(len(self.mesh.nodes), -1)
-        return np.concatenate([self.mesh.at(values, mesh.nodes).reshape(-1, *u.shape[1:]), u[-self.q :]])
+        return np.concatenate([self.mesh.interpolate(values, mesh.nodes).reshape(-1, *u.shape[1:]), u[-self.q :]])
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters, and mean and mean square of states that return: a phase shift does not change these."""
         y, parameters = self.split(u)
-        scaled = (y / self.sizes[: self.n])[:, np.ones(self.n, bool) if self.winding is None else self.winding == 0]
+        scaled_states = (y / self.sizes[: self.n])[:, np.ones(self.n, bool) if self.winding is None else self.winding == 0]
         # By Gauss' quadrature: the identity of the orbit must not depend on its mesh.
         at, weights = (
-            (self.mesh.basis.values @ self.mesh.pieces(scaled)).reshape(-1, scaled.shape[1]),
+            (self.mesh.basis.values @ self.mesh.pieces(scaled_states)).reshape(-1, scaled_states.shape[1]),
             self.mesh.weights.ravel(),
         )
         mean = weights @ at

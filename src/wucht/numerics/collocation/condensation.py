@@ -12,7 +12,7 @@ import numpy as np
 
 from wucht.errors import RunError
 
-_MERGED = 4  # intervals merged into one
+_GROUP_SIZE = 4  # intervals merged into one
 _DENSE = 110  # values at mesh points above which merging pays
 
 
@@ -52,35 +52,39 @@ class CollocationJacobian:
         order is collocation, ends, integrals, the row. Raises ``RunError`` if singular.
         """
         intervals, m, n, _ = self.shape
-        collocated = intervals * m * n
+        collocation_count = intervals * m * n
         try:
-            return self._solved(row, sides[:collocated].reshape(intervals, m * n, -1), sides[collocated:])
+            return self._solve_by_blocks(
+                row, sides[:collocation_count].reshape(intervals, m * n, -1), sides[collocation_count:]
+            )
         except np.linalg.LinAlgError:
             raise RunError("the equations are singular here", code="singular") from None
 
-    def _solved(self, row: np.ndarray, sides: np.ndarray, others: np.ndarray) -> np.ndarray:
+    def _solve_by_blocks(self, row: np.ndarray, sides: np.ndarray, condition_sides: np.ndarray) -> np.ndarray:
         intervals, m, n, q = self.shape
         k = sides.shape[2]
         # inner values = elimination[..., n+q:] - elimination[..., :n+q] (first value, parameters)
-        known = np.linalg.solve(self.inner, np.concatenate([self.first, self.by_parameters, sides], axis=2))
-        rows, by_parameters, right = self._conditions(row, known, others)
-        last = known[:, -n:]
+        elimination = np.linalg.solve(self.inner, np.concatenate([self.first, self.by_parameters, sides], axis=2))
+        rows, by_parameters, right = self._conditions(row, elimination, condition_sides)
+        last = elimination[:, -n:]
         identity = np.broadcast_to(np.eye(n), (intervals, n, n))
-        system = Condensed(last[..., :n], identity, last[..., n : n + q], last[..., n + q :], rows, by_parameters, right)
-        passed = []
-        while system.segments * n > _DENSE and system.segments >= 2 * _MERGED:
-            system, inner = system.merged()
-            passed.append(inner)
-        z, parameters = system.solved(self.begin, self.end, self.ends_by_parameters, others[: len(self.begin)])
-        for inner in reversed(passed):
-            z = inner.between(z, parameters)
+        system = CondensedSystem(last[..., :n], identity, last[..., n : n + q], last[..., n + q :], rows, by_parameters, right)
+        levels = []
+        while system.segments * n > _DENSE and system.segments >= 2 * _GROUP_SIZE:
+            system, inner = system.merge_segments()
+            levels.append(inner)
+        z, parameters = system.solve(self.begin, self.end, self.ends_by_parameters, condition_sides[: len(self.begin)])
+        for inner in reversed(levels):
+            z = inner.expand(z, parameters)
         x = np.empty((intervals * m + 1, n, k))
         x[0] = z[0]
-        between = known[..., n + q :] - known[..., :n] @ z[:-1] - known[..., n : n + q] @ parameters
-        x[1:] = between.reshape(intervals * m, n, k)
+        inner_values = elimination[..., n + q :] - elimination[..., :n] @ z[:-1] - elimination[..., n : n + q] @ parameters
+        x[1:] = inner_values.reshape(intervals * m, n, k)
         return np.concatenate([x.reshape(-1, k), parameters])
 
-    def _conditions(self, row: np.ndarray, known: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _conditions(
+        self, row: np.ndarray, elimination: np.ndarray, condition_sides: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the conditions on integrals and the row, by mesh values (r+1, N+1, n), parameters (r+1, q), sides (r+1, k)."""
         intervals, m, n, q = self.shape
         count = len(self.integrals) + 1
@@ -89,25 +93,25 @@ class CollocationJacobian:
         values = row[: intervals * m * n + n].reshape(-1, n)
         pieces[-1, :, 1:] = values[1:].reshape(intervals, m, n)
         pieces[-1, 0, 0] = values[0]
-        inner = pieces[:, :, 1:m].reshape(count, intervals, (m - 1) * n).transpose(1, 0, 2) @ known[:, : (m - 1) * n]
+        inner = pieces[:, :, 1:m].reshape(count, intervals, (m - 1) * n).transpose(1, 0, 2) @ elimination[:, : (m - 1) * n]
         rows = np.zeros((count, intervals + 1, n))
         rows[:, :-1] = pieces[:, :, 0] - inner[..., :n].transpose(1, 0, 2)
         rows[:, 1:] += pieces[:, :, m]
         inner = inner.sum(axis=0)
         by_parameters = np.concatenate([self.integrals_by_parameters, row[None, -q:]]) - inner[:, n : n + q]
-        return rows, by_parameters, others[-count:] - inner[:, n + q :]
+        return rows, by_parameters, condition_sides[-count:] - inner[:, n + q :]
 
 
 @dataclass(frozen=True, eq=False)
-class Condensed:
+class CondensedSystem:
     """Equations of M segments: left z_l + right z_r + by_parameters P = sides, rows z + row_parameters P = row_sides.
 
     left_blocks, right_blocks (M, n, n), by_parameters (M, n, q), sides (M, n, k); rows (c, M+1, n), row_parameters (c, q),
     row_sides (c, k).
     """
 
-    left: np.ndarray
-    right: np.ndarray
+    left_blocks: np.ndarray
+    right_blocks: np.ndarray
     by_parameters: np.ndarray
     sides: np.ndarray
     rows: np.ndarray
@@ -117,53 +121,57 @@ class Condensed:
     @property
     def segments(self) -> int:
         """Number M of segments."""
-        return len(self.left)
+        return len(self.left_blocks)
 
-    def merged(self) -> tuple[Condensed, Inner]:
+    def merge_segments(self) -> tuple[CondensedSystem, InnerValues]:
         """Merge each group of segments into one; return also the eliminated values."""
-        n, q, k, g = self.left.shape[1], self.by_parameters.shape[2], self.sides.shape[2], _MERGED
+        n, q, k, g = self.left_blocks.shape[1], self.by_parameters.shape[2], self.sides.shape[2], _GROUP_SIZE
         groups = self.segments // g
-        grouped = groups * g
+        grouped_count = groups * g
         shape = (groups, g, n)
-        matrix, others = np.zeros((*shape, (g - 1) * n)), np.zeros((*shape, 2 * n + q + k))
-        left, right = self.left[:grouped].reshape(*shape, n), self.right[:grouped].reshape(*shape, n)
+        matrix, right_sides = np.zeros((*shape, (g - 1) * n)), np.zeros((*shape, 2 * n + q + k))
+        left_blocks, right_blocks = (
+            self.left_blocks[:grouped_count].reshape(*shape, n),
+            self.right_blocks[:grouped_count].reshape(*shape, n),
+        )
         for i in range(g):
             if i:
-                matrix[:, i, :, (i - 1) * n : i * n] = left[:, i]
+                matrix[:, i, :, (i - 1) * n : i * n] = left_blocks[:, i]
             if i < g - 1:
-                matrix[:, i, :, i * n : (i + 1) * n] = right[:, i]
-        others[:, 0, :, :n], others[:, -1, :, n : 2 * n] = left[:, 0], right[:, -1]
-        others[..., 2 * n : 2 * n + q] = self.by_parameters[:grouped].reshape(*shape, q)
-        others[..., 2 * n + q :] = self.sides[:grouped].reshape(*shape, k)
+                matrix[:, i, :, i * n : (i + 1) * n] = right_blocks[:, i]
+        right_sides[:, 0, :, :n], right_sides[:, -1, :, n : 2 * n] = left_blocks[:, 0], right_blocks[:, -1]
+        right_sides[..., 2 * n : 2 * n + q] = self.by_parameters[:grouped_count].reshape(*shape, q)
+        right_sides[..., 2 * n + q :] = self.sides[:grouped_count].reshape(*shape, k)
         turn, triangle = np.linalg.qr(matrix.reshape(groups, g * n, -1), mode="complete")
-        turned = turn.transpose(0, 2, 1) @ others.reshape(groups, g * n, -1)
+        rotated_sides = turn.transpose(0, 2, 1) @ right_sides.reshape(groups, g * n, -1)
         size = (g - 1) * n
-        known = np.linalg.solve(triangle[:, :size], turned[:, :size])
-        kept = [np.concatenate([turned[:, size:, a:b], rest[grouped:]]) for a, b, rest in (
-            (0, n, self.left), (n, 2 * n, self.right), (2 * n, 2 * n + q, self.by_parameters), (2 * n + q, None, self.sides)
+        elimination = np.linalg.solve(triangle[:, :size], rotated_sides[:, :size])
+        merged_blocks = [np.concatenate([rotated_sides[:, size:, a:b], rest[grouped_count:]]) for a, b, rest in (
+            (0, n, self.left_blocks), (n, 2 * n, self.right_blocks), (2 * n, 2 * n + q, self.by_parameters),
+            (2 * n + q, None, self.sides)
         )]  # fmt: skip
         count = len(self.rows)
-        heads = self.rows[:, :grouped].reshape(count, groups, g, n)
-        inner = heads[:, :, 1:].reshape(count, groups, size).transpose(1, 0, 2) @ known
-        rows = np.concatenate([heads[:, :, 0], self.rows[:, grouped:]], axis=1)
+        heads = self.rows[:, :grouped_count].reshape(count, groups, g, n)
+        inner = heads[:, :, 1:].reshape(count, groups, size).transpose(1, 0, 2) @ elimination
+        rows = np.concatenate([heads[:, :, 0], self.rows[:, grouped_count:]], axis=1)
         rows[:, :groups] -= inner[..., :n].transpose(1, 0, 2)
         rows[:, 1 : groups + 1] -= inner[..., n : 2 * n].transpose(1, 0, 2)
         inner = inner.sum(axis=0)
         row_parameters, row_sides = self.row_parameters - inner[:, 2 * n : 2 * n + q], self.row_sides - inner[:, 2 * n + q :]
-        lefts, rights, merged_parameters, merged_sides = kept
-        merged = Condensed(lefts, rights, merged_parameters, merged_sides, rows, row_parameters, row_sides)
-        return merged, Inner(known, n, q)
+        lefts, rights, merged_parameters, merged_sides = merged_blocks
+        merged_system = CondensedSystem(lefts, rights, merged_parameters, merged_sides, rows, row_parameters, row_sides)
+        return merged_system, InnerValues(elimination, n, q)
 
-    def solved(
+    def solve(
         self, begin: np.ndarray, end: np.ndarray, by_parameters: np.ndarray, sides: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Solve for z (M+1, n, k) and parameters (q, k), with begin z_0 + end z_M + by_parameters P = sides (b, k) as well."""
-        m, n, q = self.segments, self.left.shape[1], self.by_parameters.shape[2]
+        m, n, q = self.segments, self.left_blocks.shape[1], self.by_parameters.shape[2]
         size, b, k = (m + 1) * n, len(begin), self.sides.shape[2]
         matrix, right = np.zeros((size + q, size + q)), np.empty((size + q, k))
         chain = matrix[: m * n, :size].reshape(m, n, m + 1, n)
         index = np.arange(m)
-        chain[index, :, index], chain[index, :, index + 1] = self.left, self.right
+        chain[index, :, index], chain[index, :, index + 1] = self.left_blocks, self.right_blocks
         matrix[: m * n, size:], right[: m * n] = self.by_parameters.reshape(m * n, q), self.sides.reshape(m * n, k)
         ends = slice(m * n, m * n + b)
         matrix[ends, :n], matrix[ends, size - n : size], matrix[ends, size:], right[ends] = begin, end, by_parameters, sides
@@ -175,20 +183,20 @@ class Condensed:
 
 
 @dataclass(frozen=True, eq=False)
-class Inner:
+class InnerValues:
     """Values within groups: z = elimination[..., 2n+q:] - elimination[..., :2n+q] (z_left, z_right, parameters)."""
 
-    known: np.ndarray
+    elimination: np.ndarray
     n: int
     q: int
 
-    def between(self, z: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    def expand(self, z: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Recover the values (M+1, n, k) of all segments from those (M'+1, n, k) at the ends of groups and single segments."""
-        groups, n, k = len(self.known), self.n, z.shape[2]
-        given = np.concatenate(
+        groups, n, k = len(self.elimination), self.n, z.shape[2]
+        outer_values = np.concatenate(
             [z[:groups], z[1 : groups + 1], np.broadcast_to(parameters, (groups, *parameters.shape))], axis=1
         )
-        known = self.known[..., : 2 * n + self.q]
-        inner = self.known[..., 2 * n + self.q :] - known @ given
+        coefficients = self.elimination[..., : 2 * n + self.q]
+        inner = self.elimination[..., 2 * n + self.q :] - coefficients @ outer_values
         block = np.concatenate([z[:groups, None], inner.reshape(groups, -1, n, k)], axis=1)
         return np.concatenate([block.reshape(-1, n, k), z[groups:]])

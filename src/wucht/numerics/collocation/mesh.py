@@ -33,9 +33,9 @@ class Basis:
     node_slopes: np.ndarray
     highest: np.ndarray
 
-    def at(self, where: np.ndarray) -> np.ndarray:
+    def interpolation_matrix(self, places: np.ndarray) -> np.ndarray:
         """Return the matrix (K, m+1) from the nodes' values to those at places (K,) of [0, 1], by the barycentric formula."""
-        away = where[:, None] - self.nodes
+        away = places[:, None] - self.nodes
         exact = away == 0
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = _barycentric(self.nodes) / away
@@ -54,11 +54,11 @@ def basis(degree: int) -> Basis:
     lagrange = np.linalg.inv(np.vander(2 * nodes - 1, increasing=True))  # columns: coefficients of the node's polynomial
     powers = np.arange(degree + 1)
 
-    def matrices(where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        at = np.vander(2 * where - 1, degree + 1, increasing=True)
-        derived = np.zeros_like(at)
-        derived[:, 1:] = 2 * powers[1:] * at[:, :-1]
-        return at @ lagrange, derived @ lagrange
+    def matrices(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        at = np.vander(2 * places - 1, degree + 1, increasing=True)
+        derivative = np.zeros_like(at)
+        derivative[:, 1:] = 2 * powers[1:] * at[:, :-1]
+        return at @ lagrange, derivative @ lagrange
 
     highest = lagrange[-1] * math.factorial(degree) * 2.0**degree
     return Basis(degree, nodes, points, weights, *matrices(points), matrices(nodes)[1], highest)
@@ -82,7 +82,7 @@ class Mesh:
         """Return a mesh of equal intervals."""
         return cls(np.linspace(0.0, 1.0, intervals + 1), degree)
 
-    def divided(self, parts: np.ndarray) -> Mesh:
+    def subdivide(self, parts: np.ndarray) -> Mesh:
         """Divide each interval into so many equal parts (N,)."""
         whole = np.repeat(np.arange(self.intervals), parts)
         within = np.arange(len(whole)) - np.repeat(np.cumsum(parts) - parts, parts)
@@ -133,10 +133,10 @@ class Mesh:
         """Arrange the nodes' values (N m + 1, n) interval by interval (N, m+1, n)."""
         return np.asarray(values[self._members])
 
-    def at(self, values: np.ndarray, where: np.ndarray) -> np.ndarray:
+    def interpolate(self, values: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Interpolate the nodes' values (N m + 1, n) at places (K,) of [0, 1]: (K, n)."""
-        index = np.clip(np.searchsorted(self.edges, where, side="right") - 1, 0, self.intervals - 1)
-        matrix = self.basis.at((where - self.edges[index]) / self.lengths[index])
+        index = np.clip(np.searchsorted(self.edges, places, side="right") - 1, 0, self.intervals - 1)
+        matrix = self.basis.interpolation_matrix((places - self.edges[index]) / self.lengths[index])
         return np.asarray((matrix[:, None] @ self.pieces(values)[index])[:, 0])
 
     def slopes(self, values: np.ndarray) -> np.ndarray:
@@ -153,10 +153,10 @@ class Mesh:
         """Error constant of interpolation at Chebyshev's points."""
         return 1 / (math.factorial(self.degree + 1) * 2.0 ** (2 * self.degree + 1))
 
-    def wanted(self, values: np.ndarray, periodic: bool, accuracy: float) -> float:
+    def required_intervals(self, values: np.ndarray, periodic: bool, accuracy: float) -> float:
         """Return how many intervals of the best mesh have an error as small as that."""
-        grown = float(self.density(values, periodic) @ self.lengths)
-        return float(grown * (self._constant / accuracy) ** (1 / (self.degree + 1)))
+        total_density = float(self.density(values, periodic) @ self.lengths)
+        return float(total_density * (self._constant / accuracy) ** (1 / (self.degree + 1)))
 
     def _next_derivative(self, values: np.ndarray, periodic: bool) -> np.ndarray:
         """Estimate the size of the derivative of order m + 1 on each interval (N,), from changes of that of order m: (9.25)."""
@@ -177,12 +177,14 @@ class Mesh:
 
     def unevenness(self, values: np.ndarray, periodic: bool) -> float:
         """Ratio of the largest to the mean demand for mesh points of an interval: 1 where the mesh suits the values."""
-        wanted = self.density(values, periodic) * self.lengths
-        return float(wanted.max() / wanted.mean())
+        demand = self.density(values, periodic) * self.lengths
+        return float(demand.max() / demand.mean())
 
-    def adapted(self, values: np.ndarray, periodic: bool, intervals: int | None = None) -> Mesh:
+    def adapt(self, values: np.ndarray, periodic: bool, intervals: int | None = None) -> Mesh:
         """Return the mesh of as many intervals that distributes the error of these values (N m + 1, n) evenly."""
-        grown = np.insert(np.cumsum(self.density(values, periodic) * self.lengths), 0, 0.0)
-        edges = np.interp(np.linspace(0.0, grown[-1], (intervals or self.intervals) + 1), grown, self.edges)
+        cumulative_density = np.insert(np.cumsum(self.density(values, periodic) * self.lengths), 0, 0.0)
+        edges = np.interp(
+            np.linspace(0.0, cumulative_density[-1], (intervals or self.intervals) + 1), cumulative_density, self.edges
+        )
         edges[[0, -1]] = 0.0, 1.0
         return Mesh(edges, self.degree)

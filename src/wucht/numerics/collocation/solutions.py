@@ -19,21 +19,21 @@ from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import CurvePoint
-from wucht.numerics.continuation.special_curves import UNRESOLVED
-from wucht.numerics.continuation.special_points import located
+from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
+from wucht.numerics.continuation.special_points import locate_zero
 
 _INTERVALS, _MOST_REFINEMENTS = 40, 6
 _FINE = 20_001
 _EXACT = 1e-10  # Newton's tolerance, where points are located
 _LEAST = 2.0**-8  # share of a step
-_ROUNDED = 1e-7  # corrections that small and no longer smaller are rounding
+_CORRECTION_ROUNDING = 1e-7  # corrections that small and no longer smaller are rounding
 FOLD, VALUE = "fold", "value"
 _LOCATING = 1e-9  # accuracy of the mesh on which special solutions are located
-STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
+STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, predicts_correction=True)
 
 
 @dataclass(frozen=True, eq=False)
-class Collocated:
+class CollocationSolution:
     """A solution by collocation. curve: that on which it lies, with the problem on the solution's mesh. point: on the curve."""
 
     curve: Curve
@@ -55,12 +55,12 @@ class Collocated:
         """States at these places (n, K)."""
         return self.problem.split(self.point.u)[0].T
 
-    def at(self, tau: np.ndarray) -> np.ndarray:
+    def states_at(self, tau: np.ndarray) -> np.ndarray:
         """Interpolate the states (n, K) at places (K,) of [0, 1]."""
-        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
+        return self.problem.mesh.interpolate(self.states.T, np.asarray(tau, float)).T
 
 
-def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
+def mesh_from_samples(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
     """Return a mesh that is finer where the states change faster, and their values at its nodes (K', n), by a cubic spline.
 
     times (K,), increasing, states (n, K), sizes (n,): a typical large change of each.
@@ -71,12 +71,12 @@ def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: in
     fine = np.linspace(0.0, 1.0, _FINE)
     speed = np.linalg.norm(np.diff(samples(fine), axis=0) / sizes, axis=1)
     # States that do not change at all need an even mesh.
-    grown = np.insert(np.cumsum(speed + (0.5 * speed.mean() or 1.0)), 0, 0.0)
-    mesh = Mesh(np.interp(np.linspace(0.0, grown[-1], _INTERVALS + 1), grown, fine), degree)
+    cumulative_density = np.insert(np.cumsum(speed + (0.5 * speed.mean() or 1.0)), 0, 0.0)
+    mesh = Mesh(np.interp(np.linspace(0.0, cumulative_density[-1], _INTERVALS + 1), cumulative_density, fine), degree)
     return mesh, samples(mesh.nodes)
 
 
-def solved_near(curve: Curve, u: np.ndarray, towards: np.ndarray | None = None) -> tuple[Curve, CurvePoint]:
+def solve_near(curve: Curve, u: np.ndarray, towards: np.ndarray | None = None) -> tuple[Curve, CurvePoint]:
     """Solve for the solution near u; return also the curve on a mesh that suits it.
 
     curve: of a boundary value problem, on the mesh of u. towards: a direction of all unknowns; the solution lies in the plane
@@ -89,12 +89,12 @@ def solved_near(curve: Curve, u: np.ndarray, towards: np.ndarray | None = None) 
     for refinement in range(_MOST_REFINEMENTS + 1):
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
-        curve = replace(curve, problem=replace(problem, reference=problem.referred(u)))
+        curve = replace(curve, problem=replace(problem, reference=problem.reference_from(u)))
         point = curve.start(u, towards)
-        better = problem.remeshed(point.u)
+        better = problem.adapt_mesh(point.u)
         if better.mesh is problem.mesh or refinement == _MOST_REFINEMENTS:
             break
-        u, towards = problem.moved(np.stack([point.u, towards], axis=1), better.mesh).T
+        u, towards = problem.to_mesh(np.stack([point.u, towards], axis=1), better.mesh).T
         curve = replace(curve, problem=better)
     return curve, point
 
@@ -107,12 +107,14 @@ def tangent_near(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
     return problem.solution(problem.residual(u)[1], row, sides)[0][:, 0]
 
 
-def exactly(curve: Curve) -> Curve:
+def with_exact_tolerance(curve: Curve) -> Curve:
     """Return the curve with Newton's method converging to rounding: for requested points, not those on the way."""
-    return replace(curve, steps=replace(curve.steps, tolerance=min(_EXACT, curve.steps.tolerance), foretold=False))
+    return replace(curve, steps=replace(curve.steps, tolerance=min(_EXACT, curve.steps.tolerance), predicts_correction=False))
 
 
-def refined(a: tuple[Curve, CurvePoint], b: tuple[Curve, CurvePoint], accuracy: float) -> tuple[Curve, CurvePoint, CurvePoint]:
+def refine_on_common_mesh(
+    a: tuple[Curve, CurvePoint], b: tuple[Curve, CurvePoint], accuracy: float
+) -> tuple[Curve, CurvePoint, CurvePoint]:
     """Recompute two neighbours of a curve on one mesh, so that points between them can be located.
 
     a, b: with the curves on whose meshes they are. accuracy: see ``BoundaryValueProblem``; Newton's method converges to
@@ -121,18 +123,18 @@ def refined(a: tuple[Curve, CurvePoint], b: tuple[Curve, CurvePoint], accuracy: 
     curve, there = b
     problem = curve.problem
     assert isinstance(problem, BoundaryValueProblem)
-    better = replace(problem, accuracy=min(accuracy, problem.accuracy)).remeshed(there.u)
-    better = replace(better, reference=better.referred(problem.moved(there.u, better.mesh)))
-    fine, found = exactly(replace(curve, problem=better)), list[CurvePoint]()
+    better = replace(problem, accuracy=min(accuracy, problem.accuracy)).adapt_mesh(there.u)
+    better = replace(better, reference=better.reference_from(problem.to_mesh(there.u, better.mesh)))
+    fine, points = with_exact_tolerance(replace(curve, problem=better)), list[CurvePoint]()
     for at, point in (a, b):
-        known = at.problem
-        assert isinstance(known, BoundaryValueProblem)
-        u, tangent = known.moved(np.stack([point.u, point.tangent], axis=1), better.mesh).T
-        found.append(fine.corrected(u, tangent, point.length)[0])
-    return fine, found[0], found[1]
+        coarse_problem = at.problem
+        assert isinstance(coarse_problem, BoundaryValueProblem)
+        u, tangent = coarse_problem.to_mesh(np.stack([point.u, point.tangent], axis=1), better.mesh).T
+        points.append(fine.correct(u, tangent, point.length)[0])
+    return fine, points[0], points[1]
 
 
-def solved(
+def solve_across_row(
     problem: BoundaryValueProblem, u: np.ndarray, row: np.ndarray, positive: int, most_steps: int, tolerance: float
 ) -> tuple[np.ndarray, int]:
     """Solve for the solution near u in the plane through it across a row; return also the number of steps.
@@ -168,22 +170,24 @@ def solved(
             at = u - share * change
             if at[positive] > 0:
                 off, after = problem.residual(at)
-                rest, left = correction(jacobian, off)
-                if left <= max((1 - share / 2) * size, tolerance) or (share == 1.0 and left < _ROUNDED and left < 2 * size):
+                next_change, next_size = correction(jacobian, off)
+                if next_size <= max((1 - share / 2) * size, tolerance) or (
+                    share == 1.0 and next_size < _CORRECTION_ROUNDING and next_size < 2 * size
+                ):
                     break
             share /= 2
             if not share >= _LEAST:
                 raise RunError("Newton's method does not converge", code="no-convergence")
         u = at
-        if share == 1.0 and (left <= tolerance or size / 2 < left < _ROUNDED):
-            return u - rest, step
+        if share == 1.0 and (next_size <= tolerance or size / 2 < next_size < _CORRECTION_ROUNDING):
+            return u - next_change, step
         jacobian, (change, size) = after, correction(after, off)
         share = min(1.0, 2 * share)
     raise RunError(f"after {most_steps} steps of Newton's method a correction of {size:.2g} remains", code="too-many-steps")
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(Collocated):
+class Solution(CollocationSolution):
     """A solution on a curve of solutions.
 
     curve, point: see ``CollocationSolution``. kind: ``""``, ``"fold"``, ``"value"``: the last parameter has a requested one, or
@@ -237,30 +241,33 @@ class Solutions:
             Where Newton's method finds no solution near them.
         """
         problem, q = self.problem, self.problem.q
-        at, given = np.asarray(tau, float), np.asarray(states, float)
-        if given.shape != (problem.n, len(at)) or len(at) < 2 or len(parameters) != q or len(self.bounds) != q:
+        at, state_samples = np.asarray(tau, float), np.asarray(states, float)
+        if state_samples.shape != (problem.n, len(at)) or len(at) < 2 or len(parameters) != q or len(self.bounds) != q:
             form = f"{problem.n} states at two places or more, and {q} parameters with bounds"
             raise WuchtError(
-                f"a start needs samples of {form}; given: {given.shape} at {len(at)}, {len(parameters)}",
+                f"a start needs samples of {form}; given: {state_samples.shape} at {len(at)}, {len(parameters)}",
                 code="shape",
             )
         if not (
-            np.isfinite(at).all() and np.isfinite(given).all() and np.isfinite(parameters).all() and (np.diff(at) > 0).all()
+            np.isfinite(at).all()
+            and np.isfinite(state_samples).all()
+            and np.isfinite(parameters).all()
+            and (np.diff(at) > 0).all()
         ):
             raise WuchtError("samples of a solution and its parameters must be finite, and their places increase")
-        mesh, y = sampled(at, given, problem.sizes[: problem.n], problem.mesh.degree)
-        curve = Curve(replace(problem, mesh=mesh), {k - q: each for k, each in enumerate(self.bounds)}, self.steps)
-        return Solution(*solved_near(curve, np.concatenate([y.ravel(), parameters])))
+        mesh, y = mesh_from_samples(at, state_samples, problem.sizes[: problem.n], problem.mesh.degree)
+        curve = Curve(replace(problem, mesh=mesh), {k - q: limits for k, limits in enumerate(self.bounds)}, self.steps)
+        return Solution(*solve_near(curve, np.concatenate([y.ravel(), parameters])))
 
     def walk(self, start: Solution) -> Walk[Solution]:
         """Return the solutions after a first one, special ones included, computed one by one."""
-        return Walk(self._walked(start))
+        return Walk(self._generate_solutions(start))
 
     def backwards(self, solution: Solution) -> Solution:
         """Return the same solution with the curve followed the other way."""
         return replace(solution, point=solution.curve.backwards(solution.point))
 
-    def _walked(self, start: Solution) -> Generator[Solution, None, str]:
+    def _generate_solutions(self, start: Solution) -> Generator[Solution, None, str]:
         here, walk = start, replace(start.curve, steps=self.steps).follow(start.point)
         for curve, point in walk:
             there = Solution(curve, point)
@@ -275,15 +282,15 @@ class Solutions:
             (FOLD, 0.0): lambda s: float(s.point.tangent[-1]),
             **{(VALUE, value): lambda s, value=value: float(s.point.u[-1]) - value for value in self.values},  # type: ignore[misc]
         }
-        passed = [(kind, test) for (kind, _), test in tests.items() if test(here) * test(there) < 0]
-        if not passed:
+        active_tests = [(kind, test) for (kind, _), test in tests.items() if test(here) * test(there) < 0]
+        if not active_tests:
             return []
         try:
-            fine, first, last = refined((here.curve, here.point), (there.curve, there.point), _LOCATING)
+            fine, first, last = refine_on_common_mesh((here.curve, here.point), (there.curve, there.point), _LOCATING)
         except RunError:
-            return [replace(there, kind=UNRESOLVED)]
-        found = list[Solution]()
-        for kind, test in passed:
-            at = located(fine, first, last, lambda point: Solution(fine, point), test)
-            found.append(replace(there, kind=UNRESOLVED) if at is None else replace(at, kind=kind))
-        return sorted(found, key=lambda s: s.point.length)
+            return [replace(there, kind=UNRESOLVED_POINT)]
+        special_solutions = list[Solution]()
+        for kind, test in active_tests:
+            at = locate_zero(fine, first, last, lambda point: Solution(fine, point), test)
+            special_solutions.append(replace(there, kind=UNRESOLVED_POINT) if at is None else replace(at, kind=kind))
+        return sorted(special_solutions, key=lambda s: s.point.length)

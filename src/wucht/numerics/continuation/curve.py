@@ -20,15 +20,15 @@ from wucht.numerics.continuation.equations import CurvePoint, Problem
 
 P = TypeVar("P")
 
-CLOSED = "it is closed"
+CURVE_IS_CLOSED = "it is closed"
 
 _MOST_CORRECTIONS = 8
-_ROUNDED = 1e-7  # corrections that small and no longer smaller are rounding
+_CORRECTION_ROUNDING = 1e-7  # corrections that small and no longer smaller are rounding
 _GROWS, _SHRINKS = 1.6, 0.5  # at most
 _NEAR_A_BOUND = 0.1  # of the first step: how near a bound is approached on which the equations are singular
 _ON_A_BOUND = 1e-6  # in units of scale: a point beyond a bound by less is on it, as far as a first point is known
 _FAR = 100.0  # in units of scale: an unknown that has changed by more has run away
-_REACHED = 1e-12  # in units of scale: nearer to a bound a point is on it
+_BOUND_TOLERANCE = 1e-12  # in units of scale: nearer to a bound a point is on it
 _SAME = 1e-3  # of the way between two points: how near it the curve passes its first one where it is closed
 _NEARER = 5  # tries to come so near
 _BESIDE = 0.3  # of that way: how far from a straight line between them the first point lies at most
@@ -51,7 +51,7 @@ class Steps:
     corrections: int = 3
     points: int = 2000
     tolerance: float = 1e-10
-    foretold: bool = False
+    predicts_correction: bool = False
 
 
 class Walk(Iterator[P], Generic[P]):
@@ -87,7 +87,7 @@ class Curve:
 
     def start(self, u: np.ndarray, towards: np.ndarray) -> CurvePoint:
         """Solve for the point near u in the plane across a direction (n+1,), which its tangent follows. Raises ``RunError``."""
-        point, _ = self.corrected(u, towards / self.size(towards), 0.0)
+        point, _ = self.correct(u, towards / self.size(towards), 0.0)
         return point
 
     def follow(self, start: CurvePoint) -> Walk[tuple[Curve, CurvePoint]]:
@@ -95,60 +95,62 @@ class Curve:
 
         Raises ``RunError`` for a first point out of bounds.
         """
-        self._refuse(start.u)
-        return Walk(self._followed(start))
+        self._check_start(start.u)
+        return Walk(self._generate_points(start))
 
-    def _followed(self, start: CurvePoint) -> Generator[tuple[Curve, CurvePoint], None, str]:
+    def _generate_points(self, start: CurvePoint) -> Generator[tuple[Curve, CurvePoint], None, str]:
         curve, here, step = self, start, self.steps.first
         first, turns = self.problem.outline(start.u)
-        before, made, begins, moved = first, 0, first, False
-        while made < self.steps.points:
+        before, count, first_direction, is_reformulated = first, 0, first, False
+        while count < self.steps.points:
             try:
                 guess = here.u + step * here.tangent
                 if here.bend is not None:
                     guess += step**2 / 2 * here.bend
-                there, corrections = curve.corrected(guess, here.tangent, here.length + step, self.steps.foretold)
+                there, corrections = curve.correct(guess, here.tangent, here.length + step, self.steps.predicts_correction)
                 # Where Newton's method went farther than the step, that is another curve's point.
-                turned = curve._angle(here.tangent, there.tangent) if curve.size(there.u - guess) <= step else math.pi
+                turn_angle = curve._angle(here.tangent, there.tangent) if curve.size(there.u - guess) <= step else math.pi
             except RunError:
-                there, turned, corrections = here, math.pi, _MOST_CORRECTIONS
-            if turned > 3 * self.steps.turn or (self.continues and not self.continues(curve.problem, here, there)):
+                there, turn_angle, corrections = here, math.pi, _MOST_CORRECTIONS
+            if turn_angle > 3 * self.steps.turn or (self.continues and not self.continues(curve.problem, here, there)):
                 step, here = step * _SHRINKS, replace(here, bend=None)
-                if moved:  # in the new formulation the last point may be only approximately a solution
-                    here, moved = curve._settled(here), False
+                if is_reformulated:  # in the new formulation the last point may be only approximately a solution
+                    here, is_reformulated = curve._try_correct(here), False
                 if step < self.steps.least:
                     return f"no further point could be computed: steps would be shorter than {self.steps.least:g}"
                 continue
-            if (left := curve.left(here.u, there.u)) is not None:
-                index, bound = left
-                gap = abs(bound - here.u[index]) / curve.problem.scale[index]
-                if gap < _REACHED or not curve.bounds[index][0] <= here.u[index] <= curve.bounds[index][1]:
-                    return curve.left_at(index, bound)
+            if (crossing := curve.crossed_bound(here.u, there.u)) is not None:
+                index, limit = crossing
+                gap = abs(limit - here.u[index]) / curve.problem.scale[index]
+                if gap < _BOUND_TOLERANCE or not curve.bounds[index][0] <= here.u[index] <= curve.bounds[index][1]:
+                    return curve.exit_sentence(index, limit)
                 try:
-                    last = curve._at_bound(here, there, index, bound)
+                    last = curve._point_on_bound(here, there, index, limit)
                 except RunError:  # on the bound the equations are singular: it is approached
                     step, here = step * _SHRINKS, replace(here, bend=None)
                     if step < _NEAR_A_BOUND * self.steps.first:
-                        return f"{curve.left_at(index, bound)}, where the equations are singular"
+                        return f"{curve.exit_sentence(index, limit)}, where the equations are singular"
                     continue
                 yield curve, last
-                return curve.left_at(index, bound)
+                return curve.exit_sentence(index, limit)
             after, _ = curve.problem.outline(there.u)
-            close = made > 1 and _passes(before, after, first, turns)
-            if close and (again := curve._returned(here, there, start, first, begins)) is not None:
-                yield curve, again
-                return CLOSED
+            close = count > 1 and _passes_start(before, after, first, turns)
+            if close and (closing_point := curve._closing_point(here, there, start, first, first_direction)) is not None:
+                yield curve, closing_point
+                return CURVE_IS_CLOSED
             yield curve, there
-            before, made, begins = after, made + 1, begins if made else after - first
+            before, count, first_direction = after, count + 1, first_direction if count else after - first
             bend = (there.tangent - here.tangent) / step
-            step = self._next(step, turned, corrections)
-            problem, here = curve.problem.renewed(replace(there, bend=bend))
-            moved = problem is not curve.problem
-            if moved:
+            step = self._next_step(step, turn_angle, corrections)
+            problem, here = curve.problem.reformulate(replace(there, bend=bend))
+            is_reformulated = problem is not curve.problem
+            if is_reformulated:
                 curve = replace(curve, problem=problem)
-        return f"it has reached the maximum number of points, {self.steps.points}{self._afar(start.u, here.u)}"
+        return f"it has reached the maximum number of points, {self.steps.points}{self._runaway_note(start.u, here.u)}"
 
-    def corrected(self, u: np.ndarray, tangent: np.ndarray, length: float, foretold: bool = False) -> tuple[CurvePoint, int]:
+    def correct(
+        self, u: np.ndarray, tangent: np.ndarray, length: float, predicts_correction: bool = False
+    ) -> tuple[CurvePoint, int]:
         """Apply Newton's method from u in the plane across a tangent; return also the number of corrections.
 
         predicts_correction: see ``Steps``; only for points on the way. Raises ``RunError``.
@@ -163,34 +165,34 @@ class Curve:
             except (ValueError, ArithmeticError) as error:  # a user's function, outside the region where it is defined
                 raise RunError(f"the equations cannot be evaluated here: {error}") from error
             sides[:-1, 0] = off
-            solved, orientation = self.problem.solution(jacobian, across, sides)
-            change = self.size(solved[:, 0])
-            u = u - solved[:, 0]
+            solution, orientation = self.problem.solution(jacobian, across, sides)
+            change = self.size(solution[:, 0])
+            u = u - solution[:, 0]
             # Where the equations are nearly singular, rounding stops Newton's method before the tolerance is reached.
-            left = change * (change / before) ** 2 if foretold and change < before < math.inf else change
-            if left <= self.steps.tolerance or before / 2 < change < _ROUNDED:
-                direction = solved[:, 1]
+            remaining = change * (change / before) ** 2 if predicts_correction and change < before < math.inf else change
+            if remaining <= self.steps.tolerance or before / 2 < change < _CORRECTION_ROUNDING:
+                direction = solution[:, 1]
                 return CurvePoint(u, direction / self.size(direction), jacobian, length, orientation), correction
             if not change < 2 * before:
                 break
             before = change
         raise RunError("Newton's method does not converge to a point of the curve", code="no-convergence")
 
-    def _settled(self, point: CurvePoint) -> CurvePoint:
+    def _try_correct(self, point: CurvePoint) -> CurvePoint:
         """Correct an approximate point by Newton's method; return it unchanged where that fails."""
         try:
-            found, _ = self.corrected(point.u, point.tangent, point.length)
+            solution, _ = self.correct(point.u, point.tangent, point.length)
         except RunError:
             return point
-        return found
+        return solution
 
-    def between(self, a: CurvePoint, b: CurvePoint, share: float) -> CurvePoint:
+    def point_between(self, a: CurvePoint, b: CurvePoint, share: float) -> CurvePoint:
         """Solve for the point of the curve at a fraction of the way from one point to a near one. Raises ``RunError``."""
         way, span = b.u - a.u, b.length - a.length
         across, s, r = way / self.size(way), share, 1 - share
         guess = (1 + 2 * s) * r**2 * a.u + s * r**2 * span * a.tangent + s**2 * (3 - 2 * s) * b.u - s**2 * r * span * b.tangent
         guess = guess + across * float((a.u + share * way - guess) @ (across / self.problem.scale**2))
-        return self.corrected(guess, across, a.length + share * span)[0]
+        return self.correct(guess, across, a.length + share * span)[0]
 
     def backwards(self, point: CurvePoint) -> CurvePoint:
         """Return the same point of the curve followed the other way."""
@@ -198,115 +200,120 @@ class Curve:
 
     def size(self, direction: np.ndarray) -> float:
         """Return the length of a change of the unknowns (n+1,), in units of their scale."""
-        scaled = direction / self.problem.scale
-        return math.sqrt(scaled @ scaled)
+        scaled_direction = direction / self.problem.scale
+        return math.sqrt(scaled_direction @ scaled_direction)
 
-    def within(self, u: np.ndarray) -> bool:
+    def is_within_bounds(self, u: np.ndarray) -> bool:
         """True if unknowns (n+1,) are within their bounds, or on one but for rounding."""
         near = _ON_A_BOUND * self.problem.scale
         return all(low - near[i] <= u[i] <= high + near[i] for i, (low, high) in self.bounds.items())
 
-    def on_bound(self, u: np.ndarray) -> bool:
+    def is_on_bound(self, u: np.ndarray) -> bool:
         """True if unknowns (n+1,) are on one of their bounds, but for rounding: it is then undecided whether a special point
         lies within them."""
         near = _ON_A_BOUND * self.problem.scale
-        return any(abs(u[i] - bound) <= near[i] for i, bounds in self.bounds.items() for bound in bounds)
+        return any(abs(u[i] - limit) <= near[i] for i, bounds in self.bounds.items() for limit in bounds)
 
-    def _refuse(self, u: np.ndarray) -> None:
+    def _check_start(self, u: np.ndarray) -> None:
         for i, (low, high) in self.bounds.items():
             if not low < high:
                 raise RunError(
                     f"there is no range from {low:.9g} to {high:.9g}: the second number must be the greater one",
                     code="empty-range",
                 )
-            if not replace(self, bounds={i: (low, high)}).within(u):
-                said = self._said(i, u[i])
+            if not replace(self, bounds={i: (low, high)}).is_within_bounds(u):
+                description = self._describe_value(i, u[i])
                 raise RunError(
-                    f"the first point is out of its range: {said} is not between {low:.9g} and {high:.9g}", code="out-of-range"
+                    f"the first point is out of its range: {description} is not between {low:.9g} and {high:.9g}",
+                    code="out-of-range",
                 )
 
-    def left_at(self, index: int, bound: float) -> str:
+    def exit_sentence(self, index: int, limit: float) -> str:
         """Return the sentence with which the curve ends where an unknown, by its index in ``bounds``, is on its bound."""
-        return f"it leaves the range at {self._said(index, bound)}"
+        return f"it leaves the range at {self._describe_value(index, limit)}"
 
-    def _said(self, index: int, value: float) -> str:
+    def _describe_value(self, index: int, value: float) -> str:
         """Describe a value of an unknown, with its name where it is known."""
         i = index % len(self.problem.scale)
         return f"{self.names[i]} = {value:.9g}" if i < len(self.names) else f"{value:.9g}"
 
-    def _afar(self, first: np.ndarray, last: np.ndarray) -> str:
+    def _runaway_note(self, first: np.ndarray, last: np.ndarray) -> str:
         """Describe the unknown that has changed by far more than its scale, if there is one."""
         if not self.names:
             return ""
         away = (np.abs(last - first) / self.problem.scale)[: len(self.names)]
         i = int(away.argmax())
-        told = f"; {self.names[i]} changed from {first[i]:.3g} to {last[i]:.3g}: it may need a greater scale, or limits"
-        return told if away[i] > _FAR else ""
+        note = f"; {self.names[i]} changed from {first[i]:.3g} to {last[i]:.3g}: it may need a greater scale, or limits"
+        return note if away[i] > _FAR else ""
 
     def _angle(self, a: np.ndarray, b: np.ndarray) -> float:
         return math.acos(min(1.0, max(-1.0, float(a @ (b / self.problem.scale**2)))))
 
-    def _next(self, step: float, turned: float, corrections: int) -> float:
+    def _next_step(self, step: float, turn_angle: float, corrections: int) -> float:
         """Return the next step length, for the wanted turn of the tangent and number of Newton's corrections."""
-        factor = min(_GROWS, self.steps.turn / max(turned, 1e-12), 2.0 ** (self.steps.corrections - corrections + 1))
+        factor = min(_GROWS, self.steps.turn / max(turn_angle, 1e-12), 2.0 ** (self.steps.corrections - corrections + 1))
         return min(max(factor, _SHRINKS) * step, self.steps.most)
 
-    def left(self, before: np.ndarray, u: np.ndarray) -> tuple[int, float] | None:
+    def crossed_bound(self, before: np.ndarray, u: np.ndarray) -> tuple[int, float] | None:
         """Return the index of the unknown that leaves its bounds first on the way to u, and that bound; None if none does."""
-        left = [(i, low if u[i] < low else high) for i, (low, high) in self.bounds.items() if not low <= u[i] <= high]
-        return min(left, key=lambda each: (each[1] - before[each[0]]) / (u[each[0]] - before[each[0]]), default=None)
+        crossings = [(i, low if u[i] < low else high) for i, (low, high) in self.bounds.items() if not low <= u[i] <= high]
+        return min(
+            crossings,
+            key=lambda crossing: (crossing[1] - before[crossing[0]]) / (u[crossing[0]] - before[crossing[0]]),
+            default=None,
+        )
 
-    def _at_bound(self, here: CurvePoint, there: CurvePoint, index: int, bound: float) -> CurvePoint:
+    def _point_on_bound(self, here: CurvePoint, there: CurvePoint, index: int, limit: float) -> CurvePoint:
         """Solve for the point between two where an unknown is on its bound, by Newton's method in that plane."""
         plane = np.zeros(len(here.u))
         plane[index] = self.problem.scale[index]
-        share = (bound - here.u[index]) / (there.u[index] - here.u[index])
+        share = (limit - here.u[index]) / (there.u[index] - here.u[index])
         guess = here.u + share * (there.u - here.u)
-        found, _ = self.corrected(guess, plane, here.length + share * (there.length - here.length))
-        u = found.u.copy()
-        u[index] = bound
-        found = replace(found, u=u)
-        return found if found.tangent @ (here.tangent / self.problem.scale**2) > 0 else self.backwards(found)
+        solution, _ = self.correct(guess, plane, here.length + share * (there.length - here.length))
+        u = solution.u.copy()
+        u[index] = limit
+        solution = replace(solution, u=u)
+        return solution if solution.tangent @ (here.tangent / self.problem.scale**2) > 0 else self.backwards(solution)
 
-    def _returned(
-        self, here: CurvePoint, there: CurvePoint, start: CurvePoint, first: np.ndarray, begins: np.ndarray
+    def _closing_point(
+        self, here: CurvePoint, there: CurvePoint, start: CurvePoint, first: np.ndarray, first_direction: np.ndarray
     ) -> CurvePoint | None:
         """Return the first point once more if the curve passes it between two points in the direction in which it began."""
         (before, turns), (after, _) = (self.problem.outline(p.u) for p in (here, there))
         way, away = after - before, first - before
-        away = away - _whole(away, turns)
-        if way @ begins < _SAME_WAY * math.sqrt((way @ way) * (begins @ begins)):
+        away = away - _whole_turns(away, turns)
+        if way @ first_direction < _SAME_WAY * math.sqrt((way @ way) * (first_direction @ first_direction)):
             return None
         share, long = float(away @ way) / float(way @ way), math.sqrt(way @ way)
         for _ in range(_NEARER):  # the curve is no straight line between them
             try:
-                near = self.between(here, there, share)
+                near = self.point_between(here, there, share)
             except RunError:  # too near to another branch: the direction alone decides that it returns
-                return self._at_begin(there, start)
+                return self._repeat_start(there, start)
             off = self.problem.outline(near.u)[0] - before - away
             if float(off @ off) < (_SAME * long) ** 2:
-                return self._at_begin(near, start)
+                return self._repeat_start(near, start)
             share = min(max(share - float(off @ way) / long**2, 0.0), 1.0)
         return None
 
-    def _at_begin(self, there: CurvePoint, start: CurvePoint) -> CurvePoint:
+    def _repeat_start(self, there: CurvePoint, start: CurvePoint) -> CurvePoint:
         """Return the first point, after whole turns of its angles, where an outline determines it; else the near point."""
         _, turns = self.problem.outline(there.u)
         if len(turns) != len(there.u):
             return there
         away = (there.u - start.u) / self.problem.scale
-        return replace(start, u=start.u + _whole(away, turns) * self.problem.scale, length=there.length)
+        return replace(start, u=start.u + _whole_turns(away, turns) * self.problem.scale, length=there.length)
 
 
-def _passes(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.ndarray) -> bool:
+def _passes_start(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.ndarray) -> bool:
     """True if the first point's outline lies on the way from one to the next, but for whole turns."""
     away, way = after - first, after - before
     if turns.any():
-        away = away - _whole(away, turns)
+        away = away - _whole_turns(away, turns)
     long, along = float(way @ way), float(away @ way)
     return 0 <= along <= long and float(away @ away) * long - along**2 < (_BESIDE * long) ** 2
 
 
-def _whole(away: np.ndarray, turns: np.ndarray) -> np.ndarray:
+def _whole_turns(away: np.ndarray, turns: np.ndarray) -> np.ndarray:
     """Return the whole turns nearest to differences, 0 for unknowns that are no angles."""
     return np.asarray(turns * np.rint(away / np.where(turns > 0, turns, np.inf)))

@@ -24,9 +24,9 @@ import numpy as np
 
 from wucht.errors import InputError, RunError
 from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.equations import CurvePoint, Equations, Functions
+from wucht.numerics.continuation.equations import CurvePoint, Equations, FunctionProblem
 from wucht.numerics.continuation.equilibria import Branch, Equilibria
-from wucht.numerics.continuation.special_points import located
+from wucht.numerics.continuation.special_points import locate_zero
 
 _SAME = 1e-6  # solutions that are nearer to each other, in units of scale, are one
 _POLISHES = 2  # plain corrections after the last
@@ -51,7 +51,7 @@ class Deflation:
 
 
 @dataclass(frozen=True, eq=False)
-class Deflated:
+class DeflationResult:
     """Distinct solutions. points: (n, k), in order of discovery. evaluations: of f and its Jacobian.
 
     is_exhausted: true if the search ended because no start led to a further solution, not because its evaluations ran out.
@@ -59,22 +59,24 @@ class Deflated:
 
     points: np.ndarray
     evaluations: int
-    exhausted: bool
+    is_exhausted: bool
 
 
-def seeded(low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray, count: int, seed: int = 0) -> np.ndarray:
+def random_starts(
+    low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray, count: int, seed: int = 0
+) -> np.ndarray:
     """Draw starts (n, count) uniformly in a box [low, high], the same ones for the same seed."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     return np.asarray(low[:, None] + (high - low)[:, None] * np.random.default_rng(seed).random((len(low), count)))
 
 
-def deflated(
+def deflated_solutions(
     equations: Equations,
     parameters: Sequence[float] | np.ndarray,
     starts: np.ndarray,
-    known: np.ndarray | None = None,
-    how: Deflation = Deflation(),
-) -> Deflated:
+    known_solutions: np.ndarray | None = None,
+    settings: Deflation = Deflation(),
+) -> DeflationResult:
     """Compute the solutions of f(x, p) = 0 at values of the parameters (m,) to which some starts lead.
 
     starts: (n, N), each used again after every new solution. known_solutions: (n, k), divided out from the beginning and not
@@ -84,60 +86,62 @@ def deflated(
     if starts.shape != (n, N) or not N:
         raise InputError("starts", f"an array of shape {starts.shape}", f"a column of {n} states for each start")
     values = np.asarray(parameters, float)
-    before = np.empty((n, 0)) if known is None else np.asarray(known, float).reshape(n, -1)
-    found, used = before, 0
+    before = np.empty((n, 0)) if known_solutions is None else np.asarray(known_solutions, float).reshape(n, -1)
+    solutions, evaluations = before, 0
     while True:
-        more, spent, cut = _round(equations, values, starts, found, how, how.evaluations - used)
-        used += spent
-        distinct = _distinct(equations, more, found)
-        found = np.concatenate([found, distinct], axis=1)
-        if cut or not distinct.shape[1]:
-            return Deflated(found[:, before.shape[1] :], used, not cut)
+        more, spent, is_cut_short = _newton_round(
+            equations, values, starts, solutions, settings, settings.evaluations - evaluations
+        )
+        evaluations += spent
+        distinct = _distinct_points(equations, more, solutions)
+        solutions = np.concatenate([solutions, distinct], axis=1)
+        if is_cut_short or not distinct.shape[1]:
+            return DeflationResult(solutions[:, before.shape[1] :], evaluations, not is_cut_short)
 
 
-def _round(
-    equations: Equations, values: np.ndarray, starts: np.ndarray, found: np.ndarray, how: Deflation, left: int
+def _newton_round(
+    equations: Equations, values: np.ndarray, starts: np.ndarray, solutions: np.ndarray, settings: Deflation, budget: int
 ) -> tuple[np.ndarray, int, bool]:
     """Apply Newton's method to all starts: return the solutions (n, k), the evaluations, and whether it was cut short."""
     n, scale = equations.n, equations.scale[: equations.n, None]
-    x, spent, arrived = starts.copy(), 0, list[np.ndarray]()
-    for _ in range(how.steps):
+    x, spent, endpoints = starts.copy(), 0, list[np.ndarray]()
+    for _ in range(settings.steps):
         if not x.shape[1]:
             break
-        if spent + (1 + _POLISHES) * x.shape[1] > left:
-            return _all(arrived, n), spent, True
+        if spent + (1 + _POLISHES) * x.shape[1] > budget:
+            return _join_columns(endpoints, n), spent, True
         spent += x.shape[1]
         step = _newton(equations, x, values)
         usable = np.isfinite(step).all(axis=0)
         x, step = x[:, usable], step[:, usable]
-        near = np.linalg.norm(step / scale, axis=0) <= how.tolerance
-        again = near & (_distances(equations, x + step, found).min(axis=1, initial=np.inf) <= _SAME)
+        near = np.linalg.norm(step / scale, axis=0) <= settings.tolerance
+        again = near & (_distances(equations, x + step, solutions).min(axis=1, initial=np.inf) <= _SAME)
         near &= ~again
         if near.any():
             at = x[:, near] + step[:, near]
             for _ in range(_POLISHES):
                 spent += at.shape[1]
                 at = at + np.nan_to_num(_newton(equations, at, values))
-            arrived.append(at)
+            endpoints.append(at)
         # A start that converges to a solution that was divided out stays there: it is given up.
         x, step = x[:, ~(near | again)], step[:, ~(near | again)]
-        step = step / (1 - _steepness(equations, x, step, found, how))
+        step = step / (1 - _steepness(equations, x, step, solutions, settings))
         long = np.linalg.norm(step / scale, axis=0)
-        x = x + step * np.minimum(1.0, how.longest / np.where(long > 0, long, 1.0))
-    return _all(arrived, n), spent, False
+        x = x + step * np.minimum(1.0, settings.longest / np.where(long > 0, long, 1.0))
+    return _join_columns(endpoints, n), spent, False
 
 
-def _all(arrived: list[np.ndarray], n: int) -> np.ndarray:
-    return np.concatenate([np.empty((n, 0)), *arrived], axis=1)
+def _join_columns(parts: list[np.ndarray], n: int) -> np.ndarray:
+    return np.concatenate([np.empty((n, 0)), *parts], axis=1)
 
 
-def _distinct(equations: Equations, points: np.ndarray, others: np.ndarray) -> np.ndarray:
+def _distinct_points(equations: Equations, points: np.ndarray, solutions: np.ndarray) -> np.ndarray:
     """Return those of some points (n, N) that differ from all solutions (n, k) and from the points before them."""
-    kept = others
+    columns = solutions
     for point in points.T[:, :, None]:
-        if _distances(equations, point, kept).min(initial=np.inf) > _SAME:
-            kept = np.concatenate([kept, point], axis=1)
-    return kept[:, others.shape[1] :]
+        if _distances(equations, point, columns).min(initial=np.inf) > _SAME:
+            columns = np.concatenate([columns, point], axis=1)
+    return columns[:, solutions.shape[1] :]
 
 
 def _newton(equations: Equations, x: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -152,52 +156,52 @@ def _newton(equations: Equations, x: np.ndarray, values: np.ndarray) -> np.ndarr
     return step
 
 
-def _distances(equations: Equations, x: np.ndarray, found: np.ndarray) -> np.ndarray:
+def _distances(equations: Equations, x: np.ndarray, solutions: np.ndarray) -> np.ndarray:
     """Return the distances (N, k) of states (n, N) from solutions (n, k), in units of scale."""
-    return np.asarray(np.sqrt((_differences(equations, x, found)[0] ** 2).sum(axis=0)))
+    return np.asarray(np.sqrt((_differences(equations, x, solutions)[0] ** 2).sum(axis=0)))
 
 
-def _differences(equations: Equations, x: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _differences(equations: Equations, x: np.ndarray, solutions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return differences (n, N, k) of states (n, N) and solutions (n, k) in units of scale, and their derivatives by states."""
-    away, scale = x[:, :, None] - found[:, None, :], equations.scale[: equations.n, None, None]
+    away, scale = x[:, :, None] - solutions[:, None, :], equations.scale[: equations.n, None, None]
     period = equations.turns[: equations.n, None, None]
     rate = np.divide(2 * np.pi, period, out=np.ones_like(period), where=period > 0)
     around = np.where(period > 0, 2 * np.sin(rate * away / 2) / rate, away)
     return around / scale, np.where(period > 0, np.cos(rate * away / 2), 1.0) / scale
 
 
-def _steepness(equations: Equations, x: np.ndarray, step: np.ndarray, found: np.ndarray, how: Deflation) -> np.ndarray:
+def _steepness(equations: Equations, x: np.ndarray, step: np.ndarray, solutions: np.ndarray, settings: Deflation) -> np.ndarray:
     """Return grad(ln M) . step (N,)."""
-    difference, slope = _differences(equations, x, found)
+    difference, slope = _differences(equations, x, solutions)
     with np.errstate(all="ignore"):
         square = (difference**2).sum(axis=0)  # (N, k)
         closing = (difference * slope * step[:, :, None]).sum(axis=0)  # |x - x_i| d|x - x_i| along the step
-        share = -how.power * closing / square / (1 + how.shift * square ** (how.power / 2))
+        share = -settings.power * closing / square / (1 + settings.shift * square ** (settings.power / 2))
     return np.asarray(np.nan_to_num(share).sum(axis=1))
 
 
 def equilibria_at(branch: Branch, value: float) -> np.ndarray:
     """Return the states (n, k) at which a branch passes a value of its parameter, on the curve between its points."""
     equations, points, off = branch.equations, branch.points, branch.u[-1] - value
-    curve, found = _curve(equations), [points[i].x for i in np.flatnonzero(off == 0)]
+    curve, states = _curve(equations), [points[i].x for i in np.flatnonzero(off == 0)]
     for i in np.flatnonzero(np.sign(off[:-1]) * np.sign(off[1:]) < 0):
-        at = located(curve, points[i].point, points[i + 1].point, _itself, lambda p: float(p.u[-1] - value))
+        at = locate_zero(curve, points[i].point, points[i + 1].point, _identity, lambda p: float(p.u[-1] - value))
         if at is None:  # at one of the two points, but for rounding
             at = points[i if abs(off[i]) < abs(off[i + 1]) else i + 1].point
-        found.append(at.u[:-1])
+        states.append(at.u[:-1])
     empty = np.empty((equations.n, 0))
-    return _distinct(equations, np.array(found).T, empty) if found else empty
+    return _distinct_points(equations, np.array(states).T, empty) if states else empty
 
 
-def _itself(point: CurvePoint) -> CurvePoint:
+def _identity(point: CurvePoint) -> CurvePoint:
     return point
 
 
 def _curve(equations: Equations) -> Curve:
-    return Curve(Functions(equations.values, equations.scale, equations.turns))
+    return Curve(FunctionProblem(equations.values, equations.scale, equations.turns))
 
 
-def _passes(branch: Branch, u: np.ndarray) -> bool:
+def _is_on_branch(branch: Branch, u: np.ndarray) -> bool:
     """True if u (n+1,) lies on a branch, but for whole turns of angles: between the two points of it nearest to u."""
     scale, turns = branch.equations.scale, branch.equations.turns[:, None]
     away = u[:, None] - branch.u[:, :-1]
@@ -208,7 +212,7 @@ def _passes(branch: Branch, u: np.ndarray) -> bool:
     i = int(((away - shares * way) ** 2).sum(axis=0).argmin())
     a, b = branch.points[i].point, branch.points[i + 1].point
     try:
-        near = (_curve(branch.equations).between(a, b, float(shares[i])).u - a.u) / scale
+        near = (_curve(branch.equations).point_between(a, b, float(shares[i])).u - a.u) / scale
     except RunError:
         near = shares[i] * way[:, i]
     return float(np.linalg.norm(away[:, i] - near)) < max(_SAME, _NEAR * math.sqrt(long[i]))
@@ -218,8 +222,8 @@ def disconnected_branches(
     problem: Equilibria,
     values: Sequence[float],
     starts: np.ndarray,
-    how: Deflation = Deflation(),
-    known: Sequence[Branch] = (),
+    settings: Deflation = Deflation(),
+    known_branches: Sequence[Branch] = (),
 ) -> tuple[Branch, ...]:
     """Compute the branches that pass some values of the parameter, each once, including those that touch no other.
 
@@ -227,27 +231,27 @@ def disconnected_branches(
     which is followed to its ends. starts: (n, N), see ``deflated_solutions``; the solutions at a value serve as starts at the
     next one too. known_branches: not returned again. A solution from which no branch can be followed is left out.
     """
-    equations, branches, found = problem.equations, list(known), list[Branch]()
+    equations, branches, new_branches = problem.equations, list(known_branches), list[Branch]()
     empty = np.empty((equations.n, 0))
     before, random = empty, np.random.default_rng(0)
     for value in values:
-        passed = np.concatenate([empty, *(equilibria_at(b, value) for b in branches)], axis=1)
+        known_states = np.concatenate([empty, *(equilibria_at(b, value) for b in branches)], axis=1)
         # At a solution the operator has no direction.
         aside = before + _ASIDE * equations.scale[: equations.n, None] * random.normal(size=before.shape)
-        more = deflated(equations, [value], np.concatenate([starts, aside], axis=1), passed, how).points
+        more = deflated_solutions(equations, [value], np.concatenate([starts, aside], axis=1), known_states, settings).points
         for x in more.T[:, :, None]:
-            if not _distinct(equations, x, passed).shape[1]:
+            if not _distinct_points(equations, x, known_states).shape[1]:
                 continue
-            passed = np.concatenate([passed, x], axis=1)
+            known_states = np.concatenate([known_states, x], axis=1)
             try:
                 start = problem.start(x[:, 0], value)
-                if any(_passes(b, start.u) for b in branches if len(b.points) > 1):  # nearly singular: at a fold
+                if any(_is_on_branch(b, start.u) for b in branches if len(b.points) > 1):  # nearly singular: at a fold
                     continue
                 branch = problem.branch(start)
             except RunError:
                 continue
-            passed = np.concatenate([passed, equilibria_at(branch, value)], axis=1)
+            known_states = np.concatenate([known_states, equilibria_at(branch, value)], axis=1)
             branches.append(branch)
-            found.append(branch)
-        before = passed
-    return tuple(found)
+            new_branches.append(branch)
+        before = known_states
+    return tuple(new_branches)

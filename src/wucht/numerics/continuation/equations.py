@@ -52,7 +52,7 @@ class Problem(Protocol):
     def solution(self, jacobian: Any, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
         """Solve [jacobian; row] x = sides (n+1, k); return also the determinant's sign. Raises ``RunError`` if singular."""
 
-    def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
+    def reformulate(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """Return the equations in the form best suited near a point, and the point in that form."""
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -65,17 +65,17 @@ def bordered_solution(jacobian: np.ndarray, row: np.ndarray, sides: np.ndarray) 
 
     matrix = np.empty((len(row), len(row)), order="F")
     matrix[:-1], matrix[-1] = jacobian, row
-    factors, pivots, solved, failed = dgesv(matrix, sides, overwrite_a=1)
-    if failed:
+    factors, pivots, solution, info = dgesv(matrix, sides, overwrite_a=1)
+    if info:
         raise RunError("the equations are singular here")
     changes = 0  # counted by hand: for a few unknowns three times as fast as arrays
-    for i, (pivot, swapped) in enumerate(zip(factors.diagonal().tolist(), pivots.tolist(), strict=True)):
-        changes += (pivot < 0) != (swapped != i)
-    return solved, -1 if changes % 2 else 1
+    for i, (pivot, swap) in enumerate(zip(factors.diagonal().tolist(), pivots.tolist(), strict=True)):
+        changes += (pivot < 0) != (swap != i)
+    return solution, -1 if changes % 2 else 1
 
 
 @dataclass(frozen=True, eq=False)
-class Functions:
+class FunctionProblem:
     """A problem given as a function.
 
     Parameters
@@ -88,16 +88,16 @@ class Functions:
         The period of unknowns that are angles, 0 of others.
     """
 
-    given: Residual
+    function: Residual
     scale: np.ndarray
     turns: np.ndarray | None = None
     solution: Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, int]] = field(default=bordered_solution, repr=False)
 
     def residual(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Evaluate F and its Jacobian: see ``Problem``."""
-        return self.given(u)
+        return self.function(u)
 
-    def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
+    def reformulate(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """Return the problem and the point unchanged: see ``Problem``."""
         return self, point
 
@@ -130,7 +130,11 @@ class Equations:
 
     @classmethod
     def of(
-        cls, system: System, varied: Sequence[str], fixed: Mapping[str, float], scale: Mapping[str, float] | None = None
+        cls,
+        system: System,
+        parameters: Sequence[str],
+        fixed_values: Mapping[str, float],
+        scale: Mapping[str, float] | None = None,
     ) -> Equations:
         """Build the equations of a System's equilibria.
 
@@ -151,31 +155,31 @@ class Equations:
             For a name that is no parameter, a parameter without a value or varied twice, a size that is not positive,
             equations that depend on time, a System without states.
         """
-        names, n, m = system.parameter_names, len(system.states), len(varied)
+        names, n, m = system.parameter_names, len(system.states), len(parameters)
         if not n:
             raise WuchtError("a System without states has no equilibria", code="no-states")
-        if twice := [name for name in varied if varied.count(name) > 1]:
+        if twice := [name for name in parameters if parameters.count(name) > 1]:
             raise WuchtError(f"the parameter {twice[0]} is varied twice: give each name once", code="given-twice")
-        for name in (*varied, *(scale or {})):
-            if name not in names and not (name in system.state_names and name not in varied):
+        for name in (*parameters, *(scale or {})):
+            if name not in names and not (name in system.state_names and name not in parameters):
                 raise WuchtError(f"{name} is none of the parameters: {', '.join(names)}", code="no-parameter")
-        missing = [name for name in names if name not in varied and name not in fixed]
+        missing = [name for name in names if name not in parameters and name not in fixed_values]
         if missing:
             raise WuchtError(f"the parameter {missing[0]} has no value: give one to each that is not varied", code="no-value")
         if system.depends_on_time:
             raise WuchtError(
                 "these equations depend on time: they have no equilibria, only periodic orbits", code="time-dependent"
             )
-        symbols = tuple(system.parameters[names.index(name)] for name in varied)
-        kept = tuple(p for p in system.parameters if p not in symbols)
+        symbols = tuple(system.parameters[names.index(name)] for name in parameters)
+        fixed_symbols = tuple(p for p in system.parameters if p not in symbols)
         # A varied parameter is a constant state: one compiled function then gives f and all its derivatives.
-        whole = System((*system.states, *symbols), (*system.derivatives, *(0,) * m), kept, system.definitions)
-        values = _OfSystem(whole, tuple(fixed[p.name] for p in kept), n)
+        whole = System((*system.states, *symbols), (*system.derivatives, *(0,) * m), fixed_symbols, system.definitions)
+        values = _SystemValues(whole, tuple(fixed_values[p.name] for p in fixed_symbols), n)
         turns = np.array([2 * math.pi if s in system.angles else 0.0 for s in system.states] + [0.0] * m)
-        return cls(values, system.state_names, tuple(varied), turns, _sizes((*system.state_names, *varied), scale))
+        return cls(values, system.state_names, tuple(parameters), turns, _sizes((*system.state_names, *parameters), scale))
 
     @classmethod
-    def by_hand(
+    def from_function(
         cls,
         values: Callable[[np.ndarray], Values],
         states: Sequence[str],
@@ -192,9 +196,9 @@ class Equations:
             if name not in names:
                 raise WuchtError(f"{name} is none of the states and parameters: {', '.join(names)}", code="unknown-name")
         turns = np.array([2 * math.pi if name in angles else 0.0 for name in names])
-        return cls(_OneByOne(values), tuple(states), tuple(parameters), turns, _sizes(names, scale))
+        return cls(_PointwiseValues(values), tuple(states), tuple(parameters), turns, _sizes(names, scale))
 
-    def scaled(self, scale: np.ndarray) -> Equations:
+    def with_scale(self, scale: np.ndarray) -> Equations:
         """Return the equations with another scale of states and parameters (n+m,). Raises ``WuchtError`` if not positive."""
         sizes = dict(zip(self.names, np.asarray(scale, float).tolist(), strict=True))
         return replace(self, scale=_sizes(self.names, sizes))
@@ -220,27 +224,27 @@ def _sizes(names: Sequence[str], scale: Mapping[str, float] | None) -> np.ndarra
 
 
 @dataclass(frozen=True, eq=False)
-class _OfSystem:
+class _SystemValues:
     """Values f (n,) of a System whose last states are the varied parameters, and derivatives, compiled when first called."""
 
     whole: System
-    fixed: tuple[float, ...]
+    fixed_values: tuple[float, ...]
     n: int
 
     @cached_property
-    def _both(self) -> Callable[[np.ndarray], Values]:
-        return _differentiated(self.whole).bound(self.fixed)
+    def _function(self) -> Callable[[np.ndarray], Values]:
+        return _jacobian(self.whole).with_parameters(self.fixed_values)
 
     def __call__(self, u: np.ndarray) -> Values:
-        f, f_u = self._both(u)
+        f, f_u = self._function(u)
         return f[: self.n], f_u[: self.n]
 
-    def __reduce__(self) -> tuple[type[_OfSystem], tuple[System, tuple[float, ...], int]]:
-        return type(self), (self.whole, self.fixed, self.n)  # compiled code is not pickled
+    def __reduce__(self) -> tuple[type[_SystemValues], tuple[System, tuple[float, ...], int]]:
+        return type(self), (self.whole, self.fixed_values, self.n)  # compiled code is not pickled
 
 
 @dataclass(frozen=True, eq=False)
-class _OneByOne:
+class _PointwiseValues:
     """A function of one u, called with one or with several."""
 
     values: Callable[[np.ndarray], Values]
@@ -254,5 +258,5 @@ class _OneByOne:
 
 @lru_cache(maxsize=64)
 @derived_once
-def _differentiated(system: System) -> Jacobian:
+def _jacobian(system: System) -> Jacobian:
     return Jacobian.of(system)

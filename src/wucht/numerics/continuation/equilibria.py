@@ -13,18 +13,18 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import CurvePoint, Equations, Functions, Problem
+from wucht.numerics.continuation.equations import CurvePoint, Equations, FunctionProblem, Problem
 from wucht.numerics.continuation.special_curves import (
-    UNRESOLVED,
+    UNRESOLVED_POINT,
     Condition,
-    Followed,
-    Watch,
+    SpecialPointDetector,
+    TracedCurve,
     bounds_of,
-    refuse_other_than,
+    require_parameter_count,
     state_of,
 )
 from wucht.numerics.continuation.special_points import (
-    LOST,
+    SUM_ROUNDING,
     BranchPoint,
     branch_point,
     branch_point_near,
@@ -95,7 +95,7 @@ class Equilibrium:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch(Followed[Equilibrium]):
+class Branch(TracedCurve[Equilibrium]):
     """A branch of equilibria that was followed to its ends."""
 
     @cached_property
@@ -124,11 +124,11 @@ class Equilibria:
     functions: Mapping[str, UserFunction] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        refuse_other_than(1, self.equations)
+        require_parameter_count(1, self.equations)
         bounds_of(self.equations, self.limits)
-        if taken := self.functions.keys() & {FOLD, HOPF, BRANCH_POINT, UNRESOLVED}:
+        if clashes := self.functions.keys() & {FOLD, HOPF, BRANCH_POINT, UNRESOLVED_POINT}:
             raise WuchtError(
-                f"a user function must not be called {min(taken)}: that is a kind of special point", code="name-taken"
+                f"a user function must not be called {min(clashes)}: that is a kind of special point", code="name-taken"
             )
 
     @cached_property
@@ -139,7 +139,7 @@ class Equilibria:
         first = min(self.steps.first, max(self.steps.least, _FIRST * abs(high - low) / float(e.scale[-1])))
         steps = replace(self.steps, first=first)
         bounds = bounds_of(e, self.limits, self.bounds)
-        return Curve(Functions(e.values, e.scale, e.turns), bounds, steps, self._continues, e.names)
+        return Curve(FunctionProblem(e.values, e.scale, e.turns), bounds, steps, self._continues, e.names)
 
     def start(self, x: Sequence[float] | np.ndarray, value: float) -> CurvePoint:
         """Solve for the equilibrium near a state (n,) at a value of the parameter. Raises ``RunError`` where there is none.
@@ -152,8 +152,8 @@ class Equilibria:
         try:
             return self.curve.start(u, up)
         except RunError as error:
-            if (found := self._crossing_near(u)) is not None:
-                return found
+            if (crossing := self._crossing_near(u)) is not None:
+                return crossing
             at = f"{self.equations.parameters[0]} = {value:.9g}"
             raise RunError(
                 f"{error}; nor do two branches cross at {at}: start at another value or state", code="not-evaluated"
@@ -162,50 +162,53 @@ class Equilibria:
     def _crossing_near(self, u: np.ndarray) -> CurvePoint | None:
         """Return the branch point near u (n+1,) at its value of the parameter, None if there is none."""
         try:
-            found = branch_point_near(self.equations, u)
+            crossing = branch_point_near(self.equations, u)
         except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
             return None
-        here = abs(float(found.u[-1] - u[-1])) < _HERE * float(self.equations.scale[-1])
-        return CurvePoint(found.u, found.tangents[0], found.jacobian, 0.0, 0) if here else None
+        here = abs(float(crossing.u[-1] - u[-1])) < _HERE * float(self.equations.scale[-1])
+        return CurvePoint(crossing.u, crossing.tangents[0], crossing.jacobian, 0.0, 0) if here else None
 
     def walk(self, start: CurvePoint) -> Walk[Equilibrium]:
         """Return the points from a first one on, special ones included, computed one by one."""
-        return self._watch.walk(self.curve, start)
+        return self._detector.walk(self.curve, start)
 
     def branch(self, start: CurvePoint) -> Branch:
         """Follow the whole branch through a point both ways."""
-        return Branch(self.equations, *self._watch.followed(self.curve, start))
+        return Branch(self.equations, *self._detector.trace(self.curve, start))
 
-    def seen(self, point: CurvePoint) -> Equilibrium:
+    def evaluate(self, point: CurvePoint) -> Equilibrium:
         """Return a point with its eigenvalues."""
         return Equilibrium(point, eigenvalues_of(point.jacobian[:, :-1]))
 
     @cached_property
-    def _watch(self) -> Watch[Equilibrium]:
+    def _detector(self) -> SpecialPointDetector[Equilibrium]:
         size = float(self.equations.scale[-1])
 
-        def along(equilibrium: Equilibrium) -> float:
+        def parameter_rate(equilibrium: Equilibrium) -> float:
             return float(equilibrium.point.tangent[-1]) / size
 
-        return Watch(
-            self.seen,
+        return SpecialPointDetector(
+            self.evaluate,
             [
-                Condition(FOLD, along, along),
-                Condition(HOPF, _sums, _sums, LOST, holds=lambda e: critical_pairs(e.eigenvalues)[1]),
-                *(Condition(name, of := _of_user(f), of, relative=True) for name, f in self.functions.items()),
+                Condition(FOLD, parameter_rate, parameter_rate),
+                Condition(HOPF, _sums, _sums, SUM_ROUNDING, holds=lambda e: critical_pairs(e.eigenvalues)[1]),
+                *(
+                    Condition(name, user_test := _user_condition(f), user_test, relative=True)
+                    for name, f in self.functions.items()
+                ),
             ],
             self._branch_point,
-            self._explained,
+            self._is_explained,
             _without_turns,
         )
 
-    def _explained(self, here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibrium]) -> bool:
-        if not _accounted(here, there, passed):
+    def _is_explained(self, here: Equilibrium, there: Equilibrium, special_points: Sequence[Equilibrium]) -> bool:
+        if not _crossings_agree(here, there, special_points):
             return False
-        if not passed:  # as nearly always
+        if not special_points:  # as nearly always
             return not self._hides(here, there, _HALVINGS)
         least = _NEAR * self.curve.steps.first
-        stops = [here, *sorted((p for p in passed if p.kind in _CROSSING), key=lambda p: p.point.length), there]
+        stops = [here, *sorted((p for p in special_points if p.kind in _CROSSING), key=lambda p: p.point.length), there]
         return not any(b.point.length - a.point.length > least and self._hides(a, b, _HALVINGS) for a, b in pairwise(stops))
 
     def _hides(self, here: Equilibrium, there: Equilibrium, halvings: int) -> bool:
@@ -224,12 +227,12 @@ class Equilibria:
             middle = self.equations.values(guess)[1][:, :-1]
             if not may_cross(here.eigenvalues, middle, there.eigenvalues, _ON_AXIS):
                 return False
-            between = self.seen(self.curve.between(a, b, 0.5))
+            middle_point = self.evaluate(self.curve.point_between(a, b, 0.5))
         except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
             return False
-        if not (_accounted(here, between, ()) and _accounted(between, there, ())):
+        if not (_crossings_agree(here, middle_point, ()) and _crossings_agree(middle_point, there, ())):
             return True
-        return self._hides(here, between, halvings - 1) or self._hides(between, there, halvings - 1)
+        return self._hides(here, middle_point, halvings - 1) or self._hides(middle_point, there, halvings - 1)
 
     def _continues(self, _: Problem, a: CurvePoint, b: CurvePoint) -> bool:
         """True if two points are on one curve: not, if the orientation changes and no branch point lies between.
@@ -241,62 +244,64 @@ class Equilibria:
 
     def _branch_point(self, a: CurvePoint, b: CurvePoint) -> Equilibrium | None:
         try:
-            found = branch_point(self.equations, a, b)
+            crossing = branch_point(self.equations, a, b)
         except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
             return None
-        tangent = found.tangents[0]
-        point = CurvePoint(found.u, tangent, found.jacobian, a.length + found.share * (b.length - a.length), 0)
-        return replace(self.seen(point), kind=BRANCH_POINT)
+        tangent = crossing.tangents[0]
+        point = CurvePoint(crossing.u, tangent, crossing.jacobian, a.length + crossing.share * (b.length - a.length), 0)
+        return replace(self.evaluate(point), kind=BRANCH_POINT)
 
-    def switched(self, at: Equilibrium, step: float | None = None) -> tuple[CurvePoint, CurvePoint]:
+    def switch_branch(self, at: Equilibrium, step: float | None = None) -> tuple[CurvePoint, CurvePoint]:
         """Return the first points of the other branch through a branch point, one on either side. Raises ``RunError``.
 
         step: their largest distance from it.
         """
-        tangents = BranchPoint.at(self.equations, at.u, at.point.tangent).tangents
+        tangents = BranchPoint.from_point(self.equations, at.u, at.point.tangent).tangents
         distance = self.curve.steps.first if step is None else step
-        first, second = (self._aside(at, s * tangents[1], tangents[0], distance) for s in (1.0, -1.0))
+        first, second = (self._point_on_branch(at, s * tangents[1], tangents[0], distance) for s in (1.0, -1.0))
         return first, second
 
-    def _aside(self, at: Equilibrium, other: np.ndarray, own: np.ndarray, distance: float) -> CurvePoint:
+    def _point_on_branch(
+        self, at: Equilibrium, direction: np.ndarray, branch_tangent: np.ndarray, distance: float
+    ) -> CurvePoint:
         """Return a point of the branch with a given direction at a branch point: other branches lie in other directions."""
         curve, scale = self.curve, self.equations.scale
-        cosine = float((other / scale) @ (own / scale))
-        aside = _NARROW * math.sqrt(max(1 - cosine**2, 0.0))
+        cosine = float((direction / scale) @ (branch_tangent / scale))
+        largest_angle = _NARROW * math.sqrt(max(1 - cosine**2, 0.0))
         while distance >= curve.steps.least:
             with suppress(RunError):
-                found = curve.start(at.u + distance * other, other)
-                off = curve.size(found.u - at.u - distance * other)
-                turned = curve.size(found.tangent - other)
-                if max(off / distance, turned / 2) < aside and curve.within(found.u):
-                    return found
+                candidate = curve.start(at.u + distance * direction, direction)
+                off = curve.size(candidate.u - at.u - distance * direction)
+                turn = curve.size(candidate.tangent - direction)
+                if max(off / distance, turn / 2) < largest_angle and curve.is_within_bounds(candidate.u):
+                    return candidate
             distance /= 2
         raise RunError("near this branch point there is no point of the other branch within the bounds: adjust the scale")
 
 
-def _accounted(here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibrium]) -> bool:
+def _crossings_agree(here: Equilibrium, there: Equilibrium, special_points: Sequence[Equilibrium]) -> bool:
     """True if the special points between two points can explain the change of the number of unstable eigenvalues.
 
     At a branch point one passes the imaginary axis, or touches it; those on the axis may be on either side.
     """
-    if not passed and here.unstable == there.unstable:
+    if not special_points and here.unstable == there.unstable:
         return True
     size = _ON_AXIS * max(float(np.abs(e.eigenvalues).max()) for e in (here, there))
-    (a, most_a), (b, most_b) = _unstable(here.eigenvalues, size), _unstable(there.eigenvalues, size)
-    least, crossing = max(0, b - most_a, a - most_b), sum(_CROSSING.get(p.kind, 0) for p in passed)
-    sure = (a, b) == (most_a, most_b) and all(p.kind != BRANCH_POINT for p in passed)
+    (a, most_a), (b, most_b) = _unstable_counts(here.eigenvalues, size), _unstable_counts(there.eigenvalues, size)
+    least, crossing = max(0, b - most_a, a - most_b), sum(_CROSSING.get(p.kind, 0) for p in special_points)
+    sure = (a, b) == (most_a, most_b) and all(p.kind != BRANCH_POINT for p in special_points)
     return least <= crossing and not (sure and (crossing - least) % 2)
 
 
-def _unstable(eigenvalues: np.ndarray, on_axis: float) -> tuple[int, int]:
+def _unstable_counts(eigenvalues: np.ndarray, on_axis: float) -> tuple[int, int]:
     """Return the least and the greatest number with a positive real part, as those on the axis may have either sign."""
     return int((eigenvalues.real > on_axis).sum()), int((eigenvalues.real >= -on_axis).sum())
 
 
-def _without_turns(passed: Sequence[Equilibrium]) -> Sequence[Equilibrium]:
+def _without_turns(special_points: Sequence[Equilibrium]) -> Sequence[Equilibrium]:
     """Remove folds at branch points: there a branch turns where it meets another, which is no fold."""
-    met = [p.point.length for p in passed if p.kind == BRANCH_POINT]
-    return [p for p in passed if p.kind != FOLD or all(abs(p.point.length - m) > _AT for m in met)]
+    lengths = [p.point.length for p in special_points if p.kind == BRANCH_POINT]
+    return [p for p in special_points if p.kind != FOLD or all(abs(p.point.length - m) > _AT for m in lengths)]
 
 
 def _sums(equilibrium: Equilibrium) -> float:
@@ -304,5 +309,5 @@ def _sums(equilibrium: Equilibrium) -> float:
     return critical_pairs(equilibrium.eigenvalues)[0]
 
 
-def _of_user(function: UserFunction) -> Callable[[Equilibrium], float]:
+def _user_condition(function: UserFunction) -> Callable[[Equilibrium], float]:
     return lambda equilibrium: float(function(equilibrium.u))

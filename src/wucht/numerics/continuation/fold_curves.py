@@ -23,20 +23,27 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import CurvePoint, Equations, Functions, Problem, bordered_solution
-from wucht.numerics.continuation.special_curves import BOGDANOV_TAKENS, CUSP, ZERO_HOPF, Condition, Watch, state_of
-from wucht.numerics.continuation.special_points import LOST, critical_pairs
+from wucht.numerics.continuation.equations import CurvePoint, Equations, FunctionProblem, Problem, bordered_solution
+from wucht.numerics.continuation.special_curves import (
+    BOGDANOV_TAKENS,
+    CUSP,
+    ZERO_HOPF,
+    Condition,
+    SpecialPointDetector,
+    state_of,
+)
+from wucht.numerics.continuation.special_points import SUM_ROUNDING, critical_pairs
 from wucht.numerics.continuation.two_parameters import SpecialCurves, SpecialEquilibrium, expansion, fold_form
 
-_TURNED = 1 / math.cos(0.3) ** 2
+_REALIGN_ABOVE = 1 / math.cos(0.3) ** 2
 _ONE_SIDED_STEP = 1e-7  # of a difference to one side, in units of scale: rounding and truncation are then about as large
 _CENTRAL_STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
 _CORRECTIONS, _ACCURATE = 40, 1e-10
-_MET = 1e-7  # of the change of the conditions over one scale: smaller conditions count as met
+_CONDITION_TOLERANCE = 1e-7  # of the change of the conditions over one scale: smaller conditions count as met
 _STEPS = Steps(first=0.01, most=0.1, turn=0.1)
 
 
-class Bordered(NamedTuple):
+class BorderedJacobian(NamedTuple):
     """Derivatives at a point. matrix (n+1, n+2): of f and g. v, w (n,): null vectors of f_x, in units of scale."""
 
     matrix: np.ndarray
@@ -56,50 +63,50 @@ class FoldProblem:
     weights: np.ndarray
 
     @classmethod
-    def at(cls, equations: Equations, u: np.ndarray) -> FoldProblem:
+    def from_point(cls, equations: Equations, u: np.ndarray) -> FoldProblem:
         """Formulate the problem with the border best suited at u (n+2,)."""
         n, scale = equations.n, equations.scale
         weights = scale[:n] / scale[:n, None]
-        left, _, right = np.linalg.svd(evaluated(equations, u)[:, :n] * weights)
-        return cls(equations, _border(right[-1], left[:, -1]), weights)
+        left_vectors, _, right_vectors = np.linalg.svd(finite_jacobian(equations, u)[:, :n] * weights)
+        return cls(equations, _border(right_vectors[-1], left_vectors[:, -1]), weights)
 
     @property
     def scale(self) -> np.ndarray:
         """Unit of arclength of each unknown: see ``Problem``."""
         return self.equations.scale
 
-    def residual(self, u: np.ndarray) -> tuple[np.ndarray, Bordered]:
+    def residual(self, u: np.ndarray) -> tuple[np.ndarray, BorderedJacobian]:
         """Evaluate f and g (n+1,), and their derivatives. dg/du only guides Newton's method: it is a difference along v."""
         dgetrf, dgetrs = _routines()
         n, values, sizes = len(u) - 2, self.equations.values, self.equations.scale[: len(u) - 2]
         f, f_u = values(u)
-        bordered = self.border.copy(order="K")
-        np.multiply(f_u[:, :n], self.weights, out=bordered[:n, :n])
-        factors, pivots, failed = dgetrf(bordered, overwrite_a=1)
-        if failed:
+        bordered_matrix = self.border.copy(order="K")
+        np.multiply(f_u[:, :n], self.weights, out=bordered_matrix[:n, :n])
+        factors, pivots, info = dgetrf(bordered_matrix, overwrite_a=1)
+        if info:
             raise RunError("the bordered matrix of this fold is singular")
         unit = np.zeros(n + 1)
         unit[n] = 1.0
-        solved, transposed = dgetrs(factors, pivots, unit)[0], dgetrs(factors, pivots, unit, trans=1)[0]
-        v, w = solved[:n], transposed[:n]
+        solution, transposed_solution = dgetrs(factors, pivots, unit)[0], dgetrs(factors, pivots, unit, trans=1)[0]
+        v, w = solution[:n], transposed_solution[:n]
         h = _ONE_SIDED_STEP / math.sqrt(v @ v)
-        aside = u.copy()
-        aside[:n] -= h * sizes * v
+        neighbour = u.copy()
+        neighbour[:n] -= h * sizes * v
         matrix = np.empty((n + 1, n + 2))
         matrix[:n] = f_u
-        matrix[n] = (w / (h * sizes)) @ (values(aside)[1] - f_u)
+        matrix[n] = (w / (h * sizes)) @ (values(neighbour)[1] - f_u)
         off = np.empty(n + 1)
-        off[:n], off[n] = f, solved[n]
-        return off, Bordered(matrix, v, w)
+        off[:n], off[n] = f, solution[n]
+        return off, BorderedJacobian(matrix, v, w)
 
-    def solution(self, jacobian: Bordered, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
+    def solution(self, jacobian: BorderedJacobian, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
         """Solve the bordered linear equations: see ``Problem``."""
         return bordered_solution(jacobian.matrix, row, sides)
 
-    def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
+    def reformulate(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """Align b and c with the null vectors, once these have turned by 0.3 rad (c^T v = b^T w = 1): see ``Problem``."""
         v, w = point.jacobian.v, point.jacobian.w
-        if max(v @ v, w @ w) < _TURNED:
+        if max(v @ v, w @ w) < _REALIGN_ABOVE:
             return self, point
         return FoldProblem(self.equations, _border(v, w), self.weights), point
 
@@ -120,7 +127,7 @@ def _routines() -> tuple[Callable[..., Any], Callable[..., Any]]:
     return dgetrf, dgetrs
 
 
-def evaluated(equations: Equations, u: np.ndarray) -> np.ndarray:
+def finite_jacobian(equations: Equations, u: np.ndarray) -> np.ndarray:
     """Evaluate df/du (n, n+m) at a first u. Raises ``RunError`` where it is not finite."""
     matrix = equations.values(u)[1]
     if not np.isfinite(matrix).all():
@@ -162,7 +169,7 @@ class Folds(SpecialCurves[Fold]):
     """Curves of folds: see ``SpecialCurves``."""
 
     def _problem(self, u: np.ndarray) -> FoldProblem:
-        return FoldProblem.at(self.equations, u)
+        return FoldProblem.from_point(self.equations, u)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> CurvePoint:
         """Solve for the fold near a state (n,) and both parameters, as of an ``Equilibrium`` of kind fold, towards greater q.
@@ -173,14 +180,16 @@ class Folds(SpecialCurves[Fold]):
         curve = self.curve(u)
         return curve.start(u, direction(curve.problem.residual(u)[1].matrix, self.equations.scale))
 
-    def _watch(self, _: Curve) -> Watch[Fold]:
+    def _detector(self, _: Curve) -> SpecialPointDetector[Fold]:
         conditions = [
             Condition(CUSP, _curvature, _exact_curvature, 1e-5),
             Condition(BOGDANOV_TAKENS, _skew, _skew),
         ]
         if self.equations.n > 2:
-            conditions.append(Condition(ZERO_HOPF, _pairs, _pairs, LOST, holds=lambda f: critical_pairs(f.eigenvalues[1:])[1]))
-        return Watch(partial(Fold, self.equations), conditions)
+            conditions.append(
+                Condition(ZERO_HOPF, _pairs, _pairs, SUM_ROUNDING, holds=lambda f: critical_pairs(f.eigenvalues[1:])[1])
+            )
+        return SpecialPointDetector(partial(Fold, self.equations), conditions)
 
 
 def direction(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -195,14 +204,14 @@ def direction(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
 
 def _curvature(fold: Fold) -> float:
     """Return w^T B(v, v) in terms of w^T B(v, .): zero at a cusp."""
-    jacobian: Bordered = fold.point.jacobian
+    jacobian: BorderedJacobian = fold.point.jacobian
     n = len(jacobian.v)
     row = jacobian.matrix[n] * fold.equations.scale
     return float(row[:n] @ jacobian.v) / math.sqrt(row @ row)
 
 
 def _exact_curvature(fold: Fold) -> float:
-    jacobian: Bordered = fold.point.jacobian
+    jacobian: BorderedJacobian = fold.point.jacobian
     scale = fold.equations.scale
     n = len(jacobian.v)
     v, w, row = jacobian.v * scale[:n], jacobian.w / scale[:n], jacobian.matrix[n] * scale
@@ -233,7 +242,7 @@ class FoldPairs:
         if len(self.equations.parameters) not in (2, 3):
             raise WuchtError("two folds coincide at points of two parameters, or on curves in three of them", code="count")
 
-    def near(self, first: np.ndarray, second: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    def nearest_pair(self, first: np.ndarray, second: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Solve for x, z and p (2 n + m,) nearest to states and parameters, by the Gauss-Newton method. Raises ``RunError``."""
         u = np.concatenate([first, second, parameters])
         for _ in range(_CORRECTIONS):
@@ -242,8 +251,8 @@ class FoldPairs:
             change = np.linalg.pinv(slopes) @ off
             u = u - change * self._scale
             # Where no parameter separates the values at both folds, the best compromise does not change either.
-            if np.linalg.norm(change) < _ACCURATE and np.linalg.norm(off) < _MET * np.linalg.norm(slopes):
-                return self._apart(u)
+            if np.linalg.norm(change) < _ACCURATE and np.linalg.norm(off) < _CONDITION_TOLERANCE * np.linalg.norm(slopes):
+                return self._require_distinct(u)
         raise RunError("Newton's method does not converge to a point at which both folds coincide")
 
     def walk(self, u: np.ndarray, way: int = 1) -> Walk[tuple[Curve, CurvePoint]]:
@@ -256,7 +265,7 @@ class FoldPairs:
     @property
     def _curve(self) -> Curve:
         n = self.equations.n
-        return Curve(Functions(self._residual, self._scale), {2 * n + k: b for k, b in enumerate(self.bounds)}, _STEPS)
+        return Curve(FunctionProblem(self._residual, self._scale), {2 * n + k: b for k, b in enumerate(self.bounds)}, _STEPS)
 
     @property
     def _scale(self) -> np.ndarray:
@@ -280,7 +289,7 @@ class FoldPairs:
         # A homogeneous function of degree one of the matrix: as large as f is.
         return np.append(f / scale[:n], np.linalg.det(matrix / size) * size if size else 0.0)
 
-    def _apart(self, u: np.ndarray) -> np.ndarray:
+    def _require_distinct(self, u: np.ndarray) -> np.ndarray:
         n, scale = self.equations.n, self.equations.scale[: self.equations.n]
         if np.linalg.norm((u[:n] - u[n : 2 * n]) / scale) < 1e-6:
             raise RunError("both folds are the same point")

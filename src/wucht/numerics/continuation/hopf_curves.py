@@ -22,17 +22,17 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve
 from wucht.numerics.continuation.equations import CurvePoint, Equations, Problem, bordered_solution
-from wucht.numerics.continuation.fold_curves import direction, evaluated
+from wucht.numerics.continuation.fold_curves import direction, finite_jacobian
 from wucht.numerics.continuation.special_curves import (
     BOGDANOV_TAKENS,
     DOUBLE_HOPF,
     GENERALISED_HOPF,
     ZERO_HOPF,
     Condition,
-    Watch,
+    SpecialPointDetector,
     state_of,
 )
-from wucht.numerics.continuation.special_points import LOST, critical_pairs, least_real
+from wucht.numerics.continuation.special_points import SUM_ROUNDING, critical_pairs, least_real
 from wucht.numerics.continuation.two_parameters import HopfForm, SpecialCurves, SpecialEquilibrium, hopf_form
 
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
@@ -41,7 +41,7 @@ _SHARE = 1e-8  # l1 relative to the sizes of its summands: less is rounding
 _ENDS = "it ends at a Bogdanov-Takens point: beyond it, two real eigenvalues have opposite signs"
 
 
-class TwiceBordered(NamedTuple):
+class DoublyBorderedJacobian(NamedTuple):
     """Derivatives at a point. matrix (n+2, n+3): of f and two entries of G. V, W (n, 2): null vectors of A^2 + kappa I."""
 
     matrix: np.ndarray
@@ -62,21 +62,21 @@ class HopfProblem:
     scale: np.ndarray
 
     @classmethod
-    def at(cls, equations: Equations, u: np.ndarray) -> HopfProblem:
+    def from_point(cls, equations: Equations, u: np.ndarray) -> HopfProblem:
         """Formulate the problem with the border best suited at u (n+3,)."""
         n, sizes = equations.n, equations.scale[: equations.n]
-        A = evaluated(equations, u[:-1])[:, :n] * (sizes / sizes[:, None])
-        left, _, right = np.linalg.svd(A @ A + u[-1] * np.eye(n))
+        A = finite_jacobian(equations, u[:-1])[:, :n] * (sizes / sizes[:, None])
+        left_vectors, _, right_vectors = np.linalg.svd(A @ A + u[-1] * np.eye(n))
         size = float(np.linalg.norm(A, 2)) ** 2
         scale = np.append(equations.scale, size if size > 0 else 1.0)
-        return cls(equations, *_written(A, right[-2:].T, left[:, -2:]), scale)
+        return cls(equations, *_border_and_entries(A, right_vectors[-2:].T, left_vectors[:, -2:]), scale)
 
     @cached_property
     def _weights(self) -> np.ndarray:
         sizes = self.equations.scale[: self.equations.n]
         return np.asarray(sizes / sizes[:, None])
 
-    def residual(self, u: np.ndarray) -> tuple[np.ndarray, TwiceBordered]:
+    def residual(self, u: np.ndarray) -> tuple[np.ndarray, DoublyBorderedJacobian]:
         """Evaluate f and two entries of G (n+2,), and their derivatives.
 
         Those of G only guide Newton's method: they are central differences along V and A V.
@@ -86,47 +86,49 @@ class HopfProblem:
         n, sizes, at = self.equations.n, self.equations.scale, u[:-1]
         f, f_u = self.equations.values(at)
         A = f_u[:, :n] * self._weights
-        bordered = self.border.copy()
-        bordered[:n, :n] = A @ A
-        bordered[range(n), range(n)] += u[-1]
+        bordered_matrix = self.border.copy()
+        bordered_matrix[:n, :n] = A @ A
+        bordered_matrix[range(n), range(n)] += u[-1]
         units = np.eye(n + 2)[:, n:]
-        _, _, solved, failed = dgesv(bordered, units)
-        if failed:
+        _, _, solution, info = dgesv(bordered_matrix, units)
+        if info:
             raise RunError("the bordered matrix of this Hopf point is singular")
-        transposed = dgesv(bordered.T, units)[2]
-        V, W = solved[:n], transposed[:n]
-        G, AV, WA = solved[n:], A @ V, A.T @ W
+        transposed_solution = dgesv(bordered_matrix.T, units)[2]
+        V, W = solution[:n], transposed_solution[:n]
+        G, AV, WA = solution[n:], A @ V, A.T @ W
         along = np.concatenate([V, AV], axis=1)
         h = _STEP / np.maximum(np.linalg.norm(along, axis=0), np.finfo(float).tiny)
         move = along * h * sizes[:n, None]
         around = np.repeat(at[:, None], 8, axis=1)
         around[:n, :4] += move
         around[:n, 4:] -= move
-        both = self.equations.values(around)[1]
-        change = (both[..., :4] - both[..., 4:]) / (2 * h * sizes[:n, None, None])  # (n, n+2, 4): f_xu V, f_xu A V
+        jacobians = self.equations.values(around)[1]
+        change = (jacobians[..., :4] - jacobians[..., 4:]) / (2 * h * sizes[:n, None, None])  # (n, n+2, 4): f_xu V, f_xu A V
         matrix = np.zeros((n + 2, n + 3))
         matrix[:n, :-1] = f_u
         for row, (i, j) in enumerate(self.entries, n):
             matrix[row, :-1] = -(W[:, i] @ change[..., 2 + j] + WA[:, i] @ change[..., j])
             matrix[row, -1] = -W[:, i] @ V[:, j]
-        return np.append(f, [G[i, j] for i, j in self.entries]), TwiceBordered(matrix, V, W)
+        return np.append(f, [G[i, j] for i, j in self.entries]), DoublyBorderedJacobian(matrix, V, W)
 
-    def solution(self, jacobian: TwiceBordered, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
+    def solution(self, jacobian: DoublyBorderedJacobian, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
         """Solve the bordered linear equations: see ``Problem``."""
         return bordered_solution(jacobian.matrix, row, sides)
 
-    def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
+    def reformulate(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """Align b and c with the null vectors, and take the most independent entries of G: see ``Problem``."""
         n, jacobian = self.equations.n, point.jacobian
         A = jacobian.matrix[:n, :n] * self._weights
-        return HopfProblem(self.equations, *_written(A, jacobian.V, jacobian.W), self.scale), point
+        return HopfProblem(self.equations, *_border_and_entries(A, jacobian.V, jacobian.W), self.scale), point
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the unknowns as outline: see ``Problem``."""
         return u / self.scale, np.append(self.equations.turns, 0.0) / self.scale
 
 
-def _written(A: np.ndarray, V: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, tuple[tuple[int, int], tuple[int, int]]]:
+def _border_and_entries(
+    A: np.ndarray, V: np.ndarray, W: np.ndarray
+) -> tuple[np.ndarray, tuple[tuple[int, int], tuple[int, int]]]:
     """Return the border and the two entries of G that suit null vectors (n, 2).
 
     On the critical plane A^2 + kappa I = tr A + (kappa - det) I: G is a combination of W^T A V and W^T V, and the two entries
@@ -136,8 +138,8 @@ def _written(A: np.ndarray, V: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, t
     V, W = np.linalg.qr(V)[0], np.linalg.qr(W)[0]
     border = np.zeros((n + 2, n + 2), order="F")
     border[:n, n:], border[n:, :n] = W, V.T
-    one, other = (W.T @ A @ V).ravel(), (W.T @ V).ravel()
-    products = np.outer(one, other)
+    matrix_entries, unit_entries = (W.T @ A @ V).ravel(), (W.T @ V).ravel()
+    products = np.outer(matrix_entries, unit_entries)
     first, second = divmod(int(np.abs(products - products.T).argmax()), 4)
     return border, (divmod(first, 2), divmod(second, 2))
 
@@ -156,7 +158,7 @@ class HopfPoint(SpecialEquilibrium):
         return float(max(self.point.u[-1], 0.0) ** 0.5)
 
     @cached_property
-    def others(self) -> np.ndarray:
+    def noncritical_eigenvalues(self) -> np.ndarray:
         """The eigenvalues of df/dx (n-2,), per unit of time, without the critical pair."""
         n, pair = self.equations.n, 1j * np.sqrt(complex(self.point.u[-1]))
         values = np.linalg.eigvals(self.point.jacobian.matrix[:n, :n])
@@ -183,7 +185,7 @@ class HopfPoints(SpecialCurves[HopfPoint]):
     """Curves of Hopf points: see ``SpecialCurves``."""
 
     def _problem(self, u: np.ndarray) -> HopfProblem:
-        return HopfProblem.at(self.equations, u)
+        return HopfProblem.from_point(self.equations, u)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float], frequency: float | None = None) -> CurvePoint:
         """Solve for the Hopf point near a state (n,) and both parameters, as of an ``Equilibrium`` of kind hopf.
@@ -193,21 +195,21 @@ class HopfPoints(SpecialCurves[HopfPoint]):
         """
         at = state_of(self.equations, x, parameters)
         if frequency is None:
-            values = np.linalg.eigvals(evaluated(self.equations, at)[:, : self.equations.n])
+            values = np.linalg.eigvals(finite_jacobian(self.equations, at)[:, : self.equations.n])
             values = values[values.imag > 0]
             if not len(values):
                 raise RunError("no pair of complex eigenvalues near this state: there is no Hopf point nearby", code="no-pair")
             frequency = float(values[np.abs(values.real).argmin()].imag)
         u = np.append(at, frequency**2)
         curve = self.curve(u)
-        found = curve.start(u, direction(curve.problem.residual(u)[1].matrix, curve.problem.scale))
-        if found.u[-1] < -_ROUNDING * curve.problem.scale[-1]:
+        hopf_point = curve.start(u, direction(curve.problem.residual(u)[1].matrix, curve.problem.scale))
+        if hopf_point.u[-1] < -_ROUNDING * curve.problem.scale[-1]:
             raise RunError(
                 "near this state there is no Hopf point, but a saddle whose eigenvalues add up to zero", code="neutral-saddle"
             )
-        return found
+        return hopf_point
 
-    def _watch(self, curve: Curve) -> Watch[HopfPoint]:
+    def _detector(self, curve: Curve) -> SpecialPointDetector[HopfPoint]:
         n, kappa = self.equations.n, float(curve.problem.scale[-1])
 
         def square(point: HopfPoint) -> float:
@@ -218,10 +220,14 @@ class HopfPoints(SpecialCurves[HopfPoint]):
             Condition(GENERALISED_HOPF, _sure_lyapunov, _lyapunov, relative=True),
         ]
         if n > 2:
-            conditions.append(Condition(ZERO_HOPF, _least, _least, LOST))
+            conditions.append(Condition(ZERO_HOPF, _least, _least, SUM_ROUNDING))
         if n > 3:
-            conditions.append(Condition(DOUBLE_HOPF, _pairs, _pairs, LOST, holds=lambda p: critical_pairs(p.others)[1]))
-        return Watch(partial(HopfPoint, self.equations), conditions)
+            conditions.append(
+                Condition(
+                    DOUBLE_HOPF, _pairs, _pairs, SUM_ROUNDING, holds=lambda p: critical_pairs(p.noncritical_eigenvalues)[1]
+                )
+            )
+        return SpecialPointDetector(partial(HopfPoint, self.equations), conditions)
 
 
 def _lyapunov(point: HopfPoint) -> float:
@@ -233,9 +239,9 @@ def _sure_lyapunov(point: HopfPoint) -> float:
 
 
 def _least(point: HopfPoint) -> float:
-    others = point.others
-    return least_real(others, max(float(np.abs(others).max()), point.frequency))
+    eigenvalues = point.noncritical_eigenvalues
+    return least_real(eigenvalues, max(float(np.abs(eigenvalues).max()), point.frequency))
 
 
 def _pairs(point: HopfPoint) -> float:
-    return critical_pairs(point.others)[0]
+    return critical_pairs(point.noncritical_eigenvalues)[0]

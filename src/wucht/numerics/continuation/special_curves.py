@@ -10,13 +10,13 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.continuation.curve import CLOSED, Curve, Walk
+from wucht.numerics.continuation.curve import CURVE_IS_CLOSED, Curve, Walk
 from wucht.numerics.continuation.equations import CurvePoint, Equations
-from wucht.numerics.continuation.special_points import located
+from wucht.numerics.continuation.special_points import locate_zero
 
 CUSP, BOGDANOV_TAKENS, ZERO_HOPF = "cusp", "bogdanov-takens", "zero-hopf"
 GENERALISED_HOPF, DOUBLE_HOPF = "generalised-hopf", "double-hopf"
-UNRESOLVED = "unresolved"
+UNRESOLVED_POINT = "unresolved"
 
 _ZERO = 1e-5  # a test function, of order one elsewhere, counts as zero below this
 _NEEDS = {
@@ -26,7 +26,7 @@ _NEEDS = {
 _HALVINGS = 8  # of a step at most, to distinguish special points that lie within it
 
 
-class Seen(Protocol):
+class EvaluatedPoint(Protocol):
     """A point of a curve with the quantities evaluated at it: a frozen dataclass."""
 
     @property
@@ -36,11 +36,11 @@ class Seen(Protocol):
     def kind(self) -> str: ...  # noqa: D102
 
 
-P = TypeVar("P", bound=Seen)
+P = TypeVar("P", bound=EvaluatedPoint)
 
 
 @dataclass(frozen=True, eq=False)
-class Followed(Generic[P]):
+class TracedCurve(Generic[P]):
     """A curve that was followed to its ends. points: in order, special ones included. ends: why it ends, at first and last.
 
     A closed curve has its first point once more as its last; both sentences then state that it is closed.
@@ -56,9 +56,9 @@ class Followed(Generic[P]):
         return tuple(p for p in self.points if p.kind)
 
     @property
-    def closed(self) -> bool:
+    def is_closed(self) -> bool:
         """True if the curve returns to its first point, but for whole turns of angles."""
-        return self.ends[0] == self.ends[1] == CLOSED
+        return self.ends[0] == self.ends[1] == CURVE_IS_CLOSED
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ _Values = Mapping[str, _Value]
 
 
 @dataclass(frozen=True)
-class Watch(Generic[P]):
+class SpecialPointDetector(Generic[P]):
     """Detection of special points along a curve.
 
     evaluate: adds to a point the quantities that the conditions need. branch_crossing: the point between two neighbours of
@@ -101,146 +101,155 @@ class Watch(Generic[P]):
     ``"unresolved"``. select: which of the special points between two neighbours are reported.
     """
 
-    seen: Callable[[CurvePoint], P]
+    evaluate: Callable[[CurvePoint], P]
     conditions: Sequence[Condition[P]]
-    crossed: Callable[[CurvePoint, CurvePoint], P | None] | None = None
+    branch_crossing: Callable[[CurvePoint, CurvePoint], P | None] | None = None
     explains: Callable[[P, P, Sequence[P]], bool] = lambda *_: True
-    kept: Callable[[Sequence[P]], Sequence[P]] = lambda points: points
+    select: Callable[[Sequence[P]], Sequence[P]] = lambda points: points
 
     def walk(self, curve: Curve, start: CurvePoint) -> Walk[P]:
         """Return the points after a first one, special ones included, computed one by one."""
-        return Walk(self._walked(start, curve.follow(start)))
+        return Walk(self._generate_points(start, curve.follow(start)))
 
-    def followed(self, curve: Curve, start: CurvePoint) -> tuple[tuple[P, ...], tuple[str, str]]:
+    def trace(self, curve: Curve, start: CurvePoint) -> tuple[tuple[P, ...], tuple[str, str]]:
         """Follow the whole curve through a point both ways: return its points, and why it ends at first and at last."""
         onward, backward = self.walk(curve, start), self.walk(curve, curve.backwards(start))
         after = list(onward)
-        closed = onward.end == CLOSED
-        before = [_reversed(p) for p in (islice(backward, 1) if closed else backward)][::-1]
+        is_closed = onward.end == CURVE_IS_CLOSED
+        before = [_reverse(p) for p in (islice(backward, 1) if is_closed else backward)][::-1]
         ends = (backward.end, onward.end)
-        here = self._first(curve, before, self.seen(start), after, ends)
-        if closed:
-            return (*here, *after), (CLOSED, CLOSED)
+        here = self._start_points(curve, before, self.evaluate(start), after, ends)
+        if is_closed:
+            return (*here, *after), (CURVE_IS_CLOSED, CURVE_IS_CLOSED)
         return (*before, *here, *after), ends
 
-    def _walked(self, start: CurvePoint, walk: Walk[tuple[Curve, CurvePoint]]) -> Generator[P, None, str]:
-        here = self.seen(start)
+    def _generate_points(self, start: CurvePoint, walk: Walk[tuple[Curve, CurvePoint]]) -> Generator[P, None, str]:
+        here = self.evaluate(start)
         # Where a test function is below rounding its sign is that of the last point where it was not.
         last: _Values = {c.kind: _value(c, start, c.test(here), 0.0) for c in self.conditions}
         ending = [c for c in self.conditions if c.end]
         for curve, point in walk:
-            there = self.seen(point)
-            found, last = self._passed(curve, here, there, last, _HALVINGS)
-            ended = next((c for c in ending if last[c.kind].number < 0), None)
+            there = self.evaluate(point)
+            special_points, last = self._special_points_between(curve, here, there, last, _HALVINGS)
+            end_condition = next((c for c in ending if last[c.kind].number < 0), None)
             until = point.length
-            for p in sorted(self.kept(found), key=lambda p: p.point.length) if found else ():
-                if not curve.within(p.point.u) and (left := _on_bound(curve, here.point, p.point)):
-                    yield self.seen(left[0])
-                    return left[1]
-                if p.point.length <= until and not curve.on_bound(p.point.u):
+            for p in sorted(self.select(special_points), key=lambda p: p.point.length) if special_points else ():
+                if not curve.is_within_bounds(p.point.u) and (exit_point := _exit_point(curve, here.point, p.point)):
+                    yield self.evaluate(exit_point[0])
+                    return exit_point[1]
+                if p.point.length <= until and not curve.is_on_bound(p.point.u):
                     yield p
-                until = p.point.length if ended and p.kind == ended.kind else until
-            if ended:
-                return ended.end
+                until = p.point.length if end_condition and p.kind == end_condition.kind else until
+            if end_condition:
+                return end_condition.end
             yield there
             here = there
         return walk.end
 
-    def _passed(self, curve: Curve, here: P, there: P, last: _Values, halvings: int) -> tuple[list[P], _Values]:
+    def _special_points_between(self, curve: Curve, here: P, there: P, last: _Values, halvings: int) -> tuple[list[P], _Values]:
         """Return the special points between two neighbours, and the test functions at the second."""
-        found, now = list[P | None](), dict(last)
+        candidates, now = list[P | None](), dict(last)
         for condition in self.conditions:
             before = last[condition.kind]
             value = _value(condition, there.point, condition.test(there), before.largest)
-            if _counts(condition, value):
+            if _is_significant(condition, value):
                 now[condition.kind] = value
-                if value.number * before.number < 0 and _counts(condition, before):
-                    found.append(_located(curve, before.point, value, self.seen, condition))
-        passed = [p for p in found if p is not None]
-        explained = True
-        if self.crossed and here.point.orientation * there.point.orientation < 0:
-            crossing = self.crossed(here.point, there.point)
-            passed, explained = passed if crossing is None else [*passed, crossing], crossing is not None
-        if explained and self.explains(here, there, passed):
-            return passed, now
+                if value.number * before.number < 0 and _is_significant(condition, before):
+                    candidates.append(_locate_condition(curve, before.point, value, self.evaluate, condition))
+        special_points = [p for p in candidates if p is not None]
+        is_explained = True
+        if self.branch_crossing and here.point.orientation * there.point.orientation < 0:
+            crossing = self.branch_crossing(here.point, there.point)
+            special_points, is_explained = (
+                special_points if crossing is None else [*special_points, crossing],
+                crossing is not None,
+            )
+        if is_explained and self.explains(here, there, special_points):
+            return special_points, now
         try:
-            middle = self.seen(curve.between(here.point, there.point, 0.5)) if halvings else None
+            middle = self.evaluate(curve.point_between(here.point, there.point, 0.5)) if halvings else None
         except RunError:
             middle = None
         if middle is None:
-            return [*passed, _labelled(there, UNRESOLVED)], now
-        first, last = self._passed(curve, here, middle, last, halvings - 1)
-        second, last = self._passed(curve, middle, there, last, halvings - 1)
+            return [*special_points, _label(there, UNRESOLVED_POINT)], now
+        first, last = self._special_points_between(curve, here, middle, last, halvings - 1)
+        second, last = self._special_points_between(curve, middle, there, last, halvings - 1)
         return [*first, *second], last
 
-    def _first(self, curve: Curve, before: Sequence[P], start: P, after: Sequence[P], ends: tuple[str, str]) -> list[P]:
+    def _start_points(self, curve: Curve, before: Sequence[P], start: P, after: Sequence[P], ends: tuple[str, str]) -> list[P]:
         """Return the first point, or in its place the special points that lie on it, as its neighbours show."""
         for condition in self.conditions:
             here = _value(condition, start.point, condition.test(start), 0.0)
-            if condition.end and condition.end in ends and not _counts(condition, here):
-                return [_labelled(start, condition.kind)]
-        a, b = (next((p for p in some if not p.kind), None) for some in (before[::-1], after))
+            if condition.end and condition.end in ends and not _is_significant(condition, here):
+                return [_label(start, condition.kind)]
+        a, b = (next((p for p in side if not p.kind), None) for side in (before[::-1], after))
         if a is None or b is None:
             return [start]
-        found = list[P | None]()
+        candidates = list[P | None]()
         for condition in self.conditions:
-            one = _value(condition, a.point, condition.test(a), 0.0)
-            other = _value(condition, b.point, condition.test(b), one.largest)
-            here = _value(condition, start.point, condition.test(start), other.largest)
-            if one.number * other.number < 0 and _counts(condition, one) and not _counts(condition, here):
-                found.append(_located(curve, a.point, other, self.seen, condition))
-        if self.crossed and not start.point.orientation and a.point.orientation * b.point.orientation < 0:
-            found.append(self.crossed(a.point, b.point))
-        return list(self.kept([p for p in found if p is not None])) or [start]
+            first_value = _value(condition, a.point, condition.test(a), 0.0)
+            second_value = _value(condition, b.point, condition.test(b), first_value.largest)
+            here = _value(condition, start.point, condition.test(start), second_value.largest)
+            if (
+                first_value.number * second_value.number < 0
+                and _is_significant(condition, first_value)
+                and not _is_significant(condition, here)
+            ):
+                candidates.append(_locate_condition(curve, a.point, second_value, self.evaluate, condition))
+        if self.branch_crossing and not start.point.orientation and a.point.orientation * b.point.orientation < 0:
+            candidates.append(self.branch_crossing(a.point, b.point))
+        return list(self.select([p for p in candidates if p is not None])) or [start]
 
 
 def _value(condition: Condition[P], point: CurvePoint, number: float, largest: float) -> _Value:
     return _Value(point, number, max(largest, abs(number)) if condition.relative else 1.0)
 
 
-def _counts(condition: Condition[P], value: _Value) -> bool:
+def _is_significant(condition: Condition[P], value: _Value) -> bool:
     return abs(value.number) > condition.rounding * value.largest
 
 
-def _located(curve: Curve, a: CurvePoint, b: _Value, seen: Callable[[CurvePoint], P], condition: Condition[P]) -> P | None:
+def _locate_condition(
+    curve: Curve, a: CurvePoint, b: _Value, evaluate: Callable[[CurvePoint], P], condition: Condition[P]
+) -> P | None:
     def exact(point: CurvePoint) -> P:
         """Evaluate with the Jacobian at this point, not one correction before."""
-        return seen(replace(point, jacobian=curve.problem.residual(point.u)[1]))
+        return evaluate(replace(point, jacobian=curve.problem.residual(point.u)[1]))
 
-    found = located(curve, a, b.point, exact, condition.exact)
-    if found is None or not abs(condition.exact(found)) < _ZERO * b.largest or not condition.holds(found):
+    candidate = locate_zero(curve, a, b.point, exact, condition.exact)
+    if candidate is None or not abs(condition.exact(candidate)) < _ZERO * b.largest or not condition.holds(candidate):
         return None
-    return _labelled(found, condition.kind)
+    return _label(candidate, condition.kind)
 
 
-def _on_bound(curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[CurvePoint, str] | None:
+def _exit_point(curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[CurvePoint, str] | None:
     """Return the point where the curve leaves the range, to which it returns within a step, and the sentence for it."""
-    if (left := curve.left(a.u, b.u)) is None:
+    if (crossing := curve.crossed_bound(a.u, b.u)) is None:
         return None
-    index, bound = left
-    found = located(curve, a, b, lambda point: point, lambda point: float(point.u[index]) - bound)
-    if found is None:
+    index, limit = crossing
+    solution = locate_zero(curve, a, b, lambda point: point, lambda point: float(point.u[index]) - limit)
+    if solution is None:
         return None
-    u = found.u.copy()
-    u[index] = bound
-    return replace(found, u=u), curve.left_at(index, bound)
+    u = solution.u.copy()
+    u[index] = limit
+    return replace(solution, u=u), curve.exit_sentence(index, limit)
 
 
-def _labelled(seen: P, kind: str) -> P:
-    return replace(seen, kind=kind)  # type: ignore[type-var]
+def _label(evaluation: P, kind: str) -> P:
+    return replace(evaluation, kind=kind)  # type: ignore[type-var]
 
 
-def _reversed(seen: P) -> P:
-    p = seen.point
-    turned = replace(p, tangent=-p.tangent, length=-p.length, orientation=-p.orientation)
-    return replace(seen, point=turned)  # type: ignore[type-var]
+def _reverse(evaluation: P) -> P:
+    p = evaluation.point
+    reversed_point = replace(p, tangent=-p.tangent, length=-p.length, orientation=-p.orientation)
+    return replace(evaluation, point=reversed_point)  # type: ignore[type-var]
 
 
-def refuse_other_than(count: int, equations: Equations) -> None:
+def require_parameter_count(count: int, equations: Equations) -> None:
     """Raise ``WuchtError`` unless as many parameters are varied as the curve needs, one or two."""
     if len(equations.parameters) != count:
-        given = ", ".join(equations.parameters) or "none"
-        raise WuchtError(f"{_NEEDS[count]}; given: {given}", code="one-parameter")
+        names = ", ".join(equations.parameters) or "none"
+        raise WuchtError(f"{_NEEDS[count]}; given: {names}", code="one-parameter")
 
 
 def bounds_of(
@@ -260,9 +269,9 @@ def bounds_of(
 
 def state_of(equations: Equations, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> np.ndarray:
     """Return u = (x, p) (n+m,) of a state and parameters. Raises ``WuchtError`` if one has a wrong length or is not finite."""
-    for given, names, what in ((x, equations.states, "state"), (parameters, equations.parameters, "value of the parameters")):
-        if np.shape(given) != (len(names),):
-            raise WuchtError(f"a {what} is {len(names)} numbers, {', '.join(names)}; given: {given}", code="shape")
+    for values, names, kind in ((x, equations.states, "state"), (parameters, equations.parameters, "value of the parameters")):
+        if np.shape(values) != (len(names),):
+            raise WuchtError(f"a {kind} is {len(names)} numbers, {', '.join(names)}; given: {values}", code="shape")
     u = np.concatenate([np.asarray(x, float), np.asarray(parameters, float)])
     if not np.isfinite(u).all():
         raise WuchtError(

@@ -22,7 +22,7 @@ from wucht.numerics.zeros_and_peaks import crossings
 
 P = TypeVar("P")
 
-LOST = 1e-13  # a smaller sum of two eigenvalues, in terms of their sizes, is rounding
+SUM_ROUNDING = 1e-13  # a smaller sum of two eigenvalues, in terms of their sizes, is rounding
 
 _NODES = 6
 _JUMP = 0.1  # of the smaller value at the neighbours: a function that is larger at its change of sign jumps
@@ -32,7 +32,7 @@ _ENDS = np.array([0.0, 1.0])
 _APPROACH = 0.05  # of the bend of a parabola over a step: zeros up to sqrt(0.05) of the step off the real line count as near
 _MOST_STEPS = 15
 _TOLERANCE = 1e-12
-_ROUNDED = 1e-8  # corrections that small and no longer smaller are rounding
+_CORRECTION_ROUNDING = 1e-8  # corrections that small and no longer smaller are rounding
 _TOUCHING = 1e-8  # in units of scale: branches that pass each other more closely cross
 _FLAT = 1e-9  # of the largest: rates of an equation that are smaller are zero
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
@@ -42,12 +42,12 @@ class _Sample(NamedTuple, Generic[P]):
     """A point of the curve, its evaluation, and its test function."""
 
     point: CurvePoint
-    seen: P
+    evaluation: P
     value: float
 
 
-def located(
-    curve: Curve, a: CurvePoint, b: CurvePoint, seen: Callable[[CurvePoint], P], test: Callable[[P], float]
+def locate_zero(
+    curve: Curve, a: CurvePoint, b: CurvePoint, evaluate: Callable[[CurvePoint], P], test: Callable[[P], float]
 ) -> P | None:
     """Locate the point between two neighbours where a test function of an evaluated point passes zero.
 
@@ -58,11 +58,11 @@ def located(
 
     def values(shares: np.ndarray) -> np.ndarray:
         for share in shares.tolist():
-            point = curve.between(a, b, share)
-            there = seen(point)
+            point = curve.point_between(a, b, share)
+            there = evaluate(point)
             samples[share] = _Sample(point, there, test(there))
-        found = np.array([samples[share].value for share in shares.tolist()])
-        return np.where(np.abs(found) > _ROUNDING * max(_at_ends(samples), default=0.0), found, 0.0)
+        numbers = np.array([samples[share].value for share in shares.tolist()])
+        return np.where(np.abs(numbers) > _ROUNDING * max(_end_values(samples), default=0.0), numbers, 0.0)
 
     try:
         shares = crossings(values, _ENDS)
@@ -72,16 +72,16 @@ def located(
         for share in _AROUND:
             with suppress(RunError):
                 values(np.clip(near + np.array([-share, share]), 0.0, 1.0))
-        best = _interpolated(curve, {s: p for s, p in samples.items() if abs(s - near) >= _AROUND[0]}, seen, test)
-    return None if best is None or abs(best.value) > _JUMP * min(_at_ends(samples)) else best.seen
+        best = _interpolate_zero(curve, {s: p for s, p in samples.items() if abs(s - near) >= _AROUND[0]}, evaluate, test)
+    return None if best is None or abs(best.value) > _JUMP * min(_end_values(samples)) else best.evaluation
 
 
-def _at_ends(samples: dict[float, _Sample[P]]) -> list[float]:
+def _end_values(samples: dict[float, _Sample[P]]) -> list[float]:
     return [abs(samples[end].value) for end in _ENDS.tolist() if end in samples]
 
 
-def _interpolated(
-    curve: Curve, samples: dict[float, _Sample[P]], seen: Callable[[CurvePoint], P], test: Callable[[P], float]
+def _interpolate_zero(
+    curve: Curve, samples: dict[float, _Sample[P]], evaluate: Callable[[CurvePoint], P], test: Callable[[P], float]
 ) -> _Sample[P] | None:
     """Return the point where the polynomial through the test function's values passes zero, interpolated between points."""
     root, shares = _root(samples), _nearest(samples)
@@ -93,7 +93,7 @@ def _interpolated(
         for name in ("u", "tangent", "length")
     )
     point = CurvePoint(u, tangent / curve.size(tangent), curve.problem.residual(u)[1], length, 0)
-    there = seen(point)
+    there = evaluate(point)
     return _Sample(point, there, test(there))
 
 
@@ -118,10 +118,10 @@ def critical_pairs(eigenvalues: np.ndarray) -> tuple[float, bool]:
     if k < 2:
         return 1.0, False
     if k == 2:  # by hand: ten times as fast as arrays
-        one, other = eigenvalues.tolist()
-        size = abs(one) + abs(other)
-        return ((one + other).real / size if size > 0 else 0.0), one.imag != 0
-    i, j = _twos(k)
+        first, second = eigenvalues.tolist()
+        size = abs(first) + abs(second)
+        return ((first + second).real / size if size > 0 else 0.0), first.imag != 0
+    i, j = _pair_indices(k)
     sizes, sums = np.abs(eigenvalues), eigenvalues[i] + eigenvalues[j]
     size = sizes[i] + sizes[j]
     shares = np.abs(sums) / np.where(size > 0, size, 1.0)
@@ -163,19 +163,19 @@ def may_cross(before: np.ndarray, matrix: np.ndarray, after: np.ndarray, roundin
         return _dips(*determinants, on_axis * largest) or (
             imaginary and _dips((a[0] + a[1]).real, p + s, (b[0] + b[1]).real, on_axis)
         )
-    each = a, eigenvalues_of(matrix).tolist(), b
-    reals = [sorted(z.real for z in e if z.imag == 0) for e in each]
-    pairs = _followed(*([z for z in e if z.imag > 0] for e in each))
+    stages = a, eigenvalues_of(matrix).tolist(), b
+    reals = [sorted(z.real for z in e if z.imag == 0) for e in stages]
+    pairs = _match_eigenvalues(*([z for z in e if z.imag > 0] for e in stages))
     if pairs is None or not len(reals[0]) == len(reals[1]) == len(reals[2]):
-        return any(_dips(x, y, z, on_axis) for x, y, z in zip(*(sorted(z.real for z in e) for e in each), strict=True))
-    lost = any(min(abs(x), abs(z)) <= on_axis for x, z in zip(reals[0], reals[2], strict=True))
-    if not lost and _dips(math.prod(reals[0]), math.prod(reals[1]), math.prod(reals[2]), 0.0):
+        return any(_dips(x, y, z, on_axis) for x, y, z in zip(*(sorted(z.real for z in e) for e in stages), strict=True))
+    has_rounding = any(min(abs(x), abs(z)) <= on_axis for x, z in zip(reals[0], reals[2], strict=True))
+    if not has_rounding and _dips(math.prod(reals[0]), math.prod(reals[1]), math.prod(reals[2]), 0.0):
         return True
-    all_ = [*zip(*reals, strict=True), *((x.real, y.real, z.real) for x, y, z in pairs)]
-    return any(_dips(x, y, z, on_axis) or min(max(x, z), -min(x, z)) > on_axis for x, y, z in all_)
+    triples = [*zip(*reals, strict=True), *((x.real, y.real, z.real) for x, y, z in pairs)]
+    return any(_dips(x, y, z, on_axis) or min(max(x, z), -min(x, z)) > on_axis for x, y, z in triples)
 
 
-def _followed(a: list[complex], m: list[complex], b: list[complex]) -> list[tuple[complex, complex, complex]] | None:
+def _match_eigenvalues(a: list[complex], m: list[complex], b: list[complex]) -> list[tuple[complex, complex, complex]] | None:
     """Match numbers at one end to the closest half way, and to those at the other end closest to the extrapolation of both.
 
     None if two are matched to the same.
@@ -183,12 +183,12 @@ def _followed(a: list[complex], m: list[complex], b: list[complex]) -> list[tupl
     if not len(a) == len(m) == len(b):
         return None
     middle = [_closest(m, x) for x in a]
-    found = [(x, y, _closest(b, 2 * y - x)) for x, y in zip(a, middle, strict=True)]
-    return found if all(len(set(each)) == len(a) for each in zip(*found, strict=True)) else None
+    triples = [(x, y, _closest(b, 2 * y - x)) for x, y in zip(a, middle, strict=True)]
+    return triples if all(len(set(column)) == len(a) for column in zip(*triples, strict=True)) else None
 
 
 def _closest(numbers: list[complex], z: complex) -> complex:
-    return min(numbers, key=lambda other: abs(other - z))
+    return min(numbers, key=lambda number: abs(number - z))
 
 
 def _dips(a: float, m: float, b: float, rounding: float) -> bool:
@@ -203,7 +203,7 @@ def _dips(a: float, m: float, b: float, rounding: float) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _twos(k: int) -> tuple[np.ndarray, np.ndarray]:
+def _pair_indices(k: int) -> tuple[np.ndarray, np.ndarray]:
     return np.triu_indices(k, 1)
 
 
@@ -220,7 +220,7 @@ class BranchPoint:
     share: float = 0.0
 
     @classmethod
-    def at(cls, equations: Equations, u: np.ndarray, along: np.ndarray | None = None) -> BranchPoint:
+    def from_point(cls, equations: Equations, u: np.ndarray, along: np.ndarray | None = None) -> BranchPoint:
         """Compute the branches through a branch point u; the first is nearest to a direction (n+1,), by default the parameter.
 
         Raises ``RunError`` where two branches do not cross there.
@@ -229,9 +229,9 @@ class BranchPoint:
         jacobian = equations.values(u)[1]
         rates = np.abs(jacobian * scale).max(axis=1)
         weights = 1 / np.where(rates > _FLAT * rates.max(), rates, rates.max() or 1.0)
-        left, _, right = np.linalg.svd(jacobian * scale * weights[:, None])
-        w, both = left[:, -1] * weights, right[-2:] * scale
-        second = np.array([w @ _derivative_along(equations, u, v) @ both.T for v in both])
+        left_vectors, _, right_vectors = np.linalg.svd(jacobian * scale * weights[:, None])
+        w, null_basis = left_vectors[:, -1] * weights, right_vectors[-2:] * scale
+        second = np.array([w @ _derivative_along(equations, u, v) @ null_basis.T for v in null_basis])
         a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
         inside = b * b - a * c
         if not inside > 1e-8 * (b * b + abs(a * c)):
@@ -239,12 +239,12 @@ class BranchPoint:
         # a x^2 + 2 b x y + c y^2 = 0, each root by the formula that does not cancel.
         q = -(b + math.copysign(math.sqrt(inside), b))
         roots = np.array([(q, a), (c, q)])
-        tangents = roots @ both
+        tangents = roots @ null_basis
         tangents /= np.linalg.norm(tangents / scale, axis=1)[:, None]
-        wanted = np.eye(len(u))[-1] * scale if along is None else along
-        near = np.abs(tangents / scale @ (wanted / scale))
+        reference = np.eye(len(u))[-1] * scale if along is None else along
+        near = np.abs(tangents / scale @ (reference / scale))
         tangents = tangents[np.argsort(-near)]
-        tangents *= np.where(tangents / scale @ (wanted / scale) < 0, -1.0, 1.0)[:, None]
+        tangents *= np.where(tangents / scale @ (reference / scale) < 0, -1.0, 1.0)[:, None]
         return cls(u, jacobian, tangents)
 
 
@@ -252,8 +252,8 @@ def _derivative_along(equations: Equations, u: np.ndarray, direction: np.ndarray
     """Differentiate dF/du (n, n+m) along a direction (n+m,) by a central difference: accurate to about ten digits."""
     length = float(np.linalg.norm(direction / equations.scale))
     h = _STEP / length if length else 1.0
-    _, both = equations.values(np.stack([u + h * direction, u - h * direction], axis=-1))
-    return np.asarray((both[..., 0] - both[..., 1]) / (2 * h))
+    _, jacobians = equations.values(np.stack([u + h * direction, u - h * direction], axis=-1))
+    return np.asarray((jacobians[..., 0] - jacobians[..., 1]) / (2 * h))
 
 
 def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPoint:
@@ -262,11 +262,11 @@ def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPo
     Raises ``RunError`` where none lies there.
     """
     way = (b.u - a.u) / equations.scale
-    u = _solved(equations, (a.u + b.u) / 2)
+    u = _singular_solution(equations, (a.u + b.u) / 2)
     share = float((u - a.u) / equations.scale @ way / (way @ way))
     if not -0.5 <= share <= 1.5:
         raise RunError("there is no branch point between the two points")
-    return replace(BranchPoint.at(equations, u, b.u - a.u), share=share)
+    return replace(BranchPoint.from_point(equations, u, b.u - a.u), share=share)
 
 
 def branch_point_near(equations: Equations, u: np.ndarray) -> BranchPoint:
@@ -274,19 +274,19 @@ def branch_point_near(equations: Equations, u: np.ndarray) -> BranchPoint:
 
     Raises ``RunError`` where Newton's method does not converge.
     """
-    return BranchPoint.at(equations, _solved(equations, u))
+    return BranchPoint.from_point(equations, _singular_solution(equations, u))
 
 
-def _solved(equations: Equations, u: np.ndarray) -> np.ndarray:
+def _singular_solution(equations: Equations, u: np.ndarray) -> np.ndarray:
     """Solve for u where F_u (n, n+1) lacks full rank: a regular solution of F + b w = 0, F_u^T w = 0, w^T w = 1.
 
     The unknowns are u, b, w. Raises ``RunError`` where Newton's method does not converge from u (n+1,).
     """
     n, scale, slack = equations.n, equations.scale, 0.0
     # Equations of very different rates are scaled separately: at a branch point first derivatives alone may vanish.
-    rates = np.abs(np.concatenate([equations.values(u)[1] * scale, *np.moveaxis(_second(equations, u), 1, 0)], axis=1)).max(
-        axis=1
-    )
+    rates = np.abs(
+        np.concatenate([equations.values(u)[1] * scale, *np.moveaxis(_second_derivatives(equations, u), 1, 0)], axis=1)
+    ).max(axis=1)
     weights = 1 / np.where(rates > 0, rates, 1.0)[:, None]
     if not np.isfinite(weights).all():
         raise RunError("Newton's method for a branch point fails: the equations cannot be evaluated there")
@@ -294,22 +294,22 @@ def _solved(equations: Equations, u: np.ndarray) -> np.ndarray:
     before = math.inf
     for _ in range(_MOST_STEPS):
         off, jacobian = equations.values(u)
-        off, scaled = off * weights[:, 0], jacobian * scale * weights
-        hessian = np.einsum("i,ijk->jk", w * weights[:, 0], _second(equations, u))
+        off, scaled_jacobian = off * weights[:, 0], jacobian * scale * weights
+        hessian = np.einsum("i,ijk->jk", w * weights[:, 0], _second_derivatives(equations, u))
         matrix = np.zeros((2 * n + 2, 2 * n + 2))
-        matrix[:n, : n + 1], matrix[:n, n + 1], matrix[:n, n + 2 :] = scaled, w, slack * np.eye(n)
-        matrix[n : 2 * n + 1, : n + 1], matrix[n : 2 * n + 1, n + 2 :] = hessian, scaled.T
+        matrix[:n, : n + 1], matrix[:n, n + 1], matrix[:n, n + 2 :] = scaled_jacobian, w, slack * np.eye(n)
+        matrix[n : 2 * n + 1, : n + 1], matrix[n : 2 * n + 1, n + 2 :] = hessian, scaled_jacobian.T
         matrix[-1, n + 2 :] = 2 * w
-        missed = np.concatenate([off + slack * w, scaled.T @ w, [w @ w - 1]])
+        residual = np.concatenate([off + slack * w, scaled_jacobian.T @ w, [w @ w - 1]])
         try:
-            step = np.linalg.solve(matrix, -missed)
+            step = np.linalg.solve(matrix, -residual)
         except np.linalg.LinAlgError:
             break
         u, slack, w = u + step[: n + 1] * scale, slack + step[n + 1], w + step[n + 2 :]
         change = float(np.abs(step[: n + 2]).max())
         if not math.isfinite(change):
             break
-        if change <= _TOLERANCE * max(1.0, float(np.abs(u / scale).max())) or before / 2 < change < _ROUNDED:
+        if change <= _TOLERANCE * max(1.0, float(np.abs(u / scale).max())) or before / 2 < change < _CORRECTION_ROUNDING:
             if abs(slack) < _TOUCHING:
                 return u
             break
@@ -317,8 +317,8 @@ def _solved(equations: Equations, u: np.ndarray) -> np.ndarray:
     raise RunError("Newton's method does not converge to a branch point")
 
 
-def _second(equations: Equations, u: np.ndarray) -> np.ndarray:
+def _second_derivatives(equations: Equations, u: np.ndarray) -> np.ndarray:
     """Return d^2 F / du^2 (n, n+1, n+1) in units of scale, by central differences."""
     n, basis = equations.n, _STEP * np.diag(equations.scale)
-    both = equations.values(u[:, None] + np.concatenate([basis, -basis], axis=1))[1]
-    return np.asarray((both[..., : n + 1] - both[..., n + 1 :]) * equations.scale[:, None] / (2 * _STEP))
+    jacobians = equations.values(u[:, None] + np.concatenate([basis, -basis], axis=1))[1]
+    return np.asarray((jacobians[..., : n + 1] - jacobians[..., n + 1 :]) * equations.scale[:, None] / (2 * _STEP))

@@ -19,7 +19,13 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import CurvePoint, Equations, Problem
-from wucht.numerics.continuation.special_curves import BOGDANOV_TAKENS, Followed, Watch, bounds_of, refuse_other_than
+from wucht.numerics.continuation.special_curves import (
+    BOGDANOV_TAKENS,
+    SpecialPointDetector,
+    TracedCurve,
+    bounds_of,
+    require_parameter_count,
+)
 
 # First and second derivative from values at k h, k = -3 ... 3, error O(h^6): B. Fornberg, Math. Comp. 51 (1988) 699-706.
 _OFFSETS = np.array([1.0, 2.0, 3.0, -1.0, -2.0, -3.0])
@@ -46,12 +52,12 @@ def expansion(equations: Equations, u: np.ndarray, directions: np.ndarray) -> Ex
     h = _STEP / np.where(length > 0, length, 1.0)
     around = np.repeat(u[:, None], 6 * k + 1, axis=1)
     around[:n, 1:] += ((directions * h)[:, :, None] * _OFFSETS).reshape(n, 6 * k)
-    every = equations.values(around)[1][:, :n]
-    centre, moved = every[..., 0], every[..., 1:].reshape(n, n, k, 6)
-    if not np.isfinite(every).all():
+    jacobians = equations.values(around)[1][:, :n]
+    centre, shifted_jacobians = jacobians[..., 0], jacobians[..., 1:].reshape(n, n, k, 6)
+    if not np.isfinite(jacobians).all():
         raise RunError("the equations cannot be evaluated around this point")
-    change = moved - centre[:, :, None, None]  # the weights of the second derivative add up to zero: less rounding
-    return Expansion(centre, moved @ _FIRST / h, change @ _SECOND / h**2)
+    change = shifted_jacobians - centre[:, :, None, None]  # the weights of the second derivative add up to zero: less rounding
+    return Expansion(centre, shifted_jacobians @ _FIRST / h, change @ _SECOND / h**2)
 
 
 @dataclass(frozen=True)
@@ -76,10 +82,10 @@ def fold_form(equations: Equations, u: np.ndarray) -> FoldForm:
         p = p / np.float64(skew)
         a = float(p @ square) / 2
         # A h = <p, B> q - B, <p, h> = 0: the second-order part of the centre manifold.
-        bordered = np.block([[e.A, q[:, None]], [p[None, :], np.zeros((1, 1))]])
-        if not np.isfinite(bordered).all():
+        bordered_matrix = np.block([[e.A, q[:, None]], [p[None, :], np.zeros((1, 1))]])
+        if not np.isfinite(bordered_matrix).all():
             return FoldForm(math.inf, math.inf)
-        h = np.linalg.solve(bordered, np.append(2 * a * q - square, 0.0))[:n]
+        h = np.linalg.solve(bordered_matrix, np.append(2 * a * q - square, 0.0))[:n]
         return FoldForm(a, float(p @ (cube + 3 * e.first[..., 0] @ h)) / 6)
 
 
@@ -97,9 +103,9 @@ def bogdanov_takens_form(equations: Equations, u: np.ndarray) -> BogdanovTakensF
     A = equations.values(u)[1][:, :n]
     q0, p1 = null_vectors(A)
     # A q1 = q0, A^T p0 = p1: the singular A is bordered by its null vectors, and the border's unknown vanishes.
-    bordered = np.block([[A, p1[:, None]], [q0[None, :], np.zeros((1, 1))]])
-    q1 = np.linalg.solve(bordered, np.append(q0, 0.0))[:n]
-    p0 = np.linalg.solve(bordered.T, np.append(p1, 0.0))[:n]
+    bordered_matrix = np.block([[A, p1[:, None]], [q0[None, :], np.zeros((1, 1))]])
+    q1 = np.linalg.solve(bordered_matrix, np.append(q0, 0.0))[:n]
+    p0 = np.linalg.solve(bordered_matrix.T, np.append(p1, 0.0))[:n]
     p0, p1 = p0 / (p1 @ q1), p1 / (p1 @ q1)
     q1 = q1 - (p0 @ q1) * q0
     B = expansion(equations, u, q0[:, None]).first[..., 0]
@@ -160,8 +166,8 @@ def hopf_form(equations: Equations, u: np.ndarray, frequency: float | None = Non
 
 def null_vectors(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the right and left unit vectors (n,) that a singular matrix (n, n) maps to zero, largest entries positive."""
-    left, _, right = np.linalg.svd(matrix)
-    q, p = right[-1], left[:, -1]
+    left_vectors, _, right_vectors = np.linalg.svd(matrix)
+    q, p = right_vectors[-1], left_vectors[:, -1]
     return q * np.sign(q[np.abs(q).argmax()]), p * np.sign(p[np.abs(p).argmax()])
 
 
@@ -169,13 +175,13 @@ def _critical(matrix: np.ndarray, frequency: float | None) -> tuple[np.ndarray, 
     """Return a critical pair (2,), positive imaginary part first, its q and p (n,), and the other eigenvalues (n-2,)."""
     from scipy.linalg.lapack import dgeev
 
-    real, imaginary, left, right, failed = dgeev(matrix)
+    real, imaginary, left_vectors, right_vectors, info = dgeev(matrix)
     pairs = np.flatnonzero(imaginary > 0)
-    if failed or not len(pairs):
+    if info or not len(pairs):
         raise RunError("there is no pair of complex eigenvalues here: it is no Hopf point", code="no-pair")
     off = np.abs(real[pairs]) if frequency is None else np.hypot(real[pairs], imaginary[pairs] - frequency)
     i = int(pairs[off.argmin()])
-    q, p = right[:, i] + 1j * right[:, i + 1], left[:, i] + 1j * left[:, i + 1]
+    q, p = right_vectors[:, i] + 1j * right_vectors[:, i + 1], left_vectors[:, i] + 1j * left_vectors[:, i + 1]
     q = q / np.linalg.norm(q)
     values = real + 1j * imaginary
     return values[i : i + 2], q, p / np.conj(np.vdot(p, q)), np.delete(values, [i, i + 1])
@@ -224,7 +230,7 @@ P = TypeVar("P", bound=SpecialEquilibrium)
 
 
 @dataclass(frozen=True, eq=False)
-class SpecialCurve(Followed[P]):
+class SpecialCurve(TracedCurve[P]):
     """A curve of special equilibria in two parameters."""
 
     @cached_property
@@ -252,7 +258,7 @@ class SpecialCurves(ABC, Generic[P]):
     limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        refuse_other_than(2, self.equations)
+        require_parameter_count(2, self.equations)
         bounds_of(self.equations, self.limits)
 
     def curve(self, u: np.ndarray) -> Curve:
@@ -262,15 +268,15 @@ class SpecialCurves(ABC, Generic[P]):
 
     def walk(self, start: CurvePoint) -> Walk[P]:
         """Return the points from a first one on, special ones included, computed one by one."""
-        curve, first = self._written(start)
-        return self._watch(curve).walk(curve, first)
+        curve, first = self._start_curve(start)
+        return self._detector(curve).walk(curve, first)
 
     def branch(self, start: CurvePoint) -> SpecialCurve[P]:
         """Follow the whole curve through a point both ways."""
-        curve, first = self._written(start)
-        return SpecialCurve(self.equations, *self._watch(curve).followed(curve, first))
+        curve, first = self._start_curve(start)
+        return SpecialCurve(self.equations, *self._detector(curve).trace(curve, first))
 
-    def _written(self, start: CurvePoint) -> tuple[Curve, CurvePoint]:
+    def _start_curve(self, start: CurvePoint) -> tuple[Curve, CurvePoint]:
         """Recompute the null vectors with this border, so that no sign jumps at the first step."""
         curve = self.curve(start.u)
         return curve, replace(start, jacobian=curve.problem.residual(start.u)[1])
@@ -279,4 +285,4 @@ class SpecialCurves(ABC, Generic[P]):
     def _problem(self, u: np.ndarray) -> Problem: ...
 
     @abstractmethod
-    def _watch(self, curve: Curve) -> Watch[P]: ...
+    def _detector(self, curve: Curve) -> SpecialPointDetector[P]: ...

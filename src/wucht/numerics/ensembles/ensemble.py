@@ -19,9 +19,9 @@ from typing import TypeVar
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.ensembles.members import Ends, Members, Observer, Pacing, Source
-from wucht.numerics.ensembles.tile import Batched, Lanes, OneByOne, Tick, Tile, run_tile
-from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE, CompiledSystem, available_engine, compile_system
+from wucht.numerics.ensembles.members import EnsembleResult, Members, Observer, Pacing, Source
+from wucht.numerics.ensembles.tile import BatchLanes, Lanes, SequentialLanes, Tick, Tile, run_tile
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, available_engine, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.heyoka_batch import HeyokaBatch, compile_batch
 from wucht.piecewise import PiecewiseCubic
@@ -52,24 +52,24 @@ class CompiledEnsemble:
 
     system: System
     tolerance: float
-    one_by_one: str
+    batching_obstacle: str
     width: int
-    _made: HeyokaBatch | CompiledSystem = field(compare=False, repr=False)
+    _code: HeyokaBatch | CompiledSystem = field(compare=False, repr=False)
 
     @property
-    def batched(self) -> bool:
+    def is_batched(self) -> bool:
         """True if members are integrated in batches."""
-        return not self.one_by_one
+        return not self.batching_obstacle
 
     @contextmanager
     def lanes(self) -> Iterator[Lanes]:
         """Lend the lanes that advance members, for one thread."""
-        if isinstance(self._made, CompiledSystem):
-            yield OneByOne(self._made)
+        if isinstance(self._code, CompiledSystem):
+            yield SequentialLanes(self._code)
             return
-        integrator = self._made.lend()
-        yield Batched(integrator, self._made.program, self.system.state_names)
-        self._made.give_back(integrator)
+        integrator = self._code.lend()
+        yield BatchLanes(integrator, self._code.program, self.system.state_names)
+        self._code.give_back(integrator)
 
 
 @lru_cache(maxsize=64)
@@ -82,28 +82,28 @@ def compile_ensemble(
     and errors are those of ``compile_system``.
     """
     bare = replace(system, outputs=(), quadratures=())
-    used = [*bare.derivatives, *(e for _, e in needed_definitions(bare.definitions, bare.derivatives))]
-    why = ""
+    expressions = [*bare.derivatives, *(e for _, e in needed_definitions(bare.definitions, bare.derivatives))]
+    obstacle = ""
     if (engine or available_engine()) != "heyoka":
-        why = f"the engine is {engine or available_engine()}"
+        obstacle = f"the engine is {engine or available_engine()}"
     elif events:
-        why = f"there are events ({', '.join(e.name for e in events)})"
-    elif any(sp.sympify(e).has(PiecewiseCubic) for e in used):
-        why = "the equations have piecewise functions"
-    if why:
-        return CompiledEnsemble(bare, tolerance, why, 1, compile_system(bare, tolerance, events, engine))
+        obstacle = f"there are events ({', '.join(e.name for e in events)})"
+    elif any(sp.sympify(e).has(PiecewiseCubic) for e in expressions):
+        obstacle = "the equations have piecewise functions"
+    if obstacle:
+        return CompiledEnsemble(bare, tolerance, obstacle, 1, compile_system(bare, tolerance, events, engine))
     batch = compile_batch(bare, tolerance)
     return CompiledEnsemble(bare, tolerance, "", batch.width, batch)
 
 
 def run_ensemble(
-    compiled: CompiledEnsemble,
+    ensemble: CompiledEnsemble,
     members: Source,
     observer: Observer[R],
     pace: Pacing,
     threads: int | None = None,
     report: Report | None = None,
-) -> Ends[R]:
+) -> EnsembleResult[R]:
     """Integrate all members until each has settled, failed or reached the limit of time; ``tiles`` for more than fit in memory.
 
     Parameters
@@ -124,11 +124,13 @@ def run_ensemble(
     WuchtError
         For no member, or members that do not fit the System.
     """
-    return Ends.joined([tile.ends for tile in tiles(compiled, members, observer, pace, threads=threads, report=report)])
+    return EnsembleResult.join(
+        [tile.result for tile in tiles(ensemble, members, observer, pace, threads=threads, report=report)]
+    )
 
 
 def tiles(
-    compiled: CompiledEnsemble,
+    ensemble: CompiledEnsemble,
     members: Source,
     observer: Observer[R],
     pace: Pacing,
@@ -150,30 +152,30 @@ def tiles(
     numbers : sequence of int, optional
         Of the requested tiles; all if not given.
     """
-    count, used = len(members), processors() if threads is None else threads
-    size = _size(count, used, compiled) if size is None else size
-    if count < 1 or size < 1 or used < 1:
+    count, thread_count = len(members), processors() if threads is None else threads
+    size = _size(count, thread_count, ensemble) if size is None else size
+    if count < 1 or size < 1 or thread_count < 1:
         raise WuchtError(
-            f"{count} members in tiles of {size} on {used} threads: there must be at least one of each", code="none"
+            f"{count} members in tiles of {size} on {thread_count} threads: there must be at least one of each", code="none"
         )
-    all_of_them = range(-(-count // size))
-    wanted = list(all_of_them if numbers is None else numbers)
-    if len(set(wanted)) < len(wanted) or not set(wanted) <= set(all_of_them):
-        raise WuchtError(f"the requested tiles must be among 0 to {len(all_of_them) - 1}, each once", code="no-tile")
+    all_numbers = range(-(-count // size))
+    tile_numbers = list(all_numbers if numbers is None else numbers)
+    if len(set(tile_numbers)) < len(tile_numbers) or not set(tile_numbers) <= set(all_numbers):
+        raise WuchtError(f"the requested tiles must be among 0 to {len(all_numbers) - 1}, each once", code="no-tile")
 
     def compute(number: int, tick: Tick) -> Tile[R]:
         first = number * size
-        part = _fitting(members.part(first, min(first + size, count)), compiled.system)
-        with compiled.lanes() as lanes:
+        part = _checked_members(members.part(first, min(first + size, count)), ensemble.system)
+        with ensemble.lanes() as lanes:
             return Tile(number, first, run_tile(lanes, part, observer, pace, tick))
 
-    return _in_threads(compute, wanted, used, report)
+    return _compute_in_threads(compute, tile_numbers, thread_count, report)
 
 
-def _size(count: int, threads: int, compiled: CompiledEnsemble) -> int:
+def _size(count: int, threads: int, ensemble: CompiledEnsemble) -> int:
     """Return the number of members per tile: whole batches."""
-    batches = -(-count // (_TILES_A_THREAD * max(1, threads) * compiled.width))
-    return min(batches, max(1, _STATES // (len(compiled.system.states) * compiled.width))) * compiled.width
+    batches = -(-count // (_TILES_A_THREAD * max(1, threads) * ensemble.width))
+    return min(batches, max(1, _STATES // (len(ensemble.system.states) * ensemble.width))) * ensemble.width
 
 
 def processors() -> int:
@@ -181,40 +183,44 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _fitting(members: Members, system: System) -> Members:
+def _checked_members(members: Members, system: System) -> Members:
     """Return the members. Raises ``WuchtError`` where their shape does not fit the System."""
-    given, wanted = (members.starts.shape[1], members.parameters.shape[1]), (len(system.states), len(system.parameters))
-    if given != wanted:
+    member_shape, system_shape = (
+        (members.starts.shape[1], members.parameters.shape[1]),
+        (len(system.states), len(system.parameters)),
+    )
+    if member_shape != system_shape:
         raise WuchtError(
-            f"members have {given[0]} states and {given[1]} parameters, the equations {wanted[0]} and {wanted[1]}:"
+            f"members have {member_shape[0]} states and {member_shape[1]} parameters, the equations "
+            f"{system_shape[0]} and {system_shape[1]}:"
             f" {', '.join((*system.state_names, *system.parameter_names))}",
             code="shape",
         )
     return members
 
 
-class _GivenUpError(Exception):
+class _CancelledError(Exception):
     """Ends the work of a thread after a stop request."""
 
 
-def _in_threads(
-    compute: Callable[[int, Tick], Tile[R]], wanted: Sequence[int], threads: int, report: Report | None
+def _compute_in_threads(
+    compute: Callable[[int, Tick], Tile[R]], tile_numbers: Sequence[int], threads: int, report: Report | None
 ) -> Iterator[Tile[R]]:
     """Compute the tiles of these numbers, yielded in order, with only a few per thread in progress."""
-    shares, asked_to_stop = dict.fromkeys(wanted, 0.0), threading.Event()
+    shares, stop_request = dict.fromkeys(tile_numbers, 0.0), threading.Event()
 
     def job(number: int) -> Tile[R]:
         def tick(share: float) -> None:
             shares[number] = share
-            if asked_to_stop.is_set():
-                raise _GivenUpError
+            if stop_request.is_set():
+                raise _CancelledError
 
         tick(0.0)
         tile = compute(number, tick)
         shares[number] = 1.0
         return tile
 
-    pool, waiting, under_way = _pool(threads, os.getpid()), iter(wanted), dict[int, Future[Tile[R]]]()
+    pool, waiting, under_way = _pool(threads, os.getpid()), iter(tile_numbers), dict[int, Future[Tile[R]]]()
     try:
         while True:
             for number in itertools.islice(waiting, _TILES_A_THREAD * threads - len(under_way)):
@@ -225,7 +231,7 @@ def _in_threads(
             while True:
                 done = future.done()
                 if report is not None:
-                    report(sum(shares.values()) / len(wanted))
+                    report(sum(shares.values()) / len(tile_numbers))
                 if done:
                     break
                 wait([future], _TICK_S)
@@ -233,14 +239,14 @@ def _in_threads(
             del under_way[number], future
             yield tile
     except KeyboardInterrupt:
-        asked_to_stop.set()
-        for future in _ended(under_way.values()):
+        stop_request.set()
+        for future in _finish(under_way.values()):
             if future.exception() is None:
                 yield future.result()
         raise
     finally:
-        asked_to_stop.set()
-        _ended(under_way.values())
+        stop_request.set()
+        _finish(under_way.values())
 
 
 @cache
@@ -252,8 +258,8 @@ def _pool(threads: int, _process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, "ensemble")
 
 
-def _ended(futures: Iterable[Future[Tile[R]]]) -> list[Future[Tile[R]]]:
+def _finish(futures: Iterable[Future[Tile[R]]]) -> list[Future[Tile[R]]]:
     """Cancel futures that have not begun; wait for the others and return them."""
-    begun = [f for f in futures if not f.cancel()]
-    wait(begun)
-    return begun
+    active = [f for f in futures if not f.cancel()]
+    wait(active)
+    return active

@@ -45,11 +45,11 @@ class Members:
 
         Raises ``WuchtError`` where their shapes do not fit.
         """
-        begun, values = np.asarray(starts, float), np.asarray(parameters, float)
-        if begun.ndim != 2 or values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(begun)):
-            shapes = f"starts of the shape {begun.shape} and parameters of the shape {values.shape}"
+        start_states, values = np.asarray(starts, float), np.asarray(parameters, float)
+        if start_states.ndim != 2 or values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(start_states)):
+            shapes = f"starts of the shape {start_states.shape} and parameters of the shape {values.shape}"
             raise WuchtError(f"{shapes} do not fit: members need (M, n) and (M, p) or (p,)", code="shape")
-        return cls(begun, np.broadcast_to(values, (len(begun), values.shape[-1])))
+        return cls(start_states, np.broadcast_to(values, (len(start_states), values.shape[-1])))
 
     def __len__(self) -> int:
         return len(self.starts)
@@ -78,7 +78,7 @@ class Observer(Protocol[R]):
         """Return the record before any sample."""
         ...
 
-    def after(self, record: R, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
+    def update(self, record: R, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
         """Update the record by a chunk, and decide which members have settled.
 
         record: of L members. times: (K,), of each member since its start. samples: (K, n, L). Returns the record, and (L,) of
@@ -86,7 +86,7 @@ class Observer(Protocol[R]):
         """
         ...
 
-    def kept(self, record: R) -> R:
+    def final_record(self, record: R) -> R:
         """Reduce the record of members that have ended to its result, without intermediate quantities."""
         ...
 
@@ -143,7 +143,7 @@ class Pace:
 
 
 @dataclass(frozen=True)
-class Ends(Generic[R]):
+class EnsembleResult(Generic[R]):
     """Results of members.
 
     Attributes
@@ -171,10 +171,10 @@ class Ends(Generic[R]):
         return int((self.status == status).sum())
 
     @classmethod
-    def joined(cls, parts: Sequence[Ends[R]]) -> Ends[R]:
+    def join(cls, parts: Sequence[EnsembleResult[R]]) -> EnsembleResult[R]:
         """Join the results of at least one part, in order."""
         begins = np.cumsum([0, *(len(p.times) for p in parts)]).tolist()
-        return Ends(
+        return EnsembleResult(
             np.concatenate([p.times for p in parts]),
             np.concatenate([p.states for p in parts]),
             np.concatenate([p.status for p in parts]),
@@ -192,7 +192,7 @@ def checked_record(record: R, count: int) -> R:
     return record
 
 
-def taken(record: R, lanes: np.ndarray) -> R:
+def select_members(record: R, lanes: np.ndarray) -> R:
     """Return the record of some of its members, by their numbers."""
     return type(record)(**{name: np.take(a, lanes, axis=-1) for name, a in _arrays(record).items()})
 

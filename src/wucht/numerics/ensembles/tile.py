@@ -15,16 +15,16 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.ensembles.members import (
-    Ends,
+    EnsembleResult,
     Members,
     Observer,
     Pacing,
     Status,
     checked_record,
     joined_records,
-    taken,
+    select_members,
 )
-from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.heyoka_batch import BatchIntegrator
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Program
@@ -45,7 +45,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class Advanced:
+class ChunkResult:
     """State of L members after a chunk.
 
     samples: (K, n, L). states: (n, L). numbers: (k, L), which actions of events may have changed. stops: by lane; the arrays
@@ -65,13 +65,13 @@ class Lanes(Protocol):
         """Convert parameters (L, p) to the numbers of the compiled code (k, L); where this fails, with a reason by lane."""
         ...
 
-    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> Advanced:
+    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance states (n, L) from ``times[0]`` to ``times[-1]``, sampled at all but the first."""
         ...
 
 
 @dataclass(frozen=True)
-class Batched:
+class BatchLanes:
     """Lanes that advance many members at once. names: of the states."""
 
     integrator: BatchIntegrator
@@ -80,19 +80,19 @@ class Batched:
 
     def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         """Return the program's constants, computed once for equal parameters."""
-        known, refused = dict[bytes, np.ndarray](), dict[int, str]()
+        values_by_key, refusals = dict[bytes, np.ndarray](), dict[int, str]()
         values = np.empty((len(self.program.constants), len(parameters)))
         for lane, row in enumerate(parameters):
             key = row.tobytes()
             try:
-                if key not in known:
-                    known[key] = self.program.constant_values(row)
-                values[:, lane] = known[key]
+                if key not in values_by_key:
+                    values_by_key[key] = self.program.constant_values(row)
+                values[:, lane] = values_by_key[key]
             except RunError as error:
-                values[:, lane], refused[lane] = np.nan, str(error)
-        return values, refused
+                values[:, lane], refusals[lane] = np.nan, str(error)
+        return values, refusals
 
-    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> Advanced:
+    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance the states in batches: see ``Lanes``."""
         result = self.integrator.advance(states, numbers, times, check)
         stops = dict[int, Stop]()
@@ -101,27 +101,27 @@ class Batched:
             last = before[:, -1] if before.shape[1] else states[:, lane]
             sentence = failure.error.sentence(failure.time, self.names, last)
             stops[lane] = Stop(float(times[before.shape[1]]), last, Status.FAILED, sentence)
-        return Advanced(result.samples, result.states, numbers, stops)
+        return ChunkResult(result.samples, result.states, numbers, stops)
 
 
 @dataclass(frozen=True)
-class OneByOne:
+class SequentialLanes:
     """Lanes that advance one member after the other, with events and piecewise functions."""
 
-    compiled: CompiledSystem
+    compiled_system: CompiledSystem
 
     def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         """Return the parameters unchanged."""
         return parameters.T.copy(), {}
 
-    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> Advanced:
+    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance the states one by one: see ``Lanes``."""
-        samples, reached = np.empty((len(times) - 1, *states.shape)), np.empty(states.shape)
+        samples, end_states = np.empty((len(times) - 1, *states.shape)), np.empty(states.shape)
         after, stops = numbers.copy(), dict[int, Stop]()
         for lane in range(states.shape[1]):
             check()
             try:
-                run = integrate(self.compiled, states[:, lane], numbers[:, lane], times).uninterrupted()
+                run = integrate(self.compiled_system, states[:, lane], numbers[:, lane], times).reraise_interrupt()
             except RunError as error:  # the equations cannot be evaluated at its parameters
                 stops[lane] = Stop(float(times[0]), states[:, lane], Status.FAILED, str(error))
                 continue
@@ -131,8 +131,8 @@ class OneByOne:
             elif run.stopped_by is not None:
                 stops[lane] = Stop(run.end_time, end, Status.STOPPED, run.stopped_by)
             else:
-                samples[:, :, lane], reached[:, lane] = run.states[:, 1:].T, end
-        return Advanced(samples, reached, after, stops)
+                samples[:, :, lane], end_states[:, lane] = run.states[:, 1:].T, end
+        return ChunkResult(samples, end_states, after, stops)
 
 
 @dataclass(frozen=True)
@@ -141,10 +141,10 @@ class Tile(Generic[R]):
 
     number: int
     first: int
-    ends: Ends[R]
+    result: EnsembleResult[R]
 
 
-def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing, tick: Tick) -> Ends[R]:
+def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing, tick: Tick) -> EnsembleResult[R]:
     """Advance members until each has settled, failed or reached the limit of time."""
     course, limit = _Course(lanes, members, observer), pace.times(pace.chunks - 1)[-1]
     for chunk in range(pace.chunks):
@@ -153,7 +153,7 @@ def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing
         times = pace.times(chunk)
         share = 1 - len(course.ids) * (1 - float(times[0] / limit)) / len(members)
         course.advance(times, partial(tick, share))
-    return course.ends()
+    return course.result()
 
 
 class _Course(Generic[R]):
@@ -167,38 +167,38 @@ class _Course(Generic[R]):
         self._records = list[tuple[np.ndarray, R]]()
         self.ids, self.states = np.arange(count), np.ascontiguousarray(members.starts.T)
         self.record = checked_record(observer.begin(members), count)
-        self.numbers, refused = lanes.numbers(members.parameters)
+        self.numbers, refusals = lanes.numbers(members.parameters)
         for i in np.flatnonzero(~np.isfinite(members.starts).all(axis=1)).tolist():
-            refused[i] = f"the start {members.starts[i]} is not finite"
-        self._stop({i: Stop(0.0, members.starts[i], Status.FAILED, why) for i, why in refused.items()})
+            refusals[i] = f"the start {members.starts[i]} is not finite"
+        self._stop({i: Stop(0.0, members.starts[i], Status.FAILED, reason) for i, reason in refusals.items()})
 
     def advance(self, times: np.ndarray, check: Callable[[], None]) -> None:
         """Advance the members by a chunk, observe them, and remove those that have ended."""
-        begun = len(self.ids)
-        advanced = self._lanes.advance(self.states, self.numbers, times, check)
-        self.states, self.numbers, samples = advanced.states, advanced.numbers, advanced.samples
-        self._stop(advanced.stops)
-        if advanced.stops:
-            going = np.setdiff1d(np.arange(begun), list(advanced.stops))
+        lane_count = len(self.ids)
+        result = self._lanes.advance(self.states, self.numbers, times, check)
+        self.states, self.numbers, samples = result.states, result.numbers, result.samples
+        self._stop(result.stops)
+        if result.stops:
+            going = np.setdiff1d(np.arange(lane_count), list(result.stops))
             samples = np.take(samples, going, axis=-1)
         if not len(self.ids):
             return
-        self.record, settled = self._seen(times[1:], samples)
+        self.record, has_settled = self._observe(times[1:], samples)
         self._times[self.ids], self._ends[self.ids] = times[-1], self.states.T
-        self._status[self.ids[settled]] = Status.SETTLED
-        self._leave(settled)
+        self._status[self.ids[has_settled]] = Status.SETTLED
+        self._leave(has_settled)
 
-    def _seen(self, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
+    def _observe(self, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
         """Update the observer's record by a chunk, and return which members have settled."""
         count, record = len(self.ids), self.record
         if count == 1:
             twice = np.zeros(2, int)
-            record, samples = taken(record, twice), np.take(samples, twice, axis=-1)
-        record, settled = self._observer.after(record, times, samples)
-        record, settled = checked_record(record, samples.shape[-1]), np.asarray(settled, bool)
-        if settled.shape != samples.shape[-1:]:
+            record, samples = select_members(record, twice), np.take(samples, twice, axis=-1)
+        record, has_settled = self._observer.update(record, times, samples)
+        record, has_settled = checked_record(record, samples.shape[-1]), np.asarray(has_settled, bool)
+        if has_settled.shape != samples.shape[-1:]:
             raise RunError(f"an observer must decide of each of {samples.shape[-1]} members whether it has settled")
-        return (taken(record, np.zeros(1, int)), settled[:1]) if count == 1 else (record, settled)
+        return (select_members(record, np.zeros(1, int)), has_settled[:1]) if count == 1 else (record, has_settled)
 
     def _stop(self, stops: Mapping[int, Stop]) -> None:
         """Remove the members that end early."""
@@ -212,14 +212,14 @@ class _Course(Generic[R]):
     def _leave(self, out: np.ndarray) -> None:
         if not out.any():
             return
-        left, kept = np.flatnonzero(out), np.flatnonzero(~out)
-        self._records.append((self.ids[left], self._observer.kept(taken(self.record, left))))
-        self.ids, self.record = self.ids[kept], taken(self.record, kept)
-        self.states, self.numbers = np.take(self.states, kept, axis=1), np.take(self.numbers, kept, axis=1)
+        leaving, remaining = np.flatnonzero(out), np.flatnonzero(~out)
+        self._records.append((self.ids[leaving], self._observer.final_record(select_members(self.record, leaving))))
+        self.ids, self.record = self.ids[remaining], select_members(self.record, remaining)
+        self.states, self.numbers = np.take(self.states, remaining, axis=1), np.take(self.numbers, remaining, axis=1)
 
-    def ends(self) -> Ends[R]:
+    def result(self) -> EnsembleResult[R]:
         """Return the results of all members, in their order."""
-        parts = [*self._records, (self.ids, self._observer.kept(self.record))]
+        parts = [*self._records, (self.ids, self._observer.final_record(self.record))]
         order = np.argsort(np.concatenate([ids for ids, _ in parts]))
-        record = taken(joined_records([r for _, r in parts]), order)
-        return Ends(self._times, self._ends, self._status, dict(sorted(self._sentences.items())), record)
+        record = select_members(joined_records([r for _, r in parts]), order)
+        return EnsembleResult(self._times, self._ends, self._status, dict(sorted(self._sentences.items())), record)

@@ -93,5 +93,5 @@ class LegError(RunError):
     def sentence(self, time: float, names: Sequence[str], state: np.ndarray) -> str:
         """Compose the sentence for the user. time: reached; state (n,): sampled last, its numbers by these names."""
         largest = sorted(zip(names, state, strict=False), key=lambda p: -abs(p[1]))[:4]
-        shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
-        return f"the integration failed at t = {time:.6g}: {self} (largest states of the last sample: {shown}). {self.remedy}"
+        listing = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
+        return f"the integration failed at t = {time:.6g}: {self} (largest states of the last sample: {listing}). {self.remedy}"

@@ -21,12 +21,12 @@ from wucht.numerics.flow.heyoka_engine import (
     MAX_STEPS,
     NOT_FINITE,
     equations,
-    out_of_steps,
     state_units,
+    step_limit_error,
     translation,
 )
 from wucht.numerics.flow.program import lower
-from wucht.numerics.flow.step_sizes import sentinels, unheard
+from wucht.numerics.flow.step_sizes import ignore_event, sentinels
 from wucht.system import System
 
 _IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
@@ -69,7 +69,7 @@ class HeyokaBatch:
         hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
         program, units = lower(system, system.derivatives), state_units(system)
         variables, translate = translation(program, units=units)
-        watched = [hy.nt_event_batch(f, callback=unheard) for f in sentinels(program, variables, translate)]
+        sentinel_events = [hy.nt_event_batch(f, callback=ignore_event) for f in sentinels(program, variables, translate)]
         # Two registers of each number: one is in use while the other waits, and half as many batches are started.
         self.width, self.program, self._units = 2 * int(hy.recommended_simd_size()), program, units
         self._idle: deque[BatchIntegrator] = deque(maxlen=_IDLE)
@@ -78,7 +78,7 @@ class HeyokaBatch:
             np.zeros((len(variables), self.width)),
             tol=tolerance,
             compact_mode=len(program.lines) > COMPACT_ABOVE,
-            **({"nt_events": watched} if watched else {}),
+            **({"nt_events": sentinel_events} if sentinel_events else {}),
         )
 
     def lend(self) -> BatchIntegrator:
@@ -121,27 +121,30 @@ class BatchIntegrator:
             Called every few lanes; an exception that it raises ends the work.
         """
         count, width = states.shape[1], self.width
-        samples, reached = np.empty((len(times) - 1, len(states), count)), np.empty(states.shape)
+        samples, end_states = np.empty((len(times) - 1, len(states), count)), np.empty(states.shape)
         grid = np.repeat(np.asarray(times, float)[:, None], width, axis=1)
         failures = dict[int, LaneFailure]()
         for first in range(0, count, width):
             if check is not None:
                 check()
             lanes = slice(first, min(first + width, count))
-            used = lanes.stop - first
-            begun, fixed = states[:, lanes], constants[:, lanes]
-            if used < width:  # spare lanes repeat the last motion
-                fill = np.minimum(np.arange(width), used - 1)
-                begun, fixed = begun[:, fill], fixed[:, fill]
-            sampled = self._propagate(begun, fixed, grid)
+            lane_count = lanes.stop - first
+            start_states, lane_constants = states[:, lanes], constants[:, lanes]
+            if lane_count < width:  # spare lanes repeat the last motion
+                fill = np.minimum(np.arange(width), lane_count - 1)
+                start_states, lane_constants = start_states[:, fill], lane_constants[:, fill]
+            batch_samples = self._propagate(start_states, lane_constants, grid)
             if not (self._time == times[-1]).all():
-                sampled, failed = self._without_failures(sampled, begun, fixed, grid)
-                failures |= {first + lane: failure for lane, failure in failed.items() if lane < used}
-            samples[:, :, lanes], reached[:, lanes] = sampled[1:, :, :used], self._units * self._state[:, :used]
-        return LanesResult(samples, reached, failures)
+                batch_samples, batch_failures = self._without_failures(batch_samples, start_states, lane_constants, grid)
+                failures |= {first + lane: failure for lane, failure in batch_failures.items() if lane < lane_count}
+            samples[:, :, lanes], end_states[:, lanes] = (
+                batch_samples[1:, :, :lane_count],
+                self._units * self._state[:, :lane_count],
+            )
+        return LanesResult(samples, end_states, failures)
 
     def _without_failures(
-        self, sampled: np.ndarray, states: np.ndarray, constants: np.ndarray, grid: np.ndarray
+        self, batch_samples: np.ndarray, states: np.ndarray, constants: np.ndarray, grid: np.ndarray
     ) -> tuple[np.ndarray, dict[int, LaneFailure]]:
         """Repeat a batch that did not reach its end: samples (K + 1, n, w) of lanes that can, and the failures of the others.
 
@@ -154,14 +157,14 @@ class BatchIntegrator:
             broken = [i for i, outcome in enumerate(outcomes) if outcome == self._bad_state]
             for lane in broken or np.flatnonzero(self._time != end).tolist():
                 if good[lane]:
-                    samples, time = _finite(sampled[1:, :, lane]).T.copy(), float(self._time[lane])
-                    error = LegError(*NOT_FINITE, samples) if broken else out_of_steps(samples, grid[0, lane], time)
+                    samples, time = _finite(batch_samples[1:, :, lane]).T.copy(), float(self._time[lane])
+                    error = LegError(*NOT_FINITE, samples) if broken else step_limit_error(samples, grid[0, lane], time)
                     failures[lane] = LaneFailure(time, error)
             good[list(failures)] = False
             if not broken or not good.any():
-                return sampled, failures
+                return batch_samples, failures
             source = np.where(good, np.arange(self.width), good.argmax())
-            sampled = self._propagate(states[:, source], constants[:, source], grid)
+            batch_samples = self._propagate(states[:, source], constants[:, source], grid)
 
     def _propagate(self, states: np.ndarray, constants: np.ndarray, grid: np.ndarray) -> np.ndarray:
         self._state[:], self._pars[:] = states / self._units, constants

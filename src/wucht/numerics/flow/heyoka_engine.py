@@ -19,7 +19,7 @@ import sympy as sp
 from wucht.errors import RunError
 from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
 from wucht.numerics.flow.program import Assignments, Numbers, Program
-from wucht.numerics.flow.step_sizes import UNKNOWN, sentinels, unheard
+from wucht.numerics.flow.step_sizes import UNKNOWN, ignore_event, sentinels
 from wucht.system import TIME, System
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
@@ -37,7 +37,7 @@ NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off
 # heyoka's steps are accurate relative to the largest state. An angle that integrates a speed is no measure of the size of a
 # motion, and its accuracy is that of the speed: in so large a unit it does not loosen the tolerance, however far it has turned.
 # A power of two, so that no number is rounded.
-_TURNED = 2.0**20
+_ANGLE_UNIT = 2.0**20
 
 
 def state_units(system: System) -> np.ndarray:
@@ -52,19 +52,19 @@ def state_units(system: System) -> np.ndarray:
         """True if a rate is a function of time, or a constant times a state that is no angle."""
         while rate in definitions:
             rate = definitions[rate]
-        of = set().union(*(moving.get(s, set()) for s in rate.free_symbols)) - {TIME}
-        if len(of) != 1:
-            return not of
-        (speed,) = of
+        sources = set().union(*(moving.get(s, set()) for s in rate.free_symbols)) - {TIME}
+        if len(sources) != 1:
+            return not sources
+        (speed,) = sources
         return speed not in system.angles and not any(moving.get(s) for s in (rate / speed).free_symbols)
 
     large = [
         s in system.angles and integrates_a_speed(sp.sympify(r)) for s, r in zip(system.states, system.derivatives, strict=True)
     ]
-    return np.where(large, _TURNED, 1.0)
+    return np.where(large, _ANGLE_UNIT, 1.0)
 
 
-def out_of_steps(samples: np.ndarray, begin: float, time: float) -> LegError:
+def step_limit_error(samples: np.ndarray, begin: float, time: float) -> LegError:
     """Return the error of a leg that exhausted its steps between two times."""
     step = (time - begin) / MAX_STEPS
     return LegError(f"{MAX_STEPS} steps were not enough for one leg (of {step:.2g} on average)", UNKNOWN, samples, step)
@@ -134,9 +134,9 @@ def translation(program: Program, first: int = 0, units: np.ndarray | None = Non
     import heyoka as hy
 
     variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
-    each = [1.0] * len(variables) if units is None else units.tolist()
-    held = [v if unit == 1 else unit * v for v, unit in zip(variables, each, strict=True)]
-    symbols: dict[sp.Symbol, Any] = dict(zip(program.states, held, strict=True)) | {TIME: hy.time}
+    unit_values = [1.0] * len(variables) if units is None else units.tolist()
+    scaled_states = [v if unit == 1 else unit * v for v, unit in zip(variables, unit_values, strict=True)]
+    symbols: dict[sp.Symbol, Any] = dict(zip(program.states, scaled_states, strict=True)) | {TIME: hy.time}
     return variables, Translator(symbols | {s: hy.par[first + i] for i, (s, _) in enumerate(program.constants)})
 
 
@@ -176,7 +176,7 @@ class _Recorder:
             self.hits.append(Hit(self.event.name, time, self.units * integrator.d_output))
 
 
-def goes_with(before: int, ways: Sequence[int], after: int) -> bool:
+def is_consistent(before: int, ways: Sequence[int], after: int) -> bool:
     """True if crossings (+1, -1 in order of time) lead from one sign of a function to another; 0: an unknown sign."""
     sign = before
     for way in ways:
@@ -202,9 +202,9 @@ class HeyokaEngine:
         # Its log goes to stdout. Failures are reported as outcomes; its warnings of missed events are handled in ``leg``.
         hy.set_logger_level_critical()
         variables, translate = translation(program, units=units)
-        _, watch = translation(event_program, len(program.constants), units)
+        _, translate_events = translation(event_program, len(program.constants), units)
         system = equations(program, variables, translate, units)
-        functions = watch.program(event_program.lines, event_program.results)
+        functions = translate_events.program(event_program.lines, event_program.results)
         direction = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
         terminal, passing, interrupting = [], [], []
         constants = {s for s, _ in event_program.constants}
@@ -218,11 +218,11 @@ class HeyokaEngine:
                 terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
             else:
                 passing.append(hy.nt_event(function, callback=_Recorder(i, event, units)))
-        passing += [hy.nt_event(f, callback=unheard) for f in sentinels(program, variables, translate)]
+        passing += [hy.nt_event(f, callback=ignore_event) for f in sentinels(program, variables, translate)]
         extra = {"t_events": terminal} if terminal else {}
         extra |= {"nt_events": passing} if passing else {}
         self.program, self.event_program, self.units, self.events = program, event_program, units, tuple(events)
-        self.interrupting, self.watched = tuple(interrupting), event_program.function("math")
+        self.interrupting, self.event_values = tuple(interrupting), event_program.function("math")
         self._idle: deque[HeyokaIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive(
             system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > COMPACT_ABOVE, **extra
@@ -250,7 +250,7 @@ class HeyokaIntegrator:
         callbacks = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
         self._recorders = [c for c in callbacks if isinstance(c, _Recorder)]
         self._parameters, self._event_constants = np.empty(0), list[float]()
-        self._reached, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
+        self._time_limit, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
 
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
         """Place the integrator. After an event's action the cool-down of the event is kept."""
@@ -277,19 +277,19 @@ class HeyokaIntegrator:
         Raises ``LegError`` when the state ceases to be finite, steps run out, or events cannot be located.
         """
         if not self._engine.events:
-            return self._advanced(grid, math.inf)[0]
+            return self._advance(grid, math.inf)[0]
         ta, begin, state = self._adaptive, self.time, self._adaptive.state.copy()
         signs, longest = self._signs(begin, self.state), math.inf
         for _ in range(_OTHER_STEPS):
-            leg, step = self._advanced(grid, longest)
-            if self._missed(signs, leg) is None:
+            leg, step = self._advance(grid, longest)
+            if self._missed_event(signs, leg) is None:
                 return leg
             longest = _SHORTER * step
             ta.time, ta.state[:] = begin, state
-        name = self._engine.events[self._missed(signs, leg) or 0].name
+        name = self._engine.events[self._missed_event(signs, leg) or 0].name
         raise LegError(f"the event {name!r} cannot be located", _OTHER_ENGINE, leg.states[:, :0])
 
-    def _missed(self, before: list[int], leg: LegResult) -> int | None:
+    def _missed_event(self, before: list[int], leg: LegResult) -> int | None:
         """Return the first event with missed crossings in a leg, by the signs of its function; None if there is none.
 
         before: those signs at the beginning of the leg. Crossings missed in pairs are not detected, nor those of an event that
@@ -297,7 +297,7 @@ class HeyokaIntegrator:
         """
         after, events = self._signs(leg.time, leg.state), self._engine.events
         for recorder in self._recorders:
-            if not goes_with(before[recorder.index], [way for _, way in sorted(recorder.ways)], after[recorder.index]):
+            if not is_consistent(before[recorder.index], [way for _, way in sorted(recorder.ways)], after[recorder.index]):
                 return recorder.index
         for i in self._engine.interrupting:
             if i == leg.stopped_by:
@@ -309,7 +309,7 @@ class HeyokaIntegrator:
 
     def _signs(self, time: float, state: np.ndarray) -> list[int]:
         """Return the signs of all event functions; 0 where rounding decides."""
-        values = self._engine.watched(state.tolist(), time, self._event_constants)
+        values = self._engine.event_values(state.tolist(), time, self._event_constants)
         return [0 if abs(value) <= _ROUNDING else int(math.copysign(1, value)) for value in values]
 
     def _just_before(self, time: float) -> list[int]:
@@ -319,7 +319,7 @@ class HeyokaIntegrator:
         ta.update_d_output(earlier)
         return self._signs(earlier, self._engine.units * ta.d_output)
 
-    def _advanced(self, grid: np.ndarray, longest: float) -> tuple[LegResult, float]:
+    def _advance(self, grid: np.ndarray, longest: float) -> tuple[LegResult, float]:
         """Integrate the leg in steps no longer than a limit; return also the longest step."""
         ta, interrupting, units = self._adaptive, self._engine.interrupting, self._engine.units
         for recorder in self._recorders:
@@ -332,11 +332,13 @@ class HeyokaIntegrator:
         hits = sorted((h for recorder in self._recorders for h in recorder.hits), key=lambda h: h.time)
         state = self.state
         stopped_by = None
-        if outcome != self._reached:
+        if outcome != self._time_limit:
             code = int(outcome)
             index = -code - 1 if -len(interrupting) <= code <= -1 else code
             if not 0 <= index < len(interrupting):
-                raise LegError(*NOT_FINITE, samples) if outcome == self._bad_state else out_of_steps(samples, begin, ta.time)
+                raise (
+                    LegError(*NOT_FINITE, samples) if outcome == self._bad_state else step_limit_error(samples, begin, ta.time)
+                )
             stopped_by = interrupting[index]
             hits.append(Hit(self._engine.events[stopped_by].name, float(ta.time), state))
         mean = (float(ta.time) - begin) / max(

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.flow.compiled import CompiledSystem, Integrator
+from wucht.numerics.flow.compiled_system import CompiledSystem, Integrator
 from wucht.numerics.flow.events import Hit, LegError, LegResult
 from wucht.numerics.flow.program import Numbers
 from wucht.numerics.flow.segments import ROUNDING
@@ -31,7 +31,7 @@ class Integration:
     segments: those in use. sample_parameters: the parameters at the last sample.
     """
 
-    compiled: CompiledSystem
+    compiled_system: CompiledSystem
     integrator: Integrator
     state: np.ndarray
     pars: np.ndarray
@@ -45,27 +45,27 @@ class Integration:
     stopped_by: str | None = None
     fired_at: dict[int, float] = field(default_factory=dict)
     segments: np.ndarray = field(default_factory=lambda: np.empty(0))
-    sampled: np.ndarray = field(default_factory=lambda: np.empty(0))
+    sample_parameters: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def start(self) -> None:
         """Place the integrator at the beginning."""
-        time, locator = float(self.grid[0]), self.compiled.locator
-        self.sampled, self.before = self.pars, self.state[len(self.compiled.system.states) :]
+        time, locator = float(self.grid[0]), self.compiled_system.locator
+        self.sample_parameters, self.before = self.pars, self.state[len(self.compiled_system.system.states) :]
         if locator is not None:
-            self.segments = locator.start(time, self.state, self._own)
+            self.segments = locator.start(time, self.state, self._system_parameters)
         # A run may continue one that has stopped at a terminal event: it starts beyond it.
-        self.fired_at = {i: time for i, e in enumerate(self.compiled.events) if e.terminal}
+        self.fired_at = {i: time for i, e in enumerate(self.compiled_system.events) if e.terminal}
         self.integrator.forget_events()
         self._place(time, self._in_units(self.state))
 
     def _begin_leg(self) -> None:
         """Store the values of the quadratures, and begin a leg with gains of zero."""
-        state, n = self._in_units(self.integrator.state, back=True), len(self.compiled.system.states)
+        state, n = self._in_units(self.integrator.state, back=True), len(self.compiled_system.system.states)
         self.before = state[n:]
         self._place(self.time, self._in_units(state))
 
     def _place(self, time: float, state: np.ndarray) -> None:
-        self.integrator.start(time, state, np.concatenate([self._own, self.segments]))
+        self.integrator.start(time, state, np.concatenate([self._system_parameters, self.segments]))
 
     @property
     def time(self) -> float:
@@ -73,16 +73,16 @@ class Integration:
         return self.integrator.time
 
     @property
-    def _own(self) -> np.ndarray:
+    def _system_parameters(self) -> np.ndarray:
         """Parameters without those of the segments."""
         return np.append(self.pars, 1 / self.unit)
 
     def _in_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
         """Convert states (n + m) or (n + m, N) to those with the leg's gains of the quadratures in their unit, or back."""
-        n, changed = len(self.compiled.system.states), states.copy()
-        before = self.before if changed.ndim == 1 else self.before[:, None]
-        changed[n:] = changed[n:] * self.unit + before if back else (changed[n:] - before) / self.unit
-        return changed
+        n, result = len(self.compiled_system.system.states), states.copy()
+        before = self.before if result.ndim == 1 else self.before[:, None]
+        result[n:] = result[n:] * self.unit + before if back else (result[n:] - before) / self.unit
+        return result
 
     def advance(self) -> bool:
         """Advance by one leg. Returns true if there is more to do."""
@@ -93,28 +93,30 @@ class Integration:
             self._begin_leg()
         leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
-        self.sampled = self.pars
-        switches = {e.name for e in self.compiled.events if e.switch is not None}
-        self.hits.extend(h for h in leg.hits if h.name not in switches and not self._seen(h))
+        self.sample_parameters = self.pars
+        switches = {e.name for e in self.compiled_system.events if e.switch is not None}
+        self.hits.extend(h for h in leg.hits if h.name not in switches and not self._is_duplicate(h))
         if len(self.hits) > _MOST_HITS:
             raise LegError(f"more than {_MOST_HITS} events happened", "Look for an event that repeats", leg.states[:, :0])
-        if leg.stopped_by is not None or self.compiled.locator is not None or self.compiled.interrupting:
+        if leg.stopped_by is not None or self.compiled_system.locator is not None or self.compiled_system.interrupting:
             self._handle_events(leg)
         return self.done < len(self.grid) and self.stopped_by is None
 
-    def _seen(self, hit: Hit) -> bool:
+    def _is_duplicate(self, hit: Hit) -> bool:
         """True if a hit at the border of two legs was counted by the previous leg, or by the run that this one continues."""
         close = 1e-12 * max(1.0, abs(hit.time))
-        if abs(hit.time - self.grid[0]) <= close and any(e.terminal and e.name == hit.name for e in self.compiled.events):
+        if abs(hit.time - self.grid[0]) <= close and any(
+            e.terminal and e.name == hit.name for e in self.compiled_system.events
+        ):
             return True
-        recent = self.hits[-len(self.compiled.events) :]
+        recent = self.hits[-len(self.compiled_system.events) :]
         return any(old.name == hit.name and abs(old.time - hit.time) <= close for old in recent)
 
     def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
-        taken = samples.shape[1]
-        self.times.append(piece[:taken])
+        count = samples.shape[1]
+        self.times.append(piece[:count])
         self.states.append(self._in_units(samples, back=True))
-        self.done += taken
+        self.done += count
 
     def _handle_events(self, leg: LegResult) -> None:
         """Apply the event at which the leg stopped, and those that happen at the same time.
@@ -122,88 +124,99 @@ class Integration:
         Breakpoints and events exactly at the end of a leg are handled now: a run continued from there begins beyond them.
         """
         index, before = leg.stopped_by, self.segments
-        switch = None if index is None else self.compiled.events[index].switch
-        fired = [index] if index is not None and switch is None and not self._just_fired(index, leg.time) else []
-        state = moved = self._after_actions(leg.time, leg.state, fired)
-        changed = switch is not None or state is not leg.state
-        if changed or index is None:
-            moved = self._moved(leg.time, state, switch)
-        if changed or not np.array_equal(before, self.segments):
-            self._place(leg.time, moved)
+        switch = None if index is None else self.compiled_system.events[index].switch
+        event_indices = [index] if index is not None and switch is None and not self._has_just_fired(index, leg.time) else []
+        state = next_state = self._apply_actions(leg.time, leg.state, event_indices)
+        has_changed = switch is not None or state is not leg.state
+        if has_changed or index is None:
+            next_state = self._change_segments(leg.time, state, switch)
+        if has_changed or not np.array_equal(before, self.segments):
+            self._place(leg.time, next_state)
 
-    def _after_actions(self, time: float, state: np.ndarray, fired: list[int]) -> np.ndarray:
+    def _apply_actions(self, time: float, state: np.ndarray, event_indices: list[int]) -> np.ndarray:
         """Apply the actions of these events and of events at the same time, of which an engine may report only one."""
-        n, together = len(self.compiled.system.states), [*fired, *self._simultaneous(time, state, fired)]
+        n, together = (
+            len(self.compiled_system.system.states),
+            [*event_indices, *self._simultaneous_events(time, state, event_indices)],
+        )
         for i in together:
-            event, self.fired_at[i] = self.compiled.events[i], time
+            event, self.fired_at[i] = self.compiled_system.events[i], time
             if event.action is not None:
-                changed, self.pars = event.action(time, state[:n].copy(), self.pars.copy())
-                state = np.concatenate([changed, state[n:]])
+                new_state, self.pars = event.action(time, state[:n].copy(), self.pars.copy())
+                state = np.concatenate([new_state, state[n:]])
             if event.terminal:
                 self.stopped_by = self.stopped_by or event.name
-            if i not in fired:
+            if i not in event_indices:
                 self.hits.append(Hit(event.name, time, state[:n].copy()))
         return state
 
-    def _simultaneous(self, time: float, state: np.ndarray, fired: list[int]) -> list[int]:
-        if self.compiled.lookahead is None or len(self.compiled.interrupting) <= len(fired):
+    def _simultaneous_events(self, time: float, state: np.ndarray, event_indices: list[int]) -> list[int]:
+        if self.compiled_system.lookahead is None or len(self.compiled_system.interrupting) <= len(event_indices):
             return []
-        values, ahead = self.compiled.lookahead(time, state, np.concatenate([self._own, self.segments]))
+        values, ahead = self.compiled_system.lookahead(time, state, np.concatenate([self._system_parameters, self.segments]))
         simultaneous = []
-        for i, h, a in zip(self.compiled.interrupting, values, ahead, strict=True):
-            direction = self.compiled.events[i].direction
+        for i, h, a in zip(self.compiled_system.interrupting, values, ahead, strict=True):
+            direction = self.compiled_system.events[i].direction
             crosses = (a > h and direction >= 0) or (a < h and direction <= 0)
-            if i not in fired and abs(h) <= ROUNDING and crosses and not self._just_fired(i, time):
+            if i not in event_indices and abs(h) <= ROUNDING and crosses and not self._has_just_fired(i, time):
                 simultaneous.append(i)
         return simultaneous
 
-    def _just_fired(self, index: int, time: float) -> bool:
+    def _has_just_fired(self, index: int, time: float) -> bool:
         """True if an event has just been handled together with another."""
         return index in self.fired_at and abs(time - self.fired_at[index]) <= 1e-12 * max(1.0, abs(time))
 
-    def _moved(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
+    def _change_segments(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
         """Change the segments after an event; returns the state with the gains of the quadratures."""
-        locator, before = self.compiled.locator, self.segments
+        locator, before = self.compiled_system.locator, self.segments
         if locator is not None:
-            self.segments = locator.moved(time, state, self._own, before, switch)
+            self.segments = locator.values_after_event(time, state, self._system_parameters, before, switch)
         if locator is None or np.array_equal(before, self.segments):
             return state
         self._correct_sample(time, before)
-        return self._jumped(time, state, before, self.segments)
+        return self._apply_jumps(time, state, before, self.segments)
 
     def _correct_sample(self, time: float, before: np.ndarray) -> None:
         """Correct a sample exactly at a breakpoint: it lacks the quadratures' gain, and outputs are evaluated on the right."""
         block = next((s for s in reversed(self.states) if s.shape[1]), None)
-        at, locator = float(self.grid[self.done - 1]), self.compiled.locator
-        if block is None or locator is None or self.compiled.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
+        at, locator = float(self.grid[self.done - 1]), self.compiled_system.locator
+        if (
+            block is None
+            or locator is None
+            or self.compiled_system.jumps is None
+            or abs(at - time) > 1e-12 * max(1.0, abs(time))
+        ):
             return
         state = self._in_units(block[:, -1])
-        seen = locator.seen(at, state, self._own, self.segments)
-        block[:, -1] = self._in_units(self._jumped(at, state, before, seen), back=True)
+        segments = locator.right_values(at, state, self._system_parameters, self.segments)
+        block[:, -1] = self._in_units(self._apply_jumps(at, state, before, segments), back=True)
 
-    def _jumped(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    def _apply_jumps(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """Return the state with the gains of the quadratures from the change of segments."""
-        if self.compiled.jumps is None:
+        if self.compiled_system.jumps is None:
             return state
-        n, at = len(self.compiled.system.states), (np.array([time]), state[:, None])
-        old, new = (self.compiled.jumps.array(*at, np.concatenate([self._own, segments])) for segments in (before, after))
+        n, at = len(self.compiled_system.system.states), (np.array([time]), state[:, None])
+        old, new = (
+            self.compiled_system.jumps.array(*at, np.concatenate([self._system_parameters, segments]))
+            for segments in (before, after)
+        )
         return np.concatenate([state[:n], state[n:] + (new - old)[:, 0] / self.unit])
 
-    def failed(self, error: LegError) -> str:
+    def record_failure(self, error: LegError) -> str:
         """Record the last samples of a failed leg; returns the sentence."""
         self._record(self.grid[self.done :], error.samples)
         time = self.time
-        reached = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
+        end_time = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
         last = next((block[:, -1] for block in reversed(self.states) if block.shape[1]), self.state)
         if error.step is not None:
             error.remedy = self._advice(error.step)
-        return error.sentence(reached, self.compiled.system.state_names, last)
+        return error.sentence(end_time, self.compiled_system.system.state_names, last)
 
     def _advice(self, step: float) -> str:
         """Return advice for the state in which steps ran out."""
-        system, program, state = self.compiled.system, self.compiled.engine.program, self.integrator.state
+        system, program, state = self.compiled_system.system, self.compiled_system.engine.program, self.integrator.state
         function, n = program.function("math"), len(system.states)
-        constants = program.constant_values(np.concatenate([self._own, self.segments])).tolist()
+        constants = program.constant_values(np.concatenate([self._system_parameters, self.segments])).tolist()
 
         def rates(x: np.ndarray) -> Sequence[float]:
             derivatives: Sequence[float] = function([*x.tolist(), *state[n:].tolist()], self.time, constants)
@@ -214,30 +227,30 @@ class Integration:
         except (OverflowError, ValueError, ZeroDivisionError):
             return UNKNOWN
 
-    def trajectory(self, failure: str | None, interrupted: bool) -> Trajectory:
+    def trajectory(self, failure: str | None, is_interrupted: bool) -> Trajectory:
         """Return the trajectory computed so far."""
         if not self.done:
             self.times, self.states = [self.grid[:1]], [self.state[:, None]]
         times, states = np.concatenate(self.times), np.concatenate(self.states, axis=1)
-        n = len(self.compiled.system.states)
+        n = len(self.compiled_system.system.states)
         # The motion since the last sample is discarded, so that a continued run keeps its even grid.
-        at_sample = interrupted or failure is not None
+        at_sample = is_interrupted or failure is not None
         return Trajectory(
             times,
             states[:n],
-            {q.name: states[n + i] for i, q in enumerate(self.compiled.system.quadratures)},
-            self.sampled if at_sample else self.pars,
+            {q.name: states[n + i] for i, q in enumerate(self.compiled_system.system.quadratures)},
+            self.sample_parameters if at_sample else self.pars,
             float(times[-1]) if at_sample else self.time,
             states[:, -1] if at_sample else self._in_units(self.integrator.state, back=True),
             tuple(self.hits),
             self.stopped_by,
             failure,
-            interrupted,
+            is_interrupted,
         )
 
 
 def integrate(
-    compiled: CompiledSystem,
+    compiled_system: CompiledSystem,
     initial: Sequence[float] | np.ndarray,
     parameters: Numbers | Mapping[str, float],
     grid: np.ndarray,
@@ -272,22 +285,22 @@ def integrate(
     RunError
         For an initial state that is not finite, or a grid that does not increase.
     """
-    system = compiled.system
+    system = compiled_system.system
     pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
-    n, accumulated = len(system.states), len(system.quadratures)
+    n, quadrature_count = len(system.states), len(system.quadratures)
     state = np.asarray(initial, dtype=float)
-    if state.shape not in ((n,), (n + accumulated,)) or not np.isfinite(state).all():
+    if state.shape not in ((n,), (n + quadrature_count,)) or not np.isfinite(state).all():
         raise RunError(
             f"the initial state {state} must have {n} finite numbers, one for each of {', '.join(system.state_names)}",
             code="initial-state",
         )
-    state = np.concatenate([state, np.zeros(n + accumulated - len(state))])
+    state = np.concatenate([state, np.zeros(n + quadrature_count - len(state))])
     grid = np.asarray(grid, dtype=float)
     if len(grid) < 1 or not (np.isfinite(grid).all() and (np.diff(grid) > 0).all()):
         raise RunError("the times at which to sample must increase, and be finite", code="not-increasing")
     # The unit is a power of two, so that a run which is continued has the same numbers to the last bit.
-    run = Integration(compiled, compiled.engine.lend(), state, pars, grid, 2.0 ** round(math.log2(unit)))
-    failure, interrupted = None, False
+    run = Integration(compiled_system, compiled_system.engine.lend(), state, pars, grid, 2.0 ** round(math.log2(unit)))
+    failure, is_interrupted = None, False
     try:
         run.start()
         more = True
@@ -296,10 +309,10 @@ def integrate(
             if progress:
                 progress(run.time)
     except KeyboardInterrupt:
-        interrupted = True
+        is_interrupted = True
     except LegError as error:
-        failure = run.failed(error)
-    trajectory = run.trajectory(failure, interrupted)
-    if failure is None and not interrupted:  # else it may have stopped anywhere
-        compiled.engine.give_back(run.integrator)
+        failure = run.record_failure(error)
+    trajectory = run.trajectory(failure, is_interrupted)
+    if failure is None and not is_interrupted:  # else it may have stopped anywhere
+        compiled_system.engine.give_back(run.integrator)
     return trajectory

@@ -24,7 +24,7 @@ from wucht.system import TIME, System, needed_definitions
 
 Numbers = Sequence[float] | np.ndarray
 # Given only a library's name, SymPy would load all of it: "from numpy import *" takes as long as ten functions.
-_ADDED = "_"  # begins the names of parameters that no user gave
+_AUXILIARY_PREFIX = "_"  # begins the names of parameters that no user gave
 _LIBRARIES = {"numpy": np, "math": math, "cmath": cmath}
 Assignments = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
@@ -54,10 +54,14 @@ class Program:
         except (ZeroDivisionError, OverflowError, ValueError):
             values = np.array([math.nan])
         if not np.isfinite(values).all():
-            own = [(p.name, v) for p, v in zip(self.parameters, parameters, strict=True) if not p.name.startswith(_ADDED)]
-            named = ", ".join(f"{name} = {v:g}" for name, v in own) or "none"
-            why = "a division by zero, or a number that is too large"
-            raise RunError(f"the equations cannot be evaluated at these parameters ({why}): {named}", code="not-evaluated")
+            pairs = [
+                (p.name, v)
+                for p, v in zip(self.parameters, parameters, strict=True)
+                if not p.name.startswith(_AUXILIARY_PREFIX)
+            ]
+            listing = ", ".join(f"{name} = {v:g}" for name, v in pairs) or "none"
+            reason = "a division by zero, or a number that is too large"
+            raise RunError(f"the equations cannot be evaluated at these parameters ({reason}): {listing}", code="not-evaluated")
         return values
 
 
@@ -84,41 +88,41 @@ class _Folder:
         if isinstance(e, PiecewiseCubic):
             return e.func(self.fold(e.args[0]), e.args[1])
         if isinstance(e, sp.Add | sp.Mul):
-            fixed = [a for a in e.args if not a.free_symbols & self.varying]
+            constant_parts = [a for a in e.args if not a.free_symbols & self.varying]
             moving = [self.fold(a) for a in e.args if a.free_symbols & self.varying]
-            return e.func(*((self.fold(e.func(*fixed)),) if fixed else ()), *moving)
+            return e.func(*((self.fold(e.func(*constant_parts)),) if constant_parts else ()), *moving)
         return e.func(*(self.fold(a) for a in e.args))
 
 
 def lower(system: System, results: Sequence[sp.Expr]) -> Program:
     """Build the program that computes ``results`` from a System's states and parameters, with the definitions they need."""
-    wanted = tuple(map(sp.sympify, results))
-    return _lowered(system.states, system.parameters, tuple(needed_definitions(system.definitions, wanted)), wanted)
+    expressions = tuple(map(sp.sympify, results))
+    return _lower(system.states, system.parameters, tuple(needed_definitions(system.definitions, expressions)), expressions)
 
 
 @derived_once
-def _lowered(
+def _lower(
     states: tuple[sp.Symbol, ...], parameters: tuple[sp.Symbol, ...], definitions: Assignments, results: tuple[sp.Expr, ...]
 ) -> Program:
     folder, lines = _Folder({*states, TIME}), []
     # Definitions that are substituted: constants, multiples of one symbol or wave, and repetitions of a previous definition.
-    known: dict[sp.Symbol, sp.Expr] = {}
+    substitutions: dict[sp.Symbol, sp.Expr] = {}
     first: dict[sp.Expr, sp.Symbol] = {}
     for symbol, expression in definitions:
-        replaced = expression.xreplace(known)
+        full_expression = expression.xreplace(substitutions)
         if not expression.free_symbols & folder.varying:
-            known[symbol] = replaced
+            substitutions[symbol] = full_expression
             continue
         folder.varying.add(symbol)
-        folded = folder.fold(replaced)
-        if folded in first or -folded in first:
-            known[symbol] = first[folded] if folded in first else -first[-folded]
-        elif _is_multiple(folded, folder.varying):
-            known[symbol] = replaced
+        folded_expression = folder.fold(full_expression)
+        if folded_expression in first or -folded_expression in first:
+            substitutions[symbol] = first[folded_expression] if folded_expression in first else -first[-folded_expression]
+        elif _is_multiple(folded_expression, folder.varying):
+            substitutions[symbol] = full_expression
         else:
-            first[folded] = symbol
-            lines.append((symbol, folded))
-    folded_results = tuple(folder.fold(r.xreplace(known)) for r in results)
+            first[folded_expression] = symbol
+            lines.append((symbol, folded_expression))
+    folded_results = tuple(folder.fold(r.xreplace(substitutions)) for r in results)
     constants = tuple((symbol, expression) for expression, symbol in folder.constants.items())
     return Program(states, parameters, constants, tuple(lines), folded_results)
 
@@ -151,21 +155,27 @@ def _source(
     """Print the text of the function; return also the piecewise functions that it calls ``table_0``, ``table_1``, ..."""
     expressions = [sp.sympify(e) for e in (*(e for _, e in lines), *results)]
     tables = tuple({p.args[1]: None for e in expressions for p in sp.preorder_traversal(e) if isinstance(p, PiecewiseCubic)})
-    shown = {table: sp.Function(f"table_{k}") for k, table in enumerate(tables)}
+    table_functions = {table: sp.Function(f"table_{k}") for k, table in enumerate(tables)}
     if tables:
-        expressions = [e.replace(PiecewiseCubic, lambda argument, table: shown[table](argument)) for e in expressions]
+        expressions = [e.replace(PiecewiseCubic, lambda argument, table: table_functions[table](argument)) for e in expressions]
     symbols = {s for a in arguments for s in (a if isinstance(a, tuple) else (a,))} | {s for s, _ in lines}
     short = {s: sp.Symbol(f"v{k}", real=True) for k, s in enumerate(sorted(symbols, key=lambda s: s.name))}
-    renamed = [tuple(short[s] for s in a) if isinstance(a, tuple) else short[a] for a in arguments]
-    printed = [e.xreplace(short) for e in expressions]
+    short_arguments = [tuple(short[s] for s in a) if isinstance(a, tuple) else short[a] for a in arguments]
+    short_expressions = [e.xreplace(short) for e in expressions]
     # Sines and cosines of arguments are the most expensive part of a mechanism's formulas: each is computed once.
-    given = {s for a in renamed for s in (a if isinstance(a, tuple) else (a,))}
-    waves = {a for e in printed for a in e.atoms(sp.sin, sp.cos) if a.free_symbols <= given}
+    argument_symbols = {s for a in short_arguments for s in (a if isinstance(a, tuple) else (a,))}
+    waves = {a for e in short_expressions for a in e.atoms(sp.sin, sp.cos) if a.free_symbols <= argument_symbols}
     once = {a: sp.Symbol(f"w{k}", real=True) for k, a in enumerate(sorted(waves, key=sp.default_sort_key))}
-    printed = [e.xreplace(once) for e in printed]
-    body = [*((w, a) for a, w in once.items()), *((short[s], e) for (s, _), e in zip(lines, printed, strict=False))]
-    wanted, called = printed[len(lines) :], {str(f): len for f in shown.values()}
-    function = sp.lambdify(renamed, wanted, modules=[called, _LIBRARIES[modules]], cse=lambda e: (body, e), docstring_limit=0)
+    short_expressions = [e.xreplace(once) for e in short_expressions]
+    body = [*((w, a) for a, w in once.items()), *((short[s], e) for (s, _), e in zip(lines, short_expressions, strict=False))]
+    result_expressions, table_names = short_expressions[len(lines) :], {str(f): len for f in table_functions.values()}
+    function = sp.lambdify(
+        short_arguments,
+        result_expressions,
+        modules=[table_names, _LIBRARIES[modules]],
+        cse=lambda e: (body, e),
+        docstring_limit=0,
+    )
     return "".join(getlines(function.__code__.co_filename)), tables
 
 
@@ -181,11 +191,11 @@ def number_function(expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, 
 
 
 @lru_cache(maxsize=256)
-def compiled_function(
-    expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...], of: sp.Symbol, modules: str
+def variable_function(
+    expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...], variable: sp.Symbol, modules: str
 ) -> Callable[[Sequence[float], Any], list[Any]]:
     """Compile expressions, once, as a function of the values of their symbols and of one variable, a number or an array."""
-    return python_function((symbols, of), (), expressions, modules)
+    return python_function((symbols, variable), (), expressions, modules)
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class ScipyEngine:
         self.program, self.event_program, self.events = program, event_program, tuple(events)
         self.tolerance, self.method = max(tolerance, _SMALLEST_TOLERANCE), method
         self.rhs = program.function("math")
-        self.watched = event_program.function("math")
+        self.event_values = event_program.function("math")
 
     def lend(self) -> ScipyIntegrator:
         """Return a new integrator, which costs nothing."""
@@ -46,9 +46,9 @@ class ScipyIntegrator:
     """An integrator of one run. time, state (n,): the values reached."""
 
     def __init__(self, engine: ScipyEngine) -> None:
-        self._engine, self._rhs, self._watched, self._events = engine, engine.rhs, engine.watched, engine.events
+        self._engine, self._rhs, self._event_values, self._events = engine, engine.rhs, engine.event_values, engine.events
         self.time, self.state = 0.0, np.zeros(len(engine.program.states))
-        self._cooled: dict[int, tuple[float, float]] = {}
+        self._cooldowns: dict[int, tuple[float, float]] = {}
 
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
         """Place the integrator."""
@@ -57,21 +57,21 @@ class ScipyIntegrator:
         self._event_constants = self._engine.event_program.constant_values(parameters).tolist()
         # Only those that have just happened: an earlier one may be about to happen again at this place. But the other end of a
         # segment that has just begun lies within rounding of zero: its sign is that towards which the argument moves.
-        if self._cooled:
-            values = self._watched(self.state.tolist(), time, self._event_constants)
+        if self._cooldowns:
+            values = self._event_values(self.state.tolist(), time, self._event_constants)
             near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT}
-            self._cooled = {i: self._cool(i) for i in near | {i for i, (end, _) in self._cooled.items() if end >= time}}
+            self._cooldowns = {i: self._cool(i) for i in near | {i for i, (end, _) in self._cooldowns.items() if end >= time}}
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""
-        self._cooled.clear()
+        self._cooldowns.clear()
 
     def _event_function(self, index: int) -> Callable[[float, np.ndarray], float]:
-        event, watched = self._events[index], self._watched
+        event, event_values = self._events[index], self._event_values
 
         def function(t: float, y: np.ndarray) -> float:
-            value = float(watched(y.tolist(), t, self._event_constants)[index])
-            end, sign = self._cooled.get(index, (-np.inf, 0.0))
+            value = float(event_values(y.tolist(), t, self._event_constants)[index])
+            end, sign = self._cooldowns.get(index, (-np.inf, 0.0))
             # Just after an event its function is rounding noise around zero, which must not count as another event.
             if t <= end:
                 return (sign or -event.direction) * (abs(value) + _NOT_ZERO)
@@ -86,7 +86,7 @@ class ScipyIntegrator:
         """Return the end of an event's cool-down, and the sign that its function takes thereafter."""
         soon = _COOL_DOWN * max(1.0, abs(self.time))
         state = self.state + soon * np.array(self._rhs(self.state.tolist(), self.time, self._constants))
-        value = float(self._watched(state.tolist(), self.time + soon, self._event_constants)[index])
+        value = float(self._event_values(state.tolist(), self.time + soon, self._event_constants)[index])
         return self.time + soon, float(np.sign(value))
 
     def _rates(self, t: float, y: np.ndarray) -> Sequence[float]:
@@ -132,5 +132,5 @@ class ScipyIntegrator:
             self.time, self.state = end, samples[:, -1]
         else:
             self.time, self.state = hits[-1].time, hits[-1].state
-            self._cooled[stopped_by] = self._cool(stopped_by)
+            self._cooldowns[stopped_by] = self._cool(stopped_by)
         return LegResult(samples, self.time, np.array(self.state), tuple(hits), stopped_by)

@@ -23,7 +23,7 @@ from wucht.system import TIME, System
 
 _ENDS = 4
 _LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argument lies on a breakpoint; the second from rest
-BEHIND = 2e-15  # of the largest number that occurs: smallest distance of a segment's end beyond its argument
+END_MARGIN = 2e-15  # of the largest number that occurs: smallest distance of a segment's end beyond its argument
 ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: a nearer argument is on its breakpoint
 
 Place = Callable[[float, np.ndarray, Numbers], list[float]]
@@ -87,7 +87,7 @@ class Segmentation:
             return int(np.searchsorted(self.breakpoints, near, side="right" if ahead > value else "left"))
         return int(np.searchsorted(self.breakpoints, value, side="right"))
 
-    def watched(self) -> tuple[sp.Expr, sp.Expr]:
+    def end_functions(self) -> tuple[sp.Expr, sp.Expr]:
         """Return functions that rise through zero at the upper end of the segment, and fall through zero at the lower one.
 
         heyoka's steps are accurate relative to the largest of all states and event functions: so these stay of order one.
@@ -104,7 +104,7 @@ class Segmentation:
         """
         low, high, has_low, has_high, *rest = self._rows[index]
         if value is not None:
-            behind = BEHIND * max(self.scale, size)
+            behind = END_MARGIN * max(self.scale, size)
             low = min(low, value - behind) if has_low else low
             high = max(high, value + behind) if has_high else high
         return [low, high, has_low, has_high, *rest]
@@ -152,9 +152,9 @@ class Segmentations:
     def events(self) -> tuple[Event, ...]:
         """Return two events for each segmentation: the argument leaves its segment upwards, downwards."""
         return tuple(
-            Event(f"segmentation {i} {way}", watched, direction, switch=(i, direction))
+            Event(f"segmentation {i} {way}", function, direction, switch=(i, direction))
             for i, segmentation in enumerate(self.segmentations)
-            for way, direction, watched in zip(("up", "down"), (+1, -1), segmentation.watched(), strict=True)
+            for way, direction, function in zip(("up", "down"), (+1, -1), segmentation.end_functions(), strict=True)
         )
 
 
@@ -166,15 +166,17 @@ class SegmentLocator:
     segmentations: tuple[Segmentation, ...]
     place: Place
     lookahead: Lookahead
-    used: tuple[tuple[int, ...], ...]
+    state_indices: tuple[tuple[int, ...], ...]
 
     @classmethod
     def of(cls, segmentations: Segmentations, smooth: System) -> SegmentLocator:
         """Compile the locator from the smooth System."""
         arguments, numbers = [s.argument for s in segmentations.segmentations], (*smooth.states, TIME)
         explicit = [smooth.explicit(argument) for argument in arguments]
-        used = tuple(tuple(i for i, s in enumerate(numbers) if s in e.free_symbols) for e in explicit)
-        return cls(segmentations.segmentations, compile_place(smooth, arguments), compile_lookahead(smooth, arguments), used)
+        state_indices = tuple(tuple(i for i, s in enumerate(numbers) if s in e.free_symbols) for e in explicit)
+        return cls(
+            segmentations.segmentations, compile_place(smooth, arguments), compile_lookahead(smooth, arguments), state_indices
+        )
 
     def start(self, time: float, state: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Return the values of the additional parameters at the start of a run. parameters: those of the System."""
@@ -187,8 +189,8 @@ class SegmentLocator:
             segments = [x.locate(*at) for x, *at in zip(self.segmentations, arguments, ahead, sizes, strict=True)]
         return self._values(segments, arguments, sizes)
 
-    def moved(
-        self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray, fired: tuple[int, int] | None
+    def values_after_event(
+        self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray, event: tuple[int, int] | None
     ) -> np.ndarray:
         """Return the values after an event: the segmentation that reached an end of its segment and the direction, or None.
 
@@ -196,16 +198,16 @@ class SegmentLocator:
         breakpoint may by rounding lie before it: so the other segments are located from their arguments now and a little later.
         """
         segments = self._segments(values)
-        if fired is not None:
-            segments[fired[0]] += fired[1]
+        if event is not None:
+            segments[event[0]] += event[1]
         arguments, ahead = self._lookahead(time, state, np.concatenate([parameters, self._values(segments)]))
         sizes = self._sizes(time, state)
         for i, segmentation in enumerate(self.segmentations):
-            if fired is None or i != fired[0]:
+            if event is None or i != event[0]:
                 segments[i] = segmentation.locate(arguments[i], ahead[i], sizes[i])
         return self._values(segments, arguments, sizes)
 
-    def seen(self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def right_values(self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the values on the arguments' segments as outputs use them: on the right of each breakpoint."""
         arguments, _ = self._lookahead(time, state, np.concatenate([parameters, values]))
         return self._values(
@@ -226,7 +228,7 @@ class SegmentLocator:
     def _sizes(self, time: float, state: np.ndarray) -> list[float]:
         """Return the largest number from which each argument is computed: its rounding is a few units of that."""
         values = np.append(np.abs(state), abs(time))
-        return [float(values[list(index)].max(initial=0.0)) for index in self.used]
+        return [float(values[list(index)].max(initial=0.0)) for index in self.state_indices]
 
     def _values(
         self, segments: Sequence[int], arguments: Sequence[float] | None = None, sizes: Sequence[float] | None = None
@@ -247,23 +249,26 @@ class SegmentLocator:
 def compile_place(smooth: System, expressions: Sequence[sp.Expr]) -> Place:
     """Compile a function of time, state and parameters that returns the values of expressions."""
     position = lower(smooth, expressions)
-    where = position.function("math")
-    return lambda time, state, parameters: list(where(state.tolist(), time, position.constant_values(parameters).tolist()))
+    evaluate = position.function("math")
+    return lambda time, state, parameters: list(evaluate(state.tolist(), time, position.constant_values(parameters).tolist()))
 
 
 def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr]) -> Lookahead:
     """Compile a function of time, state and parameters that returns the values of expressions, now and a little later."""
     position, rates = lower(smooth, expressions), lower(smooth, smooth.derivatives)
-    where, rate = position.function("math"), rates.function("math")
+    evaluate, rate = position.function("math"), rates.function("math")
 
     def lookahead(time: float, state: np.ndarray, parameters: Numbers) -> tuple[list[float], list[float]]:
-        fixed, moving = position.constant_values(parameters).tolist(), rates.constant_values(parameters).tolist()
-        values = list(where(state.tolist(), time, fixed))
+        position_constants, rate_constants = (
+            position.constant_values(parameters).tolist(),
+            rates.constant_values(parameters).tolist(),
+        )
+        values = list(evaluate(state.tolist(), time, position_constants))
         ahead = list(values)
         for step in (s * max(1.0, abs(time)) for s in _LOOKAHEAD):
-            half = state + step / 2 * np.array(rate(state.tolist(), time, moving))
-            then = state + step * np.array(rate(half.tolist(), time + step / 2, moving))
-            later = where(then.tolist(), time + step, fixed)
+            half = state + step / 2 * np.array(rate(state.tolist(), time, rate_constants))
+            then = state + step * np.array(rate(half.tolist(), time + step / 2, rate_constants))
+            later = evaluate(then.tolist(), time + step, position_constants)
             ahead = [f if a == h else a for a, h, f in zip(ahead, values, later, strict=True)]
         return values, ahead
 

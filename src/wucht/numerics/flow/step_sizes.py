@@ -39,11 +39,11 @@ UNKNOWN = (
 )
 
 
-def arguments(program: Program) -> tuple[sp.Expr, ...]:
+def tanh_arguments(program: Program) -> tuple[sp.Expr, ...]:
     """Return the arguments of tanh in the program, in its lines' and states' symbols and constants."""
     expressions = [*(e for _, e in program.lines), *program.results]
-    found = set[sp.Expr]().union(*({t.args[0] for t in e.atoms(sp.tanh)} for e in expressions))
-    return tuple(sorted(found, key=sp.default_sort_key))
+    results = set[sp.Expr]().union(*({t.args[0] for t in e.atoms(sp.tanh)} for e in expressions))
+    return tuple(sorted(results, key=sp.default_sort_key))
 
 
 def sentinels(program: Program, variables: Sequence[Any], translate: Callable[[sp.Expr], Any]) -> list[Any]:
@@ -51,11 +51,11 @@ def sentinels(program: Program, variables: Sequence[Any], translate: Callable[[s
     import heyoka as hy
 
     size = hy.sqrt(1.0 + hy.sum([s * s for s in variables]))
-    watched = [translate(u) for u in arguments(program)]
-    return [_WEIGHT * size * (1.0 + hy.log(1.0 + u * u)) for u in watched]
+    transition_arguments = [translate(u) for u in tanh_arguments(program)]
+    return [_WEIGHT * size * (1.0 + hy.log(1.0 + u * u)) for u in transition_arguments]
 
 
-def unheard(*_: Any) -> None:
+def ignore_event(*_: Any) -> None:
     """Do nothing: the callback of an event function that has no zeros."""
 
 

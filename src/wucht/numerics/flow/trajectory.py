@@ -47,16 +47,16 @@ class Trajectory:
     hits: tuple[Hit, ...] = ()
     stopped_by: str | None = None
     failure: str | None = None
-    interrupted: bool = False
+    is_interrupted: bool = False
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """True if the run cannot or should not be continued: an event, a failure, or the user stopped it."""
-        return self.stopped_by is not None or self.failure is not None or self.interrupted
+        return self.stopped_by is not None or self.failure is not None or self.is_interrupted
 
-    def uninterrupted(self) -> Trajectory:
+    def reraise_interrupt(self) -> Trajectory:
         """Return the trajectory. Raises ``KeyboardInterrupt`` again if the user stopped it: for a run within a larger task."""
-        if self.interrupted:
+        if self.is_interrupted:
             raise KeyboardInterrupt
         return self
 
@@ -66,15 +66,15 @@ class Trajectory:
         quadratures = {name: values[first:] for name, values in self.quadratures.items()}
         return replace(self, time=self.time[first:], states=self.states[:, first:], quadratures=quadratures)
 
-    def every(self, count: int, with_last: bool = False) -> Trajectory:
+    def subsample(self, count: int, with_last: bool = False) -> Trajectory:
         """Return every ``count``-th sample, from the first on; with_last: and the last one."""
-        kept: slice | np.ndarray = slice(None, None, count)
+        selection: slice | np.ndarray = slice(None, None, count)
         if with_last and (len(self.time) - 1) % count:
-            kept = np.append(np.arange(0, len(self.time), count), len(self.time) - 1)
-        quadratures = {name: values[kept] for name, values in self.quadratures.items()}
-        return replace(self, time=self.time[kept], states=self.states[:, kept], quadratures=quadratures)
+            selection = np.append(np.arange(0, len(self.time), count), len(self.time) - 1)
+        quadratures = {name: values[selection] for name, values in self.quadratures.items()}
+        return replace(self, time=self.time[selection], states=self.states[:, selection], quadratures=quadratures)
 
-    def joined(self, later: Trajectory) -> Trajectory:
+    def join(self, later: Trajectory) -> Trajectory:
         """Append a trajectory that continued from the end of this one."""
         return Trajectory.of([self, later])
 

@@ -15,7 +15,7 @@ _SHARES = (
     0.8,
     *(0.5**k for k in range(2, 40)),
 )  # parts of the record in which cycles are searched: slow ones, then fast ones
-_RESOLVED = 8  # blocks a cycle, at least
+_BLOCKS_PER_CYCLE = 8  # blocks a cycle, at least
 _WITHIN = 0.5  # largest range of the speed within a block, relative to the whole range
 _LAST = 3  # cycles, over which the period and the window are taken
 _GROUPS = 5  # of cycles, at most
@@ -60,33 +60,33 @@ def modulation(record: TurnRecord, threshold: float) -> Modulation | None:
     for share in _SHARES:
         part = record.last(share)
         crossings = _upward_crossings(part)
-        if len(crossings) > FEWEST_CYCLES and _resolved(part, crossings):
-            return _of_cycles(part, crossings)
+        if len(crossings) > FEWEST_CYCLES and _is_resolved(part, crossings):
+            return _modulation_from_cycles(part, crossings)
         if part.size == 1 and share < _SHARES[0]:
             return None
     return None
 
 
-def _resolved(part: Blocks, crossings: np.ndarray) -> bool:
+def _is_resolved(part: Blocks, crossings: np.ndarray) -> bool:
     """True if blocks are short against the cycles: else their means would beat."""
     within, range_ = part.highest - part.lowest, part.highest.max() - part.lowest.min()
-    return part.size == 1 or bool(np.diff(crossings).min() >= _RESOLVED and np.median(within) < _WITHIN * range_)
+    return part.size == 1 or bool(np.diff(crossings).min() >= _BLOCKS_PER_CYCLE and np.median(within) < _WITHIN * range_)
 
 
-def _of_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:
+def _modulation_from_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:
     """Compute the modulation with cycles between these crossings, in blocks of a part of the record."""
     i = crossings.astype(int)
-    periods, turned = (np.diff(np.interp(crossings, np.arange(len(part)), x)) for x in (part.time, part.angle))
+    periods, turn_angles = (np.diff(np.interp(crossings, np.arange(len(part)), x)) for x in (part.time, part.angle))
     regular = bool(np.ptp(periods[-_LAST:]) <= _EVEN * periods[-1])
     count = min(_LAST, len(periods)) if regular else len(periods)
     window, last = part.part(slice(i[-1 - count], i[-1] + 1)), part.part(slice(i[-2] if regular else i[0], i[-1] + 1))
     bounds = [(part.lowest[j : k + 1].min(), part.highest[j : k + 1].max()) for j, k in itertools.pairwise(i)]
-    each = np.array([np.abs(turned) / periods, *np.transpose(bounds)])
+    cycle_values = np.array([np.abs(turn_angles) / periods, *np.transpose(bounds)])
     size = -(-len(periods) // _GROUPS)
-    skipped = len(periods) % size
-    groups = each[:, skipped:].reshape(3, -1, size).mean(axis=2)
-    borders = np.interp(crossings[skipped::size], np.arange(len(part)), part.time)
-    period, angle = float(periods[-count:].mean()), float(np.abs(turned[-count:].mean()))
+    skip_count = len(periods) % size
+    groups = cycle_values[:, skip_count:].reshape(3, -1, size).mean(axis=2)
+    borders = np.interp(crossings[skip_count::size], np.arange(len(part)), part.time)
+    period, angle = float(periods[-count:].mean()), float(np.abs(turn_angles[-count:].mean()))
     low, high = float(last.lowest.min()), float(last.highest.max())
     return Modulation(period, angle, low, high, window, len(periods), regular, groups, borders)
 

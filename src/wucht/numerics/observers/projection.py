@@ -14,10 +14,10 @@ WINDOWS = 5
 SHARE = 0.1  # of the record, each window
 AHEAD = LOOKAHEAD / SHARE
 _CONTRACTING = 0.98  # ratio of successive changes: above, it is taken for a drift
-_DIRECTED = 0.95  # of the sum of all changes: the whole change of a drift, which does not oscillate
+_DRIFT_SHARE = 0.95  # of the sum of all changes: the whole change of a drift, which does not oscillate
 _ALIKE = 2.0  # times: rates of a growth differ by no more
 _LAST_RATIOS = 3  # that must be alike where a decay is observed
-_OBSERVED = 20 / 3  # windows, of which five exist: a slower fall by the factor e is no observed decay
+_LONGEST_DECAY = 20 / 3  # windows, of which five exist: a slower fall by the factor e is no observed decay
 _MOSTLY = 0.8  # of all pairs of windows
 _FARTHEST = 1e300
 _FALLS = 1e-3  # of a number, from the first to the last window: less is no fall
@@ -59,8 +59,8 @@ class Projection:
         """Return the number of windows until an approach is so near to its limit; inf where no decay is observed."""
         if self.width <= width:
             return 0.0
-        observed = self.course is Course.APPROACHING and self.windows <= _OBSERVED
-        return self.windows * math.log(self.width / width) if observed else math.inf
+        is_decaying = self.course is Course.APPROACHING and self.windows <= _LONGEST_DECAY
+        return self.windows * math.log(self.width / width) if is_decaying else math.inf
 
 
 @dataclass(frozen=True)
@@ -96,13 +96,13 @@ class Projections:
         return Projection(float(self.last[i]), float(self.low[i]), float(self.high[i]), course, float(self.windows[i]))
 
 
-def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wider: float = 0.25) -> Projection:
+def project(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wider: float = 0.25) -> Projection:
     """Project the means (w,), w >= 2, of one signal: see ``project_signals``."""
-    return projected_each(means[:, None], ahead, rounding, wider).one()
+    return project_signals(means[:, None], ahead, rounding, wider).one()
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def projected_each(
+def project_signals(
     means: np.ndarray, ahead: float = AHEAD, rounding: np.ndarray | float = 0.0, wider: float = 0.25
 ) -> Projections:
     """Project the means (w, M), w >= 2, of M signals over successive windows.
@@ -117,7 +117,7 @@ def projected_each(
     ratios = sizes[1:] / sizes[:-1] if len(means) > 3 else np.full((1, means.shape[1]), np.nan)
     constant = np.asarray((sizes[-2:] <= rounding).all(axis=0))
     approaching = np.asarray((ratios < _CONTRACTING).all(axis=0) & ~constant)
-    one_way = (sizes[-1] > rounding) & (abs(changes.sum(axis=0)) >= _DIRECTED * sizes.sum(axis=0))
+    one_way = (sizes[-1] > rounding) & (abs(changes.sum(axis=0)) >= _DRIFT_SHARE * sizes.sum(axis=0))
     drifting, margin = one_way & ~approaching & ~constant, wider * (high - low)
     least, greatest, windows = low - margin, high + margin, np.full(len(last), math.inf)
     if constant.any():
@@ -127,20 +127,20 @@ def projected_each(
         windows = np.where(approaching & _alike(rates), 1 / rates.min(axis=0), windows)
         # Alternating changes have their limit between the last two.
         limit = np.where(changes[-1] * changes[-2] > 0, last + 1.5 * changes[-1] * rho / (1 - rho), means[-2])
-        least, greatest = _reaching(last, limit, approaching, least, greatest)
+        least, greatest = _bounds_towards(last, limit, approaching, least, greatest)
     if drifting.any():
         logs = np.log(ratios)
         growth = np.where((ratios > 1).all(axis=0) & _alike(logs), logs.min(axis=0), 0.0)
         count = np.exp(growth) * np.expm1(np.minimum(ahead * growth, 600.0)) / np.expm1(growth)
-        gone = np.minimum(sizes[-1] * np.where(growth > 1e-9, count, ahead), _FARTHEST)
+        distance = np.minimum(sizes[-1] * np.where(growth > 1e-9, count, ahead), _FARTHEST)
         windows = np.where(drifting & (growth > 0), 1 / growth, windows)
-        least, greatest = _reaching(last, last + np.copysign(gone, changes[-1]), drifting, least, greatest)
+        least, greatest = _bounds_towards(last, last + np.copysign(distance, changes[-1]), drifting, least, greatest)
     return Projections(last, least, greatest, constant, approaching, drifting, windows)
 
 
-def _reaching(last: np.ndarray, end: np.ndarray, which: np.ndarray, least: np.ndarray, greatest: np.ndarray) -> Any:
+def _bounds_towards(last: np.ndarray, end: np.ndarray, mask: np.ndarray, least: np.ndarray, greatest: np.ndarray) -> Any:
     """Set the bounds of those signals that go from their last value to an end; the others keep theirs."""
-    return np.where(which, np.minimum(last, end), least), np.where(which, np.maximum(last, end), greatest)
+    return np.where(mask, np.minimum(last, end), least), np.where(mask, np.maximum(last, end), greatest)
 
 
 def _alike(rates: np.ndarray) -> np.ndarray:
@@ -158,14 +158,16 @@ def trend(means: np.ndarray) -> int:
     return next((way for way in (+1, -1) if np.mean(signs == way) >= _MOSTLY), 0)
 
 
-def falling(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, *, even_if_approaching: bool = False) -> Projection:
+def falling_projection(
+    means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, *, even_if_approaching: bool = False
+) -> Projection:
     """Project a positive number; where it mostly falls, with oscillations allowed, the fall is extrapolated at its mean rate.
 
     even_if_approaching: also where it approaches a limit.
     """
-    p = projected(means, ahead, rounding)
-    taken = p.course is not Course.APPROACHING or even_if_approaching
-    if not taken or trend(means) >= 0 or not 0 < means[-1] < (1 - _FALLS) * means[0]:
+    p = project(means, ahead, rounding)
+    applies = p.course is not Course.APPROACHING or even_if_approaching
+    if not applies or trend(means) >= 0 or not 0 < means[-1] < (1 - _FALLS) * means[0]:
         return p
     fall = math.log(means[0] / means[-1]) / (len(means) - 1)
     return replace(p, low=min(p.low, p.last * math.exp(-fall * ahead)), course=Course.APPROACHING, windows=1 / fall)

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
-from wucht.numerics.zeros_and_peaks import between_samples
+from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples, TurnObserver
+from wucht.numerics.zeros_and_peaks import interval_maxima
 
-KEPT = 4096  # blocks of each length
+LEVEL_BLOCKS = 4096  # blocks of each length
 LAST, LOW, HIGH, MEAN = range(4)  # how two neighbouring blocks are merged
 _PER_SPAN = 12  # samples are enough: more are left out
 _KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH, LOW, HIGH)
@@ -33,7 +33,7 @@ class Pyramid:
     count: int = 0
     levels: tuple[np.ndarray, ...] = ()
 
-    def after(self, blocks: np.ndarray) -> Pyramid:
+    def update(self, blocks: np.ndarray) -> Pyramid:
         """Return the record with more blocks (rows, K)."""
         if not blocks.shape[1]:
             return self
@@ -43,30 +43,30 @@ class Pyramid:
         """Return the last share of the record in the finest blocks that reach back so far, and the number merged in each."""
         if not self.levels:
             return np.empty((len(self.kinds), 0)), 1
-        wanted, top = share * self.count, len(self.levels) - 1
-        k = next((k for k, known in enumerate(self.levels) if known.shape[1] * 2**k >= wanted), top)
-        return self.levels[k][:, -max(1, round(wanted / 2**k)) :], 2**k
+        block_count, top = share * self.count, len(self.levels) - 1
+        k = next((k for k, level in enumerate(self.levels) if level.shape[1] * 2**k >= block_count), top)
+        return self.levels[k][:, -max(1, round(block_count / 2**k)) :], 2**k
 
 
 def _levels(before: tuple[np.ndarray, ...], blocks: np.ndarray, count: int, kinds: Sequence[int]) -> tuple[np.ndarray, ...]:
     """Return the levels with more blocks of the first one, which had ``count`` before."""
-    known = np.concatenate([before[0], blocks], axis=1) if before else blocks
+    level = np.concatenate([before[0], blocks], axis=1) if before else blocks
     total = count + blocks.shape[1]
-    if total <= KEPT:
-        return (known,)
+    if total <= LEVEL_BLOCKS:
+        return (level,)
     # The next level stays empty as long as this one has all blocks.
-    paired = count // 2 if len(before) > 1 else 0
-    new = known[:, 2 * paired - total + known.shape[1] : known.shape[1] - total % 2]
-    return known[:, -KEPT:], *_levels(before[1:], _paired(new, kinds), paired, kinds)
+    pair_count = count // 2 if len(before) > 1 else 0
+    new = level[:, 2 * pair_count - total + level.shape[1] : level.shape[1] - total % 2]
+    return level[:, -LEVEL_BLOCKS:], *_levels(before[1:], _merge_pairs(new, kinds), pair_count, kinds)
 
 
-def _paired(blocks: np.ndarray, kinds: Sequence[int]) -> np.ndarray:
+def _merge_pairs(blocks: np.ndarray, kinds: Sequence[int]) -> np.ndarray:
     """Merge each two neighbouring blocks."""
-    first, second, merged = blocks[:, ::2], blocks[:, 1::2], blocks[:, 1::2].copy()
+    first, second, merged_blocks = blocks[:, ::2], blocks[:, 1::2], blocks[:, 1::2].copy()
     for kind, merge in ((LOW, np.minimum), (HIGH, np.maximum), (MEAN, _mean)):
         rows = [row for row, k in enumerate(kinds) if k == kind]
-        merged[rows] = merge(first[rows], second[rows])
-    return merged
+        merged_blocks[rows] = merge(first[rows], second[rows])
+    return merged_blocks
 
 
 def _mean(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -96,18 +96,18 @@ class SpanRecord:
     span: float
     sample: Samples | None = None
     open: np.ndarray = field(default_factory=lambda: np.empty((len(_KINDS), 0)))
-    kept: Pyramid = field(default_factory=lambda: Pyramid(_KINDS))
+    pyramid: Pyramid = field(default_factory=lambda: Pyramid(_KINDS))
 
-    def after(self, samples: Samples) -> SpanRecord:
+    def update(self, samples: Samples) -> SpanRecord:
         """The record after a part of the motion, which may begin with the last sample of the part before."""
-        s = _sparse(samples.after(self.sample), self.span / _PER_SPAN)
+        s = _sparse(samples.with_previous(self.sample), self.span / _PER_SPAN)
         if len(s.time) < 2:
             return replace(self, sample=s if len(s.time) else None)
         angle, speed, end = s.angles[0], s.speeds[0], s.time[1:]
         columns = np.array([
-            end, angle[1:], -between_samples(s.time, -angle, -speed), between_samples(s.time, angle, speed),
+            end, angle[1:], -interval_maxima(s.time, -angle, -speed), interval_maxima(s.time, angle, speed),
             np.minimum(speed[:-1], speed[1:]), np.maximum(speed[:-1], speed[1:]),
-            _root(-between_samples(s.time, -s.square, -s.rate)), _root(between_samples(s.time, s.square, s.rate)),
+            _root(-interval_maxima(s.time, -s.square, -s.rate)), _root(interval_maxima(s.time, s.square, s.rate)),
         ])  # fmt: skip
         columns = np.concatenate([self.open, columns], axis=1)
         number = np.ceil(columns[0] / self.span)
@@ -117,11 +117,11 @@ class SpanRecord:
         for row, kind in enumerate(_KINDS):
             if kind in _EXTREMES:
                 blocks[row] = _EXTREMES[kind].reduceat(columns[row], first)
-        return replace(self, sample=s.part(slice(-1, None)), open=blocks[:, -1:], kept=self.kept.after(blocks[:, :-1]))
+        return replace(self, sample=s.part(slice(-1, None)), open=blocks[:, -1:], pyramid=self.pyramid.update(blocks[:, :-1]))
 
     def last(self, share: float) -> Spans:
         """Return the last share of the time, in the shortest spans that reach back so far, with the incomplete one."""
-        values, _ = self.kept.last(share)
+        values, _ = self.pyramid.last(share)
         return Spans(*np.concatenate([values, self.open], axis=1))
 
 
@@ -171,7 +171,7 @@ class Blocks:
     @property
     def turns(self) -> float:
         """Number of turns."""
-        return len(self) * self.size / PER_TURN
+        return len(self) * self.size / MARKS_PER_TURN
 
     @property
     def middle(self) -> np.ndarray:
@@ -188,8 +188,8 @@ class Blocks:
         """Mean speeds from the end of the first block to that of the last (1 + n,): of the leading body and the followers."""
         if len(self) < 2:
             return np.append(self.speed, self.followers)
-        turned = np.append(self.angle[-1] - self.angle[0], self.angles[:, -1] - self.angles[:, 0])
-        return np.asarray(self.sense * turned / (self.time[-1] - self.time[0]))
+        turn_angles = np.append(self.angle[-1] - self.angle[0], self.angles[:, -1] - self.angles[:, 0])
+        return np.asarray(self.sense * turn_angles / (self.time[-1] - self.time[0]))
 
     @property
     def smooth_mean_speeds(self) -> np.ndarray:
@@ -199,9 +199,9 @@ class Blocks:
         durations = smooth_weights(len(self)) / self.speed
         return np.asarray(np.append(self.speed @ durations, self.followers @ durations) / durations.sum())
 
-    def part(self, which: slice) -> Blocks:
+    def part(self, selection: slice) -> Blocks:
         """Return a selection of the blocks."""
-        arrays: dict[str, Any] = {name: x[..., which] for name, x in vars(self).items() if isinstance(x, np.ndarray)}
+        arrays: dict[str, Any] = {name: x[..., selection] for name, x in vars(self).items() if isinstance(x, np.ndarray)}
         return replace(self, **arrays)
 
     def last(self, share: float) -> Blocks:
@@ -214,10 +214,10 @@ def _resultant(weights: Sequence[complex], phases: np.ndarray, moments: np.ndarr
 
     moments: real, added to the weights (1 + n, K), or no rows.
     """
-    added = moments if len(moments) else np.zeros((len(weights), 1))
-    real = np.zeros(phases.shape[1]) + (complex(weights[0]).real + added[0])
+    extra_weights = moments if len(moments) else np.zeros((len(weights), 1))
+    real = np.zeros(phases.shape[1]) + (complex(weights[0]).real + extra_weights[0])
     imaginary = np.full(phases.shape[1], complex(weights[0]).imag)
-    for weight, more, phase in zip(map(complex, weights[1:]), added[1:], phases, strict=True):
+    for weight, more, phase in zip(map(complex, weights[1:]), extra_weights[1:], phases, strict=True):
         real += (weight.real + more) * phase.real - weight.imag * phase.imag
         imaginary += (weight.real + more) * phase.imag + weight.imag * phase.real
     return np.asarray(np.sqrt(real * real + imaginary * imaginary))
@@ -240,19 +240,19 @@ class TurnRecord:
     leading one, in a sum that is recorded; none if it is not needed.
     """
 
-    others: int
+    follower_count: int
     weights: tuple[complex, ...] = ()
     observer: TurnObserver = field(default_factory=TurnObserver)
     passage: int = 0
     sense: int = 1
-    kept: Pyramid = field(default_factory=lambda: Pyramid(()))
+    pyramid: Pyramid = field(default_factory=lambda: Pyramid(()))
 
-    def after(self, samples: Samples) -> TurnRecord:
+    def update(self, samples: Samples) -> TurnRecord:
         """The record after a part of the motion, which may begin with the last sample of the part before."""
-        observer, turns = self.observer.after(samples)
+        observer, turns = self.observer.update(samples)
         if not len(turns.time):
             return replace(self, observer=observer)
-        passage, n = int(turns.passage[-1]), self.others
+        passage, n = int(turns.passage[-1]), self.follower_count
         same = turns.passage == passage
         new = turns if same.all() else turns.part(same)
         speed, largest = np.abs(new.speed), new.largest
@@ -260,15 +260,15 @@ class TurnRecord:
         means = [largest, 2 * math.pi / speed, *new.advance, *new.phases.real, *new.phases.imag]
         total = _resultant(self.weights or (0.0,) * (1 + n), new.phases, new.moments)
         columns = np.array([new.time, new.angle, *new.angles, speed, speed, largest, largest, total, total, *means])
-        goes_on = passage == self.passage and self.kept.kinds
+        goes_on = passage == self.passage and self.pyramid.kinds
         kinds = (*(LAST,) * (2 + n), *(LOW, HIGH) * 3, *(MEAN,) * (2 + 3 * n))
-        kept = self.kept if goes_on else Pyramid(kinds)
-        return TurnRecord(n, self.weights, observer, passage, 1 if new.speed[-1] > 0 else -1, kept.after(columns))
+        pyramid = self.pyramid if goes_on else Pyramid(kinds)
+        return TurnRecord(n, self.weights, observer, passage, 1 if new.speed[-1] > 0 else -1, pyramid.update(columns))
 
     @property
     def turns(self) -> float:
         """Number of averaged turns."""
-        return self.kept.count / PER_TURN
+        return self.pyramid.count / MARKS_PER_TURN
 
     @property
     def whole(self) -> Blocks:
@@ -280,19 +280,19 @@ class TurnRecord:
 
         With less than two turns it is the last average alone.
         """
-        if not self.kept.count:
+        if not self.pyramid.count:
             return self.last(1.0)
-        made = (self.kept.count + PER_TURN) / PER_TURN  # the first average ends after a turn
-        wanted = max(1, math.floor(share * made + _ROUNDING)) * PER_TURN  # averages
-        known = self.last(min(1.0, (wanted + 1) / self.kept.count))
-        every = max(1, PER_TURN // known.size)
-        between = min(max(1, wanted // known.size), (len(known) - 1) // every * every)
-        return known.part(slice(-1 - between, None))
+        turn_count = (self.pyramid.count + MARKS_PER_TURN) / MARKS_PER_TURN  # the first average ends after a turn
+        average_count = max(1, math.floor(share * turn_count + _ROUNDING)) * MARKS_PER_TURN  # averages
+        blocks = self.last(min(1.0, (average_count + 1) / self.pyramid.count))
+        blocks_per_turn = max(1, MARKS_PER_TURN // blocks.size)
+        block_count = min(max(1, average_count // blocks.size), (len(blocks) - 1) // blocks_per_turn * blocks_per_turn)
+        return blocks.part(slice(-1 - block_count, None))
 
     def last(self, share: float) -> Blocks:
         """Return the last share of the turns, in the finest blocks that reach back so far."""
-        values, size = self.kept.last(share)
-        n, sense = self.others, self.sense
+        values, size = self.pyramid.last(share)
+        n, sense = self.follower_count, self.sense
         if not len(values):
             values = np.empty((10 + 4 * n, 0))
         time, angle, angles = values[0], values[1], values[2 : 2 + n]

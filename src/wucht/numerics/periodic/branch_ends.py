@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.continuation.curve import CLOSED as CURVE_CLOSED
+from wucht.numerics.continuation.curve import CURVE_IS_CLOSED as CURVE_CLOSED
 from wucht.numerics.continuation.equilibria import FOLD, Equilibrium
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
@@ -25,7 +25,7 @@ from wucht.numerics.periodic.period_laws import CONNECTION, SADDLE_NODE, Growth,
 from wucht.numerics.zeros_and_peaks import stretches
 
 SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION, HOPF = "saddle-node-on-orbit", "saddle-connection", "hopf"
-RANGE, CLOSED, PERIOD_LIMIT, NOT_IDENTIFIED = "range", "closed", "period-limit", "not-identified"
+RANGE, CLOSED_BRANCH, PERIOD_LIMIT, NOT_IDENTIFIED = "range", "closed", "period-limit", "not-identified"
 
 _FITS = {SADDLE_NODE: 1e-3, CONNECTION: 1e-2}  # largest residual of a law that holds
 _BETTER = 3.0  # least ratio of the residual of the other law
@@ -35,9 +35,9 @@ _NEAR = 0.5  # of the orbit's size: largest distance of the equilibrium from the
 _AGREE_CRITICAL = 0.05  # of the last orbit's distance from p*
 _AGREE_RATE = 0.1  # relative: where nu is small, lambda is approached as slowly as |p - p*|^nu
 _GROWN_AT_REST = 1.3  # least factor by which the period grows while the parameter no longer changes
-_RESOLVED, _FEWEST = 1e-8, 6  # of the parameter's size: a smaller change is none; orbits
+_RESOLUTION, _FEWEST = 1e-8, 6  # of the parameter's size: a smaller change is none; orbits
 _AROUND = 0.1  # of the orbit's size: near a saddle
-_APPROACHED = 3.0  # least number of e-folds by which an orbit comes nearer to a saddle than that
+_APPROACH = 3.0  # least number of e-folds by which an orbit comes nearer to a saddle than that
 _ALL_AT_SADDLES = 0.02  # of the growth of the period: largest share elsewhere
 _FINE = 20  # places of an interval, by which the time near a saddle is measured
 _AT_A_BOUND = 1e-9  # relative
@@ -89,7 +89,7 @@ class _Saddle:
     decaying: float
 
 
-def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], why: str) -> BranchEnd:
+def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], reason: str) -> BranchEnd:
     """Identify the end of a branch.
 
     Parameters
@@ -105,96 +105,98 @@ def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Se
     """
     here, name = last[-1], cycles.equations.parameters[-1]
     value, period = here.parameter, here.period
-    if why == CURVE_CLOSED:
-        return BranchEnd(CLOSED, value, 0.0, period, "the branch is closed")
-    if why == SHRINKS and (hopf := hopf_point(cycles.equations, last)) is not None:
+    if reason == CURVE_CLOSED:
+        return BranchEnd(CLOSED_BRANCH, value, 0.0, period, "the branch is closed")
+    if reason == SHRINKS and (hopf := hopf_point(cycles.equations, last)) is not None:
         sentence = f"at {name} = {hopf.parameter:.9g} the orbit shrinks to an equilibrium: a Hopf point"
         return BranchEnd(HOPF, hopf.parameter, 0.0, period, sentence, hopf.x, hopf.eigenvalues)
-    bound = next((b for b in cycles.bounds if abs(value - b) <= _AT_A_BOUND * max(1.0, abs(b))), None)
-    if bound is not None and "leaves the range" in why:
+    range_end = next((b for b in cycles.bounds if abs(value - b) <= _AT_A_BOUND * max(1.0, abs(b))), None)
+    if range_end is not None and "leaves the range" in reason:
         return BranchEnd(RANGE, value, 0.0, period, f"the range ends at {name} = {value:.9g}")
-    return _lengthening(cycles, values, periods, last, why)
+    return _lengthening_end(cycles, values, periods, last, reason)
 
 
-def _lengthening(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], why: str) -> BranchEnd:
+def _lengthening_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], reason: str) -> BranchEnd:
     """Return the end of a branch whose period may grow without bound: see ``branch_end``."""
     here, name = last[-1], cycles.equations.parameters[-1]
     value, period = here.parameter, here.period
     grown = growth(values, periods) if period >= _GROWN * periods.min() else None
-    by_law = None if grown is None else _of_growth(cycles, here, grown, why)
+    by_law = None if grown is None else _end_from_growth(cycles, here, grown, reason)
     if by_law is not None and by_law.kind != NOT_IDENTIFIED:
         return by_law
-    if (connection := _beyond_resolution(cycles, values, periods, last)) is not None:
+    if (connection := _unresolved_connection(cycles, values, periods, last)) is not None:
         return connection
     if by_law is None and abs(period - cycles.periods[1]) <= _AT_A_BOUND * period:
         sentence = f"at {name} = {value:.9g} the period passes {period:.6g}, up to which orbits are followed"
         return BranchEnd(PERIOD_LIMIT, value, math.nan, period, sentence)
-    unknown = BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value:.9g} it is not identified: {why}")
+    unknown = BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value:.9g} it is not identified: {reason}")
     return by_law or unknown
 
 
-def _of_growth(cycles: Cycles, here: Cycle, grown: Growth, why: str) -> BranchEnd:
+def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) -> BranchEnd:
     """Return the end of a branch whose period grows, by the law of its growth."""
     name, law = cycles.equations.parameters[-1], grown.better
-    other = grown.connection if law is grown.saddle_node else grown.saddle_node
-    made = partial(BranchEnd, saddle_node=grown.saddle_node, connection=grown.connection)
+    other_law = grown.connection if law is grown.saddle_node else grown.saddle_node
+    make_end = partial(BranchEnd, saddle_node=grown.saddle_node, connection=grown.connection)
     places, beyond = _slow_places(cycles, here), "the period grows beyond all bounds, as"
-    holds = law.residual < _FITS[law.name] and other.residual > _BETTER * law.residual and law.factor > 0
+    holds = law.residual < _FITS[law.name] and other_law.residual > _BETTER * law.residual and law.factor > 0
     if holds and law is grown.saddle_node:
         fold = _fold(cycles, here, places)
         if fold is not None and _agree(fold.parameter, law, here.parameter):
-            how = f"{law.factor:.5g}/sqrt|{name} - {name}*|: equilibria appear on the orbit, a saddle-node"
-            sentence = f"at {name} = {fold.parameter:.9g} {beyond} {how}"
-            of = fold.x, fold.eigenvalues
-            return made(SADDLE_NODE_ON_ORBIT, fold.parameter, 0.0, here.period, sentence, *of)
+            description = f"{law.factor:.5g}/sqrt|{name} - {name}*|: equilibria appear on the orbit, a saddle-node"
+            sentence = f"at {name} = {fold.parameter:.9g} {beyond} {description}"
+            equilibrium = fold.x, fold.eigenvalues
+            return make_end(SADDLE_NODE_ON_ORBIT, fold.parameter, 0.0, here.period, sentence, *equilibrium)
     elif holds:
         saddles = _saddles(cycles, here, places, law.critical)
         if saddles and any(abs(rate * law.factor - 1) < _AGREE_RATE for rate in _rates(saddles)):
             first, count = saddles[0].point, "a saddle" if len(saddles) == 1 else f"{len(saddles)} saddles"
-            how = f"-ln|{name} - {name}*|/{1 / law.factor:.5g}: the orbit runs into {count}"
-            of = first.x, first.eigenvalues
-            sentence = f"at {name} = {law.critical:.9g} {beyond} {how}"
-            return made(SADDLE_CONNECTION, law.critical, law.error, here.period, sentence, *of)
-    what = "no law of the period fits" if not holds else f"the period follows the law of a {law.name.replace('-', ' ')}"
+            description = f"-ln|{name} - {name}*|/{1 / law.factor:.5g}: the orbit runs into {count}"
+            equilibrium = first.x, first.eigenvalues
+            sentence = f"at {name} = {law.critical:.9g} {beyond} {description}"
+            return make_end(SADDLE_CONNECTION, law.critical, law.error, here.period, sentence, *equilibrium)
+    diagnosis = "no law of the period fits" if not holds else f"the period follows the law of a {law.name.replace('-', ' ')}"
     missing = "" if not holds else ", but there is no matching equilibrium where the orbit is slowest"
-    sentence = f"near {name} = {here.parameter:.9g} the period grows; the end is not identified: {what}{missing} ({why})"
-    return made(NOT_IDENTIFIED, here.parameter, math.nan, here.period, sentence)
+    sentence = (
+        f"near {name} = {here.parameter:.9g} the period grows; the end is not identified: {diagnosis}{missing} ({reason})"
+    )
+    return make_end(NOT_IDENTIFIED, here.parameter, math.nan, here.period, sentence)
 
 
-def _beyond_resolution(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle]) -> BranchEnd | None:
+def _unresolved_connection(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle]) -> BranchEnd | None:
     """Identify a saddle connection so near that the parameter no longer changes: only the time spent at saddles still grows.
 
     It is the only sign of a connection where the law of the period is not reached before that.
     """
     here, name = last[-1], cycles.equations.parameters[-1]
     late = values[periods > here.period / _GROWN_AT_REST]
-    resolved = _RESOLVED * max(float(np.abs(values).max()), float(np.ptp(values)))
-    if len(late) < _FEWEST or np.ptp(late) > resolved or here.period <= last[0].period:
+    resolution = _RESOLUTION * max(float(np.abs(values).max()), float(np.ptp(values)))
+    if len(late) < _FEWEST or np.ptp(late) > resolution or here.period <= last[0].period:
         return None
     saddles = _saddles(cycles, here, _slow_places(cycles, here), here.parameter)
     spent, spent_before = ([_time_near(c, s.point.x, _sizes(here)) for s in saddles] for c in (here, last[0]))
-    approached = [
-        t * s.growing * s.decaying / (s.growing + s.decaying) > _APPROACHED for t, s in zip(spent, saddles, strict=True)
+    comes_near = [
+        t * s.growing * s.decaying / (s.growing + s.decaying) > _APPROACH for t, s in zip(spent, saddles, strict=True)
     ]
-    gained = (sum(spent) - sum(spent_before)) / (here.period - last[0].period)
-    if not saddles or not all(approached) or abs(gained - 1) > _ALL_AT_SADDLES:
+    gain_share = (sum(spent) - sum(spent_before)) / (here.period - last[0].period)
+    if not saddles or not all(comes_near) or abs(gain_share - 1) > _ALL_AT_SADDLES:
         return None
     count = "a saddle" if len(saddles) == 1 else f"{len(saddles)} saddles"
     sentence = (
         f"at {name} = {here.parameter:.9g} the period grows beyond all bounds: {name} no longer changes, and all that the "
         f"period still gains is time near {count}"
     )
-    of = saddles[0].point.x, saddles[0].point.eigenvalues
-    return BranchEnd(SADDLE_CONNECTION, here.parameter, resolved, here.period, sentence, *of)
+    equilibrium = saddles[0].point.x, saddles[0].point.eigenvalues
+    return BranchEnd(SADDLE_CONNECTION, here.parameter, resolution, here.period, sentence, *equilibrium)
 
 
 def _time_near(cycle: Cycle, x: np.ndarray, sizes: np.ndarray) -> float:
     """Return the time that an orbit spends near a state (n,)."""
     edges = cycle.problem.mesh.edges
     tau = np.unique(np.concatenate([a + (b - a) * np.linspace(0, 1, _FINE) for a, b in pairwise(edges)]))
-    away = np.linalg.norm((cycle.at(tau) - x[:, None]) / sizes[:, None], axis=0) - _AROUND
-    inside, all_ = (np.abs(each[1:]) + np.abs(each[:-1]) for each in (np.minimum(away, 0.0), away))
-    return cycle.period * float(np.diff(tau) @ (inside / all_))
+    away = np.linalg.norm((cycle.states_at(tau) - x[:, None]) / sizes[:, None], axis=0) - _AROUND
+    inside, total = (np.abs(signal[1:]) + np.abs(signal[:-1]) for signal in (np.minimum(away, 0.0), away))
+    return cycle.period * float(np.diff(tau) @ (inside / total))
 
 
 def _agree(parameter: float, law: PeriodLaw, last: float) -> bool:
@@ -208,10 +210,10 @@ def _sizes(here: Cycle) -> np.ndarray:
 
 def _slow_places(cycles: Cycles, here: Cycle) -> list[np.ndarray]:
     """Return the states (n,) where an orbit stays long, in the order in which it passes them."""
-    turned, states = here.tau, here.states
-    given = np.concatenate([states, np.tile([[1.0], [here.parameter]], states.shape[1])])
-    speed = np.linalg.norm(cycles.equations.values(given)[0] / _sizes(here)[:, None], axis=0)[:-1]
-    slow, shares = speed < _SLOW * speed.max(), np.diff(turned)
+    tau, states = here.tau, here.states
+    points = np.concatenate([states, np.tile([[1.0], [here.parameter]], states.shape[1])])
+    speed = np.linalg.norm(cycles.equations.values(points)[0] / _sizes(here)[:, None], axis=0)[:-1]
+    slow, shares = speed < _SLOW * speed.max(), np.diff(tau)
     if slow.all() or not slow.any():
         return [states[:, speed.argmin()]]
     begin = int(np.flatnonzero(slow & ~np.roll(slow, 1))[0])
@@ -220,7 +222,7 @@ def _slow_places(cycles: Cycles, here: Cycle) -> list[np.ndarray]:
     return [states[:, i[speed[i].argmin()]] for i in waits if shares[i].sum() > _DWELLS]
 
 
-def _near(here: Cycle, place: np.ndarray, x: np.ndarray) -> bool:
+def _is_near(here: Cycle, place: np.ndarray, x: np.ndarray) -> bool:
     return bool(np.linalg.norm((x - place) / _sizes(here)) < _NEAR)
 
 
@@ -236,31 +238,31 @@ def _fold(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray]) -> Equilibr
         fold = nearest_special(equilibria, equilibria.curve.start(u, np.append(across * scale, 0.0)), FOLD)
     except RunError:
         return None
-    return fold if fold is not None and _near(here, places[0], fold.x) else None
+    return fold if fold is not None and _is_near(here, places[0], fold.x) else None
 
 
 def _saddles(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray], value: float) -> list[_Saddle]:
     """Return the saddles at the slow places of an orbit, none where one of these is no saddle."""
-    equilibria, found = equilibria_of(cycles.equations), list[_Saddle]()
+    equilibria, saddles = equilibria_of(cycles.equations), list[_Saddle]()
     for place in places:
         try:
-            point = equilibria.seen(equilibria.start(place, value))
+            point = equilibria.evaluate(equilibria.start(place, value))
         except RunError:
             return []
-        passed = _passed(here, point)
-        if not (_near(here, place, point.x) and passed.min() < 0 < passed.max()):
+        rates = _passage_rates(here, point)
+        if not (_is_near(here, place, point.x) and rates.min() < 0 < rates.max()):
             return []
-        found.append(_Saddle(point, float(passed[passed > 0].min()), float(-passed[passed < 0].max())))
-    return found
+        saddles.append(_Saddle(point, float(rates[rates > 0].min()), float(-rates[rates < 0].max())))
+    return saddles
 
 
-def _passed(here: Cycle, saddle: Equilibrium) -> np.ndarray:
+def _passage_rates(here: Cycle, saddle: Equilibrium) -> np.ndarray:
     """Return the real parts (k,) of the eigenvalues in whose directions an orbit passes: it may lie in a subspace."""
     n, sizes = len(saddle.x), _sizes(here)
     away = (here.states - saddle.x[:, None]) / sizes[:, None]
     matrix = saddle.point.jacobian[:, :n] * sizes / sizes[:, None]
-    values, left = np.linalg.eig(matrix.T)
-    along = np.abs(left.T @ away[:, np.linalg.norm(away, axis=0) < _NEAR]).max(axis=1)
+    values, left_vectors = np.linalg.eig(matrix.T)
+    along = np.abs(left_vectors.T @ away[:, np.linalg.norm(away, axis=0) < _NEAR]).max(axis=1)
     return np.asarray(values.real[along > _IN_A_SUBSPACE * along.max()])
 
 

@@ -20,9 +20,9 @@ import sympy as sp
 from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import sampled, solved
+from wucht.numerics.collocation.solutions import mesh_from_samples, solve_across_row
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.periodic.periods import PERIOD, in_periods
+from wucht.numerics.periodic.periods import PERIOD, with_period_unit
 from wucht.system import TIME, System
 
 _SINGULAR = 1e-9  # share of the largest singular value below which a direction leads along a family
@@ -62,14 +62,14 @@ class Places:
         """Matrix from the changes at the places and of the period (G n + 1) to the gaps at the next places (G n)."""
         count, n, _ = self.maps.shape
         matrix = np.zeros((count, n, count * n + 1))
-        for j, (each, late) in enumerate(zip(self.maps, self.by_period, strict=True)):
-            matrix[j, :, j * n : (j + 1) * n] += each
+        for j, (step_map, late) in enumerate(zip(self.maps, self.by_period, strict=True)):
+            matrix[j, :, j * n : (j + 1) * n] += step_map
             after = (j + 1) % count * n
             matrix[j, :, after : after + n] -= np.eye(n)
             matrix[j, :, -1] = late
         return matrix.reshape(count * n, -1)
 
-    def borders(self, held: tuple[int, ...], free_period: bool, left_open: int, error: float = 0.0) -> Borders:
+    def borders(self, held_states: tuple[int, ...], free_period: bool, left_open: int, error: float = 0.0) -> Borders:
         """Return the borders of the equations.
 
         held_states: that keep their first value. free_period: True if T is unknown. left_open: least number of directions of a
@@ -77,22 +77,22 @@ class Places:
         singular than there are states.
         """
         count, n, _ = self.maps.shape
-        kept = [i for i in range(count * n + free_period) if i not in held]
+        free_columns = [i for i in range(count * n + free_period) if i not in held_states]
         try:
-            left, values, right = np.linalg.svd(self.matrix[:, kept])
+            left_vectors, values, right_vectors = np.linalg.svd(self.matrix[:, free_columns])
         except np.linalg.LinAlgError:  # they are not finite
             raise RunError("the equations are singular here") from None
         smallest = max(_SINGULAR * min(max(values[0], 1.0), _LARGE), error)
         rank = min(int((values > smallest).sum()), len(values) - left_open)
         if count * n - rank > n:
             raise RunError("the equations are singular here", code="singular")
-        along = np.zeros((len(right) - rank, count * n + 1))
-        along[:, kept] = right[rank:]
+        along = np.zeros((len(right_vectors) - rank, count * n + 1))
+        along[:, free_columns] = right_vectors[rank:]
         family = np.linalg.qr(along[:, [*range(n), count * n]].T)[0].T
-        fixed = np.eye(n + 1)[[*(() if free_period else (n,)), *held]]
-        return Borders(np.linalg.qr(left[-n:, rank:])[0], np.concatenate([fixed, family]))
+        fixed_rows = np.eye(n + 1)[[*(() if free_period else (n,)), *held_states]]
+        return Borders(np.linalg.qr(left_vectors[-n:, rank:])[0], np.concatenate([fixed_rows, family]))
 
-    def correction(self, missed: np.ndarray, borders: Borders) -> tuple[np.ndarray, float, np.ndarray]:
+    def correction(self, gaps: np.ndarray, borders: Borders) -> tuple[np.ndarray, float, np.ndarray]:
         """Return the correction that closes an orbit: changes (G, n) at the places, of the period, and the s_i (k,).
 
         gaps (G, n): between the end of each place's motion and the next place. Raises ``RunError`` where that is singular.
@@ -104,7 +104,7 @@ class Places:
         matrix[(count - 1) * n : count * n, count * n + 1 :] = -borders.open
         matrix[count * n :, :n], matrix[count * n :, count * n] = borders.rows[:, :n], borders.rows[:, n]
         try:
-            x = np.linalg.solve(matrix, -np.append(missed.ravel(), np.zeros(k + 1)))
+            x = np.linalg.solve(matrix, -np.append(gaps.ravel(), np.zeros(k + 1)))
         except np.linalg.LinAlgError:
             raise RunError("the equations are singular here") from None
         return x[: count * n].reshape(count, n), float(x[count * n]), x[count * n + 1 :]
@@ -116,16 +116,16 @@ def places(maps: np.ndarray, by_period: np.ndarray) -> tuple[Places, np.ndarray]
     maps (N, n, n), by_period (N, n): of neighbouring ones. Returns also the index of the first of each (G,).
     """
     firsts = [0]
-    merged, late = [maps[0]], [by_period[0]]
+    merged_maps, late = [maps[0]], [by_period[0]]
     for k in range(1, len(maps)):
-        product = maps[k] @ merged[-1]
+        product = maps[k] @ merged_maps[-1]
         if np.linalg.cond(product) < _CONDITION:
-            merged[-1], late[-1] = product, maps[k] @ late[-1] + by_period[k]
+            merged_maps[-1], late[-1] = product, maps[k] @ late[-1] + by_period[k]
         else:
             firsts.append(k)
-            merged.append(maps[k])
+            merged_maps.append(maps[k])
             late.append(by_period[k])
-    return Places(np.array(merged), np.array(late)), np.array(firsts)
+    return Places(np.array(merged_maps), np.array(late)), np.array(firsts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,11 +140,11 @@ class Closing:
     sizes: np.ndarray
     reference: np.ndarray
     period: float
-    held: tuple[int, ...]
+    held_states: tuple[int, ...]
     free_period: bool
     left_open: int
 
-    def timed(self, time: float) -> Closing:
+    def with_time(self, time: float) -> Closing:
         """Return the same conditions with the time as a last state, from a given time on."""
         n = len(self.advance)
         return replace(
@@ -152,16 +152,16 @@ class Closing:
             advance=np.append(self.advance, self.period),
             sizes=np.append(self.sizes, self.period),
             reference=np.append(self.reference, time),
-            held=(n, *self.held),
+            held_states=(n, *self.held_states),
         )
 
-    def missed(self, gap: np.ndarray) -> float:
+    def gap_size(self, gap: np.ndarray) -> float:
         """Return the largest component of a gap (n,), or several (n, K), by the size of each state."""
         return float(np.abs(gap.T / self.sizes).max(initial=0.0))
 
     def borders(self, at: Places, error: float = 0.0) -> Borders:
         """Return the borders at places. error: of the linearisation."""
-        return at.borders(self.held, self.free_period, self.left_open, error)
+        return at.borders(self.held_states, self.free_period, self.left_open, error)
 
 
 def with_clock(system: System) -> System:
@@ -174,7 +174,7 @@ def with_clock(system: System) -> System:
 
 
 @dataclass(frozen=True, eq=False)
-class Closed:
+class ClosedOrbit:
     """Closed orbit as states at places.
 
     period: T. times (G + 1,): in periods, of places between which changes grow and decay moderately, from 0 to 1. states
@@ -186,9 +186,9 @@ class Closed:
     states: np.ndarray
 
 
-def closed(
+def close_orbit(
     system: System, parameters: np.ndarray, time: float, motion: np.ndarray, closing: Closing, most_steps: int
-) -> Closed:
+) -> ClosedOrbit:
     """Close a motion of one period to an orbit, as piecewise polynomials.
 
     Parameters
@@ -213,11 +213,11 @@ def closed(
     shares, n = np.linspace(0.0, 1.0, motion.shape[1]), len(system.states)
     if system.depends_on_time:
         motion = np.concatenate([motion, time + closing.period * shares[None]])
-        system, closing = with_clock(system), closing.timed(time)
-    fixed = dict(zip(system.parameter_names, map(float, parameters), strict=True))
-    equations = Equations.of(in_periods(system), (PERIOD.name,), fixed)
-    mesh, y = sampled(shares, motion, closing.sizes, _DEGREE)
-    period, left, counts, gap = closing.period, most_steps, -1, y[-1] - y[0] - closing.advance
+        system, closing = with_clock(system), closing.with_time(time)
+    fixed_values = dict(zip(system.parameter_names, map(float, parameters), strict=True))
+    equations = Equations.of(with_period_unit(system), (PERIOD.name,), fixed_values)
+    mesh, y = mesh_from_samples(shares, motion, closing.sizes, _DEGREE)
+    period, steps_left, counts, gap = closing.period, most_steps, -1, y[-1] - y[0] - closing.advance
     for _ in range(_MOST_MESHES):
         whole, _ = _places(_problem(equations, closing, mesh, None), y, np.array([period]), closing)
         borders = closing.borders(whole, _MESH_ERROR)
@@ -225,21 +225,21 @@ def closed(
         # Most of the gap goes where the equations cannot be closed.
         s = borders.open.T @ (gap / closing.sizes)
         u = np.concatenate([y.ravel(), [period], s])
-        u, steps = solved(problem, u, _row(problem, borders), -1 - len(s), left, _TOLERANCE)
-        left -= steps
-        y, found = problem.split(u)
-        period, gap = float(found[0]), closing.sizes * (borders.open @ found[1:])
-        better = problem.remeshed(u)
+        u, steps = solve_across_row(problem, u, _row(problem, borders), -1 - len(s), steps_left, _TOLERANCE)
+        steps_left -= steps
+        y, unknowns = problem.split(u)
+        period, gap = float(unknowns[0]), closing.sizes * (borders.open @ unknowns[1:])
+        better = problem.adapt_mesh(u)
         if better.mesh is mesh and counts == len(s):
             break
         if better.mesh is not mesh:
-            y, mesh = mesh.at(y, better.mesh.nodes), better.mesh
+            y, mesh = mesh.interpolate(y, better.mesh.nodes), better.mesh
         counts = len(s)
-        if not left:
+        if not steps_left:
             break
     whole, firsts = _places(_problem(equations, closing, mesh, None), y, np.array([period]), closing)
     edges = np.append(firsts, mesh.intervals)
-    return Closed(period, mesh.edges[edges], y[edges * mesh.degree, :n].T)
+    return ClosedOrbit(period, mesh.edges[edges], y[edges * mesh.degree, :n].T)
 
 
 def _problem(equations: Equations, closing: Closing, mesh: Mesh, borders: Borders | None) -> BoundaryValueProblem:

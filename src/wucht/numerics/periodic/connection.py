@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import Collocated
+from wucht.numerics.collocation.solutions import CollocationSolution
 
 NEUTRAL_SADDLE, SADDLE_FOCUS, THREE_LEADING = "neutral-saddle", "saddle-focus", "three-leading"
 
@@ -19,15 +19,15 @@ SADDLE_NODE = "the saddle becomes a saddle-node"
 LEFT_TWICE = "the saddle becomes unstable in a second direction"
 HOPF = "the saddle is no longer reached: it has a Hopf point"
 BOGDANOV_TAKENS = "it shrinks to its saddle: a Bogdanov-Takens point"
-STANDS = "it stays ever longer near another equilibrium or orbit, while the parameters no longer change"
+STANDSTILL = "it stays ever longer near another equilibrium or orbit, while the parameters no longer change"
 LONG = 20  # consecutive points at which the parameters stand still: then they do so permanently
 _STILL = 1e-4  # largest share of the parameters in a step, where they stand still
-_VANISHED = 0.02  # of their largest value: where both leading eigenvalues are smaller, both vanish
+_VANISHING = 0.02  # of their largest value: where both leading eigenvalues are smaller, both vanish
 _ROUNDING = 1e-9  # of the largest eigenvalue: a smaller real part is not significant
 
 
 @dataclass(frozen=True, eq=False)
-class Connection(Collocated):
+class Connection(CollocationSolution):
     """Orbit between equilibria.
 
     curve, point: of the continuation. time: its duration. equilibria (e, n): where it begins and ends, one where that
@@ -60,8 +60,8 @@ def _two_slowest(connection: Connection) -> float:
 def _pair_behind(connection: Connection) -> float:
     """Return the difference of the slowest real and the slowest complex reaching eigenvalues."""
     reaching = connection.eigenvalues[-1, 1:]
-    real, paired = reaching.real[reaching.imag == 0], reaching.real[reaching.imag != 0]
-    return float(real.max() - paired.max()) if len(real) and len(paired) else math.nan
+    real_rates, complex_rates = reaching.real[reaching.imag == 0], reaching.real[reaching.imag != 0]
+    return float(real_rates.max() - complex_rates.max()) if len(real_rates) and len(complex_rates) else math.nan
 
 
 TESTS: Mapping[str, Callable[[Connection], float]] = {
@@ -72,7 +72,7 @@ TESTS: Mapping[str, Callable[[Connection], float]] = {
 """Functions of a connection that pass zero at a kind of point, nan where that does not apply."""
 
 
-def distances(connection: Connection, scale: np.ndarray, advance: np.ndarray) -> tuple[float, float]:
+def end_distances(connection: Connection, scale: np.ndarray, advance: np.ndarray) -> tuple[float, float]:
     """Return the distances of an orbit's ends from its equilibria, in terms of its size.
 
     scale (n,): of the states. advance (n,): of its end by whole turns.
@@ -92,13 +92,13 @@ def missing_times(connection: Connection, scale: np.ndarray, advance: np.ndarray
     rates = np.array([connection.eigenvalues[0, 0].real, -connection.eigenvalues[-1, 1].real])
     if not (rates > 0).all():
         return np.zeros(2)
-    wanted = np.log(np.maximum(np.array(distances(connection, scale, advance)) / _NEAR, 1.0)) / rates
-    spare = least - connection.time - wanted.sum()
-    wanted = wanted + max(spare, 0.0) * rates[::-1] / rates.sum()
-    return np.asarray(np.minimum(wanted, _MOST_ADDED / _slowest(connection)))
+    extra_times = np.log(np.maximum(np.array(end_distances(connection, scale, advance)) / _NEAR, 1.0)) / rates
+    spare = least - connection.time - extra_times.sum()
+    extra_times = extra_times + max(spare, 0.0) * rates[::-1] / rates.sum()
+    return np.asarray(np.minimum(extra_times, _MOST_ADDED / _slowest(connection)))
 
 
-def lengthened(
+def lengthen_orbit(
     connection: Connection, more: np.ndarray, matrix: np.ndarray, advance: np.ndarray
 ) -> tuple[Mesh, np.ndarray, np.ndarray]:
     """Extend an orbit at both ends by the linearised equations: return a mesh, and states and tangent at its nodes (K, n).
@@ -120,8 +120,8 @@ def lengthened(
     # It leaves in one direction: any other component at its begin is an error, which would grow backwards in time.
     earlier = begin + (y[0] - begin) * np.exp(leaving * (at[:first, None] - more[0]))
     # Nor may the leaving component at its end grow: with this matrix it decays.
-    reached = _without_leaving(matrix)
-    later = [end + expm(reached * (t - more[0] - time)) @ (y[-1] - end) for t in at[last + 1 :].tolist()]
+    decaying_matrix = _without_leaving(matrix)
+    later = [end + expm(decaying_matrix * (t - more[0] - time)) @ (y[-1] - end) for t in at[last + 1 :].tolist()]
     states = np.concatenate([earlier, y, np.reshape(later, (-1, len(begin)))])
     changes = np.zeros_like(states)
     changes[first : last + 1] = tangent
@@ -130,10 +130,10 @@ def lengthened(
 
 def _without_leaving(matrix: np.ndarray) -> np.ndarray:
     """Return the matrix with the sign of its largest eigenvalue, real and positive, reversed."""
-    values, right = np.linalg.eig(matrix)
+    values, right_vectors = np.linalg.eig(matrix)
     k = int(values.real.argmax())
-    others, left = np.linalg.eig(matrix.T)
-    along, across = right[:, k].real, left[:, int(others.real.argmax())].real
+    left_values, left_vectors = np.linalg.eig(matrix.T)
+    along, across = right_vectors[:, k].real, left_vectors[:, int(left_values.real.argmax())].real
     return np.asarray(matrix - 2 * values[k].real * np.outer(along, across) / (along @ across))
 
 
@@ -147,12 +147,12 @@ def _slowest(connection: Connection) -> np.ndarray:
     return np.asarray(np.abs([connection.eigenvalues[0, 0], connection.eigenvalues[-1, 1]]))
 
 
-def leading(connection: Connection) -> float:
+def leading_rate(connection: Connection) -> float:
     """Return the larger magnitude of the leaving and the slowest reaching eigenvalue."""
     return float(np.abs(connection.eigenvalues[0, :2]).max())
 
 
-def ended(folds: Sequence[bool], start: Connection, there: Connection, largest: float) -> str:
+def end_reason(folds: Sequence[bool], start: Connection, there: Connection, largest: float) -> str:
     """Return why a curve ends before a point, empty where it does not.
 
     folds: True for saddle-nodes. start: of the curve. largest: value of ``leading_rate`` on the way.
@@ -163,19 +163,19 @@ def ended(folds: Sequence[bool], start: Connection, there: Connection, largest: 
         if not now[0].real > 0:
             return SADDLE_NODE
         # A real part that is zero everywhere, by a symmetry, does not end the curve.
-        reached = len(now) > 1 and first[1].real < -_ROUNDING * float(np.abs(first).max())
-        if reached and not now[1].real < 0:
+        has_decay = len(now) > 1 and first[1].real < -_ROUNDING * float(np.abs(first).max())
+        if has_decay and not now[1].real < 0:
             return HOPF if now[1].imag else LEFT_TWICE
     returns = len(folds) == 1 and not folds[0] and there.eigenvalues.shape[1] > 1
-    return BOGDANOV_TAKENS if returns and leading(there) < _VANISHED * largest else ""
+    return BOGDANOV_TAKENS if returns and leading_rate(there) < _VANISHING * largest else ""
 
 
-def stands(here: Connection, there: Connection, scale: np.ndarray) -> bool:
+def is_standstill(here: Connection, there: Connection, scale: np.ndarray) -> bool:
     """True if from one point to the next the orbit changes, but not the parameters, in units of a scale (m,)."""
-    moved = np.linalg.norm((there.parameters - here.parameters) / scale)
-    return bool(moved < _STILL * (there.point.length - here.point.length))
+    parameter_change = np.linalg.norm((there.parameters - here.parameters) / scale)
+    return bool(parameter_change < _STILL * (there.point.length - here.point.length))
 
 
-def standing(names: Sequence[str], at: Connection) -> str:
+def standstill_sentence(names: Sequence[str], at: Connection) -> str:
     """Return the sentence for the end at a point where the parameters, by their names, stand still."""
-    return f"{STANDS}, {', '.join(f'{name} = {value:.7g}' for name, value in zip(names, at.parameters, strict=True))}"
+    return f"{STANDSTILL}, {', '.join(f'{name} = {value:.7g}' for name, value in zip(names, at.parameters, strict=True))}"

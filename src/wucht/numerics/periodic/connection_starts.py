@@ -18,15 +18,18 @@ from wucht.numerics.zeros_and_peaks import stretches
 _SAMPLES = 20_001
 _SLOW = 0.05  # of the largest speed
 _AWAY = 0.05  # of an orbit's size: distance of another equilibrium
-_OUTSIDE, _DECAYED = 2000, 20.0  # samples of the extensions at both ends of a connection; a deviation decays there by exp(-20)
+_OUTSIDE, _DECAY_TIMES = (
+    2000,
+    20.0,
+)  # samples of the extensions at both ends of a connection; a deviation decays there by exp(-20)
 _STARTS, _SPREAD = 40, 0.5  # of Newton's method, and their distance from a saddle-node, in units of scale
 _SHIFTS = (1e-5, 1e-4, 1e-3)  # of a parameter's size: first steps beyond a codimension-two point
 _CORRECTIONS, _ACCURATE, _SAME = 30, 1e-11, 1e-8
 _BEGIN, _TOLERANCE = 1e-4, 1e-10  # in units of scale: start of an orbit, distance from its saddle; of its integration
-_RETURNED = 0.25  # of its largest distance from the saddle so far: a nearer orbit has returned
+_RETURN_RATIO = 0.25  # of its largest distance from the saddle so far: a nearer orbit has returned
 
 
-def of_excursion(
+def connection_from_excursion(
     connections: Connections, place: Sequence[float] | np.ndarray, values: Sequence[float], way: int = 1
 ) -> Connection:
     """Compute the connection near the orbit that leaves a saddle, up to where it first comes back next to it.
@@ -51,7 +54,7 @@ def of_excursion(
     from scipy.integrate import solve_ivp
 
     equations, n = connections.rates, connections.rates.n
-    parameters, scale = _given(connections, values), connections.rates.scale[:n]
+    parameters, scale = _all_parameters(connections, values), connections.rates.scale[:n]
     saddle = _equilibrium_near(equations, np.asarray(place, float), parameters)
     matrix = equations.values(np.concatenate([saddle, parameters]))[1][:, :n] / scale[:, None] * scale
     rates, vectors = np.linalg.eig(matrix)
@@ -68,22 +71,22 @@ def of_excursion(
     states, advance = run.sol(times), 2 * np.pi * connections.winding
     last = _return(np.linalg.norm((states - (saddle + advance)[:, None]) / scale[:, None], axis=0))
     short = replace(connections, time=float(times[last]))
-    found = short.start(times[: last + 1], states[:, : last + 1], saddle[None], list(values))
-    return connections.longer(found, kept=True)
+    connection = short.start(times[: last + 1], states[:, : last + 1], saddle[None], list(values))
+    return connections.prolong(connection, fix_last=True)
 
 
 def _return(away: np.ndarray) -> int:
     """Return the index at which distances (K,) from a saddle are least the first time that they are small again."""
     farthest = np.maximum.accumulate(away)
-    back = np.flatnonzero(away < _RETURNED * farthest)
+    back = np.flatnonzero(away < _RETURN_RATIO * farthest)
     if not len(back):
         raise RunError("the orbit that leaves the saddle does not come back to it in that time", code="no-return")
     begin = int(back[0])
-    again = np.flatnonzero(away[begin:] >= _RETURNED * farthest[begin])
+    again = np.flatnonzero(away[begin:] >= _RETURN_RATIO * farthest[begin])
     return begin + int(away[begin : begin + int(again[0]) if len(again) else None].argmin())
 
 
-def _given(connections: Connections, values: Sequence[float]) -> np.ndarray:
+def _all_parameters(connections: Connections, values: Sequence[float]) -> np.ndarray:
     """Return the values of all varied parameters, including a fixed one."""
     return np.array([*values, *[0.0] * (len(connections.bounds) - len(values))])
 
@@ -103,7 +106,7 @@ def _equilibrium_near(equations: Equations, x: np.ndarray, parameters: np.ndarra
 
 
 @dataclass(frozen=True, eq=False)
-class Waiting:
+class Wait:
     """Slow stretch of a connection, far from its ends. share: of its time. tau: of the slowest place. state (n,): there."""
 
     share: float
@@ -111,64 +114,64 @@ class Waiting:
     state: np.ndarray
 
 
-def of_cycle(connections: Connections, cycle: Cycle, saddle: np.ndarray, values: np.ndarray) -> Connection:
+def connection_from_cycle(connections: Connections, cycle: Cycle, saddle: np.ndarray, values: np.ndarray) -> Connection:
     """Compute the connection near the last orbit of a branch. Raises ``RunError``.
 
     saddle (n,): to which the orbit comes near. values: of the parameters. Where the connections' time is longer than that
     orbit's period, the orbit is extended by the linearised equations at the saddle.
     """
     tau, n = np.linspace(0.0, 1.0, _SAMPLES), connections.rates.n
-    states = cycle.at(tau)
+    states = cycle.states_at(tau)
     advance = 2 * np.pi * connections.winding[:, None]
     scale = connections.rates.scale[:n, None]
     turning = connections.rates.turns[:n, None] > 0
     away = (states - saddle[:, None]) / scale
     away = np.where(turning, away - 2 * np.pi / scale * np.round(away * scale / (2 * np.pi)), away)
     k = int(np.linalg.norm(away, axis=0)[:-1].argmin())
-    turned = np.concatenate([states[:, k:], states[:, 1 : k + 1] + advance], axis=1)
-    begin = turned[:, 0] - away[:, k] * scale[:, 0]  # the saddle, as many whole turns on as the orbit is
+    orbit_states = np.concatenate([states[:, k:], states[:, 1 : k + 1] + advance], axis=1)
+    begin = orbit_states[:, 0] - away[:, k] * scale[:, 0]  # the saddle, as many whole turns on as the orbit is
     times, more = tau * cycle.period, connections.time - cycle.period
     if more > 0:
-        given = np.append(begin, _given(connections, values.tolist()))
-        rates = np.sort(np.linalg.eigvals(connections.rates.values(given)[1][:, :n]).real)[::-1]
+        point = np.append(begin, _all_parameters(connections, values.tolist()))
+        rates = np.sort(np.linalg.eigvals(connections.rates.values(point)[1][:, :n]).real)[::-1]
         share = rates[1] / (rates[1] - rates[0])  # so that both ends come equally near
         outside = np.linspace(0.0, more, _OUTSIDE)[1:]
         before, after = outside[::-1] * share, outside * (1 - share)
-        earlier = begin[:, None] + (turned[:, 0] - begin)[:, None] * np.exp(-rates[0] * before)
+        earlier = begin[:, None] + (orbit_states[:, 0] - begin)[:, None] * np.exp(-rates[0] * before)
         goal = begin[:, None] + advance
-        later = goal + (turned[:, -1:] - goal) * np.exp(rates[1] * after)
-        turned = np.concatenate([earlier, turned, later], axis=1)
+        later = goal + (orbit_states[:, -1:] - goal) * np.exp(rates[1] * after)
+        orbit_states = np.concatenate([earlier, orbit_states, later], axis=1)
         times = np.concatenate([-before, times, times[-1] + after]) + before[0]
-    return connections.start(times, turned, begin[None], values.tolist())
+    return connections.start(times, orbit_states, begin[None], values.tolist())
 
 
 def saddle_node_of(connections: Connections, connection: Connection, place: np.ndarray, values: np.ndarray) -> Connection:
     """Compute the connection of a saddle-node (n,) near one of a saddle with the same time. Raises ``RunError``."""
     tau = np.linspace(0.0, 1.0, _SAMPLES)
-    return connections.start(tau * connections.time, connection.at(tau), place[None], values.tolist())
+    return connections.start(tau * connections.time, connection.states_at(tau), place[None], values.tolist())
 
 
-def waiting(connections: Connections, connection: Connection) -> Waiting | None:
+def longest_wait(connections: Connections, connection: Connection) -> Wait | None:
     """Return the longest wait of a connection between its ends, None where there is none."""
     tau = np.linspace(0.0, 1.0, _SAMPLES)
-    states, n = connection.at(tau), connections.rates.n
-    given = np.concatenate([states, np.repeat(connection.parameters[:, None], len(tau), axis=1)])
-    speed = np.linalg.norm(connections.rates.values(given)[0] / connections.rates.scale[:n, None], axis=0)
+    states, n = connection.states_at(tau), connections.rates.n
+    points = np.concatenate([states, np.repeat(connection.parameters[:, None], len(tau), axis=1)])
+    speed = np.linalg.norm(connections.rates.values(points)[0] / connections.rates.scale[:n, None], axis=0)
     waits = [(a, b) for a, b in stretches(speed < _SLOW * speed.max()) if a > 0 and b < len(tau)]
     if not waits:
         return None
-    a, b = max(waits, key=lambda each: each[1] - each[0])
+    a, b = max(waits, key=lambda wait: wait[1] - wait[0])
     k = a + int(speed[a:b].argmin())
-    return Waiting((b - a) / len(tau), float(tau[k]), states[:, k])
+    return Wait((b - a) / len(tau), float(tau[k]), states[:, k])
 
 
 def rest_of(connection: Connection, tau: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times from 0 on, and states, of a connection from a share of its time on."""
     shares = np.linspace(tau, 1.0, _SAMPLES)
-    return (shares - tau) * connection.time, connection.at(shares)
+    return (shares - tau) * connection.time, connection.states_at(shares)
 
 
-def longer(connections: Connections, connection: Connection) -> Connection:
+def prolong_at_saddle_node(connections: Connections, connection: Connection) -> Connection:
     """Extend a connection that leaves a saddle-node to the longer time of other connections. Raises ``RunError``.
 
     Near it, d' = a d^2 along the direction in which it is left: the orbit comes from d/(1 + a d t), a time t before. It reaches
@@ -183,7 +186,7 @@ def longer(connections: Connections, connection: Connection) -> Connection:
     speed = connections.rates.values(np.concatenate([states[:, 0], connection.parameters]))[0]
     rate = float(np.linalg.norm(speed / scale) / np.linalg.norm(away / scale))
     decay = float(connection.eigenvalues[-1, 1].real)
-    after = np.linspace(0.0, min(more / 2, _DECAYED / -decay), _OUTSIDE)[1:]
+    after = np.linspace(0.0, min(more / 2, _DECAY_TIMES / -decay), _OUTSIDE)[1:]
     more -= after[-1]
     before = np.geomspace(1.0, 1 + rate * more, _OUTSIDE)[:0:-1]
     earlier = begin[:, None] + away[:, None] / before
@@ -199,7 +202,7 @@ def saddles_near(equations: Equations, place: np.ndarray, parameters: np.ndarray
     n, scale = equations.n, equations.scale[: equations.n]
     matrix = equations.values(np.concatenate([place, parameters]))[1][:, :n] * scale / scale[:, None]
     along = np.linalg.svd(matrix)[2][-1] * scale
-    found = list[np.ndarray]()
+    saddles = list[np.ndarray]()
     shares = np.geomspace(1e-4, _SPREAD, _STARTS)
     for share in np.concatenate([shares, -shares]).tolist():
         x = place + share * along
@@ -216,12 +219,12 @@ def saddles_near(equations: Equations, place: np.ndarray, parameters: np.ndarray
         rates = np.linalg.eigvals(f_x).real if np.isfinite(f_x).all() else np.zeros(n)
         one = np.linalg.norm(change / scale) < _SAME and (rates > 0).sum() == 1 and (rates < 0).sum() == n - 1
         near = np.linalg.norm((x - place) / scale) < _SPREAD
-        if one and near and not any(np.linalg.norm((x - y) / scale) < _SAME for y in found):
-            found.append(x)
-    return sorted(found, key=lambda x: float(np.linalg.norm((x - place) / scale)))
+        if one and near and not any(np.linalg.norm((x - y) / scale) < _SAME for y in saddles):
+            saddles.append(x)
+    return sorted(saddles, key=lambda x: float(np.linalg.norm((x - place) / scale)))
 
 
-def beyond(connections: Connections, at: Connection) -> Connection:
+def saddle_node_to_saddle(connections: Connections, at: Connection) -> Connection:
     """Compute the connection from a saddle-node to the saddle of another pair, next to one from saddle-node to saddle-node.
 
     connections: with folds (True, False), three parameters and the time of ``at``. Raises ``RunError`` where there is none on
@@ -232,15 +235,15 @@ def beyond(connections: Connections, at: Connection) -> Connection:
     times, states = rest_of(at, 0.0)
     for shift in _SHIFTS:
         for sign in (-1.0, 1.0):
-            moved = values.copy()
-            moved[-1] += sign * shift * equations.scale[-1]
+            shifted_values = values.copy()
+            shifted_values[-1] += sign * shift * equations.scale[-1]
             try:
-                fold, moved = fold_at(equations, at.equilibria[0], moved)
+                fold, shifted_values = fold_at(equations, at.equilibria[0], shifted_values)
             except RunError:
                 continue
-            for saddle in saddles_near(equations, at.equilibria[1], moved):
+            for saddle in saddles_near(equations, at.equilibria[1], shifted_values):
                 try:
-                    return connections.start(times, states, np.array([fold, saddle]), moved.tolist())
+                    return connections.start(times, states, np.array([fold, saddle]), shifted_values.tolist())
                 except RunError:
                     continue
     raise RunError("there is no connection of the saddle-node with a saddle of the other pair next to it")

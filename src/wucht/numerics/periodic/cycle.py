@@ -11,17 +11,17 @@ import numpy as np
 
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import Collocated
+from wucht.numerics.collocation.solutions import CollocationSolution
 from wucht.numerics.continuation.equations import CurvePoint, Problem
 
 FOLD, DOUBLING, TORUS, BRANCH_POINT = "fold", "period-doubling", "torus", "branch-point"
 _STILL = 0.02  # largest relative change of a parameter while the period grows e-fold
-VANISHED = 1e-4  # times the previous orbit: a smaller one is an equilibrium
-_LOST = 1e-2  # of the trivial multiplier's logarithm: beyond it the others are not accurate either
+VANISHING_SIZE = 1e-4  # times the previous orbit: a smaller one is an equilibrium
+_TRUST_LIMIT = 1e-2  # of the trivial multiplier's logarithm: beyond it the others are not accurate either
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit(Collocated):
+class Orbit(CollocationSolution):
     """Periodic orbit of a branch or a curve. curve: the problem with its mesh. point: of the curve."""
 
     @property
@@ -30,11 +30,11 @@ class Orbit(Collocated):
         return float(self.problem.split(self.point.u)[1][0])
 
 
-class Hidden(NamedTuple):
+class HiddenPoint(NamedTuple):
     """Special point that was not located: its kind, and the parameter's values at the orbits on either side."""
 
     kind: str
-    between: tuple[float, float]
+    interval: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +55,8 @@ class Cycle(Orbit):
     product_error: float
     basis: np.ndarray
     kind: str = ""
-    other: np.ndarray = field(default_factory=lambda: np.empty(0))
-    hidden: Hidden | None = None
+    crossing_direction: np.ndarray = field(default_factory=lambda: np.empty(0))
+    hidden_point: HiddenPoint | None = None
 
     @property
     def parameter(self) -> float:
@@ -71,10 +71,10 @@ class Cycle(Orbit):
     @property
     def unstable(self) -> int:
         """Number of multipliers outside the unit circle; those of a special orbit that lie on it do not count."""
-        return int((np.delete(self.logarithms.real, self._on_circle) > 0).sum())
+        return int((np.delete(self.logarithms.real, self._indices_on_circle) > 0).sum())
 
     @property
-    def _on_circle(self) -> list[int]:
+    def _indices_on_circle(self) -> list[int]:
         """Indices of the multipliers on the unit circle, by the kind."""
         values = self.logarithms
         if self.kind in (FOLD, BRANCH_POINT):
@@ -89,12 +89,12 @@ class Cycle(Orbit):
         return _product(self.logarithms)
 
     @property
-    def trusted(self) -> bool:
+    def is_trusted(self) -> bool:
         """True if the multipliers are accurate: near a connection of saddles they grow until even the trivial one is lost.
 
         For two states the only one is always accurate.
         """
-        return len(self.logarithms) < 2 or abs(self.along) < _LOST
+        return len(self.logarithms) < 2 or abs(self.along) < _TRUST_LIMIT
 
     @property
     def lengthens(self) -> bool:
@@ -107,11 +107,11 @@ class Cycle(Orbit):
         """Estimated error of the orbit between mesh points, in units of its sizes."""
         return float(self.problem.error(self.point.u).max())
 
-    def on(self, mesh: Mesh) -> CurvePoint:
+    def point_on(self, mesh: Mesh) -> CurvePoint:
         """Return its point of the curve on another mesh."""
         if self.problem.mesh is mesh:
             return self.point
-        u, tangent = self.problem.moved(np.stack([self.point.u, self.point.tangent], axis=1), mesh).T
+        u, tangent = self.problem.to_mesh(np.stack([self.point.u, self.point.tangent], axis=1), mesh).T
         return replace(self.point, u=u, tangent=tangent)
 
 
@@ -120,42 +120,42 @@ def swing(here: Orbit, there: Orbit) -> float:
 
     That happens once a branch has passed through a point, as at a Hopf point. Orbits that wind have no such size: 1.
     """
-    return _size_in_terms_of(here.problem, here.states, there.at(here.tau))
+    return _relative_size(here.problem, here.states, there.states_at(here.tau))
 
 
 def is_orbit(problem: Problem, here: CurvePoint, there: CurvePoint) -> bool:
     """True if a point of a curve after another one is an orbit too: an equilibrium satisfies the same equations."""
     assert isinstance(problem, BoundaryValueProblem)
     a, b = (problem.split(point.u)[0].T for point in (here, there))
-    return abs(_size_in_terms_of(problem, a, b)) > VANISHED
+    return abs(_relative_size(problem, a, b)) > VANISHING_SIZE
 
 
-def _size_in_terms_of(problem: BoundaryValueProblem, a: np.ndarray, b: np.ndarray) -> float:
+def _relative_size(problem: BoundaryValueProblem, a: np.ndarray, b: np.ndarray) -> float:
     """Return the size of states b (n, K) at the nodes of a problem in terms of states a."""
     if np.any(problem.winding):
         return 1.0
     shares = problem.mesh.shares
-    a, b = (each - (each @ shares)[:, None] for each in (a, b))
-    along, whole = ((a * other) @ shares / problem.sizes[: len(a)] ** 2 for other in (b, a))
+    a, b = (values - (values @ shares)[:, None] for values in (a, b))
+    along, whole = ((a * factor) @ shares / problem.sizes[: len(a)] ** 2 for factor in (b, a))
     return float(along.sum() / whole.sum())
 
 
-def _along_parameter(cycle: Cycle) -> float:
+def _parameter_slope(cycle: Cycle) -> float:
     return float(cycle.point.tangent[-1])
 
 
-def _minus_one(cycle: Cycle) -> float:
+def _product_at_minus_one(cycle: Cycle) -> float:
     return _product(cycle.logarithms + 1j * math.pi)
 
 
-def _on_circle(cycle: Cycle) -> float:
+def _pair_product(cycle: Cycle) -> float:
     """Return a function that is zero where the product of two multipliers is 1."""
     return _product(_sums(cycle.logarithms))
 
 
-def _plus_one(cycle: Cycle) -> float:
+def _product_at_plus_one(cycle: Cycle) -> float:
     """Return a function that passes zero where a second multiplier is 1 without a fold: where another branch crosses."""
-    return cycle.past_one * _along_parameter(cycle)
+    return cycle.past_one * _parameter_slope(cycle)
 
 
 def has_pair_on_circle(cycle: Cycle) -> bool:
@@ -167,7 +167,7 @@ def has_pair_on_circle(cycle: Cycle) -> bool:
 def critical_pair(logarithms: np.ndarray) -> list[int]:
     """Return the indices of the two multipliers, given ln mu, whose product is nearest to 1."""
     nearest = np.abs(np.expm1(_sums(logarithms))).argmin()
-    return [int(each[nearest]) for each in np.triu_indices(len(logarithms), 1)]
+    return [int(indices[nearest]) for indices in np.triu_indices(len(logarithms), 1)]
 
 
 def _sums(logarithms: np.ndarray) -> np.ndarray:
@@ -178,14 +178,14 @@ def _sums(logarithms: np.ndarray) -> np.ndarray:
 def _product(logarithms: np.ndarray) -> float:
     """Return the product of (mu - 1)/(1 + |mu|), given ln mu."""
     large = logarithms.real > 0
-    bounded = np.where(large, -logarithms, logarithms)  # mu - 1 = -mu (1/mu - 1)
+    bounded_logarithms = np.where(large, -logarithms, logarithms)  # mu - 1 = -mu (1/mu - 1)
     sign = np.where(large, -np.exp(1j * logarithms.imag), 1.0)
-    return float(np.prod(sign * (np.expm1(bounded)) / (1 + np.exp(bounded.real))).real)
+    return float(np.prod(sign * (np.expm1(bounded_logarithms)) / (1 + np.exp(bounded_logarithms.real))).real)
 
 
 TESTS: Mapping[str, Callable[[Cycle], float]] = {
-    FOLD: _along_parameter,
-    DOUBLING: _minus_one,
-    TORUS: _on_circle,
-    BRANCH_POINT: _plus_one,
+    FOLD: _parameter_slope,
+    DOUBLING: _product_at_minus_one,
+    TORUS: _pair_product,
+    BRANCH_POINT: _product_at_plus_one,
 }

@@ -17,15 +17,15 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, Ends, EndValues, Integrand, Reference
-from wucht.numerics.collocation.solutions import exactly
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndFunction, EndValues, Integrand, Reference
+from wucht.numerics.collocation.solutions import with_exact_tolerance
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.jacobian import variational
-from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHED, Cycle, Orbit, swing
-from wucht.numerics.periodic.cycle_starts import carried
+from wucht.numerics.jacobian import variational_system
+from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHING_SIZE, Cycle, Orbit, swing
+from wucht.numerics.periodic.cycle_starts import propagated_change
 from wucht.numerics.periodic.cycles import STEPS
-from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
+from wucht.numerics.periodic.periods import PERIOD, refuse_empty, turns_of, with_period_unit
 from wucht.system import System
 
 _EXTRA, _BREAKING = sp.Symbol("_extra", real=True), sp.Symbol("_breaking", real=True)
@@ -86,7 +86,7 @@ class CycleCurve:
         kind: str,
         system: System,
         parameters: tuple[str, str],
-        fixed: Mapping[str, float],
+        fixed_values: Mapping[str, float],
         bounds: tuple[tuple[float, float], tuple[float, float]],
         *,
         winding: Mapping[str, int] | None = None,
@@ -105,18 +105,18 @@ class CycleCurve:
             raise WuchtError(f"a curve of orbits needs two parameters, not {parameters[0]} twice", code="given-twice")
         for name, both_bounds in zip((*parameters, "the period"), (*bounds, periods), strict=True):
             refuse_empty(name, both_bounds)
-        both, n = variational(in_periods(system), _COLUMNS[kind]), len(system.states)
-        rates, changes = both.derivatives[:n], both.derivatives[n:]
+        with_variation, n = variational_system(with_period_unit(system), _COLUMNS[kind]), len(system.states)
+        rates, changes = with_variation.derivatives[:n], with_variation.derivatives[n:]
         if kind in (FOLD, BRANCH_POINT):
             changes = tuple(change + _EXTRA * rate / PERIOD for change, rate in zip(changes, rates, strict=True))
         if kind == BRANCH_POINT:
-            rates = tuple(rate + _BREAKING * v for rate, v in zip(rates, both.states[n:], strict=True))
+            rates = tuple(rate + _BREAKING * v for rate, v in zip(rates, with_variation.states[n:], strict=True))
         extra = (_EXTRA, _BREAKING)[: _EXTRAS[kind]]
-        whole = replace(both, derivatives=(*rates, *changes), parameters=(*extra, *both.parameters))
-        varied = (PERIOD.name, *(s.name for s in extra), *parameters)
+        whole = replace(with_variation, derivatives=(*rates, *changes), parameters=(*extra, *with_variation.parameters))
+        varied_names = (PERIOD.name, *(s.name for s in extra), *parameters)
         sizes = dict(scale or {})
-        sizes |= {name: 1.0 for name in (PERIOD.name, *varied) if name not in sizes}
-        equations = Equations.of(whole, varied, fixed, sizes)
+        sizes |= {name: 1.0 for name in (PERIOD.name, *varied_names) if name not in sizes}
+        equations = Equations.of(whole, varied_names, fixed_values, sizes)
         return cls(kind, equations, n, turns_of(system, winding), bounds, periods, steps or STEPS, accuracy)
 
     def start(self, at: Cycle, second: float) -> CurveCycle:
@@ -143,25 +143,25 @@ class CycleCurve:
         problem = BoundaryValueProblem(
             self.equations.values, whole, q, ends, integrand, at.problem.mesh, nothing, sizes, winding, self.accuracy
         )
-        problem = replace(problem, reference=problem.referred(u))
+        problem = replace(problem, reference=problem.reference_from(u))
         curve = Curve(problem, {-2: self.bounds[0], -1: self.bounds[1], -q: self.periods}, self.steps)
         towards = np.zeros(len(u))
         towards[-1] = sizes[-1]
-        return CurveCycle(curve, exactly(curve).start(u, towards), self.n)
+        return CurveCycle(curve, with_exact_tolerance(curve).start(u, towards), self.n)
 
     def walk(self, start: CurveCycle) -> Walk[CurveCycle]:
         """Return an iterator over the orbits of the curve from a first one on."""
-        return Walk(self._walked(start))
+        return Walk(self._iterate(start))
 
     def backwards(self, cycle: CurveCycle) -> CurveCycle:
         """Return the same orbit of the curve followed the other way."""
         return replace(cycle, point=cycle.curve.backwards(cycle.point))
 
-    def _walked(self, start: CurveCycle) -> Generator[CurveCycle, None, str]:
+    def _iterate(self, start: CurveCycle) -> Generator[CurveCycle, None, str]:
         here, walk = start, start.curve.follow(start.point)
         for curve, point in walk:
             there = CurveCycle(curve, point, self.n)
-            if swing(here, there) < VANISHED:
+            if swing(here, there) < VANISHING_SIZE:
                 return _SHRINKS[self.kind]
             if self.kind == BRANCH_POINT and abs(there.extra[1]) > _SYMMETRIC:
                 return "the orbit loses the symmetry that was broken"
@@ -176,17 +176,17 @@ def _changes(at: Cycle, kind: str) -> tuple[np.ndarray, list[float]]:
         change, (longer, _) = at.problem.split(at.point.tangent)
         return change, [float(longer)]
     if kind == DOUBLING:
-        return carried(at, -1.0).real, []
+        return propagated_change(at, -1.0).real, []
     if kind == BRANCH_POINT:
-        change, (longer, _) = at.problem.split(at.other)
+        change, (longer, _) = at.problem.split(at.crossing_direction)
         return change, [float(longer), 0.0]
     values = at.logarithms[at.logarithms.imag > 0]
     angle = float(values[np.abs(values.real).argmin()].imag)
-    wave = carried(at, np.exp(1j * angle))
+    wave = propagated_change(at, np.exp(1j * angle))
     return np.concatenate([wave.real, wave.imag], axis=1), [angle]
 
 
-def _conditions(kind: str, n: int, advance: np.ndarray, sizes: np.ndarray) -> tuple[Ends, Integrand]:
+def _conditions(kind: str, n: int, advance: np.ndarray, sizes: np.ndarray) -> tuple[EndFunction, Integrand]:
     """Return the conditions at the ends and on integrals of a kind. sizes: of y, v and the parameters."""
     columns = _COLUMNS[kind]
     whole, q = n * (1 + columns), 3 + _EXTRAS[kind]
@@ -206,7 +206,7 @@ def _conditions(kind: str, n: int, advance: np.ndarray, sizes: np.ndarray) -> tu
         return last + begin @ first - gains, begin, one, by_parameters
 
     def integrand(y: np.ndarray, parameters: np.ndarray, reference: Reference) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        along, none = np.zeros_like(y), np.zeros((n, y.shape[1]))
+        along, zeros = np.zeros_like(y), np.zeros((n, y.shape[1]))
         along[:n] = (reference.slope * weights)[:n]
         v = y * weights
         v[:n] = 0.0
@@ -217,16 +217,16 @@ def _conditions(kind: str, n: int, advance: np.ndarray, sizes: np.ndarray) -> tu
         if kind in (FOLD, BRANCH_POINT):
             rows[1] = square + (parameters[1] / sizes[whole + 1]) ** 2
             by_parameters[1, 1] = 2 * parameters[1] / sizes[whole + 1] ** 2
-            across = np.concatenate([none, along[:n]])
+            across = np.concatenate([zeros, along[:n]])
             rows.append((y * across).sum(axis=0))
             by_states.append(across)
         if kind == TORUS:
             a, b = (reference.y * weights)[n : 2 * n], (reference.y * weights)[2 * n :]
-            across = np.concatenate([none, b, -a])
+            across = np.concatenate([zeros, b, -a])
             rows.append((y * across).sum(axis=0))
             by_states.append(across)
         if kind == BRANCH_POINT:
-            across = np.concatenate([(reference.y * weights)[n:], none])
+            across = np.concatenate([(reference.y * weights)[n:], zeros])
             rows.append(((y - reference.y) * across).sum(axis=0))
             by_states.append(across)
         return np.array(rows), np.array(by_states), by_parameters

@@ -11,9 +11,9 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import exactly, sampled, solved_near, tangent_near
+from wucht.numerics.collocation.solutions import mesh_from_samples, solve_near, tangent_near, with_exact_tolerance
 from wucht.numerics.continuation.equilibria import Equilibrium
-from wucht.numerics.continuation.special_points import located
+from wucht.numerics.continuation.special_points import locate_zero
 from wucht.numerics.periodic.cycle import Cycle, Orbit
 from wucht.numerics.periodic.cycles import Cycles
 
@@ -42,22 +42,22 @@ def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: flo
     RunError
         Where Newton's method does not converge to an orbit near them.
     """
-    e, period = cycles.equations, _refuse_other_samples(cycles, times, states, value)
-    mesh, y = sampled(times, states, e.scale[: e.n], cycles.degree)
+    e, period = cycles.equations, _checked_period(cycles, times, states, value)
+    mesh, y = mesh_from_samples(times, states, e.scale[: e.n], cycles.degree)
     try:
-        found = settled(cycles, mesh, y, period, value)
+        cycle = cycle_from_nodes(cycles, mesh, y, period, value)
     except RunError as error:
         raise RunError(f"there is no periodic orbit near these samples: {error}", code="no-convergence") from None
-    if not _extent(found.states, e.scale) > _AT_REST * _extent(np.asarray(states), e.scale):
+    if not _extent(cycle.states, e.scale) > _AT_REST * _extent(np.asarray(states), e.scale):
         raise RunError("there is no periodic orbit near these samples, but an equilibrium")
-    return found
+    return cycle
 
 
 def _extent(states: np.ndarray, scale: np.ndarray) -> float:
     return float((np.ptp(states, axis=1) / scale[: len(states)]).max())
 
 
-def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: float) -> float:
+def _checked_period(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: float) -> float:
     """Return the period that samples cover. Raises ``WuchtError`` where they cannot be those of an orbit."""
     e, (low, high) = cycles.equations, cycles.bounds
     if not low <= value <= high:
@@ -73,8 +73,8 @@ def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray,
         raise WuchtError("samples of an orbit are finite, and their times increase", code="not-increasing")
     if not _extent(np.asarray(states), e.scale) > 0:
         raise WuchtError("these samples are at rest: no state changes, as it must along an orbit", code="at-rest")
-    gained = (np.asarray(states)[:, -1] - np.asarray(states)[:, 0]) / (2 * np.pi)
-    for name, turns, winding, turn in zip(e.states, gained, cycles.winding, e.turns, strict=False):
+    turns_made = (np.asarray(states)[:, -1] - np.asarray(states)[:, 0]) / (2 * np.pi)
+    for name, turns, winding, turn in zip(e.states, turns_made, cycles.winding, e.turns, strict=False):
         if turn and round(turns) != winding:
             raise WuchtError(
                 f"{name} turns {turns:.3g} times in these samples, but its winding number is {winding}", code="winding"
@@ -111,9 +111,9 @@ def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
         raise WuchtError(f"an orbit of {e.n} states begins this branch, not one of {len(orbit.states)}", code="shape")
     u = np.concatenate([orbit.states.T.ravel(), [orbit.period, value]])
     problem = cycles.problem(mesh, orbit.period)
-    problem = replace(problem, reference=problem.referred(u))
-    curve, point = solved_near(exactly(cycles.curve(problem)), u, tangent_near(problem, u))
-    return cycles.seen(replace(curve, steps=cycles.steps), point)
+    problem = replace(problem, reference=problem.reference_from(u))
+    curve, point = solve_near(with_exact_tolerance(cycles.curve(problem)), u, tangent_near(problem, u))
+    return cycles.cycle_from_point(replace(curve, steps=cycles.steps), point)
 
 
 def cycles_with(cycles: Cycles, branch: Sequence[Cycle], value: float) -> tuple[Cycle, ...]:
@@ -121,17 +121,17 @@ def cycles_with(cycles: Cycles, branch: Sequence[Cycle], value: float) -> tuple[
 
     branch: in order, as from ``Cycles.walk``. Raises ``RunError`` where the branch cannot be computed between two.
     """
-    passed = list[Cycle]()
+    crossings = list[Cycle]()
     for here, there in pairwise(branch):
         if here.parameter == value or (here.parameter - value) * (there.parameter - value) < 0:
-            passed.append(here if here.parameter == value else _between(cycles, here, there, value))
-    return (*passed, *(c for c in branch[-1:] if c.parameter == value))
+            crossings.append(here if here.parameter == value else _cycle_between(cycles, here, there, value))
+    return (*crossings, *(c for c in branch[-1:] if c.parameter == value))
 
 
-def _between(cycles: Cycles, here: Cycle, there: Cycle, value: float) -> Cycle:
-    exact = exactly(there.curve)
-    seen = partial(cycles.seen, exact, near=here.basis)
-    at = located(exact, here.on(there.problem.mesh), there.point, seen, lambda c: c.parameter - value)
+def _cycle_between(cycles: Cycles, here: Cycle, there: Cycle, value: float) -> Cycle:
+    exact = with_exact_tolerance(there.curve)
+    make_cycle = partial(cycles.cycle_from_point, exact, near=here.basis)
+    at = locate_zero(exact, here.point_on(there.problem.mesh), there.point, make_cycle, lambda c: c.parameter - value)
     if at is None:
         raise RunError(
             f"no orbit with {cycles.equations.parameters[-1]} = {value:g} was located between two that enclose this value"
@@ -139,11 +139,11 @@ def _between(cycles: Cycles, here: Cycle, there: Cycle, value: float) -> Cycle:
     return at
 
 
-def settled(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: float) -> Cycle:
+def cycle_from_nodes(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: float) -> Cycle:
     """Compute the orbit at a value of the parameter near values at nodes (K, n), on an adapted mesh. Raises ``RunError``."""
-    exact = exactly(cycles.curve(cycles.problem(mesh, period)))
-    curve, point = solved_near(exact, np.concatenate([y.ravel(), [period, value]]))
-    return cycles.seen(replace(curve, steps=cycles.steps), point)
+    exact = with_exact_tolerance(cycles.curve(cycles.problem(mesh, period)))
+    curve, point = solve_near(exact, np.concatenate([y.ravel(), [period, value]]))
+    return cycles.cycle_from_point(replace(curve, steps=cycles.steps), point)
 
 
 def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) -> Cycle:
@@ -161,45 +161,47 @@ def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) ->
     problem = cycles.problem(mesh, period)
     direction = np.concatenate([wave.ravel(), [0.0, 0.0]])
     guess = base + amplitude * direction
-    problem = replace(problem, reference=problem.referred(guess))
+    problem = replace(problem, reference=problem.reference_from(guess))
     curve = cycles.curve(problem)
-    return cycles.seen(curve, exactly(curve).start(guess, direction))
+    return cycles.cycle_from_point(curve, with_exact_tolerance(curve).start(guess, direction))
 
 
-def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles, Cycle]:
+def doubled_branch(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles, Cycle]:
     """Return the branch of twice the period that begins at a period doubling, and its first orbit. Raises ``RunError``."""
     mesh, n = at.problem.mesh, at.problem.n
     twice = Mesh(np.concatenate([mesh.edges / 2, (1 + mesh.edges[1:]) / 2]), mesh.degree)
     y = at.states.T
-    change = carried(at, -1.0).real
+    change = propagated_change(at, -1.0).real
     advance = at.problem.winding
     assert advance is not None
-    both = np.concatenate([y, y[1:] + advance])
+    two_periods = np.concatenate([y, y[1:] + advance])
     direction = np.concatenate([change, -change[1:]])
     more = replace(cycles, winding=2 * cycles.winding, periods=(2 * cycles.periods[0], 2 * cycles.periods[1]))
     problem = more.problem(twice, 2 * at.period)
     size = np.sqrt(twice.shares @ ((direction / problem.sizes[:n]) ** 2).sum(axis=1))
     way = np.concatenate([(direction / size).ravel(), [0.0, 0.0]])
-    guess = np.concatenate([both.ravel(), [2 * at.period, at.parameter]]) + amplitude * way
-    problem = replace(problem, reference=problem.referred(guess))
+    guess = np.concatenate([two_periods.ravel(), [2 * at.period, at.parameter]]) + amplitude * way
+    problem = replace(problem, reference=problem.reference_from(guess))
     curve = more.curve(problem)
-    return more, more.seen(curve, exactly(curve).start(guess, way))
+    return more, more.cycle_from_point(curve, with_exact_tolerance(curve).start(guess, way))
 
 
-def switched(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycle, Cycle]:
+def crossing_branch(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycle, Cycle]:
     """Return first orbits of the other branch through a branch point, one on either side. Raises ``RunError``."""
-    curve, other = at.curve, at.other
-    first, second = (exactly(curve).start(at.point.u + s * amplitude * other, s * other) for s in (1.0, -1.0))
-    return cycles.seen(curve, first), cycles.seen(curve, second)
+    curve, direction = at.curve, at.crossing_direction
+    first, second = (
+        with_exact_tolerance(curve).start(at.point.u + s * amplitude * direction, s * direction) for s in (1.0, -1.0)
+    )
+    return cycles.cycle_from_point(curve, first), cycles.cycle_from_point(curve, second)
 
 
-def carried(at: Cycle, multiplier: complex) -> np.ndarray:
+def propagated_change(at: Cycle, multiplier: complex) -> np.ndarray:
     """Return the complex change (K, n) along an orbit that a period multiplies by a multiplier."""
     maps = at.point.jacobian.maps()
     values, vectors = np.linalg.eig(np.linalg.multi_dot(maps[::-1, -1]))
     here = vectors[:, np.abs(values - multiplier).argmin()]
     changes = [here[None]]
-    for each in maps:
-        changes.append(each @ here)
+    for step_map in maps:
+        changes.append(step_map @ here)
         here = changes[-1][-1]
     return np.concatenate(changes)

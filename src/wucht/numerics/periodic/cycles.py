@@ -18,18 +18,18 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import refined
-from wucht.numerics.continuation.curve import CLOSED, Curve, Steps, Walk
+from wucht.numerics.collocation.solutions import refine_on_common_mesh
+from wucht.numerics.continuation.curve import CURVE_IS_CLOSED, Curve, Steps, Walk
 from wucht.numerics.continuation.equations import CurvePoint, Equations
-from wucht.numerics.continuation.special_curves import UNRESOLVED
-from wucht.numerics.continuation.special_points import located
+from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
+from wucht.numerics.continuation.special_points import locate_zero
 from wucht.numerics.periodic.cycle import (
     BRANCH_POINT,
     FOLD,
     TESTS,
     TORUS,
     Cycle,
-    Hidden,
+    HiddenPoint,
     has_pair_on_circle,
     is_orbit,
     swing,
@@ -37,7 +37,7 @@ from wucht.numerics.periodic.cycle import (
 from wucht.numerics.periodic.floquet import collocated_multipliers
 from wucht.numerics.periodic.hopf_ends import SHRINKS, VANISHES, hopf_point
 from wucht.numerics.periodic.orbit_branch_points import orbit_branch_point
-from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
+from wucht.numerics.periodic.periods import PERIOD, refuse_empty, turns_of, with_period_unit
 from wucht.system import System
 
 _STEERING = 1e-10  # relative accuracy of the multipliers used to detect special points
@@ -50,7 +50,7 @@ _BESIDE = 0.05  # of a test function at one neighbour: largest value at the othe
 _NEARLY = 0.95  # of the way to a Hopf point, where the equations are singular
 _ASIDE = (0.05, 0.1, 0.2, 0.4)  # of the way between two neighbours: distances from the estimated branch point
 _LONGER = 4  # times the least period: from there on a branch may change in its period only
-STEPS = Steps(most=0.5, turn=0.35, corrections=4, tolerance=1e-7, foretold=True)
+STEPS = Steps(most=0.5, turn=0.35, corrections=4, tolerance=1e-7, predicts_correction=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Cycles:
         cls,
         system: System,
         parameter: str,
-        fixed: Mapping[str, float],
+        fixed_values: Mapping[str, float],
         bounds: tuple[float, float],
         *,
         winding: Mapping[str, int] | None = None,
@@ -114,7 +114,7 @@ class Cycles:
         """
         refuse_empty(parameter, bounds)
         refuse_empty("the period", periods)
-        equations = Equations.of(in_periods(system), (PERIOD.name, parameter), fixed, scale)
+        equations = Equations.of(with_period_unit(system), (PERIOD.name, parameter), fixed_values, scale)
         return cls(equations, bounds, periods, turns_of(system, winding), steps or STEPS, accuracy, degree)
 
     def problem(self, mesh: Mesh, period: float) -> BoundaryValueProblem:
@@ -123,7 +123,7 @@ class Cycles:
         sizes = e.scale.copy()
         sizes[n] = period
         advance = 2 * math.pi * self.winding
-        ends, phase = partial(_returns, advance), partial(_in_phase, 1 / sizes[:n, None] ** 2, 2)
+        ends, phase = partial(_periodicity, advance), partial(_phase_condition, 1 / sizes[:n, None] ** 2, 2)
         nothing = Reference(np.zeros((n, 0)), np.zeros((n, 0)))
         return BoundaryValueProblem(e.values, n, 2, ends, phase, mesh, nothing, sizes, advance, self.accuracy)
 
@@ -131,53 +131,59 @@ class Cycles:
         """Return the continuation problem, within the bounds of parameter and period."""
         return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps, is_orbit)
 
-    def seen(self, curve: Curve, point: CurvePoint, near: np.ndarray | None = None) -> Cycle:
+    def cycle_from_point(self, curve: Curve, point: CurvePoint, near: np.ndarray | None = None) -> Cycle:
         """Return the orbit at a point of the curve with its multipliers. near: the basis of a neighbour."""
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
-        if curve.steps.foretold:  # the Jacobian is that at a point before
+        if curve.steps.predicts_correction:  # the Jacobian is that at a point before
             point = replace(point, jacobian=problem.residual(point.u)[1])
         return Cycle(curve, point, *collocated_multipliers(problem, point.u, point.jacobian, near, _STEERING))
 
     def walk(self, start: Cycle) -> Walk[Cycle]:
         """Return an iterator over the orbits from a first one on, including special ones."""
-        return Walk(self._walked(start))
+        return Walk(self._iterate(start))
 
     def backwards(self, cycle: Cycle) -> Cycle:
         """Return the same orbit of the branch followed the other way."""
         return replace(cycle, point=cycle.curve.backwards(cycle.point))
 
-    def _walked(self, start: Cycle) -> Generator[Cycle, None, str]:
+    def _iterate(self, start: Cycle) -> Generator[Cycle, None, str]:
         here, least, walk = start, start.period, start.curve.follow(start.point)
         # Where a test function is lost in rounding, its sign is that of the last orbit where it was significant.
         last = {kind: (start, test(start)) for kind, test in TESTS.items()}
         for curve, point in walk:
-            there = self.seen(curve, point, here.basis)
+            there = self.cycle_from_point(curve, point, here.basis)
             if (size := swing(here, there)) < 0:
                 shrinking = [here]
                 with suppress(RunError):
                     share = _NEARLY / (1 - size)
-                    small = self.seen(curve, curve.between(here.on(there.problem.mesh), there.point, share), here.basis)
+                    small = self.cycle_from_point(
+                        curve, curve.point_between(here.point_on(there.problem.mesh), there.point, share), here.basis
+                    )
                     shrinking.append(small)
                     yield small
                 return SHRINKS if hopf_point(self.equations, shrinking) is not None else VANISHES
-            passed = dict[str, Cycle]()
-            for kind, test in TESTS.items() if there.trusted else ():
-                value, (before, valued) = test(there), last[kind]
+            sign_changes = dict[str, Cycle]()
+            for kind, test in TESTS.items() if there.is_trusted else ():
+                value, (before, value_before) = test(there), last[kind]
                 if abs(value) > _ROUNDING:
-                    if value * valued < 0 and abs(valued) > _ROUNDING and before.trusted:
-                        passed[kind] = before
+                    if value * value_before < 0 and abs(value_before) > _ROUNDING and before.is_trusted:
+                        sign_changes[kind] = before
                     last[kind] = there, value
-            turned = passed.get(FOLD)
-            if turned and self._stands_still(turned, there) and turned.past_one * there.past_one > 0:
-                passed = {kind: before for kind, before in passed.items() if kind not in (FOLD, BRANCH_POINT)}
-            special = [c for kind, before in passed.items() for c in self._between(curve, before, there, kind)]
+            fold_before = sign_changes.get(FOLD)
+            if fold_before and self._stands_still(fold_before, there) and fold_before.past_one * there.past_one > 0:
+                sign_changes = {kind: before for kind, before in sign_changes.items() if kind not in (FOLD, BRANCH_POINT)}
+            special = [c for kind, before in sign_changes.items() for c in self._special_between(curve, before, there, kind)]
             values = [c.parameter for c in (here, there, *special)]  # a fold may lie beyond both
             for c in sorted(special, key=lambda c: c.point.length):
-                yield c if c.hidden is None else replace(c, hidden=Hidden(c.hidden.kind, (min(values), max(values))))
+                yield (
+                    c
+                    if c.hidden_point is None
+                    else replace(c, hidden_point=HiddenPoint(c.hidden_point.kind, (min(values), max(values))))
+                )
             yield there
             here, least = there, min(least, there.period)
-        if walk.end != CLOSED and here.period > _LONGER * least and here.lengthens:
+        if walk.end != CURVE_IS_CLOSED and here.period > _LONGER * least and here.lengthens:
             grown = f"the period has grown from {least:.6g} to {here.period:.6g}"
             return f"{walk.end}; {grown}, while {self.equations.parameters[-1]} stays near {here.parameter:.6g}"
         return walk.end
@@ -186,55 +192,55 @@ class Cycles:
         """True if the parameter changes by errors only, whose sign would make a fold where no multiplier passes 1."""
         return all(abs(c.point.tangent[-1]) < _STANDS * self.equations.scale[-1] for c in neighbours)
 
-    def _between(self, curve: Curve, here: Cycle, there: Cycle, kind: str) -> list[Cycle]:
+    def _special_between(self, curve: Curve, here: Cycle, there: Cycle, kind: str) -> list[Cycle]:
         """Return the special orbit between two at which a test function changes its sign; none where it is not special."""
-        before = here.on(there.problem.mesh)
+        before = here.point_on(there.problem.mesh)
         try:
-            fine, first, last = refined((curve, before), (curve, there.point), _LOCATING)
+            fine, first, last = refine_on_common_mesh((curve, before), (curve, there.point), _LOCATING)
         except RunError:  # near a connection of saddles, where the parameter stands still except for errors
             if kind == FOLD:
                 return []
             fine, first, last = curve, before, there.point
-        moved = [p.tangent[-1] / self.equations.scale[-1] for p in (first, last)]
-        seen, test = partial(self.seen, fine, near=here.basis), TESTS[kind]
-        if kind in (FOLD, BRANCH_POINT) and np.abs(moved).min() < _STILL:
+        slopes = [p.tangent[-1] / self.equations.scale[-1] for p in (first, last)]
+        make_cycle, test = partial(self.cycle_from_point, fine, near=here.basis), TESTS[kind]
+        if kind in (FOLD, BRANCH_POINT) and np.abs(slopes).min() < _STILL:
             return []
-        begin, end = (test(seen(p)) for p in (first, last))
+        begin, end = (test(make_cycle(p)) for p in (first, last))
         if begin * end > 0 and min(abs(begin), abs(end)) > _BESIDE * max(abs(begin), abs(end)):
             return []  # no change of sign on the finer mesh
         if kind == BRANCH_POINT:
-            special = self._branch_point(fine, first, last, abs(begin) / (abs(begin) + abs(end)), seen)
+            special = self._branch_point(fine, first, last, abs(begin) / (abs(begin) + abs(end)), make_cycle)
         else:
-            special = located(fine, first, last, seen, test) if begin * end < 0 else None
+            special = locate_zero(fine, first, last, make_cycle, test) if begin * end < 0 else None
         if special is None:
             if min(np.abs(c.logarithms.real).min() for c in (here, there)) > _FAR:
                 return []  # no multiplier is near the unit circle: one that is huge has lost its sign
-            return [replace(there, kind=UNRESOLVED, hidden=Hidden(kind, (here.parameter, there.parameter)))]
+            return [replace(there, kind=UNRESOLVED_POINT, hidden_point=HiddenPoint(kind, (here.parameter, there.parameter)))]
         return [] if kind == TORUS and not has_pair_on_circle(special) else [replace(special, kind=kind)]
 
     def _branch_point(
-        self, curve: Curve, a: CurvePoint, b: CurvePoint, root: float, seen: Callable[[CurvePoint], Cycle]
+        self, curve: Curve, a: CurvePoint, b: CurvePoint, root: float, make_cycle: Callable[[CurvePoint], Cycle]
     ) -> Cycle | None:
         """Locate the branch point between two neighbours, at about a share of the way; None where that fails."""
         for share in (root, *(root + s * d for d in _ASIDE for s in (1, -1))):
             if not 0 <= share <= 1:
                 continue
             with suppress(RunError):
-                near = curve.between(a, b, share)
+                near = curve.point_between(a, b, share)
                 near = replace(near, jacobian=curve.problem.residual(near.u)[1])
                 at = orbit_branch_point(curve, near, a, b)
                 length = a.length + at.share * (b.length - a.length)
                 point = CurvePoint(at.u, at.tangents[0], curve.problem.residual(at.u)[1], length, 0)
-                return replace(seen(point), other=at.tangents[1])
+                return replace(make_cycle(point), crossing_direction=at.tangents[1])
         return None
 
 
-def _returns(advance: np.ndarray, first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
+def _periodicity(advance: np.ndarray, first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
     plus = np.eye(len(advance))
     return last - first - advance, -plus, plus, np.zeros((len(advance), len(parameters)))
 
 
-def _in_phase(
+def _phase_condition(
     weights: np.ndarray, count: int, y: np.ndarray, _: np.ndarray, reference: Reference
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     direction = reference.slope * weights

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.jacobian import variational
-from wucht.numerics.periodic.closing import Closed, Closing, Places
-from wucht.numerics.periodic.floquet import integrated_legs, of_moderate_condition
+from wucht.numerics.jacobian import variational_system
+from wucht.numerics.periodic.closing import ClosedOrbit, Closing, Places
+from wucht.numerics.periodic.floquet import halve_legs, integrated_legs
 
 _LEAST = 2.0**-5  # share of a step
 
@@ -35,17 +35,17 @@ class ExactOrbit:
     states: np.ndarray
     times: np.ndarray
     period: float
-    at: Places
+    linearisation: Places
     flow: np.ndarray
     gap: np.ndarray
     residual: float
 
 
-def exact(
-    compiled: CompiledSystem,
+def exact_orbit(
+    compiled_system: CompiledSystem,
     parameters: np.ndarray,
     time: float,
-    near: Closed,
+    near: ClosedOrbit,
     closing: Closing,
     tolerance: float,
     most_steps: int,
@@ -72,8 +72,10 @@ def exact(
         Where an integration fails. An orbit whose residual is too large is returned.
     """
     n = len(closing.sizes)
-    linear = compile_system(variational(compiled.system, n), compiled.tolerance, (), compiled.engine_name)
-    rates, held = Evaluator.of_rates(compiled.system), list(closing.held)
+    linear = compile_system(
+        variational_system(compiled_system.system, n), compiled_system.tolerance, (), compiled_system.engine_name
+    )
+    rates, held_rows = Evaluator.of_rates(compiled_system.system), list(closing.held_states)
     x, period, before, count, share = near.states[:n, :-1].copy(), near.period, math.inf, -1, 1.0
     for step in range(1, most_steps + 1):
         grid = time + period * near.times
@@ -81,16 +83,16 @@ def exact(
         flow = rates.array(np.append(grid[:-1], grid[1:]), np.concatenate([x, ends], axis=1), parameters)
         here, there = np.split(flow, 2, axis=1)
         late = (there * np.diff(near.times)).T * closing.period / closing.sizes
-        at = Places(maps * closing.sizes / closing.sizes[:, None], late)
-        missed = ends - np.roll(x, -1, axis=1)
-        missed[:, -1] -= closing.advance
-        borders = closing.borders(at)
-        scaled = missed.T / closing.sizes
-        by, longer, s = at.correction(scaled, borders)
-        scaled[-1] -= borders.open @ (borders.open.T @ scaled[-1])
-        size, gap, new = float(np.abs(scaled).max()), closing.sizes * (borders.open @ s), len(s) != count
+        linearisation = Places(maps * closing.sizes / closing.sizes[:, None], late)
+        gaps = ends - np.roll(x, -1, axis=1)
+        gaps[:, -1] -= closing.advance
+        borders = closing.borders(linearisation)
+        scaled_gaps = gaps.T / closing.sizes
+        by, longer, s = linearisation.correction(scaled_gaps, borders)
+        scaled_gaps[-1] -= borders.open @ (borders.open.T @ scaled_gaps[-1])
+        size, gap, new = float(np.abs(scaled_gaps).max()), closing.sizes * (borders.open @ s), len(s) != count
         # A direction that is singular far from the orbit need not be so near it.
-        done = size <= tolerance and (closing.missed(gap) <= tolerance or not new)
+        done = size <= tolerance and (closing.gap_size(gap) <= tolerance or not new)
         if step == most_steps and not done:
             break
         if done or new or size < before:
@@ -100,23 +102,25 @@ def exact(
         else:
             break
         x = last[0] + share * change[0].T * closing.sizes[:, None]
-        x[held, 0] = closing.reference[held]  # equal already except for rounding
+        x[held_rows, 0] = closing.reference[held_rows]  # equal already except for rounding
         period = last[1] + share * change[1] * closing.period
         if done:
             break
         if not (period > 0 and np.isfinite(x).all()):
             raise RunError("its period becomes negative")
-    return ExactOrbit(x, near.times, period, at, here, gap, size)
+    return ExactOrbit(x, near.times, period, linearisation, here, gap, size)
 
 
-def finer(
-    compiled: CompiledSystem, parameters: np.ndarray, time: float, orbit: ExactOrbit, sizes: np.ndarray
+def finer_linearisation(
+    compiled_system: CompiledSystem, parameters: np.ndarray, time: float, orbit: ExactOrbit, sizes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the orbit's maps (G', n, n) and flow (G', n), in units of the states' sizes (n,), at places close enough.
 
     Arguments as of ``exact_orbit``. Raises ``RunError`` where an integration fails.
     """
-    linear = compile_system(variational(compiled.system, len(sizes)), compiled.tolerance, (), compiled.engine_name)
+    linear = compile_system(
+        variational_system(compiled_system.system, len(sizes)), compiled_system.tolerance, (), compiled_system.engine_name
+    )
     times = time + orbit.period * orbit.times
-    times, x, maps = of_moderate_condition(linear, parameters, times, orbit.states, orbit.at.maps, sizes)
-    return maps, Evaluator.of_rates(compiled.system).array(times[:-1], x, parameters).T / sizes
+    times, x, maps = halve_legs(linear, parameters, times, orbit.states, orbit.linearisation.maps, sizes)
+    return maps, Evaluator.of_rates(compiled_system.system).array(times[:-1], x, parameters).T / sizes

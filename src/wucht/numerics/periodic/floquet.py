@@ -17,17 +17,17 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.condensation import CollocationJacobian
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.jacobian import variational
+from wucht.numerics.jacobian import variational_system
 from wucht.system import System
 
 _CONDITION = 1e4  # of products of maps: four digits less than rounding
 _MOST_LEGS = 100_000  # of a period
 _PERIODS = 25
 _VOLUMES = 1e-6  # of ln of a map's determinant: tolerated error
-_RESOLVED, _MOST_PARTS, _REFINEMENTS = 4.0, 64, 2  # change of ln of a volume in an interval that resolves it; parts; times
+_RESOLUTION, _MOST_PARTS, _REFINEMENTS = 4.0, 64, 2  # change of ln of a volume in an interval that resolves it; parts; times
 _MOST_INTERVALS = 600  # decay by more than about e^-2000 in a period is not resolved
 _ALIKE = 1e-5  # of ln mu: change on a finer mesh below which it is accurate
 _INTEGRATION = 1e-15  # tolerance
@@ -56,29 +56,29 @@ def logarithms(maps: np.ndarray, basis: np.ndarray | None = None, tolerance: flo
 
     n = maps.shape[1]
     if n <= 1:
-        return _of_block(np.ones((n, n)), maps) if n else np.empty(0, complex), np.eye(n)
-    maps = _merged(maps)
+        return _block_logarithms(np.ones((n, n)), maps) if n else np.empty(0, complex), np.eye(n)
+    maps = _merge_maps(maps)
     if basis is None:
         basis = np.linalg.qr(np.random.default_rng(0).normal(size=(n, n)))[0]
     triangles = np.empty_like(maps)
     for _ in range(_PERIODS):
         first = basis
-        for k, each in enumerate(maps):
-            factors, reflectors, _, _ = dgeqrf(each @ basis)
+        for k, step_map in enumerate(maps):
+            factors, reflectors, _, _ = dgeqrf(step_map @ basis)
             triangles[k] = factors
             basis = dorgqr(factors, reflectors)[0]
-        turned = first.T @ basis
+        rotation = first.T @ basis
         # The remainder below a block changes its multipliers by as much, relative to them.
-        splits = [k for k in range(1, n) if np.abs(turned[k:, :k]).max() < tolerance]
+        splits = [k for k in range(1, n) if np.abs(rotation[k:, :k]).max() < tolerance]
         if len(splits) == n - 1:
             break
     triangles = np.triu(triangles)
-    parts = [_of_block(turned[a:b, a:b], triangles[:, a:b, a:b]) for a, b in pairwise([0, *splits, n])]
+    parts = [_block_logarithms(rotation[a:b, a:b], triangles[:, a:b, a:b]) for a, b in pairwise([0, *splits, n])]
     values = np.concatenate(parts)
     return np.asarray(values[np.lexsort((-values.imag, -np.round(values.real, 12)))]), basis
 
 
-def across_flow(maps: np.ndarray, flow: np.ndarray) -> tuple[np.ndarray, float]:
+def transverse_maps(maps: np.ndarray, flow: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the maps of changes across the orbit, and ln mu of the change along it, which is 0 except for errors.
 
     maps (G, n, n): from one place of an orbit to the next. flow (G, n): dx/dt at these places.
@@ -86,10 +86,10 @@ def across_flow(maps: np.ndarray, flow: np.ndarray) -> tuple[np.ndarray, float]:
     """
     basis = np.linalg.qr(flow[..., None], mode="complete")[0]
     # The period ends in the very basis in which it began: a recomputed one may be mirrored, where rounding decides on a sign.
-    turned = np.concatenate([basis[1:], basis[:1]]).transpose(0, 2, 1) @ maps @ basis
+    frame_maps = np.concatenate([basis[1:], basis[:1]]).transpose(0, 2, 1) @ maps @ basis
     with np.errstate(divide="ignore"):
-        along = float(np.log(np.abs(turned[:, 0, 0])).sum())
-    return turned[:, 1:, 1:], along
+        along = float(np.log(np.abs(frame_maps[:, 0, 0])).sum())
+    return frame_maps[:, 1:, 1:], along
 
 
 class OrbitMultipliers(NamedTuple):
@@ -125,23 +125,23 @@ def collocated_multipliers(
         Relative, of mu.
     """
     maps, volumes = jacobian.maps()[:, -1], problem.divergences(u)
-    across, along = across_flow(maps, problem.rates_at_edges(u)[:-1])
+    across, along = transverse_maps(maps, problem.rates_at_edges(u)[:-1])
     values, basis = logarithms(across, near, tolerance)
     product = float(volumes.sum())
     if len(values) == 1:
         return OrbitMultipliers(np.array([product + 0j]), along, 0.0, basis)
     wrong = _wrong_volumes(maps, volumes)
     for _ in range(_REFINEMENTS if wrong.any() else 0):
-        parts = np.clip(np.ceil(np.abs(volumes) / _RESOLVED), 2, _MOST_PARTS).astype(int)
-        if (mesh := problem.mesh.divided(np.where(wrong, parts, 1))).intervals > _MOST_INTERVALS:
+        parts = np.clip(np.ceil(np.abs(volumes) / _RESOLUTION), 2, _MOST_PARTS).astype(int)
+        if (mesh := problem.mesh.subdivide(np.where(wrong, parts, 1))).intervals > _MOST_INTERVALS:
             break
-        u, problem = problem.moved(u, mesh), replace(problem, mesh=mesh)
-        problem = replace(problem, reference=problem.referred(u))
+        u, problem = problem.to_mesh(u, mesh), replace(problem, mesh=mesh)
+        problem = replace(problem, reference=problem.reference_from(u))
         maps, volumes = problem.residual(u)[1].maps()[:, -1], problem.divergences(u)
         if not (wrong := _wrong_volumes(maps, volumes)).any():
             break
     if problem.mesh.intervals > len(jacobian.first):
-        finer = logarithms(across_flow(maps, problem.rates_at_edges(u)[:-1])[0], basis, tolerance)[0]
+        finer = logarithms(transverse_maps(maps, problem.rates_at_edges(u)[:-1])[0], basis, tolerance)[0]
         values = np.where(np.abs(finer - values) < _ALIKE, values, finer)
     return OrbitMultipliers(values, along, float(values.real.sum()) + along - product, basis)
 
@@ -151,7 +151,7 @@ def _wrong_volumes(maps: np.ndarray, volumes: np.ndarray) -> np.ndarray:
     return np.asarray(~(np.abs(np.linalg.slogdet(maps)[1] - volumes) < _VOLUMES))
 
 
-def _merged(maps: np.ndarray) -> np.ndarray:
+def _merge_maps(maps: np.ndarray) -> np.ndarray:
     """Multiply neighbouring maps, as long as each product is of moderate condition."""
     while len(maps) > 1:
         even = len(maps) // 2 * 2
@@ -162,16 +162,16 @@ def _merged(maps: np.ndarray) -> np.ndarray:
     return maps
 
 
-def _of_block(turned: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def _block_logarithms(rotation: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return ln mu (b,) of a diagonal block (b, b): of the product of its triangles and its rotation."""
     with np.errstate(divide="ignore"):
-        if len(turned) == 1:
+        if len(rotation) == 1:
             diagonal = triangles[:, 0, 0]
-            negative = ((diagonal < 0).sum() + (turned[0, 0] < 0)) % 2
+            negative = ((diagonal < 0).sum() + (rotation[0, 0] < 0)) % 2
             return np.array([np.log(np.abs(diagonal)).sum() + 1j * np.pi * negative])
-        product, grown = turned, 0.0
-        for each in triangles[::-1]:
-            product = product @ each
+        product, grown = rotation, 0.0
+        for triangle in triangles[::-1]:
+            product = product @ triangle
             size = np.abs(product).max()
             product, grown = product / (size or 1.0), grown + np.log(size)
         return np.asarray(np.log(np.linalg.eigvals(product).astype(complex)) + grown)
@@ -186,13 +186,13 @@ def integrated_maps(
     where the changes grow and decay too differently. Returns maps (G, n, n) and dx/dt (G, n). Raises ``RunError``.
     """
     bare = replace(system, outputs=(), quadratures=())
-    linear, values = compile_system(variational(bare, len(states)), _INTEGRATION), np.array(bare.values(parameters))
+    linear, values = compile_system(variational_system(bare, len(states)), _INTEGRATION), np.array(bare.values(parameters))
     maps = integrated_legs(linear, values, times[:-1], times[1:], states[:, :-1])[1]
-    times, x, maps = of_moderate_condition(linear, values, times, states[:, :-1], maps, np.ones(len(states)))
+    times, x, maps = halve_legs(linear, values, times, states[:, :-1], maps, np.ones(len(states)))
     return maps, Evaluator.of_rates(bare).array(times[:-1], x, values).T
 
 
-def of_moderate_condition(
+def halve_legs(
     linear: CompiledSystem, parameters: np.ndarray, times: np.ndarray, states: np.ndarray, maps: np.ndarray, sizes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Halve legs of a motion until changes do not grow and decay too differently: longer maps lose the fastest decay.
@@ -228,7 +228,7 @@ def integrated_legs(
     for j, state in enumerate(states.T):
         size = float(np.abs(state).max()) or 1.0  # the engines' errors are relative to the largest state
         start = np.concatenate([state, (size * np.eye(n)).ravel()])
-        run = integrate(linear, start, parameters, np.array([begin[j], end[j]])).uninterrupted()
+        run = integrate(linear, start, parameters, np.array([begin[j], end[j]])).reraise_interrupt()
         if run.failure is not None:
             raise RunError(f"the linearised equations could not be integrated: {run.failure}")
         ends[:, j], maps[j] = run.states[:n, -1], run.states[n:, -1].reshape(n, n).T / size

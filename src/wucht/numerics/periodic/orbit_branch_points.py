@@ -49,30 +49,32 @@ class _Surface:
     """
 
     curve: Curve
-    unfolded: Callable[[float], BoundaryValueProblem]
+    problem_at: Callable[[float], BoundaryValueProblem]
     origin: np.ndarray
     directions: np.ndarray
 
     @classmethod
-    def near(cls, curve: Curve, point: CurvePoint) -> _Surface:
+    def from_point(cls, curve: Curve, point: CurvePoint) -> _Surface:
         """Set up the surface near a point of a curve of orbits, whose equations are nearly singular there."""
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
         n, length = problem.n, len(point.u)
-        collocated = length - problem.q - n
+        collocation_rows = length - problem.q - n
         sides = np.zeros((length, n))
-        sides[collocated : collocated + n] = np.diag(problem.sizes[:n])
+        sides[collocation_rows : collocation_rows + n] = np.diag(problem.sizes[:n])
         # A nearly singular matrix answers any gap in one direction, and one gap most strongly.
         answers = problem.solution(point.jacobian, point.tangent / problem.scale**2, sides)[0] / problem.scale[:, None]
-        left, _, right = np.linalg.svd(answers, full_matrices=False)
-        other, gap = left[:, 0] * problem.scale, right[0] * problem.sizes[:n]
-        directions = np.stack([_with_gap(problem, point.tangent), _with_gap(problem, other)])
-        return cls(curve, partial(_unfolded, problem, gap, point.u, other), _with_gap(problem, point.u), directions)
+        left_vectors, _, right_vectors = np.linalg.svd(answers, full_matrices=False)
+        second_direction, gap = left_vectors[:, 0] * problem.scale, right_vectors[0] * problem.sizes[:n]
+        directions = np.stack([_with_gap(problem, point.tangent), _with_gap(problem, second_direction)])
+        return cls(
+            curve, partial(_unfolded_problem, problem, gap, point.u, second_direction), _with_gap(problem, point.u), directions
+        )
 
-    def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def solution_at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the solution at a place (2,) and its derivatives by both coordinates (2, len(u)). Raises ``RunError``."""
-        problem, along = self.unfolded(float(place[1])), self.directions[0]
-        point, _ = replace(self.curve, problem=problem).corrected(self.origin + place @ self.directions, along, 0.0)
+        problem, along = self.problem_at(float(place[1])), self.directions[0]
+        point, _ = replace(self.curve, problem=problem).correct(self.origin + place @ self.directions, along, 0.0)
         sides = np.zeros((len(point.u), 2))
         sides[-1, 0] = sides[-2, 1] = 1.0
         return point.u, problem.solution(problem.residual(point.u)[1], along / problem.scale**2, sides)[0].T
@@ -100,9 +102,9 @@ def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePo
     RunError
         Where no two branches cross between them.
     """
-    surface = _Surface.near(curve, near)
+    surface = _Surface.from_point(curve, near)
     place = _saddle_point(surface)
-    with_gap, changes = surface.at(place)
+    with_gap, changes = surface.solution_at(place)
     i = surface.gap_index
     if not abs(with_gap[i]) < _CROSSING:
         raise RunError("there is no branch point: two branches pass one another")
@@ -122,19 +124,21 @@ def _saddle_point(surface: _Surface) -> np.ndarray:
     from scipy.optimize import root
 
     def slopes(place: np.ndarray) -> np.ndarray:
-        return surface.at(place)[1][:, surface.gap_index]
+        return surface.solution_at(place)[1][:, surface.gap_index]
 
     options = {"xtol": _TOLERANCE, "eps": _STEP**2, "maxfev": _MOST_STEPS}
-    found = root(slopes, np.zeros(2), options=options)
-    if not (found.success or np.abs(found.fun).max() < _TOLERANCE):
+    solution = root(slopes, np.zeros(2), options=options)
+    if not (solution.success or np.abs(solution.fun).max() < _TOLERANCE):
         raise RunError("no branch point is located: Newton's method does not converge")
-    return np.asarray(found.x)
+    return np.asarray(solution.x)
 
 
 def _contours(surface: _Surface, place: np.ndarray) -> np.ndarray:
     """Return the directions (2, 2) in both coordinates in which beta stays zero at its saddle point. Raises ``RunError``."""
     i, steps = surface.gap_index, _STEP * np.eye(2)
-    second = np.array([surface.at(place + h)[1][:, i] - surface.at(place - h)[1][:, i] for h in steps]) / (2 * _STEP)
+    second = np.array([surface.solution_at(place + h)[1][:, i] - surface.solution_at(place - h)[1][:, i] for h in steps]) / (
+        2 * _STEP
+    )
     a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
     inside = b * b - a * c
     if not inside > 0:
@@ -149,16 +153,16 @@ def _with_gap(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
     return np.insert(u, len(u) - problem.q, 0.0)
 
 
-def _unfolded(
-    problem: BoundaryValueProblem, gap: np.ndarray, u: np.ndarray, other: np.ndarray, coordinate: float
+def _unfolded_problem(
+    problem: BoundaryValueProblem, gap: np.ndarray, u: np.ndarray, direction: np.ndarray, coordinate: float
 ) -> BoundaryValueProblem:
     """Return the equations with an open gap (n,), scaled by the first parameter, at a distance from u in a direction."""
     n, q, mesh = problem.n, problem.q, problem.mesh
     sizes = np.insert(problem.sizes, n, 1.0)
-    (y, parameters), (change, changes) = problem.split(u), problem.split(other)
-    y, change = ((mesh.basis.values @ mesh.pieces(each)).reshape(-1, n).T for each in (y, change))
-    weighted, by_parameters = change / sizes[:n, None] ** 2, np.insert(changes / problem.sizes[n:] ** 2, 0, 0.0)
-    given, phase = np.insert(parameters, 0, 0.0), problem.integrand
+    (y, parameters), (change, changes) = problem.split(u), problem.split(direction)
+    y, change = ((mesh.basis.values @ mesh.pieces(node_values)).reshape(-1, n).T for node_values in (y, change))
+    weighted_change, by_parameters = change / sizes[:n, None] ** 2, np.insert(changes / problem.sizes[n:] ** 2, 0, 0.0)
+    base_parameters, phase = np.insert(parameters, 0, 0.0), problem.integrand
     assert phase is not None
 
     def field(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -173,11 +177,11 @@ def _unfolded(
         states: np.ndarray, parameters: np.ndarray, reference: Reference
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         h, by_states, by = phase(states, parameters[1:], reference)
-        away = ((states - y) * weighted).sum(axis=0) + (parameters - given) @ by_parameters - coordinate
+        away = ((states - y) * weighted_change).sum(axis=0) + (parameters - base_parameters) @ by_parameters - coordinate
         row = np.broadcast_to(by_parameters[:, None], (q + 1, states.shape[1]))
         return (
             np.concatenate([h, away[None]]),
-            np.concatenate([by_states, weighted[None]]),
+            np.concatenate([by_states, weighted_change[None]]),
             np.concatenate([np.insert(by, 0, 0.0, axis=1), row[None]]),
         )
 

@@ -18,7 +18,7 @@ _SHAPES: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {
     SADDLE_NODE: lambda mu: mu**-0.5,
     CONNECTION: lambda mu: -np.log(mu),
 }
-_RESOLVED = (1e-9, 1e-8, 1e-7)  # of the parameter's size: nearer to its last value orbits are not distinguished
+_RESOLUTIONS = (1e-9, 1e-8, 1e-7)  # of the parameter's size: nearer to its last value orbits are not distinguished
 _PRECISION = 1e-11  # of the parameter: accuracy of orbits
 _LATE = 1e-6  # of the parameter's size: orbits so near to the end scatter about p*
 _WINDOWS = (1.15, 1.3, 1.6, 2.0, 3.0)  # growth of the period over the fitted orbits
@@ -62,29 +62,31 @@ def growth(values: np.ndarray, periods: np.ndarray) -> Growth | None:
     """
     apart, size = np.abs(values - values[-1]), float(max(np.abs(values).max(), np.ptp(values)))
     monotone = np.empty(0, int)
-    for resolution in _RESOLVED:
-        known = np.flatnonzero(apart > resolution * size)
-        falls = np.flatnonzero((np.diff(periods) <= 0) | (np.diff(apart) >= 0)) if len(known) else np.empty(0, int)
-        monotone = known[known > falls[falls < known[-1]].max(initial=-1)] if len(known) else known
+    for resolution in _RESOLUTIONS:
+        distinct = np.flatnonzero(apart > resolution * size)
+        falls = np.flatnonzero((np.diff(periods) <= 0) | (np.diff(apart) >= 0)) if len(distinct) else np.empty(0, int)
+        monotone = distinct[distinct > falls[falls < distinct[-1]].max(initial=-1)] if len(distinct) else distinct
         if len(monotone) >= _FEWEST:
             break
     if not len(monotone):
         return None
     scatter = float(apart[monotone[-1] + 1 :].max(initial=0.0)) if apart[monotone[-1]] < _LATE * size else 0.0
     windows = [monotone[periods[monotone] >= periods[monotone[-1]] / factor] for factor in _WINDOWS]
-    fits = [_both(values[w], periods[w], float(values[-1])) for w in windows if len(w) >= _FEWEST]
+    fits = [_fit_laws(values[w], periods[w], float(values[-1])) for w in windows if len(w) >= _FEWEST]
     if not fits:
         return None
     best = min(fits, key=lambda fit: fit.better.residual)
 
-    def stated(law: PeriodLaw) -> PeriodLaw:
-        others = [getattr(fit, law.name.replace("-", "_")).critical for fit in fits]
-        return replace(law, error=max(_PRECISION * size, scatter, *(abs(other - law.critical) for other in others)))
+    def with_error(law: PeriodLaw) -> PeriodLaw:
+        critical_values = [getattr(fit, law.name.replace("-", "_")).critical for fit in fits]
+        return replace(
+            law, error=max(_PRECISION * size, scatter, *(abs(critical - law.critical) for critical in critical_values))
+        )
 
-    return Growth(stated(best.saddle_node), stated(best.connection), best.orbits)
+    return Growth(with_error(best.saddle_node), with_error(best.connection), best.orbits)
 
 
-def _both(values: np.ndarray, periods: np.ndarray, last: float) -> Growth:
+def _fit_laws(values: np.ndarray, periods: np.ndarray, last: float) -> Growth:
     saddle_node, connection = (_law(name, values, periods, last) for name in _SHAPES)
     return Growth(saddle_node, connection, len(values))
 

@@ -18,7 +18,7 @@ FORCING = "forcing.phase"
 
 
 @lru_cache(maxsize=64)
-def in_periods(system: System) -> System:
+def with_period_unit(system: System) -> System:
     """Return the System with a period as its unit of time, which is its first parameter; without outputs and quadratures.
 
     Raises ``WuchtError`` where the equations depend on time.
@@ -38,9 +38,9 @@ def equilibrium_equations(orbits: Equations) -> Equations:
     rows, keep = np.array([*range(n), n + 1]), np.delete(np.arange(n + 2), n)
 
     def values(u: np.ndarray) -> Values:
-        given = np.ones((n + 2, *u.shape[1:]))
-        given[rows] = u  # the period is 1: then T f is f
-        f, f_u = orbits.values(given)
+        point = np.ones((n + 2, *u.shape[1:]))
+        point[rows] = u  # the period is 1: then T f is f
+        f, f_u = orbits.values(point)
         return f, f_u[:, keep]
 
     return Equations(values, orbits.states, orbits.parameters[1:], orbits.turns[keep], orbits.scale[keep])
@@ -62,7 +62,7 @@ def turns_of(system: System, winding: Mapping[str, int] | None) -> np.ndarray:
     return np.array([turns.get(name, 0) for name in system.state_names])
 
 
-def forced(system: System, frequency: str) -> System:
+def with_forcing_phase(system: System, frequency: str) -> System:
     """Return a periodically forced System, of period 2 pi/frequency, as an autonomous one: with a phase as its last state.
 
     The phase ``forcing.phase`` is an angle that grows by the frequency; orbits wind about it once or several times in their
@@ -88,9 +88,9 @@ def forced(system: System, frequency: str) -> System:
     change = {TIME: phase / omega}
     definitions = tuple((s, sp.sympify(e).xreplace(change)) for s, e in system.definitions)
     rates = tuple(sp.sympify(d).xreplace(change) for d in system.derivatives)
-    turned = {phase: phase + 2 * sp.pi}
+    full_turn = {phase: phase + 2 * sp.pi}
     direct = [e for e in (*rates, *(e for _, e in definitions)) if phase in e.free_symbols]
-    if any(sp.simplify(e - e.xreplace(turned)) != 0 for e in direct):
+    if any(sp.simplify(e - e.xreplace(full_turn)) != 0 for e in direct):
         raise WuchtError(f"these equations do not repeat after a time of 2 pi/{frequency}", code="other-period")
     angles = system.angles | {phase}
     bare = replace(system, outputs=(), quadratures=(), second_order=None)

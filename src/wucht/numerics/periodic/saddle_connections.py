@@ -19,29 +19,29 @@ import sympy as sp
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import refined, sampled, solved_near
+from wucht.numerics.collocation.solutions import mesh_from_samples, refine_on_common_mesh, solve_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import CurvePoint, Equations
-from wucht.numerics.continuation.special_curves import UNRESOLVED
-from wucht.numerics.continuation.special_points import located
+from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
+from wucht.numerics.continuation.special_points import locate_zero
 from wucht.numerics.periodic.connection import (
     LONG,
     TESTS,
     Connection,
-    distances,
-    ended,
-    leading,
-    lengthened,
+    end_distances,
+    end_reason,
+    is_standstill,
+    leading_rate,
+    lengthen_orbit,
     missing_times,
-    standing,
-    stands,
+    standstill_sentence,
 )
 from wucht.system import System
 
 _STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
 _DEGREE = 6
-_HELD = sp.Symbol("_held", real=True)
-_STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
+_FIXED_PARAMETER = sp.Symbol("_held", real=True)
+_STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, predicts_correction=True)
 _FAR = 1e-5  # of the orbit's size: where its ends are farther from the saddle, it is extended
 _MOST_LONGER, _LONGER = 8, 4.0  # number of extensions at a first point, and largest factor of each
 _MANY = 120  # intervals of a mesh, from which on orbits are not extended: next to a Hopf point they never come near its end
@@ -58,23 +58,23 @@ class Directions:
     """
 
     leaving: np.ndarray
-    others: np.ndarray
+    complement: np.ndarray
     by_right: int
     by_left: int
 
     @classmethod
-    def of(cls, jacobian: np.ndarray, scale: np.ndarray, by: tuple[int, int] | None = None) -> Directions:
+    def from_jacobian(cls, jacobian: np.ndarray, scale: np.ndarray, by: tuple[int, int] | None = None) -> Directions:
         """Return the directions of a Jacobian (n, n), scaled by sizes (n,).
 
         by: the states by which both eigenvectors are normalised, where they are compared with those at another place: with
         the largest component of each they would jump. Raises ``RunError`` where the leaving eigenvalue is complex.
         """
         matrix = jacobian / scale[:, None] * scale
-        right, left = _leaving(matrix), _leaving(matrix.T)
-        by_right, by_left = by or (int(np.abs(right).argmax()), int(np.abs(left).argmax()))
-        others = np.delete(np.eye(len(scale)), by_right, axis=0)
-        others[:, by_right] = -np.delete(right, by_right) / right[by_right]
-        return cls(left / left[by_left] / scale, others / scale, by_right, by_left)
+        right_vector, left_vector = _leaving(matrix), _leaving(matrix.T)
+        by_right, by_left = by or (int(np.abs(right_vector).argmax()), int(np.abs(left_vector).argmax()))
+        complement = np.delete(np.eye(len(scale)), by_right, axis=0)
+        complement[:, by_right] = -np.delete(right_vector, by_right) / right_vector[by_right]
+        return cls(left_vector / left_vector[by_left] / scale, complement / scale, by_right, by_left)
 
 
 def _leaving(matrix: np.ndarray) -> np.ndarray:
@@ -109,7 +109,7 @@ class Connections:
         cls,
         system: System,
         parameters: Sequence[str],
-        fixed: Mapping[str, float],
+        fixed_values: Mapping[str, float],
         bounds: Sequence[tuple[float, float]],
         time: float,
         *,
@@ -147,16 +147,20 @@ class Connections:
         WuchtError
             For another number of parameters, and as ``Equations.of``.
         """
-        count, wanted = len(folds), 2 + sum(folds)
-        if count not in (1, 2) or not len(parameters) == len(bounds) or len(parameters) not in (wanted, wanted - 1):
+        count, parameter_count = len(folds), 2 + sum(folds)
+        if (
+            count not in (1, 2)
+            or not len(parameters) == len(bounds)
+            or len(parameters) not in (parameter_count, parameter_count - 1)
+        ):
             raise WuchtError(
                 "a curve of connections has two parameters with bounds, and one more for each saddle-node", code="count"
             )
-        if len(parameters) < wanted:  # with a fixed parameter on which nothing depends the curve becomes a point
-            system = replace(system, parameters=(*system.parameters, _HELD))
-            parameters, bounds = (*parameters, _HELD.name), (*bounds, (-math.inf, math.inf))
+        if len(parameters) < parameter_count:  # with a fixed parameter on which nothing depends the curve becomes a point
+            system = replace(system, parameters=(*system.parameters, _FIXED_PARAMETER))
+            parameters, bounds = (*parameters, _FIXED_PARAMETER.name), (*bounds, (-math.inf, math.inf))
         bare = System(system.states, system.derivatives, system.parameters, system.definitions, angles=system.angles)
-        rates = Equations.of(bare, tuple(parameters), fixed, scale)
+        rates = Equations.of(bare, tuple(parameters), fixed_values, scale)
         turns = np.array([(winding or {}).get(name, 0) for name in system.state_names])
         return cls(rates, time, turns, tuple(bounds), tuple(folds), steps or _STEPS, accuracy, longest)
 
@@ -165,25 +169,25 @@ class Connections:
 
         times (K,), states (n, K): samples that begin and end near the equilibria (e, n). values: of the parameters.
         """
-        mesh, y = sampled(times, states, self.rates.scale[: self.rates.n], _DEGREE)
+        mesh, y = mesh_from_samples(times, states, self.rates.scale[: self.rates.n], _DEGREE)
         m = len(self.bounds)
         values = [*values, *[0.0] * (m - len(values))]
         u = np.concatenate([y.ravel(), np.ravel(equilibria), values])
-        found = self.seen(*solved_near(self._curve(mesh), u))
+        connection = self.connection_from_point(*solve_near(self._curve(mesh), u))
         for _ in range(_MOST_LONGER):
-            before, found = found, self.longer(found, kept=True)
-            if found is before:
+            before, connection = connection, self.prolong(connection, fix_last=True)
+            if connection is before:
                 break
-        return found
+        return connection
 
-    def longer(self, connection: Connection, *, kept: bool = False) -> Connection:
+    def prolong(self, connection: Connection, *, fix_last: bool = False) -> Connection:
         """Extend a connection to a longer time where its ends are too far from its saddles; else return it unchanged.
 
         fix_last: True to fix the last parameter, as in ``start``; else the point moves across its tangent.
         """
         scale, advance = self.rates.scale[: self.rates.n], 2 * math.pi * self.winding
         room = min(self.longest - connection.time, (_LONGER - 1) * connection.time)
-        near = max(distances(connection, scale, advance)) <= _FAR
+        near = max(end_distances(connection, scale, advance)) <= _FAR
         enough = connection.problem.mesh.intervals > _MANY
         if any(self.folds) or enough or not room > 0 or (near and connection.time >= self.time):
             return connection
@@ -192,50 +196,50 @@ class Connections:
             return connection
         matrix = self.rates.values(self._places(connection.point.u[-self._q :])[-1])[1][:, : self.rates.n]
         more = more * min(1.0, room / more.sum())
-        mesh, y, changes = lengthened(connection, more, matrix, advance)
+        mesh, y, changes = lengthen_orbit(connection, more, matrix, advance)
         later, q, point = replace(self, time=connection.time + float(more.sum())), self._q, connection.point
         u = np.concatenate([y.ravel(), point.u[-q:]])
         towards = np.concatenate([changes.ravel(), point.tangent[-q:]])
         try:
-            curve, found = solved_near(later._curve(mesh), u, None if kept else towards)
+            curve, new_point = solve_near(later._curve(mesh), u, None if fix_last else towards)
         except RunError:
             return connection
-        return later.seen(curve, replace(found, length=point.length))
+        return later.connection_from_point(curve, replace(new_point, length=point.length))
 
-    def seen(self, curve: Curve, point: CurvePoint) -> Connection:
+    def connection_from_point(self, curve: Curve, point: CurvePoint) -> Connection:
         """Return the connection at a point of the curve with the equilibria's eigenvalues."""
         places = self._places(point.u[-self._q :])
         values = [np.linalg.eigvals(self.rates.values(place)[1][:, : self.rates.n]) for place in places]
-        ordered = np.array([each[np.argsort(-each.real)] for each in values])
+        ordered_values = np.array([spectrum[np.argsort(-spectrum.real)] for spectrum in values])
         n = self.rates.n
-        return Connection(curve, point, self.time, np.array([p[:n] for p in places]), ordered, places[0][n:])
+        return Connection(curve, point, self.time, np.array([p[:n] for p in places]), ordered_values, places[0][n:])
 
     def walk(self, start: Connection) -> Walk[Connection]:
         """Return an iterator over the connections of the curve from a first one on, including special ones."""
-        return Walk(self._walked(start))
+        return Walk(self._iterate(start))
 
     def backwards(self, connection: Connection) -> Connection:
         """Return the same connection of the curve followed the other way."""
         return replace(connection, point=connection.curve.backwards(connection.point))
 
-    def _walked(self, start: Connection) -> Generator[Connection, None, str]:
-        here, steps, made, still, largest = start, self.steps, 0, 0, leading(start)
+    def _iterate(self, start: Connection) -> Generator[Connection, None, str]:
+        here, steps, point_count, still, largest = start, self.steps, 0, 0, leading_rate(start)
         while True:
-            of, walk = replace(self, time=here.time), replace(here.curve, steps=steps).follow(here.point)
+            connections, walk = replace(self, time=here.time), replace(here.curve, steps=steps).follow(here.point)
             for curve, point in walk:
-                there, made = of.seen(replace(curve, steps=self.steps), point), made + 1
-                yield from of._special(here, there)
-                largest = max(largest, leading(there))
-                if why := ended(self.folds, start, there, largest):
-                    return why
+                there, point_count = connections.connection_from_point(replace(curve, steps=self.steps), point), point_count + 1
+                yield from connections._special(here, there)
+                largest = max(largest, leading_rate(there))
+                if reason := end_reason(self.folds, start, there, largest):
+                    return reason
                 yield there
-                if made == self.steps.points:
-                    return f"it has reached the largest number of points, {made}"
+                if point_count == self.steps.points:
+                    return f"it has reached the largest number of points, {point_count}"
                 step, scale = there.point.length - here.point.length, self.rates.scale[self.rates.n :]
-                still = still + 1 if stands(here, there, scale) else 0
+                still = still + 1 if is_standstill(here, there, scale) else 0
                 if still == LONG:
-                    return standing(self.rates.parameters, there)
-                here, longer = there, self.longer(there)
+                    return standstill_sentence(self.rates.parameters, there)
+                here, longer = there, self.prolong(there)
                 if longer is not there:  # another problem: continue from there, with the same length of steps
                     here, steps = longer, replace(self.steps, first=max(step, self.steps.least))
                     break
@@ -246,25 +250,25 @@ class Connections:
         """Return the special points between two neighbours, in order; unresolved where one is not located."""
         if len(self.folds) == 2 or self.folds[0] or self.rates.n < 2:
             return []
-        found, between = list[Connection](), None
+        special_points, between = list[Connection](), None
         for kind, test in TESTS.items():
             if not test(here) * test(there) < 0:  # also where one is nan
                 continue
             try:
-                between = between or refined((here.curve, here.point), (there.curve, there.point), _LOCATING)
+                between = between or refine_on_common_mesh((here.curve, here.point), (there.curve, there.point), _LOCATING)
             except RunError:
-                return [replace(there, kind=UNRESOLVED)]
+                return [replace(there, kind=UNRESOLVED_POINT)]
             curve = between[0]
-            at = located(*between, lambda point, curve=curve: self.seen(curve, point), test)  # type: ignore[misc]
+            at = locate_zero(*between, lambda point, curve=curve: self.connection_from_point(curve, point), test)  # type: ignore[misc]
             if at is None:
-                found.append(replace(there, kind=UNRESOLVED))
+                special_points.append(replace(there, kind=UNRESOLVED_POINT))
             else:
-                found.append(replace(at, kind=kind, curve=replace(at.curve, steps=self.steps)))
-        return sorted(found, key=lambda c: c.point.length)
+                special_points.append(replace(at, kind=kind, curve=replace(at.curve, steps=self.steps)))
+        return sorted(special_points, key=lambda c: c.point.length)
 
     def _curve(self, mesh: Mesh) -> Curve:
         m = len(self.bounds)
-        return Curve(self._problem(mesh), {k - m: each for k, each in enumerate(self.bounds)}, self.steps)
+        return Curve(self._problem(mesh), {k - m: pair for k, pair in enumerate(self.bounds)}, self.steps)
 
     @property
     def _q(self) -> int:
@@ -273,7 +277,7 @@ class Connections:
     def _places(self, parameters: np.ndarray) -> list[np.ndarray]:
         """Return each equilibrium with the varied parameters (n + m,)."""
         x, p = np.split(parameters, [len(self.folds) * self.rates.n])
-        return [np.concatenate([each, p]) for each in x.reshape(len(self.folds), -1)]
+        return [np.concatenate([equilibrium, p]) for equilibrium in x.reshape(len(self.folds), -1)]
 
     def _problem(self, mesh: Mesh) -> BoundaryValueProblem:
         n, q = self.rates.n, self._q
@@ -282,10 +286,10 @@ class Connections:
         sizes = np.concatenate([self.rates.scale[:n], np.tile(self.rates.scale[:n], len(self.folds)), self.rates.scale[n:]])
 
         def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            kept = [*range(n), *range(len(u) - len(self.bounds), len(u))]
-            f, f_u = self.rates.values(u[kept])
+            rows = [*range(n), *range(len(u) - len(self.bounds), len(u))]
+            f, f_u = self.rates.values(u[rows])
             by_u = np.zeros((n, len(u), u.shape[1]))
-            by_u[:, kept] = self.time * f_u
+            by_u[:, rows] = self.time * f_u
             return self.time * f, by_u
 
         def ends(first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
@@ -299,7 +303,7 @@ class Connections:
                 up, down = (self._conditions(first, last - advance, parameters + s * h, by) for s in (1.0, -1.0))
                 by_parameters[:, k] = (up - down) / (2 * h[k])
             begin, end = np.zeros((len(conditions), n)), np.zeros((len(conditions), n))
-            begin[: n - 1], end[n - 1] = at_first.others, at_last.leaving
+            begin[: n - 1], end[n - 1] = at_first.complement, at_last.leaving
             return conditions, begin, end, by_parameters
 
         def phase(y: np.ndarray, _: np.ndarray, reference: Reference) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -314,10 +318,10 @@ class Connections:
         n, places = self.rates.n, self._places(parameters)
         values = [self.rates.values(place) for place in places]
         folds = [np.linalg.det(f_u[:, :n]) for (_, f_u), fold in zip(values, self.folds, strict=True) if fold]
-        others, leaving = self._directions(places[0], by).others, self._directions(places[-1], by).leaving
-        left, reached = others @ (first - places[0][:n]), leaving @ (last - places[-1][:n])
-        return np.concatenate([left, [reached], *(f for f, _ in values), folds])
+        complement, leaving = self._directions(places[0], by).complement, self._directions(places[-1], by).leaving
+        start_gaps, end_gap = complement @ (first - places[0][:n]), leaving @ (last - places[-1][:n])
+        return np.concatenate([start_gaps, [end_gap], *(f for f, _ in values), folds])
 
     def _directions(self, place: np.ndarray, by: tuple[int, int] | None = None) -> Directions:
         n = self.rates.n
-        return Directions.of(self.rates.values(place)[1][:, :n], self.rates.scale[:n], by)
+        return Directions.from_jacobian(self.rates.values(place)[1][:, :n], self.rates.scale[:n], by)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.errors import WuchtError
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.phase_plane.plane import Plane
@@ -17,7 +17,7 @@ _BACK = 30_000  # samples of a curve in which its last lap is searched
 _NEIGHBOUR = 0.1  # of the window: largest distance from a state at which the curve counts as having returned to it
 _SHORTEST = 0.02  # of the window: shortest lap
 _CREEPS = 0.02  # of its length: a lap that ends farther from its start is on its way to a fixed point
-_LOST = 1e-10  # of the product of two entries of a monodromy matrix: possible cancellation in their difference
+_CANCELLATION = 1e-10  # of the product of two entries of a monodromy matrix: possible cancellation in their difference
 _NEUTRAL = 1e-6  # of a multiplier: nearer to 1 neighbouring curves are closed too
 
 
@@ -68,14 +68,14 @@ class ClosedCurve:
         """True if neighbouring curves are closed too."""
         return abs(self.multiplier - 1) <= _NEUTRAL
 
-    def goes_there(self, forwards: bool) -> bool:
+    def attracts(self, forwards: bool) -> bool:
         """True if neighbouring curves approach it, forwards or backwards in time, or are closed too."""
         return self.neutral or (self.multiplier < 1) == forwards
 
     def distance(self, plane: Plane, state: np.ndarray) -> float:
         """Return the distance of a state (2,) from the curve, in units of the window."""
         a, b = self.states[:, :-1], self.states[:, 1:]
-        way, off = (b - a) / plane.scale[:, None], plane.apart(state[:, None], a)
+        way, off = (b - a) / plane.scale[:, None], plane.difference(state[:, None], a)
         share = np.clip((way * off).sum(axis=0) / np.maximum((way * way).sum(axis=0), 1e-300), 0.0, 1.0)
         return float(np.hypot(*(off - share * way)).min())
 
@@ -88,7 +88,7 @@ def last_lap(plane: Plane, states: np.ndarray, time: np.ndarray) -> Lap | None:
     end = x[:, -1]
     way = (x[:, -1] - x[:, -2]) / plane.scale
     way = way / max(float(np.hypot(*way)), 1e-300)
-    off = plane.apart(x, end[:, None])
+    off = plane.difference(x, end[:, None])
     ahead, beside = way @ off, np.array([-way[1], way[0]]) @ off
     near = (np.abs(ahead) < _NEIGHBOUR) & (np.abs(beside) < _NEIGHBOUR)
     crosses = near[:-1] & near[1:] & (ahead[:-1] <= 0) & (ahead[1:] > 0)
@@ -100,11 +100,11 @@ def last_lap(plane: Plane, states: np.ndarray, time: np.ndarray) -> Lap | None:
             continue
         if gap > _CREEPS * length:
             return None
-        began = x[:, k] + share * (x[:, k + 1] - x[:, k])
-        turns = plane.turns * np.round(np.divide(end - began, plane.turns, out=np.zeros(2), where=plane.turns > 0))
-        since = t[k] + share * (t[k + 1] - t[k])
-        period = float(t[-1] - since)
-        shares = (t[k + 1 :] - since) / period if period > 0 else (1 - (t[k + 1 :] - since) / period)[::-1]
+        lap_start = x[:, k] + share * (x[:, k + 1] - x[:, k])
+        turns = plane.turns * np.round(np.divide(end - lap_start, plane.turns, out=np.zeros(2), where=plane.turns > 0))
+        start_time = t[k] + share * (t[k + 1] - t[k])
+        period = float(t[-1] - start_time)
+        shares = (t[k + 1 :] - start_time) / period if period > 0 else (1 - (t[k + 1 :] - start_time) / period)[::-1]
         return Lap(end, abs(period), turns * np.sign(period), gap, shares)
     return None
 
@@ -112,15 +112,15 @@ def last_lap(plane: Plane, states: np.ndarray, time: np.ndarray) -> Lap | None:
 def closed_curve(plane: Plane, lap: Lap) -> ClosedCurve | None:
     """Solve for the closed curve near a lap; None where there is none."""
     system = replace(plane.system, outputs=(), quadratures=())
-    compiled = compile_system(system)
+    compiled_system = compile_system(system)
     rates = np.abs(plane.rates(lap.state[:, None])[:, 0] / plane.scale)
-    held = int(np.argmax(rates))
+    phase_state = int(np.argmax(rates))
     try:
-        orbit = periodic_orbit(compiled, plane.numbers, lap.state, lap.period, lap.advance, phase_state=held)
+        orbit = periodic_orbit(compiled_system, plane.numbers, lap.state, lap.period, lap.advance, phase_state=phase_state)
     except WuchtError:
         return None
     times = np.unique(np.concatenate([[0.0, 1.0], np.clip(lap.shares, 0.0, 1.0)])) * orbit.period
-    run = integrate(compiled, orbit.state, plane.numbers, times)
+    run = integrate(compiled_system, orbit.state, plane.numbers, times)
     if run.failure is not None or not 0.5 < orbit.period / lap.period < 2:
         return None
     if np.ptp(run.states / plane.scale[:, None], axis=1).max() < _SHORTEST / 4:
@@ -132,8 +132,8 @@ def _multiplier(plane: Plane, monodromy: np.ndarray, times: np.ndarray, states: 
     """Return the product of both multipliers, that of the phase being 1; from Liouville's formula where rounding hides it."""
     from scipy.interpolate import CubicSpline
 
-    scaled = monodromy * plane.scale[None, :] / plane.scale[:, None]
-    if _LOST * float(np.abs(scaled).max()) ** 2 < _NEUTRAL:
+    scaled_monodromy = monodromy * plane.scale[None, :] / plane.scale[:, None]
+    if _CANCELLATION * float(np.abs(scaled_monodromy).max()) ** 2 < _NEUTRAL:
         return float(np.linalg.det(monodromy))
     divergence = np.einsum("iiN->N", plane.jacobian(states))
     return math.exp(float(CubicSpline(times, divergence).integrate(times[0], times[-1])))

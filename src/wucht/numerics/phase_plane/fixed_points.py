@@ -40,16 +40,16 @@ def may_jump(system: System, values: Numbers, low: np.ndarray, high: np.ndarray)
 
     Raises ``WuchtError`` for a function of which no bounds are known.
     """
-    found = np.zeros(low.shape, bool)
+    jumps = np.zeros(low.shape, bool)
     pieces = _jumping(system)
     if not pieces:
-        return found
+        return jumps
     program = lower(system, [piece.args[0] for _, piece in pieces])
     below, above = bounds(program, program.constant_values(values), low, high)
     for (row, piece), a, b in zip(pieces, below, above, strict=True):
         at = np.array(piece.args[1].jumps())[:, None]
-        found[row] |= ~((at < a) | (at > b)).all(axis=0)  # also where the argument has no bounds
-    return found
+        jumps[row] |= ~((at < a) | (at > b)).all(axis=0)  # also where the argument has no bounds
+    return jumps
 
 
 @lru_cache(maxsize=64)
@@ -88,26 +88,26 @@ class FixedPoints:
 
     points: tuple[FixedPoint, ...]
     complete: bool
-    shown: str
+    evidence: str
 
 
-def fixed_points(plane: Plane, watch: Callable[[], None] | None = None) -> FixedPoints:
+def fixed_points(plane: Plane, check: Callable[[], None] | None = None) -> FixedPoints:
     """Compute the fixed points in the window. check: called now and then; an exception that it raises ends the search."""
     try:
-        zeros = _subdivided(plane, watch)
+        zeros = _zeros_by_subdivision(plane, check)
     except WuchtError as error:
-        found = _from_grid(plane, np.empty((2, 0)), None, watch)
-        return FixedPoints(_points(plane, found), False, f"Newton's method from {_SIDE**2} starts: {error}")
+        states = _search_from_grid(plane, np.empty((2, 0)), None, check)
+        return FixedPoints(_points(plane, states), False, f"Newton's method from {_SIDE**2} starts: {error}")
     if zeros.complete:
-        how = f"subdivision of the window, {zeros.boxes} boxes, with bounds on the Jacobian"
-        return FixedPoints(_points(plane, zeros.points), True, how)
-    centres = zeros.undecided[0]
+        evidence = f"subdivision of the window, {zeros.boxes} boxes, with bounds on the Jacobian"
+        return FixedPoints(_points(plane, zeros.points), True, evidence)
+    centres = zeros.undecided_boxes[0]
     starts = centres[:, :: max(1, math.ceil(centres.shape[1] / _MOST_STARTS))]
-    found = _from_grid(plane, np.concatenate([zeros.points, starts], axis=1), zeros.points, watch)
+    states = _search_from_grid(plane, np.concatenate([zeros.points, starts], axis=1), zeros.points, check)
     few = zeros.boxes < _MOST_BOXES and _open(plane, zeros) > _OPEN
     reason = "as where bounds on the Jacobian are wide" if few else "as at a bifurcation or a jump"
-    why = f"{centres.shape[1]} of {zeros.boxes} boxes were not decided, {reason}"
-    return FixedPoints(_points(plane, found), False, f"{why}: it is not proved that there are no more")
+    obstacle = f"{centres.shape[1]} of {zeros.boxes} boxes were not decided, {reason}"
+    return FixedPoints(_points(plane, states), False, f"{obstacle}: it is not proved that there are no more")
 
 
 def point_at(plane: Plane, state: np.ndarray) -> FixedPoint:
@@ -133,15 +133,15 @@ def kind_of(eigenvalues: np.ndarray) -> str:
 
 def _points(plane: Plane, states: np.ndarray) -> tuple[FixedPoint, ...]:
     clean = np.where(np.abs(states) < _NOTHING * plane.scale[:, None], 0.0, states)
-    return tuple(point_at(plane, x) for x in sorted(plane.wrapped(clean).T, key=lambda x: x.tolist()))
+    return tuple(point_at(plane, x) for x in sorted(plane.wrap_to_window(clean).T, key=lambda x: x.tolist()))
 
 
-def _subdivided(plane: Plane, watch: Callable[[], None] | None) -> Zeros:
-    lowered, bare = plane.lowered, replace(plane.system, outputs=(), quadratures=())
-    constants, entries = lowered.program.constant_values(plane.numbers), lowered.places
+def _zeros_by_subdivision(plane: Plane, check: Callable[[], None] | None) -> Zeros:
+    lowered_jacobian, bare = plane.lowered_jacobian, replace(plane.system, outputs=(), quadratures=())
+    constants, entries = lowered_jacobian.program.constant_values(plane.numbers), lowered_jacobian.places
 
     def spread(centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        below, above = bounds(lowered.program, constants, centre - radius, centre + radius)
+        below, above = bounds(lowered_jacobian.program, constants, centre - radius, centre + radius)
         at, apart = plane.jacobian(centre), np.zeros((2, 2, centre.shape[1]))
         for (i, j), low, high in zip(entries, below[2:], above[2:], strict=True):
             apart[i, j] = np.maximum(high - at[i, j], at[i, j] - low)
@@ -152,7 +152,7 @@ def _subdivided(plane: Plane, watch: Callable[[], None] | None) -> Zeros:
     for most in (_FEW_BOXES, _MOST_BOXES):
         zeros = all_zeros(
             plane.rates, plane.jacobian, spread, plane.low, plane.high,
-            periodic=(plane.turns > 0).tolist(), smallest=_SMALLEST, most_boxes=most, watch=watch,
+            periodic=(plane.turns > 0).tolist(), smallest=_SMALLEST, most_boxes=most, check=check,
         )  # fmt: skip
         if zeros.complete or zeros.boxes < most or _open(plane, zeros) > _OPEN:
             break
@@ -161,16 +161,18 @@ def _subdivided(plane: Plane, watch: Callable[[], None] | None) -> Zeros:
 
 def _open(plane: Plane, zeros: Zeros) -> float:
     """Return the share of the window that is not decided."""
-    return float((2 * zeros.undecided[1] / plane.scale[:, None]).prod(axis=0).sum())
+    return float((2 * zeros.undecided_boxes[1] / plane.scale[:, None]).prod(axis=0).sum())
 
 
-def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None, watch: Callable[[], None] | None) -> np.ndarray:
+def _search_from_grid(
+    plane: Plane, more: np.ndarray, known_points: np.ndarray | None, check: Callable[[], None] | None
+) -> np.ndarray:
     """Apply Newton's method from the points of a grid and from others (2, m): distinct results (2, k), the known ones first."""
     axes = [np.linspace(a, b, _SIDE) for a, b in zip(plane.low, plane.high, strict=True)]
     x = np.concatenate([np.array(np.meshgrid(*axes)).reshape(2, -1), more], axis=1)
     for _ in range(_STEPS):
-        if watch is not None:
-            watch()
+        if check is not None:
+            check()
         f, j = plane.rates(x), np.moveaxis(plane.jacobian(x), -1, 0)
         fine = np.isfinite(f).all(axis=0) & np.isfinite(j).all(axis=(1, 2))
         x, f, j = x[:, fine], f[:, fine], j[fine]
@@ -178,16 +180,16 @@ def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None, watch: 
         move = -np.linalg.solve(j + 1e-13 * (size + 1e-300) * np.eye(2), f.T[..., None])[..., 0].T
         move /= np.maximum(1.0, 4 * np.hypot(*(move / plane.scale[:, None])))
         x = x + np.nan_to_num(move)
-    settled = np.hypot(*(move / plane.scale[:, None])) < _SAME**2
+    has_converged = np.hypot(*(move / plane.scale[:, None])) < _SAME**2
     inside = ((x >= plane.low[:, None]) & (x <= plane.high[:, None]) | (plane.turns[:, None] > 0)).all(axis=0)
-    distinct, left = np.empty((2, 0)) if known is None else known, x[:, settled & inside]
+    distinct, remaining = np.empty((2, 0)) if known_points is None else known_points, x[:, has_converged & inside]
     for one in distinct.T:
-        left = left[:, np.hypot(*plane.apart(left, one[:, None])) > _SAME]
-    while left.shape[1]:
-        if watch is not None:
-            watch()
-        distinct = np.concatenate([distinct, left[:, :1]], axis=1)
-        left = left[:, np.hypot(*plane.apart(left, left[:, :1])) > _SAME]
+        remaining = remaining[:, np.hypot(*plane.difference(remaining, one[:, None])) > _SAME]
+    while remaining.shape[1]:
+        if check is not None:
+            check()
+        distinct = np.concatenate([distinct, remaining[:, :1]], axis=1)
+        remaining = remaining[:, np.hypot(*plane.difference(remaining, remaining[:, :1])) > _SAME]
     return distinct
 
 
@@ -196,17 +198,17 @@ def window_around(
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Return ends (2,), (2,) of a window where ``low`` and ``high`` are not numbers; None where there is no fixed point."""
     free = np.isnan(low)
-    seen: np.ndarray | None = None
+    points: np.ndarray | None = None
     for size in _SIZES:
         plane = Plane(system, values, np.where(free, -size, low), np.where(free, size, high))
         states = np.array([p.state for p in fixed_points(plane).points]).T
-        if states.size and seen is not None and states.shape[1] > _MANY:
+        if states.size and points is not None and states.shape[1] > _MANY:
             break
-        seen = states if states.size else seen
-    if seen is None:
+        points = states if states.size else points
+    if points is None:
         return None
-    extent = np.maximum(np.ptp(seen, axis=1), 0.0)
-    far = np.abs(seen).max(axis=1)
+    extent = np.maximum(np.ptp(points, axis=1), 0.0)
+    far = np.abs(points).max(axis=1)
     margin = np.maximum(_AROUND * extent, np.where(far > 0, 0.5 * far, 0.0))
     margin = np.where(margin > 0, margin, _LEAST * (max(float(margin[free].max()), 0.0) or 1.0))
-    return np.where(free, seen.min(axis=1) - margin, low), np.where(free, seen.max(axis=1) + margin, high)
+    return np.where(free, points.min(axis=1) - margin, low), np.where(free, points.max(axis=1) + margin, high)

@@ -61,18 +61,18 @@ class LocalManifold:
         second = plane.curvature(state, v * scale) / scale
         return cls(plane, state, stable, rate, v, np.linalg.solve(matrix - 2 * rate * np.eye(2), -second / 2))
 
-    def at(self, s: float) -> np.ndarray:
+    def state_at(self, s: float) -> np.ndarray:
         """Return the state (2,) at a distance s from the saddle, on either side."""
         return np.asarray(self.saddle + self.plane.scale * (self.direction * s + self.bend * s**2))
 
     def error(self, s: float) -> float:
         """Estimate the distance of that state from the manifold: the defect of the equation, corrected to leading order."""
         scale = self.plane.scale
-        f = self.plane.rates(self.at(s)[:, None])[:, 0] / scale
+        f = self.plane.rates(self.state_at(s)[:, None])[:, 0] / scale
         defect = f - self.rate * s * (self.direction + 2 * self.bend * s)
         matrix = self.plane.jacobian(self.saddle[:, None])[..., 0] * scale[None, :] / scale[:, None]
-        left_out, v = np.linalg.solve(matrix - 3 * self.rate * np.eye(2), -defect), self.direction
-        return abs(float(left_out[0] * v[1] - left_out[1] * v[0]))
+        correction, v = np.linalg.solve(matrix - 3 * self.rate * np.eye(2), -defect), self.direction
+        return abs(float(correction[0] * v[1] - correction[1] * v[0]))
 
     def start(self, side: int) -> float:
         """Return the distance (with the sign of the side) from which the manifold is followed, where it is accurate enough."""
@@ -129,11 +129,11 @@ def manifold(portrait: Portrait, saddle: int, stable: bool, side: int) -> Manifo
         raise WuchtError(f"this fixed point is a {point.kind}: only a saddle has two manifolds", code="no-saddle")
     local = LocalManifold.of(portrait.plane, point.state, stable)
     s = local.start(side)
-    followed = portrait.follow(local.at(s), not stable)
+    phase_curve = portrait.follow(local.state_at(s), not stable)
     curve = PhaseCurve(
-        np.concatenate([point.state[:, None], followed.states], axis=1),
-        np.concatenate([[np.nan], followed.time]),  # it takes for ever from the saddle to there
-        followed.forwards, followed.end, followed.index, followed.gap, followed.length + abs(s),
+        np.concatenate([point.state[:, None], phase_curve.states], axis=1),
+        np.concatenate([[np.nan], phase_curve.time]),  # it takes for ever from the saddle to there
+        phase_curve.forwards, phase_curve.end, phase_curve.index, phase_curve.gap, phase_curve.length + abs(s),
     )  # fmt: skip
     return Manifold(saddle, stable, side, local.error(s), curve)
 

@@ -11,16 +11,16 @@ from wucht.errors import RunError, WuchtError
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve, Lap, closed_curve, last_lap
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoint
-from wucht.numerics.phase_plane.plane import PASSED, Plane
+from wucht.numerics.phase_plane.plane import PASSED_TIME, Plane
 
-FIXED_POINT, CLOSED, LEFT, LENGTH, TIME_UP, AT_REST, FAILED, KINKS = (
+FIXED_POINT, CLOSED_CURVE, OUTSIDE_WINDOW, LENGTH, TIME_UP, REST_STATE, FAILURE, KINKS = (
     "fixed point", "closed curve", "left the window", "length", "time", "at rest", "failed", "too many kinks",
 )  # fmt: skip
 
 _LEG, _SPACING = 0.25, 1e-3  # of the window: length of a leg, and distance of samples
 _MOST_KINKS = 200  # of a curve in a leg: it has more where it slides along a jump of the equations
 _REST = 1e-4  # of the usual speed: below, time counts instead of length
-_STANDING = 1e-3  # of the length of a leg: a curve that advances by less is at rest
+_STALL_SHARE = 1e-3  # of the length of a leg: a curve that advances by less is at rest
 _ROUNDING = 1e-14  # of a Jacobian in units of the window: a decay below it is none
 _TRAP, _HALVINGS = 5e-3, 12  # of the window: the largest trap around a fixed point, and the most halvings of it
 _RINGS, _ANGLES = 6, 32  # states of a trap at which it is checked that curves go inwards
@@ -85,12 +85,12 @@ class Portrait:
     points: Sequence[FixedPoint]
     most_length: float = 60.0
     most_time: float = np.inf
-    closed: list[ClosedCurve] = field(default_factory=list)
-    watch: Callable[[], None] | None = None
+    closed_curves: list[ClosedCurve] = field(default_factory=list)
+    check: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
         self._traps = {k: _trap(self.plane, p) for k, p in enumerate(self.points) if p.attracts}
-        self._compiled = self.plane.by_length
+        self._compiled_system = self.plane.compiled_length_system
 
     def follow(self, start: np.ndarray, forwards: bool) -> PhaseCurve:
         """Follow the curve from a state (2,). Raises ``KeyboardInterrupt`` where the user stops it."""
@@ -98,28 +98,28 @@ class Portrait:
         numbers, grid = plane.length_numbers(forwards, _REST), np.linspace(0.0, _LEG, round(_LEG / _SPACING) + 1)
         states, time, length, near = np.asarray(start, float)[:, None], np.zeros(1), 0.0, _NEAR_LAP
         while True:
-            count = _Count(self.watch)
+            count = _Count(self.check)
             try:
-                run = integrate(self._compiled, states[:, -1], numbers, grid, count).uninterrupted()
+                run = integrate(self._compiled_system, states[:, -1], numbers, grid, count).reraise_interrupt()
             except _TooManyKinksError:
                 return PhaseCurve(states, time, forwards, KINKS, length=length)
             first = states.shape[1]
             states = np.concatenate([states, run.states[:, 1:]], axis=1)
-            time = np.concatenate([time, time[-1] + way * run.quadratures[PASSED][1:]])
-            if (seen := self._end(states, time, first, forwards)) is not None:
-                states = np.concatenate([states[:, : seen.count], seen.state], axis=1)
-                time = np.append(time[: seen.count], seen.time)
+            time = np.concatenate([time, time[-1] + way * run.quadratures[PASSED_TIME][1:]])
+            if (curve_end := self._end(states, time, first, forwards)) is not None:
+                states = np.concatenate([states[:, : curve_end.count], curve_end.state], axis=1)
+                time = np.append(time[: curve_end.count], curve_end.time)
                 length += plane.length(states[:, first - 1 :])
-                return PhaseCurve(states, time, forwards, seen.end, seen.index, seen.gap, length)
-            moved = plane.length(states[:, first - 1 :])
-            length += moved
+                return PhaseCurve(states, time, forwards, curve_end.end, curve_end.index, curve_end.gap, length)
+            leg_length = plane.length(states[:, first - 1 :])
+            length += leg_length
             lap, end, index, gap = last_lap(plane, states, time), "", -1, 0.0
             if run.failure is not None:
-                end = FAILED
-            elif moved < _STANDING * _LEG:
+                end = FAILURE
+            elif leg_length < _STALL_SHARE * _LEG:
                 end, index, gap = self._rest(states[:, -1])
-            elif lap is not None and lap.gap < near and (on := self._closed(lap, forwards)) is not None:
-                end, (index, gap) = CLOSED, on
+            elif lap is not None and lap.gap < near and (closed_end := self._match_closed_curve(lap, forwards)) is not None:
+                end, (index, gap) = CLOSED_CURVE, closed_end
             elif length >= self.most_length or abs(time[-1]) >= self.most_time:
                 end = LENGTH if length >= self.most_length else TIME_UP
             if end:
@@ -128,28 +128,28 @@ class Portrait:
 
     def _rest(self, state: np.ndarray) -> tuple[str, int, float]:
         """Return the end of a curve at rest: a fixed point of any kind, or elsewhere."""
-        away = [float(np.hypot(*self.plane.apart(state, p.state))) for p in self.points]
+        away = [float(np.hypot(*self.plane.difference(state, p.state))) for p in self.points]
         if away and min(away) < _ON_CLOSED:
             return FIXED_POINT, int(np.argmin(away)), min(away)
-        return AT_REST, -1, 0.0
+        return REST_STATE, -1, 0.0
 
     def _end(self, states: np.ndarray, time: np.ndarray, first: int, forwards: bool) -> _End | None:
         """Return the end of the curve among its samples from ``first`` on; None where it does not end there."""
         plane, new = self.plane, states[:, first:]
-        found: list[_End] = []
+        ends: list[_End] = []
         outside = (((new < plane.low[:, None]) | (new > plane.high[:, None])) & (plane.turns == 0)[:, None]).any(axis=0)
         if outside.any():
             k = first + int(outside.argmax())
             share = _share_inside(plane, states[:, k - 1], states[:, k])
             border = states[:, k - 1] + share * (states[:, k] - states[:, k - 1])
-            found.append(_End(LEFT, k, -1, 0.0, border[:, None], float(time[k - 1] + share * (time[k] - time[k - 1]))))
+            ends.append(_End(OUTSIDE_WINDOW, k, -1, 0.0, border[:, None], float(time[k - 1] + share * (time[k] - time[k - 1]))))
         for k, p in enumerate(self.points):
-            away = plane.apart(new, p.state[:, None])
+            away = plane.difference(new, p.state[:, None])
             i, gap = self._arrival(states, first, k, away, forwards)
             if i >= 0:
-                arrived = new[:, i : i + 1] - (away[:, i] * plane.scale)[:, None]
-                found.append(_End(FIXED_POINT, first + i + 1, k, gap, arrived, float(time[first + i])))
-        return min(found, key=lambda f: f.count, default=None)
+                end_state = new[:, i : i + 1] - (away[:, i] * plane.scale)[:, None]
+                ends.append(_End(FIXED_POINT, first + i + 1, k, gap, end_state, float(time[first + i])))
+        return min(ends, key=lambda f: f.count, default=None)
 
     def _arrival(self, states: np.ndarray, first: int, k: int, away: np.ndarray, forwards: bool) -> tuple[int, float]:
         """Return the first new sample from which a curve goes to a fixed point, else -1. away: (2, N), from that point."""
@@ -163,29 +163,29 @@ class Portrait:
         i = int(distance.argmin())
         limit = _PASSING if 0 < i < len(distance) - 1 else _PASSING / 2
         if p.kind == SADDLE and distance[i] < limit and self._has_been_away(states[:, : first + i], p):
-            came = int((distance < limit).argmax())  # later it departs from the manifold
-            gap, at = min((_off_manifold(self.plane, p, away[:, k], forwards), k) for k in (came, i))
+            arrival = int((distance < limit).argmax())  # later it departs from the manifold
+            gap, at = min((_manifold_distance(self.plane, p, away[:, k], forwards), k) for k in (arrival, i))
             return (at, gap) if gap < _ON_IT else (-1, 0.0)
         return -1, 0.0
 
     def _has_been_away(self, states: np.ndarray, point: FixedPoint) -> bool:
         """True if a curve has been away from a saddle before it comes (back) to it."""
-        return bool((np.hypot(*self.plane.apart(states, point.state[:, None])) > _AWAY).any())
+        return bool((np.hypot(*self.plane.difference(states, point.state[:, None])) > _AWAY).any())
 
-    def _closed(self, lap: Lap, forwards: bool) -> tuple[int, float] | None:
+    def _match_closed_curve(self, lap: Lap, forwards: bool) -> tuple[int, float] | None:
         """Return the closed curve at which a curve with this last lap ends, and its distance; None if there is none."""
-        for k, known in enumerate(self.closed):
-            gap = known.distance(self.plane, lap.state)
-            if gap < (_ON_IT if known.neutral else _ON_CLOSED) and known.goes_there(forwards):
+        for k, known_curve in enumerate(self.closed_curves):
+            gap = known_curve.distance(self.plane, lap.state)
+            if gap < (_ON_IT if known_curve.neutral else _ON_CLOSED) and known_curve.attracts(forwards):
                 return k, gap
-        found = closed_curve(self.plane, lap)
-        if found is None or not found.goes_there(forwards):
+        new_curve = closed_curve(self.plane, lap)
+        if new_curve is None or not new_curve.attracts(forwards):
             return None
-        gap = found.distance(self.plane, lap.state)
-        if gap > (_ON_IT if found.neutral else _ON_CLOSED):  # near a homoclinic loop there may be a family
+        gap = new_curve.distance(self.plane, lap.state)
+        if gap > (_ON_IT if new_curve.neutral else _ON_CLOSED):  # near a homoclinic loop there may be a family
             return None
-        self.closed.append(found)
-        return len(self.closed) - 1, gap
+        self.closed_curves.append(new_curve)
+        return len(self.closed_curves) - 1, gap
 
 
 class _TooManyKinksError(WuchtError):
@@ -196,12 +196,12 @@ class _TooManyKinksError(WuchtError):
 class _Count:
     """Counter that is called between the pieces of a leg."""
 
-    watch: Callable[[], None] | None
+    check: Callable[[], None] | None
     pieces: int = 0
 
     def __call__(self, _time: float) -> None:
-        if self.watch is not None:
-            self.watch()
+        if self.check is not None:
+            self.check()
         self.pieces += 1
         if self.pieces > _MOST_KINKS:
             raise _TooManyKinksError("a curve meets too many kinks")
@@ -249,7 +249,7 @@ def _trap(plane: Plane, point: FixedPoint) -> _Trap:
     return _Trap(metric / size**2)
 
 
-def _off_manifold(plane: Plane, saddle: FixedPoint, away: np.ndarray, forwards: bool) -> float:
+def _manifold_distance(plane: Plane, saddle: FixedPoint, away: np.ndarray, forwards: bool) -> float:
     """Return the distance of a state near a saddle from the manifold along which curves go to it, in units of the window."""
     j, scale = plane.jacobian(saddle.state[:, None])[..., 0], plane.scale
     values, vectors = np.linalg.eig(j * scale[None, :] / scale[:, None])

@@ -12,12 +12,12 @@ import sympy as sp
 
 from wucht.disk_cache import derived_once
 from wucht.errors import WuchtError
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
-from wucht.numerics.jacobian import Jacobian, variational
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
+from wucht.numerics.jacobian import Jacobian, variational_system
 from wucht.system import Output, System
 
 TURN = 2 * math.pi
-PASSED = "passed_time"  # the quadrature of ``_length_system``
+PASSED_TIME = "passed_time"  # the quadrature of ``_length_system``
 _GRID = 41
 
 
@@ -48,9 +48,9 @@ class Plane:
     def __post_init__(self) -> None:
         s = self.system
         if len(s.states) != 2:
-            named = ", ".join(s.state_names)
+            names = ", ".join(s.state_names)
             raise WuchtError(
-                f"a phase plane has two states, not {len(s.states)} ({named}): its curves would not be separatrices",
+                f"a phase plane has two states, not {len(s.states)} ({names}): its curves would not be separatrices",
                 code="two-states",
             )
         if s.depends_on_time:
@@ -86,16 +86,16 @@ class Plane:
         return self._jacobian(x, self.numbers)[1]
 
     @property
-    def lowered(self) -> Jacobian:
+    def lowered_jacobian(self) -> Jacobian:
         """Jacobian with its program, behind ``rates`` and ``jacobian``."""
         return self._jacobian
 
     def curvature(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return d^2/ds^2 of dx/dt along x + s v (2,), exact: from the Jacobian of the variational equations."""
-        both = _second_derivatives(replace(self.system, outputs=(), quadratures=()))
-        return np.asarray(both.at(np.concatenate([x, v]), self.numbers)[1][2:, :2] @ v)
+        variational_jacobian = _second_derivatives(replace(self.system, outputs=(), quadratures=()))
+        return np.asarray(variational_jacobian.values_at(np.concatenate([x, v]), self.numbers)[1][2:, :2] @ v)
 
-    def apart(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def difference(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return x - y (2, ...) in units of the window, angles within half a turn."""
         extra = (1,) * (np.ndim(x - y) - 1)
         turns, scale = self.turns.reshape(2, *extra), self.scale.reshape(2, *extra)
@@ -107,7 +107,7 @@ class Plane:
         """Return the length of the line through states (2, N), in units of the window."""
         return float(np.hypot(*np.diff(x / self.scale[:, None], axis=1)).sum())
 
-    def wrapped(self, x: np.ndarray) -> np.ndarray:
+    def wrap_to_window(self, x: np.ndarray) -> np.ndarray:
         """Return states (2, ...) with angles wrapped into the window."""
         extra = (1,) * (np.ndim(x) - 1)
         turns, low = self.turns.reshape(2, *extra), self.low.reshape(2, *extra)
@@ -126,9 +126,9 @@ class Plane:
         return float(np.median(finite))
 
     @property
-    def by_length(self) -> CompiledSystem:
+    def compiled_length_system(self) -> CompiledSystem:
         """Compiled System of the same curves along their length in units of the window: see ``_length_system``."""
-        return compile_system(_by_length(replace(self.system, outputs=(), quadratures=())))
+        return compile_system(_length_system(replace(self.system, outputs=(), quadratures=())))
 
     def length_numbers(self, forwards: bool, rest: float) -> np.ndarray:
         """Return parameter values of ``compiled_length_system``.
@@ -149,11 +149,11 @@ def jacobian_of(system: System) -> Jacobian:
 @derived_once
 def _second_derivatives(system: System) -> Jacobian:
     """Return the Jacobian of the variational equations."""
-    return Jacobian.of(variational(system))
+    return Jacobian.of(variational_system(system))
 
 
 @lru_cache(maxsize=64)
-def _by_length(system: System) -> System:
+def _length_system(system: System) -> System:
     """Return dx/ds = +-f/sqrt(rest^2 + |f|^2): the curves of dx/dt = f along their length s; near fixed points along the time.
 
     Its quadrature is the elapsed time, positive both ways.
@@ -172,6 +172,6 @@ def _by_length(system: System) -> System:
         tuple(way * per * r for r in rates),
         (*system.parameters, way, *sizes, rest),
         tuple(definitions),
-        quadratures=(Output(PASSED, per),),
+        quadratures=(Output(PASSED_TIME, per),),
         angles=system.angles,
     )

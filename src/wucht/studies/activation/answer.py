@@ -14,62 +14,75 @@ from wucht.analysis.switching import switchable, switching
 from wucht.machines.operation import natural_frequencies
 from wucht.results.formatting import ReportLines, formats
 from wucht.results.quantities import Quantity, answer, table
-from wucht.studies.activation.computation import BALANCED, CURVE, NONE, RIGID, SWITCHABLE, Done, Findings, Plan
+from wucht.studies.activation.computation import (
+    BALANCED_VARIANT,
+    CURVE,
+    NO_PENDULUMS,
+    RIGID,
+    SWITCHABLE,
+    ActivationRun,
+    Findings,
+    Plan,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-_CLOSED = 1e-6  # a larger energy residual is reported as a warning
+_RESIDUAL_LIMIT = 1e-6  # a larger energy residual is reported as a warning
 Cell = tuple[str, int, int, int]
 Group = dict[str, Any]
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of an activation, with NaN where a run is missing."""
-    done = {(r.of, r.speed, r.orientation, r.phase): findings.done[r.name] for r in plan.runs if r.name in findings.done}
-    groups = {of: _groups(plan, done, of) for of in (SWITCHABLE, BALANCED, RIGID)}
-    none, length = done.get((NONE, -1, -1, -1)), plan.machine.orbit_unit
+    results = {
+        (r.of, r.speed, r.orientation, r.phase): findings.results[r.name] for r in plan.runs if r.name in findings.results
+    }
+    groups = {of: _groups(plan, results, of) for of in (SWITCHABLE, BALANCED_VARIANT, RIGID)}
+    bare_run, length = results.get((NO_PENDULUMS, -1, -1, -1)), plan.machine.orbit_unit
     quantities = [
-        *_of_groups(plan, groups, none),
-        *_of_pendulums(plan),
-        Quantity("energy_residual", max((d.energy_residual for d in done.values()), default=None), "largest energy residual"),
-        Quantity("runs", len(done), "number of completed runs"),
-        *_of_runs(plan, done),
-        Quantity("none_peak", none and none.peak, "largest amplitude without pendulums", length, ""),
-        *_of_curves(plan, done),
+        *_group_quantities(plan, groups, bare_run),
+        *_pendulum_quantities(plan),
+        Quantity(
+            "energy_residual", max((d.energy_residual for d in results.values()), default=None), "largest energy residual"
+        ),
+        Quantity("runs", len(results), "number of completed runs"),
+        *_run_quantities(plan, results),
+        Quantity("none_peak", bare_run and bare_run.peak, "largest amplitude without pendulums", length, ""),
+        *_curve_quantities(plan, results),
     ]
-    failure = next((d.failure for d in done.values() if d.failure), None)
-    sentence = _sentence(groups, none, *((1e3, "mm") if length == "m" else (1.0, length)))
-    return answer(quantities, sentence, _warnings(plan, done), (), failure)
+    failure = next((d.failure for d in results.values() if d.failure), None)
+    sentence = _sentence(groups, bare_run, *((1e3, "mm") if length == "m" else (1.0, length)))
+    return answer(quantities, sentence, _warnings(plan, results), (), failure)
 
 
-def _of_runs(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
+def _run_quantities(plan: Plan, results: dict[Cell, ActivationRun]) -> list[Quantity]:
     """Quantities of each run."""
     length, every = plan.machine.orbit_unit, "activation_speed orientation phase"
 
-    def over(read: Callable[[Done], Any], of: str = SWITCHABLE, kind: type | str = float) -> np.ndarray:
+    def run_array(reading: Callable[[ActivationRun], Any], of: str = SWITCHABLE, kind: type | str = float) -> np.ndarray:
         """Array of a reading of each run (speeds, orientations, phases)."""
         shape = len(plan.speeds) if of == SWITCHABLE else 1, len(plan.spec.orientations), len(plan.phases)
         values = np.full(shape, math.nan if kind is float else "", kind)
-        for (_, i, j, k), d in ((cell, d) for cell, d in done.items() if cell[0] == of):
-            values[max(i, 0), j, k] = read(d)
+        for (_, i, j, k), d in ((cell, d) for cell, d in results.items() if cell[0] == of):
+            values[max(i, 0), j, k] = reading(d)
         return values
 
     words = _words(plan)
     simple = ("peak", "peak_before", "peak_after", "final_amplitude", "energy_residual")
-    opened, apart = over(lambda d: np.mean(d.opened_at)), over(attrgetter("orientation"))
-    balanced, rigid = (over(attrgetter("peak"), of)[0] for of in (BALANCED, RIGID))
+    opening_speed, separation = run_array(lambda d: np.mean(d.opened_at)), run_array(attrgetter("orientation"))
+    balanced_peak, rigid_peak = (run_array(attrgetter("peak"), of)[0] for of in (BALANCED_VARIANT, RIGID))
     return [
         Quantity("activation_speed", list(plan.speeds), *words["activation_speed"], "activation_speed"),
         Quantity("orientation", list(plan.spec.orientations), *words["orientation"], "orientation"),
         Quantity("phase", list(plan.phases), "mean phase at the start", "rad", "phase"),
-        *(Quantity(name, over(attrgetter(name)), *words[name], every) for name in simple),
-        Quantity("opened_at", opened, *words["opened_at"], every),
-        Quantity("orientation_at_activation", apart, "angle between the first two as one opens", "rad", every),
-        Quantity("outcome", over(attrgetter("outcome"), kind="U24"), "outcome", "", every),
-        Quantity("balanced_peak", balanced, "largest amplitude without permanent unbalances", length, "orientation phase"),
-        Quantity("rigid_peak", rigid, "largest amplitude, rigid pendulums", length, "orientation phase"),
+        *(Quantity(name, run_array(attrgetter(name)), *words[name], every) for name in simple),
+        Quantity("opened_at", opening_speed, *words["opened_at"], every),
+        Quantity("orientation_at_activation", separation, "angle between the first two as one opens", "rad", every),
+        Quantity("outcome", run_array(attrgetter("outcome"), kind="U24"), "outcome", "", every),
+        Quantity("balanced_peak", balanced_peak, "largest amplitude without permanent unbalances", length, "orientation phase"),
+        Quantity("rigid_peak", rigid_peak, "largest amplitude, rigid pendulums", length, "orientation phase"),
     ]
 
 
@@ -95,13 +108,13 @@ def _words(plan: Plan) -> dict[str, tuple[str, str]]:
     }
 
 
-def _of_curves(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
+def _curve_quantities(plan: Plan, results: dict[Cell, ActivationRun]) -> list[Quantity]:
     """Curves without pendulums, and of the first phase of each orientation at the first activation speed, of each variant."""
-    curves = {"without pendulums": done[NONE, -1, -1, -1].curve} if (NONE, -1, -1, -1) in done else {}
-    for of, i in ((SWITCHABLE, 0), (BALANCED, -1), (RIGID, -1)):
+    curves = {"without pendulums": results[NO_PENDULUMS, -1, -1, -1].curve} if (NO_PENDULUMS, -1, -1, -1) in results else {}
+    for of, i in ((SWITCHABLE, 0), (BALANCED_VARIANT, -1), (RIGID, -1)):
         for j, angle in enumerate(plan.spec.orientations):
-            if (of, i, j, 0) in done:
-                curves[f"{of}, {math.degrees(angle):.4g}\u00b0"] = done[of, i, j, 0].curve
+            if (of, i, j, 0) in results:
+                curves[f"{of}, {math.degrees(angle):.4g}\u00b0"] = results[of, i, j, 0].curve
     values, units = np.array([*curves.values()]).reshape(len(curves), 2, CURVE), plan.machine.units
     return [
         Quantity("curve", list(curves) or np.empty(0, "U1"), "run", "", "curve"),
@@ -110,10 +123,10 @@ def _of_curves(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
     ]
 
 
-def _of_groups(plan: Plan, groups: dict[str, list[Group]], none: Done | None) -> list[Quantity]:
+def _group_quantities(plan: Plan, groups: dict[str, list[Group]], bare_run: ActivationRun | None) -> list[Quantity]:
     """Numbers over the runs of all phases, of each variant."""
     words = _words(plan)
-    run = none and {"peak_amplitude": none.peak, "peak_speed": none.peak_speed, "outcome": none.outcome}
+    run = bare_run and {"peak_amplitude": bare_run.peak, "peak_speed": bare_run.peak_speed, "outcome": bare_run.outcome}
     best = min(groups[SWITCHABLE], key=lambda g: float(g["peak_amplitude"]), default=None)
     return [
         *(q for of, rows in groups.items() for q in table(of, rows, f"{of} pendulums by their orientation", words)),
@@ -122,16 +135,16 @@ def _of_groups(plan: Plan, groups: dict[str, list[Group]], none: Done | None) ->
     ]
 
 
-def _groups(plan: Plan, done: dict[Cell, Done], of: str) -> list[Group]:
+def _groups(plan: Plan, results: dict[Cell, ActivationRun], of: str) -> list[Group]:
     """The groups of a variant for each activation speed and orientation with completed runs."""
     speeds = range(len(plan.speeds)) if of == SWITCHABLE else (-1,)
-    each = (_group(plan, done, of, i, j) for i in speeds for j in range(len(plan.spec.orientations)))
-    return [group for group in each if group]
+    candidates = (_group(plan, results, of, i, j) for i in speeds for j in range(len(plan.spec.orientations)))
+    return [group for group in candidates if group]
 
 
-def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> Group | None:
+def _group(plan: Plan, results: dict[Cell, ActivationRun], of: str, i: int, j: int) -> Group | None:
     """Numbers over the runs of all phases; None if no run is completed."""
-    runs = [done[cell] for k in range(len(plan.phases)) if (cell := (of, i, j, k)) in done]
+    runs = [results[cell] for k in range(len(plan.phases)) if (cell := (of, i, j, k)) in results]
     if not runs:
         return None
     peaks = [d.peak for d in runs]
@@ -141,22 +154,22 @@ def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> Group
         "mean_peak": float(np.mean(peaks)),
         "outcomes": dict(Counter(d.outcome for d in runs)),
     }
-    if of in (SWITCHABLE, BALANCED):
-        opened = [d for d in runs if not math.isnan(d.peak_after)]
+    if of in (SWITCHABLE, BALANCED_VARIANT):
+        opening_runs = [d for d in runs if not math.isnan(d.peak_after)]
         group |= {
             "activation_speed": plan.speeds[i]
             if of == SWITCHABLE
             else switching(plan.machine, switchable(plan.machine)[0]).opening,
-            "peak_before": max((d.peak_before for d in opened), default=None),
-            "peak_after": max((d.peak_after for d in opened), default=None),
-            "opened_at": float(np.nanmean([d.opened_at for d in opened])) if opened else None,
+            "peak_before": max((d.peak_before for d in opening_runs), default=None),
+            "peak_after": max((d.peak_after for d in opening_runs), default=None),
+            "opened_at": float(np.nanmean([d.opened_at for d in opening_runs])) if opening_runs else None,
             "orientations_at_activation": [None if math.isnan(d.orientation) else d.orientation for d in runs],
             "all_open": sum(all(d.open_at_end) for d in runs),
         }
     return group
 
 
-def _of_pendulums(plan: Plan) -> list[Quantity]:
+def _pendulum_quantities(plan: Plan) -> list[Quantity]:
     """Speeds at which each pendulum opens and closes, at each activation speed."""
     speed = plan.machine.units.speed
     columns = {
@@ -167,37 +180,37 @@ def _of_pendulums(plan: Plan) -> list[Quantity]:
         "stays_open": ("whether it then remains open", ""),
     }
     rows = [
-        {"name": name} | {part: [getattr(s, part.removesuffix("_opening")) for s in each] for part in columns}
-        for name, each in zip(plan.pendulums, zip(*plan.switching, strict=True), strict=True)
+        {"name": name} | {part: [getattr(s, part.removesuffix("_opening")) for s in switchings] for part in columns}
+        for name, switchings in zip(plan.pendulums, zip(*plan.switching, strict=True), strict=True)
     ]
     natural = Quantity("natural_frequencies", natural_frequencies(plan.machine), "natural frequencies by mode", speed)
     return [*table("pendulums", rows, "switchable pendulums", {"name": ("name of the pendulum", "")} | columns), natural]
 
 
-def _sentence(groups: dict[str, list[Group]], none: Done | None, scale: float, unit: str) -> str:
-    names = {SWITCHABLE: "switchable pendulums", BALANCED: "balanced ones", RIGID: "rigid ones"}
+def _sentence(groups: dict[str, list[Group]], bare_run: ActivationRun | None, scale: float, unit: str) -> str:
+    names = {SWITCHABLE: "switchable pendulums", BALANCED_VARIANT: "balanced ones", RIGID: "rigid ones"}
     peaks = {name: [scale * g["peak_amplitude"] for g in groups[of]] for of, name in names.items() if groups[of]}
     ends = {name: dict.fromkeys((f"{min(p):.4g}", f"{max(p):.4g}")) for name, p in peaks.items()}
-    texts = [f"{name} {' to '.join(both)} {unit}" for name, both in ends.items()]
-    texts += [f"none {scale * none.peak:.4g} {unit}"] if none else []
+    texts = [f"{name} {' to '.join(limits)} {unit}" for name, limits in ends.items()]
+    texts += [f"none {scale * bare_run.peak:.4g} {unit}"] if bare_run else []
     return f"peak with {', '.join(texts)}" if texts else "no run is finished"
 
 
-def _warnings(plan: Plan, done: dict[Cell, Done]) -> list[str]:
+def _warnings(plan: Plan, results: dict[Cell, ActivationRun]) -> list[str]:
     warnings = []
-    for name, each in zip(plan.pendulums, zip(*plan.switching, strict=True), strict=True):
-        for s in each:
+    for name, switchings in zip(plan.pendulums, zip(*plan.switching, strict=True), strict=True):
+        for s in switchings:
             if s.snaps and not s.stays_open:
                 slower = f"as its mass moves out the speed falls from {s.opening:.4g} to {s.after:.4g} rad/s, and it closes"
                 cure = "more frame inertia, less stiffness or a shorter stroke keep it open"
                 warnings.append(f"{name!r} may open and close repeatedly: {slower} below {s.closing:.4g} rad/s; {cure}")
-    closed = sum(not all(d.open_at_end) for (of, *_), d in done.items() if of in (SWITCHABLE, BALANCED))
-    if closed:
-        warnings.append(f"in {closed} runs not all pendulums are open at the end")
-    worst = max((d.energy_residual for d in done.values()), default=0.0)
-    if not worst <= _CLOSED:
+    closed_runs = sum(not all(d.open_at_end) for (of, *_), d in results.items() if of in (SWITCHABLE, BALANCED_VARIANT))
+    if closed_runs:
+        warnings.append(f"in {closed_runs} runs not all pendulums are open at the end")
+    worst = max((d.energy_residual for d in results.values()), default=0.0)
+    if not worst <= _RESIDUAL_LIMIT:
         warnings.append(f"the energy balance closes only to {worst:.1e}: give a smaller study.tolerance")
-    missing = len(plan.runs) - len(done)
+    missing = len(plan.runs) - len(results)
     return [*warnings, *([f"{missing} of {len(plan.runs)} runs are missing"] if missing else [])]
 
 
@@ -207,10 +220,10 @@ def report(result: xr.Dataset) -> list[str]:
     alike: dict[str, list[str]] = {}
     for p in s["pendulums"]:
         for opening, closing, snaps in zip(p["opening"], p["closing"], p["snaps"], strict=True):
-            how = f"opens at {speed(opening)}, closes at {speed(closing)}{'' if snaps else ': gradually in between'}"
-            alike.setdefault(how, []).append(p["name"])
-    for how, names in alike.items():
-        lines.add(", ".join(names), how)
+            behaviour = f"opens at {speed(opening)}, closes at {speed(closing)}{'' if snaps else ': gradually in between'}"
+            alike.setdefault(behaviour, []).append(p["name"])
+    for behaviour, names in alike.items():
+        lines.add(", ".join(names), behaviour)
     lines.add("none", "{none.peak_amplitude} at {none.peak_speed}")
     for name in ("rigid", "balanced", "switchable"):
         for group in s[name]:

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.scales import name_speeds, printed
+from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import draw_panels, legend_beside
 from wucht.plots.style import COLOURS, DASHES, FREE, GREY, line_style
 from wucht.results.formatting import label, printed_unit
@@ -32,19 +32,19 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _curves(axis: Axes, result: xr.Dataset) -> None:
-    amplitudes, shown = printed(result, "curve_amplitude")
+    amplitudes, amplitude_label = printed_values(result, "curve_amplitude")
     names = list(map(str, result.curve.values))
-    apart = list(dict.fromkeys(name.partition(", ")[2] for name in names if ", " in name))
+    angle_names = list(dict.fromkeys(name.partition(", ")[2] for name in names if ", " in name))
     for i, name in enumerate(names):
         kind, _, angle = name.partition(", ")
-        colour = COLOURS[apart.index(angle) % (len(COLOURS) - 1)] if angle else COLOURS[-1]
-        look: dict[str, Any] = {"linestyle": DASHES[apart.index(angle) % len(DASHES)] if angle else "-", "linewidth": 1.2}
+        colour = COLOURS[angle_names.index(angle) % (len(COLOURS) - 1)] if angle else COLOURS[-1]
+        look: dict[str, Any] = {"linestyle": DASHES[angle_names.index(angle) % len(DASHES)] if angle else "-", "linewidth": 1.2}
         axis.plot(result.curve_speed.values[i], amplitudes[i], label=name, color=colour, **look | _MARKS.get(kind, {}))
     first = float(result.activation_speed.values[0])
     if any(name.startswith(_OPENING) for name in names):
         axis.axvline(first, **FREE, label=f"activation speed {first:.4g} rad/s")
     name_speeds(axis, result, "curve_speed", "x")
-    axis.set(ylabel=shown, ylim=(0, None))
+    axis.set(ylabel=amplitude_label, ylim=(0, None))
 
 
 def _peaks(axis: Axes, result: xr.Dataset) -> None:
@@ -59,9 +59,11 @@ def _peaks(axis: Axes, result: xr.Dataset) -> None:
         if np.isfinite(row).any():
             _band(axis, at, scale * row, look["color"], look["linestyle"], name)
     for name, colour, dashes in (("balanced", COLOURS[3], "-."), (RIGID, GREY, ":")):
-        others = scale * result[f"{name}_peak"].values
-        if np.isfinite(others).any():
-            _band(axis, at, np.repeat(others, len(at), axis=0) if over_speed else others, colour, dashes, name)
+        reference_peaks = scale * result[f"{name}_peak"].values
+        if np.isfinite(reference_peaks).any():
+            _band(
+                axis, at, np.repeat(reference_peaks, len(at), axis=0) if over_speed else reference_peaks, colour, dashes, name
+            )
     if np.isfinite(float(result.none_peak)):
         axis.axhline(scale * float(result.none_peak), color=COLOURS[6], linewidth=0.9, label="without pendulums")
     axis.set_xlabel(label(result, "activation_speed") if over_speed else "orientation at the start (°)")
@@ -72,8 +74,8 @@ def _peaks(axis: Axes, result: xr.Dataset) -> None:
 
 def _band(axis: Axes, at: np.ndarray, peaks: np.ndarray, colour: str, dashes: str, name: str) -> None:
     """Draw peaks (n, phases): their mean and their range."""
-    known = np.isfinite(peaks).all(axis=1)
-    inside, where = peaks[known], at[known]
-    axis.plot(where, inside.mean(axis=1), "o", linestyle=dashes, color=colour, markersize=3.5, linewidth=1.1, label=name)
+    is_complete = np.isfinite(peaks).all(axis=1)
+    inside, abscissa = peaks[is_complete], at[is_complete]
+    axis.plot(abscissa, inside.mean(axis=1), "o", linestyle=dashes, color=colour, markersize=3.5, linewidth=1.1, label=name)
     if peaks.shape[1] > 1:
-        axis.fill_between(where, inside.min(axis=1), inside.max(axis=1), color=colour, alpha=0.2, linewidth=0)
+        axis.fill_between(abscissa, inside.min(axis=1), inside.max(axis=1), color=colour, alpha=0.2, linewidth=0)

@@ -9,19 +9,19 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.schema import si
-from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Spec, Start, Tolerance, Whole
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, Start, Tolerance, Whole
 
 MOST_RUNS = 5000
 Variant = Literal["switchable", "balanced", "rigid", "none"]
 
 
-def _several(given: Any) -> Any:
-    if not isinstance(given, list | tuple) or not given:
+def _nonempty_list(raw: Any) -> Any:
+    if not isinstance(raw, list | tuple) or not raw:
         raise ValueError('must be a list of at least one of these, such as ["90 deg", "180 deg"] or ["150 rad/s"]')
-    return given
+    return raw
 
 
-Several = Annotated[tuple[float, ...], BeforeValidator(_several)]
+Several = Annotated[tuple[float, ...], BeforeValidator(_nonempty_list)]
 _ORIENTATIONS = tuple(math.pi * k / 4 for k in range(1, 5))
 
 
@@ -30,7 +30,7 @@ class Activation(Spec):
 
     kind: ClassVar[str] = "activation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("curve_speed", "curve_amplitude"),)
-    solves: ClassVar[str] = FULL
+    solves: ClassVar[str] = FULL_EQUATIONS
 
     until: float = si("s", "time", gt=0, help="time of each run")
     orientations: Several = si("rad", "orientation", default=_ORIENTATIONS, help=(
@@ -56,10 +56,10 @@ class Activation(Spec):
         if any(not w > 0 for w in self.activation_speeds):
             raise InputError("study.activation_speeds", list(self.activation_speeds), "must be speeds greater than 0")
         for key in ("orientations", "activation_speeds", "variants"):
-            given = getattr(self, key)
-            if len(set(given)) < len(given):
-                raise InputError(f"study.{key}", list(given), "one of these is given twice; give each once")
+            values = getattr(self, key)
+            if len(set(values)) < len(values):
+                raise InputError(f"study.{key}", list(values), "one of these is given twice; give each once")
         runs = len(self.orientations) * self.phases * max(len(self.activation_speeds), 1)
         if runs > MOST_RUNS:
-            allowed = f"orientations times phases times activation speeds must be at most {MOST_RUNS} runs"
-            raise InputError("study.phases", self.phases, allowed)
+            requirement = f"orientations times phases times activation speeds must be at most {MOST_RUNS} runs"
+            raise InputError("study.phases", self.phases, requirement)

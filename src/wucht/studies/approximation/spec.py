@@ -10,9 +10,9 @@ from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
 from wucht.schema import si
 from wucht.studies.spec import (
-    AVERAGED,
+    AVERAGED_EQUATIONS,
     DEFAULT_TOLERANCE,
-    FULL,
+    FULL_EQUATIONS,
     Engine,
     Inertia,
     Order,
@@ -26,12 +26,12 @@ from wucht.studies.spec import (
 
 DEFAULT_POINTS, MOST_POINTS = 7, 200
 UNTIL_PHI = 100.0  # rad: 1/epsilon of Table 5.1, over which 002, 5.6.1 expects the averaged equations to hold
-_OF_ALONG = ("range", "values", "points", "spacing")
+_ALONG_KEYS = ("range", "values", "points", "spacing")
 _PATHS = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
 
 
-def _paths(given: Any) -> Any:
-    paths = given if isinstance(given, list | tuple) else [given]
+def _paths(raw: Any) -> Any:
+    paths = raw if isinstance(raw, list | tuple) else [raw]
     if not paths or not all(isinstance(p, str) for p in paths) or len(set(paths)) < len(paths):
         raise ValueError("must be the path of a parameter, or a list of different ones")
     return tuple(paths)
@@ -42,7 +42,7 @@ class Approximation(Spec):
 
     kind: ClassVar[str] = "approximation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed_deviation"), ("value", "amplitude_deviation"))
-    solves: ClassVar[str] = f"{FULL}, compared with {AVERAGED}"
+    solves: ClassVar[str] = f"{FULL_EQUATIONS}, compared with {AVERAGED_EQUATIONS}"
     from_start: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
 
@@ -69,15 +69,17 @@ class Approximation(Spec):
 
     def check(self) -> None:
         """Check that the parameter is varied once: by a range, or by values."""
-        given = [key for key in _OF_ALONG if key in self.model_fields_set]
+        given_keys = [key for key in _ALONG_KEYS if key in self.model_fields_set]
         if not self.along:
-            if given:
-                raise InputError(f"study.{given[0]}", getattr(self, given[0]), "allowed only together with along = PATH")
+            if given_keys:
+                raise InputError(
+                    f"study.{given_keys[0]}", getattr(self, given_keys[0]), "allowed only together with along = PATH"
+                )
             return
-        if "values" in given:
+        if "values" in given_keys:
             if not 0 < len(self.values) <= MOST_POINTS:
                 raise InputError("study.values", list(self.values), f"must be a list of 1 to {MOST_POINTS} values")
-            if len(given) > 1:
+            if len(given_keys) > 1:
                 raise InputError("study.values", None, "give either values, or range with points and spacing")
         elif self.range is None:
             raise InputError(

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.sampling.label_maps import bound, share, uncertainty
+from wucht.dynamics.sampling.label_maps import error_bound, share, uncertainty
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.results.formatting import in_lines, percent
+from wucht.results.formatting import percent, report_lines
 from wucht.results.quantities import Quantity, answer
-from wucht.studies.basin.computation import MISSING, Axis, Findings, Level, Plan
+from wucht.studies.basin.computation import MISSING, Findings, Level, MapAxis, Plan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,24 +29,29 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     finer cells (``refined_outcome``), where the parts of a coarser cell inherit its values.
     """
     base, last = findings.levels[0], findings.last
-    quantities = _of_level(plan, base, "")
+    quantities = _level_quantities(plan, base, "")
     if last is not base:
         cells, words = " ".join(_axes(plan, "refined_")[::-1]), "halvings after which the run was made (-1: not computed)"
-        quantities += [*_of_level(plan, last, "refined_"), Quantity("refined_level", last.halvings_of, words, "", cells)]
-    names = {f"{k}_{word}": value for k, axis in zip("xy", plan.axes, strict=True) for word, value in _of_axis(axis).items()}
-    summary = _summary(plan, findings)
+        quantities += [
+            *_level_quantities(plan, last, "refined_"),
+            Quantity("refined_level", last.halvings_of, words, "", cells),
+        ]
+    names = {
+        f"{k}_{word}": value for k, axis in zip("xy", plan.axes, strict=True) for word, value in _axis_attributes(axis).items()
+    }
+    summary = _summary_quantities(plan, findings)
     return answer([*quantities, *summary], _sentence(summary), _warnings(plan, findings), **names)
 
 
-def _of_axis(axis: Axis) -> dict[str, Any]:
-    return {"axis": axis.name, "low": axis.low, "high": axis.high, "is_angle": int(axis.angle)}
+def _axis_attributes(axis: MapAxis) -> dict[str, Any]:
+    return {"axis": axis.name, "low": axis.low, "high": axis.high, "is_angle": int(axis.is_angle)}
 
 
 def _axes(plan: Plan, prefix: str) -> list[str]:
     return [f"{prefix}{axis.name}" for axis in plan.axes]
 
 
-def _of_level(plan: Plan, level: Level, prefix: str) -> list[Quantity]:
+def _level_quantities(plan: Plan, level: Level, prefix: str) -> list[Quantity]:
     """Coordinates and variables of a map on one level."""
     names, units = _axes(plan, prefix), plan.machine.units
     cells, length = " ".join(reversed(names)), plan.machine.orbit_unit
@@ -57,7 +62,7 @@ def _of_level(plan: Plan, level: Level, prefix: str) -> list[Quantity]:
     }
     return [
         *(
-            Quantity(name, axis.centres(level.halvings), axis.what, axis.unit, name)
+            Quantity(name, axis.centres(level.halvings), axis.description, axis.unit, name)
             for name, axis in zip(names, plan.axes, strict=True)
         ),
         Quantity(f"{prefix}outcome", level.outcome, "outcome", "", cells, attributes=flags),
@@ -67,13 +72,13 @@ def _of_level(plan: Plan, level: Level, prefix: str) -> list[Quantity]:
     ]
 
 
-def _summary(plan: Plan, findings: Findings) -> list[Quantity]:
+def _summary_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     levels = [_shares(plan, level) for level in findings.levels]
     last, finest, time = findings.last, plan.shape(plan.spec.refine), plan.machine.units.time
     present = [OUTCOMES[k] for k in np.unique(last.outcome) if k != MISSING]
-    followed = {name: [float(f(last.end_time[_where(last, name)])) for f in (np.min, np.max)] for name in present}
+    time_ranges = {name: [float(f(last.end_time[_outcome_mask(last, name)])) for f in (np.min, np.max)] for name in present}
     axes = {
-        axis.name: {"range": [axis.low, axis.high], "cells": axis.cells, "unit": axis.unit, "periodic": axis.periodic}
+        axis.name: {"range": [axis.low, axis.high], "cells": axis.cells, "unit": axis.unit, "periodic": axis.is_periodic}
         for axis in plan.axes
     }
     failures = sum(len(t.members.failures) for level in findings.levels for t in level.tiles)
@@ -88,7 +93,7 @@ def _summary(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("runs_of_dense_map", finest[0] * finest[1], "number of cells of the finest map"),
         Quantity("levels", levels, "shares on each level of refinement"),
         Quantity("until", plan.spec.until, "time until which each motion is integrated", time),
-        Quantity("followed", followed, "least and greatest time until which motions of an outcome were integrated", time),
+        Quantity("followed", time_ranges, "least and greatest time until which motions of an outcome were integrated", time),
         Quantity("failures", failures, "number of runs that failed"),
         Quantity("integration", plan.way, "method of integration"),
         Quantity("amplitude_unit", plan.machine.orbit_unit, "unit of amplitudes"),
@@ -96,20 +101,20 @@ def _summary(plan: Plan, findings: Findings) -> list[Quantity]:
     ]
 
 
-def _where(level: Level, outcome: Outcome) -> np.ndarray:
+def _outcome_mask(level: Level, outcome: Outcome) -> np.ndarray:
     return np.asarray(level.outcome == OUTCOMES.index(outcome))
 
 
 def _shares(plan: Plan, level: Level) -> dict[str, Any]:
     """Shares of the outcomes on one level, with their uncertainty."""
     present = [OUTCOMES[k] for k in np.unique(level.outcome) if k != MISSING]
-    inside = {str(name): _where(level, name) for name in present}
+    inside = {str(name): _outcome_mask(level, name) for name in present}
     return {
         "cells": [level.shape[1], level.shape[0]],
         "runs": level.runs,
         "fractions": {name: share(cells) for name, cells in inside.items()},
         "uncertainty": {name: uncertainty(cells, plan.periodic) for name, cells in inside.items()},
-        "bound": {name: bound(cells, plan.periodic) for name, cells in inside.items()},
+        "bound": {name: error_bound(cells, plan.periodic) for name, cells in inside.items()},
         "missing": share(level.outcome == MISSING),
     }
 
@@ -129,25 +134,25 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
         warnings.append(f"{missing} of the {last.outcome.size} cells of the map are not computed; the shares are of all cells")
     elif last.halvings < plan.spec.refine:
         warnings.append(f"the borders are refined {last.halvings} of {plan.spec.refine} times")
-    if (unknown := _where(last, Outcome.UNIDENTIFIED)).any():
+    if (unknown := _outcome_mask(last, Outcome.UNIDENTIFIED)).any():
         low, high = (f"{f(last.end_time[unknown]):.4g}" for f in (np.min, np.max))
         unit = f" {plan.machine.units.time}" if plan.machine.units.time else ""
         until = f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
         longer = "; a longer study.until may identify them" if plan.spec.until is not None else ""
         warnings.append(f"{100 * share(unknown):.3g} % of the map are unidentified, integrated until {until}{longer}")
     failures = [
-        (level, int(t.cells[m]), why) for level in findings.levels for t in level.tiles for m, why in t.members.failures
+        (level, int(t.cells[m]), reason) for level in findings.levels for t in level.tiles for m, reason in t.members.failures
     ]
-    for level, cell, why in failures[:_MOST_FAILURES]:
+    for level, cell, reason in failures[:_MOST_FAILURES]:
         at = zip(plan.axes, plan.place(cell, level.halvings), strict=True)
         place = ", ".join(f"{axis.name} = {value:.6g}" for axis, value in at)
-        warnings.append(f"the run at {place} failed: {why}")
+        warnings.append(f"the run at {place} failed: {reason}")
     if len(failures) > _MOST_FAILURES:
         warnings.append(f"{len(failures) - _MOST_FAILURES} more runs failed")
     return warnings
 
 
-_UNIDENTIFIED = "unidentified"
+_UNIDENTIFIED_KEY = "unidentified"
 
 
 def report(result: xr.Dataset) -> list[str]:
@@ -155,23 +160,23 @@ def report(result: xr.Dataset) -> list[str]:
     s = result.wucht.summary
     levels = s["levels"]
     first, last = (" x ".join(map(str, levels[k]["cells"])) for k in (0, -1))
-    halved = f", at the borders halved to those of {last}" if len(levels) > 1 else ""
-    lines = [("map", f"{first} cells over {' and '.join(s['axes'])}{halved}"), ("runs", _runs(s))]
+    refinement = f", at the borders halved to those of {last}" if len(levels) > 1 else ""
+    lines = [("map", f"{first} cells over {' and '.join(s['axes'])}{refinement}"), ("runs", _runs(s))]
     if s["fractions"]:
         largest = 100 * max(s["bound"].values())
         lines.append(("shares", f"± holds in 19 of 20 cases; at most {largest:.2g} % if the map resolves the borders"))
     if len(levels) > 1:
         for k, name in enumerate(s["fractions"]):
-            each = ", ".join(f"{100 * level['fractions'].get(name, 0.0):.4g} %" for level in levels)
-            lines.append(("" if k else "by level", f"{name} {each}"))
+            shares = ", ".join(f"{100 * level['fractions'].get(name, 0.0):.4g} %" for level in levels)
+            lines.append(("" if k else "by level", f"{name} {shares}"))
     lines.append(("integrated", s["integration"]))
-    if _UNIDENTIFIED in s["fractions"]:
-        low, high = (f"{t:.4g}" for t in s["followed"][_UNIDENTIFIED])
+    if _UNIDENTIFIED_KEY in s["fractions"]:
+        low, high = (f"{t:.4g}" for t in s["followed"][_UNIDENTIFIED_KEY])
         until = (low if low == high else f"{low} to {high}") + (f" {s['time_unit']}" if s["time_unit"] else "")
-        lines.append(("unidentified", f"{100 * s['fractions'][_UNIDENTIFIED]:.3g} % of the map, integrated until {until}"))
+        lines.append(("unidentified", f"{100 * s['fractions'][_UNIDENTIFIED_KEY]:.3g} % of the map, integrated until {until}"))
     if s["failures"]:
         lines.append(("failed", f"{s['failures']} run{'s' if s['failures'] > 1 else ''}: see the warnings"))
-    return in_lines(result, s["sentence"] or "nothing is computed yet", lines)
+    return report_lines(result, s["sentence"] or "nothing is computed yet", lines)
 
 
 def _runs(s: dict[str, Any]) -> str:

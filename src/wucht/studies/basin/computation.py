@@ -11,11 +11,18 @@ import numpy as np
 
 from wucht.dynamics.parameters import range_of
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.varied import Varied, check_together, varied_of
-from wucht.dynamics.sampling.ensemble_equations import why_one_by_one
-from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, impossible, left_out, members_at, where_possible
-from wucht.dynamics.sampling.label_maps import cells_to_halve, halved, left_at_border
+from wucht.dynamics.run_ups.run_variations import VariedQuantity, check_given_once, varied_quantity
+from wucht.dynamics.sampling.ensemble_equations import batching_obstacle
+from wucht.dynamics.sampling.ensemble_run import integration_note, outcomes_of
+from wucht.dynamics.sampling.ensembles import (
+    EnsembleQuestion,
+    MemberOutcomes,
+    initial_states,
+    omission_warnings,
+    run_possible,
+    unrunnable_members,
+)
+from wucht.dynamics.sampling.label_maps import border_cells_not_run, cells_to_halve, halve_cells
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -27,7 +34,7 @@ _WHOLE_TURN = 1e-4  # of a period: tolerance within which an axis over whole tur
 
 
 @dataclass(frozen=True)
-class Axis(Varied):
+class MapAxis(VariedQuantity):
     """An axis of a map. low, high: its ends, in SI. cells: of the coarsest map."""
 
     low: float
@@ -35,7 +42,7 @@ class Axis(Varied):
     cells: int
 
     @property
-    def periodic(self) -> bool:
+    def is_periodic(self) -> bool:
         """True if the last cell is adjacent to the first: an angle over whole turns."""
         if self.state is None or self.state.period is None:
             return False
@@ -43,7 +50,7 @@ class Axis(Varied):
         return round(turns) >= 1 and abs(turns - round(turns)) < _WHOLE_TURN
 
     @property
-    def angle(self) -> bool:
+    def is_angle(self) -> bool:
         """True if the axis is an angle."""
         return self.unit == "rad" or (self.state is not None and self.state.period is not None)
 
@@ -53,14 +60,14 @@ class Axis(Varied):
         return np.asarray(self.low + (self.high - self.low) * (np.arange(count) + 0.5) / count)
 
 
-def axis_of(machine: Machine, name: str, given: tuple[Value, Value, int]) -> Axis:
+def axis_of(machine: Machine, name: str, definition: tuple[Value, Value, int]) -> MapAxis:
     """Build an axis from its name, which is that of a dimension of the map. Raises ``InputError`` at ``study.axes.<name>``."""
     key = f"axes.{name}"
     if name.removeprefix("refined_") in VARIABLES:
         raise InputError(f"study.{key}", name, "not allowed: a variable of the result has this name; rename the body")
-    one = varied_of(machine, name, key)
-    low, high = range_of(one.quantity, given[:2], key)
-    return Axis(one.name, one.state, one.what, one.unit, low, high, given[2])
+    variable = varied_quantity(machine, name, key)
+    low, high = range_of(variable.quantity, definition[:2], key)
+    return MapAxis(variable.name, variable.state, variable.description, variable.unit, low, high, definition[2])
 
 
 _PROBES = 64  # cells that are checked before the first run
@@ -72,7 +79,7 @@ class Plan:
 
     spec: Basin
     machine: Machine
-    axes: tuple[Axis, Axis]
+    axes: tuple[MapAxis, MapAxis]
     question: EnsembleQuestion
     way: str = ""
     warnings: tuple[str, ...] = ()
@@ -80,7 +87,7 @@ class Plan:
     @property
     def periodic(self) -> tuple[bool, bool]:
         """Periodicity of the map along y and x."""
-        return self.axes[1].periodic, self.axes[0].periodic
+        return self.axes[1].is_periodic, self.axes[0].is_periodic
 
     def shape(self, halvings: int) -> tuple[int, int]:
         """Shape of the map (y, x)."""
@@ -93,7 +100,7 @@ class Plan:
         """
         rows, columns = np.divmod(cells, self.shape(halvings)[1])
         places = np.array([axis.centres(halvings)[of] for axis, of in zip(self.axes, (columns, rows), strict=True)])
-        return members_at(self.machine, self.spec.start, self.axes, places, "study.axes")
+        return initial_states(self.machine, self.spec.start, self.axes, places, "study.axes")
 
     def place(self, cell: int, halvings: int = 0) -> tuple[float, float]:
         """The centre (x, y) of a cell."""
@@ -103,16 +110,16 @@ class Plan:
 
 def prepare(spec: Basin, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
-    x, y = (axis_of(machine, name, given) for name, given in spec.axes.items())
+    x, y = (axis_of(machine, name, definition) for name, definition in spec.axes.items())
     initial_state(machine, spec.start)
-    check_together((x, y), spec.start, "axes", "the other axis")
-    varied = tuple(axis.name for axis in (x, y) if axis.state is None)
-    question = EnsembleQuestion(machine, varied, spec.model, spec.inertia, spec.order, spec.until, tolerance=spec.tolerance)
+    check_given_once((x, y), spec.start, "axes", "the other axis")
+    parameters = tuple(axis.name for axis in (x, y) if axis.state is None)
+    question = EnsembleQuestion(machine, parameters, spec.model, spec.inertia, spec.order, spec.until, tolerance=spec.tolerance)
     plan = Plan(spec, machine, (x, y), question)
-    return replace(plan, warnings=_left_out(plan), way=way_of(question))
+    return replace(plan, warnings=_omission_warnings(plan), way=integration_note(question))
 
 
-def _left_out(plan: Plan) -> tuple[str, ...]:
+def _omission_warnings(plan: Plan) -> tuple[str, ...]:
     """Warnings about the effects that the averaged equations omit.
 
     Raises ``InputError`` if there are no such equations, if nothing would turn, and if a cell has a forbidden value.
@@ -120,9 +127,9 @@ def _left_out(plan: Plan) -> tuple[str, ...]:
     rows, columns = plan.shape(0)
     corners = [0, columns - 1, (rows - 1) * columns, rows * columns - 1]  # a forbidden value occurs in a corner
     cells = np.unique([*corners, *np.linspace(0, rows * columns - 1, _PROBES).astype(int)])
-    none = impossible(plan.machine, *plan.starts(0, cells))
-    place = plan.place(int(next((c for m, c in enumerate(cells) if m not in none), 0)))
-    return left_out(plan.question, plan.spec.start, plan.axes, place)
+    impossible_members = unrunnable_members(plan.machine, *plan.starts(0, cells))
+    place = plan.place(int(next((c for m, c in enumerate(cells) if m not in impossible_members), 0)))
+    return omission_warnings(plan.question, plan.spec.start, plan.axes, place)
 
 
 MISSING = -1  # label of a cell that has not been run yet
@@ -131,7 +138,7 @@ _FIRST_ROUND = 0.9  # estimated share of the first round in the runs on one leve
 
 
 @dataclass(frozen=True)
-class Tile:
+class TileOutcomes:
     """Outcomes of the runs in some cells (M,), numbered row by row."""
 
     cells: np.ndarray
@@ -149,8 +156,8 @@ class Level:
     halvings: int
     shape: tuple[int, int]
     coarser: Level | None
-    asked: np.ndarray
-    tiles: tuple[Tile, ...] = ()
+    requested_cells: np.ndarray
+    tiles: tuple[TileOutcomes, ...] = ()
 
     @property
     def runs(self) -> int:
@@ -163,50 +170,50 @@ class Level:
         return self.runs + (self.coarser.total_runs if self.coarser is not None else 0)
 
     @property
-    def finished(self) -> bool:
+    def is_complete(self) -> bool:
         """True if all requested cells have been run."""
-        return self.runs == len(self.asked)
+        return self.runs == len(self.requested_cells)
 
     @cached_property
     def outcome(self) -> np.ndarray:
         """Index of each cell's outcome in ``OUTCOMES`` (y, x), ``MISSING`` where it is not computed."""
-        return self._of("outcome", np.int8, MISSING)
+        return self._cell_values("outcome", np.int8, MISSING)
 
     @cached_property
     def settling_time(self) -> np.ndarray:
         """Settling times (y, x), NaN where the run has not settled or is not computed."""
-        return self._of("settling_time", float, np.nan)
+        return self._cell_values("settling_time", float, np.nan)
 
     @cached_property
     def peak_amplitude(self) -> np.ndarray:
         """Peak amplitudes (y, x), NaN where they are not computed."""
-        return self._of("peak_amplitude", float, np.nan)
+        return self._cell_values("peak_amplitude", float, np.nan)
 
     @cached_property
     def end_time(self) -> np.ndarray:
         """Times until which the runs were integrated (y, x), NaN where they are not computed."""
-        return self._of("end_time", float, np.nan)
+        return self._cell_values("end_time", float, np.nan)
 
     @cached_property
     def halvings_of(self) -> np.ndarray:
         """Level (y, x) on which each cell's run was made, ``MISSING`` where it is not computed."""
-        own = self._blank("halvings_of", np.int8, MISSING)
+        levels = self._inherited_values("halvings_of", np.int8, MISSING)
         for tile in self.tiles:
-            own[tile.cells] = self.halvings
-        return own.reshape(self.shape)
+            levels[tile.cells] = self.halvings
+        return levels.reshape(self.shape)
 
-    def _blank(self, name: str, kind: type, nothing: float) -> np.ndarray:
+    def _inherited_values(self, name: str, kind: type, nothing: float) -> np.ndarray:
         """Values inherited from the coarser level, blank in the cells that are run."""
-        own = np.full(self.shape, nothing, kind) if self.coarser is None else halved(getattr(self.coarser, name))
-        flat: np.ndarray = own.ravel()
-        flat[self.asked] = nothing
+        values = np.full(self.shape, nothing, kind) if self.coarser is None else halve_cells(getattr(self.coarser, name))
+        flat: np.ndarray = values.ravel()
+        flat[self.requested_cells] = nothing
         return flat
 
-    def _of(self, name: str, kind: type, nothing: float) -> np.ndarray:
-        own = self._blank(name, kind, nothing)
+    def _cell_values(self, name: str, kind: type, nothing: float) -> np.ndarray:
+        values = self._inherited_values(name, kind, nothing)
         for tile in self.tiles:
-            own[tile.cells] = getattr(tile.members, name)
-        return own.reshape(self.shape)
+            values[tile.cells] = getattr(tile.members, name)
+        return values.reshape(self.shape)
 
 
 @dataclass(frozen=True)
@@ -232,16 +239,16 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     for halvings in range(plan.spec.refine + 1):
         part = work.part(f"level {halvings}", *share[halvings])
         if halvings:
-            asked = halved(cells_to_halve(level.outcome, plan.periodic, halvings == 1))
-            level = Level(halvings, plan.shape(halvings), level, np.flatnonzero(asked))
+            mask = halve_cells(cells_to_halve(level.outcome, plan.periodic, halvings == 1))
+            level = Level(halvings, plan.shape(halvings), level, np.flatnonzero(mask))
         begin, rounds = 0.0, 0  # of this level: first the requested cells, then those that turn out to lie at a border
-        while not level.finished:
+        while not level.is_complete:
             end = begin + _FIRST_ROUND * (1 - begin) if halvings else 1.0
-            for further in _completed(plan, level, part.part(f"round {rounds}", begin, end)):
+            for further in _compute_tiles(plan, level, part.part(f"round {rounds}", begin, end)):
                 level = further
                 yield Findings(level)
             begin, rounds = end, rounds + 1
-            level = _followed(plan, level)
+            level = _with_border_cells(plan, level)
     work.report(1.0)
     yield Findings(level)
 
@@ -253,17 +260,17 @@ def _shares(refine: int) -> list[tuple[float, float]]:
     return list(pairwise(ends))
 
 
-def _completed(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
+def _compute_tiles(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
     """Run the remaining requested cells; yield the level after each tile, in any order."""
-    left = level.asked[level.runs :]
-    what = f"borders, level {level.halvings} of {plan.spec.refine}" if level.halvings else "all cells"
-    size = _TILE if why_one_by_one(plan.question) is None else _ALONE
-    cells = {f"tile {number}": left[begin : begin + size] for number, begin in enumerate(range(0, len(left), size))}
-    tasks = {name: partial(run_cells, plan, level.halvings, own) for name, own in cells.items()}
-    found: dict[str, Tile] = {}
-    for name, members in work.units(tasks, what):
-        found[name] = Tile(cells[name], members)
-        yield replace(level, tiles=(*level.tiles, *(found[n] for n in cells if n in found)))
+    remaining = level.requested_cells[level.runs :]
+    label = f"borders, level {level.halvings} of {plan.spec.refine}" if level.halvings else "all cells"
+    size = _TILE if batching_obstacle(plan.question) is None else _ALONE
+    cells = {f"tile {number}": remaining[begin : begin + size] for number, begin in enumerate(range(0, len(remaining), size))}
+    tasks = {name: partial(run_cells, plan, level.halvings, tile_cells) for name, tile_cells in cells.items()}
+    tiles: dict[str, TileOutcomes] = {}
+    for name, members in work.units(tasks, label):
+        tiles[name] = TileOutcomes(cells[name], members)
+        yield replace(level, tiles=(*level.tiles, *(tiles[n] for n in cells if n in tiles)))
 
 
 def run_cells(plan: Plan, halvings: int, cells: np.ndarray, report: Callable[[float], None]) -> MemberOutcomes:
@@ -273,11 +280,11 @@ def run_cells(plan: Plan, halvings: int, cells: np.ndarray, report: Callable[[fl
     def run_(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
         return outcomes_of(plan.question, starts, values, report=report)
 
-    return where_possible(run_, plan.machine, starts, values)
+    return run_possible(run_, plan.machine, starts, values)
 
 
-def _followed(plan: Plan, level: Level) -> Level:
+def _with_border_cells(plan: Plan, level: Level) -> Level:
     """Request in addition the cells of a complete level that lie at a border and only have inherited values."""
     run_ = level.halvings_of == level.halvings
-    more = np.flatnonzero(left_at_border(level.outcome, run_, plan.periodic))
-    return replace(level, asked=np.concatenate([level.asked, more])) if len(more) else level
+    more = np.flatnonzero(border_cells_not_run(level.outcome, run_, plan.periodic))
+    return replace(level, requested_cells=np.concatenate([level.requested_cells, more])) if len(more) else level

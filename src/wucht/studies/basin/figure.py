@@ -14,7 +14,7 @@ from wucht.plots.scales import multiples_of_pi
 from wucht.plots.sheet import colour_bar, legend_beside, new_grid
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import GREY
-from wucht.results.formatting import named, percent, printed_unit, with_unit
+from wucht.results.formatting import parameter_in_words, percent, printed_unit, with_unit
 
 # Colour and hatch of each outcome (Okabe and Ito's colours, lightened or darkened so that frequent neighbours differ in grey
 # too).
@@ -27,7 +27,7 @@ _LOOKS = {
 }  # fmt: skip
 _DARK = {"#C24E00", "#9A5B84", "#0072B2", "#009E73", "#404040", "#7F7F7F", "#6B1F00", "#000000"}
 _NOT_COMPUTED, _BLANK = "not computed", "#EFEFEF"
-_HATCHED = 512  # points per side
+_HATCH_POINTS = 512  # points per side
 _SCALE = "viridis"
 
 
@@ -37,14 +37,14 @@ def figure(result: xr.Dataset) -> Figure:
     s = result.wucht.summary
     below = f"{' x '.join(map(str, s['levels'][-1]['cells']))} cells, {s['runs']} runs"
     maps = [name for name in (f"{prefix}settling_time", f"{prefix}peak_amplitude") if np.isfinite(result[name].values).any()]
-    drawn, (outcomes, *axes) = new_grid(1 + len(maps), result.attrs["title"], below, heights=(3.2, 2.2), wide=1)
+    fig, (outcomes, *axes) = new_grid(1 + len(maps), result.attrs["title"], below, heights=(3.2, 2.2), wide=1)
     handles = _outcomes(outcomes, result, prefix)
     for axis, name in zip(axes, maps, strict=True):
         _values(axis, result, name)
     for axis in (outcomes, *axes):
         _frame(axis, result)
     legend_beside(outcomes, handles)
-    return drawn
+    return fig
 
 
 def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
@@ -70,13 +70,13 @@ def _image(axis: Axes, result: xr.Dataset, values: np.ndarray, **look: Any) -> A
 
 def _hatches(axis: Axes, result: xr.Dataset, outcome: np.ndarray, looks: dict[int, tuple[str, str]]) -> None:
     """Draw the hatch of each outcome on as many points as a print can show: its edge is drawn between the points."""
-    rows, columns = (((np.arange(_HATCHED) + 0.5) / _HATCHED * n).astype(int) for n in outcome.shape)
-    shown = outcome[np.ix_(rows, columns)]
-    share = np.r_[0.0, (np.arange(_HATCHED) + 0.5) / _HATCHED, 1.0]
+    rows, columns = (((np.arange(_HATCH_POINTS) + 0.5) / _HATCH_POINTS * n).astype(int) for n in outcome.shape)
+    outcome_samples = outcome[np.ix_(rows, columns)]
+    share = np.r_[0.0, (np.arange(_HATCH_POINTS) + 0.5) / _HATCH_POINTS, 1.0]
     x, y = (result.attrs[f"{k}_low"] + share * (result.attrs[f"{k}_high"] - result.attrs[f"{k}_low"]) for k in "xy")
     for k, (tone, hatch) in looks.items():
         if hatch:
-            draw_region(axis, x, y, np.pad(shown == k, 1, mode="edge"), hatch, _edge(tone))
+            draw_region(axis, x, y, np.pad(outcome_samples == k, 1, mode="edge"), hatch, _edge(tone))
 
 
 def _edge(colour: str) -> str:
@@ -88,11 +88,11 @@ def _values(axis: Axes, result: xr.Dataset, name: str) -> None:
     """Draw a map of numbers with its scale; blank where numbers are missing."""
     scale, unit = printed_unit(result, name)
     values = scale * result[name].values
-    known = values[np.isfinite(values)]
+    finite_values = values[np.isfinite(values)]
     axis.set_facecolor(_BLANK)
-    image = _image(axis, result, np.ma.masked_invalid(values), cmap=_SCALE, vmin=known.min(), vmax=known.max())
+    image = _image(axis, result, np.ma.masked_invalid(values), cmap=_SCALE, vmin=finite_values.min(), vmax=finite_values.max())
     colour_bar(axis, image, unit)
-    axis.set_title(str(result[name].long_name) + (" (grey: not settled)" if len(known) < values.size else ""))
+    axis.set_title(str(result[name].long_name) + (" (grey: not settled)" if len(finite_values) < values.size else ""))
 
 
 def _frame(axis: Axes, result: xr.Dataset) -> None:
@@ -100,7 +100,7 @@ def _frame(axis: Axes, result: xr.Dataset) -> None:
     at, dimensions = result.attrs, dict(zip("yx", map(str, result.outcome.dims), strict=True))
     for k in "xy":
         scale = result[dimensions[k]]
-        name = with_unit(named(str(at[f"{k}_axis"]), str(scale.attrs["long_name"])), str(scale.attrs["units"]))
+        name = with_unit(parameter_in_words(str(at[f"{k}_axis"]), str(scale.attrs["long_name"])), str(scale.attrs["units"]))
         axis.set(**{f"{k}label": name})
         if at[f"{k}_is_angle"] and (ticks := multiples_of_pi(at[f"{k}_low"], at[f"{k}_high"])):
             getattr(axis, f"set_{k}ticks")([t for t, _ in ticks], [word for _, word in ticks])

@@ -9,25 +9,25 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import FieldError, InputError
 from wucht.studies import spec as common
-from wucht.studies.shared_keys import EnsembleSpec, paths_of
+from wucht.studies.shared_keys import EnsembleSpec, entries_by_path
 
 MOST_CELLS = 2048 * 2048  # of the finest map: with four numbers per cell it takes 100 MB
 _FEWEST, _MOST_HALVINGS = 2, 10
 
 
-def _axes(given: Any) -> Any:
-    if not isinstance(given, Mapping):
+def _axes(raw: Any) -> Any:
+    if not isinstance(raw, Mapping):
         raise FieldError("must be a table of two axes: axes = { psi = [lo, hi, cells], delta = [lo, hi, cells] }", code="table")
-    axes = paths_of(given)
+    axes = entries_by_path(raw)
     if len(axes) != 2 or axes[0][0] == axes[1][0]:
-        named = [name for name, _ in axes]
-        raise InputError("study.axes", named, "there must be two axes, different start states or parameters")
+        names = [name for name, _ in axes]
+        raise InputError("study.axes", names, "there must be two axes, different start states or parameters")
     for name, axis in axes:
-        where = f"study.axes.{name}"
+        location = f"study.axes.{name}"
         if not isinstance(axis, list | tuple) or len(axis) != 3:
-            raise InputError(where, axis, "must be [lo, hi, cells]", code="shape")
+            raise InputError(location, axis, "must be [lo, hi, cells]", code="shape")
         if not common.is_whole(axis[2]) or not _FEWEST <= axis[2] <= MOST_CELLS:
-            raise InputError(where, axis, f"must be a whole number of cells, at least {_FEWEST}", code="whole-number")
+            raise InputError(location, axis, f"must be a whole number of cells, at least {_FEWEST}", code="whole-number")
     return {name: (low, high, int(cells)) for name, (low, high, cells) in axes}
 
 
@@ -64,6 +64,6 @@ class Basin(EnsembleSpec):
         cells = [axis[2] for axis in self.axes.values()]
         if cells[0] * cells[1] * 4**self.refine > MOST_CELLS:
             finest = " x ".join(str(n * 2**self.refine) for n in cells)
-            halved = f", halved {self.refine} times" if self.refine else ""
-            allowed = f"there must be at most {MOST_CELLS} cells in the map, not {finest}"
-            raise InputError("study.axes", f"{cells[0]} x {cells[1]}{halved}", allowed)
+            refinement = f", halved {self.refine} times" if self.refine else ""
+            requirement = f"there must be at most {MOST_CELLS} cells in the map, not {finest}"
+            raise InputError("study.axes", f"{cells[0]} x {cells[1]}{refinement}", requirement)

@@ -9,21 +9,27 @@ import numpy as np
 
 from wucht.cams.cam import Cam
 from wucht.cams.correction import CorrectedLaw
-from wucht.cams.demands import millimetres
+from wucht.cams.demands import format_millimetres
 from wucht.cams.drive import CamDrive
 from wucht.cams.followers.follower import Follower
 from wucht.cams.laws import Law
-from wucht.cams.shape import CALLED, Shape, degrees, largest_pressure_angle, shapes
-from wucht.cams.sizing.permitted import Permitted, Size, Smallest
-from wucht.cams.workshop.cam_files import Outline
+from wucht.cams.shape import CAM_LABELS, Shape, format_cam_angle, largest_pressure_angle, shapes
+from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
+from wucht.cams.workshop.cam_files import WorkshopCurve
 from wucht.cams.workshop.points import PointList, chord_points, rounding_warning
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import Arc
-from wucht.studies.cam_contour.contact_load import ContactLoad, Pressed, contact_load, largest_pressed, pressed
+from wucht.studies.cam_contour.contact_load import (
+    ContactHistory,
+    ContactLoad,
+    contact_history,
+    contact_load,
+    dense_contact_history,
+)
 from wucht.studies.cam_contour.spec import CamContour
 
-_REACHED = 1e-6  # of a limit: a smallest cam lies at its limit up to rounding, which is no violation
+_LIMIT_TOLERANCE = 1e-6  # of a limit: a smallest cam lies at its limit up to rounding, which is no violation
 _MOST_ARCS = 3
 
 
@@ -41,7 +47,7 @@ class Plan:
     cams: Mapping[str, Cam]
     shapes: Mapping[str, Shape]
     contact: ContactLoad | None
-    smallest: Smallest | None
+    smallest: SizedCam | None
     notes: tuple[str, ...] = ()
 
     @property
@@ -50,7 +56,7 @@ class Plan:
         return self.drive.follower.unit if self.drive.follower is not None else "rad"
 
     @property
-    def whole(self) -> bool:
+    def is_whole(self) -> bool:
         """True if no part of any contour is cut away."""
         return not any(shape.missing or shape.undercut for shape in self.shapes.values())
 
@@ -59,7 +65,7 @@ def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     """Return the plan. Raises ``InputError`` where there is no such cam: which key, and what to do."""
     law, notes = drive.motion.law, list[str]()
     if spec.corrected:
-        law = CorrectedLaw(law, drive.turning_with_corrected_cam)
+        law = CorrectedLaw(law, drive.corrected_shaft_motion)
     cams = drive.cams(law)
     lever, follower = drive.lever(law), drive.follower
     unit = follower.unit if follower is not None else "rad"
@@ -80,35 +86,35 @@ def _shapes(cams: Mapping[str, Cam], spec: CamContour) -> dict[str, Shape]:
     try:
         return shapes(cams, allow_undercut=spec.allow_undercut, wheel_radius=spec.wheel_radius)
     except InputError as error:
-        raise error.within("study") if error.where == "wheel_radius" else error from None
+        raise error.with_prefix("study") if error.location == "wheel_radius" else error from None
 
 
-def smallest_cam(law: Law, follower: Follower | None, permitted: Permitted | None, size: Size) -> Smallest | None:
+def smallest_cam(law: Law, follower: Follower | None, constraints: CamLimits | None, size: Size) -> SizedCam | None:
     """Return the smallest cam for the follower's law; None where no limit is given that determines it.
 
     Without a permitted least radius no undercut is allowed; without a shaft radius the base circle must not be negative.
     Raises ``InputError`` (study.permitted...), ``RunError``.
     """
-    if permitted is None or follower is None:
+    if constraints is None or follower is None:
         return None
     try:
-        return follower.smallest(law, permitted, size)
+        return follower.smallest_cam(law, constraints, size)
     except InputError as error:
-        raise error.within("study.permitted") if error.where in Permitted.model_fields else error from None
+        raise error.with_prefix("study.permitted") if error.location in CamLimits.model_fields else error from None
 
 
-def obstacles(drive: CamDrive, output: Law, smallest: Smallest) -> list[str]:
+def obstacles(drive: CamDrive, output: Law, smallest: SizedCam) -> list[str]:
     """Return obstacles to making the smallest cam, in sentences. output: the law that it is to make."""
     if drive.follower is None:
         return []
-    follower, anew = drive.follower.moved_to(smallest.placed)
-    notes, made = list(anew), replace(drive, follower=follower)
+    follower, anew = drive.follower.with_placement(smallest.placement)
+    notes, smallest_drive = list(anew), replace(drive, follower=follower)
     try:
-        for cam in made.cams(output).values():
+        for cam in smallest_drive.cams(output).values():
             if not smallest.whole:
-                cam.check(millimetres)
+                cam.check(format_millimetres)
     except InputError as error:
-        notes.append(f"the smallest permitted cam cannot be made: {error.allowed}")
+        notes.append(f"the smallest permitted cam cannot be made: {error.explanation}")
     return notes
 
 
@@ -121,7 +127,7 @@ class Curves:
     pitch: np.ndarray | None
     normal: np.ndarray
     curvature: np.ndarray
-    left: np.ndarray
+    uncut: np.ndarray
     pressure_angle: np.ndarray
 
 
@@ -138,9 +144,9 @@ class Findings:
     lever: np.ndarray
     transmission: np.ndarray | None
     curves: Mapping[str, Curves]
-    to_mill: Mapping[str, PointList]
-    pressed: Pressed | None
-    largest: Pressed | None
+    points_to_mill: Mapping[str, PointList]
+    contact_history: ContactHistory | None
+    dense_history: ContactHistory | None
     notes: tuple[str, ...]
 
 
@@ -150,17 +156,20 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     angles = np.linspace(0, 2 * np.pi, plan.spec.points + 1)
     curves = {name: _curves(cam, angles) for name, cam in plan.cams.items()}
     work.report(0.3, "points to mill")
-    to_mill, notes = _to_mill(plan)
+    mill_points, notes = _points_to_mill(plan)
     work.report(0.8, "contact")
-    over_turn = largest = None
-    if plan.contact is not None and plan.whole:
-        over_turn, largest = pressed(plan.contact, plan.cams, angles), largest_pressed(plan.contact, plan.cams)
+    history = dense_history = None
+    if plan.contact is not None and plan.is_whole:
+        history, dense_history = (
+            contact_history(plan.contact, plan.cams, angles),
+            dense_contact_history(plan.contact, plan.cams),
+        )
     elif plan.contact is not None:
         notes.append("no contact forces: part of the contour is cut away, so that the follower does not move by its law")
     closure = plan.drive.closure
     transmission = None if closure is None else closure.transmission_angle(plan.lever(angles))
     output, lever = _derivatives(plan.output, angles), _derivatives(plan.lever, angles)
-    yield Findings(angles, output, lever, transmission, curves, to_mill, over_turn, largest, (*plan.notes, *notes))
+    yield Findings(angles, output, lever, transmission, curves, mill_points, history, dense_history, (*plan.notes, *notes))
 
 
 def _derivatives(law: Law, angles: np.ndarray) -> np.ndarray:
@@ -173,35 +182,35 @@ def _curves(cam: Cam, angles: np.ndarray) -> Curves:
     return Curves(cam.contour(angles), pitch, cam.normal(angles), curvature, cam.undercut(angles), cam.pressure_angle(angles))
 
 
-def _to_mill(plan: Plan) -> tuple[dict[str, PointList], list[str]]:
+def _points_to_mill(plan: Plan) -> tuple[dict[str, PointList], list[str]]:
     """Return the points of each cam, and warnings about their rounding. Raises ``InputError`` (study.chord_tolerance)."""
-    if not plan.whole:
+    if not plan.is_whole:
         return {}, ["no points to mill: part of the contour is cut away"]
     spec, points, notes = plan.spec, dict[str, PointList](), list[str]()
     for name, cam in plan.cams.items():
-        contour = Outline(cam.contour)
+        contour = WorkshopCurve(cam.contour)
         try:
             points[name] = chord_points(contour, spec.chord_tolerance, spec.spacing)
         except InputError as error:
-            where = f"study.{'chord_tolerance' if error.where == 'tolerance' else error.where}"
-            raise InputError(where, error.given, error.allowed) from None
+            key = f"study.{'chord_tolerance' if error.location == 'tolerance' else error.location}"
+            raise InputError(key, error.value, error.explanation) from None
         coarse = rounding_warning(contour, points[name], 1e-3 * 10.0**-spec.decimals)
         notes += [f"{name}: {coarse}"] if coarse else []
     return points, notes
 
 
-def judged(plan: Plan, findings: Findings) -> tuple[str, str]:
+def verdict(plan: Plan, findings: Findings) -> tuple[str, str]:
     """Return the label (``cuttable``, ``undercut``, ``not-permitted``, ``lifts-off``) and the sentence."""
-    if not plan.whole:
-        return "undercut", f"undercut: {'; '.join(_cut(plan))}"
-    broken, off = list(_broken(plan, findings)), list(_off(plan, findings))
-    if broken:
-        return "not-permitted", "; ".join([f"cuttable, but beyond the permitted limits: {', '.join(broken)}", *off])
-    said = [f"cuttable: {_radius(plan)}"]
+    if not plan.is_whole:
+        return "undercut", f"undercut: {'; '.join(_undercut_clauses(plan))}"
+    violations, lift_offs = list(_violation_clauses(plan, findings)), list(_lift_off_clauses(plan, findings))
+    if violations:
+        return "not-permitted", "; ".join([f"cuttable, but beyond the permitted limits: {', '.join(violations)}", *lift_offs])
+    clauses = [f"cuttable: {_radius(plan)}"]
     if any(s.pressure_angle.value > 0 for s in plan.shapes.values()):
         angle = largest_pressure_angle(plan.shapes.values())
-        said[0] += f", pressure angle at most {degrees(angle.value)} at {degrees(angle.phi)}"
-    return ("lifts-off" if off else "cuttable"), "; ".join([*said, *off])
+        clauses[0] += f", pressure angle at most {format_cam_angle(angle.value)} at {format_cam_angle(angle.phi)}"
+    return ("lifts-off" if lift_offs else "cuttable"), "; ".join([*clauses, *lift_offs])
 
 
 def _radius(plan: Plan) -> str:
@@ -209,50 +218,53 @@ def _radius(plan: Plan) -> str:
     if not convex:
         return "the contour is nowhere convex"
     least = min(convex, key=lambda radius: radius.radius)
-    return f"least convex radius {_millimetres(least.radius)} at {degrees(least.phi)}"
+    return f"least convex radius {_millimetres(least.radius)} at {format_cam_angle(least.phi)}"
 
 
-def _cut(plan: Plan) -> Iterator[str]:
+def _undercut_clauses(plan: Plan) -> Iterator[str]:
     for name, shape in plan.shapes.items():
         if shape.missing or shape.undercut:
-            yield f"the {shape.part} cuts the {CALLED[name]} away {_arcs(shape.missing or shape.undercut)}"
+            yield f"the {shape.part} cuts the {CAM_LABELS[name]} away {_arcs_text(shape.missing or shape.undercut)}"
 
 
-def _broken(plan: Plan, findings: Findings) -> Iterator[str]:
-    permitted = plan.spec.permitted
-    if permitted is None:
+def _violation_clauses(plan: Plan, findings: Findings) -> Iterator[str]:
+    constraints = plan.spec.permitted
+    if constraints is None:
         return
     angle = largest_pressure_angle(plan.shapes.values())
-    if permitted.pressure_angle is not None and angle.value > permitted.pressure_angle * (1 + _REACHED):
-        reached = f"pressure angle {degrees(angle.value)} at {degrees(angle.phi)}"
-        yield f"{reached} (permitted {degrees(permitted.pressure_angle)})"
+    if constraints.pressure_angle is not None and angle.value > constraints.pressure_angle * (1 + _LIMIT_TOLERANCE):
+        angle_clause = f"pressure angle {format_cam_angle(angle.value)} at {format_cam_angle(angle.phi)}"
+        yield f"{angle_clause} (permitted {format_cam_angle(constraints.pressure_angle)})"
     convex = [s.convex.radius for s in plan.shapes.values() if s.convex is not None]
-    if permitted.least_radius is not None and convex and min(convex) < permitted.least_radius * (1 - _REACHED):
-        yield f"least radius {_millimetres(min(convex))} (permitted {_millimetres(permitted.least_radius)})"
+    if constraints.least_radius is not None and convex and min(convex) < constraints.least_radius * (1 - _LIMIT_TOLERANCE):
+        yield f"least radius {_millimetres(min(convex))} (permitted {_millimetres(constraints.least_radius)})"
     base = min(shape.base.value for shape in plan.shapes.values())
-    if permitted.shaft_radius is not None and base < permitted.shaft_radius * (1 - _REACHED):
-        yield f"base circle {_millimetres(base)} (permitted {_millimetres(permitted.shaft_radius)}, that of the shaft)"
-    if permitted.contact_pressure is not None and findings.largest is not None:
-        largest = max(float(pressure.max()) for pressure in findings.largest.pressure.values())
-        if largest > permitted.contact_pressure:
-            yield f"contact pressure {largest / 1e6:.4g} MPa (permitted {permitted.contact_pressure / 1e6:.4g} MPa)"
+    if constraints.shaft_radius is not None and base < constraints.shaft_radius * (1 - _LIMIT_TOLERANCE):
+        yield f"base circle {_millimetres(base)} (permitted {_millimetres(constraints.shaft_radius)}, that of the shaft)"
+    if constraints.contact_pressure is not None and findings.dense_history is not None:
+        largest = max(float(pressure.max()) for pressure in findings.dense_history.pressure.values())
+        if largest > constraints.contact_pressure:
+            yield f"contact pressure {largest / 1e6:.4g} MPa (permitted {constraints.contact_pressure / 1e6:.4g} MPa)"
 
 
-def _off(plan: Plan, findings: Findings) -> Iterator[str]:
+def _lift_off_clauses(plan: Plan, findings: Findings) -> Iterator[str]:
     """Yield where a roller lifts off its cam; in a groove it passes to the opposite flank."""
-    if findings.largest is None or "outer" in plan.cams:
+    if findings.dense_history is None or "outer" in plan.cams:
         return
-    for name, arcs in findings.largest.off.items():
+    for name, arcs in findings.dense_history.lift_off.items():
         if arcs:
-            of = "" if len(plan.cams) == 1 else f" of the {CALLED[name]}"
+            owner = "" if len(plan.cams) == 1 else f" of the {CAM_LABELS[name]}"
             unit = "N m" if plan.unit == "rad" else "N"
             part = plan.shapes[name].part
-            yield f"the {part}{of} lifts off {_arcs(arcs)} (a preload of {findings.largest.least_preload:.4g} {unit} holds it)"
+            yield (
+                f"the {part}{owner} lifts off {_arcs_text(arcs)} (a preload of "
+                f"{findings.dense_history.least_preload:.4g} {unit} holds it)"
+            )
 
 
-def _arcs(arcs: tuple[Arc, ...]) -> str:
-    shown = " and ".join(f"from {degrees(begin)} to {degrees(end)}" for begin, end in arcs[:_MOST_ARCS])
-    return shown + (f" and on {len(arcs) - _MOST_ARCS} more arcs" if len(arcs) > _MOST_ARCS else "")
+def _arcs_text(arcs: tuple[Arc, ...]) -> str:
+    intervals = " and ".join(f"from {format_cam_angle(begin)} to {format_cam_angle(end)}" for begin, end in arcs[:_MOST_ARCS])
+    return intervals + (f" and on {len(arcs) - _MOST_ARCS} more arcs" if len(arcs) > _MOST_ARCS else "")
 
 
 def _millimetres(length: float) -> str:

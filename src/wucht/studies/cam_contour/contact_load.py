@@ -59,7 +59,7 @@ class ContactLoad:
 
 
 @dataclass(frozen=True, eq=False)
-class Pressed:
+class ContactHistory:
     """Contact of each cam over cam angles phi (N,) in rad: force (N,) in N, none negative, and pressure (N,) in Pa.
 
     torque (N,): driving torque of the camshaft in N m, 0 without contact. lift_off: arcs without contact, (begin, end) in rad.
@@ -70,7 +70,7 @@ class Pressed:
     force: Mapping[str, np.ndarray]
     pressure: Mapping[str, np.ndarray]
     torque: np.ndarray
-    off: Mapping[str, tuple[Arc, ...]]
+    lift_off: Mapping[str, tuple[Arc, ...]]
     least_preload: float
 
 
@@ -79,42 +79,42 @@ def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | 
 
     Raises ``InputError`` (study.contact..., study.speed).
     """
-    asked = spec.contact
-    if asked is None:
+    contact = spec.contact
+    if contact is None:
         return None
-    given, inertia = _moved(asked, unit, "follower")
+    inertia_key, inertia = _moved_inertia(contact, unit, "follower")
     if inertia is None:
-        needed = "moment of inertia in kg m^2 about its pivot" if unit == "rad" else "mass in kg"
+        quantity = "moment of inertia in kg m^2 about its pivot" if unit == "rad" else "mass in kg"
         raise InputError(
-            f"study.contact.{given}", None, f"this key is missing; needed is the follower's {needed}", code="missing"
+            f"study.contact.{inertia_key}", None, f"this key is missing; needed is the follower's {quantity}", code="missing"
         )
-    quantities = {key: read_quantity(of, getattr(asked, key), f"study.contact.{key}") for key, of in _UNITS[unit].items()}
-    behind = _behind(asked, drive)
+    quantities = {key: read_quantity(of, getattr(contact, key), f"study.contact.{key}") for key, of in _UNITS[unit].items()}
+    output_inertia = _output_inertia(contact, drive)
     try:
-        load = FollowerLoad(inertia, **quantities, output_inertia=behind)
+        load = FollowerLoad(inertia, **quantities, output_inertia=output_inertia)
     except InputError as error:
-        raise error.within("study.contact") from None
-    return ContactLoad(load, *_speed(spec, drive), asked.share, asked.width, _materials(asked))
+        raise error.with_prefix("study.contact") from None
+    return ContactLoad(load, *_speed(spec, drive), contact.share, contact.width, _materials(contact))
 
 
-def _moved(asked: Contact, unit: str, what: str) -> tuple[str, float | None]:
+def _moved_inertia(contact: Contact, unit: str, part: str) -> tuple[str, float | None]:
     """Return the key of the inertia or mass of a follower or output, and its value; the excluded key must not be given."""
-    prefix = "output_" if what == "output" else ""
-    given, other = (prefix + kind for kind in (("inertia", "mass") if unit == "rad" else ("mass", "inertia")))
-    if getattr(asked, other) is not None:
+    prefix = "output_" if part == "output" else ""
+    inertia_key, excluded_key = (prefix + kind for kind in (("inertia", "mass") if unit == "rad" else ("mass", "inertia")))
+    if getattr(contact, excluded_key) is not None:
         turns = "turns: give its inertia in kg m^2" if unit == "rad" else "slides: give its mass in kg"
-        raise InputError(f"study.contact.{other}", getattr(asked, other), f"the {what} {turns}")
-    return given, getattr(asked, given)
+        raise InputError(f"study.contact.{excluded_key}", getattr(contact, excluded_key), f"the {part} {turns}")
+    return inertia_key, getattr(contact, inertia_key)
 
 
-def _behind(asked: Contact, drive: CamDrive) -> float:
+def _output_inertia(contact: Contact, drive: CamDrive) -> float:
     """Return the inertia or mass that a linkage moves, in kg m^2 or kg."""
     if drive.linkage is not None:
-        return _moved(asked, drive.motion.unit, "output")[1] or 0.0
+        return _moved_inertia(contact, drive.motion.unit, "output")[1] or 0.0
     for key in ("output_inertia", "output_mass"):
-        if getattr(asked, key) is not None:
-            allowed = "without a linkage the follower is the output: add this value to that of the follower"
-            raise InputError(f"study.contact.{key}", getattr(asked, key), allowed)
+        if getattr(contact, key) is not None:
+            requirement = "without a linkage the follower is the output: add this value to that of the follower"
+            raise InputError(f"study.contact.{key}", getattr(contact, key), requirement)
     return 0.0
 
 
@@ -122,52 +122,59 @@ def _speed(spec: CamContour, drive: CamDrive) -> tuple[Speed, float]:
     if spec.speed is not None:
         return spec.speed, spec.speed
     if spec.corrected:
-        return SpeedOverAngle(drive.turning_with_corrected_cam), drive.turning_with_corrected_cam.mean
+        return SpeedOverAngle(drive.corrected_shaft_motion), drive.corrected_shaft_motion.mean
     if drive.speed is None:
-        allowed = "the contact force needs the speed of the camshaft: speed = '500 rpm', or a table [speed]"
-        raise InputError("study.speed", None, allowed)
-    return SpeedOverAngle(drive.turning), drive.turning.mean
+        requirement = "the contact force needs the speed of the camshaft: speed = '500 rpm', or a table [speed]"
+        raise InputError("study.speed", None, requirement)
+    return SpeedOverAngle(drive.shaft_motion), drive.shaft_motion.mean
 
 
-def _materials(asked: Contact) -> tuple[Material, Material]:
-    roller_modulus = asked.modulus if asked.roller_modulus is None else asked.roller_modulus
-    roller_poisson = asked.poisson if asked.roller_poisson is None else asked.roller_poisson
-    return Material(asked.modulus, asked.poisson), Material(roller_modulus, roller_poisson)
+def _materials(contact: Contact) -> tuple[Material, Material]:
+    roller_modulus = contact.modulus if contact.roller_modulus is None else contact.roller_modulus
+    roller_poisson = contact.poisson if contact.roller_poisson is None else contact.roller_poisson
+    return Material(contact.modulus, contact.poisson), Material(roller_modulus, roller_poisson)
 
 
-def pressed(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> Pressed:
+def contact_history(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> ContactHistory:
     """Return the contact at cam angles (N,). Raises ``InputError`` (study.contact.preload, follower)."""
-    forces = _of_pair(contact, cams, phi) or _of_groove(contact, cams, phi) or _of_one(contact, cams, phi)
-    force, torque, off, least_preload = forces
+    forces = (
+        _conjugate_contact(contact, cams, phi) or _groove_contact(contact, cams, phi) or _single_cam_contact(contact, cams, phi)
+    )
+    force, torque, lift_off, least_preload = forces
     pressure = dict[str, np.ndarray]()
     if contact.width is not None:
         for name, cam in cams.items():
             try:
                 pressure[name] = contact_pressure(cam, force[name], phi, contact.width, contact.materials)
             except InputError as error:
-                raise error.within("study.contact") if error.where == "width" else error from None
-    return Pressed(phi, force, pressure, torque, off, least_preload)
+                raise error.with_prefix("study.contact") if error.location == "width" else error from None
+    return ContactHistory(phi, force, pressure, torque, lift_off, least_preload)
 
 
 _Forces = tuple[dict[str, np.ndarray], np.ndarray, dict[str, tuple[Arc, ...]], float]
 
 
-def _of_one(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces:
-    found = contact_forces(cams["cam"], contact.load, contact.speed, phi)
-    torque = np.where(found.force > 0, found.torque, 0.0)
-    return {"cam": np.maximum(found.force, 0.0)}, torque, {"cam": found.lift_off}, found.least_preload
+def _single_cam_contact(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces:
+    solution = contact_forces(cams["cam"], contact.load, contact.speed, phi)
+    torque = np.where(solution.force > 0, solution.torque, 0.0)
+    return {"cam": np.maximum(solution.force, 0.0)}, torque, {"cam": solution.lift_off}, solution.least_preload
 
 
-def _of_groove(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
+def _groove_contact(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
     """Return the contact of a groove: where the inner flank would have to pull, the outer flank presses."""
     if "outer" not in cams:
         return None
-    found = contact_forces(cams["cam"], contact.load, contact.speed, phi)
-    force = {"cam": np.maximum(found.force, 0.0), "outer": np.maximum(-found.force, 0.0)}
-    return force, found.torque, {"cam": found.lift_off, "outer": _between(found.lift_off)}, found.least_preload
+    solution = contact_forces(cams["cam"], contact.load, contact.speed, phi)
+    force = {"cam": np.maximum(solution.force, 0.0), "outer": np.maximum(-solution.force, 0.0)}
+    return (
+        force,
+        solution.torque,
+        {"cam": solution.lift_off, "outer": _remaining_arcs(solution.lift_off)},
+        solution.least_preload,
+    )
 
 
-def _between(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
+def _remaining_arcs(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
     """Return the remaining arcs of the turn."""
     turn = 2 * np.pi
     if not arcs:
@@ -177,18 +184,18 @@ def _between(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
     return tuple((float(begin), float(end)) for begin, end in gaps if end > begin)
 
 
-def _of_pair(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
+def _conjugate_contact(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
     if "counter" not in cams:
         return None
     pair = ConjugateCams(cams["cam"], cams["counter"])  # type: ignore[arg-type]  # a counter cam has a roller, and its cam too
     try:
-        found = conjugate_forces(pair, contact.load, contact.speed, phi, contact.share)
+        solution = conjugate_forces(pair, contact.load, contact.speed, phi, contact.share)
     except InputError as error:
-        raise error.within("study.contact") if error.where == "preload" else error from None
-    force = {"cam": found.cam, "counter": found.counter}
-    return force, found.torque, {"cam": found.cam_off, "counter": found.counter_off}, found.least_preload
+        raise error.with_prefix("study.contact") if error.location == "preload" else error from None
+    force = {"cam": solution.cam, "counter": solution.counter}
+    return force, solution.torque, {"cam": solution.cam_off, "counter": solution.counter_off}, solution.least_preload
 
 
-def largest_pressed(contact: ContactLoad, cams: Mapping[str, Cam]) -> Pressed:
+def dense_contact_history(contact: ContactLoad, cams: Mapping[str, Cam]) -> ContactHistory:
     """Return the contact at angles that are dense enough for the largest values."""
-    return pressed(contact, cams, GRID)
+    return contact_history(contact, cams, GRID)

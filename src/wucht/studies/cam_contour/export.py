@@ -24,8 +24,8 @@ from wucht.results.store import prepare_folder
 if TYPE_CHECKING:
     import xarray as xr
 
-_ALIKE = 1e-9  # of the cam's size: distance that points of a result may have from the contour computed anew
-_OF_STROKE = 1e-5  # the tolerance of cam tables
+_CONTOUR_TOLERANCE = 1e-9  # of the cam's size: distance that points of a result may have from the contour computed anew
+_STROKE_TOLERANCE = 1e-5  # the tolerance of cam tables
 _TABLES = ("law", "follower", "linkage")
 
 
@@ -35,11 +35,11 @@ def export(result: xr.Dataset, folder: Path) -> list[str]:
 
 
 def _line(file: WorkshopFile) -> str:
-    line = f"{file.path}  {file.what}, {file.count}: read back within {_shown(file.deviation, file.unit)}"
+    line = f"{file.path}  {file.content}, {file.count}: read back within {_deviation_text(file.deviation, file.unit)}"
     return line if file.motion is None else f"{line}; a follower on it leaves its law by {file.motion:.1e}"
 
 
-def _shown(deviation: float, unit: str) -> str:
+def _deviation_text(deviation: float, unit: str) -> str:
     return f"{1e6 * deviation:.2g} um" if unit == "m" else f"{math.degrees(deviation):.1e}°"
 
 
@@ -70,19 +70,19 @@ def write_workshop(
     if summary["corrected"] is not None:
         law = CorrectedLaw(law, ShaftMotion(Harmonics.of(**summary["corrected"])))
     folder = prepare_folder(folder)
-    written: list[WorkshopFile] = []
+    files: list[WorkshopFile] = []
     for name, cam in drive.cams(law).items():
         points = points_to_mill(result, name)
-        if np.abs(cam.contour(points.phi) - points.position).max() > _ALIKE * np.abs(points.position).max():
-            why = "its points do not lie on the contour of its drive: run the study again"
-            raise InputError("result", None, why, code="deviates")
-        written += write_cam_files(
+        if np.abs(cam.contour(points.phi) - points.position).max() > _CONTOUR_TOLERANCE * np.abs(points.position).max():
+            reason = "its points do not lie on the contour of its drive: run the study again"
+            raise InputError("result", None, reason, code="deviates")
+        files += write_cam_files(
             folder, name, cam, points, summary["chord_tolerance"], summary["decimals"],
             spacing=summary["spacing"], separator=separator, drawing=drawing,
         )  # fmt: skip
     stroke = float(np.ptp(law(np.linspace(0, 2 * np.pi, 4097))))
-    tolerance = _OF_STROKE * stroke if table_tolerance is None else table_tolerance
-    return written + write_law_files(folder, law, drive.motion.unit, tolerance, forms=forms, decimals=table_decimals)
+    tolerance = _STROKE_TOLERANCE * stroke if table_tolerance is None else table_tolerance
+    return files + write_law_files(folder, law, drive.motion.unit, tolerance, forms=forms, decimals=table_decimals)
 
 
 def points_to_mill(result: xr.Dataset, cam: str) -> PointList:
@@ -90,20 +90,20 @@ def points_to_mill(result: xr.Dataset, cam: str) -> PointList:
     names = [str(name) for name in result.cam.values]
     if cam not in names:
         raise InputError("cam", cam, f"the result has no such cam; known: {', '.join(names)}")
-    own = result.isel(mill_point=np.flatnonzero(result.mill_cam.values == names.index(cam)))
-    normal = own.mill_normal_x.values + 1j * own.mill_normal_y.values
-    return PointList(own.mill_angle.values, own.mill_x.values + 1j * own.mill_y.values, normal)
+    points = result.isel(mill_point=np.flatnonzero(result.mill_cam.values == names.index(cam)))
+    normal = points.mill_normal_x.values + 1j * points.mill_normal_y.values
+    return PointList(points.mill_angle.values, points.mill_x.values + 1j * points.mill_y.values, normal)
 
 
 def drive_of(result: xr.Dataset) -> CamDrive:
     """Return the cam drive of a result, without its shaft and its speed. Raises ``InputError``."""
     facts: Mapping[str, Any] = result.wucht.machine
     tables = {name: dict(facts[name]) for name in _TABLES if name in facts}
-    tables["law"] = _as_in_a_file(tables["law"])
+    tables["law"] = _law_table(tables["law"])
     return drive_from(tables, str(facts["title"]), Path())
 
 
-def _as_in_a_file(law: Mapping[str, Any]) -> dict[str, Any]:
+def _law_table(law: Mapping[str, Any]) -> dict[str, Any]:
     """Return a table [law] with the keys that a file uses."""
     fields = laws()[law["kind"]].model_fields
     return {(fields[key].alias or key) if key in fields else key: value for key, value in law.items()}

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from wucht.plots.cam_drawings import FOLLOWER, draw_circle, frame_cam, radii_of_curvature
 from wucht.plots.page import small
 from wucht.plots.scales import travel_unit, turn_scale
-from wucht.plots.sheet import draw_panels, legend_below, named_in
+from wucht.plots.sheet import draw_panels, labelled_handles, legend_below
 from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.formatting import label
 
@@ -22,33 +22,35 @@ _ROD: dict[str, Any] = {"color": FOLLOWER, "linewidth": 2.0, "alpha": 0.7, "zord
 _EDGE = 0.5  # of the base circle: length of the rod drawn behind an edge
 _ROW, _CAM = 1.5, 4.0  # inches
 _LINE = {"cam": 0, "counter": 1, "outer": 2}
-_NAMED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
+_CAM_NAMES = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
 def _draw_cam(axis: Axes, result: xr.Dataset) -> None:
     """Draw contours, base circle, pitch curves, rollers, the cam's centre, the lever with its pivot, rod or face; in mm."""
     for i, name in enumerate(map(str, result.cam.values)):
-        cut, x, y = _is_missing(result, name), 1e3 * result.contour_x.values[i], 1e3 * result.contour_y.values[i]
+        is_missing, x, y = _is_missing(result, name), 1e3 * result.contour_x.values[i], 1e3 * result.contour_y.values[i]
         colour = _COLOUR[name]
-        axis.plot(*np.where(cut, np.nan, [x, y]), color=colour, linewidth=1.6, label=_CONTOURS[name], zorder=3)
+        axis.plot(*np.where(is_missing, np.nan, [x, y]), color=colour, linewidth=1.6, label=_CONTOURS[name], zorder=3)
         if name in ("cam", "counter"):
             # An outline drawn twice would be darker where contours overlap: the fill is pale enough for both.
-            axis.fill(x[~cut], y[~cut], color=colour, alpha=0.0 if "outer" in result.cam.values else 0.08, linewidth=0)
+            axis.fill(
+                x[~is_missing], y[~is_missing], color=colour, alpha=0.0 if "outer" in result.cam.values else 0.08, linewidth=0
+            )
             pitch = 1e3 * result.pitch_x.values[i], 1e3 * result.pitch_y.values[i]
             if np.isfinite(pitch[0]).all():
                 axis.plot(*pitch, color=colour, linestyle="--", linewidth=0.8, label="pitch curve", zorder=3)
             base = 1e3 * float(result.base_radius[i])
             draw_circle(axis, 0, 0, base, label="base circle", color=colour, linestyle=":", linewidth=0.9)
             _roller(axis, result, i)
-        if cut.any():
-            axis.plot(*np.where(cut, [x, y], np.nan), color=COLOURS[3], linewidth=1.8, label="cut away", zorder=6)
-    _turning(axis, result)
+        if is_missing.any():
+            axis.plot(*np.where(is_missing, [x, y], np.nan), color=COLOURS[3], linewidth=1.8, label="cut away", zorder=6)
+    _draw_turning_sense(axis, result)
     axis.plot([0], [0], "+", color=FOLLOWER, markersize=9, markeredgewidth=1.2, label="cam's centre", zorder=6)
     _face(axis, result)
     frame_cam(axis)
 
 
-def _turning(axis: Axes, result: xr.Dataset) -> None:
+def _draw_turning_sense(axis: Axes, result: xr.Dataset) -> None:
     """Draw an arrow in the sense in which the cam turns."""
     extent = float(np.hypot(result.contour_x.values, result.contour_y.values).max())
     radius, clockwise = 1e3 * max(0.3 * float(result.base_radius[0]), 0.12 * extent), result.wucht.summary["clockwise"]
@@ -75,7 +77,7 @@ def _roller(axis: Axes, result: xr.Dataset, i: int) -> None:
 
 
 def _face(axis: Axes, result: xr.Dataset) -> None:
-    x, low, high = (1e3 * float(result[f"face_{which}"]) for which in ("at", "from", "to"))
+    x, low, high = (1e3 * float(result[f"face_{end}"]) for end in ("at", "from", "to"))
     if np.isfinite(x):
         axis.plot([x, x], [low, high], color=FOLLOWER, linewidth=2.0, label="face, touched part", zorder=5)
         axis.plot([x, x + (high - low)], [0, 0], label="rod", **_ROD)
@@ -91,25 +93,25 @@ def _is_missing(result: xr.Dataset, name: str) -> np.ndarray:
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw the cam above, and below it two panels a row: radius of curvature, pressure angle, and further criteria."""
-    panels = [_radius, _motion if np.isfinite(float(result.face_at)) else _pressure_angle]
+    panels = [_curvature_radius, _motion if np.isfinite(float(result.face_at)) else _pressure_angle]
     if np.isfinite(result.transmission_angle.values).any():
         panels.append(_transmission)
     if (result.contact_force.values > 0).any():
         panels += [_force, _pressure, _torque] if np.isfinite(result.contact_pressure.values).any() else [_force, _torque]
     if len(panels) % 2:
-        panels.append(_touched if _motion in panels else _motion)
-    drawn, axes = draw_panels(result, [_draw_cam, *panels], None, heights=(_CAM, _ROW), wide=1)
+        panels.append(_face_contact if _motion in panels else _motion)
+    fig, axes = draw_panels(result, [_draw_cam, *panels], None, heights=(_CAM, _ROW), wide=1)
     for axis in axes[1:]:
         turn_scale(axis)
-    legend_below(drawn, named_in(axes))
-    return drawn
+    legend_below(fig, labelled_handles(axes))
+    return fig
 
 
 def _lines(axis: Axes, result: xr.Dataset, values: np.ndarray) -> None:
     """Draw a line for each cam, with its name where there are several."""
     for name, row in zip(map(str, result.cam.values), values, strict=True):
         if np.isfinite(row).any():
-            _line(axis, result, row, _LINE[name], _NAMED[name] if len(values) > 1 else None)
+            _line(axis, result, row, _LINE[name], _CAM_NAMES[name] if len(values) > 1 else None)
 
 
 def _line(axis: Axes, result: xr.Dataset, values: np.ndarray, look: int = 4, name: str | None = None) -> None:
@@ -121,18 +123,18 @@ def _limit(axis: Axes, value: float, name: str, colour: str = COLOURS[3]) -> Non
         axis.axhline(value, color=colour, linestyle=":", linewidth=1.2, label=name)
 
 
-def _radius(axis: Axes, result: xr.Dataset) -> None:
+def _curvature_radius(axis: Axes, result: xr.Dataset) -> None:
     """Draw the radius of curvature of the contour, except where it is nearly straight or cut away."""
     radii, widest = radii_of_curvature(result)
-    cut = np.array([_is_missing(result, name) for name in map(str, result.cam.values)])
-    shown = np.where(cut, np.nan, radii.values)
-    _lines(axis, result, shown)
+    is_missing = np.array([_is_missing(result, name) for name in map(str, result.cam.values)])
+    visible_radii = np.where(is_missing, np.nan, radii.values)
+    _lines(axis, result, visible_radii)
     _bands(axis, result, "missing", "cut away", COLOURS[3])
     _limit(axis, 1e3 * float(result.permitted_radius), "permitted")
     _limit(axis, -1e3 * float(result.wheel_radius), "grinding wheel", COLOURS[5])
     axis.axhline(0, color=GREY, linewidth=0.8)
-    low = min(0.0, float(np.nanmin(shown, initial=0.0)), -1e3 * float(np.nan_to_num(result.wheel_radius)))
-    high = float(np.nanmax(shown, initial=0.05 * widest))
+    low = min(0.0, float(np.nanmin(visible_radii, initial=0.0)), -1e3 * float(np.nan_to_num(result.wheel_radius)))
+    high = float(np.nanmax(visible_radii, initial=0.05 * widest))
     axis.set(ylim=(1.1 * low - 0.03 * widest, 1.1 * high), ylabel="radius of curvature (mm)")
     if low < 0:
         # Beside the panel: in it the word would lie under a curve.
@@ -162,9 +164,9 @@ def _force(axis: Axes, result: xr.Dataset) -> None:
     axis.set(ylim=(0, None), ylabel=label(result, "contact_force"))
 
 
-def _bands(axis: Axes, result: xr.Dataset, what: str, name: str, colour: str) -> None:
+def _bands(axis: Axes, result: xr.Dataset, event: str, name: str, colour: str) -> None:
     """Shade each arc of the cam angle with an event of this kind, and the same arc a turn earlier."""
-    for i in np.flatnonzero(result.arc_of.values == what).tolist():
+    for i in np.flatnonzero(result.arc_of.values == event).tolist():
         for turn in (0.0, -360.0):
             low, high = np.clip(np.degrees([float(result.arc_begin[i]), float(result.arc_end[i])]) + turn, 0, 360)
             if high > low:
@@ -182,7 +184,7 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
     axis.set(ylim=(0, None), ylabel="contact pressure (MPa)")
 
 
-def _touched(axis: Axes, result: xr.Dataset) -> None:
+def _face_contact(axis: Axes, result: xr.Dataset) -> None:
     """Draw where a flat face is touched: its distance from the rod's axis equals the velocity by the cam angle."""
     _line(axis, result, (1e3 if result.wucht.summary["clockwise"] else -1e3) * result.follower_velocity.values)
     axis.set_ylabel("face touched at y (mm)")

@@ -6,13 +6,13 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from wucht.cams.sizing.permitted import Permitted, Size
+from wucht.cams.sizing.size_limits import CamLimits, Size
 from wucht.errors import InputError
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 from wucht.studies.spec import Spec, TrueOrFalse, Value, Whole
 
 
-class Contact(Described):
+class Contact(TableModel):
     """Inertia, spring and load of the follower; for a lever about its pivot, for a rod along its axis."""
 
     inertia: float | None = si("kg m^2", "moment of inertia of the follower", default=None, ge=0, help=(
@@ -74,7 +74,7 @@ class CamContour(Spec):
         "speed of the camshaft, for the contact; by default that of the table [speed]"
     ))  # fmt: skip
     contact: Contact | None = Field(None, description="loads of the contact, a table `[study.contact]`; without it no forces")
-    permitted: Permitted | None = Field(None, description="limits that the cam must keep, a table `[study.permitted]`")
+    permitted: CamLimits | None = Field(None, description="limits that the cam must keep, a table `[study.permitted]`")
     smallest: Size = Field("base", description=(
         'radius to be minimised for the smallest cam, that of the base circle ("base") or the largest one ("blank")'
     ))  # fmt: skip
@@ -88,5 +88,5 @@ class CamContour(Spec):
         """See ``Spec``."""
         pressure = None if self.permitted is None else self.permitted.contact_pressure
         if pressure is not None and (self.contact is None or self.contact.width is None):
-            allowed = "the contact pressure needs study.contact with the width of the contact"
-            raise InputError("study.permitted.contact_pressure", None, allowed)
+            requirement = "the contact pressure needs study.contact with the width of the contact"
+            raise InputError("study.permitted.contact_pressure", None, requirement)

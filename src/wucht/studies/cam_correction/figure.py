@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from wucht.plots.cam_drawings import FOLLOWER, draw_bars_from, draw_circle, frame_cam, radii_of_curvature
 from wucht.plots.page import small
 from wucht.plots.scales import plain_decades, travel_unit, turn_scale
-from wucht.plots.sheet import legend_below, named_in, new_grid
-from wucht.plots.style import COLOURS, FREE, GREY, HATCHED
+from wucht.plots.sheet import labelled_handles, legend_below, new_grid
+from wucht.plots.style import BAR_STYLES, COLOURS, FREE, GREY
 from wucht.results.formatting import with_unit
 
 LOOKS: dict[str, dict[str, Any]] = {
@@ -35,22 +35,22 @@ _MOST_TICKS = 15
 def _draw_contours(axes: list[Axes], result: xr.Dataset) -> None:
     """Draw four panels: contours, their difference, pressure angle (of a flat face the motion), radius of curvature."""
     _contour(axes[0], result)
-    _moved(axes[1], result)
+    _displacement(axes[1], result)
     if np.isfinite(result.roller_radius.values).any():
         _pressure(axes[2], result)
     else:
         _draw_table(axes[2], result, "output", "motion")
-    _radius(axes[3], result)
+    _curvature_radius(axes[3], result)
 
 
-def _draw_table(axis: Axes, result: xr.Dataset, name: str, called: str, per: str = "") -> None:
+def _draw_table(axis: Axes, result: xr.Dataset, name: str, title: str, per: str = "") -> None:
     """Draw the motion of the output over the cam angle, or a derivative of it."""
     scale, unit = travel_unit(result.output)
     for version, look in LOOKS.items():
         values = scale * result[name].sel(version=version).values
         axis.plot(np.degrees(result.cam_angle.values), values, linewidth=1.1, **look)
     turn_scale(axis)
-    axis.set_ylabel(with_unit(f"{called} in the cam", unit + per))
+    axis.set_ylabel(with_unit(f"{title} in the cam", unit + per))
 
 
 def _versions(axis: Axes, names: list[str], curve: Callable[[str, str], tuple[np.ndarray, np.ndarray]]) -> None:
@@ -64,23 +64,23 @@ def _colour(name: str, version: str) -> str:
     return str(LOOKS[version]["color"]) if name == "cam" else _CAMS[name][0]
 
 
-def _all(result: xr.Dataset) -> list[str]:
+def _cam_names(result: xr.Dataset) -> list[str]:
     return list(map(str, result.cam.values))
 
 
-def _once(result: xr.Dataset) -> list[str]:
+def _distinct_cams(result: xr.Dataset) -> list[str]:
     """Return the names of the cams, with one flank of a groove, since both flanks move together."""
-    return [name for name in _all(result) if name != "outer"]
+    return [name for name in _cam_names(result) if name != "outer"]
 
 
 def _contour(axis: Axes, result: xr.Dataset) -> None:
-    closed = np.append(np.arange(result.sizes["cam_angle"]), 0)
+    closed_indices = np.append(np.arange(result.sizes["cam_angle"]), 0)
 
     def contour(name: str, version: str) -> tuple[np.ndarray, np.ndarray]:
         of = result.sel(version=version, cam=name)
-        return 1e3 * of.contour_x.values[closed], 1e3 * of.contour_y.values[closed]
+        return 1e3 * of.contour_x.values[closed_indices], 1e3 * of.contour_y.values[closed_indices]
 
-    for name in _all(result):
+    for name in _cam_names(result):
         _versions(axis, [name], contour)
         if name != "cam":
             axis.plot([], [], color=_CAMS[name][0], linewidth=1.1, label=_CAMS[name][1])
@@ -101,11 +101,11 @@ def _follower(axis: Axes, of: xr.Dataset, y: np.ndarray) -> None:
         axis.plot([x0, x0], [y.min(), y.max()], color=FOLLOWER, linewidth=1.2, label="face")
 
 
-def _moved(axis: Axes, result: xr.Dataset) -> None:
+def _displacement(axis: Axes, result: xr.Dataset) -> None:
     """Draw the displacement of the contours, which are hard to distinguish to scale."""
     scale, unit = (1e3, "mm") if np.abs(result.moved.values).max() >= _FINE else (1e6, "µm")
     axis.axhline(0, color=GREY, linewidth=0.8)
-    for name in _once(result):
+    for name in _distinct_cams(result):
         values = scale * result.moved.sel(cam=name).values
         axis.plot(np.degrees(result.cam_angle.values), values, color=_colour(name, "corrected"), linewidth=1.1)
     turn_scale(axis)
@@ -114,7 +114,7 @@ def _moved(axis: Axes, result: xr.Dataset) -> None:
 
 def _pressure(axis: Axes, result: xr.Dataset) -> None:
     degrees, angles = np.degrees(result.cam_angle.values), np.degrees(result.pressure_angle)
-    _versions(axis, _once(result), lambda name, version: (degrees, angles.sel(version=version, cam=name).values))
+    _versions(axis, _distinct_cams(result), lambda name, version: (degrees, angles.sel(version=version, cam=name).values))
     common = np.degrees(float(result.common_pressure_angle))
     for limit in (common, -common):
         axis.axhline(limit, color=COLOURS[3], linestyle=":", linewidth=1.2, label="common limit")
@@ -122,12 +122,12 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel("pressure angle (°)")
 
 
-def _radius(axis: Axes, result: xr.Dataset) -> None:
+def _curvature_radius(axis: Axes, result: xr.Dataset) -> None:
     """Draw the radius of curvature of the contour, except where it is nearly straight."""
-    degrees, shown = np.degrees(result.cam_angle.values), radii_of_curvature(result)[0]
-    _versions(axis, _all(result), lambda name, version: (degrees, shown.sel(version=version, cam=name).values))
+    degrees, radii = np.degrees(result.cam_angle.values), radii_of_curvature(result)[0]
+    _versions(axis, _cam_names(result), lambda name, version: (degrees, radii.sel(version=version, cam=name).values))
     axis.axhline(0, color=GREY, linewidth=0.8)
-    if (shown < 0).any():
+    if (radii < 0).any():
         axis.text(355, 0, "hollow", ha="right", va="top", fontsize=small(), color=GREY)
     turn_scale(axis)
     axis.set_ylabel("radius of curvature (mm)")
@@ -135,32 +135,32 @@ def _radius(axis: Axes, result: xr.Dataset) -> None:
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw panels over time and orders, of the cams or of the law, and of a measured acceleration if there is one."""
-    cams, measured = bool(result.sizes["cam"]), bool(np.isfinite(result.measured_amplitude.values).any())
-    drawn, axes = new_grid(2 * (3 + cams + measured), result.attrs["title"], result.attrs["sentence"], heights=_ROW)
-    for panel, axis in zip((_over_time, _spectrum, _speed, _speed_orders), axes, strict=False):
+    cams, has_measurement = bool(result.sizes["cam"]), bool(np.isfinite(result.measured_amplitude.values).any())
+    fig, axes = new_grid(2 * (3 + cams + has_measurement), result.attrs["title"], result.attrs["sentence"], heights=_ROW)
+    for panel, axis in zip((_acceleration_history, _spectrum, _speed, _speed_orders), axes, strict=False):
         panel(axis, result)
     if cams:
         _draw_contours(axes[4:8], result)
     else:
         _draw_table(axes[4], result, "output", "motion")
         _draw_table(axes[5], result, "output_acceleration", "acceleration", "/rad²")
-    if measured:
-        _measured_time(axes[-2], result)
+    if has_measurement:
+        _measured_history(axes[-2], result)
         _measured_orders(axes[-1], result)
-    legend_below(drawn, named_in(axes))
-    return drawn
+    legend_below(fig, labelled_handles(axes))
+    return fig
 
 
-def _accelerations(result: xr.Dataset, name: str) -> str:
+def _acceleration_label(result: xr.Dataset, name: str) -> str:
     return with_unit(name, str(result.acceleration.attrs["units"]))
 
 
-def _over_time(axis: Axes, result: xr.Dataset) -> None:
+def _acceleration_history(axis: Axes, result: xr.Dataset) -> None:
     for version, look in LOOKS.items():
         values = result.acceleration.sel(version=version).values
         axis.plot(1e3 * result.time.values, values, linewidth=1.3, label=_NAMES[version], **look)
     _time_axis(axis, result)
-    axis.set_ylabel(_accelerations(result, "acceleration"))
+    axis.set_ylabel(_acceleration_label(result, "acceleration"))
 
 
 def _time_axis(axis: Axes, result: xr.Dataset) -> None:
@@ -177,15 +177,17 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     floor = _LEAST * float(result.amplitude.sel(version="corrected", order=s["reference_order"]))
     for side, version in zip((-0.2, 0.2), LOOKS, strict=True):
         values = np.maximum(result.amplitude.sel(version=version).values, floor)
-        draw_bars_from(axis, floor / 2, k + side, values, color=LOOKS[version]["color"], **HATCHED[side < 0])
+        draw_bars_from(axis, floor / 2, k + side, values, color=LOOKS[version]["color"], **BAR_STYLES[side < 0])
     if np.isfinite(result.recovered.values).any():
-        recovered = np.maximum(np.fmax.reduce(result.recovered.values), floor)  # NaN for orders that were not computed
-        axis.plot(k, recovered, "o", color=COLOURS[6], markersize=3, label="corrected, from its points", zorder=5)
+        recovered_amplitudes = np.maximum(
+            np.fmax.reduce(result.recovered.values), floor
+        )  # NaN for orders that were not computed
+        axis.plot(k, recovered_amplitudes, "o", color=COLOURS[6], markersize=3, label="corrected, from its points", zorder=5)
     name = f"{_LEAST:.0e} of order {s['reference_order']}, or less"
     axis.axhline(floor, color=GREY, linestyle="-.", linewidth=0.8, label=name)
     _decades(axis, floor, float(result.amplitude.max()), 3)
     _order_axis(axis, len(k))
-    axis.set_ylabel(_accelerations(result, "acceleration, amplitude"))
+    axis.set_ylabel(_acceleration_label(result, "acceleration, amplitude"))
 
 
 def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
@@ -207,37 +209,37 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
 
 def _speed_orders(axis: Axes, result: xr.Dataset) -> None:
     """Draw the orders of the speed that are corrected, and those of a record that are left out."""
-    j, errors, others = result.speed_order.values, result.speed_error.values, result.left_out_order.values
+    j, errors, left_out_orders = result.speed_order.values, result.speed_error.values, result.left_out_order.values
     frame: dict[str, Any] = {"width": 0.6, "edgecolor": GREY, "linewidth": 0.4, "capsize": 2}
     bars = errors if np.isfinite(errors).any() else None
     axis.bar(j, result.speed_amplitude.values, yerr=bars, color=COLOURS[0], **frame)
-    if len(others):
-        axis.bar(others, result.left_out_amplitude.values, color=_LEFT_OUT, **frame, label="left out, in the record")
-    _order_axis(axis, max([1, *j, *others]))
+    if len(left_out_orders):
+        axis.bar(left_out_orders, result.left_out_amplitude.values, color=_LEFT_OUT, **frame, label="left out, in the record")
+    _order_axis(axis, max([1, *j, *left_out_orders]))
     axis.set_ylabel("speed, amplitude (rad/s)")
 
 
-def _measured_time(axis: Axes, result: xr.Dataset) -> None:
+def _measured_history(axis: Axes, result: xr.Dataset) -> None:
     """Draw the measured acceleration beside the computed one, as figures 2 and 4 of 004, with samples of all turns."""
     version, time = result.wucht.summary["measured"]["cam"], 1e3 * result.time.values
-    sampled = time[-1] * result.sample_tau.values / (2 * np.pi)
+    sample_times = time[-1] * result.sample_tau.values / (2 * np.pi)
     dots: dict[str, Any] = {"color": GREY, "marker": ".", "linestyle": "", "markeredgewidth": 0}
-    axis.plot(sampled, result.sample_acceleration.values, markersize=2.2, alpha=0.35, rasterized=True, **dots)
+    axis.plot(sample_times, result.sample_acceleration.values, markersize=2.2, alpha=0.35, rasterized=True, **dots)
     axis.plot([], [], markersize=6, label="measured, samples", **dots)
     axis.plot(time, result.acceleration.sel(version=version).values, linewidth=2.6, **LOOKS[version])
     axis.plot(time, result.measured_acceleration.values, color=COLOURS[6], linewidth=0.9, label="measured (orders fitted)")
     _time_axis(axis, result)
-    axis.set_ylabel(_accelerations(result, "measured"))
+    axis.set_ylabel(_acceleration_label(result, "measured"))
 
 
 def _measured_orders(axis: Axes, result: xr.Dataset) -> None:
     k, colour = result.order.values, LOOKS[result.wucht.summary["measured"]["cam"]]["color"]
-    both = np.array([result.computed_amplitude.values, result.measured_amplitude.values])
-    highest = float(np.nanmax(both))
-    floor = min(max(_LEAST_MEASURED * highest, 0.5 * float(np.nanmin(both))), _MOST_MEASURED * highest)
-    for side, values, of in zip((-0.2, 0.2), both, (colour, COLOURS[6]), strict=True):
-        shown = np.maximum(values, floor)  # NaN stays NaN
-        draw_bars_from(axis, floor / 2, k + side, shown, color=of, edgecolor=GREY, linewidth=0.3)
+    amplitudes = np.array([result.computed_amplitude.values, result.measured_amplitude.values])
+    highest = float(np.nanmax(amplitudes))
+    floor = min(max(_LEAST_MEASURED * highest, 0.5 * float(np.nanmin(amplitudes))), _MOST_MEASURED * highest)
+    for side, values, of in zip((-0.2, 0.2), amplitudes, (colour, COLOURS[6]), strict=True):
+        bars = np.maximum(values, floor)  # NaN stays NaN
+        draw_bars_from(axis, floor / 2, k + side, bars, color=of, edgecolor=GREY, linewidth=0.3)
     _decades(axis, floor, highest, 1)
     _order_axis(axis, len(k))
-    axis.set_ylabel(_accelerations(result, "measured, amplitude"))
+    axis.set_ylabel(_acceleration_label(result, "measured, amplitude"))

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.correction import Comparison, CorrectedLaw, MotionOverTime, Purity, compared
+from wucht.cams.correction import AccelerationComparison, CorrectedLaw, MotionOverTime, Purity, compare_with_measurement
 from wucht.cams.correction import orders as orders_of
 from wucht.cams.drive import CamDrive
 from wucht.cams.laws import Law
@@ -22,7 +22,7 @@ from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.measurements.order_checks import check_samples
 from wucht.measurements.order_fit import OrderFit
-from wucht.measurements.order_regression import START_BLOCKS, Mean, OrderModel, block_means, start
+from wucht.measurements.order_regression import START_BLOCKS, Mean, OrderModel, block_means, initial_fit
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Channel
 from wucht.measurements.shaft_signal import TURN, ShaftSignal
@@ -35,16 +35,16 @@ _NEAR = 0.01  # of omega: the same speed
 _DRIFTS = 1e-3  # of omega: differs from the stated speed
 _LITTLE = 0.5  # of the mean square: a smaller explained share is warned of
 _UNITS = {"rad": Unit("rad/s^2", "angular acceleration"), "m": Unit("m/s^2", "acceleration")}
-_ENDLESS = 60  # orders shown of a law with infinitely many
+_DEFAULT_ORDERS = 60  # orders shown of a law with infinitely many
 _MATTERS, _ERRORS = 1e-3, 3.0  # of the mean speed, and standard errors: an order left out that is warned of
-_TOLD = (1, 2)  # orders that the fit itself warns of
+_WARNED_ORDERS = (1, 2)  # orders that the fit itself warns of
 _AGREES, _BETTER = 0.5, 0.005  # of the mean square: what a delay must explain at least, and how much more than none
 _ABOVE = 0.1  # of the root mean square: a larger share of the computed motion above the fitted orders is warned of
 Cams = Mapping[str, Cam]
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredAcceleration:
     """Measured acceleration beside the computed one.
 
     channel: the record in rad/s^2 or m/s^2. comparison: of its orders with the computed motion. cam: original or corrected.
@@ -52,74 +52,82 @@ class Measured:
     """
 
     channel: Channel
-    comparison: Comparison
+    comparison: AccelerationComparison
     cam: str
     noise: float
     turns: float
     notes: tuple[str, ...]
 
 
-def measured(asked: Acceleration, folder: Path, unit: str, most: int, law: Law, shaft: ShaftMotion, zero: float) -> Measured:
+def measured_acceleration(
+    acceleration: Acceleration, folder: Path, unit: str, most: int, law: Law, shaft: ShaftMotion, zero: float
+) -> MeasuredAcceleration:
     """Compare the record with the motion that the cam for ``law`` makes.
 
     unit: of the output. most: default number of fitted orders. law: over the cam angle. zero: default time at which the cam
     angle is zero. Raises ``InputError`` for a record that cannot be read, has another dimension, is
     shorter than a turn or has gaps or too few samples.
     """
-    channel = _in_unit(
-        read_recording(folder / asked.file).channel(asked.column).corrected(asked.unit, asked.scale), asked, unit
+    channel = _acceleration_channel(
+        read_recording(folder / acceleration.file).channel(acceleration.column).correct(acceleration.unit, acceleration.scale),
+        acceleration,
+        unit,
     )
-    orders = np.arange(1, (asked.orders or most) + 1)
-    check_samples(ShaftSignal(channel.where, "speed", channel.time, channel.values), shaft.mean, orders)
-    zero = zero if asked.zero is None else asked.zero
-    found, noise, speed = _fitted(channel, orders, shaft.mean, zero)
-    comparison = compared(found, law, shaft)
+    orders = np.arange(1, (acceleration.orders or most) + 1)
+    check_samples(ShaftSignal(channel.location, "speed", channel.time, channel.values), shaft.mean, orders)
+    zero = zero if acceleration.zero is None else acceleration.zero
+    harmonics, noise, speed = _fit_orders(channel, orders, shaft.mean, zero)
+    comparison = compare_with_measurement(harmonics, law, shaft)
     turns = speed * float(np.ptp(channel.time)) / TURN
-    return Measured(channel, comparison, asked.cam, noise, turns, _notes(comparison, asked.cam, speed / shaft.mean))
+    return MeasuredAcceleration(
+        channel, comparison, acceleration.cam, noise, turns, _notes(comparison, acceleration.cam, speed / shaft.mean)
+    )
 
 
-def _in_unit(channel: Channel, asked: Acceleration, unit: str) -> Channel:
+def _acceleration_channel(channel: Channel, acceleration: Acceleration, unit: str) -> Channel:
     """Convert the record to the output's unit/s^2. Raises ``InputError``, at the key of the unit if that is given."""
-    if asked.radius is not None and unit != "rad":
-        raise InputError("study.acceleration.radius", asked.radius, "the output slides: there is no circle about an axis")
+    if acceleration.radius is not None and unit != "rad":
+        raise InputError(
+            "study.acceleration.radius", acceleration.radius, "the output slides: there is no circle about an axis"
+        )
     try:
-        found = channel.in_si(_UNITS[unit if asked.radius is None else "m"])
+        channel_si = channel.to_si(_UNITS[unit if acceleration.radius is None else "m"])
     except InputError as error:
-        allowed = error.allowed
-        if asked.radius is None and unit == "rad" and _is_straight(channel):
-            allowed = "the output turns: give study.acceleration.radius, the distance of the sensor from the output's axis"
-        own = asked.unit is not None and error.given == asked.unit
-        raise InputError("study.acceleration.unit" if own else error.where, error.given, allowed) from None
-    return found if asked.radius is None else found.scaled(1 / asked.radius, "rad/s^2")
+        requirement = error.explanation
+        if acceleration.radius is None and unit == "rad" and _is_straight(channel):
+            requirement = "the output turns: give study.acceleration.radius, the distance of the sensor from the output's axis"
+        is_given_unit = acceleration.unit is not None and error.value == acceleration.unit
+        raise InputError("study.acceleration.unit" if is_given_unit else error.location, error.value, requirement) from None
+    return channel_si if acceleration.radius is None else channel_si.with_scale(1 / acceleration.radius, "rad/s^2")
 
 
 def _is_straight(channel: Channel) -> bool:
     """True if its unit is that of an acceleration along a path."""
     try:
-        channel.in_si(_UNITS["m"])
+        channel.to_si(_UNITS["m"])
     except InputError:
         return False
     return bool(channel.unit)
 
 
-def _fitted(channel: Channel, orders: np.ndarray, omega: float, zero: float) -> tuple[Harmonics, float, float]:
+def _fit_orders(channel: Channel, orders: np.ndarray, omega: float, zero: float) -> tuple[Harmonics, float, float]:
     """Return the orders with phases from the time zero on, the rms of the residual, and the speed at which they repeat."""
     model, centre = OrderModel(orders, Mean.FREE), float(channel.time[0] + channel.time[-1]) / 2
     time, theta = channel.time - centre, np.zeros(model.size)
     theta[0] = omega
     if omega * float(np.ptp(time)) > _FREE_FROM * TURN:
-        first = start(model, *block_means(time, channel.values, TURN / omega / orders[-1] / START_BLOCKS), omega)
+        first = initial_fit(model, *block_means(time, channel.values, TURN / omega / orders[-1] / START_BLOCKS), omega)
         fit = model.fit(time, channel.values, first.theta)
-        theta[0] = fit.theta[0] if fit.converged and abs(fit.theta[0] / omega - 1) < _NEAR else omega
-    fit = model.at(time, channel.values, theta)
+        theta[0] = fit.theta[0] if fit.has_converged and abs(fit.theta[0] / omega - 1) < _NEAR else omega
+    fit = model.normal_equations(time, channel.values, theta)
     theta[1:], *_ = np.linalg.lstsq(fit.gram[1:, 1:], fit.gradient[1:], rcond=1e-13)
-    left = model.at(time, channel.values, theta)
+    residual_fit = model.normal_equations(time, channel.values, theta)
     waves = model.waves(theta)
     about_centre = Harmonics(float(theta[1]), waves.real, -waves.imag)
-    return about_centre.shifted(theta[0] * (centre - zero)), left.variance**0.5, float(theta[0])
+    return about_centre.shift(theta[0] * (centre - zero)), residual_fit.variance**0.5, float(theta[0])
 
 
-def _notes(comparison: Comparison, cam: str, ratio: float) -> tuple[str, ...]:
+def _notes(comparison: AccelerationComparison, cam: str, ratio: float) -> tuple[str, ...]:
     notes: list[str] = []
     if abs(ratio - 1) > _DRIFTS:
         notes.append(f"The measured acceleration repeats at {ratio:.5g} times the mean speed of the shaft: check the speed.")
@@ -145,7 +153,7 @@ class Plan:
     spec: CamCorrection
     drive: CamDrive
     law: Law
-    corrected: CorrectedLaw
+    corrected_law: CorrectedLaw
     levers: tuple[Law, Law]
     unit: str
     lever_unit: str
@@ -156,7 +164,7 @@ class Plan:
     before: Cams
     after: Cams
     fit: OrderFit | None
-    measured: Measured | None
+    measurement: MeasuredAcceleration | None
     zero: float
     delay: tuple[float, float] | None
     notes: tuple[str, ...]
@@ -168,24 +176,24 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
     Raises ``InputError``: there is no such law, the output stands still, the motion of the shaft is not given, it turns back,
     a record cannot be used, or the linkage or the follower cannot make the motion.
     """
-    motion, shaft, fit = drive.motion, drive.turning, drive.measured
-    purity = Purity.of(motion.law, motion.count)
-    orders = spec.orders or 3 * (purity.count or _ENDLESS // 3)
-    corrected = CorrectedLaw(motion.law, shaft)
-    before, after = ({}, {}) if drive.follower is None else (drive.cams(motion.law), drive.cams(corrected))
-    zero, record, delay, notes = 0.0 if fit is None else fit.origin, None, None, list(_of_record(drive, fit))
+    motion, shaft, fit = drive.motion, drive.shaft_motion, drive.speed_fit
+    purity = Purity.from_law(motion.law, motion.count)
+    orders = spec.orders or 3 * (purity.count or _DEFAULT_ORDERS // 3)
+    corrected_law = CorrectedLaw(motion.law, shaft)
+    before, after = ({}, {}) if drive.follower is None else (drive.cams(motion.law), drive.cams(corrected_law))
+    zero, record, delay, notes = 0.0 if fit is None else fit.origin, None, None, list(_record_notes(drive, fit))
     if spec.acceleration is not None:
-        law = motion.law if spec.acceleration.cam == "original" else corrected
-        record = _measured(spec.acceleration, drive, orders, law, zero)
-        zero, few = zero if spec.acceleration.zero is None else spec.acceleration.zero, _too_few(record, law, shaft)
+        law = motion.law if spec.acceleration.cam == "original" else corrected_law
+        record = _read_measurement(spec.acceleration, drive, orders, law, zero)
+        zero, few = zero if spec.acceleration.zero is None else spec.acceleration.zero, _order_count_notes(record, law, shaft)
         delay = None if few else _delay(record)  # at a wrong speed the record is out of phase in any case
-        notes += [*record.notes, *few, *_late(record, delay, shaft.mean, zero)]
+        notes += [*record.notes, *few, *_delay_notes(record, delay, shaft.mean, zero)]
     return Plan(
         spec=spec,
         drive=drive,
         law=motion.law,
-        corrected=corrected,
-        levers=(drive.lever(motion.law), drive.lever(corrected)),
+        corrected_law=corrected_law,
+        levers=(drive.lever(motion.law), drive.lever(corrected_law)),
         unit=motion.unit,
         lever_unit=motion.unit if drive.closure is None else "rad",
         purity=purity,
@@ -195,52 +203,53 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
         before=before,
         after=after,
         fit=fit,
-        measured=record,
+        measurement=record,
         zero=zero,
         delay=delay,
         notes=tuple(notes),
     )
 
 
-def _measured(asked: Acceleration, drive: CamDrive, orders: int, law: Law, zero: float) -> Measured:
+def _read_measurement(acceleration: Acceleration, drive: CamDrive, orders: int, law: Law, zero: float) -> MeasuredAcceleration:
     """Return the measured acceleration. Raises ``InputError``, at its key for a column without orders."""
     try:
-        return measured(asked, drive.folder, drive.motion.unit, orders, law, drive.turning, zero)
+        return measured_acceleration(acceleration, drive.folder, drive.motion.unit, orders, law, drive.shaft_motion, zero)
     except InputError as error:
-        if error.where != "acceleration":
+        if error.location != "acceleration":
             raise
-        raise InputError("study.acceleration.column", asked.column, error.allowed) from None
+        raise InputError("study.acceleration.column", acceleration.column, error.explanation) from None
 
 
-def _delay(record: Measured) -> tuple[float, float] | None:
+def _delay(record: MeasuredAcceleration) -> tuple[float, float] | None:
     """Return the delay of ``Plan``: only where it explains noticeably more, and most of the record."""
-    delay, share = record.comparison.delayed
-    better = share > record.comparison.share + _BETTER and explained(record, share) > _AGREES
+    delay, share = record.comparison.best_delay
+    better = share > record.comparison.share + _BETTER and explained_share(record, share) > _AGREES
     return (delay, share) if better else None
 
 
-def explained(record: Measured, share: float) -> float:
+def explained_share(record: MeasuredAcceleration, share: float) -> float:
     """Return the explained share of the whole record about its mean, from that of the mean square of its orders."""
-    of_orders = float((record.comparison.measured.amplitudes**2).sum()) / 2
-    return share * of_orders / (of_orders + record.noise**2)
+    order_power = float((record.comparison.measured_orders.amplitudes**2).sum()) / 2
+    return share * order_power / (order_power + record.noise**2)
 
 
-def _late(record: Measured, delay: tuple[float, float] | None, omega: float, zero: float) -> list[str]:
+def _delay_notes(record: MeasuredAcceleration, delay: tuple[float, float] | None, omega: float, zero: float) -> list[str]:
     """Return a note on a delay of the record. zero: time at which the cam angle is zero, in s."""
     if delay is None:
         return []
     by, share = delay
-    late = f"{abs(math.degrees(by)):.3g}° ({abs(1e3 * by / omega):.3g} ms) {'later' if by > 0 else 'earlier'}"
+    delay_text = f"{abs(math.degrees(by)):.3g}° ({abs(1e3 * by / omega):.3g} ms) {'later' if by > 0 else 'earlier'}"
     return [
-        f"The measured acceleration comes {late} than that computed for the {record.cam} cam; without it {share:.1%} of its "
+        f"The measured acceleration comes {delay_text} than that computed for the {record.cam} cam; without "
+        f"it {share:.1%} of its "
         "orders would be explained. Check the delay of the sensor's filter, the cam's angle on its shaft, and the clocks of "
         f'the records; study.acceleration.zero = "{zero + by / omega:.6g} s" removes it.'
     ]
 
 
-def _too_few(record: Measured, law: Law, shaft: ShaftMotion) -> list[str]:
+def _order_count_notes(record: MeasuredAcceleration, law: Law, shaft: ShaftMotion) -> list[str]:
     """Return a note where the computed motion has orders above the fitted ones."""
-    count, powers = record.comparison.measured.count, orders_of(MotionOverTime(law, shaft)).amplitudes ** 2
+    count, powers = record.comparison.measured_orders.count, orders_of(MotionOverTime(law, shaft)).amplitudes ** 2
     above = np.sqrt(np.append(np.cumsum(powers[::-1])[::-1], 0.0) / powers.sum())  # above[n]: of orders from n + 1 on
     if above[count] <= _ABOVE:
         return []
@@ -252,19 +261,21 @@ def _too_few(record: Measured, law: Law, shaft: ShaftMotion) -> list[str]:
     ]
 
 
-def _of_record(drive: CamDrive, fit: OrderFit | None) -> tuple[str, ...]:
+def _record_notes(drive: CamDrive, fit: OrderFit | None) -> tuple[str, ...]:
     """Return what to check of the record of the speed, in sentences."""
     if fit is None or drive.speed is None:
         return ()
     notes = list(fit.warnings)
-    by_itself = fit.unit == "rad" and drive.speed.pulses_per_turn is None  # an angle defines its zero
-    if drive.speed.index is None and not by_itself:
+    has_zero = fit.unit == "rad" and drive.speed.pulses_per_turn is None  # an angle defines its zero
+    if drive.speed.index is None and not has_zero:
         notes.append(
             f"The record has no index pulse: cam angle zero is taken to be at {fit.origin:.6g} s. The phase of the speed "
             "against the cam matters; the line 'left if' states the effect of one degree."
         )
-    for left in fit.notable():
-        if left.order not in _TOLD and left.amplitude > max(_ERRORS * left.error, _MATTERS * fit.speed.mean):
-            share = left.amplitude / fit.speed.mean
-            notes.append(f"Order {left.order} is left out, but the record holds {share:.2%} of the speed in it.")
+    for left_out_order in fit.notable():
+        if left_out_order.order not in _WARNED_ORDERS and left_out_order.amplitude > max(
+            _ERRORS * left_out_order.error, _MATTERS * fit.speed.mean
+        ):
+            share = left_out_order.amplitude / fit.speed.mean
+            notes.append(f"Order {left_out_order.order} is left out, but the record holds {share:.2%} of the speed in it.")
     return tuple(notes)

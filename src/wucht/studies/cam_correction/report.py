@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.formatting import formats, in_lines
+from wucht.results.formatting import formats, report_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,54 +13,54 @@ if TYPE_CHECKING:
 _MOST, _FEW = 6, 4  # orders listed at most, and those listed with details
 _RPM = 30 / math.pi
 _NOTHING = 1e-4  # of order 1
-_CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
+_CAM_NAMES = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a correction."""
     s = result.wucht.summary
-    lines = [*_shaft(result, s), *_motion(s), *_left(s), *_contours(s)]
+    lines = [*_shaft_lines(result, s), *_motion_lines(s), *_residual_lines(s), *_contour_lines(s)]
     if s["measured"] is not None:
-        lines += _measured(s["measured"], s)
-    return in_lines(result, s["sentence"], lines)
+        lines += _measurement_lines(s["measured"], s)
+    return report_lines(result, s["sentence"], lines)
 
 
-def _shaft(result: xr.Dataset, s: dict[str, Any]) -> list[tuple[str, str]]:
+def _shaft_lines(result: xr.Dataset, s: dict[str, Any]) -> list[tuple[str, str]]:
     speed, _ = formats(result)
     there = [int(j) for j, a in zip(result.speed_order.values, result.speed_amplitude.values, strict=True) if a > 0]
-    fluctuates = f"fluctuates by {s['fluctuation']:.2%} in orders {_listed(there)}" if there else "turns evenly"
+    fluctuates = f"fluctuates by {s['fluctuation']:.2%} in orders {_orders_text(there)}" if there else "turns evenly"
     lines = [("shaft", f"{speed(s['mean_speed'])}, a turn in {1e3 * s['period']:.5g} ms; it {fluctuates}")]
     if (r := s["record"]) is not None:
-        lines += _record(r, s["mean_speed"])
+        lines += _record_lines(r, s["mean_speed"])
     return lines
 
 
-def _record(r: dict[str, Any], mean: float) -> list[tuple[str, str]]:
+def _record_lines(r: dict[str, Any], mean: float) -> list[tuple[str, str]]:
     """Return lines on the residual of the record of the speed, and its effect on the motion."""
     rest = f"{math.degrees(r['residual_rms']):.3g}° rms" if r["unit"] == "rad" else f"{_RPM * r['residual_rms']:.3g} rpm rms"
-    explained = f"orders explain {r['explained']:.2%}, {rest} left"
+    fit_clause = f"orders explain {r['explained']:.2%}, {rest} left"
     noise = f"the noise leaves {_about(r['left_by_errors'])}"
     if not r["left_out"]:
-        return [("record", f"{r['turns']:.3g} turns, {r['samples']} samples, {explained}; {noise}, no order left out matters")]
-    others = f"the orders left out {_about(r['left_by_left_out'])}"
+        return [("record", f"{r['turns']:.3g} turns, {r['samples']} samples, {fit_clause}; {noise}, no order left out matters")]
+    left_out_clause = f"the orders left out {_about(r['left_by_left_out'])}"
     sizes = (
         f"order {one['order']} ({_RPM * one['amplitude']:.3g} rpm, {_percent(one['amplitude'] / mean)} of the speed), which "
         f"leaves {_percent(one['share'])}"
         for one in r["left_out"][:_FEW]
     )
     return [
-        ("record", f"{r['turns']:.3g} turns, {r['samples']} samples, {explained}; {noise}, {others}"),
+        ("record", f"{r['turns']:.3g} turns, {r['samples']} samples, {fit_clause}; {noise}, {left_out_clause}"),
         ("left out", f"{'; '.join(sizes)}"),
     ]
 
 
-def _measured(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, str]]:
+def _measurement_lines(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, str]]:
     """Return lines on the measured acceleration beside the computed one."""
     unit, orders = f"{s['unit']}/s^2", f"{m['orders']} orders" if m["orders"] > 1 else "1 order"
-    explained = f"{max(m['explained'], 0.0):.1%} explained by the computed motion of the {m['cam']} cam"
+    explained_clause = f"{max(m['explained'], 0.0):.1%} explained by the computed motion of the {m['cam']} cam"
     of_orders = f"{max(m['explained_orders'], 0.0):.1%} of its {orders}"
     beside = f"{m['noise_rms']:.4g} of {m['rms']:.4g} {unit} rms lie outside these"
-    lines = [("measured", f"{m['turns']:.3g} turns: {explained} ({of_orders}; {beside})")]
+    lines = [("measured", f"{m['turns']:.3g} turns: {explained_clause} ({of_orders}; {beside})")]
     if m["delay"] is not None:
         by = f"{abs(math.degrees(m['delay'])):.3g}° ({abs(1e3 * m['delay'] / s['mean_speed']):.3g} ms)"
         late = f"{by} {'later' if m['delay'] > 0 else 'earlier'} than computed"
@@ -68,30 +68,30 @@ def _measured(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, str]]:
     return lines
 
 
-def _motion(s: dict[str, Any]) -> list[tuple[str, str]]:
+def _motion_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     unit = f"{s['unit']}/s^2"
     lines = [("acceleration", f"at most {s['peak_after']:.4g} {unit}; of the original cam {s['peak_before']:.4g} {unit}")]
     if s["recovered"]:
-        found = ", ".join(f"{name} {share:.2g}" for name, share in s["recovered"].items())
-        rounded = ", ".join(f"{share:.2g}" for share in s["rounded"].values())
-        decimals = f"rounded to {s['decimals']} decimals of a mm {rounded}"
-        lines.append(("from points", f"{found} of order {s['reference_order']}; {decimals}"))
+        exact_shares = ", ".join(f"{name} {share:.2g}" for name, share in s["recovered"].items())
+        rounded_shares = ", ".join(f"{share:.2g}" for share in s["rounded"].values())
+        decimals = f"rounded to {s['decimals']} decimals of a mm {rounded_shares}"
+        lines.append(("from points", f"{exact_shares} of order {s['reference_order']}; {decimals}"))
     return lines
 
 
-def _left(s: dict[str, Any]) -> list[tuple[str, str]]:
+def _residual_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     """Return lines on the residuals under deviating conditions; the orders left out in one line."""
     orders = [r for r in s["residuals"] if r["what"].startswith("order ")]
-    others = [r for r in s["residuals"] if r not in orders]
-    lines = [("left if", f"{_percent(r['share']):>7}  {r['what']}") for r in others]
+    remaining_residuals = [r for r in s["residuals"] if r not in orders]
+    lines = [("left if", f"{_percent(r['share']):>7}  {r['what']}") for r in remaining_residuals]
     if orders:
-        ranked = sorted(orders, key=lambda r: -r["share"])[:_MOST]
-        named = ", ".join(f"{_percent(r['share'])} ({r['what'].split()[1]})" for r in ranked)
-        lines.append(("left if", f"an order of the speed is left out: {named}"))
+        largest_orders = sorted(orders, key=lambda r: -r["share"])[:_MOST]
+        order_shares = ", ".join(f"{_percent(r['share'])} ({r['what'].split()[1]})" for r in largest_orders)
+        lines.append(("left if", f"an order of the speed is left out: {order_shares}"))
     return lines
 
 
-def _contours(s: dict[str, Any]) -> list[tuple[str, str]]:
+def _contour_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     lines = []
     for name, c in s["contours"].items():
         old, new = c["original"], c["corrected"]
@@ -100,12 +100,12 @@ def _contours(s: dict[str, Any]) -> list[tuple[str, str]]:
         radii = f"least radius of curvature {_mm(new['min_curvature_radius'])} ({_mm(old['min_curvature_radius'])})"
         roller = "" if new["largest_roller"] is None else f", largest roller {_mm(new['largest_roller'])}"
         wheel = "" if new["largest_wheel"] is None else f", largest grinding wheel {_mm(new['largest_wheel'])}"
-        lines.append((_CALLED[name], f"{angles if new['max_pressure_angle'] else ''}{radii}"))  # a flat face has none
+        lines.append((_CAM_NAMES[name], f"{angles if new['max_pressure_angle'] else ''}{radii}"))  # a flat face has none
         lines.append(("", f"moved by {_mm(c['moved'])} at most, not undercut{roller}{wheel}"))
     return lines
 
 
-def _listed(orders: list[int]) -> str:
+def _orders_text(orders: list[int]) -> str:
     return ", ".join(map(str, orders[:_MOST])) + (f" and {len(orders) - _MOST} more" if len(orders) > _MOST else "")
 
 

@@ -6,14 +6,14 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 from wucht.studies.spec import Spec, Whole
 
 _MOST_ORDERS = 250
 Count = Annotated[Whole, Field(ge=1, le=_MOST_ORDERS)]
 
 
-class Acceleration(Described):
+class Acceleration(TableModel):
     """Record of the acceleration of the output, for comparison."""
 
     file: str = Field(min_length=1, description="file of the record")
@@ -60,9 +60,9 @@ class CamCorrection(Spec):
         "number of decimals in mm of lists for the workshop: the residual with coordinates rounded so is computed"
     ))  # fmt: skip
 
-    def asked_of(self, subject: Any) -> dict[str, Any]:
+    def table_for(self, subject: Any) -> dict[str, Any]:
         """Return the question, see ``Spec``: a changed record of the acceleration is another one."""
-        asked = self.asked()
+        question = self.to_table()
         if self.acceleration is not None:
-            asked["acceleration"]["contents"] = subject.contents(self.acceleration.file)
-        return asked
+            question["acceleration"]["contents"] = subject.contents(self.acceleration.file)
+        return question

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.numerics.harmonics import even_angles
-from wucht.results.formatting import formats, in_lines
+from wucht.results.formatting import formats, report_lines
 from wucht.results.quantities import Quantity, answer
-from wucht.studies.cam_prediction.computation import Findings, Plan, Turning
-from wucht.studies.cam_prediction.summary_of_prediction import numbers, verdict, warnings
+from wucht.studies.cam_prediction.computation import Findings, Plan, ShaftPrediction
+from wucht.studies.cam_prediction.summary_of_prediction import prediction_quantities, verdict, warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 CAMS = ["original", "corrected"]
 NAMES = ("position", "velocity", "acceleration", "jerk")
 _FEWEST, _MOST = 15, 100  # orders in the result
-_SIMULATED = 36  # times of a turn at which the simulated speed is stored
+_SIMULATED_TIMES = 36  # times of a turn at which the simulated speed is stored
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of a prediction; with the residuals of elastic outputs and shafts where there are any."""
-    f, both, unit = findings, (findings.original, findings.corrected), plan.motion.unit
+    f, predictions, unit = findings, (findings.original_cam, findings.corrected_cam), plan.motion.unit
     count = min(max(3 * plan.count, _FEWEST), _MOST)
-    called = ["law of the corrected cam", *(f"{name} by the cam angle" for name in NAMES[1:])]
-    law = zip(NAMES, f.cam, called, (unit, f"{unit}/rad", f"{unit}/rad^2", f"{unit}/rad^3"), strict=True)
-    speed = np.array([one.shaft.speed(f.tau) for one in both])
-    torque = np.array([one.drive for one in both])
-    amplitudes = [_amplitudes(one, count) for one in both]
-    stated = numbers(plan, f)
-    s = {quantity.name: quantity.value for quantity in stated}
+    descriptions = ["law of the corrected cam", *(f"{name} by the cam angle" for name in NAMES[1:])]
+    law = zip(NAMES, f.cam, descriptions, (unit, f"{unit}/rad", f"{unit}/rad^2", f"{unit}/rad^3"), strict=True)
+    speed = np.array([one.shaft.speed(f.tau) for one in predictions])
+    torque = np.array([one.drive for one in predictions])
+    amplitudes = [_amplitudes(one, count) for one in predictions]
+    summary = prediction_quantities(plan, f)
+    s = {quantity.name: quantity.value for quantity in summary}
     label, sentence = verdict(plan, s)
     quantities = [
         Quantity("tau", f.tau, "time of a turn as an angle", "rad", "tau"),
@@ -43,67 +43,71 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("speed", speed, "speed of the shaft", "rad/s", "cam tau"),
         Quantity("drive_torque", torque, "torque of the drive", "N m", "cam tau"),
         Quantity("drive_power", torque * speed, "power of the drive", "W", "cam tau"),
-        Quantity("power_at_constant_speed", f.constant, "power at constant speed", "W", "tau"),
+        Quantity("power_at_constant_speed", f.constant_speed_power, "power at constant speed", "W", "tau"),
         Quantity("output_acceleration", amplitudes, "acceleration of the output, amplitude", f"{unit}/s^2", "cam order"),
-        *(Quantity(name, values, what, per, "cam_angle") for name, values, what, per in law),
+        *(Quantity(name, values, description, per, "cam_angle") for name, values, description, per in law),
         Quantity("cut", np.arange(1, len(f.cuts) + 1), "number of the cam", "", "cut"),
         Quantity("cut_residual", f.cuts, "largest order above N over order 1", "", "cut"),
-        *_simulated(plan, f, count),
-        *_of_output(plan, f),
-        *_of_shaft(f),
+        *_simulation_quantities(plan, f, count),
+        *_output_quantities(plan, f),
+        *_shaft_quantities(f),
         Quantity("verdict", label, "verdict"),
-        *stated,
+        *summary,
     ]
-    parts = "rigid parts" if plan.output is None and plan.twisting is None else "elastic parts where stiffnesses are given"
-    turned = "the camshaft held at its drive's speed" if plan.enforced else "the camshaft as inertia and drive move it"
-    return answer(quantities, sentence, warnings(plan, f, s), [parts, turned])
+    parts_assumption = (
+        "rigid parts" if plan.output is None and plan.twisting is None else "elastic parts where stiffnesses are given"
+    )
+    shaft_assumption = (
+        "the camshaft held at its drive's speed" if plan.is_enforced else "the camshaft as inertia and drive move it"
+    )
+    return answer(quantities, sentence, warnings(plan, f, s), [parts_assumption, shaft_assumption])
 
 
-def _amplitudes(one: Turning, count: int) -> np.ndarray:
+def _amplitudes(one: ShaftPrediction, count: int) -> np.ndarray:
     return one.acceleration.amplitudes[:count]
 
 
-def _simulated(plan: Plan, f: Findings, count: int) -> list[Quantity]:
-    if not f.confirmed:
+def _simulation_quantities(plan: Plan, f: Findings, count: int) -> list[Quantity]:
+    if not f.confirmations:
         return []
     amplitudes = np.full((2, count), np.nan)
-    for row, one, turning in zip(amplitudes, f.confirmed, (f.original, f.corrected), strict=True):
-        found = turning.shaft.mean**2 * one.acceleration.amplitudes[:count]
-        row[: len(found)] = found
+    for row, one, turning in zip(amplitudes, f.confirmations, (f.original_cam, f.corrected_cam), strict=True):
+        spectrum = turning.shaft.mean**2 * one.acceleration.amplitudes[:count]
+        row[: len(spectrum)] = spectrum
     residual = [a[plan.count :].max(initial=0.0) / a[0] for a in amplitudes]
-    what = "acceleration of the output in the last turn simulated, amplitude"
-    tau, deviation = even_angles(_SIMULATED), [c.deviation for c in f.confirmed]
-    speeds = [one.speed(tau) if not one.failure else np.full(_SIMULATED, np.nan) for one in f.confirmed]
+    description = "acceleration of the output in the last turn simulated, amplitude"
+    tau, deviation = even_angles(_SIMULATED_TIMES), [c.deviation for c in f.confirmations]
+    speeds = [one.speed(tau) if not one.failure else np.full(_SIMULATED_TIMES, np.nan) for one in f.confirmations]
     return [
         Quantity("simulated_tau", tau, "time of the last turn simulated as an angle", "rad", "simulated_tau"),
         Quantity("simulated_speed", speeds, "speed of the shaft in the last turn simulated", "rad/s", "cam simulated_tau"),
         Quantity("simulated_deviation", deviation, "difference of speed over the mean speed", "", "cam"),
         Quantity("simulated_residual", residual, "largest order above N over order 1, simulated", "", "cam"),
-        Quantity("simulated_acceleration", amplitudes, what, f"{plan.motion.unit}/s^2", "cam order"),
+        Quantity("simulated_acceleration", amplitudes, description, f"{plan.motion.unit}/s^2", "cam order"),
     ]
 
 
-def _of_output(plan: Plan, f: Findings) -> list[Quantity]:
+def _output_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     if (v := f.vibrations) is None:
         return []
-    swept, excited, unit, along = v.over_speed, v.excited, plan.motion.unit, "lever swept_speed"
+    sweeps, excitations, unit, dimensions = v.sweeps, v.excitations, plan.motion.unit, "lever swept_speed"
     deviation, acceleration, per = "deviation in the dwell", "acceleration in the dwell", f"{unit}/s^2"
-    at = swept[1]  # of the corrected cam
+    corrected_sweep = sweeps[1]  # of the corrected cam
     return [
         Quantity("lever", list(v.names), "cam", "", "lever"),
-        Quantity("swept_speed", swept[0].speeds, "mean speed", "rad/s", "swept_speed"),
-        Quantity("residual_deviation", [s.deviation for s in swept], deviation, unit, along),
-        Quantity("residual_acceleration", [s.acceleration for s in swept], acceleration, per, along),
-        Quantity("resonance_order", at.orders, "order at resonance with the natural frequency", "", "resonance"),
-        Quantity("resonance_speed", at.resonances, "mean speed at that resonance", "rad/s", "resonance"),
-        Quantity("excited", [e.name for e in excited], "motion of the lever", "", "excited"),
-        Quantity("excited_deviation", [e.deviation for e in excited], deviation, unit, "excited"),
-        Quantity("excited_acceleration", [e.acceleration for e in excited], acceleration, per, "excited"),
-        Quantity("excited_peak", [e.peak for e in excited], "largest acceleration of the output", per, "excited"),
+        Quantity("swept_speed", sweeps[0].speeds, "mean speed", "rad/s", "swept_speed"),
+        Quantity("residual_deviation", [s.deviation for s in sweeps], deviation, unit, dimensions),
+        Quantity("residual_acceleration", [s.acceleration for s in sweeps], acceleration, per, dimensions),
+        Quantity("resonance_order", corrected_sweep.orders, "order at resonance with the natural frequency", "", "resonance"),
+        Quantity("resonance_speed", corrected_sweep.resonances, "mean speed at that resonance", "rad/s", "resonance"),
+        Quantity("excited", [e.name for e in excitations], "motion of the lever", "", "excited"),
+        Quantity("excited_deviation", [e.deviation for e in excitations], deviation, unit, "excited"),
+        Quantity("excited_acceleration", [e.acceleration for e in excitations], acceleration, per, "excited"),
+        Quantity("excited_peak", [e.peak for e in excitations], "largest acceleration of the output", per, "excited"),
     ]
 
 
-def _of_shaft(f: Findings) -> list[Quantity]:
+def _shaft_quantities(f: Findings) -> list[Quantity]:
     if f.twists is None:
         return []
     cams, along = f.twists.cams, "twisted"
@@ -126,58 +130,65 @@ def report(result: xr.Dataset) -> list[str]:
     ratio = f"of the output at most {s['inertia_ratio']:.3g} of the shaft's"
     lines = [("inertia", ratio + ("" if s["driven"] == "enforced" else most))]
     for name, one in (("original", s), ("corrected", s["corrected"])):
-        left = f"orders above {above['orders']}: {_share(above[name])} of order 1"
-        lines.append((name, f"{speed(one['mean_speed'])}, fluctuating by {_share(one['fluctuation'])}; {left}"))
+        residual = f"orders above {above['orders']}: {_share_text(above[name])} of order 1"
+        lines.append((name, f"{speed(one['mean_speed'])}, fluctuating by {_share_text(one['fluctuation'])}; {residual}"))
     constant, drive = power["constant_speed"], power["corrected"]
-    taken = f"{_watts(constant['peak'])} at most, {_watts(constant['mean_positive'])} in the mean without power flowing back"
-    lines.append(("even speed", f"would need {taken}"))
+    demand = (
+        f"{_power_text(constant['peak'])} at most, {_power_text(constant['mean_positive'])} in the mean without "
+        "power flowing back"
+    )
+    lines.append(("even speed", f"would need {demand}"))
     if s["driven"] == "eigenmotion":
         lines.append(("drive", "none: the eigenmotion saves all of this power"))
     elif s["driven"] == "drive":
-        saved = s["power_saved"]
-        less = f"saved {_watts(saved['peak'])} and {_watts(saved['mean_positive'])}"
-        lines.append(("drive", f"{_watts(drive['peak'])} at most, {_watts(drive['mean_positive'])} in the mean; {less}"))
+        saving = s["power_saved"]
+        less = f"saved {_power_text(saving['peak'])} and {_power_text(saving['mean_positive'])}"
+        lines.append(
+            ("drive", f"{_power_text(drive['peak'])} at most, {_power_text(drive['mean_positive'])} in the mean; {less}")
+        )
     if s["cut_residuals"]:
-        shown = ", ".join(_share(left) for left in s["cut_residuals"])
-        lines.append(("instead", f"cutting, measuring and cutting again leaves {shown}"))
-    if (simulated := s["simulation"]) is not None:
-        one = simulated["corrected"]
-        off = "it fails" if one["failure"] else f"{one['deviation']:.1e} off in speed"
-        left = "" if one["above"] is None else f", {one['above']:.1e} of order 1 above {above['orders']}"
-        lines.append(("simulated", f"{simulated['turns']} turns with the corrected cam: {off}{left}"))
-    return in_lines(result, s["sentence"], [*lines, *_springs(s)])
+        residuals = ", ".join(_share_text(residual) for residual in s["cut_residuals"])
+        lines.append(("instead", f"cutting, measuring and cutting again leaves {residuals}"))
+    if (simulation := s["simulation"]) is not None:
+        one = simulation["corrected"]
+        speed_clause = "it fails" if one["failure"] else f"{one['deviation']:.1e} off in speed"
+        residual = "" if one["above"] is None else f", {one['above']:.1e} of order 1 above {above['orders']}"
+        lines.append(("simulated", f"{simulation['turns']} turns with the corrected cam: {speed_clause}{residual}"))
+    return report_lines(result, s["sentence"], [*lines, *_spring_lines(s)])
 
 
-def _springs(s: dict[str, Any]) -> list[tuple[str, str]]:
+def _spring_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     lines = []
     if (output := s["output"]) is not None:
         turns = output["natural_frequency"] / (2 * math.pi)
         lines.append(
             ("elastic", f"output at {turns:.4g} Hz, damping ratio {output['damping_ratio']:.3g}; in the dwell at most")
         )
-        lines += [("", f"{_size(e['deviation'], s['unit'])}: {e['name']}") for e in _named(output["excited"])]
+        lines += [
+            ("", f"{_deviation_text(e['deviation'], s['unit'])}: {e['name']}") for e in _named_excitations(output["excited"])
+        ]
     for one in s["shaft"] or ():
         twist = f"twists by {math.degrees(one['twist']):.3g}°, {one['torque']:.4g} N m"
         lines.append(
-            ("shaft", f"{twist}, orders above {s['above']['orders']} {_share(one['above'])} of order 1: {one['name']}")
+            ("shaft", f"{twist}, orders above {s['above']['orders']} {_share_text(one['above'])} of order 1: {one['name']}")
         )
     if output is not None and s["shaft"]:
         lines.append(("springs", "of output and shaft: each is computed with the other rigid"))
     return lines
 
 
-def _named(excited: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _named_excitations(excitations: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the motions with the least vibration, and each cam."""
-    return [e for i, e in enumerate(excited) if i < _BEST or e["name"].endswith("cam")]
+    return [e for i, e in enumerate(excitations) if i < _BEST or e["name"].endswith("cam")]
 
 
-def _share(share: float) -> str:
+def _share_text(share: float) -> str:
     return f"{100 * share:.3g} %" if share >= 1e-6 or not share else f"{share:.0e}"
 
 
-def _watts(power: float) -> str:
+def _power_text(power: float) -> str:
     return f"{power / 1e3:.4g} kW" if abs(power) >= 1e3 else f"{power:.4g} W"
 
 
-def _size(value: float, unit: str) -> str:
+def _deviation_text(value: float, unit: str) -> str:
     return f"{math.degrees(value):.3g}°" if unit == "rad" else f"{1e3 * value:.3g} mm"

@@ -9,14 +9,14 @@ from functools import partial
 
 import numpy as np
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.drive import CamDrive
 from wucht.cams.elastic_output import Dwell, ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
 from wucht.cams.laws import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.cams.tables.camshaft import Driving
+from wucht.cams.tables.camshaft import CamshaftDrive
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
@@ -26,7 +26,7 @@ from wucht.studies.cam_prediction.elasticity import Twists, Vibrations, twists, 
 from wucht.studies.cam_prediction.spec import CamPrediction
 
 _STILL = 1e-9  # of the largest velocity
-_LOOKED_AT, _SHORTEST = 3600, 36  # cam angles at which a law without restrictions is scanned, and the fewest of a dwell
+_SCAN_ANGLES, _MIN_DWELL = 3600, 36  # cam angles at which a law without restrictions is scanned, and the fewest of a dwell
 _ABOUT = (0.5, 1.5)  # times the mean speed
 
 
@@ -40,7 +40,7 @@ class Plan:
 
     motion: MotionLaw
     shaft: CamShaft
-    driving: Driving | None
+    driving: CamshaftDrive | None
     count: int
     points: int
     cuts: int
@@ -51,9 +51,9 @@ class Plan:
     speeds: np.ndarray
 
     @property
-    def enforced(self) -> bool:
+    def is_enforced(self) -> bool:
         """True if the drive holds the shaft's speed, whatever torque that takes."""
-        return self.driving is not None and self.driving.enforced
+        return self.driving is not None and self.driving.is_enforced
 
 
 def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
@@ -66,52 +66,52 @@ def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
             code="missing",
         )
     table, motion = drive.shaft, drive.motion
-    moved = table.moved(motion.unit)
-    driving = table.driving(drive.folder)
+    output_inertia = table.moving_inertia(motion.unit)
+    driving = table.camshaft_drive(drive.folder)
     shaft = table.camshaft(driving, motion.unit)
-    output = None if table.elastic is None else table.elastic.output(moved, motion.unit)
-    dwells = (_given(motion, spec.dwell),) if spec.dwell is not None else dwells_of(motion)
+    output = None if table.elastic is None else table.elastic.output(output_inertia, motion.unit)
+    dwells = (_dwell_on_arc(motion, spec.dwell),) if spec.dwell is not None else dwells_of(motion)
     low, high = spec.speeds or tuple(share * shaft.mean_speed for share in _ABOUT)
     if low <= 0:
         raise InputError("study.speeds", spec.speeds and list(spec.speeds), "must be above zero")
     if output is not None and not dwells:
         raise InputError("study.dwell", None, "the law has no dwell: give begin and end of the dwell")
     speeds = np.linspace(low, high, spec.speed_points)
-    count, turns = motion.count or spec.orders, 0 if driving is not None and driving.enforced else spec.simulate
-    cuts = 0 if driving is not None and driving.enforced else spec.cuts
+    count, turns = motion.count or spec.orders, 0 if driving is not None and driving.is_enforced else spec.simulate
+    cuts = 0 if driving is not None and driving.is_enforced else spec.cuts
     return Plan(motion, shaft, driving, count, spec.points, cuts, turns, output, table.twisting(), dwells, speeds)
 
 
 def dwells_of(motion: MotionLaw) -> tuple[Dwell, ...]:
     """Return the dwells that a law prescribes; without any, the arcs on which it rests."""
-    return tuple(Dwell(b.begin, b.end, (b.low + b.high) / 2) for b in motion.dwells) or _where_it_rests(motion)
+    return tuple(Dwell(b.begin, b.end, (b.low + b.high) / 2) for b in motion.dwells) or _resting_dwells(motion)
 
 
-def _where_it_rests(motion: MotionLaw) -> tuple[Dwell, ...]:
-    phi = even_angles(_LOOKED_AT)
+def _resting_dwells(motion: MotionLaw) -> tuple[Dwell, ...]:
+    phi = even_angles(_SCAN_ANGLES)
     speed = np.abs(motion.law(phi, 1))
     still = speed <= _STILL * speed.max()
     if still.all() or not still.any():
         return ()
     first = int(np.flatnonzero(~still)[0])  # so that no dwell passes the end of the turn
     edges = np.flatnonzero(np.diff(np.append(np.roll(still, -first), False).astype(int))) + 1
-    found = []
+    dwells = []
     for begin, end in edges.reshape(-1, 2).tolist():
-        if end - begin >= _SHORTEST:
-            start, stop = (2 * math.pi * (first + at) / _LOOKED_AT for at in (begin, end - 1))
-            found.append(Dwell(start, stop, float(motion.law((start + stop) / 2))))
-    return tuple(found)
+        if end - begin >= _MIN_DWELL:
+            start, stop = (2 * math.pi * (first + at) / _SCAN_ANGLES for at in (begin, end - 1))
+            dwells.append(Dwell(start, stop, float(motion.law((start + stop) / 2))))
+    return tuple(dwells)
 
 
-def _given(motion: MotionLaw, arc: tuple[float, float]) -> Dwell:
+def _dwell_on_arc(motion: MotionLaw, arc: tuple[float, float]) -> Dwell:
     """Return the dwell on the arc of the spec, with the mean of the law as its value."""
     try:
         return Dwell(*arc, float(motion.law(np.linspace(*arc, 1000)).mean()))
     except InputError as error:
-        raise error.within("study") from None
+        raise error.with_prefix("study") from None
 
 
-_AVERAGED = 4096  # points of a turn, for means
+_AVERAGE_POINTS = 4096  # points of a turn, for means
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Eigenmotion:
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
+class ShaftPrediction:
     """Predicted motion of the shaft with a cam.
 
     acceleration: of the output by orders, per s^2. above: its largest order above N, as a share of order 1. multiplier: of a
@@ -136,17 +136,17 @@ class Turning:
     shaft: ShaftMotion
     acceleration: Harmonics
     above: float
-    left: float
+    multiplier: float
     drive: np.ndarray
     eigenmotion: Eigenmotion | None
 
 
 @dataclass(frozen=True, eq=False)
-class Cut:
+class CutTrial:
     """Residual above order N with a cam, and the motion of the shaft that is measured with it; where none is
     obtained, the failure."""
 
-    left: float = math.nan
+    residual: float = math.nan
     shaft: ShaftMotion | None = None
     failure: str = ""
 
@@ -161,14 +161,14 @@ class Findings:
     """
 
     tau: np.ndarray
-    original: Turning
-    corrected: Turning
+    original_cam: ShaftPrediction
+    corrected_cam: ShaftPrediction
     cam: np.ndarray
-    constant: np.ndarray
+    constant_speed_power: np.ndarray
     clean: float
     cuts: np.ndarray
     failure: str
-    confirmed: tuple[Confirmation, ...]
+    confirmations: tuple[Confirmation, ...]
     vibrations: Vibrations | None
     twists: Twists | None
 
@@ -177,84 +177,102 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Compute both motions of the shaft, cuts, simulations, springs. Raises ``RunError`` where there is no motion."""
     law, tau = plan.motion.law, np.linspace(0, 2 * math.pi, plan.points + 1)
     work.report(0.0, "motion of the shaft")
-    original = work.unit("original cam", lambda: _turning(plan, law, _shaft(plan, law, False), tau, False))
+    original_cam = work.unit("original cam", lambda: _shaft_prediction(plan, law, _shaft_motion(plan, law, False), tau, False))
     work.report(0.1, "motion of the shaft with the corrected cam")
-    motion = work.unit("corrected cam", lambda: _shaft(plan, law, True))
+    motion = work.unit("corrected cam", lambda: _shaft_motion(plan, law, True))
     cam = CorrectedLaw(law, motion)
-    corrected = work.unit("turning with the corrected cam", lambda: _turning(plan, cam, motion, tau, True))
+    corrected_cam = work.unit("turning with the corrected cam", lambda: _shaft_prediction(plan, cam, motion, tau, True))
     profile = np.array([cam(tau, order) for order in range(4)])
-    cuts, failure = _cuts(plan, work.part("cuts", 0.2, 0.5))
-    confirmed = []
+    cuts, failure = _cut_residuals(plan, work.part("cuts", 0.2, 0.5))
+    confirmations = []
     if plan.turns:
-        for n, (one, shaft) in enumerate(((law, original.shaft), (cam, motion))):
+        for n, (one, shaft) in enumerate(((law, original_cam.shaft), (cam, motion))):
             part = work.part("simulation", 0.5 + 0.15 * n, 0.65 + 0.15 * n)
-            told = partial(_told, part)
-            confirmed.append(part.unit(f"{n}", partial(confirmation, plan.shaft, one, shaft, plan.turns, told)))
+            report_share = partial(_report_simulation, part)
+            confirmations.append(part.unit(f"{n}", partial(confirmation, plan.shaft, one, shaft, plan.turns, report_share)))
     work.report(0.8, "springs")
-    both, output, twisting = (original.shaft, motion), plan.output, plan.twisting
-    swung = twisted = None
+    shaft_motions, output, twisting = (original_cam.shaft, motion), plan.output, plan.twisting
+    output_vibrations = shaft_twists = None
     if output is not None:
-        swung = work.unit("output", lambda: vibrations(output, plan.motion, *both, plan.dwells, plan.speeds))
+        output_vibrations = work.unit(
+            "output", lambda: vibrations(output, plan.motion, *shaft_motions, plan.dwells, plan.speeds)
+        )
     if twisting is not None:
         inertia = plan.shaft.output_inertia
-        twisted = work.unit("twist", lambda: twists(twisting, law, plan.count, inertia, *both))
-    constant, clean = _constant(plan, motion.mean), above(orders(law), plan.count)
-    yield Findings(tau, original, corrected, profile, constant, clean, cuts, failure, tuple(confirmed), swung, twisted)
+        shaft_twists = work.unit("twist", lambda: twists(twisting, law, plan.count, inertia, *shaft_motions))
+    constant_speed_power, clean = _constant_speed_power(plan, motion.mean), share_above_order(orders(law), plan.count)
+    yield Findings(
+        tau,
+        original_cam,
+        corrected_cam,
+        profile,
+        constant_speed_power,
+        clean,
+        cuts,
+        failure,
+        tuple(confirmations),
+        output_vibrations,
+        shaft_twists,
+    )
 
 
-def _told(work: Work, share: float) -> None:
+def _report_simulation(work: Work, share: float) -> None:
     work.report(share, "simulation in time")
 
 
-def _shaft(plan: Plan, law: Law, corrected: bool) -> ShaftMotion:
+def _shaft_motion(plan: Plan, law: Law, is_corrected: bool) -> ShaftMotion:
     """Return the motion of the shaft, uniform where the drive enforces its speed."""
-    if plan.enforced:
+    if plan.is_enforced:
         return ShaftMotion(Harmonics.of(plan.shaft.mean_speed))
-    motion = plan.shaft.with_corrected_cam(law) if corrected else plan.shaft.with_cam(law)
-    if plan.driving is not None and (stands := plan.driving.standing(motion.mean)):
+    motion = plan.shaft.motion_with_corrected_cam(law) if is_corrected else plan.shaft.motion_with_cam(law)
+    if plan.driving is not None and (stands := plan.driving.stall_reason(motion.mean)):
         raise RunError(f"from the expected mean_speed the shaft comes to {motion.mean:.3g} rad/s: {stands}", code="stands")
     return motion
 
 
-def _turning(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray, corrected: bool) -> Turning:
+def _shaft_prediction(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray, is_corrected: bool) -> ShaftPrediction:
     spectrum, omega = orders(MotionOverTime(cam, shaft)), shaft.mean
     acceleration = Harmonics(0.0, omega**2 * spectrum.cosine, omega**2 * spectrum.sine)
-    left, drive, free = _left(plan, cam, shaft), _drive(plan, cam, shaft, tau), _eigenmotion(plan, shaft, corrected)
-    return Turning(shaft, acceleration, above(spectrum, plan.count), left, drive, free)
+    multiplier, drive, free = (
+        _energy_multiplier(plan, cam, shaft),
+        _drive_torque(plan, cam, shaft, tau),
+        _eigenmotion(plan, shaft, is_corrected),
+    )
+    return ShaftPrediction(shaft, acceleration, share_above_order(spectrum, plan.count), multiplier, drive, free)
 
 
-def _eigenmotion(plan: Plan, shaft: ShaftMotion, corrected: bool) -> Eigenmotion | None:
-    law, omega, free = plan.motion.law, shaft.mean, plan.shaft.free(shaft.mean)
+def _eigenmotion(plan: Plan, shaft: ShaftMotion, is_corrected: bool) -> Eigenmotion | None:
+    law, omega, free = plan.motion.law, shaft.mean, plan.shaft.without_torque(shaft.mean)
     try:
-        found = free.with_corrected_cam if corrected else free.with_cam
-        motion = shaft if plan.driving is None else found(law)
+        solve = free.motion_with_corrected_cam if is_corrected else free.motion_with_cam
+        motion = shaft if plan.driving is None else solve(law)
     except RunError:
         return None
-    cam = CorrectedLaw(law, motion) if corrected else law
+    cam = CorrectedLaw(law, motion) if is_corrected else law
     return Eigenmotion(omega, 2 * math.pi / omega, free.energy(cam, motion), motion.fluctuation)
 
 
-def _left(plan: Plan, cam: Law, shaft: ShaftMotion) -> float:
+def _energy_multiplier(plan: Plan, cam: Law, shaft: ShaftMotion) -> float:
     """Return exp of the integral of dT/dphi'/J over the time of a turn: the Floquet multiplier of dE/dphi = T(phi')."""
     if plan.shaft.torque is None:
-        return math.nan if plan.enforced else 1.0
-    tau = even_angles(_AVERAGED)
-    reduced = plan.shaft.inertia + plan.shaft.output_inertia * cam(shaft.angle(tau), 1) ** 2
+        return math.nan if plan.is_enforced else 1.0
+    tau = even_angles(_AVERAGE_POINTS)
+    inertia = plan.shaft.inertia + plan.shaft.output_inertia * cam(shaft.angle(tau), 1) ** 2
     slope = plan.shaft.torque(shaft.speed(tau))[1]
-    return float(np.exp(2 * math.pi / shaft.mean * (slope / reduced).mean()))
+    return float(np.exp(2 * math.pi / shaft.mean * (slope / inertia).mean()))
 
 
-def _drive(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> np.ndarray:
+def _drive_torque(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> np.ndarray:
     """Return the torque of the drive; where it enforces the speed, the torque needed for that."""
     if plan.driving is None:
         return np.zeros(len(tau))
     drive, load = plan.driving.torques(shaft.speed(tau))[0]
-    if not plan.enforced:
+    if not plan.is_enforced:
         return np.asarray(drive)
     return np.asarray(load + plan.shaft.output_inertia * shaft.mean**2 * cam(tau, 1) * cam(tau, 2))
 
 
-def _constant(plan: Plan, omega: float) -> np.ndarray:
+def _constant_speed_power(plan: Plan, omega: float) -> np.ndarray:
     """Return the power at constant speed, at the mean speed with the corrected cam, see ``Findings``."""
     law, points = plan.motion.law, plan.points
     output = plan.shaft.output_inertia * omega**3 * law(even_angles(points), 1) * law(even_angles(points), 2)
@@ -262,20 +280,20 @@ def _constant(plan: Plan, omega: float) -> np.ndarray:
     return np.append(output, output[0]) + load
 
 
-def _cuts(plan: Plan, work: Work) -> tuple[np.ndarray, str]:
-    left, cam = list[float](), plan.motion.law
+def _cut_residuals(plan: Plan, work: Work) -> tuple[np.ndarray, str]:
+    residuals, cam = list[float](), plan.motion.law
     for n in range(plan.cuts):
         work.report(n / plan.cuts, f"cut and measured: cam {n + 1}")
-        one = work.unit(f"cam {n + 1}", partial(_cut, plan, cam))
+        one = work.unit(f"cam {n + 1}", partial(_cut_trial, plan, cam))
         if one.shaft is None:
-            return np.array(left), f"with cam {n + 1}, cut for the speed measured with the one before: {one.failure}"
-        left.append(one.left)
+            return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {one.failure}"
+        residuals.append(one.residual)
         cam = CorrectedLaw(plan.motion.law, one.shaft)
-    return np.array(left), ""
+    return np.array(residuals), ""
 
 
-def _cut(plan: Plan, cam: Law) -> Cut:
+def _cut_trial(plan: Plan, cam: Law) -> CutTrial:
     try:
-        return Cut(*plan.shaft.left_by(cam, plan.count))
+        return CutTrial(*plan.shaft.residual_with_cam(cam, plan.count))
     except RunError as error:
-        return Cut(failure=str(error))
+        return CutTrial(failure=str(error))

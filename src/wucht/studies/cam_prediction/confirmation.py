@@ -20,7 +20,7 @@ _TOLERANCE = 1e-13
 _LONGEST = 1 / 64  # of a turn: the largest step; a longer one may miss sharp parts of the cam unnoticed
 _TABLE = 8192  # times of a turn at whose cam angles the cam is tabulated: dense where the shaft is slow, and its cam sharp
 _MOST_CALLS = 50_000  # of the right-hand side for a turn; 1500 to 3000 are usual
-_REPORTED = 32  # steps between two reports
+_REPORT_STEPS = 32  # steps between two reports
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,33 +39,33 @@ class Confirmation:
 
 
 def confirmation(
-    camshaft: CamShaft, cam: Law, predicted: ShaftMotion, turns: int, report: Callable[[float], None]
+    camshaft: CamShaft, cam: Law, prediction: ShaftMotion, turns: int, report: Callable[[float], None]
 ) -> Confirmation:
     """Integrate J phi'' = T - dJ/dphi phi'^2/2 with J = J0 + J1 psi'(phi)^2 over a number of turns.
 
     report: receives the completed share, and may raise to stop.
     """
-    omega, tau = predicted.mean, np.linspace(0, _TURN * turns, _PER_TURN * turns + 1)
-    begin = [float(predicted.angle(0.0)), float(predicted.speed(0.0))]
-    slope, tolerance = _slope(camshaft, _Table.of(cam, predicted)), {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
+    omega, tau = prediction.mean, np.linspace(0, _TURN * turns, _PER_TURN * turns + 1)
+    begin = [float(prediction.angle(0.0)), float(prediction.speed(0.0))]
+    slope, tolerance = _slope(camshaft, _Table.of(cam, prediction)), {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
     solver = DOP853(slope, 0.0, begin, tau[-1] / omega, max_step=_LONGEST * _TURN / omega, **tolerance)
-    found, done, steps, none = np.empty((2, len(tau))), 0, 0, Harmonics.of(0.0)
+    solution, sample_count, steps, no_orders = np.empty((2, len(tau))), 0, 0, Harmonics.of(0.0)
     while solver.status == "running":
         fault = solver.step()
-        passed = solver.t * omega / _TURN
-        if fault or solver.nfev > _MOST_CALLS * (1 + passed):
-            why = fault or f"a turn takes more than {_MOST_CALLS} evaluations: the torque changes too fast with the speed"
-            return Confirmation(np.nan, none, f"fails in turn {int(passed) + 1} of {turns}: {why}", none)
+        elapsed_turns = solver.t * omega / _TURN
+        if fault or solver.nfev > _MOST_CALLS * (1 + elapsed_turns):
+            reason = fault or f"a turn takes more than {_MOST_CALLS} evaluations: the torque changes too fast with the speed"
+            return Confirmation(np.nan, no_orders, f"fails in turn {int(elapsed_turns) + 1} of {turns}: {reason}", no_orders)
         last = len(tau) if solver.status == "finished" else int(np.searchsorted(tau, solver.t * omega))
-        if last > done:
-            found[:, done:last], done = solver.dense_output()(tau[done:last] / omega), last
-        if (steps := steps + 1) % _REPORTED == 0:
-            report(passed / turns)
-    deviation = np.abs(found[1] - predicted.speed(np.mod(tau, _TURN))).max() / omega
-    phi, v = found[:, -_PER_TURN - 1 : -1]
+        if last > sample_count:
+            solution[:, sample_count:last], sample_count = solver.dense_output()(tau[sample_count:last] / omega), last
+        if (steps := steps + 1) % _REPORT_STEPS == 0:
+            report(elapsed_turns / turns)
+    deviation = np.abs(solution[1] - prediction.speed(np.mod(tau, _TURN))).max() / omega
+    phi, v = solution[:, -_PER_TURN - 1 : -1]
     a = _acceleration(camshaft, cam(phi, 1), cam(phi, 2), v)
-    acceleration = Harmonics.sampled((cam(phi, 2) * v**2 + cam(phi, 1) * a) / omega**2)
-    return Confirmation(float(deviation), acceleration, "", Harmonics.sampled(v))
+    acceleration = Harmonics.from_samples((cam(phi, 2) * v**2 + cam(phi, 1) * a) / omega**2)
+    return Confirmation(float(deviation), acceleration, "", Harmonics.from_samples(v))
 
 
 def _acceleration(camshaft: CamShaft, p: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -101,9 +101,9 @@ class _Table:
     quintics: list[list[float]]
 
     @classmethod
-    def of(cls, cam: Law, predicted: ShaftMotion) -> _Table:
+    def of(cls, cam: Law, prediction: ShaftMotion) -> _Table:
         """Build the table from psi', psi'' and psi''' at the ends of each interval."""
-        angles = np.append(predicted.angle(even_angles(_TABLE)), _TURN)
+        angles = np.append(prediction.angle(even_angles(_TABLE)), _TURN)
         values = [cam(angles, order) for order in (1, 2, 3)]
         h, (p, q, r), (p1, q1, r1) = np.diff(angles), (f[:-1] for f in values), (f[1:] for f in values)
         d, e, g = (p1 - p - q * h - r * h**2 / 2) / h**3, (q1 - q - r * h) / h**2, (r1 - r) / h

@@ -7,9 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above
-from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, VibrationOverSpeed, excited, truncated
-from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, Load, OriginalCam
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, share_above_order
+from wucht.cams.elastic_output import (
+    Dwell,
+    ElasticOutput,
+    LeverWithDwells,
+    VibrationOverSpeed,
+    ranked_excitations,
+    truncate_law,
+)
+from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, OriginalCam, OutputLoad
 from wucht.cams.laws import Law
 from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
 from wucht.cams.shaft_motion import ShaftMotion
@@ -21,7 +28,7 @@ _SAMPLES = 2048
 _MOST_ORDERS, _SMALL = 40, 1e-9  # of a lever's motion: those that matter
 _STANDARD = ("3-4-5", "4-5-6-7", "modified-sine", "inclined-sine")
 _FEWEST, _MOST = 256, 1024  # points of a turn at which the cam behind its shaft is balanced
-FOR_RIGID_SHAFT, FOR_TWIST = "corrected cam", "corrected for the twist too"  # cams behind an elastic shaft
+RIGID_SHAFT_CAM, TWIST_CAM = "corrected cam", "corrected for the twist too"  # cams behind an elastic shaft
 _NEAR = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])  # about a resonance, so that no peak falls between two speeds
 
 
@@ -48,16 +55,16 @@ class Vibrations:
     """
 
     names: tuple[str, ...]
-    over_speed: tuple[VibrationOverSpeed, ...]
-    excited: tuple[Excitation, ...]
+    sweeps: tuple[VibrationOverSpeed, ...]
+    excitations: tuple[Excitation, ...]
     notes: tuple[str, ...]
 
 
 def vibrations(
     output: ElasticOutput,
     motion: MotionLaw,
-    original: ShaftMotion,
-    corrected: ShaftMotion,
+    original_motion: ShaftMotion,
+    corrected_motion: ShaftMotion,
     dwells: tuple[Dwell, ...],
     speeds: np.ndarray,
 ) -> Vibrations:
@@ -66,24 +73,26 @@ def vibrations(
     Each lever is assumed to move alike over tau at all mean speeds: exact without a drive, where the fluctuation is
     proportional to the speed.
     """
-    law, omega, notes = motion.law, corrected.mean, list[str]()
-    clean = motion.series or truncated(law, _MOST_ORDERS).series
-    moved = tuple(Dwell(float(original.time(d.begin)), float(original.time(d.end)), d.value) for d in dwells)
-    levers = [LeverWithDwells("original cam", _series(MotionOverTime(law, original)), moved)]
+    law, omega, notes = motion.law, corrected_motion.mean, list[str]()
+    clean = motion.series or truncate_law(law, _MOST_ORDERS).series
+    time_dwells = tuple(
+        Dwell(float(original_motion.time(d.begin)), float(original_motion.time(d.end)), d.value) for d in dwells
+    )
+    levers = [LeverWithDwells("original cam", _series(MotionOverTime(law, original_motion)), time_dwells)]
     levers.append(LeverWithDwells("corrected cam", clean, dwells))
     try:
-        levers.append(LeverWithDwells("corrected and tuned cam", output.tuned(clean, omega), dwells))
+        levers.append(LeverWithDwells("corrected and tuned cam", output.tuned_lever(clean, omega), dwells))
     except InputError as error:
-        notes.append(f"no cam is tuned to the output: {error.allowed}")
+        notes.append(f"no cam is tuned to the output: {error.explanation}")
     speeds = _with_resonances(output, clean.count, speeds)
-    swept = tuple(output.residual_over_speed(one.lever, speeds, one.dwells) for one in levers)
-    found = excited(output, [*levers, *_other_laws(law, dwells)], omega)
-    listed = tuple(Excitation(e.name, e.residual.deviation, e.residual.acceleration, e.peak) for e in found)
-    return Vibrations(tuple(one.name for one in levers), swept, listed, tuple(notes))
+    sweeps = tuple(output.residual_over_speed(one.lever, speeds, one.dwells) for one in levers)
+    responses = ranked_excitations(output, [*levers, *_standard_levers(law, dwells)], omega)
+    excitations = tuple(Excitation(e.name, e.residual.deviation, e.residual.acceleration, e.peak) for e in responses)
+    return Vibrations(tuple(one.name for one in levers), sweeps, excitations, tuple(notes))
 
 
 def _series(law: Law) -> Harmonics:
-    whole = Harmonics.sampled(law(even_angles(_SAMPLES))).without_rounding(_SMALL)
+    whole = Harmonics.from_samples(law(even_angles(_SAMPLES))).without_rounding(_SMALL)
     return Harmonics(whole.mean, whole.cosine[:_MOST_ORDERS], whole.sine[:_MOST_ORDERS])
 
 
@@ -96,7 +105,7 @@ def _with_resonances(output: ElasticOutput, count: int, speeds: np.ndarray) -> n
     return np.unique(np.append(speeds, near[(near >= speeds[0]) & (near <= speeds[-1])]))
 
 
-def _other_laws(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwells]:
+def _standard_levers(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwells]:
     """Return standard laws with the same stroke and dwell, rise and return in equal times, where there is one dwell."""
     if len(dwells) != 1:
         return []
@@ -105,13 +114,13 @@ def _other_laws(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwells]:
     middle = (begin + end) / 2
     away = law(even_angles(_SAMPLES)) - dwell.value
     stroke = float(away[np.abs(away).argmax()])
-    found = list[LeverWithDwells]()
+    levers = list[LeverWithDwells]()
     for name in _STANDARD:
-        moved = RiseAndReturn(standard_law(name), stroke, (begin, middle), (middle, end))
-        series = truncated(moved, _MOST_ORDERS).series
+        rise_and_return = RiseAndReturn(standard_law(name), stroke, (begin, middle), (middle, end))
+        series = truncate_law(rise_and_return, _MOST_ORDERS).series
         lever = Harmonics(series.mean + dwell.value, series.cosine, series.sine)
-        found.append(LeverWithDwells(f"law {name}", lever, dwells))
-    return found
+        levers.append(LeverWithDwells(f"law {name}", lever, dwells))
+    return levers
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,28 +145,30 @@ class Twists:
     notes: tuple[str, ...]
 
 
-def twists(shaft: ElasticShaft, law: Law, count: int, inertia: float, original: ShaftMotion, corrected: ShaftMotion) -> Twists:
+def twists(
+    shaft: ElasticShaft, law: Law, count: int, inertia: float, original_motion: ShaftMotion, corrected_motion: ShaftMotion
+) -> Twists:
     """Compute the motion of cams behind an elastic shaft whose flywheel turns as predicted for a rigid shaft."""
-    rigid = _orders_of(CorrectedLaw(law, corrected))
-    cams: list[tuple[str, Load, ShaftMotion]] = [
-        ("original cam", OriginalCam(law, inertia), original),
-        (FOR_RIGID_SHAFT, OriginalCam(rigid, inertia), corrected),
-        (FOR_TWIST, CorrectedCam(law, inertia), corrected),
+    rigid = _sampled_law(CorrectedLaw(law, corrected_motion))
+    cams: list[tuple[str, OutputLoad, ShaftMotion]] = [
+        ("original cam", OriginalCam(law, inertia), original_motion),
+        (RIGID_SHAFT_CAM, OriginalCam(rigid, inertia), corrected_motion),
+        (TWIST_CAM, CorrectedCam(law, inertia), corrected_motion),
     ]
-    found, notes = list[Twist](), list[str]()
+    twist_list, notes = list[Twist](), list[str]()
     for name, load, flywheel in cams:
         points = min(max(_FEWEST, 4 * flywheel.speed.count), _MOST)
-        drive = Harmonics.sampled(flywheel.angle(even_angles(points)) - even_angles(points)).without_rounding()
+        drive = Harmonics.from_samples(flywheel.angle(even_angles(points)) - even_angles(points)).without_rounding()
         try:
-            turning = shaft.turning(load, drive, flywheel.mean, points)
+            turning = shaft.periodic_motion(load, drive, flywheel.mean, points)
         except RunError as error:
             notes.append(f"on the elastic shaft, {name}: {error}")
             continue
         torque = float(np.abs(turning.torque(even_angles(_SAMPLES))).max())
         lag = drive(even_angles(_SAMPLES)) - turning.fluctuation(even_angles(_SAMPLES))
-        found.append(Twist(name, above(turning.output.derivative(2), count), torque, float(np.abs(lag).max())))
-    return Twists(tuple(found), tuple(notes))
+        twist_list.append(Twist(name, share_above_order(turning.output.derivative(2), count), torque, float(np.abs(lag).max())))
+    return Twists(tuple(twist_list), tuple(notes))
 
 
-def _orders_of(law: Law) -> Harmonics:
-    return Harmonics.sampled(law(even_angles(_SAMPLES))).without_rounding()
+def _sampled_law(law: Law) -> Harmonics:
+    return Harmonics.from_samples(law(even_angles(_SAMPLES))).without_rounding()

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from wucht.plots.cam_drawings import draw_bars_from, draw_motion, order_scale
 from wucht.plots.page import small
 from wucht.plots.scales import decades_about, plain_decades, travel_unit, turn_scale
-from wucht.plots.sheet import draw_panels, legend_above, named_in
-from wucht.plots.style import COLOURS, FREE, GREY, GUIDE, HATCHED
+from wucht.plots.sheet import draw_panels, labelled_handles, legend_above
+from wucht.plots.style import BAR_STYLES, COLOURS, FREE, GREY, GUIDE
 from wucht.results.formatting import with_unit
 
 Panel = Callable[[Axes, xr.Dataset], None]
@@ -27,7 +27,7 @@ _CLEAN = 1e-6  # of order 1: nothing
 _NOTHING = 1e-12  # of order 1: orders of the law that are rounding
 _APART = 0.13  # of the panel: labels nearer to each other are left out
 _FEWEST_ROWS = 4
-_SIMULATED = "simulated"
+_SIMULATION_LABEL = "simulated"
 _DASHES = {"original": "--", "corrected": "-"}  # so that both curves are visible where they coincide
 _DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": "black", "zorder": 5}
 _TURN = "time of a turn (°)"
@@ -38,7 +38,7 @@ def figure(result: xr.Dataset) -> Figure:
     panels: list[Panel] = [_speed, _spectrum, _power]
     panels += [_drive] if result.wucht.summary["driven"] == "drive" else []
     panels += [_cuts] if len(result.cut) else [_law]
-    panels += [_over_speed, _excited] if "residual_deviation" in result else []
+    panels += [_speed_sweep, _excitations] if "residual_deviation" in result else []
     panels += [_twist] if "twist_residual" in result and len(result.twisted) else []
     if len(panels) % 2:
         panels.append(_law if _law not in panels else _travel)
@@ -48,10 +48,10 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _legend(axis: Axes) -> None:
     """Place the legend above the panel: the cams first, simulations last."""
-    legend_above(axis, sorted(named_in([axis]), key=lambda line: line.get_label() == _SIMULATED))
+    legend_above(axis, sorted(labelled_handles([axis]), key=lambda line: line.get_label() == _SIMULATION_LABEL))
 
 
-def _of_both(axis: Axes, result: xr.Dataset, values: xr.DataArray) -> None:
+def _draw_cams(axis: Axes, result: xr.Dataset, values: xr.DataArray) -> None:
     """Draw a line for each cam over a turn."""
     for name, colour in _COLOURS.items():
         look: dict[str, Any] = {"color": colour, "linewidth": 1.3, "linestyle": _DASHES[name], "label": f"{name} cam"}
@@ -60,29 +60,29 @@ def _of_both(axis: Axes, result: xr.Dataset, values: xr.DataArray) -> None:
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
-    _of_both(axis, result, _RPM * result.speed)
+    _draw_cams(axis, result, _RPM * result.speed)
     if "simulated_speed" in result:
         at = np.degrees(result.simulated_tau.values)
         for n, row in enumerate(_RPM * result.simulated_speed.values):
-            axis.plot(at, row, label=_SIMULATED if n == 0 else None, **_DOT)
+            axis.plot(at, row, label=_SIMULATION_LABEL if n == 0 else None, **_DOT)
     axis.axhline(_RPM * result.wucht.summary["corrected"]["mean_speed"], **GUIDE)
     axis.set_ylabel("speed of the shaft (rpm)")
     axis.ticklabel_format(axis="y", useOffset=False)
 
 
 def _spectrum(axis: Axes, result: xr.Dataset) -> None:
-    shown = result.output_acceleration.values[:, :_MOST_BARS]
-    k, lowest = result.order.values[: shown.shape[1]], _LOWEST * shown.max()
-    for row, (name, colour), aside in zip(shown, _COLOURS.items(), (-0.2, 0.2), strict=True):
+    amplitudes = result.output_acceleration.values[:, :_MOST_BARS]
+    k, lowest = result.order.values[: amplitudes.shape[1]], _LOWEST * amplitudes.max()
+    for row, (name, colour), aside in zip(amplitudes, _COLOURS.items(), (-0.2, 0.2), strict=True):
         high = np.where(row > lowest, row, np.nan)
-        draw_bars_from(axis, lowest, k + aside, high, color=colour, label=f"{name} cam", **HATCHED[aside < 0])
+        draw_bars_from(axis, lowest, k + aside, high, color=colour, label=f"{name} cam", **BAR_STYLES[aside < 0])
         if "simulated_acceleration" in result:
             dots = result.simulated_acceleration.sel(cam=name).values[: len(k)]
-            axis.plot(k + aside, np.where(dots > lowest, dots, np.nan), label=_SIMULATED if aside > 0 else None, **_DOT)
+            axis.plot(k + aside, np.where(dots > lowest, dots, np.nan), label=_SIMULATION_LABEL if aside > 0 else None, **_DOT)
     count = result.wucht.summary["above"]["orders"]
     if k[0] <= count < k[-1]:
         axis.axvline(count + 0.5, **GUIDE)
-    axis.set(yscale="log", ylim=(lowest, 3 * shown.max()))
+    axis.set(yscale="log", ylim=(lowest, 3 * amplitudes.max()))
     plain_decades(axis.yaxis, alone=True)
     order_scale(axis, k)
     axis.set_ylabel(with_unit("acceleration, amplitude", str(result.output_acceleration.attrs["units"])))
@@ -105,16 +105,16 @@ def _power(axis: Axes, result: xr.Dataset) -> None:
 def _drive(axis: Axes, result: xr.Dataset) -> None:
     """Draw the power of the drive alone, on a separate scale."""
     kilo = np.abs(result.drive_power.values).max() >= 1e3
-    _of_both(axis, result, result.drive_power / (1e3 if kilo else 1.0))
+    _draw_cams(axis, result, result.drive_power / (1e3 if kilo else 1.0))
     axis.set_ylabel(f"power of the drive alone ({'kW' if kilo else 'W'})")
 
 
 def _cuts(axis: Axes, result: xr.Dataset) -> None:
-    cuts, left, above = result.cut.values, result.cut_residual.values, result.wucht.summary["above"]
-    axis.plot(cuts, left, "o-", color=COLOURS[1], linewidth=1.1, markersize=5)
+    cuts, residuals, above = result.cut.values, result.cut_residual.values, result.wucht.summary["above"]
+    axis.plot(cuts, residuals, "o-", color=COLOURS[1], linewidth=1.1, markersize=5)
     if above["law"] > _NOTHING:
         axis.axhline(above["law"], label="the law itself", **GUIDE)
-    axis.set(yscale="log", ylim=decades_about(left), xticks=cuts, xlim=(0.5, cuts[-1] + 0.5))
+    axis.set(yscale="log", ylim=decades_about(residuals), xticks=cuts, xlim=(0.5, cuts[-1] + 0.5))
     plain_decades(axis.yaxis, alone=True)
     axis.set_xlabel("cam, cut for the speed with the one before")
     axis.set_ylabel(f"above order {above['orders']}, over order 1")
@@ -132,19 +132,19 @@ def _travel(axis: Axes, result: xr.Dataset) -> None:
     turn_scale(axis)
 
 
-def _over_speed(axis: Axes, result: xr.Dataset) -> None:
+def _speed_sweep(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = travel_unit(result.residual_deviation)
     speeds, deviations = _RPM * result.swept_speed.values, scale * result.residual_deviation.values
     for i, name in enumerate(result.lever.values.tolist()):
         colour, dashes = ((COLOURS[1], "--"), (COLOURS[0], "-"), (COLOURS[2], "-."))[i]
         axis.plot(speeds, deviations[i], dashes, color=colour, linewidth=1.2, label=name)
-    named = math.inf
+    last_label = math.inf
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
     for k, at in zip(result.resonance_order.values.tolist(), _RPM * result.resonance_speed.values, strict=True):
         axis.axvline(at, **GUIDE | {"linewidth": 0.6})
-        if named - at >= _APART * (speeds[-1] - speeds[0]):  # from the fastest on
-            named = at
-            _at_foot(axis, f"k = {k}", at, 0, ha="center", bbox=box)
+        if last_label - at >= _APART * (speeds[-1] - speeds[0]):  # from the fastest on
+            last_label = at
+            _annotate_foot(axis, f"k = {k}", at, 0, ha="center", bbox=box)
     mean = _RPM * result.wucht.summary["corrected"]["mean_speed"]
     if speeds[0] <= mean <= speeds[-1]:
         axis.axvline(mean, label="mean speed", **FREE)
@@ -153,13 +153,13 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
     axis.set(xlabel="mean speed (rpm)", ylabel=with_unit("deviation in the dwell", unit))
 
 
-def _at_foot(axis: Axes, text: str, x: float, aside: float, **look: Any) -> None:
+def _annotate_foot(axis: Axes, text: str, x: float, aside: float, **look: Any) -> None:
     """Write a word at the lower edge of a panel."""
     place: Any = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
     axis.annotate(text, (x, 0.0), (aside, 4), fontsize=small(), color=GREY, **place, **look)
 
 
-def _excited(axis: Axes, result: xr.Dataset) -> None:
+def _excitations(axis: Axes, result: xr.Dataset) -> None:
     """Draw the residual vibration in the dwell at the mean speed, the smallest on top."""
     scale, unit = travel_unit(result.residual_deviation)
     names, size = result.excited.values.tolist(), scale * result.excited_deviation.values
@@ -170,13 +170,15 @@ def _excited(axis: Axes, result: xr.Dataset) -> None:
 
 def _twist(axis: Axes, result: xr.Dataset) -> None:
     """Draw the residual of each cam behind an elastic shaft."""
-    names, left, above = result.twisted.values.tolist(), result.twist_residual.values, result.wucht.summary["above"]
-    named = [f"{name}: {100 * x:.3g} %" if x > _CLEAN else f"{name}: nothing" for name, x in zip(names, left, strict=True)]
+    names, residuals, above = result.twisted.values.tolist(), result.twist_residual.values, result.wucht.summary["above"]
+    labels = [
+        f"{name}: {100 * x:.3g} %" if x > _CLEAN else f"{name}: nothing" for name, x in zip(names, residuals, strict=True)
+    ]
     colours = [_COLOURS.get(name.removesuffix(" cam"), COLOURS[2]) for name in names]
-    _bars(axis, left, colours, named, (_CLEAN, max(decades_about(left)[1], 1.0)))
+    _bars(axis, residuals, colours, labels, (_CLEAN, max(decades_about(residuals)[1], 1.0)))
     if above["law"] > _CLEAN:
         axis.axvline(above["law"], **GUIDE)
-        _at_foot(axis, "the law itself", above["law"], -3, ha="right")
+        _annotate_foot(axis, "the law itself", above["law"], -3, ha="right")
     axis.set_xlabel(f"elastic shaft: above order {above['orders']}, over order 1")
 
 

@@ -8,56 +8,60 @@ from typing import Any
 
 import numpy as np
 
-from wucht.cams.prediction import unresolved
+from wucht.cams.prediction import unresolved_share
 from wucht.results.quantities import Quantity, group
-from wucht.studies.cam_prediction.computation import Findings, Plan, Turning
+from wucht.studies.cam_prediction.computation import Findings, Plan, ShaftPrediction
 from wucht.studies.cam_prediction.confirmation import Confirmation
-from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST, Twists
+from wucht.studies.cam_prediction.elasticity import RIGID_SHAFT_CAM, TWIST_CAM, Twists
 
 _CLEAN = 1e-6  # of order 1, beyond the law itself: below the accuracy of a workshop
 _SLOW, _DIVERGING = 0.5, 1.0  # inertia ratios
-_KEPT = 1e-12  # of the mean speed: smaller orders are not corrected by a cam
+_ORDER_TOLERANCE = 1e-12  # of the mean speed: smaller orders are not corrected by a cam
 _FLOOR = 1e-9  # residuals below are rounding
-_TOO_MUCH = 1e-3  # of order 1: largest acceptable residual behind an elastic shaft
-_UNRESOLVED = 1e-6  # of the mean speed: larger highest orders indicate that further ones are missing
-_DOUBTFUL = 1e-5  # of the mean speed: prediction and simulation differ
+_TWIST_LIMIT = 1e-3  # of order 1: largest acceptable residual behind an elastic shaft
+_UNRESOLVED_LIMIT = 1e-6  # of the mean speed: larger highest orders indicate that further ones are missing
+_DEVIATION_LIMIT = 1e-5  # of the mean speed: prediction and simulation differ
 
 
-def numbers(plan: Plan, f: Findings) -> list[Quantity]:
+def prediction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """Return the numbers of ``summary.json``: the motion of the shaft with the original cam, which moves its output by the law
     over the cam angle, and under ``corrected`` that with the corrected one."""
-    both = {"original": f.original, "corrected": f.corrected}
-    constant, shaft, motion = _power(f.constant), plan.shaft, plan.motion
-    powers = {name: _power(one.drive * one.shaft.speed(f.tau)) for name, one in both.items()}
-    original, corrected = (_turning(one, powers[name]["mean"], f"{name} cam") for name, one in both.items())
-    corrected.append(Quantity("speed", _coefficients(f.corrected), "coefficients of the speed, corrected cam", "rad/s"))
-    driven = "eigenmotion" if plan.driving is None else "enforced" if plan.enforced else "drive"
-    above = {"orders": plan.count, "law": f.clean, **{name: one.above for name, one in both.items()}}
-    left = {name: _number(one.left) for name, one in both.items()}
-    saved = {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")}
-    most = shaft.most_inertia_ratio(motion.law)
+    predictions = {"original": f.original_cam, "corrected": f.corrected_cam}
+    constant, shaft, motion = _power(f.constant_speed_power), plan.shaft, plan.motion
+    powers = {name: _power(one.drive * one.shaft.speed(f.tau)) for name, one in predictions.items()}
+    original_quantities, corrected_quantities = (
+        _shaft_quantities(one, powers[name]["mean"], f"{name} cam") for name, one in predictions.items()
+    )
+    corrected_quantities.append(
+        Quantity("speed", _speed_coefficients(f.corrected_cam), "coefficients of the speed, corrected cam", "rad/s")
+    )
+    driven = "eigenmotion" if plan.driving is None else "enforced" if plan.is_enforced else "drive"
+    above = {"orders": plan.count, "law": f.clean, **{name: one.above for name, one in predictions.items()}}
+    multipliers = {name: _finite_or_none(one.multiplier) for name, one in predictions.items()}
+    saving = {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")}
+    ratio_limit = shaft.most_inertia_ratio(motion.law)
     return [
         Quantity("unit", motion.unit, "unit of the output"),
         Quantity("harmonics", motion.count, "number N of harmonics of the law"),
         Quantity("inertia_ratio", shaft.inertia_ratio(motion.law), "largest inertia of the output over that of the shaft"),
-        Quantity("inertia_ratio_limit", most, "largest inertia ratio with a corrected cam without a drive"),
+        Quantity("inertia_ratio_limit", ratio_limit, "largest inertia ratio with a corrected cam without a drive"),
         Quantity("driven", driven, "kind of drive of the shaft"),
-        *original,
-        group("corrected", corrected, "the same with the corrected cam"),
+        *original_quantities,
+        group("corrected", corrected_quantities, "the same with the corrected cam"),
         Quantity("above", above, "largest order of the output's acceleration above N over order 1"),
-        Quantity("left_after_a_turn", left, "share of a disturbance of the energy that remains after a turn"),
+        Quantity("left_after_a_turn", multipliers, "share of a disturbance of the energy that remains after a turn"),
         Quantity("power", {"constant_speed": constant, **powers}, "power of the drive", "W"),
-        Quantity("power_saved", saved, "power that the corrected cam saves against constant speed", "W"),
+        Quantity("power_saved", saving, "power that the corrected cam saves against constant speed", "W"),
         Quantity("cut_residuals", f.cuts.tolist(), "residual above N of cams cut by measurement, one after another"),
         Quantity("contraction", _contraction(f.cuts, f.clean), "ratio of the residual of each further cam to that before"),
         Quantity("simulation", _simulation(plan, f), "turns simulated, and the deviation of the speed from the prediction"),
-        *_springs(plan, f),
+        *_spring_quantities(plan, f),
     ]
 
 
-def _turning(one: Turning, mean_power: float, cam: str) -> list[Quantity]:
+def _shaft_quantities(one: ShaftPrediction, mean_power: float, cam: str) -> list[Quantity]:
     shaft = one.shaft
-    orders = shaft.speed.without_rounding(_KEPT).amplitudes.tolist()
+    orders = shaft.speed.without_rounding(_ORDER_TOLERANCE).amplitudes.tolist()
     eigenmotion = None if one.eigenmotion is None else asdict(one.eigenmotion)
     fluctuation, free = _EIGENMOTION["fluctuation"][0], "motion at this mean speed without drive and loads"
     return [
@@ -77,11 +81,11 @@ _EIGENMOTION = {
 }
 
 
-def _springs(plan: Plan, f: Findings) -> list[Quantity]:
+def _spring_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """Return the elastic output and shaft, each None where it is rigid."""
     output, twists, acceleration = Quantity("output", None, "elastic output"), None, f"{plan.motion.unit}/s^2"
     if f.vibrations is not None and plan.output is not None:
-        excited = [asdict(e) for e in f.vibrations.excited]
+        excitations = [asdict(e) for e in f.vibrations.excitations]
         of_excited = {
             "deviation": ("deviation in the dwell", plan.motion.unit),
             "acceleration": ("acceleration in the dwell", acceleration),
@@ -90,9 +94,9 @@ def _springs(plan: Plan, f: Findings) -> list[Quantity]:
         numbers_of_output = [
             Quantity("natural_frequency", plan.output.natural_frequency, "natural frequency", "rad/s"),
             Quantity("damping_ratio", plan.output.damping_ratio, "damping ratio"),
-            Quantity("excited", excited, "residual vibration in the dwell by each motion of the lever", parts=of_excited),
+            Quantity("excited", excitations, "residual vibration in the dwell by each motion of the lever", parts=of_excited),
         ]
-        output = group("output", numbers_of_output, output.what)
+        output = group("output", numbers_of_output, output.long_name)
     if f.twists is not None:
         twists = [asdict(c) for c in f.twists.cams]
     of_shaft = {
@@ -103,19 +107,23 @@ def _springs(plan: Plan, f: Findings) -> list[Quantity]:
     return [output, Quantity("shaft", twists, "elastic shaft, each cam", parts=of_shaft)]
 
 
-def _coefficients(one: Turning) -> dict[str, Any]:
+def _speed_coefficients(one: ShaftPrediction) -> dict[str, Any]:
     """Return the speed with the corrected cam in the form of the table [speed] of cam-correction and cam-contour."""
-    kept = one.shaft.speed.without_rounding(_KEPT)
-    return {"mean": kept.mean, "cosine": kept.cosine.tolist(), "sine": kept.sine.tolist()}
+    speed = one.shaft.speed.without_rounding(_ORDER_TOLERANCE)
+    return {"mean": speed.mean, "cosine": speed.cosine.tolist(), "sine": speed.sine.tolist()}
 
 
 def _power(power: np.ndarray) -> dict[str, float]:
     """Return peak, mean, and mean of the positive part over a turn of evenly spaced points, the last equal to the first."""
-    each = power[:-1]
-    return {"peak": float(each.max()), "mean": float(each.mean()), "mean_positive": float(np.maximum(each, 0.0).mean())}
+    samples = power[:-1]
+    return {
+        "peak": float(samples.max()),
+        "mean": float(samples.mean()),
+        "mean_positive": float(np.maximum(samples, 0.0).mean()),
+    }
 
 
-def _number(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
@@ -126,121 +134,137 @@ def _contraction(cuts: np.ndarray, clean: float) -> float | None:
 
 
 def _simulation(plan: Plan, f: Findings) -> dict[str, Any] | None:
-    named = zip(("original", "corrected"), f.confirmed, strict=False)
-    return {"turns": plan.turns, **{name: _confirmed(plan, one) for name, one in named}} if f.confirmed else None
+    pairs = zip(("original", "corrected"), f.confirmations, strict=False)
+    return {"turns": plan.turns, **{name: _confirmation_numbers(plan, one) for name, one in pairs}} if f.confirmations else None
 
 
-def _confirmed(plan: Plan, one: Confirmation) -> dict[str, float | str | None]:
+def _confirmation_numbers(plan: Plan, one: Confirmation) -> dict[str, float | str | None]:
     amplitudes = one.acceleration.amplitudes
     above = amplitudes[plan.count :].max(initial=0.0) / amplitudes[0] if len(amplitudes) else math.nan
-    return {"deviation": _number(one.deviation), "above": _number(float(above)), "failure": one.failure}
+    return {"deviation": _finite_or_none(one.deviation), "above": _finite_or_none(float(above)), "failure": one.failure}
 
 
 def verdict(plan: Plan, s: dict[str, Any]) -> tuple[str, str]:
     """Return the label, in lower case, and the whole sentence."""
-    twists = _too_much_twist(s)
-    if plan.enforced:
+    twists = _twist_finding(s)
+    if plan.is_enforced:
         peak = s["power"]["corrected"]["peak"]
-        held = f"the drive holds the shaft's speed with up to {_watts(peak)}: the law itself is the cam"
-        return ("not clean", f"NOT CLEAN on the elastic shaft: {twists}; {held}") if twists else ("enforced", held)
-    above, fluctuates = s["above"], f"fluctuates by {_percent(s['corrected']['fluctuation'])}"
-    label, found = _on_rigid_shaft(s)
+        drive_clause = f"the drive holds the shaft's speed with up to {_power_text(peak)}: the law itself is the cam"
+        return (
+            ("not clean", f"NOT CLEAN on the elastic shaft: {twists}; {drive_clause}") if twists else ("enforced", drive_clause)
+        )
+    above, fluctuates = s["above"], f"fluctuates by {_percent_text(s['corrected']['fluctuation'])}"
+    label, finding = _rigid_shaft_verdict(s)
     shaft = f"on a shaft that {fluctuates}"
     if label == "clean" and twists:
-        label, found, shaft = "not clean", twists, f"on the elastic shaft that {fluctuates}"
-    before = f"the original one leaves {_percent(above['original'])} of order 1"
-    return label, f"{label.upper()} {shaft}: {found}" + (f", {before}" if label == "clean" else "")
+        label, finding, shaft = "not clean", twists, f"on the elastic shaft that {fluctuates}"
+    before = f"the original one leaves {_percent_text(above['original'])} of order 1"
+    return label, f"{label.upper()} {shaft}: {finding}" + (f", {before}" if label == "clean" else "")
 
 
-def _on_rigid_shaft(s: dict[str, Any]) -> tuple[str, str]:
+def _rigid_shaft_verdict(s: dict[str, Any]) -> tuple[str, str]:
     """Return the label of the corrected cam, and its residual."""
     above, orders = s["above"], f"orders above {s['above']['orders']}"
-    clean, own = above["law"] + _CLEAN, _percent(above["law"])
+    clean, law_share = above["law"] + _CLEAN, _percent_text(above["law"])
     if not above["corrected"] <= clean:
-        return "not clean", f"{orders} are {_percent(above['corrected'])} of order 1 with the corrected cam"
-    left = f"nothing in {orders}" if above["law"] <= _CLEAN else f"{own} of order 1 in {orders} as the law itself"
-    grows, simulated = s["left_after_a_turn"]["corrected"], s["simulation"] and s["simulation"]["corrected"]["above"]
+        return "not clean", f"{orders} are {_percent_text(above['corrected'])} of order 1 with the corrected cam"
+    residual = f"nothing in {orders}" if above["law"] <= _CLEAN else f"{law_share} of order 1 in {orders} as the law itself"
+    grows, simulated_share = s["left_after_a_turn"]["corrected"], s["simulation"] and s["simulation"]["corrected"]["above"]
     if grows is not None and grows > 1:
         unstable = f"but this motion is not stable, a disturbance grows {grows:.4g}-fold in a turn"
-        return "not clean", f"the corrected cam would leave {left}, {unstable}"
-    if simulated is not None and simulated > clean:
-        return "not confirmed", f"by prediction the corrected cam leaves {left}, by simulation {_percent(simulated)} of order 1"
-    return "clean", f"the corrected cam leaves {left}"
+        return "not clean", f"the corrected cam would leave {residual}, {unstable}"
+    if simulated_share is not None and simulated_share > clean:
+        return (
+            "not confirmed",
+            f"by prediction the corrected cam leaves {residual}, by simulation {_percent_text(simulated_share)} of order 1",
+        )
+    return "clean", f"the corrected cam leaves {residual}"
 
 
-def _too_much_twist(s: dict[str, Any]) -> str:
+def _twist_finding(s: dict[str, Any]) -> str:
     """Return the residual of the corrected cam behind an elastic shaft in a sentence, empty where it does not matter."""
     if s["shaft"] is None:
         return ""
-    twisted = {one["name"]: one["above"] for one in s["shaft"]}
-    left = twisted.get(FOR_RIGID_SHAFT, math.inf)
-    if left <= s["above"]["law"] + _TOO_MUCH:
+    residuals = {one["name"]: one["above"] for one in s["shaft"]}
+    residual = residuals.get(RIGID_SHAFT_CAM, math.inf)
+    if residual <= s["above"]["law"] + _TWIST_LIMIT:
         return ""
-    found = f"the cam corrected for a rigid shaft leaves {_percent(left)} of order 1 in orders above {s['above']['orders']}"
-    if FOR_RIGID_SHAFT not in twisted:
-        found = "no periodic motion was obtained with the cam corrected for a rigid shaft"
-    if FOR_TWIST not in twisted:
-        return found
-    rest = "nothing" if twisted[FOR_TWIST] <= _CLEAN else _percent(twisted[FOR_TWIST])
-    return f"{found}, corrected for the twist too it leaves {rest}"
+    finding = (
+        f"the cam corrected for a rigid shaft leaves {_percent_text(residual)} of order 1 in orders above "
+        f"{s['above']['orders']}"
+    )
+    if RIGID_SHAFT_CAM not in residuals:
+        finding = "no periodic motion was obtained with the cam corrected for a rigid shaft"
+    if TWIST_CAM not in residuals:
+        return finding
+    rest = "nothing" if residuals[TWIST_CAM] <= _CLEAN else _percent_text(residuals[TWIST_CAM])
+    return f"{finding}, corrected for the twist too it leaves {rest}"
 
 
-def _percent(share: float) -> str:
+def _percent_text(share: float) -> str:
     return f"{100 * share:.3g} %"
 
 
-def _watts(power: float) -> str:
+def _power_text(power: float) -> str:
     return f"{power / 1e3:.3g} kW" if abs(power) >= 1e3 else f"{power:.3g} W"
 
 
 def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
     """Return the warnings."""
-    said = []
+    notes = []
     ratio, contraction = s["inertia_ratio"], s["contraction"]
-    shown = f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}"
-    if plan.enforced:
+    ratio_clause = f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}"
+    if plan.is_enforced:
         pass
     elif ratio > _DIVERGING:
         diverging = "above about 1 cutting a cam and measuring again may diverge; take the predicted cam, or a larger flywheel"
-        said.append(f"{shown}: {diverging}")
+        notes.append(f"{ratio_clause}: {diverging}")
     elif ratio > _SLOW:
-        each = "" if contraction is None else f", each cam leaves {_percent(contraction)} of the residual of the one before"
-        said.append(f"{shown}: cutting a cam and measuring again converges slowly{each}; take the predicted cam")
+        rate_clause = (
+            "" if contraction is None else f", each cam leaves {_percent_text(contraction)} of the residual of the one before"
+        )
+        notes.append(f"{ratio_clause}: cutting a cam and measuring again converges slowly{rate_clause}; take the predicted cam")
     if f.failure:
-        said.append(f.failure)
+        notes.append(f.failure)
     elif contraction is not None and contraction >= 1:
-        said.append("cutting a cam and measuring again diverges: the last cam is worse than the one before")
-    for name, turning in (("original", f.original), ("corrected", f.corrected)):
-        if (share := unresolved(turning.shaft)) > _UNRESOLVED:
-            more = f"with the {name} cam the highest orders of the speed are {share:.1e} of its mean, higher ones are left out"
-            said.append(f"{more}: the shaft nearly stands still within a turn, or the law's acceleration jumps")
-    said += [_unstable(name, one) for name, one in (("original", f.original), ("corrected", f.corrected)) if one.left > 1]
-    for name, one, turning in zip(("original", "corrected"), f.confirmed, (f.original, f.corrected), strict=False):
-        if not one.deviation <= _DOUBTFUL:
-            said.append(f"the simulation with the {name} cam {one.failure or _departs(one, turning)}")
-    said += [] if f.vibrations is None else f.vibrations.notes
-    return said + ([] if f.twists is None else _twisted(plan, f.clean, f.twists))
+        notes.append("cutting a cam and measuring again diverges: the last cam is worse than the one before")
+    for name, turning in (("original", f.original_cam), ("corrected", f.corrected_cam)):
+        if (share := unresolved_share(turning.shaft)) > _UNRESOLVED_LIMIT:
+            order_clause = (
+                f"with the {name} cam the highest orders of the speed are {share:.1e} of its mean, higher ones are left out"
+            )
+            notes.append(f"{order_clause}: the shaft nearly stands still within a turn, or the law's acceleration jumps")
+    notes += [
+        _instability_warning(name, one)
+        for name, one in (("original", f.original_cam), ("corrected", f.corrected_cam))
+        if one.multiplier > 1
+    ]
+    for name, one, turning in zip(("original", "corrected"), f.confirmations, (f.original_cam, f.corrected_cam), strict=False):
+        if not one.deviation <= _DEVIATION_LIMIT:
+            notes.append(f"the simulation with the {name} cam {one.failure or _departure_text(one, turning)}")
+    notes += [] if f.vibrations is None else f.vibrations.notes
+    return notes + ([] if f.twists is None else _twist_warnings(plan, f.clean, f.twists))
 
 
-def _departs(one: Confirmation, turning: Turning) -> str:
+def _departure_text(one: Confirmation, turning: ShaftPrediction) -> str:
     """Return the deviation of a simulation, with the reason where it is known."""
-    why = ""
-    if turning.left > 1:
-        why = ": this motion is not stable"
-    elif unresolved(turning.shaft) > _UNRESOLVED:
-        why = ", by the orders that the prediction leaves out"
-    elif turning.left == 1:
-        why = ": without a drive nothing restores the motion, and errors of the simulation add up from turn to turn"
-    return f"departs from the prediction by {_percent(one.deviation)} of the speed{why}"
+    reason = ""
+    if turning.multiplier > 1:
+        reason = ": this motion is not stable"
+    elif unresolved_share(turning.shaft) > _UNRESOLVED_LIMIT:
+        reason = ", by the orders that the prediction leaves out"
+    elif turning.multiplier == 1:
+        reason = ": without a drive nothing restores the motion, and errors of the simulation add up from turn to turn"
+    return f"departs from the prediction by {_percent_text(one.deviation)} of the speed{reason}"
 
 
-def _twisted(plan: Plan, law: float, twists: Twists) -> list[str]:
+def _twist_warnings(plan: Plan, law: float, twists: Twists) -> list[str]:
     """Return the warnings on an elastic shaft. law: orders of the law itself above N, over order 1."""
-    left = [one.above for one in twists.cams if one.name == FOR_RIGID_SHAFT and one.above > law + _TOO_MUCH]
+    residuals = [one.above for one in twists.cams if one.name == RIGID_SHAFT_CAM and one.above > law + _TWIST_LIMIT]
     rigid = f"in orders above {plan.count} the cam for the rigid shaft, that of this result, leaves"
-    return [*(f"elastic shaft: {rigid} {_percent(share)} of order 1" for share in left), *twists.notes]
+    return [*(f"elastic shaft: {rigid} {_percent_text(share)} of order 1" for share in residuals), *twists.notes]
 
 
-def _unstable(name: str, one: Turning) -> str:
-    grows = f"with the {name} cam this motion is not stable, a disturbance grows {one.left:.4g}-fold in a turn"
+def _instability_warning(name: str, one: ShaftPrediction) -> str:
+    grows = f"with the {name} cam this motion is not stable, a disturbance grows {one.multiplier:.4g}-fold in a turn"
     return f"{grows}: drive less loads rise with the speed; give another mean_speed, or another drive or load"

@@ -23,11 +23,18 @@ import numpy as np
 
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.varied import Varied, check_together, varied_of
-from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, impossible, left_out, members_at, where_possible
-from wucht.dynamics.sampling.searches import Bounds, to_look_at
-from wucht.dynamics.verdicts.outcomes import OPEN, OUTCOMES
+from wucht.dynamics.run_ups.run_variations import VariedQuantity, check_given_once, varied_quantity
+from wucht.dynamics.sampling.ensemble_run import integration_note, outcomes_of
+from wucht.dynamics.sampling.ensembles import (
+    EnsembleQuestion,
+    MemberOutcomes,
+    initial_states,
+    omission_warnings,
+    run_possible,
+    unrunnable_members,
+)
+from wucht.dynamics.sampling.searches import ProbabilityBounds, next_sample_value
+from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -36,7 +43,7 @@ from wucht.studies.capture_probability.distributions import (
     REPLICATES,
     Distribution,
     Indices,
-    cross_sampled,
+    cross_samples,
     distribution_of,
     indices,
     library,
@@ -48,17 +55,19 @@ _PROBES = 64  # samples that are checked before the first run
 _RANDOM = "study.random"
 
 
-def interval(counts: np.ndarray, each: int, confidence: float) -> tuple[float, float]:
+def interval(counts: np.ndarray, replicate_size: int, confidence: float) -> tuple[float, float]:
     """Two-sided bounds of a probability, from the number of inside points of each replicate (R,) of ``replicate_size``."""
     from scipy.stats import norm, t
 
     replicates, tail = len(counts), (1 - confidence) / 2
-    share, total = float(counts.mean()) / each, replicates * each
-    if counts.min() == each or counts.max() == 0:  # independent points scatter at least as much: these bounds are wide enough
+    share, total = float(counts.mean()) / replicate_size, replicates * replicate_size
+    if (
+        counts.min() == replicate_size or counts.max() == 0
+    ):  # independent points scatter at least as much: these bounds are wide enough
         return clopper_pearson(share * total, total, tail)
     otherwise = min(1 - tail ** (1 / replicates), 0.5)
-    least = min(otherwise * (1 - otherwise), each * share * (1 - share))
-    variance = max(float(counts.var(ddof=1)), least) / replicates / each**2
+    least = min(otherwise * (1 - otherwise), replicate_size * share * (1 - share))
+    variance = max(float(counts.var(ddof=1)), least) / replicates / replicate_size**2
     student = float(t.ppf(1 - tail, replicates - 1))
     independent = share * (1 - share) / variance * (float(norm.ppf(1 - tail)) / student) ** 2
     low, high = clopper_pearson(share * independent, independent, tail)
@@ -75,9 +84,9 @@ def clopper_pearson(inside: float, total: float, tail: float) -> tuple[float, fl
     return low, high
 
 
-def band(inside: np.ndarray, open_: np.ndarray, each: int, confidence: float) -> tuple[float, float]:
+def band(inside: np.ndarray, open_: np.ndarray, replicate_size: int, confidence: float) -> tuple[float, float]:
     """Bounds if some points of each replicate (R,) are inside and others are undecided: these may count or not."""
-    return interval(inside, each, confidence)[0], interval(inside + open_, each, confidence)[1]
+    return interval(inside, replicate_size, confidence)[0], interval(inside + open_, replicate_size, confidence)[1]
 
 
 @dataclass(frozen=True)
@@ -92,7 +101,7 @@ class Plan:
     machine: Machine
     along: Parameter
     grid: tuple[float, ...]
-    varied: tuple[Varied, ...]
+    random_quantities: tuple[VariedQuantity, ...]
     distributions: tuple[Distribution, ...]
     samples: np.ndarray
     at: float | None = None
@@ -101,81 +110,88 @@ class Plan:
     warnings: tuple[str, ...] = ()
 
     @property
-    def each(self) -> int:
+    def replicate_size(self) -> int:
         """Number of samples in a replicate."""
         return self.spec.samples // REPLICATES
 
     def question(self, value: float) -> EnsembleQuestion:
         """The question for each run at a value of the parameter. Raises ``InputError`` for a value that is not allowed."""
         machine, spec = self.machine.with_values({self.along.path: value}), self.spec
-        names = tuple(v.name for v in self.varied if v.state is None)
+        names = tuple(v.name for v in self.random_quantities if v.state is None)
         return EnsembleQuestion(machine, names, spec.model, spec.inertia, spec.order, spec.until, tolerance=spec.tolerance)
 
     def members(self, value: float, places: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Initial states (n, M) of runs, and the values (M,) of random parameters, at places (q, M)."""
         machine = self.machine.with_values({self.along.path: value})
-        return members_at(machine, self.spec.start, self.varied, places, _RANDOM)
+        return initial_states(machine, self.spec.start, self.random_quantities, places, _RANDOM)
 
 
 def prepare(spec: CaptureProbability, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
     along = parameter_of(machine, spec.along)
     low, high = ends_of(machine, along, spec.range)
-    varied = tuple(varied_of(machine, name, f"random.{name}") for name in spec.random)
-    of = tuple(
-        distribution_of(given, v.quantity, f"{_RANDOM}.{v.name}") for v, given in zip(varied, spec.random.values(), strict=True)
+    random_quantities = tuple(varied_quantity(machine, name, f"random.{name}") for name in spec.random)
+    distributions = tuple(
+        distribution_of(definition, v.quantity, f"{_RANDOM}.{v.name}")
+        for v, definition in zip(random_quantities, spec.random.values(), strict=True)
     )
     initial_state(machine, spec.start)
-    check_together(varied, spec.start, "random", "another random quantity")
-    unit_cube = points(spec.samples, len(varied), spec.seed)
-    samples = _drawn(of, unit_cube.reshape(-1, len(varied)))
-    plan = Plan(spec, machine, along, tuple(np.linspace(low, high, spec.points).tolist()), varied, of, samples)
+    check_given_once(random_quantities, spec.start, "random", "another random quantity")
+    unit_cube = points(spec.samples, len(random_quantities), spec.seed)
+    samples = _sample_values(distributions, unit_cube.reshape(-1, len(random_quantities)))
+    plan = Plan(
+        spec, machine, along, tuple(np.linspace(low, high, spec.points).tolist()), random_quantities, distributions, samples
+    )
     if spec.sensitivity and spec.at is not None:
         library()
         (at,) = values_of(machine, along, (spec.at,), "at")
-        plan = replace(plan, at=at, cross=_drawn(of, cross_sampled(spec.base, len(varied), spec.seed)))
-    warnings = _checked(plan)
-    return replace(plan, way=way_of(plan.question(low)), warnings=(*warnings, *_uneven(spec)))
+        plan = replace(
+            plan, at=at, cross=_sample_values(distributions, cross_samples(spec.base, len(random_quantities), spec.seed))
+        )
+    warnings = _omission_warnings(plan)
+    return replace(plan, way=integration_note(plan.question(low)), warnings=(*warnings, *_evenness_warnings(spec)))
 
 
-def _drawn(distributions: Sequence[Distribution], shares: np.ndarray) -> np.ndarray:
+def _sample_values(distributions: Sequence[Distribution], shares: np.ndarray) -> np.ndarray:
     """Values (q, M) of random quantities at points (M, q) of the unit cube."""
     tiny = np.finfo(float).tiny
     inside = np.clip(shares, tiny, 1 - np.finfo(float).epsneg)  # at 0 and 1 the values of a normal distribution are infinite
-    return np.array([one.at(inside[:, k]) for k, one in enumerate(distributions)])
+    return np.array([one.quantiles(inside[:, k]) for k, one in enumerate(distributions)])
 
 
-def _checked(plan: Plan) -> tuple[str, ...]:
+def _omission_warnings(plan: Plan) -> tuple[str, ...]:
     """Warnings about the effects that the averaged equations omit.
 
     Raises ``InputError`` if there are no such equations, if nothing would turn, and for samples that the machine does not
     allow: the least and the largest of each random quantity are checked, and some more.
     """
-    drawn = [plan.samples] if plan.cross is None else [plan.samples, plan.cross]
-    for samples in drawn:
-        for v, values in zip(plan.varied, samples, strict=True):
+    sample_sets = [plan.samples] if plan.cross is None else [plan.samples, plan.cross]
+    for samples in sample_sets:
+        for v, values in zip(plan.random_quantities, samples, strict=True):
             if v.state is None:
-                _refuse_what_is_not_allowed(plan, v.name, values)
+                _refuse_forbidden_values(plan, v.name, values)
     ends = np.unique([f(row) for row in plan.samples for f in (np.argmin, np.argmax)])
     probes = np.unique([*ends, *np.linspace(0, plan.spec.samples - 1, _PROBES).astype(int)])
     for value in (plan.grid[0], plan.grid[-1]):
         members = plan.members(value, plan.samples[:, probes])
-        none = impossible(plan.question(value).machine, *members)
-    possible = next((p for m, p in enumerate(probes) if m not in none), probes[0])
-    return left_out(plan.question(plan.grid[-1]), plan.spec.start, plan.varied, plan.samples[:, possible].tolist())
+        impossible_members = unrunnable_members(plan.question(value).machine, *members)
+    possible = next((p for m, p in enumerate(probes) if m not in impossible_members), probes[0])
+    return omission_warnings(
+        plan.question(plan.grid[-1]), plan.spec.start, plan.random_quantities, plan.samples[:, possible].tolist()
+    )
 
 
-def _refuse_what_is_not_allowed(plan: Plan, name: str, values: np.ndarray) -> None:
+def _refuse_forbidden_values(plan: Plan, name: str, values: np.ndarray) -> None:
     for value in (float(values.min()), float(values.max())):
         try:
             plan.machine.with_values({name: value})
         except InputError as error:
-            reached = f"this distribution reaches {value:.6g}, which the machine does not allow ({error.allowed})"
-            allowed = f"{reached}; limit it, as by between = [low, high]"
-            raise InputError(f"{_RANDOM}.{name}", plan.spec.random[name], allowed) from None
+            problem = f"this distribution reaches {value:.6g}, which the machine does not allow ({error.explanation})"
+            requirement = f"{problem}; limit it, as by between = [low, high]"
+            raise InputError(f"{_RANDOM}.{name}", plan.spec.random[name], requirement) from None
 
 
-def _uneven(spec: CaptureProbability) -> list[str]:
+def _evenness_warnings(spec: CaptureProbability) -> list[str]:
     if spec.samples & (spec.samples - 1) == 0:
         return []
     fewer = 2 ** int(np.log2(spec.samples))
@@ -184,25 +200,25 @@ def _uneven(spec: CaptureProbability) -> list[str]:
 
 _TILE = 1024  # runs in a unit of work
 _SEARCH = 0.4  # runs of the search, as a share of the preceding ones
-_OPEN = [OUTCOMES.index(o) for o in OPEN]
+_OPEN = [OUTCOMES.index(o) for o in OPEN_OUTCOMES]
 
 
 @dataclass(frozen=True)
-class Point:
+class ProbabilityPoint:
     """Outcomes of the runs at a value of the parameter. replicate_size: runs of a replicate. counted_outcomes: outcomes that
     count as inside. is_from_search: true if the search requested the value."""
 
     value: float
     members: MemberOutcomes
-    each: int
-    counted: tuple[int, ...]
+    replicate_size: int
+    counted_outcomes: tuple[int, ...]
     confidence: float
-    searched: bool = False
+    is_from_search: bool = False
 
     @property
     def inside(self) -> np.ndarray:
         """Number of runs of each replicate (R,) with a counted outcome."""
-        return self._runs(self.counted)
+        return self._runs(self.counted_outcomes)
 
     @property
     def open(self) -> np.ndarray:
@@ -212,57 +228,59 @@ class Point:
     @property
     def estimate(self) -> float:
         """Share of the inside runs among those with a known outcome; NaN if there are none."""
-        known = len(self.members.outcome) - int(self.open.sum())
-        return float(self.inside.sum()) / known if known else float("nan")
+        known_count = len(self.members.outcome) - int(self.open.sum())
+        return float(self.inside.sum()) / known_count if known_count else float("nan")
 
     @cached_property
-    def bounds(self) -> Bounds:
+    def bounds(self) -> ProbabilityBounds:
         """Bounds of the probability."""
-        return Bounds(self.value, *band(self.inside, self.open, self.each, self.confidence))
+        return ProbabilityBounds(self.value, *band(self.inside, self.open, self.replicate_size, self.confidence))
 
     def _runs(self, of: Sequence[int]) -> np.ndarray:
-        return np.asarray(np.isin(self.members.outcome, of).reshape(REPLICATES, self.each).sum(axis=1))
+        return np.asarray(np.isin(self.members.outcome, of).reshape(REPLICATES, self.replicate_size).sum(axis=1))
 
 
 @dataclass(frozen=True)
 class Findings:
     """Findings so far. points: in the order of their values. indices: of the sensitivity. cross: outcomes of its runs."""
 
-    points: tuple[Point, ...] = ()
+    points: tuple[ProbabilityPoint, ...] = ()
     indices: Indices | None = None
     cross: MemberOutcomes | None = None
 
-    def with_point(self, point: Point) -> Findings:
+    def with_point(self, point: ProbabilityPoint) -> Findings:
         """Findings with another point."""
         return replace(self, points=tuple(sorted((*self.points, point), key=lambda p: p.value)))
 
     @property
-    def bounds(self) -> list[Bounds]:
+    def bounds(self) -> list[ProbabilityBounds]:
         """Bounds of the probability at each value."""
         return [p.bounds for p in self.points]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Compute the probability at each value, and the sensitivity; yield the findings after each."""
-    found, spec = Findings(), plan.spec
+    findings, spec = Findings(), plan.spec
     first, search, last = _shares(plan)
     part = work.part("values", 0.0, first)
     for k, value in enumerate(plan.grid):
-        found = found.with_point(_point(plan, value, part.part(f"{k}", k / len(plan.grid), (k + 1) / len(plan.grid))))
-        yield found
+        findings = findings.with_point(
+            _compute_point(plan, value, part.part(f"{k}", k / len(plan.grid), (k + 1) / len(plan.grid)))
+        )
+        yield findings
     begin, number = first, 0
-    while spec.probability is not None and (next_ := to_look_at(found.bounds, spec.probability)) is not None:
+    while spec.probability is not None and (next_ := next_sample_value(findings.bounds, spec.probability)) is not None:
         end = (begin + search) / 2  # the number of steps is not known in advance
-        point = _point(plan, next_, work.part(f"search/{number}", begin, end))
-        found, begin, number = found.with_point(replace(point, searched=True)), end, number + 1
-        yield found
+        point = _compute_point(plan, next_, work.part(f"search/{number}", begin, end))
+        findings, begin, number = findings.with_point(replace(point, is_from_search=True)), end, number + 1
+        yield findings
     if plan.at is not None and plan.cross is not None:
-        members = _members(plan, plan.at, plan.cross, work.part("sensitivity", search, last))
-        inside, open_ = (np.isin(members.outcome, of) for of in (_counted(plan), _OPEN))
-        of = indices(inside, open_, len(plan.varied), spec.confidence, spec.seed)
-        found = replace(found, indices=of, cross=members)
+        members = _compute_members(plan, plan.at, plan.cross, work.part("sensitivity", search, last))
+        inside, open_ = (np.isin(members.outcome, of) for of in (_counted_outcomes(plan), _OPEN))
+        of = indices(inside, open_, len(plan.random_quantities), spec.confidence, spec.seed)
+        findings = replace(findings, indices=of, cross=members)
     work.report(1.0)
-    yield found
+    yield findings
 
 
 def _shares(plan: Plan) -> tuple[float, float, float]:
@@ -274,20 +292,26 @@ def _shares(plan: Plan) -> tuple[float, float, float]:
     return first, second, third
 
 
-def _counted(plan: Plan) -> tuple[int, ...]:
+def _counted_outcomes(plan: Plan) -> tuple[int, ...]:
     return tuple(k for k, outcome in enumerate(OUTCOMES) if outcome in plan.spec.outcome)
 
 
-def _point(plan: Plan, value: float, work: Work) -> Point:
-    return Point(value, _members(plan, value, plan.samples, work), plan.each, _counted(plan), plan.spec.confidence)
+def _compute_point(plan: Plan, value: float, work: Work) -> ProbabilityPoint:
+    return ProbabilityPoint(
+        value,
+        _compute_members(plan, value, plan.samples, work),
+        plan.replicate_size,
+        _counted_outcomes(plan),
+        plan.spec.confidence,
+    )
 
 
-def _members(plan: Plan, value: float, samples: np.ndarray, work: Work) -> MemberOutcomes:
+def _compute_members(plan: Plan, value: float, samples: np.ndarray, work: Work) -> MemberOutcomes:
     """Compute the outcomes of runs with random quantities (q, M) at a value of the parameter."""
     tiles = {f"tile {n}": samples[:, b : b + _TILE] for n, b in enumerate(range(0, samples.shape[1], _TILE))}
     tasks = {name: partial(run_samples, plan, value, places) for name, places in tiles.items()}
-    found = dict(work.units(tasks, f"{plan.along.path} = {value:.4g}"))
-    return MemberOutcomes.joined([found[name] for name in tiles])
+    outcomes = dict(work.units(tasks, f"{plan.along.path} = {value:.4g}"))
+    return MemberOutcomes.join([outcomes[name] for name in tiles])
 
 
 def run_samples(plan: Plan, value: float, places: np.ndarray, report: Callable[[float], None]) -> MemberOutcomes:
@@ -297,4 +321,4 @@ def run_samples(plan: Plan, value: float, places: np.ndarray, report: Callable[[
     def run_(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
         return outcomes_of(question, starts, values, report=report)
 
-    return where_possible(run_, question.machine, *plan.members(value, places))
+    return run_possible(run_, question.machine, *plan.members(value, places))

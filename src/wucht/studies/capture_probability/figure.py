@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from wucht.plots.sheet import legend_above, legend_beside, new_grid
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY
-from wucht.results.formatting import named, with_unit
+from wucht.results.formatting import parameter_in_words, with_unit
 
 _BAR = 0.36
 _LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("total", 0.5, COLOURS[5], "", "with interactions"))
@@ -21,39 +21,39 @@ _LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("tota
 def figure(result: xr.Dataset) -> Figure:
     """Draw the probability with its band, its target, and where that is reached; beside it Sobol' indices, if computed."""
     s = result.wucht.summary
-    known = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
+    has_indices = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
     runs = f"{s['samples']} runs at each value, {s['runs']} in all"
-    drawn, panels = new_grid(1 + known, result.attrs["title"], runs, columns=1 + known, heights=2.8)
-    _probability(panels[0], result, s)
-    (legend_above if known else legend_beside)(panels[0])
-    if known:
-        _indices(panels[1], result, s)
-    return drawn
+    fig, panels = new_grid(1 + has_indices, result.attrs["title"], runs, columns=1 + has_indices, heights=2.8)
+    _draw_probability(panels[0], result, s)
+    (legend_above if has_indices else legend_beside)(panels[0])
+    if has_indices:
+        _draw_indices(panels[1], result, s)
+    return fig
 
 
-def _probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
+def _draw_probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     x, estimate, open_ = (result[n].values for n in ("parameter", "estimate", "not_identified"))
-    searched, blue = result.searched.values.astype(bool), COLOURS[0]
+    is_from_search, blue = result.searched.values.astype(bool), COLOURS[0]
     band = f"{100 * s['confidence']:g} % confidence"
     axis.fill_between(x, result.low.values, result.high.values, color=blue, alpha=0.25, linewidth=0, label=band)
     if open_.any():
         look: dict[str, Any] = {"hatch": "xxx", "linewidth": 0}
-        counted = np.nan_to_num(estimate) * (1 - open_)
-        axis.fill_between(x, counted, counted + open_, facecolor="none", edgecolor=GREY, label="no verdict", **look)
+        counted_share = np.nan_to_num(estimate) * (1 - open_)
+        axis.fill_between(x, counted_share, counted_share + open_, facecolor="none", edgecolor=GREY, label="no verdict", **look)
     axis.plot(x, estimate, color=blue, linewidth=1.1)
-    classes = ((~searched, "o", blue, "estimate"), (searched, "D", "white", "of the search"))
+    classes = ((~is_from_search, "o", blue, "estimate"), (is_from_search, "D", "white", "of the search"))
     draw_classes(axis, x, estimate, classes, color=blue, markersize=3.5)
     if s["wanted"] is not None:
         axis.axhline(s["wanted"], color=GREY, linestyle=":", linewidth=1.1, label=f"target: {s['wanted']:g}")
     if s["smallest"] is not None:
         symbol = "" if "." in s["along"] else f"{s['along']} = "
-        shown = f"{symbol}{s['smallest']:.4g} {s['unit']}".rstrip()
-        axis.axvline(s["smallest"], color=COLOURS[1], linestyle="--", linewidth=1.1, label=f"reached at {shown}")
+        value_text = f"{symbol}{s['smallest']:.4g} {s['unit']}".rstrip()
+        axis.axvline(s["smallest"], color=COLOURS[1], linestyle="--", linewidth=1.1, label=f"reached at {value_text}")
     axis.set(ylim=(-0.03, 1.03), ylabel="probability of\n" + " or ".join(s["outcome"]), xlim=s["range"])
-    axis.set_xlabel(with_unit(named(s["along"], str(result.parameter.attrs["long_name"])), s["unit"]))
+    axis.set_xlabel(with_unit(parameter_in_words(s["along"], str(result.parameter.attrs["long_name"])), s["unit"]))
 
 
-def _indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
+def _draw_indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     """Draw a pair of bars for each quantity, the most influential at the top."""
     order = np.argsort(-result.total.values, kind="stable")
     at = np.arange(len(order))

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
-from wucht.dynamics.verdicts.outcomes import OPEN, THROUGH, Outcome
+from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, RESONANCE_PASSED, Outcome
 from wucht.errors import InputError, nearest
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import REPLICATES, check_form
@@ -16,41 +16,41 @@ from wucht.studies.shared_keys import EnsembleSpec
 _FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000
 
 
-def _random(given: Any) -> Any:
-    if not isinstance(given, Mapping) or not given:
+def _random(raw: Any) -> Any:
+    if not isinstance(raw, Mapping) or not raw:
         raise ValueError('must be a table of random quantities: random = { psi = { uniform = ["0 deg", "360 deg"] } }')
-    return _distributions(given)
+    return _distributions(raw)
 
 
 def _distributions(table: Mapping[str, Any], path: str = "") -> dict[str, dict[str, Any]]:
     """The distribution of each path: TOML reads ``drive.slope = {...}`` as a table within a table."""
-    found: dict[str, dict[str, Any]] = {}
-    for name, given in table.items():
-        where = f"study.random.{path}{name}"
-        if not isinstance(given, Mapping):
-            raise InputError(where, given, "must be a table: { uniform = [low, high] }, { normal = [mean, deviation] }")
-        inner = {k: v for k, v in given.items() if isinstance(v, Mapping)}
-        own = {k: v for k, v in given.items() if k not in inner}
-        if own or not inner:
-            check_form(own, where)
-            found[f"{path}{name}"] = own
+    distributions: dict[str, dict[str, Any]] = {}
+    for name, definition in table.items():
+        location = f"study.random.{path}{name}"
+        if not isinstance(definition, Mapping):
+            raise InputError(location, definition, "must be a table: { uniform = [low, high] }, { normal = [mean, deviation] }")
+        inner = {k: v for k, v in definition.items() if isinstance(v, Mapping)}
+        entries = {k: v for k, v in definition.items() if k not in inner}
+        if entries or not inner:
+            check_form(entries, location)
+            distributions[f"{path}{name}"] = entries
         for longer, one in _distributions(inner, f"{path}{name}.").items():
-            if longer in found:
+            if longer in distributions:
                 raise InputError(f"study.random.{longer}", one, "given twice")
-            found[longer] = one
-    return found
+            distributions[longer] = one
+    return distributions
 
 
-def _outcomes(given: Any) -> Any:
-    names = [given] if isinstance(given, str) else given
-    known = [str(o) for o in Outcome if o not in OPEN]
+def _outcomes(raw: Any) -> Any:
+    names = [raw] if isinstance(raw, str) else raw
+    known_outcomes = [str(o) for o in Outcome if o not in OPEN_OUTCOMES]
     if not isinstance(names, list | tuple) or not names:
-        raise ValueError(f"must be an outcome or a list of them; known: {', '.join(known)}")
+        raise ValueError(f"must be an outcome or a list of them; known: {', '.join(known_outcomes)}")
     for name in names:
-        if name in map(str, OPEN):
+        if name in map(str, OPEN_OUTCOMES):
             raise ValueError(f"{name!r} cannot be counted: such a run may have any outcome, and widens the band")
-        if name not in known:
-            raise ValueError(f"{name!r} is no outcome; {nearest(str(name), known)}")
+        if name not in known_outcomes:
+            raise ValueError(f"{name!r} is no outcome; {nearest(str(name), known_outcomes)}")
     return tuple(dict.fromkeys(map(str, names)))
 
 
@@ -81,7 +81,7 @@ class CaptureProbability(EnsembleSpec):
     samples: common.Whole = Field(256, description=(
         "number of runs at each value, a multiple of 16; best is a power of two, which Sobol' points need to fill evenly"
     ))  # fmt: skip
-    outcome: Outcomes = Field(tuple(map(str, THROUGH)), description=(
+    outcome: Outcomes = Field(tuple(map(str, RESONANCE_PASSED)), description=(
         "counted outcomes, by default that the machine passes its resonance: `compensated` or `passed`"
     ))  # fmt: skip
     probability: Between | None = Field(None, title="target probability", description=(
@@ -110,8 +110,8 @@ class CaptureProbability(EnsembleSpec):
         if not 2 <= self.points <= _MOST_POINTS:
             raise InputError("study.points", self.points, f"must be a whole number from 2 to {_MOST_POINTS}")
         if not _FEWEST <= self.samples <= _MOST or self.samples % REPLICATES:
-            allowed = f"must be a multiple of {REPLICATES} from {_FEWEST} to {_MOST}, best a power of two"
-            raise InputError("study.samples", self.samples, allowed)
+            requirement = f"must be a multiple of {REPLICATES} from {_FEWEST} to {_MOST}, best a power of two"
+            raise InputError("study.samples", self.samples, requirement)
         if self.seed < 0:
             raise InputError("study.seed", self.seed, "must be a whole number, not below 0")
         if self.along in self.random:
@@ -133,8 +133,8 @@ class CaptureProbability(EnsembleSpec):
                 )
             if not _FEWEST <= self.base <= _MOST or self.base & (self.base - 1):
                 key = "samples" if self.sensitivity_samples is None else "sensitivity_samples"
-                allowed = f"with a sensitivity this must be a power of two from {_FEWEST} to {_MOST}"
-                raise InputError(f"study.{key}", self.base, allowed)
+                requirement = f"with a sensitivity this must be a power of two from {_FEWEST} to {_MOST}"
+                raise InputError(f"study.{key}", self.base, requirement)
             return
         for key in ("at", "sensitivity_samples"):
             if getattr(self, key) is not None:

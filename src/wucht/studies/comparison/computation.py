@@ -11,21 +11,21 @@ import numpy as np
 
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
-from wucht.plots.curves import thinned
+from wucht.plots.curves import thin_curve
 from wucht.studies.comparison.spec import Comparison
-from wucht.studies.comparison.variants import Variant, Variants
+from wucht.studies.comparison.variants import ComparedVariants, Variant
 from wucht.studies.registry import Study, study_of
-from wucht.studies.room import refuse_turns
+from wucht.studies.resource_limits import refuse_turns
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 @dataclass(frozen=True)
-class Curve:
+class VariantCurve:
     """Curve of y over x (N,), with labels and units of both; NaN between its parts."""
 
-    what: tuple[str, str]
+    labels: tuple[str, str]
     unit: tuple[str, str]
     x: np.ndarray
     y: np.ndarray
@@ -33,11 +33,11 @@ class Curve:
     @property
     def kind(self) -> tuple[str, ...]:
         """Labels and units: curves of one kind are drawn in one panel."""
-        return (*self.what, *self.unit)
+        return (*self.labels, *self.unit)
 
 
 @dataclass(frozen=True)
-class Compared:
+class VariantAnswer:
     """Answer of one variant. numbers, units: of its summary, those in tables by path. headlines: numbers shown first."""
 
     study: str
@@ -48,45 +48,45 @@ class Compared:
     summary: Mapping[str, Any] = field(default_factory=dict)
     numbers: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
-    shown: tuple[str, ...] = ()
+    headlines: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    assumed: tuple[str, ...] = ()
-    curves: tuple[Curve, ...] = ()
+    assumptions: tuple[str, ...] = ()
+    curves: tuple[VariantCurve, ...] = ()
 
 
-def refused(variant: Variant, failure: str) -> Compared:
+def failed_answer(variant: Variant, failure: str) -> VariantAnswer:
     """Return the answer of a variant whose study failed."""
-    kind = "" if variant.asked is None else variant.asked.spec.kind
-    return Compared(kind, variant.title, "failed", failure, failure)
+    kind = "" if variant.study_file is None else variant.study_file.spec.kind
+    return VariantAnswer(kind, variant.title, "failed", failure, failure)
 
 
-def compared(variant: Variant, result: xr.Dataset) -> Compared:
+def answer_from_result(variant: Variant, result: xr.Dataset) -> VariantAnswer:
     """Return the answer of a variant from its result."""
-    kind = str(result.attrs["study"]) if variant.asked is None else variant.asked.spec.kind
+    kind = str(result.attrs["study"]) if variant.study_file is None else variant.study_file.spec.kind
     spec, summary, failure = study_of(kind).spec, result.wucht.summary, str(result.attrs["failure"])
     outcome = str(summary.get("outcome") or ("failed" if failure else ""))
-    numbers = _numbers(summary)
+    numbers = _numbers_by_path(summary)
     units = {path: result.wucht.unit_at(path) for path in numbers} if result.wucht.quantities else {}
-    pairs = [c for x, y in spec.curves if (c := _curve(result, x, y)) is not None]
-    shown = tuple(result.wucht.headlines)
-    return Compared(
-        kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, numbers, units, shown,
-        tuple(result.wucht.warnings), tuple(result.wucht.assumed), tuple(pairs),
+    curves = [c for x, y in spec.curves if (c := _curve(result, x, y)) is not None]
+    headlines = tuple(result.wucht.headlines)
+    return VariantAnswer(
+        kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, numbers, units, headlines,
+        tuple(result.wucht.warnings), tuple(result.wucht.assumed), tuple(curves),
     )  # fmt: skip
 
 
-def _numbers(summary: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
+def _numbers_by_path(summary: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
     """Return the numbers by path; lists are not compared."""
-    found: dict[str, float] = {}
+    by_path: dict[str, float] = {}
     for key, value in summary.items():
         if isinstance(value, Mapping):
-            found |= _numbers(value, f"{prefix}{key}.")
+            by_path |= _numbers_by_path(value, f"{prefix}{key}.")
         elif isinstance(value, int | float):
-            found[prefix + key] = float(value)
-    return found
+            by_path[prefix + key] = float(value)
+    return by_path
 
 
-def _where_stable(result: xr.Dataset, of: xr.DataArray) -> xr.DataArray:
+def _stable_values(result: xr.Dataset, of: xr.DataArray) -> xr.DataArray:
     """Return the values of steady configurations that are stable and without overlapping bodies."""
     if "configuration" not in of.dims or "stable" not in result:
         return of
@@ -94,7 +94,7 @@ def _where_stable(result: xr.Dataset, of: xr.DataArray) -> xr.DataArray:
     return stable if bool(stable.notnull().any()) else of
 
 
-def _curve(result: xr.Dataset, x: str, y: str) -> Curve | None:
+def _curve(result: xr.Dataset, x: str, y: str) -> VariantCurve | None:
     """Return a variable over another, None where the result lacks one of them.
 
     Of several bodies, cams or runs the first is taken. Several directions, or steady configurations (the stable ones, if any
@@ -102,7 +102,7 @@ def _curve(result: xr.Dataset, x: str, y: str) -> Curve | None:
     """
     if x not in result or y not in result or "case" in result[y].dims:
         return None
-    at, of = result[x], _where_stable(result, result[y])
+    at, of = result[x], _stable_values(result, result[y])
     if "configuration" in of.dims:
         at = at.expand_dims(configuration=of.sizes["configuration"])
     if not at.size or not of.size or not set(at.dims) <= set(of.dims):
@@ -114,10 +114,10 @@ def _curve(result: xr.Dataset, x: str, y: str) -> Curve | None:
         parts = list(zip(*(np.split(row[0], ends) for row in rows), strict=True))
     else:
         parts = list(zip(*rows, strict=True))
-    drawn = [thinned(*part) for part in parts]
-    joined = [np.concatenate([piece for pair in drawn for piece in (pair[k], [np.nan])])[:-1] for k in range(2)]
+    thinned_parts = [thin_curve(*part) for part in parts]
+    coordinates = [np.concatenate([piece for pair in thinned_parts for piece in (pair[k], [np.nan])])[:-1] for k in range(2)]
     words = [(str(a.get("long_name", n)), str(a.get("units", ""))) for n, a in ((x, at.attrs), (y, of.attrs))]
-    return Curve((words[0][0], words[1][0]), (words[0][1], words[1][1]), *joined)
+    return VariantCurve((words[0][0], words[1][0]), (words[0][1], words[1][1]), *coordinates)
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class Case:
     variant: Variant
     study: Study | None
     plan: Any
-    refused: str
+    refusal: str
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class Plan:
     cases: tuple[Case, ...]
 
 
-def prepare(spec: Comparison, subject: Variants) -> Plan:
+def prepare(spec: Comparison, subject: ComparedVariants) -> Plan:
     """Return the plan. Raises ``InputError`` where no variant is valid; errors of single variants are recorded."""
     cases, errors = [], list[InputError]()
     for variant in subject.variants:
@@ -148,23 +148,23 @@ def prepare(spec: Comparison, subject: Variants) -> Plan:
         except InputError as error:
             errors.append(error)
             cases.append(Case(variant, None, None, str(error)))
-    if errors and all(case.refused for case in cases):
+    if errors and all(case.refusal for case in cases):
         raise errors[0]
     return Plan(spec, subject.title, tuple(cases))
 
 
 def _case(variant: Variant) -> Case:
-    asked = variant.asked
-    if asked is None:
-        return Case(variant, None, None, variant.refused)
-    study = study_of(asked.spec.kind)
+    study_file = variant.study_file
+    if study_file is None:
+        return Case(variant, None, None, variant.refusal)
+    study = study_of(study_file.spec.kind)
     try:
         if variant.dimensionless:
-            asked.spec.refuse_units()
-        refuse_turns(asked.spec, asked.subject)
-        return Case(variant, study, study.prepare(asked.spec, asked.subject), "")
+            study_file.spec.refuse_units()
+        refuse_turns(study_file.spec, study_file.subject)
+        return Case(variant, study, study.prepare(study_file.spec, study_file.subject), "")
     except InputError as error:
-        raise error.in_file(asked.path) from None
+        raise error.with_file(study_file.path) from None
 
 
 def numbers(plan: Plan) -> float:
@@ -176,30 +176,30 @@ def numbers(plan: Plan) -> float:
 class Findings:
     """Answers of the finished variants, in their order."""
 
-    compared: tuple[Compared, ...]
+    answers: tuple[VariantAnswer, ...]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Run the studies one after the other, and yield the findings after each."""
-    done, count = list[Compared](), len(plan.cases)
+    done, count = list[VariantAnswer](), len(plan.cases)
     for k, case in enumerate(plan.cases):
         part = work.part(f"variant {k + 1}", k / count, (k + 1) / count)
         part.report(0.0, case.variant.label)
-        done.append(part.unit("answer", partial(_answered, case, part)))
+        done.append(part.unit("answer", partial(_answer_case, case, part)))
         yield Findings(tuple(done))
 
 
-def _answered(case: Case, work: Work) -> Compared:
+def _answer_case(case: Case, work: Work) -> VariantAnswer:
     """Answer one case. A failure is recorded; the units of its study are stored with those of the comparison."""
     variant = case.variant
     if variant.result is not None:
-        return compared(variant, variant.result)
-    if case.study is None or variant.asked is None:
-        return refused(variant, case.refused)
+        return answer_from_result(variant, variant.result)
+    if case.study is None or variant.study_file is None:
+        return failed_answer(variant, case.refusal)
     findings = None
     try:
         for findings in case.study.run(case.plan, work):  # noqa: B007
             pass
-        return compared(variant, case.study.dataset(case.plan, findings))
+        return answer_from_result(variant, case.study.dataset(case.plan, findings))
     except WuchtError as error:
-        return refused(variant, str(error))
+        return failed_answer(variant, str(error))

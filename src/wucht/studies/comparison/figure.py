@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 
 from wucht.plots import style
 from wucht.plots.page import current_page, small
-from wucht.plots.scales import printed
-from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
-from wucht.results.formatting import printed_unit, value_in_words, wrapped
-from wucht.studies.comparison.answer import names_of, shown_numbers
+from wucht.plots.scales import printed_values
+from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
+from wucht.results.formatting import printed_unit, value_in_words, wrap_text
+from wucht.studies.comparison.answer import shown_numbers, variant_names
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
 _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text
@@ -33,57 +33,57 @@ def figure(result: xr.Dataset) -> Figure:
     count, title, sentence = len(_abscissae(result)), result.attrs["title"], result.attrs["sentence"]
     curves, numbers = range(1, min(count, _MOST_CURVES) + 1), shown_numbers(result)[:_MOST_NUMBERS]
     if not count and not numbers:
-        return _in_words(result)
+        return _text_figure(result)
     numbers = numbers if result.wucht.summary["vary"] or not count else []
-    alike, panels = len({tuple(x.attrs.values()) for x in _abscissae(result)}) == 1, len(curves) + len(numbers)
-    columns = 1 if panels == 1 or (not numbers and alike) else 2
-    drawn, axes = new_grid(max(panels, 1), title, sentence, columns=columns, heights=_PANEL)
+    has_one_abscissa, panels = len({tuple(x.attrs.values()) for x in _abscissae(result)}) == 1, len(curves) + len(numbers)
+    columns = 1 if panels == 1 or (not numbers and has_one_abscissa) else 2
+    fig, axes = new_grid(max(panels, 1), title, sentence, columns=columns, heights=_PANEL)
     for k, axis in zip(curves, axes, strict=False):
-        _curves(axis, result, k, _names(result))
+        _curves(axis, result, k, _legend_names(result))
     for name, axis in zip(numbers, axes[len(curves) :], strict=False):
         _numbers(axis, result, name)
-    named, paths = axes[0].get_legend_handles_labels()[0], list(result.wucht.summary["vary"])
+    handles, paths = axes[0].get_legend_handles_labels()[0], list(result.wucht.summary["vary"])
     if curves:
-        legend_below(drawn, named, "; ".join(_titles(result, paths)) or None)
-    if numbers and (groups := named_in(axes[len(curves) : len(curves) + 1])):
+        legend_below(fig, handles, "; ".join(_titles(result, paths)) or None)
+    if numbers and (groups := labelled_handles(axes[len(curves) : len(curves) + 1])):
         legend_above(axes[len(curves)], groups, "; ".join(_titles(result, paths[1:])) or None)
-    return drawn
+    return fig
 
 
-def _in_words(result: xr.Dataset) -> Figure:
+def _text_figure(result: xr.Dataset) -> Figure:
     """Write the verdicts where there are neither curves nor numbers."""
     letters = int(current_page().width * _LETTERS)
     answers = [f"{name}: {text}" for name, text in zip(result.variant.values, result.sentence.values, strict=True)]
-    lines = ["\n".join(wrapped(answer, letters)) for answer in answers[:_MOST_WRITTEN]]
+    lines = ["\n".join(wrap_text(answer, letters)) for answer in answers[:_MOST_WRITTEN]]
     text = "\n".join([*lines, *([f"and {len(answers) - len(lines)} more"] if len(answers) > len(lines) else [])])
     height = (text.count("\n") + 1) * _LINE / current_page().height
-    drawn, [axis] = new_grid(1, result.attrs["title"], result.attrs["sentence"], columns=1, heights=height)
+    fig, [axis] = new_grid(1, result.attrs["title"], result.attrs["sentence"], columns=1, heights=height)
     axis.set_axis_off()
     axis.text(0.0, 1.0, text, va="top", fontsize=small(), linespacing=1.5, parse_math=False)
-    return drawn
+    return fig
 
 
 def _abscissae(result: xr.Dataset) -> list[xr.DataArray]:
     return [result[n] for n in result.data_vars if str(n).startswith("curve_") and str(n).endswith("_x")]
 
 
-def _names(result: xr.Dataset) -> list[str]:
+def _legend_names(result: xr.Dataset) -> list[str]:
     """Return the names of the variants in the legend, below the varied keys."""
-    words = [_words_of(result, k) for k in range(result.sizes["variant"])]
+    words = [_variant_label(result, k) for k in range(result.sizes["variant"])]
     names = [f"{name}: {outcome}" if outcome else name for name, outcome in zip(words, result.outcome.values, strict=True)]
     return names if len(names) <= _MOST_NAMED else [*names[: _MOST_NAMED - 1], f"and {len(names) - _MOST_NAMED + 1} more"]
 
 
-def _with_curves(result: xr.Dataset) -> list[int]:
+def _variants_with_curves(result: xr.Dataset) -> list[int]:
     """Return the variants with curves: not those that failed."""
-    own = [result[f"curve_{k}_y"].notnull().any(f"sample_{k}").values for k in range(1, len(_abscissae(result)) + 1)]
-    return [int(k) for k in np.flatnonzero(np.any(own, axis=0))] if own else []
+    has_curve = [result[f"curve_{k}_y"].notnull().any(f"sample_{k}").values for k in range(1, len(_abscissae(result)) + 1)]
+    return [int(k) for k in np.flatnonzero(np.any(has_curve, axis=0))] if has_curve else []
 
 
-def _words_of(result: xr.Dataset, variant: int, paths: Sequence[str] | None = None) -> str:
+def _variant_label(result: xr.Dataset, variant: int, paths: Sequence[str] | None = None) -> str:
     """Return the label of a variant: its name and the values of varied keys (paths: of these only)."""
     paths = list(result.wucht.summary["vary"]) if paths is None else paths
-    name = names_of(result)[variant]
+    name = variant_names(result)[variant]
     return "; ".join([*([name] if name else []), *(_value(result, path, variant) for path in paths)])
 
 
@@ -96,23 +96,23 @@ def _titles(result: xr.Dataset, paths: Sequence[str]) -> list[str]:
 
 
 def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> None:
-    (x, x_name), (y, y_name) = (printed(result, f"curve_{number}_{n}") for n in "xy")
-    for k in _with_curves(result):
+    (x, x_name), (y, y_name) = (printed_values(result, f"curve_{number}_{n}") for n in "xy")
+    for k in _variants_with_curves(result):
         axis.plot(x[k], y[k], label=names[k] if k < len(names) else None, **style.line_style(k))
     axis.set(xlabel=x_name, ylabel=y_name)
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
     """Draw a number over the first varied key, a line for each file and value of the second; else over the variants."""
-    (values, shown), paths = printed(result, name), list(result.wucht.summary["vary"])
+    (values, axis_label), paths = printed_values(result, name), list(result.wucht.summary["vary"])
     continuous = bool(paths) and result[paths[0]].dtype.kind == "f"
-    axis.set_ylabel(shown)
+    axis.set_ylabel(axis_label)
     groups = _groups(result, paths[1:]) if paths else [list(range(len(values)))]
     x = _abscissa(axis, result, paths)
     for j, members in enumerate(groups):
         at = [members[k] for k in np.argsort(x[members], kind="stable")]
         marker, dashes = _MARKS[j % len(_MARKS)], _LINES[j // len(_MARKS) % len(_LINES)] if continuous else ""
-        group = _words_of(result, members[0], paths[1:]) if 1 < len(groups) <= _MOST_NAMED else None
+        group = _variant_label(result, members[0], paths[1:]) if 1 < len(groups) <= _MOST_NAMED else None
         mark: dict[str, Any] = {"marker": marker, "markersize": 6, "markerfacecolor": "none", "markeredgewidth": 1.4}
         axis.plot(x[at], values[at], label=group, color=style.GREY, linewidth=0.9, linestyle=dashes, **mark)
         for k in at:
@@ -130,7 +130,7 @@ def _groups(result: xr.Dataset, paths: Sequence[str]) -> list[list[int]]:
 def _abscissa(axis: Axes, result: xr.Dataset, paths: Sequence[str]) -> np.ndarray:
     """Return the places (n,) of the variants on the axis: by the first varied key, its texts, or one after the other."""
     if paths and result[paths[0]].dtype.kind == "f":
-        x, name = printed(result, paths[0])
+        x, name = printed_values(result, paths[0])
         axis.set_xlabel(name)
         if (np.round(x) == x).all():
             axis.locator_params(axis="x", integer=True)
@@ -140,5 +140,5 @@ def _abscissa(axis: Axes, result: xr.Dataset, paths: Sequence[str]) -> np.ndarra
     axis.set_xlim(-0.5, len(places) - 0.5)
     axis.set_xlabel(_titles(result, paths)[0] if paths else "variant")
     if len(places) <= _MOST_WRITTEN:
-        axis.set_xticks(range(len(places)), ["\n".join(wrapped(t, max(_WORDS // len(places) - _APART, 5))) for t in places])
+        axis.set_xticks(range(len(places)), ["\n".join(wrap_text(t, max(_WORDS // len(places) - _APART, 5))) for t in places])
     return np.array([places.index(text) for text in texts], float)

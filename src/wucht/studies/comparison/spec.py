@@ -17,32 +17,32 @@ from wucht.studies import spec as common
 MOST_VARIED, MOST_VARIANTS = 2, 500
 
 
-def _sources(given: Any) -> Any:
-    texts = isinstance(given, list | tuple) and given and all(isinstance(g, str) and g.strip() for g in given)
+def _sources(raw: Any) -> Any:
+    texts = isinstance(raw, list | tuple) and raw and all(isinstance(g, str) and g.strip() for g in raw)
     if not texts:
         raise ValueError('must be a list of study files, catalogue names and folders of results: of = ["A", "B"]')
-    for name in given:
+    for name in raw:
         if printable(name) != name:
             raise InputError("study.of", name, "must be a name in UTF-8 without control characters: it is stored in the result")
-    return tuple(given)
+    return tuple(raw)
 
 
-def _table(given: Any) -> Any:
-    if not isinstance(given, Mapping):
+def _table(raw: Any) -> Any:
+    if not isinstance(raw, Mapping):
         raise ValueError("must be a table: set = { PATH = VALUE, ... }")
-    return _flat(given)
+    return _flat(raw)
 
 
-def _lists(given: Any) -> Any:
-    if not isinstance(given, Mapping):
+def _lists(raw: Any) -> Any:
+    if not isinstance(raw, Mapping):
         raise ValueError("must be a table of lists: vary = { PATH = [VALUE, ...], ... }")
-    table = _flat(given)
+    table = _flat(raw)
     for path, values in table.items():
         if not isinstance(values, list | tuple) or not values:
             raise InputError(f"study.vary.{path}", values, "must be a list of values")
         for i, value in enumerate(values):
-            if (found := _date_in(value)) is not None:
-                raise InputError(f"study.vary.{path}[{i}]", found, "must be a number or a text, not a date")
+            if (moment := _date_in(value)) is not None:
+                raise InputError(f"study.vary.{path}[{i}]", moment, "must be a number or a text, not a date")
     if len(table) > MOST_VARIED:
         raise InputError("study.vary", sorted(table), f"at most {MOST_VARIED} parameters are varied at once")
     return {path: tuple(values) for path, values in table.items()}
@@ -53,7 +53,7 @@ def _date_in(value: Any) -> date | time | None:
     if isinstance(value, date | time):
         return value
     inside = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
-    return next((found for one in inside if (found := _date_in(one)) is not None), None)
+    return next((moment for one in inside if (moment := _date_in(one)) is not None), None)
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -89,10 +89,10 @@ class Comparison(common.Spec):
         """Check that there are at least two variants, and not too many to read."""
         count = len(self.of) * prod(map(len, self.vary.values()))
         if not 2 <= count <= MOST_VARIANTS:
-            allowed = f"there must be 2 to {MOST_VARIANTS} variants, files times values; these are {count}"
-            raise InputError("study.vary" if self.vary else "study.of", None, allowed)
-        if both := sorted(set(self.vary) & set(self.set)):
-            raise InputError(f"study.vary.{both[0]}", None, "this key is also in set; give it once")
+            requirement = f"there must be 2 to {MOST_VARIANTS} variants, files times values; these are {count}"
+            raise InputError("study.vary" if self.vary else "study.of", None, requirement)
+        if duplicates := sorted(set(self.vary) & set(self.set)):
+            raise InputError(f"study.vary.{duplicates[0]}", None, "this key is also in set; give it once")
 
     @property
     def combinations(self) -> tuple[dict[str, Any], ...]:

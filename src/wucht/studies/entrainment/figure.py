@@ -13,79 +13,98 @@ from matplotlib.figure import Figure
 
 from wucht.plots.scales import name_speeds, parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
-from wucht.plots.stability_lines import draw_classes, meeting
+from wucht.plots.stability_lines import draw_classes, extend_backwards
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import with_unit
 from wucht.studies.entrainment.answer import band_in_words
 
 _MARGIN = 0.03  # of the range, so that curves and marks at its ends are visible
-_SHADE, _REACHED = COLOURS[4], COLOURS[2]
-_OTHERS: dict[str, Any] = {"color": GREY, "linewidth": 0.8}  # branches other than that of the band
+_EXISTENCE_COLOUR, _CAPTURE_COLOUR = COLOURS[4], COLOURS[2]
+_BRANCH_STYLE: dict[str, Any] = {"color": GREY, "linewidth": 0.8}  # branches other than that of the band
 
-_ORBIT: dict[str, Any] = {"color": COLOURS[6], "markersize": 3.5, "markerfacecolor": "white", "zorder": 4}
+_ORBIT_STYLE: dict[str, Any] = {"color": COLOURS[6], "markersize": 3.5, "markerfacecolor": "white", "zorder": 4}
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw two panels from the Dataset alone: phases in degrees, stable solid and unstable dashed; and the mean speed."""
     summary, unit = result.wucht.summary, result.attrs["along_unit"]
-    subtitle, exists, reached = str(result.attrs["sentence"]), summary["existence_band"], summary["band_from_rest"]
-    if result.attrs["finished"] and exists is not None:
-        start = "not reached from the start" if reached is None else f"reached from the start {band_in_words(reached, unit)}"
-        subtitle = f"exists {band_in_words(exists, unit)} (averaged equations); {start}"
-    drawn, (phase, speed) = new_figure(2, result.attrs["title"], subtitle, 2.4)
+    subtitle, existence_band, capture_band = str(result.attrs["sentence"]), summary["existence_band"], summary["band_from_rest"]
+    if result.attrs["finished"] and existence_band is not None:
+        start = (
+            "not reached from the start"
+            if capture_band is None
+            else f"reached from the start {band_in_words(capture_band, unit)}"
+        )
+        subtitle = f"exists {band_in_words(existence_band, unit)} (averaged equations); {start}"
+    fig, (phase, speed) = new_figure(2, result.attrs["title"], subtitle, 2.4)
     _phases(phase, result, summary["branch"])
     _speeds(speed, result, summary["branch"])
     low, high = summary["range"] or _limits(result, summary["value"])
     for axis in (phase, speed):
         axis.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
-        _bands(axis, summary, low, high, named=axis is phase)
+        _bands(axis, summary, low, high, has_labels=axis is phase)
         name = "this machine" if axis is phase else None
         axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1, label=name)
         legend_beside(axis)
     speed.set_xlabel(parameter_label(result))
-    return drawn
+    return fig
 
 
-def _limits(result: xr.Dataset, own: float) -> tuple[float, float]:
+def _limits(result: xr.Dataset, nominal_value: float) -> tuple[float, float]:
     """Return the limits of the values that an interrupted study has reached."""
-    values = [*result.value.values, *result.run_value.values, own]
+    values = [*result.value.values, *result.run_value.values, nominal_value]
     low, high = min(values), max(values)
     return (low, high) if high > low else (low - 1, high + 1)
 
 
-def _bands(axis: Axes, summary: dict[str, Any], low: float, high: float, named: bool) -> None:
+def _bands(axis: Axes, summary: dict[str, Any], low: float, high: float, has_labels: bool) -> None:
     """Shade the band of existence, and draw the edges of the band reached from the start as lines."""
-    exists, reached = summary["existence_band"], summary["band_from_rest"] or ()
-    if exists is not None:
-        begin, end = (low if exists[0] is None else exists[0]), (high if exists[1] is None else exists[1])
-        axis.axvspan(begin, end, color=_SHADE, alpha=0.18, linewidth=0, zorder=0, label="band of existence" if named else None)
-    for k, edge in enumerate(e for e in reached if e is not None):
-        name = "reached from the start" if named and k == 0 else None
-        axis.axvline(edge, color=_REACHED, linestyle="-.", linewidth=1.3, zorder=2, label=name)
+    existence_band, capture_band = summary["existence_band"], summary["band_from_rest"] or ()
+    if existence_band is not None:
+        begin, end = (
+            (low if existence_band[0] is None else existence_band[0]),
+            (high if existence_band[1] is None else existence_band[1]),
+        )
+        axis.axvspan(
+            begin,
+            end,
+            color=_EXISTENCE_COLOUR,
+            alpha=0.18,
+            linewidth=0,
+            zorder=0,
+            label="band of existence" if has_labels else None,
+        )
+    for k, edge in enumerate(e for e in capture_band if e is not None):
+        name = "reached from the start" if has_labels and k == 0 else None
+        axis.axvline(edge, color=_CAPTURE_COLOUR, linestyle="-.", linewidth=1.3, zorder=2, label=name)
 
 
-def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
+def _phases(axis: Axes, result: xr.Dataset, main_branch: int | None) -> None:
     dimensional, shaken = not result.attrs["dimensionless"], "frequency" in result.attrs
     scale, turn = (180 / math.pi, 360.0) if dimensional else (1.0, 2 * math.pi)
     names, titles = [str(n) for n in result.body.values], set[str]()
-    top = math.pi if shaken else _top(result, own)
+    top = math.pi if shaken else _phase_cut(result, main_branch)
     for i, name in enumerate(names):
         body = f"{name}: " if len(names) > 1 else ""
         for k, stable in itertools.product(np.unique(result.branch.values), (True, False)):
             branch = result.isel(point=result.branch.values == k)
-            other = own is not None and k != own  # such as exciters captured at a resonance together
-            phases = _wrapped(branch.phase.sel(body=name).values, top)
-            x, y = _part(branch.value.values, phases, branch.stable.values.astype(bool), stable, top)
+            is_side_branch = main_branch is not None and k != main_branch  # such as exciters captured at a resonance together
+            phases = _wrap_below(branch.phase.sel(body=name).values, top)
+            x, y = _stability_part(branch.value.values, phases, branch.stable.values.astype(bool), stable, top)
             if np.isfinite(y).any():
-                kind = "others" if other else "averaged" if body else "averaged equations"
+                kind = "others" if is_side_branch else "averaged" if body else "averaged equations"
                 title = f"{body}{kind}, {'stable' if stable else 'unstable'}"
-                look = (_OTHERS if other else line_style(i) | {"linewidth": 1.3}) | {"linestyle": "-" if stable else "--"}
+                look = (_BRANCH_STYLE if is_side_branch else line_style(i) | {"linewidth": 1.3}) | {
+                    "linestyle": "-" if stable else "--"
+                }
                 axis.plot(x, scale * y, label=None if title in titles else title, **look)
                 titles.add(title)
         if result.sizes["orbit"]:
             # the averaged equations are an approximation: marks that lie beside their lines show its error
-            orbits = scale * _wrapped(result.orbit_phase.sel(body=name).values, top)
-            axis.plot(result.orbit_value, orbits, "o", label=f"{body}full{'' if body else ' equations'}, periodic", **_ORBIT)
+            orbits = scale * _wrap_below(result.orbit_phase.sel(body=name).values, top)
+            axis.plot(
+                result.orbit_value, orbits, "o", label=f"{body}full{'' if body else ' equations'}, periodic", **_ORBIT_STYLE
+            )
     to = " to the vibration" if shaken and len(names) == 1 else ""
     axis.set_ylabel(with_unit(f"phase{to}", "°" if dimensional else ""))
     axis.set_ylim(scale * top - turn, scale * top)
@@ -93,23 +112,25 @@ def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
         axis.set_yticks(np.arange(scale * top - turn, scale * top + 1, turn / 8))
 
 
-def _top(result: xr.Dataset, own: int | None) -> float:
+def _phase_cut(result: xr.Dataset, main_branch: int | None) -> float:
     """Return where the circle of phases is cut, in rad: away from the phases of the machine."""
-    averaged = result.phase.values[:, (result.branch.values == own) & (result.stable.values == 1)]
-    phases = np.concatenate([averaged.ravel(), result.orbit_phase.values.ravel()])
+    averaged_phases = result.phase.values[:, (result.branch.values == main_branch) & (result.stable.values == 1)]
+    phases = np.concatenate([averaged_phases.ravel(), result.orbit_phase.values.ravel()])
     return math.pi if len(phases) and np.nanmean(np.cos(phases)) > 0 else 2 * math.pi
 
 
-def _wrapped(phases: np.ndarray, top: float) -> np.ndarray:
+def _wrap_below(phases: np.ndarray, top: float) -> np.ndarray:
     """Wrap phases into (top - 2 pi, top]."""
     return np.asarray(top - np.remainder(top - phases, 2 * math.pi))
 
 
-def _part(x: np.ndarray, y: np.ndarray, stable: np.ndarray, wanted: bool, top: float) -> tuple[np.ndarray, np.ndarray]:
+def _stability_part(
+    x: np.ndarray, y: np.ndarray, stable: np.ndarray, draws_stable: bool, top: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the stable or unstable part of a branch, with gaps elsewhere; a phase that wraps continues at the border."""
-    chosen = stable == wanted
-    if not wanted:  # so that the two kinds of line meet, at both ends
-        chosen = meeting(chosen) | meeting(chosen[::-1])[::-1]
+    chosen = stable == draws_stable
+    if not draws_stable:  # so that the two kinds of line meet, at both ends
+        chosen = extend_backwards(chosen) | extend_backwards(chosen[::-1])[::-1]
     k = np.flatnonzero(np.abs(np.diff(y)) > math.pi) + 1  # the points after a wrap
     upward = y[k - 1] > y[k]
     leaving, entering = np.where(upward, top, top - 2 * math.pi), np.where(upward, top - 2 * math.pi, top)
@@ -120,15 +141,19 @@ def _part(x: np.ndarray, y: np.ndarray, stable: np.ndarray, wanted: bool, top: f
     return np.insert(x, thrice, np.repeat(at, 3)), np.insert(np.where(chosen, y, np.nan), thrice, border)
 
 
-def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
+def _speeds(axis: Axes, result: xr.Dataset, main_branch: int | None) -> None:
     """Draw the mean speeds of the runs, filled where entrained, and the speed without vibration."""
-    x, y, entrained = result.run_value.values, result.run_speed.values, result.run_taken.values.astype(bool)
+    x, y, is_entrained = result.run_value.values, result.run_speed.values, result.run_taken.values.astype(bool)
     frequency, free = result.attrs.get("frequency"), np.abs(result.free_speed.values)
     for k in np.unique(result.branch.values[result.stable.values == 1]) if frequency is None else ():
         branch = result.isel(point=result.branch.values == k)
-        style = {"color": COLOURS[0], "linewidth": 1.2, "label": "averaged equations, stable"} if k == own else _OTHERS
+        style = (
+            {"color": COLOURS[0], "linewidth": 1.2, "label": "averaged equations, stable"}
+            if k == main_branch
+            else _BRANCH_STYLE
+        )
         axis.plot(branch.value.values, branch.speed.where(branch.stable == 1).values, zorder=2, **style)
-    runs = ((entrained, "o", COLOURS[1], "run: entrained"), (~entrained, "o", "white", "run: not entrained"))
+    runs = ((is_entrained, "o", COLOURS[1], "run: entrained"), (~is_entrained, "o", "white", "run: not entrained"))
     draw_classes(axis, x, y, runs, color=COLOURS[1], markersize=4, zorder=4)
     if frequency is not None:
         axis.axhline(frequency, color=COLOURS[0], linewidth=1.0, label="frequency of the vibration", zorder=1)

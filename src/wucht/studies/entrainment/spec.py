@@ -8,7 +8,7 @@ from pydantic import Field
 
 from wucht.errors import InputError
 from wucht.schema import si
-from wucht.studies.spec import AVERAGED, FULL, Pair, Path, Spec, Start, Value, Whole
+from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Pair, Path, Spec, Start, Value, Whole
 
 DEFAULT_POINTS = 25
 _FEWEST, _MOST = 5, 2000
@@ -18,7 +18,7 @@ class Entrainment(Spec):
     """Band of a parameter in which rotors are entrained by a vibration or by each other, and their phases."""
 
     kind: ClassVar[str] = "entrainment"
-    solves: ClassVar[str] = f"{FULL} for the runs, {AVERAGED} for the band of existence"
+    solves: ClassVar[str] = f"{FULL_EQUATIONS} for the runs, {AVERAGED_EQUATIONS} for the band of existence"
     from_start: ClassVar[bool] = True
 
     along: Path | None = Field(

@@ -6,9 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.exciters.design_trials import METRICS, Checked, Tried, damaging, distances
+from wucht.dynamics.exciters.design_trials import (
+    METRICS,
+    Candidates,
+    CheckedCandidate,
+    damage_weighted_cycles,
+    spectrum_distances,
+)
 from wucht.dynamics.exciters.slow_beats import MOTIONS
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitudes_at
 from wucht.results.quantities import Quantity, answer
 from wucht.studies.exciter_design.computation import Findings, Plan
@@ -19,7 +25,7 @@ if TYPE_CHECKING:
 _CLASSES, _MOST_ROWS = 100, 200  # of the spectrum in the summary, where it has more different ranges
 _SHARES, _FEW = 400, 120  # of the cycles, at which amplitudes are given; and a few more, evenly by their logarithm
 _QUANTILES = {"q05": 0.05, "median": 0.5, "q95": 0.95}
-_OF = {
+_DISTANCE_MEANINGS = {
     "amplitude": "of its largest amplitude, on the mean",
     "cumulative": "of the cycles, at most",
     "damage": "of the damage, at most",
@@ -29,27 +35,27 @@ _TOLERANCES = {
     "spread": ("spread of the parameters", ""),
     **{name: (f"distance that {share:.0%} of the exciters have at most", "") for name, share in _QUANTILES.items()},
 }
-_HARD = 0.9  # share of exciters within tolerances that beat: a smaller one is warned of
-_APART = 1.5  # of the distances in the full and the averaged equations: a larger ratio is warned of
-_MISSED = 1e-3  # of the target's cycles: more cycles above the largest reached amplitude are warned of
+_BEATING_SHARE = 0.9  # share of exciters within tolerances that beat: a smaller one is warned of
+_DISTANCE_RATIO = 1.5  # of the distances in the full and the averaged equations: a larger ratio is warned of
+_MISSED_SHARE = 1e-3  # of the target's cycles: more cycles above the largest reached amplitude are warned of
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of a design."""
     design, name = findings.design(plan.trials.metric), plan.signal[:1].upper() + plan.signal[1:]
-    tried, tolerances = (*findings.reach, *findings.search), _tolerances(plan, findings)
+    candidates, tolerances = (*findings.reach, *findings.search), _tolerances(plan, findings)
     quantities = [
-        *_of_design(plan, design),
-        *_of_spectra(plan, design),
-        *_of_question(plan),
-        *_of_beat(plan, design),
-        *_of_tried(plan, findings.reach, "reach", "point"),
-        *_of_tried(plan, tried, "tried", "candidate"),
-        *_of_tried(plan, findings.tolerances, "tolerance", "sample"),
-        *_of_runs(plan, findings),
+        *_design_quantities(plan, design),
+        *_spectrum_quantities(plan, design),
+        *_question_quantities(plan),
+        *_beat_quantities(plan, design),
+        *_candidate_quantities(plan, findings.reach, "reach", "point"),
+        *_candidate_quantities(plan, candidates, "tried", "candidate"),
+        *_candidate_quantities(plan, findings.tolerances, "tolerance", "sample"),
+        *_run_quantities(plan, findings),
         Quantity("motion", np.array(MOTIONS, str), "motion in the averaged equations", "", "motion"),
-        Quantity("candidates", sum(len(b.motion) for b in tried), "number of candidates"),
-        Quantity("motions", _motions(tried), "number of candidates by their motion in the averaged equations"),
+        Quantity("candidates", sum(len(b.motion) for b in candidates), "number of candidates"),
+        Quantity("motions", _motions(candidates), "number of candidates by their motion in the averaged equations"),
         Quantity("reach", _reach(findings), "spectra of random points of the ranges", parts=_form_parts(plan) | _BEATING),
         Quantity("tolerances", tolerances, "distance of exciters within tolerances", parts=_TOLERANCES | _BEATING),
     ]
@@ -64,17 +70,20 @@ def _form_parts(plan: Plan) -> dict[str, tuple[str, str]]:
     }
 
 
-def _of_design(plan: Plan, design: Checked | None) -> list[Quantity]:
+def _design_quantities(plan: Plan, design: CheckedCandidate | None) -> list[Quantity]:
     """Return the best exciter, and the distance of its spectrum from the target."""
     target, slope, of_parameters = plan.target, plan.spec.slope, {v.name: (v.name, v.unit) for v in plan.trials.variables}
     parameters = distance = apart = None
     of_one, rows = list[Quantity](), list[dict[str, float]]()
     if design is not None:
         cycles = design.cycles
-        parameters, distance = _named(plan, design.numbers), float(design.distances[plan.trials.metric])
-        apart = {"full": _each(design.distances), "slow": _each(distances(design.slow.cycles, target, slope))}
+        parameters, distance = _values_by_name(plan, design.numbers), float(design.distances[plan.trials.metric])
+        apart = {
+            "full": _values_by_metric(design.distances),
+            "slow": _values_by_metric(spectrum_distances(design.slow.cycles, target, slope)),
+        }
         rows, time = _rows(design, target.total), plan.machine.units.time
-        ours, theirs = (damaging(c, target, slope).total / c.total for c in (cycles, target))
+        ours, theirs = (damage_weighted_cycles(c, target, slope).total / c.total for c in (cycles, target))
         duration = target.total / (cycles.total / design.duration)
         of_one = [
             Quantity("beat", design.slow.period, "period of a beat, in the averaged equations", time),
@@ -82,7 +91,7 @@ def _of_design(plan: Plan, design: Checked | None) -> list[Quantity]:
             Quantity("duration", duration, "duration of all cycles of the target", time),
             Quantity("outcome", design.outcome, "outcome in the full equations"),
             Quantity("upper", cycles.largest / 2, "largest amplitude in the full equations", plan.unit),
-            Quantity("beyond", _beyond(plan, design), "number of larger cycles of the target"),
+            Quantity("beyond", _missed_cycles(plan, design), "number of larger cycles of the target"),
             Quantity("damage_ratio", ours / theirs, "damage of a cycle, relative to that of the target"),
         ]
     of_rows = {"range": ("range", plan.unit), "mean": ("mean", plan.unit), "count": ("cycles", "")}
@@ -96,12 +105,21 @@ def _of_design(plan: Plan, design: Checked | None) -> list[Quantity]:
     ]
 
 
-def _of_spectra(plan: Plan, design: Checked | None) -> list[Quantity]:
+def _spectrum_quantities(plan: Plan, design: CheckedCandidate | None) -> list[Quantity]:
     """Return the amplitudes that shares of the cycles reach or exceed, and the form of the target."""
     shares, unit, total = _shares(plan.target.total), plan.unit, plan.target.total
-    none, (upper, ratio, fullness) = np.full(len(shares), np.nan), _form(plan.target)
-    slow, full = (none, none) if design is None else (amplitudes_at(c, shares) for c in (design.slow.cycles, design.cycles))
-    form = {"upper": _number(upper), "ratio": _number(ratio), "fullness": _number(fullness), "cycles": total}
+    no_amplitudes, (upper, ratio, fullness) = np.full(len(shares), np.nan), _form(plan.target)
+    slow, full = (
+        (no_amplitudes, no_amplitudes)
+        if design is None
+        else (amplitudes_at(c, shares) for c in (design.slow.cycles, design.cycles))
+    )
+    form = {
+        "upper": _finite_or_none(upper),
+        "ratio": _finite_or_none(ratio),
+        "fullness": _finite_or_none(fullness),
+        "cycles": total,
+    }
     parts = _form_parts(plan) | {"cycles": ("number of cycles", "")}
     return [
         Quantity("share", shares, "share of the cycles", "", "share"),
@@ -116,14 +134,14 @@ def _of_spectra(plan: Plan, design: Checked | None) -> list[Quantity]:
     ]
 
 
-def _of_question(plan: Plan) -> list[Quantity]:
+def _question_quantities(plan: Plan) -> list[Quantity]:
     """Return the variables, and the counted signal."""
-    varied = plan.trials.variables
-    ranges = {v.name: {"paths": list(v.paths), "range": [v.low, v.high], "unit": v.unit} for v in varied}
+    variables = plan.trials.variables
+    ranges = {v.name: {"paths": list(v.paths), "range": [v.low, v.high], "unit": v.unit} for v in variables}
     return [
-        Quantity("variable", np.array([v.name for v in varied], str), "variable", "", "variable"),
-        Quantity("variables", ranges, "variables with their ranges", parts={v.name: (v.name, v.unit) for v in varied}),
-        Quantity("as_it_is", _named(plan, plan.numbers), "nominal parameters of the machine"),
+        Quantity("variable", np.array([v.name for v in variables], str), "variable", "", "variable"),
+        Quantity("variables", ranges, "variables with their ranges", parts={v.name: (v.name, v.unit) for v in variables}),
+        Quantity("as_it_is", _values_by_name(plan, plan.numbers), "nominal parameters of the machine"),
         Quantity("metric", plan.spec.metric, "measure of the distance"),
         Quantity("signal", plan.signal, "counted signal"),
         Quantity("unit", plan.unit, "unit of the signal"),
@@ -135,7 +153,7 @@ def _shares(total: float) -> np.ndarray:
     return np.unique(np.concatenate([few, np.linspace(0.0, 1.0, _SHARES + 1)[1:]]))
 
 
-def _form(cycles: Cycles) -> tuple[float, float, float]:
+def _form(cycles: LoadCycles) -> tuple[float, float, float]:
     """Return largest amplitude, smallest over largest, and the position of the mean between (nan if they coincide)."""
     low, high = float(cycles.ranges.min()) / 2, cycles.largest / 2
     mean = float(np.average(cycles.ranges, weights=cycles.counts)) / 2
@@ -146,9 +164,9 @@ def _stack(rows: list[np.ndarray], width: int) -> np.ndarray:
     return np.array(rows, float).reshape(len(rows), width)
 
 
-def _of_beat(plan: Plan, design: Checked | None) -> list[Quantity]:
-    time, none = plan.machine.units.time, np.empty(0)
-    times, amplitudes, rates = (none,) * 3 if design is None else (design.slow.time, design.slow.amplitude, design.slow.rate)
+def _beat_quantities(plan: Plan, design: CheckedCandidate | None) -> list[Quantity]:
+    time, empty = plan.machine.units.time, np.empty(0)
+    times, amplitudes, rates = (empty,) * 3 if design is None else (design.slow.time, design.slow.amplitude, design.slow.rate)
     return [
         Quantity("beat_time", times, "time", time, "place"),
         Quantity("beat_amplitude", amplitudes, "amplitude", plan.unit, "place"),
@@ -156,7 +174,7 @@ def _of_beat(plan: Plan, design: Checked | None) -> list[Quantity]:
     ]
 
 
-def _of_tried(plan: Plan, batches: tuple[Tried, ...], name: str, along: str) -> list[Quantity]:
+def _candidate_quantities(plan: Plan, batches: tuple[Candidates, ...], name: str, along: str) -> list[Quantity]:
     keys = ("numbers", "distances", "motion", "upper", "ratio", "fullness")
     numbers, apart, motion, *form = ([x for b in batches for x in getattr(b, key)] for key in keys)
     column = _stack(apart, len(METRICS))[:, plan.trials.metric]
@@ -172,12 +190,17 @@ def _of_tried(plan: Plan, batches: tuple[Tried, ...], name: str, along: str) -> 
     ]
 
 
-def _of_runs(plan: Plan, findings: Findings) -> list[Quantity]:
+def _run_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the runs of the full equations, and the designs before them."""
-    runs, metric = findings.checked, plan.trials.metric
-    slow = [float(distances(c.slow.cycles, plan.target, plan.spec.slope)[metric]) for c in runs]
+    runs, metric = findings.full_runs, plan.trials.metric
+    slow = [float(spectrum_distances(c.slow.cycles, plan.target, plan.spec.slope)[metric]) for c in runs]
     rows = [
-        {"parameters": _named(plan, c.numbers), "slow": x, "full": _number(c.distances[metric]), "outcome": c.outcome}
+        {
+            "parameters": _values_by_name(plan, c.numbers),
+            "slow": x,
+            "full": _finite_or_none(c.distances[metric]),
+            "outcome": c.outcome,
+        }
         for c, x in zip(runs, slow, strict=True)
     ]
     parts = {
@@ -186,46 +209,46 @@ def _of_runs(plan: Plan, findings: Findings) -> list[Quantity]:
         "full": ("distance in the full equations", ""),
         "outcome": ("outcome in the full equations", ""),
     }
-    polished = [_named(plan, p.numbers) | {"distance": p.distance} for p in findings.polished]
+    optima = [_values_by_name(plan, p.numbers) | {"distance": p.distance} for p in findings.local_optima]
     values, beats = _stack([c.numbers for c in runs], len(plan.trials.variables)), [c.beats for c in runs]
     return [
         Quantity("runs", rows, "runs of the full equations", parts=parts),
         Quantity("run_slow", np.array(slow, float), parts["slow"][0], "", "run"),
         Quantity("run_full", np.array([c.distances[metric] for c in runs], float), parts["full"][0], "", "run"),
-        Quantity("polished", polished, "parameters after the local search, and their distance in the averaged equations"),
+        Quantity("polished", optima, "parameters after the local search, and their distance in the averaged equations"),
         Quantity("run_value", values, "values, in SI", "", "run variable"),
         Quantity("run_beats", np.array(beats, np.int8), "1 where it beats in the full equations", "", "run"),
     ]
 
 
-def _named(plan: Plan, numbers: np.ndarray) -> dict[str, float]:
+def _values_by_name(plan: Plan, numbers: np.ndarray) -> dict[str, float]:
     return {v.name: float(x) for v, x in zip(plan.trials.variables, numbers, strict=True)}
 
 
-def _each(values: tuple[float, ...] | np.ndarray) -> dict[str, float | None]:
+def _values_by_metric(values: tuple[float, ...] | np.ndarray) -> dict[str, float | None]:
     return {m: float(x) if np.isfinite(x) else None for m, x in zip(METRICS, values, strict=True)}
 
 
-def _beyond(plan: Plan, design: Checked) -> float:
+def _missed_cycles(plan: Plan, design: CheckedCandidate) -> float:
     """Return the number of cycles of the target above the largest reached amplitude."""
     return float(plan.target.counts[plan.target.ranges > design.cycles.largest].sum())
 
 
-def _number(x: float) -> float | None:
+def _finite_or_none(x: float) -> float | None:
     return float(x) if np.isfinite(x) else None
 
 
-def _rows(design: Checked, total: float) -> list[dict[str, float]]:
+def _rows(design: CheckedCandidate, total: float) -> list[dict[str, float]]:
     """Return the rows of the spectrum as in ``load-spectrum``, scaled to the number of cycles of the target."""
     cycles = design.cycles
     if len(cycles.ranges) > _MOST_ROWS:
-        cycles, _ = cycles.by_range(cycles.largest / _CLASSES)
+        cycles, _ = cycles.group_by_range(cycles.largest / _CLASSES)
     counts = cycles.counts * total / cycles.total
     columns = (cycles.ranges.tolist(), cycles.means.tolist(), counts.tolist())
     return [dict(zip(("range", "mean", "count"), row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _motions(batches: tuple[Tried, ...]) -> dict[str, int]:
+def _motions(batches: tuple[Candidates, ...]) -> dict[str, int]:
     motion = np.concatenate([b.motion for b in batches]) if batches else np.empty(0, int)
     return {name: int((motion == k).sum()) for k, name in enumerate(MOTIONS)}
 
@@ -247,46 +270,52 @@ def _tolerances(plan: Plan, findings: Findings) -> dict[str, Any] | None:
     if not findings.tolerances:
         return None
     far = np.concatenate([b.distances[:, plan.trials.metric] for b in findings.tolerances])
-    found = np.quantile(np.where(np.isfinite(far), far, np.inf), list(_QUANTILES.values()), method="higher")
+    quantiles = np.quantile(np.where(np.isfinite(far), far, np.inf), list(_QUANTILES.values()), method="higher")
     beat = float(np.isfinite(far).mean())
-    return {"spread": plan.spec.spread, "modulated": beat, **dict(zip(_QUANTILES, map(_number, found), strict=True))}
+    return {
+        "spread": plan.spec.spread,
+        "modulated": beat,
+        **dict(zip(_QUANTILES, map(_finite_or_none, quantiles), strict=True)),
+    }
 
 
-def _sentence(plan: Plan, findings: Findings, design: Checked | None) -> str:
+def _sentence(plan: Plan, findings: Findings, design: CheckedCandidate | None) -> str:
     if design is None:
         return "no exciter that beats so far" if not findings.complete else "none of the candidates beats"
     distance = design.distances[plan.trials.metric]
-    return f"the spectrum is met within {distance:.2%} {_OF[plan.spec.metric]}, in the full equations"
+    return f"the spectrum is met within {distance:.2%} {_DISTANCE_MEANINGS[plan.spec.metric]}, in the full equations"
 
 
-def _warnings(plan: Plan, findings: Findings, design: Checked | None, tolerances: dict[str, Any] | None) -> list[str]:
+def _warnings(plan: Plan, findings: Findings, design: CheckedCandidate | None, tolerances: dict[str, Any] | None) -> list[str]:
     warnings, metric = list(plan.warnings), plan.trials.metric
-    lost = [c for c in findings.checked if not c.beats]
-    if lost:
-        outcomes = ", ".join(dict.fromkeys(c.outcome for c in lost))
-        warnings.append(f"{len(lost)} of {len(findings.checked)} candidates do not beat in the full equations: {outcomes}")
-    warnings += [f"a run of the full equations ended early: {c.why}" for c in findings.checked if c.why]
+    steady_runs = [c for c in findings.full_runs if not c.beats]
+    if steady_runs:
+        outcomes = ", ".join(dict.fromkeys(c.outcome for c in steady_runs))
+        warnings.append(
+            f"{len(steady_runs)} of {len(findings.full_runs)} candidates do not beat in the full equations: {outcomes}"
+        )
+    warnings += [f"a run of the full equations ended early: {c.reason}" for c in findings.full_runs if c.reason]
     if design is None:
         if findings.complete:
             motions = ", ".join(f"{n} {name}" for name, n in _motions((*findings.reach, *findings.search)).items() if n)
             warnings.append(f"no candidate beats: {motions}; try other ranges, a pendulum whose unbalance is not that of the "
                             "rotor, or a weaker motor")  # fmt: skip
         return warnings
-    slow = distances(design.slow.cycles, plan.target, plan.spec.slope)[metric]
+    slow = spectrum_distances(design.slow.cycles, plan.target, plan.spec.slope)[metric]
     full = design.distances[metric]
-    if full > _APART * slow:
+    if full > _DISTANCE_RATIO * slow:
         apart = f"the full equations are farther from the target than the averaged ones, {full:.2%} and {slow:.2%}"
         warnings.append(f"{apart}: more corrections, or smaller unbalances, may help")
-    beyond = _beyond(plan, design)
-    if beyond > _MISSED * plan.target.total:
-        warnings.append(f"{beyond:.3g} cycles of the target exceed the largest reached amplitude")
+    missed_count = _missed_cycles(plan, design)
+    if missed_count > _MISSED_SHARE * plan.target.total:
+        warnings.append(f"{missed_count:.3g} cycles of the target exceed the largest reached amplitude")
     shares = zip(plan.trials.variables, plan.trials.shares(design.numbers), strict=True)
     at_end = [v.name for v, x in shares if not 1e-3 < x < 1 - 1e-3]
     if at_end:
         warnings.append(
             f"{', '.join(at_end)} {'lies' if len(at_end) == 1 else 'lie'} at an end of the range: a wider one may do better"
         )
-    if tolerances is not None and tolerances["modulated"] < _HARD:
+    if tolerances is not None and tolerances["modulated"] < _BEATING_SHARE:
         share = 1 - tolerances["modulated"]
         warnings.append(f"{share:.0%} of the exciters within tolerances of {tolerances['spread']:.1%} do not beat")
     return warnings

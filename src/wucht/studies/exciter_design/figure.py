@@ -17,9 +17,9 @@ from wucht.plots.style import COLOURS, GUIDE, line_style
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
 _TICKS = 5
-_POINT: dict[str, Any] = {"markeredgecolor": "black", "linestyle": ""}
-_WANTED: dict[str, Any] = _POINT | {"marker": "*", "color": COLOURS[1], "markersize": 14, "label": "target"}
-_DESIGN: dict[str, Any] = _POINT | {"marker": "X", "color": "white", "markersize": 9, "label": "design, averaged equations"}
+_MARK: dict[str, Any] = {"markeredgecolor": "black", "linestyle": ""}
+_TARGET_MARK: dict[str, Any] = _MARK | {"marker": "*", "color": COLOURS[1], "markersize": 14, "label": "target"}
+_DESIGN_MARK: dict[str, Any] = _MARK | {"marker": "X", "color": "white", "markersize": 9, "label": "design, averaged equations"}
 _LINES: dict[str, dict[str, Any]] = {
     "amplitude_wanted": {"label": "target", "color": "black", "linestyle": "-", "linewidth": 1.8},
     "amplitude_slow": {"label": "averaged equations", "color": COLOURS[0], "linestyle": "--", "linewidth": 1.2},
@@ -65,23 +65,25 @@ def _reach(axis: Axes, result: xr.Dataset) -> None:
     """Draw largest amplitudes and ratios that the exciter reaches within the ranges, and the fullness of its spectra."""
     scale, unit = printed_unit(result, "amplitude_wanted")
     x, y = scale * result["tried_upper"].values, result["tried_ratio"].values
-    known = np.isfinite(x)
-    if known.any():
+    is_finite = np.isfinite(x)
+    if is_finite.any():
         look: dict[str, Any] = {"s": 9, "cmap": "cividis", "label": "candidates, by fullness"}
-        colour_bar(axis, axis.scatter(x[known], y[known], c=result["tried_fullness"].values[known], **look), "fullness")
-    axis.plot(scale * float(result["wanted_upper"]), float(result["wanted_ratio"]), **_WANTED)
+        colour_bar(
+            axis, axis.scatter(x[is_finite], y[is_finite], c=result["tried_fullness"].values[is_finite], **look), "fullness"
+        )
+    axis.plot(scale * float(result["wanted_upper"]), float(result["wanted_ratio"]), **_TARGET_MARK)
     if len(result["beat_amplitude"]):
         amplitude = result["beat_amplitude"].values
-        axis.plot(scale * amplitude.max(), amplitude.min() / amplitude.max(), **_DESIGN)
+        axis.plot(scale * amplitude.max(), amplitude.min() / amplitude.max(), **_DESIGN_MARK)
     axis.set(title="reachable spectra", xlabel=with_unit("largest amplitude", unit), xlim=(0, None), ylim=(0, 1))
     axis.set_ylabel("smallest over largest amplitude")
 
 
 def _search(axis: Axes, result: xr.Dataset) -> None:
     far = result["tried_distance"].values
-    number, known = np.arange(1, len(far) + 1), np.isfinite(far)
-    axis.plot(number[known], far[known], ".", color="#AAAAAA", markersize=3, label="candidate")
-    best = np.minimum.accumulate(np.where(known, far, np.inf))
+    number, is_finite = np.arange(1, len(far) + 1), np.isfinite(far)
+    axis.plot(number[is_finite], far[is_finite], ".", color="#AAAAAA", markersize=3, label="candidate")
+    best = np.minimum.accumulate(np.where(is_finite, far, np.inf))
     axis.plot(number, np.where(np.isfinite(best), best, np.nan), label="best so far", **line_style(0))
     axis.axvline(len(result["reach_distance"]) + 0.5, **GUIDE, label="search begins")
     for name, marker, k, equations in (("run_slow", "v", 0, "averaged"), ("run_full", "o", 1, "full")):

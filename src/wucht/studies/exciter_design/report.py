@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.formatting import formats, in_lines
+from wucht.results.formatting import formats, report_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,11 +39,11 @@ def report(result: xr.Dataset) -> list[str]:
     if s["distance"] is not None:
         for k, (name, value) in enumerate(s["parameters"].items()):
             lines.append(("design" if not k else "", f"{name} = {value:.5g} {s['variables'][name]['unit']}".rstrip()))
-        lines += _of_design(s, size, dimensionless)
-    return in_lines(result, s["sentence"], lines)
+        lines += _design_lines(s, size, dimensionless)
+    return report_lines(result, s["sentence"], lines)
 
 
-def _of_design(s: dict[str, Any], size: Callable[[float], str], dimensionless: bool) -> list[tuple[str, str]]:
+def _design_lines(s: dict[str, Any], size: Callable[[float], str], dimensionless: bool) -> list[tuple[str, str]]:
     time, full, slow = "" if dimensionless else " s", s["distances"]["full"], s["distances"]["slow"]
     hours = "" if dimensionless else f" ({s['duration'] / _HOUR:.4g} h)"
     beat = f"{s['beat']:.4g}{time}, {s['cycles_per_beat']:.3g} cycles"

@@ -8,14 +8,14 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import Described, checked, is_pairs, si
+from wucht.schema import TableModel, is_pairs, si, validate_model
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import Vary
 from wucht.studies.spec import Value
 
 Shape = Literal["constant", "normal", "straight-line"]
 _FORMS = ("shape", "exponent", "table", "file")
-_WANTED = (
+_TARGET_FORMS = (
     "must be a table of pairs [[AMPLITUDE, CYCLES], ...], { file = FILE }, or { shape = 'normal', largest = AMPLITUDE, "
     "cycles = NUMBER }"
 )
@@ -25,7 +25,7 @@ _LIMITS = {
 }  # fmt: skip
 
 
-class Target(Described):
+class Target(TableModel):
     """Target spectrum: amplitude over cumulative cycles."""
 
     shape: Shape | None = Field(None, title="shape of the spectrum", description="shape of the spectrum, or `exponent`")
@@ -45,35 +45,35 @@ class Target(Described):
 
     def check(self) -> None:
         """Check that one form is given, with the keys that it needs."""
-        given = [key for key in _FORMS if getattr(self, key) is not None]
-        if len(given) != 1:
-            raise InputError("study.target", ", ".join(given) or None, f"must be one of {', '.join(_FORMS)}")
-        standard = given[0] in ("shape", "exponent")
+        forms = [key for key in _FORMS if getattr(self, key) is not None]
+        if len(forms) != 1:
+            raise InputError("study.target", ", ".join(forms) or None, f"must be one of {', '.join(_FORMS)}")
+        standard = forms[0] in ("shape", "exponent")
         for key in ("largest", "cycles"):
             if standard and getattr(self, key) is None:
                 raise InputError(
-                    f"study.target.{key}", None, f"this key is missing: a target with {given[0]} needs it", code="missing"
+                    f"study.target.{key}", None, f"this key is missing: a target with {forms[0]} needs it", code="missing"
                 )
         for key in ("stepped",) if standard else ("largest", "cycles", "ratio"):
             if getattr(self, key) is not None:
-                other = "a table or file" if standard else "a shape or exponent"
-                raise InputError(f"study.target.{key}", getattr(self, key), f"allowed only with {other}")
+                alternative = "a table or file" if standard else "a shape or exponent"
+                raise InputError(f"study.target.{key}", getattr(self, key), f"allowed only with {alternative}")
 
 
-def _target(given: Any) -> Any:
-    if is_pairs(given):
-        given = {"table": given}
-    if not isinstance(given, Mapping | Target):
-        raise ValueError(_WANTED)
-    if isinstance(given, Target):
-        given.check()
-        return given
-    pairs = given.get("table")
+def _target(raw: Any) -> Any:
+    if is_pairs(raw):
+        raw = {"table": raw}
+    if not isinstance(raw, Mapping | Target):
+        raise ValueError(_TARGET_FORMS)
+    if isinstance(raw, Target):
+        raw.check()
+        return raw
+    pairs = raw.get("table")
     if pairs is not None and not is_pairs(pairs):
         raise InputError("study.target.table", pairs, "must be a list of pairs [AMPLITUDE, CYCLES]")
-    made = checked(Target, given, "study.target")
-    made.check()
-    return made
+    target = validate_model(Target, raw, "study.target")
+    target.check()
+    return target
 
 
 class ExciterDesign(common.Spec):
@@ -83,7 +83,7 @@ class ExciterDesign(common.Spec):
     """
 
     kind: ClassVar[str] = "exciter-design"
-    solves: ClassVar[str] = f"{common.AVERAGED} for the search, {common.FULL} for the best"
+    solves: ClassVar[str] = f"{common.AVERAGED_EQUATIONS} for the search, {common.FULL_EQUATIONS} for the best"
     from_start: ClassVar[bool] = True
     subject: ClassVar[str] = "wucht.studies.exciter_design.computation:MACHINE_IN_FOLDER"
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "target", "vary", "signal")
@@ -134,9 +134,9 @@ class ExciterDesign(common.Spec):
             if getattr(self, key) < self.population:
                 raise InputError(f"study.{key}", getattr(self, key), f"must be at least {self.population}: one population")
 
-    def asked_of(self, subject: Any) -> dict[str, Any]:
+    def table_for(self, subject: Any) -> dict[str, Any]:
         """Return the question, see ``Spec``: a changed file of the target is another one."""
-        asked, contents = self.asked(), getattr(subject, "contents", None)
+        question, contents = self.to_table(), getattr(subject, "contents", None)
         if self.target.file is not None and contents is not None:
-            asked["target"]["contents"] = contents(self.target.file)
-        return asked
+            question["target"]["contents"] = contents(self.target.file)
+        return question

@@ -10,31 +10,31 @@ import numpy as np
 from wucht.dynamics.exciters.speed_readings import UNSTABLE, Readings
 from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Answer, Quantity
-from wucht.studies.failure_detection.computation import Findings, Place, Plan, Varied
+from wucht.studies.failure_detection.computation import Findings, ParameterAxis, ParameterPoint, Plan
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _HOUR = 3600.0  # s
-_CLOSED = 1e-6  # a larger energy residual is reported as a warning
-_APART = 0.05  # of the speed: a larger difference of the averaged equations is reported
+_ENERGY_TOLERANCE = 1e-6  # a larger energy residual is reported as a warning
+_SPEED_TOLERANCE = 0.05  # of the speed: a larger difference of the averaged equations is reported
 _SIGNAL = "change of speed over standard deviation of the readings"
-_SURE = (0.5, 0.95)
-_CHANCE = 0.5  # of the time between false alarms: a later mean alarm is not distinguishable from a false one
+_ALARM_PROBABILITIES = (0.5, 0.95)
+_FALSE_ALARM_SHARE = 0.5  # of the time between false alarms: a later mean alarm is not distinguishable from a false one
 
 
-def duration(time: float, unit: str) -> str:
+def duration_in_words(time: float, unit: str) -> str:
     """Return a time in its unit, from an hour on in hours too: ``5770 s (1.6 h)``."""
     hours = f" ({time / _HOUR:.3g} h)" if unit == "s" and abs(time) >= _HOUR else ""
     return f"{float(f'{time:.4g}'):g} {unit}".rstrip() + hours  # 17260, not 1.726e+04
 
 
-def within(readings: int, time: float, unit: str) -> str:
+def readings_in_words(readings: int, time: float, unit: str) -> str:
     """Return the observed span in words: ``within 5,080 readings, 2540 s``."""
-    return f"within {readings:,} readings, {duration(time, unit)}"
+    return f"within {readings:,} readings, {duration_in_words(time, unit)}"
 
 
-def counted_from(failure_time: float | None) -> str:
+def delay_origin(failure_time: float | None) -> str:
     """Return the event from which a delay counts, in words."""
     return "the failure" if failure_time is not None else "the chart begins"
 
@@ -42,14 +42,14 @@ def counted_from(failure_time: float | None) -> str:
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of a failure."""
     quantities = [
-        *_of_run(plan, findings),
-        *_of_readings(plan, findings),
-        *_of_speeds(plan, findings),
-        *_of_detection(plan, findings),
-        *_of_places(plan, findings.places),
-        _largest(plan, findings.places),
+        *_run_quantities(plan, findings),
+        *_reading_quantities(plan, findings),
+        *_speed_quantities(plan, findings),
+        *_detection_quantities(plan, findings),
+        *_point_quantities(plan, findings.points),
+        _largest_signal(plan, findings.points),
     ]
-    draft, run = Answer(quantities, ""), findings.own.run
+    draft, run = Answer(quantities, ""), findings.nominal_run.run
     s = draft.summary
     return replace(
         draft, sentence=_sentence(s, plan), warnings=_warnings(plan, findings, s), failure=run.failure,
@@ -57,17 +57,17 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     ).dataset()  # fmt: skip
 
 
-def _of_run(plan: Plan, findings: Findings) -> list[Quantity]:
+def _run_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the stiffness and the damage over the run, and at its end."""
-    course, units, damage = findings.own.run.course, plan.machine.units, findings.own.run.standing.damage
-    failed, residual, work = findings.own.windows.failed, course.residual, "work of the changing stiffness"
+    course, units, damage = findings.nominal_run.run.course, plan.machine.units, findings.nominal_run.run.state.damage
+    failure_time, residual, work = findings.nominal_run.windows.failure_time, course.residual, "work of the changing stiffness"
     return [
         Quantity("time", course.time, "time", units.time, "sample"),
         Quantity("stiffness", course.stiffness, "share of the stiffness", "", "sample"),
         Quantity("damage", course.damage, "damage", "", "sample"),
         Quantity("energy_residual", residual, "residual of the energy balance", "", "sample"),
         Quantity("stiffness_work", course.work, work, units.energy, "sample"),
-        Quantity("failure_time", failed, "time of the failure", units.time, "", in_summary=True),
+        Quantity("failure_time", failure_time, "time of the failure", units.time, "", in_summary=True),
         Quantity("damage", None if damage is None else damage.total, "damage at the end"),
         Quantity("stiffness", float(course.stiffness[-1]), "remaining share of the stiffness at the end"),
         Quantity("stiffness_work", float(course.work[-1]), f"{work}, total", units.energy),
@@ -75,29 +75,34 @@ def _of_run(plan: Plan, findings: Findings) -> list[Quantity]:
     ]
 
 
-def _of_readings(plan: Plan, findings: Findings) -> list[Quantity]:
+def _reading_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the readings of the sensor, and the limits of the load between two readings."""
-    course, readings, sensor = findings.own.run.course, findings.own.readings, plan.spec.sensor
+    course, readings, sensor = findings.nominal_run.run.course, findings.nominal_run.readings, plan.spec.sensor
     noise = np.random.default_rng(sensor.seed).normal(0.0, sensor.noise, len(readings.speed))
     time, speed, load, unit = plan.machine.units.time, plan.machine.units.speed, plan.signal.name, plan.signal.unit
     return [
         Quantity("reading_time", readings.time, "time", time, "reading"),
         Quantity("speed", readings.speed, "mean speed of the main rotor", speed, "reading"),
         Quantity("reading", readings.speed + noise, "reading of the sensor", speed, "reading"),
-        Quantity("highest", _over_readings(np.fmax, course.highest, readings), f"largest {load}", unit, "reading"),
-        Quantity("lowest", _over_readings(np.fmin, course.lowest, readings), f"smallest {load}", unit, "reading"),
+        Quantity("highest", _reading_extremes(np.fmax, course.highest, readings), f"largest {load}", unit, "reading"),
+        Quantity("lowest", _reading_extremes(np.fmin, course.lowest, readings), f"smallest {load}", unit, "reading"),
         Quantity("deviation", readings.deviation(sensor.noise), "standard deviation of the readings", speed),
         Quantity("signal", readings.signal(sensor.noise), _SIGNAL),
     ]
 
 
-def _of_speeds(plan: Plan, findings: Findings) -> list[Quantity]:
+def _speed_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the speeds before and after the failure, and those of the averaged equations."""
-    run, readings, unit, averaged = findings.own.run, findings.own.readings, plan.machine.units.speed, findings.averaged
-    before, after = (None, None) if averaged is None else (a.speed for a in averaged)
-    kinds = None if averaged is None else [a.kind for a in averaged]
-    by_averages = {"before": before, "after": after, "change": _change(before, after), "kinds": kinds}
-    outcomes = None if run.before is None else str(run.before.outcome), str(run.verdict.outcome)
+    run, readings, unit, averaged_speeds = (
+        findings.nominal_run.run,
+        findings.nominal_run.readings,
+        plan.machine.units.speed,
+        findings.averaged_speeds,
+    )
+    before, after = (None, None) if averaged_speeds is None else (a.speed for a in averaged_speeds)
+    kinds = None if averaged_speeds is None else [a.kind for a in averaged_speeds]
+    averaged_numbers = {"before": before, "after": after, "change": _change(before, after), "kinds": kinds}
+    outcomes = None if run.verdict_before is None else str(run.verdict_before.outcome), str(run.verdict.outcome)
     parts = {"speed": ("mean speed of the main rotor", unit), "outcome": ("outcome", "")}
     speeds = {
         "before": ("before the failure", unit), "after": ("after the failure", unit), "change": ("change", unit),
@@ -107,7 +112,7 @@ def _of_speeds(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("before", {"speed": readings.before, "outcome": outcomes[0]}, "motion before the failure", parts=parts),
         Quantity("after", {"speed": readings.after, "outcome": outcomes[1]}, "motion after the failure", parts=parts),
         Quantity("change", _change(readings.before, readings.after), "change of speed", unit),
-        Quantity("averaged", by_averages, "mean speeds by the averaged equations", parts=speeds),
+        Quantity("averaged", averaged_numbers, "mean speeds by the averaged equations", parts=speeds),
     ]
 
 
@@ -115,7 +120,7 @@ def _change(before: float | None, after: float | None) -> float | None:
     return None if before is None or after is None else after - before
 
 
-def _of_detection(plan: Plan, findings: Findings) -> list[Quantity]:
+def _detection_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the control chart of the speed, and the delay of its alarm."""
     detection, time, speed = findings.detection, plan.machine.units.time, plan.machine.units.speed
     parts = {
@@ -133,10 +138,11 @@ def _of_detection(plan: Plan, findings: Findings) -> list[Quantity]:
         after, probability = detection.curve()
         chart = {"mean": detection.learnt, "reference": detection.chart.reference, "threshold": detection.chart.threshold}
         delay = {
-            "mean": detection.mean, "half": detection.quantile(_SURE[0]), "nearly_all": detection.quantile(_SURE[1]),
+            "mean": detection.mean, "half": detection.quantile(_ALARM_PROBABILITIES[0]),
+            "nearly_all": detection.quantile(_ALARM_PROBABILITIES[1]),
             "horizon": detection.horizon, "readings": detection.readings, "probability": float(probability[-1]),
         }  # fmt: skip
-        since = counted_from(findings.own.windows.failed)
+        since = delay_origin(findings.nominal_run.windows.failure_time)
         curve = [
             Quantity("alarm_time", after, f"time since {since}", time, "alarm"),
             Quantity("seen", probability, "probability that the failure has been detected", "", "alarm"),
@@ -148,111 +154,118 @@ def _of_detection(plan: Plan, findings: Findings) -> list[Quantity]:
     ]
 
 
-def _over_readings(extreme: np.ufunc, samples: np.ndarray, readings: Readings) -> np.ndarray:
+def _reading_extremes(extreme: np.ufunc, samples: np.ndarray, readings: Readings) -> np.ndarray:
     """Return the extreme over each reading (n,) of values since the previous sample (N,)."""
     count = len(readings.speed)
     every = (len(samples) - 1) // max(count, 1)
     return np.asarray(extreme.reduce(samples[1 : 1 + count * every].reshape(count, every), axis=1, initial=np.nan))
 
 
-def _of_places(plan: Plan, places: tuple[Place, ...]) -> list[Quantity]:
+def _point_quantities(plan: Plan, points: tuple[ParameterPoint, ...]) -> list[Quantity]:
     """Return the signal and the change of speed at other values: on the grid, for one parameter in its order."""
-    if plan.along is None or not places:
+    if plan.along is None or not points:
         return []
     if plan.second is None:
-        axes, dimensions = [np.array([p.values[0] for p in places])], "along"
+        axes, dimensions = [np.array([p.values[0] for p in points])], "along"
     else:
         axes, dimensions = [np.array(plan.along.values), np.array(plan.second.values)], "along second"
     signal, change = (np.full([len(a) for a in axes], np.nan) for _ in range(2))
-    for place in places:
-        at = tuple(int(np.flatnonzero(a == v)[0]) for a, v in zip(axes, place.values, strict=True))
-        if place.signal is not None and place.before is not None and place.after is not None:
-            signal[at], change[at] = place.signal, place.after - place.before
-    named = zip(dimensions.split(), axes, (v.parameter for v in _varied(plan)), strict=True)
+    for point in points:
+        at = tuple(int(np.flatnonzero(a == v)[0]) for a, v in zip(axes, point.values, strict=True))
+        if point.signal is not None and point.before is not None and point.after is not None:
+            signal[at], change[at] = point.signal, point.after - point.before
+    labelled_axes = zip(dimensions.split(), axes, (v.parameter for v in _parameter_axes(plan)), strict=True)
     return [
-        *(Quantity(name, axis, parameter.path, parameter.unit, name) for name, axis, parameter in named),
+        *(Quantity(name, axis, parameter.path, parameter.unit, name) for name, axis, parameter in labelled_axes),
         Quantity("signal", signal, _SIGNAL, "", dimensions),
         Quantity("change", change, "change of speed", plan.machine.units.speed, dimensions),
     ]
 
 
-def _varied(plan: Plan) -> list[Varied]:
+def _parameter_axes(plan: Plan) -> list[ParameterAxis]:
     return [v for v in (plan.along, plan.second) if v is not None]
 
 
-def _largest(plan: Plan, places: tuple[Place, ...]) -> Quantity:
+def _largest_signal(plan: Plan, points: tuple[ParameterPoint, ...]) -> Quantity:
     """Return the point with the largest signal."""
-    known = [p for p in places if p.signal is not None]
+    usable_points = [p for p in points if p.signal is not None]
     best: dict[str, Any] | None = None
     parts = {
-        **{v.parameter.path: (v.parameter.path, v.parameter.unit) for v in _varied(plan)},
+        **{v.parameter.path: (v.parameter.path, v.parameter.unit) for v in _parameter_axes(plan)},
         "signal": (_SIGNAL, ""), "change": ("change of speed", plan.machine.units.speed), "outcome": ("outcome", ""),
     }  # fmt: skip
-    if known:
-        place = max(known, key=lambda p: p.signal or 0.0)
-        best = {v.parameter.path: x for v, x in zip(_varied(plan), place.values, strict=True)}
-        best |= {"signal": place.signal, "change": _change(place.before, place.after), "outcome": place.outcome}
+    if usable_points:
+        best_point = max(usable_points, key=lambda p: p.signal or 0.0)
+        best = {v.parameter.path: x for v, x in zip(_parameter_axes(plan), best_point.values, strict=True)}
+        best |= {
+            "signal": best_point.signal,
+            "change": _change(best_point.before, best_point.after),
+            "outcome": best_point.outcome,
+        }
     return Quantity("largest", best, "other values with the largest signal", parts=parts)
 
 
 def _sentence(s: dict[str, Any], plan: Plan) -> str:
     units = plan.machine.units
     if s["failure_time"] is None:
-        said = "the specimen does not fail" + (f": damage {s['damage']:.4g}" if s["damage"] is not None else "")
+        failure_clause = "the specimen does not fail" + (f": damage {s['damage']:.4g}" if s["damage"] is not None else "")
         if s["change"] is None:
-            return said
+            return failure_clause
     else:
-        said = f"the specimen fails at {s['failure_time']:.6g} {units.time}".rstrip()
+        failure_clause = f"the specimen fails at {s['failure_time']:.6g} {units.time}".rstrip()
     if s["change"] is None:
-        return f"{said}; there are too few readings to determine the change of speed"
-    told = f"{said}, the speed changes by {s['change']:.4g} {units.speed}".rstrip()
+        return f"{failure_clause}; there are too few readings to determine the change of speed"
+    change_clause = f"{failure_clause}, the speed changes by {s['change']:.4g} {units.speed}".rstrip()
     if s["delay"] is None:
-        return f"{told}; no control chart monitors it"
+        return f"{change_clause}; no control chart monitors it"
     delay = s["delay"]
     if (mean := delay["mean"]) is None:
-        horizon = within(delay["readings"], delay["horizon"], units.time)
-        return f"{told}, which is detected {horizon} with a probability of {delay['probability']:.3g}"
-    when = duration(abs(mean), units.time) + (" later" if mean >= 0 else " before it")
+        horizon = readings_in_words(delay["readings"], delay["horizon"], units.time)
+        return f"{change_clause}, which is detected {horizon} with a probability of {delay['probability']:.3g}"
+    delay_clause = duration_in_words(abs(mean), units.time) + (" later" if mean >= 0 else " before it")
     if s["failure_time"] is None:
-        when = f"{duration(mean, units.time)} after {counted_from(s['failure_time'])}"
-    return f"{told}, which is detected {when} in the mean"
+        delay_clause = f"{duration_in_words(mean, units.time)} after {delay_origin(s['failure_time'])}"
+    return f"{change_clause}, which is detected {delay_clause} in the mean"
 
 
 def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
-    own = findings.own
+    nominal_run = findings.nominal_run
     warnings = [*plan.case.horizon.warnings, *plan.case.models[0].warnings]
     warnings = [w for w in warnings if "samples a turn are stored" not in w]  # no samples are stored here
-    warnings += [own.run.failure] if own.run.failure else []
-    if s["failure_time"] is None and not own.run.failure:
+    warnings += [nominal_run.run.failure] if nominal_run.run.failure else []
+    if s["failure_time"] is None and not nominal_run.run.failure:
         warnings.append("the specimen does not fail within study.until: run longer, or give it a shorter life (a smaller ND)")
-    elif s["change"] is None and not own.run.failure:
+    elif s["change"] is None and not nominal_run.run.failure:
         warnings.append("there are too few readings before or after the failure: run longer, or let the specimen fail later")
-    if s["energy_residual"] > _CLOSED:
+    if s["energy_residual"] > _ENERGY_TOLERANCE:
         warnings.append(f"the energy balance closes only to {s['energy_residual']:.1e}: the run is not accurate")
-    if findings.undetected:
-        warnings.append(f"there is no control chart: {findings.undetected}")
+    if findings.no_detection:
+        warnings.append(f"there is no control chart: {findings.no_detection}")
     if s["chart"] is not None and s["change"] is not None and abs(s["change"]) < 2 * s["chart"]["reference"]:
         warnings.append(
             f"the chart is designed for changes of {2 * s['chart']['reference']:.3g}, and this one is smaller: a smaller "
             "study.sensor.change detects it sooner"
         )
-    if s["delay"] is not None and (s["delay"]["mean"] or 0.0) > _CHANCE * plan.spec.sensor.false_alarm_every:
+    if s["delay"] is not None and (s["delay"]["mean"] or 0.0) > _FALSE_ALARM_SHARE * plan.spec.sensor.false_alarm_every:
         warnings.append("an alarm comes hardly sooner than a false one: the chart does not detect this failure")
-    if own.run.verdict.advice and s["change"] is not None:
-        warnings.append(f"after the failure {own.run.verdict.advice}")
-    for when, averaged in zip(("before", "after"), findings.averaged or (), strict=False):
-        speed = s[when]["speed"]
-        if averaged.speed is None:
-            warnings.append(f"the averaged equations give no speed {when} the failure: {averaged.reason}")
-        elif averaged.kind == UNSTABLE:
-            other = "" if averaged.next_stable is None else f"; the nearest stable one has {averaged.next_stable:.5g}"
-            warnings.append(
-                f"the steady state {when} the failure is unstable: the run stays there because nothing disturbs it, but a "
-                f"machine would not{other}. This happens with identical bodies: make one of them slightly different"
+    if nominal_run.run.verdict.advice and s["change"] is not None:
+        warnings.append(f"after the failure {nominal_run.run.verdict.advice}")
+    for period, averaged_speed in zip(("before", "after"), findings.averaged_speeds or (), strict=False):
+        speed = s[period]["speed"]
+        if averaged_speed.speed is None:
+            warnings.append(f"the averaged equations give no speed {period} the failure: {averaged_speed.reason}")
+        elif averaged_speed.kind == UNSTABLE:
+            stable_clause = (
+                "" if averaged_speed.next_stable is None else f"; the nearest stable one has {averaged_speed.next_stable:.5g}"
             )
-        elif abs(averaged.speed - speed) > _APART * abs(speed):
             warnings.append(
-                f"the averaged equations have {averaged.speed:.5g} {when} the failure, the full ones {speed:.5g}: the speed is "
+                f"the steady state {period} the failure is unstable: the run stays there because nothing disturbs it, but a "
+                f"machine would not{stable_clause}. This happens with identical bodies: make one of them slightly different"
+            )
+        elif abs(averaged_speed.speed - speed) > _SPEED_TOLERANCE * abs(speed):
+            warnings.append(
+                f"the averaged equations have {averaged_speed.speed:.5g} {period} the failure, the full "
+                f"ones {speed:.5g}: the speed is "
                 "still changing, the averaged motion is a different one, or the averaging is too coarse"
             )
     return warnings
@@ -262,17 +275,17 @@ def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a failure."""
     s, lines = result.wucht.summary, ReportLines(result)
     for name in ("before", "after"):
-        averaged = "" if s["averaged"][name] is None else f"; averaged equations {{averaged.{name}:.6g}}"
-        lines.add(name, f"{{{name}.speed:.6g}}, {s[name]['outcome'] or 'not classified'}{averaged}")
+        averaged_clause = "" if s["averaged"][name] is None else f"; averaged equations {{averaged.{name}:.6g}}"
+        lines.add(name, f"{{{name}.speed:.6g}}, {s[name]['outcome'] or 'not classified'}{averaged_clause}")
     spread = "{signal:.4g} times the standard deviation of the readings, {deviation:.4g}"
     lines.add("change", "{change:.5g}, " + spread)
     if s["chart"] is not None:
         lines.add("chart", f"cumulative sum, k = {s['chart']['reference']:.4g}, h = {{chart.threshold:.4g}}")
         delay, alarm, unit = s["delay"], result["alarm_time"], result["time"].attrs["units"]
-        horizon, mean = within(alarm.size, float(alarm[-1]), unit), "not with certainty"
+        horizon, mean = readings_in_words(alarm.size, float(alarm[-1]), unit), "not with certainty"
         if delay["mean"] is not None:
-            mean = f"{duration(delay['mean'], unit)} after {counted_from(s['failure_time'])} in the mean"
-        lines.add("detection", f"{mean}; {_by(delay, horizon, unit)}")
+            mean = f"{duration_in_words(delay['mean'], unit)} after {delay_origin(s['failure_time'])} in the mean"
+        lines.add("detection", f"{mean}; {_detection_times(delay, horizon, unit)}")
     lines.add("damage", "{damage:.5g} at the end")
     lines.add("stiffness", "{stiffness:.4g} of the intact specimen's at the end, its work {stiffness_work:.4g}")
     lines.add("energy", "closes to {energy_residual:.1e}")
@@ -283,8 +296,8 @@ def report(result: xr.Dataset) -> list[str]:
     return lines.report(result.wucht.sentence)
 
 
-def _by(delay: dict[str, float | None], horizon: str, unit: str) -> str:
+def _detection_times(delay: dict[str, float | None], horizon: str, unit: str) -> str:
     """Return the times within which half, and nearly all, failures are detected. horizon: of this computation, in words."""
     words = (("half", "half of them"), ("nearly_all", "19 of 20"))
     times = [(name, delay[key]) for key, name in words]
-    return ", ".join(f"{name} {f'not {horizon}' if t is None else f'within {duration(t, unit)}'}" for name, t in times)
+    return ", ".join(f"{name} {f'not {horizon}' if t is None else f'within {duration_in_words(t, unit)}'}" for name, t in times)

@@ -21,7 +21,7 @@ def figure(result: xr.Dataset) -> Figure:
     return draw_panels(result, panels)[0]
 
 
-def _over_time(axis: Axes, result: xr.Dataset, name: str) -> None:
+def _mark_failure(axis: Axes, result: xr.Dataset, name: str) -> None:
     """Mark the failure, and name the scale of time."""
     if np.isfinite(at := float(result["failure_time"])):
         axis.axvline(at, color="black", linestyle="--", linewidth=0.9, label="failure")
@@ -36,7 +36,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
     levels = [x for x in (s["averaged"]["before"], s["averaged"]["after"]) if x is not None]
     for k, level in enumerate(levels):
         axis.axhline(level, **line_style(1) | {"linestyle": ":"}, label=None if k else "averaged equations")
-    _over_time(axis, result, "reading_time")
+    _mark_failure(axis, result, "reading_time")
     name_speeds(axis, result)
 
 
@@ -44,9 +44,11 @@ def _load(axis: Axes, result: xr.Dataset) -> None:
     """Draw the range of the load."""
     scale, unit = printed_unit(result, "highest")
     time, high, low = result["reading_time"].values, scale * result["highest"].values, scale * result["lowest"].values
-    both = np.isfinite(high) & np.isfinite(low)
-    axis.fill_between(time[both], low[both], high[both], color=COLOURS[4], linewidth=0.6, label="between its extremes")
-    _over_time(axis, result, "reading_time")
+    is_finite = np.isfinite(high) & np.isfinite(low)
+    axis.fill_between(
+        time[is_finite], low[is_finite], high[is_finite], color=COLOURS[4], linewidth=0.6, label="between its extremes"
+    )
+    _mark_failure(axis, result, "reading_time")
     axis.set(title="load of the specimen", ylabel=with_unit(result.attrs["signal"], unit))
 
 
@@ -67,7 +69,7 @@ def _stiffness(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(time, result["stiffness"].values, label="stiffness, share of the initial one", **line_style(0))
     if np.isfinite(result["damage"].values).any():
         axis.plot(time, result["damage"].values, label="damage", **line_style(1))
-    _over_time(axis, result, "time")
+    _mark_failure(axis, result, "time")
     axis.set(title="stiffness and damage", ylim=(0, None), ylabel="share of the stiffness, damage")
 
 

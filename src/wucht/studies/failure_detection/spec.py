@@ -8,17 +8,17 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import Described, checked, si
-from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_at
-from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Spec, Start, Tolerance, Whole
+from wucht.schema import TableModel, si, validate_model
+from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 
 STIFFNESS = "carrier.stiffness"
 MOST_POINTS, MOST_READINGS = 200, 20_000
 _FEWEST_BETWEEN_ALARMS = 10.0  # readings
-T = TypeVar("T", bound=Described)
+T = TypeVar("T", bound=TableModel)
 
 
-class Failure(Described):
+class Failure(TableModel):
     """Fall of the stiffness with the damage of a load."""
 
     parameter: Path = Field(STIFFNESS, description="path of the falling parameter, the specimen's stiffness")
@@ -31,7 +31,7 @@ class Failure(Described):
     ))  # fmt: skip
     signal: MachineSignalName = Field("displacement", description="load of the specimen")
     direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the load")
-    woehler: Annotated[Woehler, woehler_at("study.failure.woehler")] = Field(
+    woehler: Annotated[Woehler, woehler_validator("study.failure.woehler")] = Field(
         title="Woehler line", description="Woehler line of the specimen, a table"
     )
     interval: float | None = si("s", "time between two updates of the damage", default=None, gt=0, help=(
@@ -39,7 +39,7 @@ class Failure(Described):
     ))  # fmt: skip
 
 
-class Sensor(Described):
+class Sensor(TableModel):
     """Slow counter of turns, and its control chart."""
 
     interval: float = si("s", "time between two readings", gt=0, help=(
@@ -53,19 +53,21 @@ class Sensor(Described):
     seed: Whole = Field(0, ge=0, title="seed of the noise", description="seed of the noise in the stored readings")
 
 
-def _table_of(cls: type[T], where: str, example: str) -> BeforeValidator:
-    def read(given: Any) -> Any:
-        if isinstance(given, Mapping):
-            return checked(cls, given, where)
-        if given is not None and not isinstance(given, cls):
+def _table_validator(cls: type[T], key: str, example: str) -> BeforeValidator:
+    def read_table(raw: Any) -> Any:
+        if isinstance(raw, Mapping):
+            return validate_model(cls, raw, key)
+        if raw is not None and not isinstance(raw, cls):
             raise ValueError(f"must be a table: {example}")
-        return given
+        return raw
 
-    return BeforeValidator(read)
+    return BeforeValidator(read_table)
 
 
-_FAILURE = _table_of(Failure, "study.failure", "failure = { remaining = SHARE, woehler = { k = ..., ND = ..., SD = ... } }")
-_SENSOR = _table_of(Sensor, "study.sensor", "sensor = { interval = TIME, noise = SPEED, false_alarm_every = TIME }")
+_FAILURE = _table_validator(
+    Failure, "study.failure", "failure = { remaining = SHARE, woehler = { k = ..., ND = ..., SD = ... } }"
+)
+_SENSOR = _table_validator(Sensor, "study.sensor", "sensor = { interval = TIME, noise = SPEED, false_alarm_every = TIME }")
 
 
 class FailureDetection(Spec):
@@ -76,7 +78,7 @@ class FailureDetection(Spec):
 
     kind: ClassVar[str] = "failure-detection"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("reading_time", "speed"), ("alarm_time", "seen"))
-    solves: ClassVar[str] = FULL
+    solves: ClassVar[str] = FULL_EQUATIONS
     from_start: ClassVar[bool] = True
 
     until: float = si("s", "time", gt=0, help="time at which the run ends")
@@ -117,21 +119,21 @@ class FailureDetection(Spec):
             failure.woehler.check("study.failure.woehler")
             ratio = sensor.interval / (failure.interval or sensor.interval)
             if abs(max(ratio, 1 / ratio) - round(max(ratio, 1 / ratio))) > 1e-9 * max(ratio, 1 / ratio):
-                allowed = f"must be a whole multiple of study.sensor.interval ({sensor.interval:g}), or a whole part of it"
-                raise InputError("study.failure.interval", failure.interval, allowed)
+                requirement = f"must be a whole multiple of study.sensor.interval ({sensor.interval:g}), or a whole part of it"
+                raise InputError("study.failure.interval", failure.interval, requirement)
             if failure.law == "linear" and (self.learning is None or self.after is None):
                 missing = "learning" if self.after is not None else "after"
-                why = "where the stiffness falls from the beginning, after and learning state when the speed is measured"
-                raise InputError(f"study.{missing}", None, f"this key is missing: {why}", code="missing")
+                reason = "where the stiffness falls from the beginning, after and learning state when the speed is measured"
+                raise InputError(f"study.{missing}", None, f"this key is missing: {reason}", code="missing")
         end = (self.after or 0.0) + (self.learning or 0.0)
         if end >= self.until:
             learning = "" if self.learning is None else f"with study.learning ({self.learning:g}) "
             raise InputError("study.after", self.after, f"must {learning}be before study.until, {self.until:g}")
-        for path, between in (("along", "range"), ("second", "second_range")):
-            if (getattr(self, path) is None) != (getattr(self, between) is None):
-                missing = path if getattr(self, path) is None else between
+        for path, range_key in (("along", "range"), ("second", "second_range")):
+            if (getattr(self, path) is None) != (getattr(self, range_key) is None):
+                missing = path if getattr(self, path) is None else range_key
                 raise InputError(
-                    f"study.{missing}", None, f"this key is missing; {path} and {between} belong together", code="missing"
+                    f"study.{missing}", None, f"this key is missing; {path} and {range_key} belong together", code="missing"
                 )
         if self.second is not None and self.along is None:
             raise InputError("study.along", None, "this key is missing; second is given", code="missing")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
-from wucht.fatigue.counted_cycles import RangeMeanMatrix, distance
-from wucht.results.formatting import in_lines
+from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
+from wucht.results.formatting import report_lines
 from wucht.results.quantities import Quantity, answer
-from wucht.studies.load_spectrum.computation import MOST_ROWS, CountedLoad, Plan, check_width, counted
+from wucht.studies.load_spectrum.computation import MOST_ROWS, CountedLoad, Plan, check_width, count_load
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _MATRIX = 40  # classes of range and of mean
 _COURSE, _IN_A_PART = 200, 8  # intervals of time with their least and greatest value, and turning points in one
-_CONVERGED = 0.05  # of the cycles, and of the damage: largest change by the second half of a converged run
+_CONVERGENCE_LIMIT = 0.05  # of the cycles, and of the damage: largest change by the second half of a converged run
 _PART_OF_A_RUN = 2.0  # the first half, repeated so often, is compared with the whole
 
 
@@ -31,11 +31,11 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
     inside = time >= begin
     values = findings.values[inside]
     check_width(values, plan.class_width)
-    whole = counted(plan, values)
-    half = counted(plan, values[time[inside] <= middle], whole.levels if len(whole.levels) else None)
+    whole = count_load(plan, values)
+    half = count_load(plan, values[time[inside] <= middle], whole.levels if len(whole.levels) else None)
     damages = None if plan.line is None else [float(plan.line.damages(load.cycles).sum()) for load in (whole, half)]
     convergence = {
-        "spectrum": distance(half.cycles, whole.cycles, _PART_OF_A_RUN),
+        "spectrum": frequency_distance(half.cycles, whole.cycles, _PART_OF_A_RUN),
         "largest_range": half.cycles.largest / whole.cycles.largest if whole.cycles.largest else None,
         "damage": _PART_OF_A_RUN * damages[1] / damages[0] - 1 if damages and damages[0] else None,
     }
@@ -46,10 +46,10 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
     }
     outcome, unit_of_time = None if verdict is None else str(verdict.outcome), _time(plan)
     quantities = [
-        *_of_rows(plan, whole, half),
-        *_of_classes(plan, whole),
-        *_of_signal(plan, findings, values),
-        *_of_damage(plan, damages, findings.end_time - begin),
+        *_row_quantities(plan, whole, half),
+        *_class_quantities(plan, whole),
+        *_signal_quantities(plan, findings, values),
+        *_damage_quantities(plan, damages, findings.end_time - begin),
         Quantity("counting", plan.spec.counting, "way of counting"),
         Quantity("residue", plan.spec.residue, "treatment of cycles that do not close"),
         Quantity("begin", begin, "time from which counting starts", unit_of_time),
@@ -61,11 +61,11 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
     sentence = _sentence(plan, whole, damages)
     warnings = _warnings(plan, findings, whole, convergence)
     name = plan.signal.name[:1].upper() + plan.signal.name[1:]
-    failure = findings.failure or _without_bounds(plan, whole, damages)
+    failure = findings.failure or _damage_overflow(plan, whole, damages)
     return answer(quantities, sentence, warnings, (), failure, signal=name, **({} if outcome is None else {"outcome": outcome}))
 
 
-def _of_rows(plan: Plan, whole: CountedLoad, half: CountedLoad) -> list[Quantity]:
+def _row_quantities(plan: Plan, whole: CountedLoad, half: CountedLoad) -> list[Quantity]:
     """Return the spectrum: each range, or class of ranges, with mean and cycles; with a Woehler line, its damage."""
     unit, rows, line = plan.signal.unit, whole.rows, plan.line
     keys, columns = ("range", "mean", "count"), (rows.ranges.tolist(), rows.means.tolist(), rows.counts.tolist())
@@ -73,24 +73,24 @@ def _of_rows(plan: Plan, whole: CountedLoad, half: CountedLoad) -> list[Quantity
     parts = {"range": ("range", unit), "mean": ("mean", unit), "count": ("cycles", "")}
     least = np.full(len(rows.ranges), np.inf)  # of the cycles in each row
     np.minimum.at(least, whole.row, whole.cycles.ranges)
-    twice = _PART_OF_A_RUN * half.cycles.exceeding(least)
+    twice = _PART_OF_A_RUN * half.cycles.cumulative_frequency(least)
     quantities = [
         Quantity("spectrum", spectrum, "ranges with their cycles, ascending", parts=parts),
         Quantity("range", rows.ranges, "range", unit, "row"),
         Quantity("mean", rows.means, "mean", unit, "row"),
         Quantity("count", rows.counts, "cycles", "", "row"),
-        Quantity("cumulative", whole.cycles.exceeding(least), "cycles of at least this range", "", "row"),
+        Quantity("cumulative", whole.cycles.cumulative_frequency(least), "cycles of at least this range", "", "row"),
         Quantity("half_cumulative", twice, "the same, twice those of the first half", "", "row"),
     ]
     if line is None:
         return quantities
     damages = np.bincount(whole.row, line.damages(whole.cycles), minlength=len(rows.ranges))
-    of_line = {"k": (line.k, ""), "ND": (line.ND, ""), "SD": (line.SD, unit), "k2": (line.k2, "")}
-    quantities += [Quantity(f"woehler_{key}", x, f"Woehler line: {key}", u, "") for key, (x, u) in of_line.items()]
+    line_parts = {"k": (line.k, ""), "ND": (line.ND, ""), "SD": (line.SD, unit), "k2": (line.k2, "")}
+    quantities += [Quantity(f"woehler_{key}", x, f"Woehler line: {key}", u, "") for key, (x, u) in line_parts.items()]
     return [*quantities, Quantity("damage", damages, "damage", "", "row")]
 
 
-def _of_classes(plan: Plan, whole: CountedLoad) -> list[Quantity]:
+def _class_quantities(plan: Plan, whole: CountedLoad) -> list[Quantity]:
     """Return the matrix of ranges and means, and the crossings of levels if they are counted."""
     unit, matrix = plan.signal.unit, RangeMeanMatrix.of(whole.cycles, _MATRIX)
     ranges, means = ((e[1:] + e[:-1]) / 2 for e in (matrix.range_edges, matrix.mean_edges))
@@ -112,7 +112,7 @@ def _of_classes(plan: Plan, whole: CountedLoad) -> list[Quantity]:
     ]
 
 
-def _of_damage(plan: Plan, damages: list[float] | None, duration: float) -> list[Quantity]:
+def _damage_quantities(plan: Plan, damages: list[float] | None, duration: float) -> list[Quantity]:
     """Return Miner's sum of the whole and of its first half, and the life of the part in repetitions and in time."""
     damage = damages[0] if damages else None
     quantities = [
@@ -127,7 +127,7 @@ def _time(plan: Plan) -> str:
     return "s" if plan.case is None else plan.case.machine.units.time
 
 
-def _without_bounds(plan: Plan, whole: CountedLoad, damages: list[float] | None) -> str | None:
+def _damage_overflow(plan: Plan, whole: CountedLoad, damages: list[float] | None) -> str | None:
     """Return the reason why the damage is no finite number, None if it is one."""
     if plan.line is None or damages is None or math.isfinite(damages[0]):
         return None
@@ -135,7 +135,7 @@ def _without_bounds(plan: Plan, whole: CountedLoad, damages: list[float] | None)
     return f"the damage is too large for a number: the largest amplitude is {times}; check their units, and the slope k"
 
 
-def _of_signal(plan: Plan, findings: LoadHistory, counted_values: np.ndarray) -> list[Quantity]:
+def _signal_quantities(plan: Plan, findings: LoadHistory, counted_values: np.ndarray) -> list[Quantity]:
     """Return the signal with its least and greatest value in intervals of time; all turning points where they are few."""
     time, values, unit = findings.time, findings.values, plan.signal.unit
     low, high = values, values
@@ -145,8 +145,8 @@ def _of_signal(plan: Plan, findings: LoadHistory, counted_values: np.ndarray) ->
         low, high = np.full(_COURSE, np.inf), np.full(_COURSE, -np.inf)
         np.minimum.at(low, part, values)
         np.maximum.at(high, part, values)
-        filled = np.isfinite(low)
-        time, low, high = ((edges[1:] + edges[:-1])[filled] / 2, low[filled], high[filled])
+        nonempty = np.isfinite(low)
+        time, low, high = ((edges[1:] + edges[:-1])[nonempty] / 2, low[nonempty], high[nonempty])
     least, greatest = (float(f(counted_values)) if len(counted_values) else None for f in (np.min, np.max))
     return [
         Quantity("signal", plan.signal.name, "signal that is counted"),
@@ -185,16 +185,16 @@ def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, convergence
         classes = f"there are more than {MOST_ROWS} different ranges: the spectrum has classes of {width}"
         warnings.append(f"{classes}; the damage is that of the single cycles")
     change, damage = convergence["spectrum"], convergence["damage"]
-    if findings.verdict is not None and max(change, abs(damage or 0.0)) > _CONVERGED:
-        of_damage = "" if damage is None else f", and the damage by {abs(damage):.1%}"
+    if findings.verdict is not None and max(change, abs(damage or 0.0)) > _CONVERGENCE_LIMIT:
+        damage_change = "" if damage is None else f", and the damage by {abs(damage):.1%}"
         warnings.append(
             f"the spectrum is not converged: from half the time to the whole the cumulative counts change by {change:.1%} of "
-            f"all cycles{of_damage}; run longer, or leave out more of the run-up with study.after"
+            f"all cycles{damage_change}; run longer, or leave out more of the run-up with study.after"
         )
     return warnings
 
 
-_MOST = 6
+_MOST_RANGES = 6
 _RESIDUES = {
     "half-cycles": "the residue counts as half cycles",
     "repeat": "the history is repeated, so that all cycles close",
@@ -213,11 +213,11 @@ def report(result: xr.Dataset) -> list[str]:
     lines.append(("counting", f"{s['counting']}; {_RESIDUES[s['residue']]}"))
     if s["cycles"]:
         lines.append(("between", f"{s['min']:.5g} and {s['max']:.5g}{unit}"))
-        shown = sorted(s["spectrum"], key=lambda row: -row["range"])
-        for name, row in zip(["range"] + [""] * _MOST, shown[:_MOST], strict=False):
+        rows = sorted(s["spectrum"], key=lambda row: -row["range"])
+        for name, row in zip(["range"] + [""] * _MOST_RANGES, rows[:_MOST_RANGES], strict=False):
             lines.append((name, f"{row['range']:.5g}{unit}, mean {row['mean']:.5g}: {row['count']:.10g}"))
-        if len(shown) > _MOST:
-            lines.append(("", f"and {len(shown) - _MOST} smaller ones"))
+        if len(rows) > _MOST_RANGES:
+            lines.append(("", f"and {len(rows) - _MOST_RANGES} smaller ones"))
     if s["damage"] is not None:
         lines.append(("damage", f"{s['damage']:.5g}"))
     if s["life"] is not None:
@@ -229,4 +229,4 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(
             ("convergence", f"doubling the first half changes the counts by {c['spectrum']:.2%} of all cycles{damage}")
         )
-    return in_lines(result, result.attrs["sentence"], lines)
+    return report_lines(result, result.attrs["sentence"], lines)

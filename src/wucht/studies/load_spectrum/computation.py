@@ -13,7 +13,7 @@ from wucht.dynamics.run_ups.machine_signals import LoadHistory, MachineSignal, l
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.counting import (
     TurningPoints,
     cycles_of_levels,
@@ -26,12 +26,12 @@ from wucht.fatigue.counting import (
 from wucht.fatigue.damage import WoehlerLine
 from wucht.file_names import printable
 from wucht.files.catalogue import ABOUT
-from wucht.files.documents import Document, contents_of
+from wucht.files.documents import Document, contents_digest
 from wucht.machines.machine import Machine
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import FULL_SCALE, Channel
 from wucht.schema import Unit, read_quantity, refuse_unknown
-from wucht.studies.load_spectrum.spec import LoadSpectrum, Record
+from wucht.studies.load_spectrum.spec import LoadSpectrum, RecordColumn
 from wucht.studies.shared_keys import woehler_line
 from wucht.studies.spec import Value
 from wucht.studies.subjects import MACHINE, Description
@@ -49,23 +49,23 @@ class Records:
 
     def contents(self, name: str) -> str:
         """Return the contents of a record, so that a changed one is another question."""
-        return contents_of(self.folder / name)
+        return contents_digest(self.folder / name)
 
-    def channel(self, record: Record) -> Channel:
+    def channel(self, record: RecordColumn) -> Channel:
         """Return a recorded signal, in SI where its unit is known.
 
         Raises ``InputError`` for a record that cannot be read, and a column that it does not have.
         """
         recording = read_recording(self.folder / record.file)
         if record.column is None and len(recording.names) != 1:
-            known = ", ".join(recording.names)
+            columns = ", ".join(recording.names)
             raise InputError(
-                "study.signal.column", None, f"this key is missing; the record has the columns {known}", code="missing"
+                "study.signal.column", None, f"this key is missing; the record has the columns {columns}", code="missing"
             )
-        return _in_si(recording.channel(record.column or recording.names[0]).corrected(record.unit, record.scale))
+        return _to_si(recording.channel(record.column or recording.names[0]).correct(record.unit, record.scale))
 
 
-class OfMachineOrRecords:
+class MachineOrRecords:
     """The machine of the table ``[machine]``; without one, the records that lie where the study file does."""
 
     def read(
@@ -77,8 +77,8 @@ class OfMachineOrRecords:
         if "system" in document:
             raise InputError("system", None, "this study needs a machine or a record")
         refuse_unknown(document, ABOUT, "")
-        for key, given in settings.items():
-            raise InputError(key, given, "there is no table [machine] with this key")
+        for key, value in settings.items():
+            raise InputError(key, value, "there is no table [machine] with this key")
         return Records(path.parent, str(document.get("title", printable(path.stem)))), {}
 
     def describe(self, subject: Any) -> Description:
@@ -90,19 +90,19 @@ class OfMachineOrRecords:
         return Description(subject.title, False, {"title": subject.title})
 
 
-def _in_si(channel: Channel) -> Channel:
+def _to_si(channel: Channel) -> Channel:
     """Convert a channel to SI; it stays as it is without a unit, in shares of full scale, or in an unknown unit."""
     if channel.unit in ("", FULL_SCALE):
         return channel
     for si in _SI:
         try:
-            return channel.in_si(Unit(si, "load"))
+            return channel.to_si(Unit(si, "load"))
         except InputError:
             continue
     return channel
 
 
-MACHINE_OR_RECORDS = OfMachineOrRecords()
+MACHINE_OR_RECORDS = MachineOrRecords()
 
 
 _FEWEST_SAMPLES_A_CYCLE = 10.0
@@ -138,20 +138,20 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
         signal = machine_signal(case.machine, str(spec.signal), spec.direction)
     else:
         if spec.record is None:
-            why = "a table [machine] is required, or a record: signal = { file = FILE, column = NAME }"
-            raise InputError("study.signal", spec.signal, why)
+            reason = "a table [machine] is required, or a record: signal = { file = FILE, column = NAME }"
+            raise InputError("study.signal", spec.signal, reason)
         signal = subject.channel(spec.record)
         last = float(signal.time[-1])
         if spec.after is not None and spec.after >= last:
             raise InputError("study.after", spec.after, f"must be less than the time at which the record ends, {last:g} s")
-        warnings = _of_samples(signal.values)
+        warnings = _sampling_warnings(signal.values)
     unit = signal.unit
-    width = _in_unit(spec.class_width, unit, "width of the classes", "class_width")
+    width = _read_in_unit(spec.class_width, unit, "width of the classes", "class_width")
     if width is not None and width <= 0:
         raise InputError("study.class_width", spec.class_width, "must be a width greater than 0")
     if isinstance(signal, Channel):  # the span of a machine's signal is known only after its run
         check_width(signal.values, width)
-    reference = _in_unit(spec.reference, unit, "reference", "reference")
+    reference = _read_in_unit(spec.reference, unit, "reference", "reference")
     line = None if spec.woehler is None else woehler_line(spec.woehler, unit, "study.woehler")
     return Plan(spec, signal, case, reference, width, line, warnings)
 
@@ -168,24 +168,24 @@ def check_width(values: np.ndarray, width: float | None) -> None:
     """Refuse classes so narrow that they would be too many for values (m,). Raises ``InputError``."""
     span = float(np.ptp(values)) if len(values) else 0.0
     if width is not None and span > _MOST_CLASSES * width:
-        allowed = f"must be at least {span / _MOST_CLASSES:.3g}: the signal spans {span:.4g}"
-        raise InputError("study.class_width", width, f"{allowed}, in {_MOST_CLASSES} classes at most")
+        requirement = f"must be at least {span / _MOST_CLASSES:.3g}: the signal spans {span:.4g}"
+        raise InputError("study.class_width", width, f"{requirement}, in {_MOST_CLASSES} classes at most")
 
 
-def _in_unit(given: Value | None, unit: str, what: str, key: str) -> float | None:
+def _read_in_unit(value: Value | None, unit: str, quantity: str, key: str) -> float | None:
     """Read a quantity in the unit of the signal; in a unit outside SI, a number. Raises ``InputError``."""
-    return None if given is None else read_quantity(Unit(unit, what), given, f"study.{key}")
+    return None if value is None else read_quantity(Unit(unit, quantity), value, f"study.{key}")
 
 
-def _of_samples(values: np.ndarray) -> tuple[str, ...]:
+def _sampling_warnings(values: np.ndarray) -> tuple[str, ...]:
     """Return a warning where extremes fall between the samples of a record."""
     steps = np.diff(values)
     turns = int(np.count_nonzero(np.diff(np.sign(steps[steps != 0])))) if len(values) > 2 else 0
-    spaced = 2 * len(values) / turns if turns else np.inf
-    if spaced >= _FEWEST_SAMPLES_A_CYCLE or len(values) < 2 * _FEWEST_SAMPLES_A_CYCLE:
+    samples_per_cycle = 2 * len(values) / turns if turns else np.inf
+    if samples_per_cycle >= _FEWEST_SAMPLES_A_CYCLE or len(values) < 2 * _FEWEST_SAMPLES_A_CYCLE:
         return ()
     return (
-        f"the record has {spaced:.1f} samples a cycle: extremes between them are not counted, and noise is; "
+        f"the record has {samples_per_cycle:.1f} samples a cycle: extremes between them are not counted, and noise is; "
         f"{_FEWEST_SAMPLES_A_CYCLE:g} samples a cycle miss up to 5 % of an amplitude. For a list of turning points this does "
         "not matter.",
     )
@@ -194,7 +194,7 @@ def _of_samples(values: np.ndarray) -> tuple[str, ...]:
 def run(plan: Plan, work: Work) -> Iterator[LoadHistory]:
     """Yield the findings after each leg."""
     if isinstance(plan.signal, Channel):
-        time, values = TurningPoints().after(plan.signal.time, plan.signal.values).closed()
+        time, values = TurningPoints().update(plan.signal.time, plan.signal.values).points_to_end()
         yield LoadHistory(time, values, float(plan.signal.time[-1]))
     elif plan.case is not None:
         yield from load_histories(plan.case, plan.signal, work)
@@ -208,40 +208,40 @@ class CountedLoad:
     of the rows, None where each range has one. levels, crossings (k,): of level crossings.
     """
 
-    cycles: Cycles
-    rows: Cycles
+    cycles: LoadCycles
+    rows: LoadCycles
     row: np.ndarray
     class_width: float | None
     levels: np.ndarray = field(default_factory=lambda: np.empty(0))
     crossings: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
-def counted(plan: Plan, values: np.ndarray, levels: np.ndarray | None = None) -> CountedLoad:
+def count_load(plan: Plan, values: np.ndarray, levels: np.ndarray | None = None) -> CountedLoad:
     """Count the load of turning points (m,). levels (k,): those of a longer signal, so that both can be compared."""
     method, residue = plan.spec.counting, plan.spec.residue
     if method in ("rainflow", "range-pair"):
         count = rainflow if method == "rainflow" else range_pairs
-        return _in_rows(count(values, residue), plan.class_width)
-    closed = residue == "repeat"
+        return _load_in_rows(count(values, residue), plan.class_width)
+    is_closed = residue == "repeat"
     if method == "peaks":
-        peaks, valleys = peaks_and_valleys(values, plan.reference, closed)
+        peaks, valleys = peaks_and_valleys(values, plan.reference, is_closed)
         middle = plan.reference if plan.reference is not None else float(values.mean()) if len(values) else 0.0
-        return _in_rows(cycles_of_peaks(peaks, valleys, middle), plan.class_width)
+        return _load_in_rows(cycles_of_peaks(peaks, valleys, middle), plan.class_width)
     if not np.ptp(values if len(values) else np.zeros(1)):
-        return _in_rows(Cycles.none(), plan.class_width)
-    history = np.append(values, values[0]) if closed else values
+        return _load_in_rows(LoadCycles.empty(), plan.class_width)
+    history = np.append(values, values[0]) if is_closed else values
     levels = _levels(values, plan.class_width, plan.reference) if levels is None else levels
     crossings = level_crossings(history, levels, plan.reference)
     cycles = cycles_of_levels(levels, crossings)
-    rows, row = cycles.by_range()
+    rows, row = cycles.group_by_range()
     return CountedLoad(cycles, rows, row, float(levels[1] - levels[0]) if len(levels) > 1 else None, levels, crossings)
 
 
-def _in_rows(cycles: Cycles, width: float | None) -> CountedLoad:
-    rows, row = cycles.by_range(width)
+def _load_in_rows(cycles: LoadCycles, width: float | None) -> CountedLoad:
+    rows, row = cycles.group_by_range(width)
     if width is None and len(rows.ranges) > MOST_ROWS:
         width = cycles.largest / _CLASSES
-        rows, row = cycles.by_range(width)
+        rows, row = cycles.group_by_range(width)
     return CountedLoad(cycles, rows, row, width)
 
 

@@ -41,8 +41,8 @@ def _cumulative(axis: Axes, result: xr.Dataset) -> None:
     amplitudes = scale * result["range"].values[::-1] / 2
     # Steps: the number of cycles of at least this amplitude. They begin at the smallest possible number.
     least = min(0.5, float(result["cumulative"][-1]) / 2)
-    for k, (name, of) in enumerate({"counted": "cumulative", "twice the first half": "half_cumulative"}.items()):
-        counts = np.maximum(np.append(least, result[of].values[::-1]), least)
+    for k, (name, variable) in enumerate({"counted": "cumulative", "twice the first half": "half_cumulative"}.items()):
+        counts = np.maximum(np.append(least, result[variable].values[::-1]), least)
         axis.step(counts, np.append(amplitudes, amplitudes[-1]), where="pre", label=name, **line_style(k))
     axis.set_xscale("log")
     plain_decades(axis.xaxis, alone=True)
@@ -57,8 +57,8 @@ def _woehler(axis: Axes, result: xr.Dataset, scale: float, largest: float) -> No
     amplitudes = np.linspace(0.0, 1.25 * max(largest, scale * sd), 400)[1:] / (scale * sd)
     with np.errstate(over="ignore"):
         lives = nd * np.where(amplitudes >= 1, amplitudes**-k, np.inf if np.isinf(k2) else amplitudes**-k2)
-    shown = lives < _KNEE * max(nd, float(result["cumulative"].max()))
-    axis.plot(lives[shown], scale * sd * amplitudes[shown], color=GREY, linestyle=":", label="Wöhler line")
+    visible = lives < _KNEE * max(nd, float(result["cumulative"].max()))
+    axis.plot(lives[visible], scale * sd * amplitudes[visible], color=GREY, linestyle=":", label="Wöhler line")
 
 
 def _matrix(axis: Axes, result: xr.Dataset) -> None:

@@ -9,8 +9,8 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.fatigue.counting import Residue
-from wucht.schema import Described, checked, si
-from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_at
+from wucht.schema import TableModel, si, validate_model
+from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Value
 
@@ -20,7 +20,7 @@ _SIGNALS = (
 )
 
 
-class Record(Described):
+class RecordColumn(TableModel):
     """A record of a load."""
 
     file: str = Field(min_length=1, description="file of the record")
@@ -33,12 +33,12 @@ class Record(Described):
     scale: float | None = si("", "factor for the column's numbers", default=None)
 
 
-def _signal(given: Any) -> Any:
-    if isinstance(given, Mapping):
-        return checked(Record, given, "study.signal")
-    if not isinstance(given, Record) and given not in get_args(MachineSignalName):
+def _signal(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return validate_model(RecordColumn, value, "study.signal")
+    if not isinstance(value, RecordColumn) and value not in get_args(MachineSignalName):
         raise ValueError(f"must be {_SIGNALS}")
-    return given
+    return value
 
 
 class LoadSpectrum(SingleRun):
@@ -49,7 +49,7 @@ class LoadSpectrum(SingleRun):
     meaning: ClassVar[tuple[str, ...]] = (*SingleRun.meaning, "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cumulative", "range"),)
 
-    signal: Annotated[MachineSignalName | Record, BeforeValidator(_signal)] = Field(
+    signal: Annotated[MachineSignalName | RecordColumn, BeforeValidator(_signal)] = Field(
         "displacement",
         title="signal",
         description='`"displacement"` of the carrier, `"spring-force"`, `"bearing-force"` (of the bodies on it) or '
@@ -74,14 +74,14 @@ class LoadSpectrum(SingleRun):
     class_width: Value | None = Field(None, title="width of the classes", description=(
         "width of the classes of range and level; by default there are no classes as long as the different ranges are few"
     ))  # fmt: skip
-    woehler: Annotated[Woehler | None, woehler_at("study.woehler")] = Field(
+    woehler: Annotated[Woehler | None, woehler_validator("study.woehler")] = Field(
         None, description="Woehler line for the damage, a table"
     )
 
     @property
-    def record(self) -> Record | None:
+    def record(self) -> RecordColumn | None:
         """Return the record, None for a machine's run-up."""
-        return self.signal if isinstance(self.signal, Record) else None
+        return self.signal if isinstance(self.signal, RecordColumn) else None
 
     def check(self) -> None:
         """Check that keys of a run-up come only with one, and other keys only where they apply."""
@@ -101,9 +101,9 @@ class LoadSpectrum(SingleRun):
             self.woehler.check("study.woehler")
         super().check()
 
-    def asked_of(self, subject: Any) -> dict[str, Any]:
+    def table_for(self, subject: Any) -> dict[str, Any]:
         """See ``Spec``: a changed record is another question."""
-        asked = self.asked()
+        question = self.to_table()
         if self.record is not None:
-            asked["signal"]["contents"] = subject.contents(self.record.file)
-        return asked
+            question["signal"]["contents"] = subject.contents(self.record.file)
+        return question

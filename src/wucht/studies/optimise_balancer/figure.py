@@ -13,7 +13,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
+from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import bodies_in_words, with_unit
 
@@ -22,8 +22,8 @@ _NAMES = {
     "settling-time": "median settling time", "residual": "residual unbalance", "peak": "peak amplitude",
     "capture-probability": "capture probability",
 }  # fmt: skip
-_PRINTED = {"kg m": (1e6, "g mm"), "m": (1e3, "mm"), "": (100.0, "%")}
-_OWN: dict[str, Any] = {
+_PRINTED_UNITS = {"kg m": (1e6, "g mm"), "m": (1e3, "mm"), "": (100.0, "%")}
+_BASELINE_STYLE: dict[str, Any] = {
     "marker": "X",
     "linestyle": "",
     "color": COLOURS[1],
@@ -33,71 +33,73 @@ _OWN: dict[str, Any] = {
 }
 _CAPTURE = "capture-probability"
 _SMALL = 0.01  # below, labels are powers of ten
-_DECAYED = math.log(100)  # a deviation has decayed to 1 %
+_DECAY = math.log(100)  # a deviation has decayed to 1 %
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw, from the Dataset alone, a panel for each pair of objectives that vary, and the damping curve."""
     s = result.wucht.summary
     objectives = [str(o) for o in result.objective.values]
-    shown = [o for o in s["objectives"] if _differs(result, objectives.index(o))] or s["objectives"][:1]
-    pairs = list(combinations(shown, 2)) or [(shown[0], shown[0])]
+    varying_objectives = [o for o in s["objectives"] if _differs(result, objectives.index(o))] or s["objectives"][:1]
+    pairs = list(combinations(varying_objectives, 2)) or [(varying_objectives[0], varying_objectives[0])]
     curve = "damping" in result.coords
     count = len(pairs) + curve
-    drawn, axes = new_grid(count, result.attrs["title"], s["sentence"], columns=min(2, count))
+    fig, axes = new_grid(count, result.attrs["title"], s["sentence"], columns=min(2, count))
     for axis, (x, y) in zip(axes, pairs, strict=False):
         _plane(axis, result, s, objectives, x, y)
     if curve:
         _damping(axes[-1], result, s)
-    legend_below(drawn, named_in(axes[:1]))
-    return drawn
+    legend_below(fig, labelled_handles(axes[:1]))
+    return fig
 
 
 def _differs(result: xr.Dataset, k: int) -> bool:
     """True if an objective varies over the drawn points."""
-    own = result.own_objective.values[k : k + 1], result.own_checked.values[k : k + 1]
-    values = np.concatenate([result.front_objective.values[:, k], result.front_checked.values[:, k], *own])
+    baseline = result.own_objective.values[k : k + 1], result.own_checked.values[k : k + 1]
+    values = np.concatenate([result.front_objective.values[:, k], result.front_checked.values[:, k], *baseline])
     values = values[np.isfinite(values)]
     return len(values) > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
 
 def _scale(s: dict[str, Any], objective: str) -> tuple[float, str]:
     unit = s["units"][objective]
-    return _PRINTED.get(unit, (1.0, unit))
+    return _PRINTED_UNITS.get(unit, (1.0, unit))
 
 
 def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[str], x: str, y: str) -> None:
     i, j = objectives.index(x), objectives.index(y)
     (a, x_unit), (b, y_unit) = _scale(s, x), _scale(s, y)
-    tried = result.tried_objective.values
-    axis.plot(a * tried[:, i], b * tried[:, j], ".", color="#BBBBBB", markersize=3, label="candidates", zorder=1)
-    front, checked = result.front_objective.values, result.front_checked.values
-    for one, full in zip(front, checked, strict=True):
+    candidates = result.tried_objective.values
+    axis.plot(a * candidates[:, i], b * candidates[:, j], ".", color="#BBBBBB", markersize=3, label="candidates", zorder=1)
+    front, check_values = result.front_objective.values, result.front_checked.values
+    for one, full in zip(front, check_values, strict=True):
         axis.plot(a * np.array([one[i], full[i]]), b * np.array([one[j], full[j]]), color=GREY, linewidth=0.5, zorder=2)
     counts = result.front_bodies.values
     for k, count in enumerate(s["numbers_of_bodies"]):
         if not (mine := counts == count).any():
             continue
         look: dict[str, Any] = {"marker": _MARKS[k % len(_MARKS)], "linestyle": "", "color": COLOURS[k % len(COLOURS)]}
-        word, searched = f"front, {bodies_in_words(count)}", look | {"fillstyle": "none", "markersize": 5}
-        axis.plot(a * front[mine, i], b * front[mine, j], label=f"{word}: by the search", **searched)
-        axis.plot(a * checked[mine, i], b * checked[mine, j], label=f"{word}: checked", markersize=4, zorder=3, **look)
-    known = np.isfinite(result.own_checked.values[[i, j]]).all()
-    own = result.own_checked.values if known else result.own_objective.values
-    axis.plot(a * own[i], b * own[j], label="machine as it is", **_OWN)
-    of_own = s["as_it_is"]["checked_undecided" if known else "undecided"]
-    undecided = np.r_[result.front_undecided.values, result.front_checked_undecided.values, of_own]
-    shown = np.concatenate([front, checked, own[None]])[:, [i, j]] * [a, b]
-    less = shown - undecided[:, None] * [a * (x == _CAPTURE), b * (y == _CAPTURE)]  # by runs without a verdict
-    for most, least in zip(shown, less, strict=True):
+        word, search_style = f"front, {bodies_in_words(count)}", look | {"fillstyle": "none", "markersize": 5}
+        axis.plot(a * front[mine, i], b * front[mine, j], label=f"{word}: by the search", **search_style)
+        axis.plot(
+            a * check_values[mine, i], b * check_values[mine, j], label=f"{word}: checked", markersize=4, zorder=3, **look
+        )
+    is_checked = np.isfinite(result.own_checked.values[[i, j]]).all()
+    baseline = result.own_checked.values if is_checked else result.own_objective.values
+    axis.plot(a * baseline[i], b * baseline[j], label="machine as it is", **_BASELINE_STYLE)
+    baseline_undecided = s["as_it_is"]["checked_undecided" if is_checked else "undecided"]
+    undecided_shares = np.r_[result.front_undecided.values, result.front_checked_undecided.values, baseline_undecided]
+    points = np.concatenate([front, check_values, baseline[None]])[:, [i, j]] * [a, b]
+    less = points - undecided_shares[:, None] * [a * (x == _CAPTURE), b * (y == _CAPTURE)]  # by runs without a verdict
+    for most, least in zip(points, less, strict=True):
         axis.plot(*zip(least, most, strict=True), color=COLOURS[1], linewidth=1.5, zorder=2)
-    axis.set(xlim=_limits(shown[:, 0], less[:, 0]), ylim=_limits(shown[:, 1], less[:, 1]))
+    axis.set(xlim=_limits(points[:, 0], less[:, 0]), ylim=_limits(points[:, 1], less[:, 1]))
     axis.set(xlabel=with_unit(_NAMES[x], x_unit), ylabel=with_unit(_NAMES[y], y_unit))
 
 
-def _limits(*shown: np.ndarray) -> tuple[float | None, float | None]:
+def _limits(*points: np.ndarray) -> tuple[float | None, float | None]:
     """Return limits around the points of interest: distant candidates would leave no room for the front."""
-    values = np.concatenate(shown)
+    values = np.concatenate(points)
     if not np.isfinite(values).any():
         return None, None
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
@@ -115,7 +117,7 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
         look: dict[str, Any] = {"color": COLOURS[0], "fillstyle": "none", "markersize": 3, "linestyle": ""}
         axis.plot(damping[~all_end], settling[~all_end], "o", **look, label="more runs captured")
     with np.errstate(divide="ignore"):
-        linear = np.where(rate > 0, _DECAYED / rate, np.nan)
+        linear = np.where(rate > 0, _DECAY / rate, np.nan)
     axis.plot(damping, linear, "--", color="black", linewidth=0.9, label="linearised, to 1 %")
     values = np.r_[result.settling_time.values, linear]
     values = values[np.isfinite(values) & (values > 0)]

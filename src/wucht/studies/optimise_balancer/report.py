@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.formatting import bodies_in_words, formats, in_lines, percent
+from wucht.results.formatting import bodies_in_words, formats, percent, report_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,41 +20,41 @@ _WORDS = {
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a search."""
     s = result.wucht.summary
-    own = s["as_it_is"]
+    baseline = s["as_it_is"]
     ends = " to ".join(dict.fromkeys(f"{u:.4g}" for u in s["unbalance"]))
     runs = f"{s['samples']} runs each from random phases, unbalance {ends} {s['units']['residual']}"
     lines = [
         ("searched", f"{s['candidates']} candidates, {runs}; {_equations(s)}"),
-        ("as it is", f"{_design(own, s)}: {_worth(own, s, result)}"),
+        ("as it is", f"{_design(baseline, s)}: {_worth(baseline, s, result)}"),
     ]
-    told: set[int] = set()
+    reported_points: set[int] = set()
     for objective in s["objectives"]:
         best = _best(s, objective)
-        if best is not None and best not in told:
-            told.add(best)
+        if best is not None and best not in reported_points:
+            reported_points.add(best)
             point = s["front"][best]
-            worth = f"{_worth(point, s, result)}{_gain(point, own, s)}"
+            worth = f"{_worth(point, s, result)}{_gain(point, baseline, s)}"
             lines.append((_WORDS[objective], f"{_design(point, s)}: {worth}"))
     if s["damping"] is not None and s["damping"]["optimum"] is not None:
         lines.append(("damping", _damping(s["damping"])))
     lines.append(("integrated", s["integration"]))
-    return in_lines(result, s["sentence"], lines)
+    return report_lines(result, s["sentence"], lines)
 
 
 def _damping(d: dict[str, Any]) -> str:
     least, greatest = d["range"]
-    where = f"{d['optimum']:.3g} {d['unit']} settles fastest from random phases"
-    where += "" if d["as_many"] else ", of those with the fewest captured runs"
+    text = f"{d['optimum']:.3g} {d['unit']} settles fastest from random phases"
+    text += "" if d["as_many"] else ", of those with the fewest captured runs"
     if d["optimum"] in (least, greatest):
-        where += f", the {'lowest' if d['optimum'] == least else 'highest'} of the curve"
-    return where if d["of_rates"] is None else f"{where}; small deviations decay fastest with {d['of_rates']:.3g} {d['unit']}"
+        text += f", the {'lowest' if d['optimum'] == least else 'highest'} of the curve"
+    return text if d["of_rates"] is None else f"{text}; small deviations decay fastest with {d['of_rates']:.3g} {d['unit']}"
 
 
 def _equations(s: dict[str, Any]) -> str:
     return "evaluated with the averaged equations" if s["model"] == "slow" else "evaluated with the full equations"
 
 
-def _known(point: dict[str, Any]) -> dict[str, Any]:
+def _final_objectives(point: dict[str, Any]) -> dict[str, Any]:
     """Return the objectives by the full equations where they are checked, else by the search."""
     numbers: dict[str, Any] = point["checked"] or point["objectives"]
     return numbers
@@ -62,11 +62,11 @@ def _known(point: dict[str, Any]) -> dict[str, Any]:
 
 def _best(s: dict[str, Any], objective: str) -> int | None:
     """Return the index of the point that is best in an objective, of those that hold."""
-    places = [k for k, p in enumerate(s["front"]) if p["holds"] is not False and _known(p)[objective] is not None]
+    places = [k for k, p in enumerate(s["front"]) if p["holds"] is not False and _final_objectives(p)[objective] is not None]
 
     def order(k: int) -> tuple[float, float]:  # of equally good points, that with the lower capture probability
-        known = _known(s["front"][k])
-        return known[objective], known["capture-probability"] or 0.0
+        objectives = _final_objectives(s["front"][k])
+        return objectives[objective], objectives["capture-probability"] or 0.0
 
     return min(places, key=order, default=None)
 
@@ -78,27 +78,27 @@ def _design(point: dict[str, Any], s: dict[str, Any]) -> str:
 
 
 def _worth(point: dict[str, Any], s: dict[str, Any], result: xr.Dataset) -> str:
-    length, numbers = formats(result)[1], _known(point)
-    open_ = point["checked_undecided"] if point["checked"] else point["undecided"]
-    least = "at least " if open_ else ""
-    shown = {
+    length, numbers = formats(result)[1], _final_objectives(point)
+    undecided_share = point["checked_undecided"] if point["checked"] else point["undecided"]
+    least = "at least " if undecided_share else ""
+    phrases = {
         "settling-time": lambda x: f"median settling time {least}{x:.3g} {s['units']['settling-time']}",
         "residual": lambda x: f"{x:.3g} {s['units']['residual']} residual unbalance",
         "peak": lambda x: f"peak {length(x)}",
-        "capture-probability": lambda x: f"{_captured(x, open_)} captured",
+        "capture-probability": lambda x: f"{_capture_text(x, undecided_share)} captured",
     }
-    return ", ".join(shown[o](numbers[o]) for o in s["objectives"] if numbers[o] is not None) or "no objective is known"
+    return ", ".join(phrases[o](numbers[o]) for o in s["objectives"] if numbers[o] is not None) or "no objective is known"
 
 
-def _captured(most: float, undecided: float) -> str:
-    if not undecided:
+def _capture_text(most: float, undecided_share: float) -> str:
+    if not undecided_share:
         return percent(most)
-    return f"{percent(max(most - undecided, 0.0))} to {percent(most)} (the rest without a verdict)"
+    return f"{percent(max(most - undecided_share, 0.0))} to {percent(most)} (the rest without a verdict)"
 
 
-def _gain(point: dict[str, Any], own: dict[str, Any], s: dict[str, Any]) -> str:
+def _gain(point: dict[str, Any], baseline: dict[str, Any], s: dict[str, Any]) -> str:
     """Return the relative changes from the machine as it is."""
-    ours, before, words = _known(point), own["checked"] or own["objectives"], []
+    ours, before, words = _final_objectives(point), baseline["checked"] or baseline["objectives"], []
     for o, noun in (("settling-time", "time"), ("residual", "residual unbalance"), ("peak", "peak")):
         if o in s["objectives"] and ours[o] is not None and before[o]:
             change = ours[o] / before[o] - 1

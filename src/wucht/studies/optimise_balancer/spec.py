@@ -21,26 +21,26 @@ _MOST_RUNS = 10_000_000
 _LIMITS = {"samples": (2, 4096), "evaluations": (4, 1_000_000), "population": (4, 1000), "points": (1, 100), "seed": (0, 2**31)}
 
 
-def _objectives(given: Any) -> Any:
-    if not isinstance(given, list | tuple) or not given:
+def _objectives(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or not value:
         raise ValueError(f"must be a list of some of {', '.join(OBJECTIVES)}")
-    for i, one in enumerate(given):
+    for i, one in enumerate(value):
         if one not in OBJECTIVES:
             raise InputError(f"study.objectives[{i}]", one, f"unknown objective; {nearest(str(one), OBJECTIVES)}")
-        if one in given[:i]:
+        if one in value[:i]:
             raise InputError(f"study.objectives[{i}]", one, "is listed twice")
-    return tuple(o for o in OBJECTIVES if o in given)
+    return tuple(o for o in OBJECTIVES if o in value)
 
 
-def _bodies(given: Any) -> Any:
-    whole = isinstance(given, list | tuple) and all(isinstance(n, int) and not isinstance(n, bool) for n in given)
-    if not whole or not given or min(given) < 1 or max(given) > _MOST_BODIES or len(set(given)) < len(given):
+def _bodies(value: Any) -> Any:
+    whole = isinstance(value, list | tuple) and all(isinstance(n, int) and not isinstance(n, bool) for n in value)
+    if not whole or not value or min(value) < 1 or max(value) > _MOST_BODIES or len(set(value)) < len(value):
         raise ValueError(f"must be a list of different numbers of bodies, from 1 to {_MOST_BODIES}")
-    return tuple(sorted(given))
+    return tuple(sorted(value))
 
 
 Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Field(title="what is to be small")]
-Bodies = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(title="numbers of bodies to try")]
+BodyCounts = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(title="numbers of bodies to try")]
 
 
 class OptimiseBalancer(EnsembleSpec):
@@ -70,7 +70,7 @@ class OptimiseBalancer(EnsembleSpec):
         "them). By default all, but `peak` for a rotor whose speed is held from the beginning. Without the last one, none may "
         "be captured more often than the machine as it is"
     ))  # fmt: skip
-    bodies: Bodies | None = Field(None, description="numbers of bodies to try, each like the first one of the machine")
+    bodies: BodyCounts | None = Field(None, description="numbers of bodies to try, each like the first one of the machine")
     unbalance: common.Interval | None = si("kg m", "unbalance", default=None, help=(
         "unbalance of the rotor, [low, high]: the runs of a candidate are spread evenly over it, both ends included; by "
         "default that of the machine"
@@ -95,8 +95,8 @@ class OptimiseBalancer(EnsembleSpec):
                 raise InputError(f"study.{key}", getattr(self, key), f"must be a whole number from {low} to {high}")
         least = self.population * len(self.bodies or (0,))
         if self.evaluations < least:
-            why = "a population for each number of bodies" if self.bodies else "one population"
-            raise InputError("study.evaluations", self.evaluations, f"must be at least {least}: {why}")
+            reason = "a population for each number of bodies" if self.bodies else "one population"
+            raise InputError("study.evaluations", self.evaluations, f"must be at least {least}: {reason}")
         if self.evaluations * self.samples > _MOST_RUNS:
             raise InputError(
                 "study.evaluations", self.evaluations, f"must be at most {_MOST_RUNS // self.samples} with these samples"
@@ -106,5 +106,5 @@ class OptimiseBalancer(EnsembleSpec):
 
     def equations(self) -> str:
         """See ``Spec``."""
-        searched = common.FULL if self.model == "full" else common.AVERAGED
-        return f"{searched} for the search, {common.FULL} for the front"
+        search_equations = common.FULL_EQUATIONS if self.model == "full" else common.AVERAGED_EQUATIONS
+        return f"{search_equations} for the search, {common.FULL_EQUATIONS} for the front"

@@ -8,12 +8,12 @@ import numpy as np
 
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings, ReportedOrbit
-from wucht.numerics.periodic.branch_ends import CLOSED, BranchEnd
+from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, BranchEnd
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.orbit_branch.computation import Plan
-from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady
-from wucht.studies.shared_keys import with_values
+from wucht.studies.orbit_branch.orbit_tables import end_quantities, orbit_quantities, reported_quantities, steady_quantities
+from wucht.studies.shared_keys import entry_with_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,20 +29,22 @@ _ENDS = {
 
 def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
     """Return the Dataset of a branch of orbits."""
-    ends = [(k, end) for k, branch in enumerate(findings.branches) for end in ends_of(branch)]
+    ends = [(k, end) for k, branch in enumerate(findings.branches) for end in branch_ends(branch)]
     quantities = [
-        *of_orbits(plan, findings.branches), *of_reported(plan, findings), *of_ends(plan, ends), *of_steady(plan, findings),
+        *orbit_quantities(plan, findings.branches), *reported_quantities(plan, findings), *end_quantities(plan, ends),
+        *steady_quantities(plan, findings),
         Quantity("law", ["saddle-node", "connection"], "law of the period", "", "law"),
-        *_of_question(plan), *_of_tables(plan, findings, ends),
+        *_question_quantities(plan), *_table_quantities(plan, findings, ends),
     ]  # fmt: skip
     return answer(
         quantities, _sentence(plan, findings, ends), _warnings(plan, findings),
-        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words,
-        low=plan.problem.bounds[0], high=plan.problem.bounds[1], shown=plan.problem.words.shown, rotor=int(plan.problem.rotor),
+        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.full_name,
+        low=plan.problem.bounds[0], high=plan.problem.bounds[1], shown=plan.problem.labels.ordinate,
+        rotor=int(plan.problem.shows_rotor_speed),
     )  # fmt: skip
 
 
-def ends_of(branch: PeriodicBranch) -> list[BranchEnd]:
+def branch_ends(branch: PeriodicBranch) -> list[BranchEnd]:
     """Return the ends of a branch, that at its first orbit before that at its last."""
     return [part.end for part in branch.parts]
 
@@ -51,11 +53,11 @@ def _pairs(values: np.ndarray) -> list[list[float]]:
     return [[float(v.real), float(v.imag)] for v in values]
 
 
-def _orbit(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
-    by_phi = one.period / one.period_phi if plan.problem.rotor else None
-    return with_values({
+def _orbit_entry(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
+    by_phi = one.period / one.period_phi if plan.problem.shows_rotor_speed else None
+    return entry_with_values({
         "kind": one.kind or None, "branch": branch,
-        "period": one.period, "period_phi": one.period_phi if plan.problem.rotor else None,
+        "period": one.period, "period_phi": one.period_phi if plan.problem.shows_rotor_speed else None,
         "min_speed": one.low, "max_speed": one.high, "min_amplitude": one.least, "max_amplitude": one.largest,
         "exponents": _pairs(one.exponents),
         "exponents_phi": None if by_phi is None else _pairs(one.exponents * by_phi),
@@ -63,10 +65,10 @@ def _orbit(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
     }, [plan.along.path], [one.value])  # fmt: skip
 
 
-def _end(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
+def _end_entry(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
     node, connection = end.saddle_node, end.connection
     names = plan.problem.system.state_names
-    return with_values({
+    return entry_with_values({
         "kind": end.kind, "branch": branch, "error": end.error, "period": end.period,
         "sentence": end.sentence,
         "state": dict(zip(names, end.equilibrium.tolist(), strict=True)) if len(end.equilibrium) else None,
@@ -81,35 +83,41 @@ def _end(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
     }, [plan.along.path], [end.parameter])  # fmt: skip
 
 
-def _special(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
-    listed = []
+def _special_entries(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
+    entries = []
     for k, branch in enumerate(findings.branches):
-        values, periods = branch.joined("values"), branch.joined("periods")
-        mean, low, high = (branch.joined(name) for name in ("mean", "low", "high"))
+        values, periods = branch.whole_array("values"), branch.whole_array("periods")
+        mean, low, high = (branch.whole_array(name) for name in ("mean", "low", "high"))
         for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
-            phi = float(periods[i] * abs(mean[i])) if plan.problem.rotor else None
-            listed.append(with_values({
+            phi = float(periods[i] * abs(mean[i])) if plan.problem.shows_rotor_speed else None
+            entries.append(entry_with_values({
                 "kind": branch.kinds[i], "branch": k, "period": float(periods[i]),
                 "period_phi": phi, "min_speed": float(low[i]), "max_speed": float(high[i]),
-                **({} if (of := branch.hidden[i]) is None else {"hidden": of.kind, "between": list(of.between)}),
+                **({} if (hidden := branch.hidden_points[i]) is None else {"hidden": hidden.kind,
+                "between": list(hidden.interval)}),
             }, [plan.along.path], [float(values[i])], ["hidden", "between"]))  # fmt: skip
-    return listed
+    return entries
 
 
-def _branches(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
-    listed = []
+def _branch_entries(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
+    entries = []
     for branch in findings.branches:
-        values, kinds = branch.joined("values"), np.array([bool(kind) for kind in branch.kinds])
-        stretches = _stretches(branch.joined("stable") & ~kinds, kinds)
+        values, kinds = branch.whole_array("values"), np.array([bool(kind) for kind in branch.kinds])
+        stretches = _stretches(branch.whole_array("stable") & ~kinds, kinds)
         limits = [_limits(branch, values, i, j) for i, j in stretches]
-        if len(limits) > 1 and branch.onward.end.kind == CLOSED and stretches[0][0] == 0 and stretches[-1][1] == len(values):
-            one, other = limits[0], limits.pop()  # one stretch, on either side of the first orbit
-            limits[0] = [min(one[0], other[0]), max(one[1], other[1])]
-        listed.append({
-            "begun": branch.seed.begun, "range": [float(values.min()), float(values.max())],
+        if (
+            len(limits) > 1
+            and branch.onward.end.kind == CLOSED_BRANCH
+            and stretches[0][0] == 0
+            and stretches[-1][1] == len(values)
+        ):
+            first, last = limits[0], limits.pop()  # one stretch, on either side of the first orbit
+            limits[0] = [min(first[0], last[0]), max(first[1], last[1])]
+        entries.append({
+            "begun": branch.seed.origin, "range": [float(values.min()), float(values.max())],
             "winding": plan.problem.turns(branch.seed.winding), "stable": limits,
         })  # fmt: skip
-    return listed
+    return entries
 
 
 def _limits(branch: PeriodicBranch, values: np.ndarray, begin: int, end: int) -> list[float]:
@@ -129,85 +137,91 @@ def _stretches(stable: np.ndarray, special: np.ndarray) -> list[tuple[int, int]]
     return [(i, j) for i, j in pairs if stable[i:j].any()]
 
 
-def _of_question(plan: Plan) -> list[Quantity]:
+def _question_quantities(plan: Plan) -> list[Quantity]:
     along, problem = plan.along, plan.problem
     return [
         Quantity("along", along.path, "parameter over which branches are followed"),
         Quantity("along_unit", along.unit, "its unit"),
-        Quantity("range", list(plan.problem.bounds), f"range of the {along.words}", along.unit),
-        Quantity("inertia", problem.words.inertia, "whether the averaged equations keep that of the balancing bodies"),
+        Quantity("range", list(plan.problem.bounds), f"range of the {along.full_name}", along.unit),
+        Quantity("inertia", problem.labels.inertia, "whether the averaged equations keep that of the balancing bodies"),
         Quantity("section", problem.embedding is not None, "whether the phases of bodies are kept equal"),
     ]
 
 
-def _of_tables(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> list[Quantity]:
-    s, value = plan.problem.words, (plan.along.words, plan.along.unit)
+def _table_quantities(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> list[Quantity]:
+    s, value = plan.problem.labels, (plan.along.full_name, plan.along.unit)
     place = {plan.along.path: value, "value": value, "branch": ("branch", ""), "period": ("period", s.time)}
     motion = {
         "kind": ("kind of the special orbit", ""), "period_phi": ("period in the angle of the main rotor", ""),
-        "min_speed": (f"least {s.shown}", s.unit), "max_speed": (f"largest {s.shown}", s.unit),
+        "min_speed": (f"least {s.ordinate}", s.unit), "max_speed": (f"largest {s.ordinate}", s.unit),
     }  # fmt: skip
-    of_one = {
+    orbit_columns = {
         "min_amplitude": ("least amplitude of the axis", s.length),
         "max_amplitude": ("largest amplitude of the axis", s.length), "stable": ("whether it is stable", ""),
         "exponents": ("exponents", s.rate), "exponents_phi": ("exponents over the angle of the main rotor", ""),
     }  # fmt: skip
     hidden = {"hidden": ("kind of a point that was not located", ""), "between": value}
-    of_ends = {
+    end_columns = {
         "kind": ("kind of the end", ""), "error": (f"error of {value[0]}", value[1]), "sentence": ("how the branch ends", ""),
         "state": ("states of the equilibrium there", ""), "eigenvalues": ("eigenvalues of the equilibrium there", s.rate),
         "laws": ("laws of the period", ""), "critical": value, "rate": ("rate of a connection's law", s.rate),
     }  # fmt: skip
-    of_branches = {
+    branch_columns = {
         "begun": ("origin of the branch", ""), "range": value, "winding": ("turns of the angles in a period", ""),
         "stable": (f"ranges of the {value[0]} in which orbits are stable", value[1]),
     }  # fmt: skip
-    of_tried = {plan.along.path: value, "value": value, "found": ("result of the run", "")}
-    reported, tried = (
-        findings.reported,
-        [with_values({"found": t.sentence}, [plan.along.path], [t.value]) for t in findings.tried],
+    run_columns = {plan.along.path: value, "value": value, "found": ("result of the run", "")}
+    reported_orbits, search_runs = (
+        findings.orbits,
+        [entry_with_values({"found": t.sentence}, [plan.along.path], [t.value]) for t in findings.runs],
     )
     return [
-        *table("orbits", [_orbit(plan, k, one) for k, one in reported], "orbits", place | motion | of_one),
-        *table("special_points", _special(plan, findings), "special orbits", place | motion | hidden),
-        *table("ends", [_end(plan, k, end) for k, end in ends], "ends of the branches", place | of_ends),
-        *table("branches", _branches(plan, findings), "branches of orbits", of_branches),
-        *table("tried", tried, "runs in search of a first orbit", of_tried),
+        *table("orbits", [_orbit_entry(plan, k, one) for k, one in reported_orbits], "orbits", place | motion | orbit_columns),
+        *table("special_points", _special_entries(plan, findings), "special orbits", place | motion | hidden),
+        *table("ends", [_end_entry(plan, k, end) for k, end in ends], "ends of the branches", place | end_columns),
+        *table("branches", _branch_entries(plan, findings), "branches of orbits", branch_columns),
+        *table("tried", search_runs, "runs in search of a first orbit", run_columns),
     ]
 
 
 def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> str:
-    path = plan.along.called
+    path = plan.along.sentence_name
     if not findings.branches:
         if not findings.complete:
             return "the study was interrupted before the first orbit"
-        found = "; ".join(t.sentence for t in findings.tried)
-        return f"there is no modulated motion: {found}" + (f"; {plan.case.without}" if plan.case.without else "")
-    values = findings.branches[0].joined("values")
-    own = sorted((e for k, e in ends if k == 0), key=lambda e: e.parameter)
-    low, high = min(values.min(), own[0].parameter), max(values.max(), own[-1].parameter)
-    names = [_ENDS.get(e.kind, e.kind.replace("-", " ")) for e in own]
-    how = f"both ends are {names[0]}" if len(set(names)) == 1 and len(names) > 1 else f"it ends at {' and at '.join(names)}"
-    how = "it is closed" if own[0].kind == CLOSED else how
-    stretches = _branches(plan, findings)[0]["stable"]
+        results = "; ".join(t.sentence for t in findings.runs)
+        return f"there is no modulated motion: {results}" + (
+            f"; {plan.case.no_steady_reason}" if plan.case.no_steady_reason else ""
+        )
+    values = findings.branches[0].whole_array("values")
+    first_ends = sorted((e for k, e in ends if k == 0), key=lambda e: e.parameter)
+    low, high = min(values.min(), first_ends[0].parameter), max(values.max(), first_ends[-1].parameter)
+    names = [_ENDS.get(e.kind, e.kind.replace("-", " ")) for e in first_ends]
+    ending = f"both ends are {names[0]}" if len(set(names)) == 1 and len(names) > 1 else f"it ends at {' and at '.join(names)}"
+    ending = "it is closed" if first_ends[0].kind == CLOSED_BRANCH else ending
+    stretches = _branch_entries(plan, findings)[0]["stable"]
     stable = ", ".join(f"{a:.7g} to {b:.7g}" for a, b in stretches)
     within = " within their section" if plan.problem.embedding is not None else ""
-    where = f"stable{within} from {stable}" if stable else "nowhere stable"
-    others = len(findings.branches) - 1
-    more = "" if not others else f"; {'one more branch' if others == 1 else f'{others} more branches'}"
-    of = "modulated motions" if plan.problem.rotor else "periodic orbits"
-    return f"{of} at {path} from {low:.7g} to {high:.7g}, {where}; {how}{more}"
+    stability = f"stable{within} from {stable}" if stable else "nowhere stable"
+    further_branches = len(findings.branches) - 1
+    more = (
+        ""
+        if not further_branches
+        else f"; {'one more branch' if further_branches == 1 else f'{further_branches} more branches'}"
+    )
+    motions = "modulated motions" if plan.problem.shows_rotor_speed else "periodic orbits"
+    return f"{motions} at {path} from {low:.7g} to {high:.7g}, {stability}; {ending}{more}"
 
 
 def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
     """Return warnings on omissions, doubts, and unfinished work."""
-    lines = [*plan.problem.words.warnings, *findings.lost[:_MOST_LOST]]
-    if len(findings.lost) > _MOST_LOST:
-        lines.append(f"and {len(findings.lost) - _MOST_LOST} more")
-    if plan.case.without and findings.branches and not plan.case.without.startswith("equilibria"):
-        lines.append(plan.case.without)
-    known = [(b.joined("product_error"), b.joined("trusted")) for b in findings.branches]
-    wrong = np.concatenate([np.empty(0), *(error[trusted] for error, trusted in known)])
+    lines = [*plan.problem.labels.warnings, *findings.omissions[:_MOST_LOST]]
+    if len(findings.omissions) > _MOST_LOST:
+        lines.append(f"and {len(findings.omissions) - _MOST_LOST} more")
+    if plan.case.no_steady_reason and findings.branches and not plan.case.no_steady_reason.startswith("equilibria"):
+        lines.append(plan.case.no_steady_reason)
+    errors = [(b.whole_array("product_error"), b.whole_array("trusted")) for b in findings.branches]
+    wrong = np.concatenate([np.empty(0), *(error[is_trusted] for error, is_trusted in errors)])
     if (wrong > _PRODUCT).any():
         lines.append(
             f"of {(wrong > _PRODUCT).sum()} orbits the fastest decays are unknown: the product of the multipliers differs from "
@@ -215,8 +229,8 @@ def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
         )
     if len(findings.branches) >= MOST_BRANCHES:
         lines.append(f"more than {MOST_BRANCHES} branches: the others are left out")
-    given = plan.case.values if plan.case.values is not None else ()
-    missing = [v for v in given if not any(one.value == v for _, one in findings.reported)]
+    requested_values = plan.case.values if plan.case.values is not None else ()
+    missing = [v for v in requested_values if not any(one.value == v for _, one in findings.orbits)]
     if findings.complete and findings.branches and missing:
         lines.append(f"there is no orbit of a known branch at {plan.along.path} = {', '.join(f'{v:.6g}' for v in missing)}")
     if not findings.complete:
@@ -234,23 +248,25 @@ def report(result: xr.Dataset) -> list[str]:
     for k, branch in enumerate(s["branches"]):
         (low, high), stretches = branch["range"], ", ".join(f"{a:.7g} to {b:.7g}" for a, b in branch["stable"])
         winding = ", ".join(f"{name} {turns:+d}" for name, turns in branch["winding"].items())
-        how = f"turns a period: {winding}" if winding else "all angles return"
+        rotation = f"turns a period: {winding}" if winding else "all angles return"
         stable = f"stable at {along} from {stretches}" if stretches else "nowhere stable"
         lines.append(
-            f"  branch {k + 1}     from {branch['begun']}: {along} from {low:.7g} to {high:.7g}{unit}, {stable}; {how}"
+            f"  branch {k + 1}     from {branch['begun']}: {along} from {low:.7g} to {high:.7g}{unit}, {stable}; {rotation}"
         )
         lines += [f"    end        {end['sentence']}" for end in s["ends"] if end["branch"] == k]
     for p in s["special_points"][:_MOST]:
-        where = f"{along} = {p['value']:.8g}{unit}"
+        location = f"{along} = {p['value']:.8g}{unit}"
         if "hidden" in p:
-            where = f"{along} from {p['between'][0]:.8g} to {p['between'][1]:.8g}{unit}: a {p['hidden']} that was not located"
-        lines.append(f"  {p['kind']:12} {where}: {_period(result, p)}")
-    lines += [_orbit_in_words(result, o, along, unit) for o in s["orbits"][:_MOST] if not o["kind"]]
+            location = (
+                f"{along} from {p['between'][0]:.8g} to {p['between'][1]:.8g}{unit}: a {p['hidden']} that was not located"
+            )
+        lines.append(f"  {p['kind']:12} {location}: {_period(result, p)}")
+    lines += [_orbit_line(result, o, along, unit) for o in s["orbits"][:_MOST] if not o["kind"]]
     if len(s["orbits"]) > _MOST:
         lines.append(f"  and {len(s['orbits']) - _MOST} more orbits: see the Dataset")
     if result.attrs["rotor"] and s["branches"]:
-        of = "disturbances with equal phases of the bodies only" if s["section"] else "all disturbances"
-        lines.append(f"  stability    in the averaged equations, of {of}; exponents: per unit of time")
+        disturbances = "disturbances with equal phases of the bodies only" if s["section"] else "all disturbances"
+        lines.append(f"  stability    in the averaged equations, of {disturbances}; exponents: per unit of time")
     return lines
 
 
@@ -260,7 +276,7 @@ def _period(result: xr.Dataset, one: dict[str, Any]) -> str:
     return f"period {one['period']:.8g} {time}".rstrip() + phi
 
 
-def _orbit_in_words(result: xr.Dataset, o: dict[str, Any], along: str, unit: str) -> str:
+def _orbit_line(result: xr.Dataset, o: dict[str, Any], along: str, unit: str) -> str:
     speed = formats(result)[0] if result.attrs["rotor"] else "{:.6g}".format
     largest = o["exponents"][0] if o["exponents"] else None
     word = "" if o["stable"] is None else (", stable" if o["stable"] else ", unstable")

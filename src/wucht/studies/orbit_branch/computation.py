@@ -10,7 +10,7 @@ from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.schema import Parameter
 from wucht.studies.orbit_branch.spec import OrbitBranch
@@ -33,29 +33,29 @@ class Plan:
         return self.case.problem
 
 
-def prepare(spec: OrbitBranch, subject: Machine | OwnEquations) -> Plan:
+def prepare(spec: OrbitBranch, subject: Machine | UserSystem) -> Plan:
     """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along = parameter_of(subject, spec.along, "along")
     bounds = ends_of(subject, along, spec.range)
-    at = _within(subject, along, bounds, spec.at, "at")
-    values = _within(subject, along, bounds, spec.values, "values")
+    at = _values_in_range(subject, along, bounds, spec.at, "at")
+    values = _values_in_range(subject, along, bounds, spec.values, "values")
     return Plan(along, OrbitCase.of(subject, along.path, bounds, spec.settings, at, values))
 
 
-def _within(
-    subject: Machine | OwnEquations,
+def _values_in_range(
+    subject: Machine | UserSystem,
     along: Parameter,
     bounds: tuple[float, float],
-    given: tuple[Value, ...] | None,
+    given_values: tuple[Value, ...] | None,
     key: str,
 ) -> tuple[float, ...] | None:
     """Return values of the parameter, all in the range. Raises ``InputError``."""
-    if given is None:
+    if given_values is None:
         return None
-    values = values_of(subject, along, given, key)
+    values = values_of(subject, along, given_values, key)
     for i, value in enumerate(values):
         if not bounds[0] <= value <= bounds[1]:
-            raise InputError(f"study.{key}[{i}]", given[i], f"must lie in the range, {bounds[0]:g} to {bounds[1]:g}")
+            raise InputError(f"study.{key}[{i}]", given_values[i], f"must lie in the range, {bounds[0]:g} to {bounds[1]:g}")
     return tuple(dict.fromkeys(values))
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from wucht.plots.scales import parameter_label
 from wucht.plots.sheet import legend_below, new_grid, rpm_axis
-from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, entry, equal_stretches
+from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretches, kind_entries
 from wucht.plots.style import COLOURS, line_style
 from wucht.results.formatting import label, printed_unit, with_unit
 
@@ -26,7 +26,7 @@ _ENDS = {
     "hopf": ("d", "Hopf point"), "not-identified": ("$?$", "end not identified"),
 }  # fmt: skip
 _END: dict[str, Any] = {"color": "black", "linestyle": ":", "linewidth": 0.9}
-_STEADY, _DRAWN = COLOURS[6], 6  # number of orbits that are drawn
+_STEADY, _MOST_DRAWN = COLOURS[6], 6  # number of orbits that are drawn
 _TICKS = 5
 _PALE = 0.12
 _SHORT = 6  # characters of a parameter's path: a longer one is not repeated for each orbit
@@ -39,24 +39,24 @@ def figure(result: xr.Dataset) -> Figure:
     Without orbits there is the first panel alone, with the steady states.
     """
     orbits = len(result.value) > 0
-    columns, height, chosen = (2, 2.1, _chosen(result)) if orbits else (1, 3.4, [])
-    drawn, axes = new_grid(columns**2, result.attrs["title"], result.attrs["sentence"], columns=columns, heights=height)
+    columns, height, drawn_orbits = (2, 2.1, _drawn_orbits(result)) if orbits else (1, 3.4, [])
+    fig, axes = new_grid(columns**2, result.attrs["title"], result.attrs["sentence"], columns=columns, heights=height)
     _extremes(axes[0], result)
     if orbits:
         _periods(axes[2], result)
-        _runs(axes[1], result, chosen, "orbit_speed")
+        _runs(axes[1], result, drawn_orbits, "orbit_speed")
         vibrates = bool(np.isfinite(result.orbit_amplitude.values).any())
-        _runs(axes[3], result, chosen, "orbit_amplitude" if vibrates else "orbit_speed", share=not vibrates)
-    legend_below(drawn, _legend(result, chosen))
-    return drawn
+        _runs(axes[3], result, drawn_orbits, "orbit_amplitude" if vibrates else "orbit_speed", share=not vibrates)
+    legend_below(fig, _legend(result, drawn_orbits))
+    return fig
 
 
 def _extremes(axis: Axes, result: xr.Dataset) -> None:
     value, low, high = (result[name].values for name in ("value", "min_speed", "max_speed"))
     steady = [result[f"steady_{name}"].values for name in ("value", "speed", "stable")]
-    for at in _each(result.steady_branch.values):
+    for at in _branch_points(result.steady_branch.values):
         _pieces(axis, steady[0][at], [steady[1][at]], steady[2][at], _STEADY)
-    for k, at in enumerate(_each(result.branch.values)):
+    for k, at in enumerate(_branch_points(result.branch.values)):
         axis.fill_between(value[at], low[at], high[at], color=_colour(k), alpha=_PALE, linewidth=0)
         _pieces(axis, value[at], [low[at], high[at]], result.stable.values[at], _colour(k))
     _special(axis, result, "min_speed", "max_speed")
@@ -72,7 +72,7 @@ def _extremes(axis: Axes, result: xr.Dataset) -> None:
 def _periods(axis: Axes, result: xr.Dataset) -> None:
     name = "period_phi" if result.attrs["rotor"] else "period"
     value, period = result.value.values, result[name].values
-    for k, at in enumerate(_each(result.branch.values)):
+    for k, at in enumerate(_branch_points(result.branch.values)):
         _pieces(axis, value[at], [period[at]], result.stable.values[at], _colour(k))
     _special(axis, result, name)
     for v, kind in zip(result.end_value.values, result.end_kind.values.astype(str), strict=True):
@@ -89,7 +89,7 @@ def _abscissa(axis: Axes, result: xr.Dataset) -> None:
     axis.set(xlim=(result.attrs["low"], result.attrs["high"]), xlabel=parameter_label(result))
 
 
-def _each(branch: np.ndarray) -> list[np.ndarray]:
+def _branch_points(branch: np.ndarray) -> list[np.ndarray]:
     """Return the points of each branch, by their numbers (N,)."""
     return [np.flatnonzero(branch == k) for k in range(int(branch.max(initial=-1)) + 1)]
 
@@ -110,44 +110,44 @@ def _special(axis: Axes, result: xr.Dataset, *names: str) -> None:
         draw_kinds(axis, result.orbit_value.values, result[f"orbit_{name}"].values, result.orbit_kind.values, _MARKS)
 
 
-def _chosen(result: xr.Dataset) -> list[int]:
+def _drawn_orbits(result: xr.Dataset) -> list[int]:
     """Return the indices of the reported orbits to be drawn: those of the first branch, spread over its range."""
     first = np.flatnonzero((result.orbit_branch.values == 0) & (result.orbit_kind.values.astype(str) == ""))
-    if len(first) <= _DRAWN:
+    if len(first) <= _MOST_DRAWN:
         return [int(i) for i in first]
-    return [int(first[i]) for i in np.linspace(0, len(first) - 1, _DRAWN).round().astype(int)]
+    return [int(first[i]) for i in np.linspace(0, len(first) - 1, _MOST_DRAWN).round().astype(int)]
 
 
-def _runs(axis: Axes, result: xr.Dataset, chosen: list[int], name: str, share: bool = False) -> None:
+def _runs(axis: Axes, result: xr.Dataset, drawn_orbits: list[int], name: str, share: bool = False) -> None:
     """Draw orbits over the rotor's angle, or time, or the share of their period."""
-    over = "orbit_turned" if result.attrs["rotor"] else "orbit_time"
+    abscissa = "orbit_turned" if result.attrs["rotor"] else "orbit_time"
     factor, unit = printed_unit(result, name)
-    for i, k in enumerate(chosen):
-        x, y = result[over].values[k], factor * result[name].values[k]
+    for i, k in enumerate(drawn_orbits):
+        x, y = result[abscissa].values[k], factor * result[name].values[k]
         begin = int(result.orbit_speed.values[k, :-1].argmin())  # at the least speed
         x = np.concatenate([x[begin:-1], x[-1] + x[: begin + 1]]) - x[begin]
         y = np.concatenate([y[begin:-1], y[: begin + 1]])
         axis.plot(x / x[-1] if share else x, y, **line_style(i))
-    axis.set(xlabel="share of the period" if share else label(result, over), ylabel=label(result, name, unit))
+    axis.set(xlabel="share of the period" if share else label(result, abscissa), ylabel=label(result, name, unit))
 
 
-def _legend(result: xr.Dataset, chosen: list[int]) -> list[Any]:
+def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
     handles = list[Any]()
-    if chosen:
+    if drawn_orbits:
         handles += [
             entry("orbits, stable", color=COLOURS[0], **_STABLE),
             entry("orbits, unstable", color=COLOURS[0], **_UNSTABLE),
         ]
     if result.sizes["steady"]:
-        handles.append(entry("steady states" if chosen else "steady states, stable", color=_STEADY, **_STABLE))
-        handles += [] if chosen else [entry("steady states, unstable", color=_STEADY, **_UNSTABLE)]
-    handles += entries_of_kinds(result.orbit_kind.values, _MARKS)
+        handles.append(entry("steady states" if drawn_orbits else "steady states, stable", color=_STEADY, **_STABLE))
+        handles += [] if drawn_orbits else [entry("steady states, unstable", color=_STEADY, **_UNSTABLE)]
+    handles += kind_entries(result.orbit_kind.values, _MARKS)
     ends = [_ENDS[kind] for kind in dict.fromkeys(result.end_kind.values.astype(str).tolist()) if kind in _ENDS]
     handles += [entry(name, color="black", linestyle="", marker=marker, markersize=6) for marker, name in ends]
-    if chosen and ends:
+    if drawn_orbits and ends:
         handles.append(entry("end of the orbits", **_END))
     path, unit = str(result.attrs["along"]), result.attrs["along_unit"]
     before = f"{path} = " if len(path) <= _SHORT else "at "
-    for i, k in enumerate(chosen):
+    for i, k in enumerate(drawn_orbits):
         handles.append(entry(f"{before}{result.orbit_value.values[k]:.4g} {unit}".rstrip(), **line_style(i)))
     return handles

@@ -11,36 +11,37 @@ from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import OrbitFindings
 from wucht.numerics.periodic.branch_ends import BranchEnd
 from wucht.results.quantities import Quantity
-from wucht.studies.branch_variables import joined, of_steady_branches
+from wucht.studies.branch_variables import join_arrays, steady_branch_quantities
 from wucht.studies.orbit_branch.computation import Plan
 
 _ANGLE = "angle of the main rotor"
 
 
-def phi_of(plan: Plan, periods: np.ndarray, mean: np.ndarray) -> np.ndarray:
+def rotor_periods(plan: Plan, periods: np.ndarray, mean: np.ndarray) -> np.ndarray:
     """Return periods in the main rotor's angle (N,); NaN for a system."""
-    return np.asarray(periods * np.abs(mean) if plan.problem.rotor else np.full(len(periods), math.nan))
+    return np.asarray(periods * np.abs(mean) if plan.problem.shows_rotor_speed else np.full(len(periods), math.nan))
 
 
-def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
+def orbit_quantities(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
     """Return all orbits of all branches."""
-    s, n = plan.problem.words, len(plan.problem.system.states)
+    s, n = plan.problem.labels, len(plan.problem.system.states)
     values, periods, mean, low, high, least, largest = (
-        joined([b.joined(name) for b in branches]) for name in ("values", "periods", "mean", "low", "high", "least", "largest")
+        join_arrays([b.whole_array(name) for b in branches])
+        for name in ("values", "periods", "mean", "low", "high", "least", "largest")
     )
-    logarithms = joined([b.joined("logarithms") for b in branches], n - 1)
-    trusted = joined([b.joined("trusted") for b in branches]) > 0
-    unstable, stable = (joined([b.joined(name) for b in branches]) for name in ("unstable", "stable"))
-    special = joined([np.array([bool(kind) for kind in b.kinds]) for b in branches])
+    logarithms = join_arrays([b.whole_array("logarithms") for b in branches], n - 1)
+    is_trusted = join_arrays([b.whole_array("trusted") for b in branches]) > 0
+    unstable, stable = (join_arrays([b.whole_array(name) for b in branches]) for name in ("unstable", "stable"))
+    special = join_arrays([np.array([bool(kind) for kind in b.kinds]) for b in branches])
     numbers = np.repeat(np.arange(len(branches)), [len(b.kinds) for b in branches])
-    rates = np.where(trusted, logarithms, complex(math.nan, math.nan)) / periods
+    rates = np.where(is_trusted, logarithms, complex(math.nan, math.nan)) / periods
     return [
-        Quantity("value", values, plan.along.words, plan.along.unit, "point"),
+        Quantity("value", values, plan.along.full_name, plan.along.unit, "point"),
         Quantity("period", periods, "period", s.time, "point"),
-        Quantity("period_phi", phi_of(plan, periods, mean), f"period in the {_ANGLE}", "", "point"),
-        Quantity("min_speed", low, f"least {s.shown}", s.unit, "point"),
-        Quantity("max_speed", high, f"largest {s.shown}", s.unit, "point"),
-        Quantity("mean_speed", mean, f"mean {s.shown}", s.unit, "point"),
+        Quantity("period_phi", rotor_periods(plan, periods, mean), f"period in the {_ANGLE}", "", "point"),
+        Quantity("min_speed", low, f"least {s.ordinate}", s.unit, "point"),
+        Quantity("max_speed", high, f"largest {s.ordinate}", s.unit, "point"),
+        Quantity("mean_speed", mean, f"mean {s.ordinate}", s.unit, "point"),
         Quantity("min_amplitude", least, "least amplitude of the axis", s.length, "point"),
         Quantity("max_amplitude", largest, "largest amplitude of the axis", s.length, "point"),
         Quantity("unstable", unstable.astype(int), "number of growing disturbances", "", "point"),
@@ -52,57 +53,57 @@ def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
     ]
 
 
-def of_reported(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
+def reported_quantities(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
     """Return the reported orbits, with their course over a period."""
-    s, n = plan.problem.words, len(plan.problem.system.states)
-    orbits = [one for _, one in findings.reported]
-    exponents, rate = joined([o.exponents[:, None] for o in orbits], n - 1), s.rate
-    shape = (len(orbits), len(orbits[0].shown) if orbits else 0)
+    s, n = plan.problem.labels, len(plan.problem.system.states)
+    orbits = [one for _, one in findings.orbits]
+    exponents, rate = join_arrays([o.exponents[:, None] for o in orbits], n - 1), s.rate
+    shape = (len(orbits), len(orbits[0].ordinate) if orbits else 0)
     times = [np.linspace(0.0, o.period, shape[1]) for o in orbits]
     table = {name: np.array(rows, float).reshape(shape) for name, rows in (
-        ("time", times), ("turned", [o.turned for o in orbits]), ("shown", [o.shown for o in orbits]),
+        ("time", times), ("turned", [o.rotor_angle for o in orbits]), ("shown", [o.ordinate for o in orbits]),
         ("amplitude", [o.amplitude for o in orbits]),
     )}  # fmt: skip
     return [
-        Quantity("orbit_value", [o.value for o in orbits], plan.along.words, plan.along.unit, "orbit"),
+        Quantity("orbit_value", [o.value for o in orbits], plan.along.full_name, plan.along.unit, "orbit"),
         Quantity("orbit_period", [o.period for o in orbits], "period", s.time, "orbit"),
         Quantity("orbit_period_phi", [o.period_phi for o in orbits], f"period in the {_ANGLE}", "", "orbit"),
-        Quantity("orbit_min_speed", [o.low for o in orbits], f"least {s.shown}", s.unit, "orbit"),
-        Quantity("orbit_max_speed", [o.high for o in orbits], f"largest {s.shown}", s.unit, "orbit"),
-        Quantity("orbit_branch", np.array([k for k, _ in findings.reported], int), "branch", "", "orbit"),
+        Quantity("orbit_min_speed", [o.low for o in orbits], f"least {s.ordinate}", s.unit, "orbit"),
+        Quantity("orbit_max_speed", [o.high for o in orbits], f"largest {s.ordinate}", s.unit, "orbit"),
+        Quantity("orbit_branch", np.array([k for k, _ in findings.orbits], int), "branch", "", "orbit"),
         Quantity("orbit_kind", np.array([o.kind for o in orbits], "U16"), "kind of the special orbit", "", "orbit"),
         Quantity("orbit_exponent_re", np.asarray(exponents.real), "real part of an exponent", rate, "exponent orbit"),
         Quantity("orbit_exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", rate, "exponent orbit"),
         Quantity("orbit_time", table["time"], "time", s.time, "orbit place"),
         Quantity("orbit_turned", table["turned"], _ANGLE, "rad" if s.time else "", "orbit place"),
-        Quantity("orbit_speed", table["shown"], s.shown, s.unit, "orbit place"),
+        Quantity("orbit_speed", table["shown"], s.ordinate, s.unit, "orbit place"),
         Quantity("orbit_amplitude", table["amplitude"], "amplitude of the axis", s.length, "orbit place"),
     ]  # fmt: skip
 
 
-def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> list[Quantity]:
+def end_quantities(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> list[Quantity]:
     """Return the ends of the branches."""
-    s = plan.problem.words
+    s = plan.problem.labels
     laws = [(e.saddle_node, e.connection) for _, e in ends]
     residuals = [[math.nan if law is None else law.residual for law in pair] for pair in laws]
-    seen = [
+    observables = [
         plan.problem.observables(e.equilibrium[:, None], e.parameter)[:, 0] if len(e.equilibrium) else np.full(2, math.nan)
         for _, e in ends
     ]
-    shown, residual = (np.array(rows, float).reshape(len(ends), 2) for rows in (seen, residuals))
+    ordinates, residual = (np.array(rows, float).reshape(len(ends), 2) for rows in (observables, residuals))
     return [
-        Quantity("end_value", [e.parameter for _, e in ends], plan.along.words, plan.along.unit, "end"),
-        Quantity("end_error", [e.error for _, e in ends], f"error of {plan.along.words}", plan.along.unit, "end"),
+        Quantity("end_value", [e.parameter for _, e in ends], plan.along.full_name, plan.along.unit, "end"),
+        Quantity("end_error", [e.error for _, e in ends], f"error of {plan.along.full_name}", plan.along.unit, "end"),
         Quantity("end_kind", np.array([e.kind for _, e in ends], "U24"), "kind of the end", "", "end"),
         Quantity("end_branch", np.array([k for k, _ in ends], int), "branch", "", "end"),
-        Quantity("end_speed", shown[:, 0], f"{s.shown} of the equilibrium there", s.unit, "end"),
-        Quantity("end_amplitude", shown[:, 1], "amplitude of the equilibrium there", s.length, "end"),
+        Quantity("end_speed", ordinates[:, 0], f"{s.ordinate} of the equilibrium there", s.unit, "end"),
+        Quantity("end_amplitude", ordinates[:, 1], "amplitude of the equilibrium there", s.length, "end"),
         Quantity("end_residual", residual, "residual of a law of the period, relative", "", "end law"),
     ]
 
 
-def of_steady(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
+def steady_quantities(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
     """Return the branches of steady states beside those of orbits."""
-    s, steady = plan.problem.words, findings.steady
-    seen = [] if plan.case.steady is None else [plan.case.steady.states.ordinates(b.u) for b in steady]
-    return of_steady_branches("steady", "steady_", steady, seen, plan.along, (s.shown, s.unit, s.length))
+    s, steady = plan.problem.labels, findings.steady
+    ordinates = [] if plan.case.steady is None else [plan.case.steady.states.ordinates(b.u) for b in steady]
+    return steady_branch_quantities("steady", "steady_", steady, ordinates, plan.along, (s.ordinate, s.unit, s.length))

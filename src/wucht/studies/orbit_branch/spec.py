@@ -10,11 +10,11 @@ from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.errors import InputError
 from wucht.schema import si
 from wucht.studies.shared_keys import Ranges
-from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
+from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
 
 
-def _one_or_more(given: Any) -> Any:
-    return given if isinstance(given, list | tuple) else [given]
+def _ensure_list(value: Any) -> Any:
+    return value if isinstance(value, list | tuple) else [value]
 
 
 class OrbitBranch(Spec):
@@ -24,7 +24,7 @@ class OrbitBranch(Spec):
     """
 
     kind: ClassVar[str] = "orbit-branch"
-    solves: ClassVar[str] = AVERAGED
+    solves: ClassVar[str] = AVERAGED_EQUATIONS
     from_start: ClassVar[bool] = True
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "at", "show", "ranges", "together", "until", "longest", "switch")
@@ -32,7 +32,7 @@ class OrbitBranch(Spec):
 
     along: Path = Field(description="path of the parameter over which branches are followed")
     range: Pair
-    at: Annotated[Values | None, BeforeValidator(_one_or_more)] = Field(None, description=(
+    at: Annotated[Values | None, BeforeValidator(_ensure_list)] = Field(None, description=(
         "values at which a run searches for a first orbit, from `start`; by default several, until there is one, and then the "
         "Hopf points of the steady states"
     ))  # fmt: skip
@@ -60,6 +60,6 @@ class OrbitBranch(Spec):
     def check(self) -> None:
         """Check that given lists are not empty."""
         for key in ("at", "values"):
-            given = getattr(self, key)
-            if given is not None and not given:
+            values = getattr(self, key)
+            if values is not None and not values:
                 raise InputError(f"study.{key}", [], "must have at least one value")

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.averaged import averaged_machine, keeps_inertia
+from wucht.analysis.averaged_machine import averaged_machine, keeps_inertia
 from wucht.analysis.sections import Axis, Section, section_of
 from wucht.dynamics.parameters import parameter_of, values_of, with_parameters
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped, turning
-from wucht.numerics.flow.compiled import compile_system
+from wucht.machines.operation import has_damped_balancers, machine_at_speed
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoints, fixed_points, window_around
@@ -33,52 +33,54 @@ _NARROWEST = 1e-6  # of a range: below, differences vanish in rounding
 _DRAWN_TURNS = 2  # of an angle, by default
 
 
-def section(spec: PhasePortrait, machine: Machine) -> Section:
+def planar_section(spec: PhasePortrait, machine: Machine) -> Section:
     """Return the requested section. Raises ``InputError``: it has not two states, or curves do not stay in it.
 
     Where the inertia of balancing bodies would leave more than two states, it is left out by default, with a warning.
     """
-    steady = turning(machine, None)
-    made = _made(spec, steady, keeps_inertia(steady, spec.inertia))
-    if spec.inertia is None and made.inertia and len(made.axes) > 2 and damped(steady):
-        made = _made(spec, steady, False)
+    steady = machine_at_speed(machine, None)
+    section = _candidate_section(spec, steady, keeps_inertia(steady, spec.inertia))
+    if spec.inertia is None and section.inertia and len(section.axes) > 2 and has_damped_balancers(steady):
+        section = _candidate_section(spec, steady, False)
         bodies = ", ".join(b.name for b in steady.bodies if b.about is not None)
         advice = "study.kind = 'approximation' shows how far such equations are from the full ones"
         left_out = (
             f"the inertia of {bodies} is left out, as if their damping were strong: with it, there are more than two states"
         )
-        made = replace(made, warnings=(*made.warnings, f"{left_out}; {advice}"))
-    if len(made.axes) != 2:
-        _refuse(spec, made)
-    return made
+        section = replace(section, warnings=(*section.warnings, f"{left_out}; {advice}"))
+    if len(section.axes) != 2:
+        _refuse_section(spec, section)
+    return section
 
 
-def _made(spec: PhasePortrait, steady: Machine, inertia: bool) -> Section:
-    slow = averaged_machine(steady, inertia, spec.order, held=spec.speed is not None)
+def _candidate_section(spec: PhasePortrait, steady: Machine, inertia: bool) -> Section:
+    slow = averaged_machine(steady, inertia, spec.order, has_fixed_speed=spec.speed is not None)
     return section_of(slow, spec.together, spec.speed)
 
 
-def _refuse(spec: PhasePortrait, made: Section) -> None:
-    names = made.whole.state_names
-    groups = [[n for n, x in zip(names, column, strict=True) if x] for column in made.embedding.T]
-    shown = ", ".join(" = ".join(group) for group in groups)
+def _refuse_section(spec: PhasePortrait, section: Section) -> None:
+    names = section.whole.state_names
+    groups = [[n for n, x in zip(names, column, strict=True) if x] for column in section.embedding.T]
+    listing = ", ".join(" = ".join(group) for group in groups)
     if len(groups) < 2 and spec.together and spec.speed is not None:
         advice = "leave out speed, so that the main rotor's speed is a state, or together"
-        raise InputError("study.speed", spec.speed, f"with together, one state is left, {shown}, of two: {advice}")
+        raise InputError("study.speed", spec.speed, f"with together, one state is left, {listing}, of two: {advice}")
     if len(groups) < 2:
         raise InputError(
-            "study.kind", spec.kind, f"a phase portrait has two states, and this machine's averaged equations {shown or 'none'}"
+            "study.kind",
+            spec.kind,
+            f"a phase portrait has two states, and this machine's averaged equations {listing or 'none'}",
         )
-    without = ", inertia = false leaves out the speeds of the bodies" if made.inertia else ""
+    without = ", inertia = false leaves out the speeds of the bodies" if section.inertia else ""
     raise InputError(
         "study.together", spec.together,
-        f"a phase portrait has two states, and these averaged equations {len(groups)}: {shown}; "
+        f"a phase portrait has two states, and these averaged equations {len(groups)}: {listing}; "
         f"together = true keeps the phases of the balancing bodies equal, speed holds the main rotor's speed{without}",
     )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class PortraitCase:
     """A portrait. value: of the parameter ``along``, if there is one. section: of a machine, the origin of its System."""
 
     label: str
@@ -95,10 +97,10 @@ class Plan:
     """
 
     spec: PhasePortrait
-    cases: tuple[Case, ...]
+    cases: tuple[PortraitCase, ...]
     axes: tuple[Axis, ...]
-    drawn: np.ndarray
-    given: np.ndarray | None
+    drawn_ranges: np.ndarray
+    given_starts: np.ndarray | None
     time: str
     warnings: tuple[str, ...]
 
@@ -110,26 +112,26 @@ class Plan:
     @property
     def model(self) -> str:
         """Return the description of a machine's equations, empty for a system."""
-        made = self.cases[0].section
-        if made is None:
+        section = self.cases[0].section
+        if section is None:
             return ""
-        order = ", second order" if made.order == 2 else ""
-        return f"averaged equations{order}, {'with' if made.inertia else 'without'} the inertia of the balancing bodies"
+        order = ", second order" if section.order == 2 else ""
+        return f"averaged equations{order}, {'with' if section.inertia else 'without'} the inertia of the balancing bodies"
 
 
-def prepare(spec: PhasePortrait, subject: Machine | OwnEquations) -> Plan:
+def prepare(spec: PhasePortrait, subject: Machine | UserSystem) -> Plan:
     """Return the plan. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
     values = tuple(dict.fromkeys(_values(spec, subject)))
     subjects = [(v, subject if v is None else with_parameters(subject, {spec.along or "": v})) for v in values]
-    sections = [section(spec, s) if isinstance(s, Machine) else None for _, s in subjects]
+    sections = [planar_section(spec, s) if isinstance(s, Machine) else None for _, s in subjects]
     systems = [
-        (made.system, made.values) if made is not None else (s.system, s.values)
-        for made, (_, s) in zip(sections, subjects, strict=True)
+        (section.system, section.values) if section is not None else (s.system, s.values)
+        for section, (_, s) in zip(sections, subjects, strict=True)
     ]
-    if isinstance(subject, OwnEquations):
+    if isinstance(subject, UserSystem):
         _refuse_keys_of_machines(spec)
     first = sections[0]
-    axes = first.axes if first is not None else _own_axes(systems[0][0])
+    axes = first.axes if first is not None else _system_axes(systems[0][0])
     ranges = _ranges(spec, axes)
     try:
         low, high = _window(systems, axes, ranges)
@@ -139,10 +141,10 @@ def prepare(spec: PhasePortrait, subject: Machine | OwnEquations) -> Plan:
     except WuchtError as error:
         raise InputError("system" if first is None else "machine", None, str(error)) from None
     labels = ["" if v is None else f"{spec.along} = {v:.6g}" for v in values]
-    cases = tuple(Case(n, v, p, made) for n, v, p, made in zip(labels, values, planes, sections, strict=True))
+    cases = tuple(PortraitCase(n, v, p, section) for n, v, p, section in zip(labels, values, planes, sections, strict=True))
     warnings = first.warnings if first is not None else ()
-    time = "" if isinstance(subject, OwnEquations) else subject.units.time
-    return Plan(spec, cases, axes, _drawn(planes[0], axes, ranges), _starts(spec, planes[0], axes), time, warnings)
+    time = "" if isinstance(subject, UserSystem) else subject.units.time
+    return Plan(spec, cases, axes, _drawn_ranges(planes[0], axes, ranges), _starts(spec, planes[0], axes), time, warnings)
 
 
 def _refuse_keys_of_machines(spec: PhasePortrait) -> None:
@@ -151,16 +153,16 @@ def _refuse_keys_of_machines(spec: PhasePortrait) -> None:
             raise InputError(f"study.{key}", getattr(spec, key), "allowed only for a machine: [system] states its two states")
 
 
-def _values(spec: PhasePortrait, subject: Machine | OwnEquations) -> tuple[float | None, ...]:
+def _values(spec: PhasePortrait, subject: Machine | UserSystem) -> tuple[float | None, ...]:
     if spec.along is None:
         return (None,)
     return values_of(subject, parameter_of(subject, spec.along), spec.values)
 
 
-def _own_axes(system: System) -> tuple[Axis, Axis]:
+def _system_axes(system: System) -> tuple[Axis, Axis]:
     if len(system.states) != 2:
-        named = ", ".join(system.state_names)
-        raise InputError("system.states", named, f"a phase portrait has two states, not {len(system.states)}")
+        names = ", ".join(system.state_names)
+        raise InputError("system.states", names, f"a phase portrait has two states, not {len(system.states)}")
     turning = [s in system.angles for s in system.states]
     a, b = (
         Axis(s.name, s.name, "rad" if turns else "", *((0.0, TURN) if turns else (math.nan, math.nan)))
@@ -174,13 +176,13 @@ def _ranges(spec: PhasePortrait, axes: tuple[Axis, ...]) -> dict[str, tuple[floa
     ranges = {}
     for a in axes:
         if a.name in spec.ranges:
-            where = f"study.ranges.{a.name}"
+            key = f"study.ranges.{a.name}"
             pair = spec.ranges[a.name]
-            low, high = (read_quantity(Unit(a.unit, a.long_name), v, where) for v in pair)
+            low, high = (read_quantity(Unit(a.unit, a.long_name), v, key) for v in pair)
             if not low < high:
-                raise InputError(where, list(pair), "must be a pair [low, high] with low below high")
+                raise InputError(key, list(pair), "must be a pair [low, high] with low below high")
             if high - low < _NARROWEST * max(abs(low), abs(high)):
-                raise InputError(where, list(pair), "must be a pair [low, high] farther apart than rounding")
+                raise InputError(key, list(pair), "must be a pair [low, high] farther apart than rounding")
             ranges[a.name] = low, high
     return ranges
 
@@ -197,15 +199,15 @@ def _window(
     low, high = np.array(ends, float).T
     if np.isfinite(low).all():
         return low, high
-    found = [window_around(system, numbers, low, high) for system, numbers in systems]
-    known = [f for f in found if f is not None]
-    if not known:
+    windows = [window_around(system, numbers, low, high) for system, numbers in systems]
+    valid_windows = [f for f in windows if f is not None]
+    if not valid_windows:
         missing = next(a.name for a, x in zip(axes, low, strict=True) if math.isnan(x))
         raise InputError("study.ranges", None, f"there is no fixed point from which to choose it: give a range of {missing}")
-    return np.min([k[0] for k in known], axis=0), np.max([k[1] for k in known], axis=0)
+    return np.min([k[0] for k in valid_windows], axis=0), np.max([k[1] for k in valid_windows], axis=0)
 
 
-def _drawn(plane: Plane, axes: tuple[Axis, ...], ranges: Mapping[str, tuple[float, float]]) -> np.ndarray:
+def _drawn_ranges(plane: Plane, axes: tuple[Axis, ...], ranges: Mapping[str, tuple[float, float]]) -> np.ndarray:
     several = (plane.turns > 0).all()
     default = [(lo, lo + (1 if several else _DRAWN_TURNS) * TURN) if t else (lo, hi) for lo, hi, t in _sides(plane)]
     return np.array([ranges.get(a.name, d) for a, d in zip(axes, default, strict=True)])
@@ -221,85 +223,85 @@ def _starts(spec: PhasePortrait, plane: Plane, axes: tuple[Axis, ...]) -> np.nda
         return None
     starts = np.empty((2, len(spec.trajectories)))
     for k, start in enumerate(spec.trajectories):
-        where = f"study.trajectories[{k}]"
-        refuse_unknown(start, [a.name for a in axes], where)
+        key = f"study.trajectories[{k}]"
+        refuse_unknown(start, [a.name for a in axes], key)
         for i, a in enumerate(axes):
             if a.name not in start:
-                raise InputError(f"{where}.{a.name}", None, f"this key is missing; needed is the {a.long_name}", code="missing")
-            starts[i, k] = _start(start[a.name], a, f"{where}.{a.name}")
+                raise InputError(f"{key}.{a.name}", None, f"this key is missing; needed is the {a.long_name}", code="missing")
+            starts[i, k] = _read_start(start[a.name], a, f"{key}.{a.name}")
             if not plane.turns[i] and not plane.low[i] <= starts[i, k] <= plane.high[i]:
-                allowed = f"must be within the range of {a.name}, {plane.low[i]:g} to {plane.high[i]:g}"
-                raise InputError(f"{where}.{a.name}", start[a.name], allowed)
+                requirement = f"must be within the range of {a.name}, {plane.low[i]:g} to {plane.high[i]:g}"
+                raise InputError(f"{key}.{a.name}", start[a.name], requirement)
     return starts
 
 
-def _start(given: Any, axis: Axis, where: str) -> float:
-    return read_quantity(Unit(axis.unit, axis.long_name), given, where)
+def _read_start(value: Any, axis: Axis, key: str) -> float:
+    return read_quantity(Unit(axis.unit, axis.long_name), value, key)
 
 
-_KEPT = 3  # of the samples of a curve: a figure needs no more
+_SAMPLE_STRIDE = 3  # of the samples of a curve: a figure needs no more
 _GOLDEN = 1.32471795724474602596  # x^3 = x + 1: M. Roberts' evenly spread sequence in the plane
-_TURNED = "turned"
+_ROTOR_ANGLE = "turned"
 _LEAST = 4  # curves that are followed both ways, drawn or not, to detect closed curves
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class PortraitFindings:
     """A portrait. transverse: of each fixed point of a machine, the eigenvalues out of the section. trajectories: forwards and
     backwards from each start. curve_count: number of followed curves, drawn or not. rotor_angles: angle of the
     main rotor in a period of each closed curve."""
 
-    fixed: FixedPoints
+    fixed_points: FixedPoints
     transverse: tuple[np.ndarray, ...]
     separatrices: tuple[Manifold, ...]
     trajectories: tuple[tuple[PhaseCurve, PhaseCurve], ...]
-    closed: tuple[ClosedCurve, ...]
-    followed: int
-    turned: tuple[float, ...]
+    closed_curves: tuple[ClosedCurve, ...]
+    curve_count: int
+    rotor_angles: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Findings:
     """The finished portraits."""
 
-    portraits: tuple[Found, ...]
+    portraits: tuple[PortraitFindings, ...]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Yield the findings after each portrait."""
-    done: list[Found] = []
+    done: list[PortraitFindings] = []
     for k, case in enumerate(plan.cases):
         part = work.part(f"portrait {k + 1}", k / len(plan.cases), (k + 1) / len(plan.cases))
-        done.append(part.unit("curves", partial(_found, plan, case, part)))
+        done.append(part.unit("curves", partial(_compute_portrait, plan, case, part)))
         yield Findings(tuple(done))
 
 
-def _found(plan: Plan, case: Case, work: Work) -> Found:
+def _compute_portrait(plan: Plan, case: PortraitCase, work: Work) -> PortraitFindings:
     work.report(0.0, f"fixed points {case.label}".strip())
-    plane, made = case.plane, case.section
-    fixed = fixed_points(plane, partial(work.report, 0.0, "fixed points"))
-    portrait = Portrait(plane, fixed.points, plan.spec.length, watch=partial(work.report, 0.1, "separatrices"))
+    plane, section = case.plane, case.section
+    fixed_set = fixed_points(plane, partial(work.report, 0.0, "fixed points"))
+    portrait = Portrait(plane, fixed_set.points, plan.spec.length, check=partial(work.report, 0.1, "separatrices"))
     separatrices: list[Manifold] = []
-    for k, point in enumerate(fixed.points):
+    for k, point in enumerate(fixed_set.points):
         for stable, side in ((False, 1), (False, -1), (True, 1), (True, -1)) if point.kind == SADDLE else ():
             separatrices.append(manifold(portrait, k, stable, side))
     trajectories: list[tuple[PhaseCurve, PhaseCurve]] = []
-    starts = _places(plan, plane, plan.count) if plan.given is None else plan.given
-    drawn = starts.shape[1]
-    if drawn < _LEAST:
-        starts = np.concatenate([starts, _places(plan, plane, _LEAST)[:, drawn:]], axis=1)
+    starts = _places(plan, plane, plan.count) if plan.given_starts is None else plan.given_starts
+    drawn_count = starts.shape[1]
+    if drawn_count < _LEAST:
+        starts = np.concatenate([starts, _places(plan, plane, _LEAST)[:, drawn_count:]], axis=1)
     for k, start in enumerate(starts.T):
-        portrait.watch = partial(work.report, 0.2 + 0.8 * k / starts.shape[1], "trajectories")
-        both = _thinned(portrait.follow(start, True)), _thinned(portrait.follow(start, False))
-        trajectories += [both] if k < drawn else []
-    return Found(
-        fixed,
-        tuple(made.transverse(p.state) for p in fixed.points) if made is not None else (),
-        tuple(replace(m, curve=_thinned(m.curve)) for m in separatrices),
+        portrait.check = partial(work.report, 0.2 + 0.8 * k / starts.shape[1], "trajectories")
+        pair = _thin_curve(portrait.follow(start, True)), _thin_curve(portrait.follow(start, False))
+        trajectories += [pair] if k < drawn_count else []
+    return PortraitFindings(
+        fixed_set,
+        tuple(section.transverse(p.state) for p in fixed_set.points) if section is not None else (),
+        tuple(replace(m, curve=_thin_curve(m.curve)) for m in separatrices),
         tuple(trajectories),
-        tuple(portrait.closed),
+        tuple(portrait.closed_curves),
         len(separatrices) + 2 * starts.shape[1],
-        tuple(_turned(made, c) for c in portrait.closed) if made is not None else (),
+        tuple(_rotor_angle(section, c) for c in portrait.closed_curves) if section is not None else (),
     )
 
 
@@ -311,18 +313,18 @@ def _places(plan: Plan, plane: Plane, count: int) -> np.ndarray:
     return np.asarray(plane.low[:, None] + share * plane.scale[:, None])
 
 
-def _thinned(curve: PhaseCurve) -> PhaseCurve:
-    keep = np.unique(np.concatenate([np.arange(0, curve.states.shape[1], _KEPT), [curve.states.shape[1] - 1]]))
+def _thin_curve(curve: PhaseCurve) -> PhaseCurve:
+    keep = np.unique(np.concatenate([np.arange(0, curve.states.shape[1], _SAMPLE_STRIDE), [curve.states.shape[1] - 1]]))
     return replace(curve, states=curve.states[:, keep], time=curve.time[keep])
 
 
-def _turned(made: Section, curve: ClosedCurve) -> float:
+def _rotor_angle(section: Section, curve: ClosedCurve) -> float:
     """Return the angle by which the main rotor turns in a period."""
-    if made.turning < 0:
-        return abs(made.speed or 0.0) * curve.period
-    system = replace(made.system, outputs=(), quadratures=(Output(_TURNED, made.system.states[made.turning]),))
+    if section.turning < 0:
+        return abs(section.speed or 0.0) * curve.period
+    system = replace(section.system, outputs=(), quadratures=(Output(_ROTOR_ANGLE, section.system.states[section.turning]),))
     ends = np.array([0.0, curve.period])
-    run_ = integrate(compile_system(system), curve.states[:, 0], made.system.values(made.values), ends)
+    run_ = integrate(compile_system(system), curve.states[:, 0], section.system.values(section.values), ends)
     if run_.failure is not None:
         raise WuchtError(run_.failure)
-    return abs(float(run_.quadratures[_TURNED][-1]))
+    return abs(float(run_.quadratures[_ROTOR_ANGLE][-1]))

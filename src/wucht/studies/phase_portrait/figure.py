@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.scales import of_pi
+from wucht.plots.scales import fraction_of_pi
 from wucht.plots.sheet import legend_below, new_grid
 from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS
@@ -18,7 +18,7 @@ from wucht.results.formatting import with_unit
 
 _UNSTABLE: dict[str, Any] = {"color": COLOURS[1], "linewidth": 1.7, "linestyle": "-", "zorder": 4}
 _STABLE: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.7, "linestyle": (0, (4, 1.6)), "zorder": 4}
-_CLOSED: dict[str, dict[str, Any]] = {
+_CLOSED_CURVES: dict[str, dict[str, Any]] = {
     kind: {"color": COLOURS[2], "linewidth": 2.8, "zorder": 5, "linestyle": line}
     for kind, line in (("stable", "-"), ("unstable", ":"))
 }
@@ -41,7 +41,7 @@ def figure(result: xr.Dataset) -> Figure:
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
     subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else model
     height = 4.2 if cases == 1 else 2.4 if columns == 2 else 1.9
-    drawn, axes = new_grid(cases, result.attrs["title"], subtitle, columns=columns, heights=height)
+    fig, axes = new_grid(cases, result.attrs["title"], subtitle, columns=columns, heights=height)
     for k, (axis, one) in enumerate(zip(axes, _portraits(result), strict=True)):
         _panel(axis, one)
         _scales(axis, result)
@@ -49,8 +49,8 @@ def figure(result: xr.Dataset) -> Figure:
             axis.set_aspect("equal", adjustable="box")
         if cases > 1:
             axis.set_title(str(result.case.values[k]))
-    legend_below(drawn, _legend(result))
-    return drawn
+    legend_below(fig, _legend(result))
+    return fig
 
 
 def _portraits(result: xr.Dataset) -> list[xr.Dataset]:
@@ -76,14 +76,14 @@ def _panel(axis: Axes, one: xr.Dataset) -> None:
         _curve(axis, states[order], box, turns, _TRAJECTORY, 6.0)
     for states, stable in zip(one.separatrices.values, one.separatrix_stable.values, strict=True):
         if np.isfinite(stable):
-            shown = states[order][:, ::-1] if stable else states[order]
-            _curve(axis, shown, box, turns, _STABLE if stable else _UNSTABLE, 11.0)
+            path = states[order][:, ::-1] if stable else states[order]
+            _curve(axis, path, box, turns, _STABLE if stable else _UNSTABLE, 11.0)
     for states, kind in zip(one.closed_curves.values, one.closed_curve_kind.values.astype(str), strict=True):
-        if kind in _CLOSED:  # those of a family are drawn as trajectories
-            _curve(axis, states[order], box, turns, _CLOSED[kind], 11.0)
-    for state, what in zip(one.fixed_points.values, _classes(one), strict=True):
+        if kind in _CLOSED_CURVES:  # those of a family are drawn as trajectories
+            _curve(axis, states[order], box, turns, _CLOSED_CURVES[kind], 11.0)
+    for state, symbol in zip(one.fixed_points.values, _classes(one), strict=True):
         for shift in _shifts(state[order][:, None], box, turns):
-            axis.plot(*(state[order] + shift), zorder=7, clip_on=False, **_POINT | _POINTS[what][1])
+            axis.plot(*(state[order] + shift), zorder=7, clip_on=False, **_POINT | _POINTS[symbol][1])
 
 
 def _classes(one: xr.Dataset) -> list[str]:
@@ -102,16 +102,16 @@ def _shifts(states: np.ndarray, box: np.ndarray, turns: np.ndarray) -> list[np.n
     fine = states[:, np.isfinite(states).all(axis=0)]
     if not fine.size:
         return []
-    each = []
+    shifts = []
     for i in range(2):
         if not turns[i]:
-            each.append([0.0])
+            shifts.append([0.0])
             continue
         slack = 1e-9 * turns[i]
         first = math.ceil((box[i, 0] - fine[i].max() - slack) / turns[i])
         last = math.floor((box[i, 1] - fine[i].min() + slack) / turns[i])
-        each.append([k * turns[i] for k in range(first, last + 1)])
-    return [np.array([a, b]) for a in each[0] for b in each[1]]
+        shifts.append([k * turns[i] for k in range(first, last + 1)])
+    return [np.array([a, b]) for a in shifts[0] for b in shifts[1]]
 
 
 def _curve(axis: Axes, states: np.ndarray, box: np.ndarray, turns: np.ndarray, style: dict[str, Any], head: float) -> None:
@@ -128,14 +128,14 @@ def _curve(axis: Axes, states: np.ndarray, box: np.ndarray, turns: np.ndarray, s
 def _arrow(axis: Axes, x: np.ndarray, box: np.ndarray, style: dict[str, Any], head: float) -> None:
     """Draw an arrow in the middle of the visible part of a curve, unless this is too short."""
     share = (x - box[:, :1]) / (box[:, 1:] - box[:, :1])
-    seen = ((share > 0.02) & (share < 0.98)).all(axis=0)
-    steps = np.hypot(*np.diff(share, axis=1)) * (seen[:-1] & seen[1:])
+    is_visible = ((share > 0.02) & (share < 0.98)).all(axis=0)
+    steps = np.hypot(*np.diff(share, axis=1)) * (is_visible[:-1] & is_visible[1:])
     whole = float(steps.sum())
     if whole < 0.06:
         return
     at = min(int(np.searchsorted(np.cumsum(steps), whole / 2)), len(steps) - 1)
     ahead = min(at + 1 + int((np.cumsum(steps[at:]) < 0.004).sum()), x.shape[1] - 1)
-    if not seen[at] or ahead == at:
+    if not is_visible[at] or ahead == at:
         return
     arrow = {"arrowstyle": "-|>", "color": style["color"], "linewidth": 0.0, "mutation_scale": head, "shrinkA": 0, "shrinkB": 0}
     axis.annotate("", xy=tuple(x[:, ahead]), xytext=tuple(x[:, at]), arrowprops=arrow, zorder=style["zorder"] + 0.5)
@@ -145,25 +145,25 @@ def _scales(axis: Axes, result: xr.Dataset) -> None:
     """Set names and ticks of both axes; angles in parts of pi."""
     for i, one in zip(_order(result), (axis.xaxis, axis.yaxis), strict=True):
         name, unit = str(result.state_label.values[i]), str(result.state_unit.values[i])
-        shown = {"psi": "$\\psi$", "speed": "$\\omega$"}.get(str(result.state.values[i]), "")
-        one.set_label_text(with_unit(f"{name} {shown}".strip() if result.attrs["section"] else name, unit))
+        symbol = {"psi": "$\\psi$", "speed": "$\\omega$"}.get(str(result.state.values[i]), "")
+        one.set_label_text(with_unit(f"{name} {symbol}".strip() if result.attrs["section"] else name, unit))
         if result.turn.values[i]:
             low, high = result.drawn.values[i]
             parts = 2 if high - low <= 2.1 * math.pi else 1
             step = math.pi / parts
             ticks = range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
-            one.set_ticks([t * step for t in ticks], [of_pi(t, parts) for t in ticks])
+            one.set_ticks([t * step for t in ticks], [fraction_of_pi(t, parts) for t in ticks])
 
 
 def _legend(result: xr.Dataset) -> list[Any]:
     """Return the legend's entries of the drawn symbols and lines."""
     there = {c for p in _portraits(result) for c, kind in zip(_classes(p), p.fixed_point_kind.values, strict=True) if kind}
-    entries = [entry(name, **_POINT | style) for what, (name, style) in _POINTS.items() if what in there]
+    entries = [entry(name, **_POINT | style) for symbol, (name, style) in _POINTS.items() if symbol in there]
     if result.sizes["separatrix"]:
         entries.append(entry("unstable manifold: leaves the saddle", **_UNSTABLE))
         entries.append(entry("stable manifold: leads to the saddle", **_STABLE))
     kinds = {str(k) for k in np.ravel(result.closed_curve_kind.values)}
-    entries += [entry(f"closed curve, {kind}", **look) for kind, look in _CLOSED.items() if kind in kinds]
+    entries += [entry(f"closed curve, {kind}", **look) for kind, look in _CLOSED_CURVES.items() if kind in kinds]
     if result.sizes["trajectory"]:
         entries.append(entry("trajectory", **_TRAJECTORY))
     for i, (colour, dashes) in zip(_order(result), _NULLCLINES, strict=True) if "rate" in result else ():

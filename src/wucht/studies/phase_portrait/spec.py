@@ -14,29 +14,29 @@ from wucht.studies import spec as common
 MOST_PORTRAITS, MOST_TRAJECTORIES = 60, 400
 
 
-def _table(given: Any) -> Any:
-    if not isinstance(given, Mapping):
+def _table(value: Any) -> Any:
+    if not isinstance(value, Mapping):
         raise ValueError("must be a table: ranges = { STATE = [low, high], ... }")
-    for name, pair in given.items():
+    for name, pair in value.items():
         if not isinstance(pair, list | tuple) or len(pair) != 2:
             raise ValueError(f"must give a pair [low, high] for {name}")
-    return {str(name): tuple(pair) for name, pair in given.items()}
+    return {str(name): tuple(pair) for name, pair in value.items()}
 
 
-def _together(given: Any) -> Any:
-    if given is True:
+def _together(value: Any) -> Any:
+    if value is True:
         return True
-    if isinstance(given, list | tuple) and len(given) > 1 and all(isinstance(name, str) for name in given):
-        return tuple(given)
+    if isinstance(value, list | tuple) and len(value) > 1 and all(isinstance(name, str) for name in value):
+        return tuple(value)
     raise ValueError('must be true, or the names of bodies: together = ["p1", "p2"]')
 
 
-def _trajectories(given: Any) -> Any:
-    if isinstance(given, list | tuple) and all(isinstance(start, Mapping) for start in given):
-        return tuple(map(dict, given))
-    if isinstance(given, bool) or not isinstance(given, int | float) or given != int(given) or given < 0:
+def _trajectories(value: Any) -> Any:
+    if isinstance(value, list | tuple) and all(isinstance(start, Mapping) for start in value):
+        return tuple(map(dict, value))
+    if isinstance(value, bool) or not isinstance(value, int | float) or value != int(value) or value < 0:
         raise ValueError("must be a number, or a list of starts: [{ STATE = VALUE, ... }, ...]")
-    return int(given)
+    return int(value)
 
 
 Ranges = Annotated[dict[str, tuple[common.Value, common.Value]], BeforeValidator(_table)]

@@ -10,23 +10,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.analysis.throw import NUMBERS
-from wucht.analysis.vibration import Forced
+from wucht.analysis.vibration import ForcedVibration
 from wucht.dynamics.run_ups.steady_phases import Piece
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.results.formatting import ReportLines, formats
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.response.computation import (
-    Curve,
     Findings,
     Maxima,
     Maximum,
     Plan,
+    ResponseCurve,
     centre_distance,
+    collect_maxima,
     eccentricity_of,
-    found_maxima,
-    lag_of,
     losses_of,
+    phase_lags,
     self_centring_speed,
 )
 
@@ -39,12 +39,12 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     w, steady = findings.speeds, plan.steady
     machine, pieces = steady.machine, steady.pieces(w)
     eccentricity, losses, free = eccentricity_of(machine), losses_of(machine, w), free_speed(machine, machine.rotor)
-    each = [_over_speed(plan, forced, eccentricity, w, losses) for forced in steady.curves]
-    maxima = found_maxima(plan, findings, [_curve(one, k, pieces) for k, one in enumerate(each)])
+    quantities_by_curve = [_curve_quantities(plan, vibration, eccentricity, w, losses) for vibration in steady.curves]
+    maxima = collect_maxima(plan, findings, [_curve(one, k, pieces) for k, one in enumerate(quantities_by_curve)])
     inside = sorted(x for x in natural_frequencies(machine).values() if x > 0 and plan.range[0] <= x <= plan.range[1])
     critical = [x for x, below in zip(inside, [0.0, *inside], strict=False) if not math.isclose(x, below, rel_tol=1e-9)]
-    excited = any(bool(forced.force(w).any()) for forced in steady.curves)
-    speed, centred = machine.units.speed, self_centring_speed(steady, eccentricity, w) if excited else None
+    is_excited = any(bool(vibration.force(w).any()) for vibration in steady.curves)
+    speed, centring_speed = machine.units.speed, self_centring_speed(steady, eccentricity, w) if is_excited else None
     quantities = [
         Quantity("speed", w, "speed", speed, "speed"),
         Quantity("direction", list(machine.free_labels), "direction", "", "direction"),
@@ -53,65 +53,69 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("bodies", "steady" if steady.branches else "held", "phases of balancing bodies: held, or steady"),
         Quantity("critical_speeds", critical, "critical speeds in the range", speed),
         *natural_vibrations(machine),
-        *(_of_pieces(each, pieces) if steady.branches else each[0]),
-        *_of_maxima(plan, maxima),
+        *(_configuration_quantities(quantities_by_curve, pieces) if steady.branches else quantities_by_curve[0]),
+        *_maximum_quantities(plan, maxima),
         Quantity("loss_torque", losses, "torque of loads and bearings", machine.units.torque, "speed"),
         Quantity("free_speed", free, "speed reached without vibration", speed, "", in_summary=True),
         Quantity("eccentricity", eccentricity, "eccentricity of the rotor", machine.units.length, "", in_summary=True),
-        Quantity("self_centring_speed", centred, "speed from which the centre of mass is within the orbit of the axis", speed),
+        Quantity(
+            "self_centring_speed", centring_speed, "speed from which the centre of mass is within the orbit of the axis", speed
+        ),
     ]
-    undamped = sorted({x for c in findings.curves for x in c.undamped})
-    resonances = [f"{x:.6g} {speed}".rstrip() for x in undamped]
+    undamped_resonances = sorted({x for c in findings.curves for x in c.undamped_resonances})
+    resonances = [f"{x:.6g} {speed}".rstrip() for x in undamped_resonances]
     warnings = [f"the resonance at {at} is undamped: there the amplitude is infinite" for at in resonances]
-    sentence = _sentence(excited, critical, free, maxima.at_free)
-    return answer(quantities, sentence, warnings + steady.warnings, steady.assumed)
+    sentence = _sentence(is_excited, critical, free, maxima.at_free)
+    return answer(quantities, sentence, warnings + steady.warnings, steady.assumptions)
 
 
-def _over_speed(plan: Plan, forced: Forced, eccentricity: float, w: np.ndarray, losses: np.ndarray) -> list[Quantity]:
+def _curve_quantities(
+    plan: Plan, vibration: ForcedVibration, eccentricity: float, w: np.ndarray, losses: np.ndarray
+) -> list[Quantity]:
     """Return the quantities of one curve of the vibration over the speed."""
-    known = forced.phases(w)
-    forced = replace(forced, placed=known[0] if known[1] is None else lambda _: known)  # computed once
-    machine, units, z = plan.steady.machine, plan.steady.machine.units, forced.displacement(w)[0].T
-    along, vibration, orbit = "direction speed", forced.torque(w)[0], machine.orbit_unit
-    on_bodies = np.array([forced.torque_on(w, [i])[0] for i in range(len(machine.bodies))])
-    centre = centre_distance(plan.steady, forced, eccentricity, w)
+    phases = vibration.phases(w)
+    vibration = replace(vibration, phase_law=phases[0] if phases[1] is None else lambda _: phases)  # computed once
+    machine, units, z = plan.steady.machine, plan.steady.machine.units, vibration.displacement(w)[0].T
+    along, vibration_torque, orbit = "direction speed", vibration.torque(w)[0], machine.orbit_unit
+    on_bodies = np.array([vibration.torque_on(w, [i])[0] for i in range(len(machine.bodies))])
+    centre = centre_distance(plan.steady, vibration, eccentricity, w)
     return [
         Quantity("displacement_real", z.real, "displacement at the start of a turn (r: rad)", units.length, along),
         Quantity("displacement_imag", z.imag, "displacement a quarter turn before (r: rad)", units.length, along),
         Quantity("displacement_amplitude", np.abs(z), "amplitude of the carrier (r: rad)", units.length, along),
-        Quantity("lag", lag_of(machine, forced, w, z), "phase lag behind the unbalance", "rad", along),
-        Quantity("amplitude", forced.amplitude(w)[0], "amplitude of the axis", orbit, "speed"),
-        Quantity("minor_axis", forced.minor(w), "semi-minor axis of the orbit", orbit, "speed"),
+        Quantity("lag", phase_lags(machine, vibration, w, z), "phase lag behind the unbalance", "rad", along),
+        Quantity("amplitude", vibration.amplitude(w)[0], "amplitude of the axis", orbit, "speed"),
+        Quantity("minor_axis", vibration.minor_amplitude(w), "semi-minor axis of the orbit", orbit, "speed"),
         Quantity("centre_distance", centre, "distance of the centre of mass", units.length, "speed"),
-        Quantity("vibration_torque", vibration, "torque of the vibration", units.torque, "speed"),
-        Quantity("required_torque", vibration + losses, "torque required", units.torque, "speed"),
+        Quantity("vibration_torque", vibration_torque, "torque of the vibration", units.torque, "speed"),
+        Quantity("required_torque", vibration_torque + losses, "torque required", units.torque, "speed"),
         Quantity("torque_on_body", on_bodies, "torque of the vibration on a body", units.torque, "body speed"),
     ]
 
 
-def _curve(values: Sequence[Quantity], k: int, pieces: list[Piece]) -> Curve:
+def _curve(values: Sequence[Quantity], k: int, pieces: list[Piece]) -> ResponseCurve:
     """Return the values of the k-th curve in which its maxima are searched."""
     stable = [p.stable for p in pieces if p.branch == k and not p.overlapping]
     amplitude, torque = (next(q.value for q in values if q.name == name) for name in ("amplitude", "vibration_torque"))
-    return Curve(amplitude, torque, np.any(stable, axis=0) if stable else np.full(len(amplitude), not pieces))
+    return ResponseCurve(amplitude, torque, np.any(stable, axis=0) if stable else np.full(len(amplitude), not pieces))
 
 
-def _of_pieces(each: list[list[Quantity]], pieces: list[Piece]) -> list[Quantity]:
+def _configuration_quantities(quantities_by_curve: list[list[Quantity]], pieces: list[Piece]) -> list[Quantity]:
     """Return the quantities over configurations, each in its range of speeds."""
-    stable, over = (np.array([getattr(p, name) for p in pieces], np.int8) for name in ("stable", "overlapping"))
+    stable, overlapping = (np.array([getattr(p, name) for p in pieces], np.int8) for name in ("stable", "overlapping"))
     names, along = np.array([p.label for p in pieces], str), "configuration"
     quantities = [
         Quantity("configuration_name", names, "steady phase configuration", "", along, coordinate=True),
         Quantity("stable", stable, "stable with the rotor held at the speed", "", f"{along} speed"),
-        Quantity("overlapping", over, "bodies of a track are in each other's place", "", along),
+        Quantity("overlapping", overlapping, "bodies of a track are in each other's place", "", along),
     ]
-    for k, q in enumerate(each[0]):
-        values = np.array([np.where(p.inside, each[p.branch][k].value, np.nan) for p in pieces])
+    for k, q in enumerate(quantities_by_curve[0]):
+        values = np.array([np.where(p.inside, quantities_by_curve[p.branch][k].value, np.nan) for p in pieces])
         quantities.append(replace(q, value=values, dimensions=f"{along} {q.dimensions}"))
     return quantities
 
 
-def _of_maxima(plan: Plan, maxima: Maxima) -> list[Quantity]:
+def _maximum_quantities(plan: Plan, maxima: Maxima) -> list[Quantity]:
     """Return the largest amplitudes and torques, and the vibration in operation."""
     units, orbit, at_free = plan.steady.machine.units, plan.steady.machine.orbit_unit, maxima.at_free
     largest, hardest, peaks = maxima.largest, maxima.hardest, maxima.amplitudes
@@ -120,17 +124,17 @@ def _of_maxima(plan: Plan, maxima: Maxima) -> list[Quantity]:
     torque = {"speed": ("speed of a largest torque", units.speed), "torque": ("largest torque", units.torque)} | there
     columns: dict[str, Any] = {"speed": [m.speed for m in peaks], "amplitude": [m.value for m in peaks]}
     columns |= {"configuration": np.array([m.label for m in peaks], str)} if plan.steady.branches else {}
-    where = largest.speed if largest is not None and largest.value != 0 else None
-    hardest_where = hardest.speed if hardest is not None and hardest.value > 0 else None
+    peak_speed = largest.speed if largest is not None and largest.value != 0 else None
+    hardest_speed = hardest.speed if hardest is not None and hardest.value > 0 else None
     operation, throw = max((m.value for m in at_free), default=None), None if maxima.throw is None else maxima.throw.numbers
     labels = [m.label for m in at_free if m.label]
     return [
         Quantity("peak_amplitude", largest and largest.value, "largest amplitude of the axis", orbit, headline=True),
-        Quantity("peak_speed", where, "speed of the largest amplitude", units.speed),
+        Quantity("peak_speed", peak_speed, "speed of the largest amplitude", units.speed),
         *table("peaks", [_entry("amplitude", m) for m in peaks], "largest amplitudes", amplitude),
         *(Quantity(f"peak_{part}", values, *amplitude[part], "peak") for part, values in columns.items()),
         Quantity("peak_torque", hardest and hardest.value, "largest torque of the vibration", units.torque, headline=True),
-        Quantity("peak_torque_speed", hardest_where, "speed of the largest torque", units.speed),
+        Quantity("peak_torque_speed", hardest_speed, "speed of the largest torque", units.speed),
         *table("torque_peaks", [_entry("torque", m) for m in maxima.torques], "largest torques of the vibration", torque),
         Quantity("amplitude_at_free_speed", operation, "amplitude at the speed reached without vibration", orbit),
         Quantity("configurations_at_free_speed", labels, "stable configurations at that speed"),
@@ -143,15 +147,15 @@ def _entry(name: str, m: Maximum) -> dict[str, Any]:
     return {"speed": m.speed, name: m.value, **more}
 
 
-def _sentence(excited: bool, critical: list[float], free: float | None, at_free: list[Maximum]) -> str:
-    if not excited:
+def _sentence(is_excited: bool, critical: list[float], free: float | None, at_free: list[Maximum]) -> str:
+    if not is_excited:
         return "nothing excites the carrier: the unbalances are zero or cancel"
     count = len(critical)
     sentence = f"{count or 'no'} critical speed{'' if count == 1 else 's'} in the range"
     if free and critical:
         below = sum(c < abs(free) for c in critical)
-        where = "above" if below == count else "below" if not below else "between"
-        sentence += f"; the drive runs {where} {'it' if count == 1 else 'them'}"
+        relation = "above" if below == count else "below" if not below else "between"
+        sentence += f"; the drive runs {relation} {'it' if count == 1 else 'them'}"
     labels = dict.fromkeys(m.label for m in at_free if m.label)
     return f"{sentence}; bodies stable there: {', '.join(labels)}" if labels and free else sentence
 
@@ -174,11 +178,11 @@ def report(result: xr.Dataset) -> list[str]:
     else:
         never = "the balancing bodies have no stable steady phases"
         lines.add("amplitude", never if s["peak_amplitude"] is None else f"none{steady}")
-    others = [m for m in _stable(s["peaks"]) if m["speed"] != s["peak_speed"]]
-    if others:
-        shown = ["infinite" if m["amplitude"] is None else length(m["amplitude"]) for m in others[:_MOST]]
-        named = ", ".join(f"{size} at {speed(m['speed'])}" for size, m in zip(shown, others, strict=False))
-        lines.add("also", f"{named} and {len(others) - _MOST} more" if len(others) > _MOST else named)
+    further_peaks = [m for m in _stable(s["peaks"]) if m["speed"] != s["peak_speed"]]
+    if further_peaks:
+        amplitudes = ["infinite" if m["amplitude"] is None else length(m["amplitude"]) for m in further_peaks[:_MOST]]
+        listing = ", ".join(f"{size} at {speed(m['speed'])}" for size, m in zip(amplitudes, further_peaks, strict=False))
+        lines.add("also", f"{listing} and {len(further_peaks) - _MOST} more" if len(further_peaks) > _MOST else listing)
     lines.add("in operation", "{amplitude_at_free_speed} at {free_speed}")
     if (throw := s["throw_at_free_speed"]) is not None:
         weight = f"{throw['acceleration']:.4g} m/s\u00b2, machine number {throw['machine_number']:.3g}"

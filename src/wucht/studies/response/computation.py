@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.analysis.throw import Throw, steady_throw
-from wucht.analysis.vibration import Forced, WithSlope
+from wucht.analysis.vibration import ForcedVibration, WithSlope
 from wucht.analysis.working_points import curves
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.dynamics.work import Work
@@ -35,9 +35,9 @@ class Plan:
 def prepare(spec: Response, machine: Machine) -> Plan:
     """Return the plan. Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate."""
     if not machine.free_carrier:
-        needed = "nothing is free to vibrate: a response needs a carrier on springs, and this one is"
-        how, code = ("fixed", "fixed") if machine.shaken is None else ("moved as prescribed", "prescribed")
-        raise InputError("machine.carrier", None, f"{needed} {how}", code=code)
+        requirement = "nothing is free to vibrate: a response needs a carrier on springs, and this one is"
+        carrier_state, code = ("fixed", "fixed") if machine.shaken_coordinate is None else ("moved as prescribed", "prescribed")
+        raise InputError("machine.carrier", None, f"{requirement} {carrier_state}", code=code)
     steady = SteadyPhases.of(machine, spec.start, spec.bodies)
     return Plan(steady, spec.range or _speed_range(steady.machine), spec.points)
 
@@ -62,7 +62,7 @@ class Peaks:
 
     peaks: np.ndarray
     torque_peaks: np.ndarray
-    undamped: tuple[float, ...]
+    undamped_resonances: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -79,40 +79,46 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Yield the decisive speeds; the vibration at them takes milliseconds, and needs no second step."""
     work.report(0.0, "steady vibration")
-    grid = plan.steady.grid(plan.steady.forced.grid(*plan.range, plan.points))
-    curves = tuple(_peaks(forced, grid, plan.range) for forced in plan.steady.curves)
+    grid = plan.steady.grid(plan.steady.forced_vibration.grid(*plan.range, plan.points))
+    curves = tuple(_peaks(vibration, grid, plan.range) for vibration in plan.steady.curves)
     speeds = np.unique(np.concatenate([grid, *(x for c in curves for x in (c.peaks, c.torque_peaks))]))
-    for infinite in {w for c in curves for w in c.undamped}:
+    for infinite in {w for c in curves for w in c.undamped_resonances}:
         speeds = speeds[np.abs(speeds - infinite) > 1e-9 * infinite]
     yield Findings(speeds, curves)
 
 
-def _peaks(forced: Forced, grid: np.ndarray, over: tuple[float, float]) -> Peaks:
-    return Peaks(_maxima(forced.amplitude, grid), _maxima(forced.torque, grid), tuple(forced.undamped(*over)))
+def _peaks(vibration: ForcedVibration, grid: np.ndarray, speed_range: tuple[float, float]) -> Peaks:
+    return Peaks(
+        _maximum_speeds(vibration.amplitude, grid),
+        _maximum_speeds(vibration.torque, grid),
+        tuple(vibration.undamped_resonances(*speed_range)),
+    )
 
 
-def _maxima(curve: Callable[[np.ndarray], WithSlope], grid: np.ndarray) -> np.ndarray:
-    found = crossings(lambda w: curve(w)[1], grid, -1)
-    return found[np.isfinite(curve(found)[0])] if len(found) else found  # not beyond the end of a branch
+def _maximum_speeds(curve: Callable[[np.ndarray], WithSlope], grid: np.ndarray) -> np.ndarray:
+    speeds = crossings(lambda w: curve(w)[1], grid, -1)
+    return speeds[np.isfinite(curve(speeds)[0])] if len(speeds) else speeds  # not beyond the end of a branch
 
 
-def _amplitude_at(forced: Forced, undamped: tuple[float, ...], speed: float) -> float:
+def _amplitude_at(vibration: ForcedVibration, undamped_resonances: tuple[float, ...], speed: float) -> float:
     """Return the amplitude of the axis at a speed, infinite at an undamped resonance that moves it."""
-    if any(math.isclose(speed, w, rel_tol=1e-9) for w in undamped) and forced.grows(forced.amplitude, speed):
+    if any(math.isclose(speed, w, rel_tol=1e-9) for w in undamped_resonances) and vibration.grows_unbounded(
+        vibration.amplitude, speed
+    ):
         return math.inf
-    return float(forced.amplitude(np.array([speed]))[0][0])
+    return float(vibration.amplitude(np.array([speed]))[0][0])
 
 
-def lag_of(machine: Machine, forced: Forced, speeds: np.ndarray, z: np.ndarray) -> np.ndarray:
+def phase_lags(machine: Machine, vibration: ForcedVibration, speeds: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Return the lag (m, N) at speeds (N,) of each displacement (m, N) behind the force of the unbalance in its direction.
 
     That of a foundation, on which no unbalance acts, is behind the force on the direction that it carries; anywhere else the
     reference is the main rotor's angle if the unbalances exert no force. NaN without motion.
     """
     at = machine.bodies.index(machine.rotor)
-    main = np.exp(1j * np.broadcast_to(forced.phases(speeds)[0][at], speeds.shape))
-    force = dict(zip(machine.free_labels, forced.force(speeds).T, strict=True))
-    for label, above in (pair for p in machine.parts for pair in p.standing().items()):
+    main = np.exp(1j * np.broadcast_to(vibration.phases(speeds)[0][at], speeds.shape))
+    force = dict(zip(machine.free_labels, vibration.force(speeds).T, strict=True))
+    for label, above in (pair for p in machine.parts for pair in p.supported_directions().items()):
         force[label] = force.get(above, np.zeros_like(main))
     excitation = np.array([np.where(force[label] != 0, force[label], main) for label in machine.free_labels])
     lag: np.ndarray = np.mod(-np.angle(z / excitation), 2 * math.pi)
@@ -128,10 +134,10 @@ def eccentricity_of(machine: Machine) -> float:
     return next((float(arm.xreplace(machine.numbers)) for arm in arms if arm is not None), math.nan)
 
 
-def centre_distance(steady: SteadyPhases, forced: Forced, eccentricity: float, speeds: np.ndarray) -> np.ndarray:
+def centre_distance(steady: SteadyPhases, vibration: ForcedVibration, eccentricity: float, speeds: np.ndarray) -> np.ndarray:
     """Return the distance (N,) of the main rotor's centre of mass from the axis' static position, NaN without one."""
     main = steady.machine.bodies.index(steady.machine.rotor)
-    return forced.centre(speeds, eccentricity, float(steady.angles[main]))
+    return vibration.centre_distance(speeds, eccentricity, float(steady.angles[main]))
 
 
 def self_centring_speed(steady: SteadyPhases, eccentricity: float, speeds: np.ndarray) -> float | None:
@@ -144,7 +150,9 @@ def self_centring_speed(steady: SteadyPhases, eccentricity: float, speeds: np.nd
         return None
 
     def outside(w: np.ndarray) -> np.ndarray:
-        return np.asarray(centre_distance(steady, steady.forced, eccentricity, w) - steady.forced.amplitude(w)[0])
+        return np.asarray(
+            centre_distance(steady, steady.forced_vibration, eccentricity, w) - steady.forced_vibration.amplitude(w)[0]
+        )
 
     if not eccentricity > 0 or not outside(speeds[-1:])[0] < 0:
         return None
@@ -171,7 +179,7 @@ class Maximum:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ResponseCurve:
     """The amplitude and the torque (N,) over the speed, and a mask (N,) of stable bodies."""
 
     amplitude: np.ndarray
@@ -197,53 +205,53 @@ class Maxima:
     throw: Throw | None
 
 
-def found_maxima(plan: Plan, findings: Findings, curves_there: Sequence[Curve]) -> Maxima:
+def collect_maxima(plan: Plan, findings: Findings, curves_there: Sequence[ResponseCurve]) -> Maxima:
     """Collect the maxima of all curves. curves_there: their values at the speeds of the findings."""
     machine, curves = plan.steady.machine, plan.steady.curves
     free = free_speed(machine, machine.rotor)
     amplitudes, torques = list[Maximum](), list[Maximum]()
-    largest, hardest, at_free = list[Maximum](), list[Maximum](), list[tuple[Maximum, Forced]]()
-    for k, (forced, peaks, curve) in enumerate(zip(curves, findings.curves, curves_there, strict=True)):
-        judged = _judge(plan, k)
-        amplitude = _amplitude(forced, peaks.undamped)
-        amplitudes += judged(peaks.peaks, amplitude(peaks.peaks))
-        torques += judged(peaks.torque_peaks, forced.torque(peaks.torque_peaks)[0])
-        largest += _greatest(findings.speeds, curve.amplitude, curve.stable)
-        hardest += _greatest(findings.speeds, curve.torque, curve.stable)
+    largest, hardest, at_free = list[Maximum](), list[Maximum](), list[tuple[Maximum, ForcedVibration]]()
+    for k, (vibration, peaks, curve) in enumerate(zip(curves, findings.curves, curves_there, strict=True)):
+        maxima_at = _maxima_on_curve(plan, k)
+        amplitude = _amplitude(vibration, peaks.undamped_resonances)
+        amplitudes += maxima_at(peaks.peaks, amplitude(peaks.peaks))
+        torques += maxima_at(peaks.torque_peaks, vibration.torque(peaks.torque_peaks)[0])
+        largest += _greatest_value(findings.speeds, curve.amplitude, curve.stable)
+        hardest += _greatest_value(findings.speeds, curve.torque, curve.stable)
         at = np.array([] if free is None else [abs(free)])
-        standing = (m for m in judged(at, amplitude(at)) if (m.stable and math.isfinite(m.value)) or math.isinf(m.value))
-        at_free += [(m, forced) for m in standing]
+        free_maxima = (m for m in maxima_at(at, amplitude(at)) if (m.stable and math.isfinite(m.value)) or math.isinf(m.value))
+        at_free += [(m, vibration) for m in free_maxima]
     largest += [m for m in amplitudes if math.isinf(m.value) and m.stable]
     widest = max(at_free, key=lambda pair: pair[0].value, default=None)
-    bounded = widest if widest is not None and math.isfinite(widest[0].value) else None
-    throw = None if bounded is None else steady_throw(machine, bounded[1], bounded[0].speed)
-    return Maxima(amplitudes, torques, _last_of(largest), _last_of(hardest), [m for m, _ in at_free], throw)
+    finite_maximum = widest if widest is not None and math.isfinite(widest[0].value) else None
+    throw = None if finite_maximum is None else steady_throw(machine, finite_maximum[1], finite_maximum[0].speed)
+    return Maxima(amplitudes, torques, _largest_maximum(largest), _largest_maximum(hardest), [m for m, _ in at_free], throw)
 
 
-def _amplitude(forced: Forced, undamped: tuple[float, ...]) -> Callable[[np.ndarray], np.ndarray]:
-    return lambda speeds: np.array([_amplitude_at(forced, undamped, w) for w in speeds.tolist()])
+def _amplitude(vibration: ForcedVibration, undamped_resonances: tuple[float, ...]) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda speeds: np.array([_amplitude_at(vibration, undamped_resonances, w) for w in speeds.tolist()])
 
 
-def _judge(plan: Plan, k: int) -> Callable[[np.ndarray, np.ndarray], list[Maximum]]:
+def _maxima_on_curve(plan: Plan, k: int) -> Callable[[np.ndarray, np.ndarray], list[Maximum]]:
     """Return a function of speeds and values on the k-th curve, for the maxima with their configurations; NaN is left out."""
 
-    def judged(speeds: np.ndarray, values: np.ndarray) -> list[Maximum]:
+    def maxima_at(speeds: np.ndarray, values: np.ndarray) -> list[Maximum]:
         labels, stable = np.full(len(speeds), ""), np.ones(len(speeds), bool)
         if plan.steady.branches:
             branch = plan.steady.branches[k]
             labels, stable = branch.labels(speeds), branch.stable(speeds) & (not branch.overlapping)
-        each = zip(speeds.tolist(), values.tolist(), labels.tolist(), stable.tolist(), strict=True)
-        return [Maximum(*at) for at in each if not math.isnan(at[1])]
+        rows = zip(speeds.tolist(), values.tolist(), labels.tolist(), stable.tolist(), strict=True)
+        return [Maximum(*at) for at in rows if not math.isnan(at[1])]
 
-    return judged
+    return maxima_at
 
 
-def _greatest(speeds: np.ndarray, values: np.ndarray, stable: np.ndarray) -> list[Maximum]:
+def _greatest_value(speeds: np.ndarray, values: np.ndarray, stable: np.ndarray) -> list[Maximum]:
     """Return the greatest value of (N,) where bodies are stable, if there is one."""
-    allowed = np.where(stable & np.isfinite(values), values, -np.inf)
-    at = int(allowed.argmax())
-    return [Maximum(float(speeds[at]), float(values[at]))] if np.isfinite(allowed[at]) else []
+    stable_values = np.where(stable & np.isfinite(values), values, -np.inf)
+    at = int(stable_values.argmax())
+    return [Maximum(float(speeds[at]), float(values[at]))] if np.isfinite(stable_values[at]) else []
 
 
-def _last_of(found: list[Maximum]) -> Maximum | None:
-    return max(reversed(found), key=lambda m: m.value, default=None)
+def _largest_maximum(maxima: list[Maximum]) -> Maximum | None:
+    return max(reversed(maxima), key=lambda m: m.value, default=None)

@@ -34,8 +34,8 @@ class Response(Spec):
     def check(self) -> None:
         """Refuse negative speeds."""
         if self.range is not None and self.range[0] < 0:
-            allowed = "must be a pair [low, high] of speeds of at least 0; bodies turn in the sense of their drives"
-            raise InputError("study.range", list(self.range), allowed)
+            requirement = "must be a pair [low, high] of speeds of at least 0; bodies turn in the sense of their drives"
+            raise InputError("study.range", list(self.range), requirement)
 
     def turning(self) -> str:
         """See ``Spec``."""

@@ -19,9 +19,9 @@ from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.formatting import Format, ReportLines, formats
-from wucht.results.quantities import Answer, Quantity, variables_of
+from wucht.results.quantities import Answer, Quantity, dataset_from_quantities
 from wucht.studies.motion_variables import envelopes, variables
-from wucht.studies.run_up.combined_runs import gathered, joined
+from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _FEWEST = 8  # samples
 _KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
 _FEWEST_A_TURN = 8
-_CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
+_BALANCE_LIMIT = 1e-6  # an energy residual beyond it is reported as a warning
 
 
 def _vibration_at_the_end(machine: Machine, result: xr.Dataset, inside: np.ndarray, deck: float | None) -> list[Quantity]:
@@ -38,17 +38,17 @@ def _vibration_at_the_end(machine: Machine, result: xr.Dataset, inside: np.ndarr
     ways = [d for d in "xy" if d in machine.labels]
     if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
         return []
-    shown = result.isel(time=inside)
-    place, velocity = (_plane(shown[name], "direction") for name in ("displacement", "velocity"))
-    throw = Throw.sampled(shown.time.values, place, velocity, deck)
-    force = largest_of(_plane(shown.bearing_force, "direction"))
+    samples = result.isel(time=inside)
+    place, velocity = (_plane(samples[name], "direction") for name in ("displacement", "velocity"))
+    throw = Throw.from_samples(samples.time.values, place, velocity, deck)
+    force = largest_of(_plane(samples.bearing_force, "direction"))
     quantities = [
         Quantity("bearing_force", force, "largest force of all bodies together on the carrier", "N"),
         *(Quantity(n, x, *NUMBERS[n], headline=n == "machine_number") for n, x in throw.numbers.items()),
     ]
-    if "rotor_bearing_force" in shown:
-        each = {str(name): shown.rotor_bearing_force.sel(rotor=name) for name in shown.rotor.values}
-        forces = {name: largest_of(_plane(force, "plane")) for name, force in each.items()}
+    if "rotor_bearing_force" in samples:
+        rotor_forces = {str(name): samples.rotor_bearing_force.sel(rotor=name) for name in samples.rotor.values}
+        forces = {name: largest_of(_plane(force, "plane")) for name, force in rotor_forces.items()}
         quantities.append(Quantity("bearing_forces", forces, "largest force of each rotor on the carrier", "N"))
     if deck is not None:
         quantities += [
@@ -67,22 +67,26 @@ def _plane(of: xr.DataArray, ways: str) -> np.ndarray:
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of one run, of one run of both models, or of many, with the dimension ``case``."""
-    runs = [joined(motions, [_of_motion(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
-    return gathered(plan, runs, findings.finished) if plan.several else runs[0].dataset()
+    runs = [join_models(motions, [_motion_answer(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
+    return gather_runs(plan, runs, findings.finished_count) if plan.several else runs[0].dataset()
 
 
-def _of_motion(motion: Motion, deck: float | None) -> Answer:
+def _motion_answer(motion: Motion, deck: float | None) -> Answer:
     """Return the answer for the motion of one model."""
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
-    quantities = variables(machine, motion.rows, motion.seen, motion.observation.largest)
-    observed = _observed(motion) if _coarse(motion) else None
-    quantities += [] if observed is None else envelopes(machine, motion.observation.main.last(1.0))
-    result = variables_of(quantities)
+    quantities = variables(machine, motion.rows, motion.machine_motion, motion.observation.largest)
+    limits = _observe_limits(motion) if _sampling_warnings(motion) else None
+    quantities += [] if limits is None else envelopes(machine, motion.observation.main.last(1.0))
+    result = dataset_from_quantities(quantities)
     residual = float(result.energy_residual.max())
-    summary = _summary(machine, result, verdict, observed)
+    summary = _summary(machine, result, verdict, limits)
     summary += _vibration_at_the_end(machine, result, _window(result, verdict), deck) if motion.model.name == "full" else []
     quantities = [replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in quantities]
-    flow = {"engine": motion.compiled.engine.name, "tolerance": motion.compiled.tolerance, "model": motion.model.name}
+    flow = {
+        "engine": motion.compiled_system.engine.name,
+        "tolerance": motion.compiled_system.tolerance,
+        "model": motion.model.name,
+    }
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
     warnings = _warnings(motion, residual)
     return Answer([*summary, *quantities], verdict.sentence, warnings, (), trajectory.failure, flow | end)
@@ -91,8 +95,8 @@ def _of_motion(motion: Motion, deck: float | None) -> Answer:
 def _warnings(motion: Motion, residual: float) -> list[str]:
     verdict, evidence, failure = motion.verdict, motion.verdict.evidence, motion.trajectory.failure
     # Of both models the horizon is that of the full one.
-    own = (*motion.case.horizon.warnings, *_coarse(motion)) if motion.model is motion.case.models[0] else ()
-    warnings = [*own, *motion.model.warnings, *((*motion.model.remedies, failure) if failure else ())]
+    run_warnings = (*motion.case.horizon.warnings, *_sampling_warnings(motion)) if motion.model is motion.case.models[0] else ()
+    warnings = [*run_warnings, *motion.model.warnings, *((*motion.model.remedies, failure) if failure else ())]
     if verdict.outcome is Outcome.PASSED and verdict.faster_branch:
         warnings.append(
             f"the rotor settled at {verdict.speed:.4g}, just beyond the maximum of the vibration torque at "
@@ -100,7 +104,7 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
             "captured states, close to its end"
         )
     warnings += [verdict.advice] if verdict.advice else []
-    if not residual <= _CLOSED:  # NaN does not close either
+    if not residual <= _BALANCE_LIMIT:  # NaN does not close either
         warnings.append(
             f"the energy balance closes only to {residual:.1e}: the run is not accurate; look for a parameter or a start that "
             "is off by a factor of thousands, or give a smaller study.tolerance"
@@ -108,12 +112,12 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
     return warnings
 
 
-def _coarse(motion: Motion) -> tuple[str, ...]:
+def _sampling_warnings(motion: Motion) -> tuple[str, ...]:
     """Return a warning where the motion is stored with few samples a turn."""
-    time, seen, machine = motion.seen.time, motion.seen, motion.case.machine
-    speeds = np.abs([motion_of(machine, seen, b)[1] for b in machine.bodies]).max(axis=0)
-    turned = float((np.diff(time) * np.maximum(speeds[1:], speeds[:-1])).max(initial=0.0))
-    samples = 2 * math.pi / turned if turned else math.inf
+    time, record, machine = motion.machine_motion.time, motion.machine_motion, motion.case.machine
+    speeds = np.abs([motion_of(machine, record, b)[1] for b in machine.bodies]).max(axis=0)
+    largest_angle = float((np.diff(time) * np.maximum(speeds[1:], speeds[:-1])).max(initial=0.0))
+    samples = 2 * math.pi / largest_angle if largest_angle else math.inf
     if samples >= _FEWEST_A_TURN:
         return ()
     return (
@@ -124,7 +128,7 @@ def _coarse(motion: Motion) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class _Observed:
+class _MotionLimits:
     """Limits of the integrated motion, in the window of the verdict: the least and the greatest speed of the main rotor, and
     of the amplitude the mean, the least and the greatest."""
 
@@ -132,18 +136,18 @@ class _Observed:
     amplitudes: tuple[float, float, float]
 
 
-def _observed(motion: Motion) -> _Observed:
+def _observe_limits(motion: Motion) -> _MotionLimits:
     machine, verdict, spans = motion.case.machine, motion.verdict, motion.observation.main.last(1.0)
     turns = motion.observation.rotors[machine.rotor.name].whole
     begin, end = verdict.window
-    inside, turned = spans.time >= begin, (turns.time >= begin) & (turns.time <= end)
+    inside, inside_turns = spans.time >= begin, (turns.time >= begin) & (turns.time <= end)
     inside[-1:] = True
     speeds = float(spans.least_speed[inside].min()), float(spans.greatest_speed[inside].max())
-    if turned.any():
-        which = slice(int(np.argmax(turned)), None)
-        return _Observed(speeds, turns.part(which).amplitudes)
+    if inside_turns.any():
+        selection = slice(int(np.argmax(inside_turns)), None)
+        return _MotionLimits(speeds, turns.part(selection).amplitudes)
     distance = spans.greatest_distance[inside]
-    return _Observed(speeds, (float(distance.mean()), float(distance.min()), float(distance.max())))
+    return _MotionLimits(speeds, (float(distance.mean()), float(distance.min()), float(distance.max())))
 
 
 def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
@@ -154,12 +158,12 @@ def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
     return inside
 
 
-def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, observed: _Observed | None) -> list[Quantity]:
+def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, limits: _MotionLimits | None) -> list[Quantity]:
     """Return the summary of the contract. limits: where the variables of the result are too few samples of the motion."""
     evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(result, verdict)
     machine, rotor = machine.at(float(result.time.values[-1])), result.speed.sel(body=machine.rotor.name).values[inside]
-    envelope, (low, high) = result.amplitude.values[inside], observed.speeds if observed else extremes(rotor)
-    amplitudes = verdict.amplitudes or (observed.amplitudes if observed else None)
+    envelope, (low, high) = result.amplitude.values[inside], limits.speeds if limits else extremes(rotor)
+    amplitudes = verdict.amplitudes or (limits.amplitudes if limits else None)
     amplitude, least, greatest = amplitudes or (float(f(envelope)) for f in (np.mean, np.min, np.max))
     if evidence.turning:
         mean = (float(np.sign(rotor.mean())) or 1.0) * verdict.speed
@@ -192,12 +196,12 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, observed: _
         Quantity("natural_frequencies", natural_frequencies(machine), "natural frequencies by mode", speed),
         Quantity("dimensionless", numbers(machine), "dimensionless numbers of the machine"),
         Quantity("advice", verdict.advice, "advice"),
-        Quantity("advised_time", verdict.needed, "sufficient time", time),
+        Quantity("advised_time", verdict.needed_time, "sufficient time", time),
     ]
-    if verdict.locked is not None:
+    if verdict.locking is not None:
         quantities += [
-            Quantity("mean_speeds", verdict.locked.speeds, "mean speeds of the rotors", speed),
-            Quantity("rotor_phases", verdict.locked.phases, "mean phases of the rotors", "rad"),
+            Quantity("mean_speeds", verdict.locking.speeds, "mean speeds of the rotors", speed),
+            Quantity("rotor_phases", verdict.locking.phases, "mean phases of the rotors", "rad"),
         ]
     if verdict.rotors:
         outcomes = {name: str(o) for name, o in verdict.rotors.items()}
@@ -216,12 +220,12 @@ def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a run-up."""
     s = result.wucht.summary
     if "cases" in s:
-        return _of_many(result, s)
+        return _case_lines(result, s)
     speed, length = formats(result, s["amplitude_unit"])
     lines, time = ReportLines(result), "" if result.wucht.dimensionless else " s"
-    modulated = s["modulation_period"] is not None
+    is_modulated = s["modulation_period"] is not None
     free = " of {free_speed} without vibration" if s["free_speed"] is not None else ""
-    lines.add("speed", "{final_speed}" + free + (", modulated, between {min_speed} and {max_speed}" if modulated else ""))
+    lines.add("speed", "{final_speed}" + free + (", modulated, between {min_speed} and {max_speed}" if is_modulated else ""))
     if len(s.get("mean_speeds", ())) > 1:
         lines.add("mean speeds", "{speeds}", speeds=", ".join(f"{n} {speed(w)}" for n, w in s["mean_speeds"].items()))
     if "rotor_phases" in s:
@@ -234,8 +238,8 @@ def report(result: xr.Dataset) -> list[str]:
         lines.add("phases", "{phases}", phases=_angles(s["final_phases"]))
     lines.add("unbalance", "{final_residual_unbalance:%} of the rotor's remains")
     if s["settling_time"] is not None:
-        lines.add("settled at", _settled(s, time))
-    if modulated:
+        lines.add("settled at", _settling_text(s, time))
+    if is_modulated:
         turns = s["modulation_period_phi"] / (2 * math.pi)
         depth = ", +-{modulation_depth:.2g%} of the speed averaged over turns" if s["modulation_depth"] is not None else ""
         lines.add("modulation", f"period {{modulation_period:.5g}}, {turns:.4g} turns{depth}")
@@ -244,10 +248,13 @@ def report(result: xr.Dataset) -> list[str]:
     lines.add("energy", "balance closed to {energy_residual:.1e}")
     if "slow" in s:
         lines.add("slow", f"{s['slow']['outcome']}, {_end(s['slow'], speed, length)}")
-    for name, apart in s.get("deviations", {}).items():
-        if apart is not None:
+    for name, deviation in s.get("deviations", {}).items():
+        if deviation is not None:
             lines.add(
-                "deviation", f"speed {{speed}}, amplitude {{amplitude}} at most, {name.replace('_', ' ')}", apart, "deviations"
+                "deviation",
+                f"speed {{speed}}, amplitude {{amplitude}} at most, {name.replace('_', ' ')}",
+                deviation,
+                "deviations",
             )
     return lines.report(f"{s['outcome'].upper()}: {s['sentence']}")
 
@@ -261,31 +268,31 @@ def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
     """Add lines on the vibration at the end: the load on the machine, and on the goods that it carries."""
     if s.get("stroke") is None or (s["machine_number"] < _GENTLE and "deck" not in s):
         return
-    across = lines.written(s["stroke"] * s["throw_ratio"], "m")
+    across = lines.format_value(s["stroke"] * s["throw_ratio"], "m")
     way = "" if s["throw_direction"] is None else f" at {math.degrees(s['throw_direction']):.1f}\u00b0"
     shape = f"{way}, {across} across" if s["throw_ratio"] < _CIRCLE else " on a circle"
-    thrown = f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
+    throw_text = f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
     lines.add("throw" if s["throw_ratio"] < _LINE else "stroke", f"{{stroke}} peak to peak{shape}")
-    lines.add("acceleration", f"{s['acceleration']:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{thrown}")
+    lines.add("acceleration", f"{s['acceleration']:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{throw_text}")
     lines.add("force", f"{_force(s['bearing_force'])} at most, of the bodies on the carrier")
     forces = s.get("bearing_forces", {})
     if forces:
-        lines.add("bearings", "{forces}", forces=_of_each(forces))
+        lines.add("bearings", "{forces}", forces=_bearing_forces(forces))
 
 
-def _of_each(forces: dict[str, float]) -> str:
+def _bearing_forces(forces: dict[str, float]) -> str:
     """Return the bearing force of each rotor; of many rotors, the largest."""
     largest = sorted(forces, key=lambda name: -forces[name])[:_MOST_ROTORS]
-    shown = ", ".join(f"{name} {_force(f)}" for name, f in forces.items() if name in largest)
+    listing = ", ".join(f"{name} {_force(f)}" for name, f in forces.items() if name in largest)
     more = f"; {len(forces) - _MOST_ROTORS} smaller ones" if len(forces) > _MOST_ROTORS else ""
-    return f"{shown} at most, of each rotor on the carrier{more}"
+    return f"{listing} at most, of each rotor on the carrier{more}"
 
 
 def _force(value: float) -> str:
     return f"{value / 1e3:.4g} kN" if value >= 1e3 else f"{value:.4g} N"
 
 
-def _settled(s: dict[str, Any], time_unit: str) -> str:
+def _settling_text(s: dict[str, Any], time_unit: str) -> str:
     """Return the settling time of the run; with that of the speed, if the amplitude takes longer."""
     speed, amplitude = s["settling_time"], s.get("amplitude_settling_time")
     if amplitude is None:  # with lagging bodies it beats permanently
@@ -304,7 +311,7 @@ def _end(s: dict[str, Any], speed: Format, length: Format) -> str:
     return f"{speed(s['final_speed'])}, amplitude {length(s['final_amplitude'])}"
 
 
-def _of_many(result: xr.Dataset, summary: dict[str, Any]) -> list[str]:
+def _case_lines(result: xr.Dataset, summary: dict[str, Any]) -> list[str]:
     """Return a line for each case."""
     cases = summary["cases"]
     speed, length = formats(result, cases[0]["amplitude_unit"] if cases else "m")
@@ -313,7 +320,11 @@ def _of_many(result: xr.Dataset, summary: dict[str, Any]) -> list[str]:
     for c in cases:
         lines.append(f"  {c['label']:{width}}  {c['outcome']:20} {_end(c, speed, length)}")
         if "slow" in c:
-            apart = c["deviations"]["at_equal_angle"]
-            far = "" if apart is None else f"; deviation {speed(apart['speed'])}, {length(apart['amplitude'])} at most"
+            deviation = c["deviations"]["at_equal_angle"]
+            far = (
+                ""
+                if deviation is None
+                else f"; deviation {speed(deviation['speed'])}, {length(deviation['amplitude'])} at most"
+            )
             lines.append(f"  {_SLOW:{width}}  {c['slow']['outcome']:20} {_end(c['slow'], speed, length)}{far}")
     return lines

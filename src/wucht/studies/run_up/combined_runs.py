@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.dynamics.run_ups.deviations import Deviations, at_equal_angle, at_equal_phase, course_of
+from wucht.dynamics.run_ups.deviations import Deviations, compared_motion, deviations_by_angle, deviations_by_phase
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.results.quantities import Answer, Quantity, variables_of
+from wucht.results.quantities import Answer, Quantity, dataset_from_quantities
 from wucht.studies.run_up.computation import Plan
 from wucht.studies.run_up.figure import mean_phase, rotor_angle
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_SHOWN = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
+_COMPARED_VARIABLES = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
 
 
-def joined(motions: Sequence[Motion], answers: Sequence[Answer]) -> Answer:
+def join_models(motions: Sequence[Motion], answers: Sequence[Answer]) -> Answer:
     """Join the full run-up with the averaged one at the same times; of one model alone return its answer unchanged.
 
     Variables slow_angle, slow_speed (body, time), slow_phase (balancer, time), slow_amplitude, slow_radius (time);
@@ -31,44 +31,48 @@ def joined(motions: Sequence[Motion], answers: Sequence[Answer]) -> Answer:
     if len(answers) == 1:
         return answers[0]
     full, slow = answers
-    failed = [f"averaged equations: {slow.failure}"] if slow.failure else []
-    courses = course_of(motions[0]), course_of(motions[1])
-    apart = {"at_equal_angle": at_equal_angle(*courses), "at_equal_phase": at_equal_phase(*courses)}
-    quantities = [*full.quantities, *_averaged(full, slow), *_deviations(full, apart)]
+    failures = [f"averaged equations: {slow.failure}"] if slow.failure else []
+    courses = compared_motion(motions[0]), compared_motion(motions[1])
+    deviations = {"at_equal_angle": deviations_by_angle(*courses), "at_equal_phase": deviations_by_phase(*courses)}
+    quantities = [*full.quantities, *_averaged_variables(full, slow), *_deviations(full, deviations)]
     attributes = {**full.attributes, "model": "both"}
-    return replace(full, quantities=quantities, warnings=[*full.warnings, *failed], attributes=attributes)
+    return replace(full, quantities=quantities, warnings=[*full.warnings, *failures], attributes=attributes)
 
 
-def _averaged(full: Answer, slow: Answer) -> list[Quantity]:
+def _averaged_variables(full: Answer, slow: Answer) -> list[Quantity]:
     """Return the variables of the averaged equations, padded to the length of the full run-up."""
-    own = {q.name: q for q in slow.quantities if q.dimensions is not None}
-    shown = [(q, own[q.name]) for q in full.quantities if q.name in _SHOWN and q.dimensions is not None and q.name in own]
+    slow_by_name = {q.name: q for q in slow.quantities if q.dimensions is not None}
+    pairs = [
+        (q, slow_by_name[q.name])
+        for q in full.quantities
+        if q.name in _COMPARED_VARIABLES and q.dimensions is not None and q.name in slow_by_name
+    ]
     variables = []
-    for q, averaged in shown:
-        values, length = np.asarray(averaged.value), np.shape(q.value)[-1]
+    for q, slow_variable in pairs:
+        values, length = np.asarray(slow_variable.value), np.shape(q.value)[-1]
         values = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, length - values.shape[-1])], constant_values=np.nan)
-        variables.append(replace(q, name=f"slow_{q.name}", value=values, what=f"{q.what}, averaged equations"))
+        variables.append(replace(q, name=f"slow_{q.name}", value=values, long_name=f"{q.long_name}, averaged equations"))
     return [*variables, Quantity("slow", slow.summary, "the same of the averaged equations")]
 
 
-def _deviations(full: Answer, apart: dict[str, Deviations | None]) -> list[Quantity]:
+def _deviations(full: Answer, deviations: dict[str, Deviations | None]) -> list[Quantity]:
     """Return the deviations of the models over the angle of the rotor; and the largest at equal angle and at equal phase."""
     unit = {q.name: q.unit for q in full.quantities if q.dimensions is not None}
-    largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in apart.items()}
+    largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in deviations.items()}
     parts = {"speed": ("difference of the speeds", unit["speed"]), "amplitude": ("difference of the distances", unit["radius"])}
     in_summary = Quantity("deviations", largest, "largest differences of the models", parts=parts)
-    if (at := apart["at_equal_angle"]) is None:
+    if (at := deviations["at_equal_angle"]) is None:
         return [in_summary]
     return [
         in_summary,
-        Quantity("compared", at.at, "angle of the rotor at which the models are compared", "rad", "compared"),
+        Quantity("compared", at.abscissa, "angle of the rotor at which the models are compared", "rad", "compared"),
         Quantity("speed_deviation", at.speed, "speed, full less slow", unit["speed"], "compared"),
         Quantity("radius_deviation", at.radius, "distance of the axis, full less slow", unit["radius"], "compared"),
     ]
 
 
 _MOST_SAMPLES = 20_000  # of a run
-_STORED = (
+_STORED_VARIABLES = (
     "speed",
     "amplitude",
     "phase",
@@ -80,25 +84,25 @@ _STORED = (
 )
 
 
-def gathered(plan: Plan, answers: Sequence[Answer], finished: int) -> xr.Dataset:
+def gather_runs(plan: Plan, answers: Sequence[Answer], finished_count: int) -> xr.Dataset:
     """Return the runs as one Dataset with the dimension ``case``; its summary has a list ``cases``."""
     import xarray as xr_
 
     pairs = list(zip(plan.cases, answers, strict=False))  # a run may be missing
     cases = [{"label": c.label, "start": dict(c.start), "value": c.value} | a.summary for c, a in pairs]
-    reduced = [_reduced(variables_of(a.quantities), plan.spec.over) for a in answers]
-    longest = max(r.sizes["sample"] for r in reduced)
-    padded = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced]
-    result = xr_.concat(padded, dim="case", combine_attrs="override")
+    reduced_runs = [_reduce_run(dataset_from_quantities(a.quantities), plan.spec.over) for a in answers]
+    longest = max(r.sizes["sample"] for r in reduced_runs)
+    padded_runs = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced_runs]
+    result = xr_.concat(padded_runs, dim="case", combine_attrs="override")
     result["time"].attrs = {"long_name": "time", "units": plan.machine.units.time}
     labels = Quantity("case", [c["label"] for c in cases], "case", "", "case")
     result = result.assign_coords(case=labels.variable)
     count = Counter(c["outcome"] for c in cases)
     warnings = [f"{c.label}: {w}" for c, a in pairs for w in a.warnings]
-    if finished < len(plan.cases):
-        warnings.append(f"{finished} of {len(plan.cases)} runs are finished")
-    outcome = next(iter(count)) if len(count) == 1 and finished == len(plan.cases) else None
-    parts = {q.name: (q.what, q.unit) for q in answers[0].quantities if q.dimensions is None or q.in_summary}
+    if finished_count < len(plan.cases):
+        warnings.append(f"{finished_count} of {len(plan.cases)} runs are finished")
+    outcome = next(iter(count)) if len(count) == 1 and finished_count == len(plan.cases) else None
+    parts = {q.name: (q.long_name, q.unit) for q in answers[0].quantities if q.dimensions is None or q.in_summary}
     quantities = [
         Quantity("outcome", outcome, "outcome, where all have the same"),
         Quantity("outcomes", dict(count), "number of runs of each outcome"),
@@ -110,12 +114,14 @@ def gathered(plan: Plan, answers: Sequence[Answer], finished: int) -> xr.Dataset
     return Answer(quantities, sentence, warnings, (), failure, {"outcome": outcome or "several"}).dataset(result)
 
 
-def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
+def _reduce_run(run: xr.Dataset, over: str) -> xr.Dataset:
     """Reduce a run to a few variables, sampled no more densely than a figure needs, and the figure's abscissa."""
     abscissae = {"phi": ("angle of the rotor", rotor_angle), "psi": ("mean phase of the bodies", mean_phase)}
     for model in ("", "slow_") if "slow_angle" in run else ("",):
         if over in abscissae:
             name, at = abscissae[over]
             run[f"{model}abscissa"] = Quantity("", at(run, model), name, "rad", "time").variable
-    shown = run[[n for n in _STORED if n in run]].isel(time=slice(None, None, -(-run.sizes["time"] // _MOST_SAMPLES)))
-    return shown.rename_dims(time="sample").reset_index("time").reset_coords("time")
+    samples = run[[n for n in _STORED_VARIABLES if n in run]].isel(
+        time=slice(None, None, -(-run.sizes["time"] // _MOST_SAMPLES))
+    )
+    return samples.rename_dims(time="sample").reset_index("time").reset_coords("time")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from wucht.dynamics.parameters import parameter_of, values_of
-from wucht.dynamics.run_ups.horizon import numbers_a_sample
+from wucht.dynamics.run_ups.horizon import numbers_per_sample
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
-from wucht.dynamics.run_ups.varied import start_states
+from wucht.dynamics.run_ups.run_variations import start_states
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -17,7 +17,7 @@ from wucht.studies.run_up.spec import RunUp
 
 
 @dataclass(frozen=True)
-class Case:
+class RunCase:
     """One run. value: of the parameter ``along``, if there is one. run: the case to be integrated."""
 
     label: str
@@ -32,7 +32,7 @@ class Plan:
 
     spec: RunUp
     machine: Machine
-    cases: tuple[Case, ...]
+    cases: tuple[RunCase, ...]
     several: bool
 
 
@@ -43,36 +43,36 @@ def prepare(spec: RunUp, machine: Machine) -> Plan:
     cases, starts = [], spec.starts or (spec.start,)
     values = (None,) if spec.along is None else values_of(machine, parameter_of(machine, spec.along), spec.values)
     for value in values:
-        changed = machine if spec.along is None or value is None else machine.with_values({spec.along: value})
-        cases += [_case(spec, changed, start, value) for start in starts]
+        variant = machine if spec.along is None or value is None else machine.with_values({spec.along: value})
+        cases += [_case(spec, variant, start, value) for start in starts]
     return Plan(spec, machine, tuple(cases), bool(spec.starts or spec.values))
 
 
 def numbers(plan: Plan) -> float:
     """Bound the count of stored numbers."""
-    return sum(run.horizon.samples * len(run.models) * numbers_a_sample(run.machine) for run in (c.run for c in plan.cases))
+    return sum(run.horizon.samples * len(run.models) * numbers_per_sample(run.machine) for run in (c.run for c in plan.cases))
 
 
-def _case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None) -> Case:
+def _case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None) -> RunCase:
     """Return one run of a question. Raises ``InputError``."""
     if spec.deck is not None and (machine.dimensionless or "y" not in machine.labels):
         raise InputError("study.deck", spec.deck, "allowed only for a machine with units whose carrier moves up and down (y)")
     run = RunUpCase.of(machine, start, spec.settings)
-    return Case(_label(spec, run.machine, start, value), start, value, run)
+    return RunCase(_label(spec, run.machine, start, value), start, value, run)
 
 
 def _label(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None) -> str:
     """Return the label of a run in a legend: the value of the parameter, the start, or both."""
-    parts = [] if value is None or spec.along is None else [machine.parameters[spec.along].at(value)]
+    parts = [] if value is None or spec.along is None else [machine.parameters[spec.along].value_text(value)]
     if spec.starts:
         units = {name: state.unit.si for name, state in start_states(machine).items()}
-        parts.append(", ".join(f"{k} = {_shown(v, units.get(k, ''))}" for k, v in start.items()) or "at rest")
+        parts.append(", ".join(f"{k} = {_value_text(v, units.get(k, ''))}" for k, v in start.items()) or "at rest")
     return "; ".join(parts)
 
 
-def _shown(value: Any, unit: str = "") -> str:
+def _value_text(value: Any, unit: str = "") -> str:
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{k} {_shown(v)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(f"{k} {_value_text(v)}" for k, v in value.items()) + "}"
     return f"{value:.6g} {unit}".rstrip() if isinstance(value, int | float) else str(value)
 
 
@@ -81,7 +81,7 @@ class Findings:
     """The motions of each run, of the full equations first. finished_count: number of finished runs."""
 
     motions: tuple[tuple[Motion, ...], ...]
-    finished: int
+    finished_count: int
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:

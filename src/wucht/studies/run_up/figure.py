@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots import sheet, style
-from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thinned
+from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thin_curve
 from wucht.plots.scales import name_speeds, plain_decades
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
@@ -30,15 +30,15 @@ def figure(result: xr.Dataset) -> Figure:
     decays = _falls_by_decades(result)
     heights = [_PANEL] * (3 + decays + len(angles)) + [RESIDUAL]
     subtitle = f"{result.attrs['outcome']}: {result.attrs['sentence']}"
-    drawn, axes = sheet.new_figure(len(heights), result.attrs["title"], subtitle, heights)
+    fig, axes = sheet.new_figure(len(heights), result.attrs["title"], subtitle, heights)
     at, name = abscissa(result)
     slow = abscissa(result, "slow_")[0] if "slow_speed" in result else None
     _speed(axes[0], result, at, slow)
     _amplitude(axes[1], result, at, slow)
     if decays:
         _amplitude(axes[2], result, at, slow, decades=True)
-    for axis, of in zip(axes[2 + decays :], angles, strict=False):
-        _phases(axis, result, of, at, slow)
+    for axis, variable in zip(axes[2 + decays :], angles, strict=False):
+        _phases(axis, result, variable, at, slow)
     draw_swings(axes[-2], at, result.motor_power.values, color=style.COLOURS[1], linewidth=1.0, label="motor power")
     axes[-2].set_ylabel(label(result, "motor_power"))
     for axis in axes[:-1]:
@@ -48,13 +48,13 @@ def figure(result: xr.Dataset) -> Figure:
     for axis in axes if high > low else ():
         axis.set_xlim(low, high)
     axes[-1].set_xlabel(name)
-    return drawn
+    return fig
 
 
 def _falls_by_decades(result: xr.Dataset) -> bool:
     """True if the amplitude ends so far below its maximum that a linear scale cannot show it there."""
-    seen = _positive(result.amplitude.values)
-    return len(seen) > 1 and bool(seen.max() > _DECADES * seen[-len(seen) // 10 :].min())
+    amplitudes = _positive(result.amplitude.values)
+    return len(amplitudes) > 1 and bool(amplitudes.max() > _DECADES * amplitudes[-len(amplitudes) // 10 :].min())
 
 
 def _positive(amplitude: np.ndarray) -> np.ndarray:
@@ -66,7 +66,7 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
 
     model: ``"slow_"`` for the run of the averaged equations.
     """
-    over = _over(result)
+    over = _abscissa_kind(result)
     if over == "time":
         return result.time.values, abscissa_label(result, "time")
     if over == "phi":
@@ -83,10 +83,10 @@ def rotor_angle(result: xr.Dataset, model: str) -> np.ndarray:
 def mean_phase(result: xr.Dataset, model: str) -> np.ndarray:
     """Return the mean angle (N,) of the bodies about the rotor, relative to the rotor."""
     angle = result[f"{model}angle"].values
-    return np.asarray(angle[_with_a_phase(result.phase)].mean(axis=0) - angle[0])
+    return np.asarray(angle[_has_phase(result.phase)].mean(axis=0) - angle[0])
 
 
-def _with_a_phase(phase: xr.DataArray) -> np.ndarray:
+def _has_phase(phase: xr.DataArray) -> np.ndarray:
     """True for bodies (n,) that have a phase."""
     return np.asarray(np.isfinite(phase.values).any(axis=1))
 
@@ -97,16 +97,16 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
     for i, name in enumerate(bodies):
         draw_swings(axis, time, result.speed.values[i], **_look(i, name, len(bodies)), zorder=3 - 0.01 * i)
     if slow is not None:
-        axis.plot(*thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, averaged equations", **style.SLOW)
+        axis.plot(*thin_curve(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, averaged equations", **style.SLOW)
     free = float(result.free_speed)
     if np.isfinite(free):
         axis.axhline(free, label="no-load speed", **style.FREE)
     if "vibration_frequency" in result and np.isfinite(float(result.vibration_frequency)):
-        driven = float(result.vibration_frequency)
-        axis.axhline(driven, color=style.COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
+        frequency = float(result.vibration_frequency)
+        axis.axhline(frequency, color=style.COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
     natural = sorted({round(f, 9) for f in result.wucht.summary["natural_frequencies"].values() if f is not None})
-    signed = [-f if free < 0 else f for f in natural]
-    style.mark_levels(axis, signed, "natural frequencies" if len(natural) > 1 else "natural frequency")
+    signed_speeds = [-f if free < 0 else f for f in natural]
+    style.mark_levels(axis, signed_speeds, "natural frequencies" if len(natural) > 1 else "natural frequency")
     name_speeds(axis, result)
 
 
@@ -129,19 +129,19 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
             draw_swings(axis, time, scale * result.radius.values, color=style.COLOURS[4], linewidth=0.5, label="distance")
     draw_swings(axis, time, amplitude, color=style.COLOURS[0], linewidth=1.1, label="amplitude")
     if slow is not None:
-        axis.plot(*thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
+        axis.plot(*thin_curve(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
     axis.set_ylabel(with_unit("amplitude", unit) if decades else label(result, "amplitude", unit))
     if not decades:
         axis.set_ylim(bottom=0)
         return
-    seen = _positive(amplitude)
-    axis.set_ylim(max(0.7 * float(seen.min()), _LOWEST * float(seen.max())), 1.5 * float(seen.max()))
+    amplitudes = _positive(amplitude)
+    axis.set_ylim(max(0.7 * float(amplitudes.min()), _LOWEST * float(amplitudes.max())), 1.5 * float(amplitudes.max()))
     plain_decades(axis.yaxis)
 
 
 def _limits(axis: Axes, result: xr.Dataset, name: str, scale: float) -> None:
     """Draw the limits of a quantity over time, where few samples a turn are stored."""
-    if "span_end" not in result or _over(result) != "time":
+    if "span_end" not in result or _abscissa_kind(result) != "time":
         return
     ends = np.append(result.time.values[0], result.span_end.values)
     low, high = (scale * result[f"{limit}_{name}"].values for limit in ("least", "greatest"))
@@ -149,31 +149,31 @@ def _limits(axis: Axes, result: xr.Dataset, name: str, scale: float) -> None:
     axis.fill_between(ends, low, high, step="pre", color=style.GREY, alpha=0.3, linewidth=0, label="limits within a turn")
 
 
-def _over(result: xr.Dataset) -> str:
+def _abscissa_kind(result: xr.Dataset) -> str:
     return str(result.wucht.spec.get("over", "time"))
 
 
 def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:
     """Draw phases of bodies to their rotor, or of rotors (``rotor_phase``) to the vibration or to the first."""
-    reference, bodies = "the rotor", _with_a_phase(result[name])
+    reference, bodies = "the rotor", _has_phase(result[name])
     if name == "rotor_phase":
         shaken = bool(np.isfinite(float(result.vibration_frequency)))
         reference = "the vibration" if shaken else str(result.body.values[0])
-    own = [str(b) for b in result.body.values[bodies]]
+    names = [str(b) for b in result.body.values[bodies]]
     shift = int(reference != "the vibration")  # a body has one style in all panels, and the first body may have no phase
-    looks = [_look(i + shift, name, len(own) + shift) for i, name in enumerate(own)]
+    looks = [_look(i + shift, name, len(names) + shift) for i, name in enumerate(names)]
     degrees = np.degrees(result[name].values[bodies])
     begin = angle_panel(axis, degrees)
     draw_angles(axis, time, degrees, begin, looks)
     if slow is not None:
-        looks = [style.SLOW | ({} if i else {"label": "averaged equations"}) for i in range(len(own))]
+        looks = [style.SLOW | ({} if i else {"label": "averaged equations"}) for i in range(len(names))]
         draw_angles(axis, slow, np.degrees(result[f"slow_{name}"].values[bodies]), begin, looks)
     axis.set_ylabel(f"phase to {reference} (°)")
 
 
 def _figure_of_many(result: xr.Dataset) -> Figure:
     """Draw two panels of many run-ups: speed and amplitude of each case, named at the ends of lines where there is room."""
-    drawn, (speed, amplitude) = sheet.new_figure(2, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
+    fig, (speed, amplitude) = sheet.new_figure(2, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     cases, over, (scale, unit) = result.wucht.summary["cases"], "abscissa" in result, printed_unit(result, "amplitude")
     few, tones = len(cases) <= style.MOST_LOOKS, style.shades(len(cases))
     for k, case in enumerate(cases):
@@ -182,13 +182,13 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
         at = run["abscissa" if over else "time"].values[inside]
         name = f"{case['label']}: {case['outcome']}" if few or k < _MOST_NAMED else None
         look = style.line_style(k) if few else {"color": tones[k], "linewidth": 0.7}
-        speed.plot(*thinned(at, run.speed.values[0][inside]), **look)
-        amplitude.plot(*thinned(at, scale * run.amplitude.values[inside]), label=name, **look)
+        speed.plot(*thin_curve(at, run.speed.values[0][inside]), **look)
+        amplitude.plot(*thin_curve(at, scale * run.amplitude.values[inside]), label=name, **look)
         if "slow_speed" in result:
             slow = run["slow_abscissa" if over else "time"].values[inside]
-            named = "averaged equations" if k == 0 else None
-            speed.plot(*thinned(slow, run.slow_speed.values[0][inside]), label=named, **style.SLOW)
-            amplitude.plot(*thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
+            line_label = "averaged equations" if k == 0 else None
+            speed.plot(*thin_curve(slow, run.slow_speed.values[0][inside]), label=line_label, **style.SLOW)
+            amplitude.plot(*thin_curve(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
     style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
     name_speeds(speed, result)
@@ -198,5 +198,5 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
     if ends and np.ptp(ends) > 0:
         speed.set_xlim(np.min(ends), np.max(ends))
     sheet.name_at_ends(amplitude)
-    sheet.legend_below(drawn, sheet.named_in([speed]))
-    return drawn
+    sheet.legend_below(fig, sheet.labelled_handles([speed]))
+    return fig

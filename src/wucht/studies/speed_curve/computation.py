@@ -10,7 +10,7 @@ from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.schema import Parameter
 from wucht.studies.speed_curve.spec import SpeedCurve
@@ -29,7 +29,7 @@ class Plan:
     case: BranchCase
 
 
-def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
+def prepare(spec: SpeedCurve, subject: Machine | UserSystem) -> Plan:
     """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along = parameter_of(subject, spec.along, "along")
     bounds = ends_of(subject, along, spec.range)
@@ -39,8 +39,8 @@ def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
         limits = ends_of(subject, second, spec.second_range, "second_range")
         plane = SecondParameter(second.path, limits, second.value)
         if not limits[0] <= second.value <= limits[1]:
-            needed = f"must contain the value {second.value:.6g} that {second.path} has: there the curves begin"
-            raise InputError("study.second_range", list(spec.second_range), needed)
+            requirement = f"must contain the value {second.value:.6g} that {second.path} has: there the curves begin"
+            raise InputError("study.second_range", list(spec.second_range), requirement)
     elif second is not None and spec.second_values is not None:
         values = second.path, values_of(subject, second, spec.second_values, "second_values")
     return Plan(along, second, bounds, BranchCase.of(subject, along.path, bounds, spec.settings, plane, values))

@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
-from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, entry, equal_stretches, smooth_curve
+from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretches, kind_entries, smooth_curve
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
-from wucht.results.formatting import label, named, printed_unit, with_unit
+from wucht.results.formatting import label, parameter_in_words, printed_unit, with_unit
 
-Shown = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (values of the parameter, variable) -> ordinate
+Transform = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (values of the parameter, variable) -> ordinate
 
 _LINES: dict[int, dict[str, Any]] = {  # by the number of growing disturbances; 2: or more
     0: {"linestyle": "-", "linewidth": 1.8, "zorder": 3},
@@ -25,11 +25,11 @@ _LINES: dict[int, dict[str, Any]] = {  # by the number of growing disturbances; 
     2: {"linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.1, "zorder": 2},
     3: {"linestyle": (0, (1, 1)), "linewidth": 2.0, "zorder": 3},
 }
-_SOME = 3  # line of families with some stable members
+_SOME_MEMBERS = 3  # line of families with some stable members
 _WORDS = {
-    0: "stable", 1: "unstable", 2: "unstable, several\ndisturbances grow", _SOME: "some members of\nthe family stable",
+    0: "stable", 1: "unstable", 2: "unstable, several\ndisturbances grow", _SOME_MEMBERS: "some members of\nthe family stable",
 }  # fmt: skip
-_NAMED = {"compensating": 2, "together": 0, "opposed": 1}  # fixed colours of these states
+_STATE_COLOURS = {"compensating": 2, "together": 0, "opposed": 1}  # fixed colours of these states
 _MARKS: dict[str, Symbol] = {
     "fold": ("o", "white", ""), "hopf": ("D", "white", "Hopf point"), "branch-point": ("s", "black", ""),
     "some-stable": ("<", "white", "first members stable"), "all-stable": (">", "white", "all members stable"),
@@ -41,7 +41,7 @@ _ROOM = 0.06
 _NO_NAME = "steady states"
 _WIDEST = 23  # characters of a line of a legend
 _MOST_NAMED = 7  # values of the second parameter in the legend, if a colour scale is needed
-_NONE = 1e-3  # of the largest value: a ratio to a smaller one is not drawn
+_SMALLEST_DIVISOR = 1e-3  # of the largest value: a ratio to a smaller one is not drawn
 _AS_PRESCRIBED = 1e-9
 
 
@@ -51,15 +51,17 @@ def figure(result: xr.Dataset) -> Figure:
     """
     vibrates, plane = bool((result.amplitude.values > 0).any()), "curve_value" in result
     panels = 1 + vibrates + plane
-    drawn, axes = new_figure(panels, result.attrs["title"], result.attrs["sentence"], 2.5 if panels > 1 else 3.4)
-    colours, used = _colours(result), set[int]()
+    fig, axes = new_figure(panels, result.attrs["title"], result.attrs["sentence"], 2.5 if panels > 1 else 3.4)
+    colours, line_codes = _colours(result), set[int]()
     ratio = _ratio(result)
-    _branches(axes[0], result, "speed", ratio, colours, used)
-    axes[0].set_ylabel(label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_what(result)}")
+    _branches(axes[0], result, "speed", ratio, colours, line_codes)
+    axes[0].set_ylabel(
+        label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_parameter_name(result)}"
+    )
     _types(axes[0], result, "speed", ratio)
     if vibrates:
         scale, unit = printed_unit(result, "amplitude")
-        _branches(axes[1], result, "amplitude", lambda value, y: scale * y, colours, used)
+        _branches(axes[1], result, "amplitude", lambda value, y: scale * y, colours, line_codes)
         _types(axes[1], result, "amplitude", lambda value, y: scale * y)
         axes[1].set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
     if plane:
@@ -67,66 +69,68 @@ def figure(result: xr.Dataset) -> Figure:
     if _logarithmic(result):
         axes[-1].set_xscale("log")
     axes[-1].set_xlim(result.attrs["low"], result.attrs["high"])
-    axes[-1].set_xlabel(with_unit(_what(result), result.attrs["along_unit"]))
+    axes[-1].set_xlabel(with_unit(_parameter_name(result), result.attrs["along_unit"]))
     if ratio is None:
         rpm_axis(axes[0], str(result.speed.attrs["units"]))
-    legend_beside(axes[0], _legend(colours, used, result))
-    return drawn
+    legend_beside(axes[0], _legend(colours, line_codes, result))
+    return fig
 
 
-def _ratio(result: xr.Dataset) -> Shown | None:
+def _ratio(result: xr.Dataset) -> Transform | None:
     """Return the ratio of the ordinate to the parameter if both are speeds. None: the ordinate is drawn unchanged."""
-    both = (result.wucht.summary["show"], result.attrs["along_unit"], result.speed.attrs["units"])
-    if not result.sizes["point"] or both[0] is not None or not both[1] or both[1] != both[2]:
+    criteria = (result.wucht.summary["show"], result.attrs["along_unit"], result.speed.attrs["units"])
+    if not result.sizes["point"] or criteria[0] is not None or not criteria[1] or criteria[1] != criteria[2]:
         return None
-    least = _NONE * max(abs(result.attrs["low"]), abs(result.attrs["high"]))
+    least = _SMALLEST_DIVISOR * max(abs(result.attrs["low"]), abs(result.attrs["high"]))
 
-    def shown(value: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    def speed_ratio(value: np.ndarray, speed: np.ndarray) -> np.ndarray:
         return np.where(np.abs(value) < least, np.nan, speed / np.where(np.abs(value) < least, 1.0, value))
 
-    prescribed = np.nanmax(np.abs(shown(result.value.values, result.speed.values) - 1), initial=0.0) < _AS_PRESCRIBED
-    return None if prescribed else shown
+    is_prescribed = np.nanmax(np.abs(speed_ratio(result.value.values, result.speed.values) - 1), initial=0.0) < _AS_PRESCRIBED
+    return None if is_prescribed else speed_ratio
 
 
-def _branches(axis: Axes, result: xr.Dataset, name: str, shown: Shown | None, colours: dict[str, str], used: set[int]) -> None:
+def _branches(
+    axis: Axes, result: xr.Dataset, name: str, transform: Transform | None, colours: dict[str, str], line_codes: set[int]
+) -> None:
     """Draw all branches with their special points. line_codes: collects the styles of the drawn lines."""
-    of = shown or (lambda _, y: y)
-    y = of(result.value.values, result[name].values)
+    ordinate = transform or (lambda _, y: y)
+    y = ordinate(result.value.values, result[name].values)
     size = max(float(np.ptp(y[np.isfinite(y)])), _AS_PRESCRIBED) if np.isfinite(y).any() else 1.0
     for branch, pieces in _pieces(result):
         points = np.stack([result.value.values[branch], y[branch]])
         for begin, end, key, code in pieces:
-            used.add(code)
+            line_codes.add(code)
             panel = (result.attrs["high"] - result.attrs["low"], size)
             axis.plot(*smooth_curve(points, panel, begin, end), color=colours[key], **_LINES[code])
-    _special_points(axis, result, name, of)
+    _special_points(axis, result, name, ordinate)
     if result.sizes["own"]:
         axis.axvline(result.wucht.summary["value"], zorder=1, **GUIDE)
     axis.margins(y=_ROOM)
-    if np.nanmin(y, initial=np.inf) >= 0 and (shown is None or name == "amplitude"):
+    if np.nanmin(y, initial=np.inf) >= 0 and (transform is None or name == "amplitude"):
         axis.set_ylim(bottom=0)
 
 
-def _types(axis: Axes, result: xr.Dataset, of: str, shown: Shown | None) -> None:
+def _types(axis: Axes, result: xr.Dataset, variable: str, transform: Transform | None) -> None:
     """Write the type of its states on each branch, farthest from the others and from special points, if there is room."""
     if np.isfinite(result.second_value.values).any():
         return
 
-    def placed(prefix: str) -> np.ndarray:
+    def panel_points(prefix: str) -> np.ndarray:
         """Return points in coordinates of the panel (2, N)."""
-        value, y = result[f"{prefix}value"].values, result[f"{prefix}{of}"].values
-        y = y if shown is None else shown(value, y)
+        value, y = result[f"{prefix}value"].values, result[f"{prefix}{variable}"].values
+        y = y if transform is None else transform(value, y)
         low, high = (np.log10(result.attrs[e]) if _logarithmic(result) else result.attrs[e] for e in ("low", "high"))
         return np.stack([((np.log10(value) if _logarithmic(result) else value) - low) / (high - low), y])
 
-    at, special = placed(""), placed("special_")
+    at, special = panel_points(""), panel_points("special_")
     size = np.array([[1.0], [max(float(np.nanmax(at[1], initial=0.0) - np.nanmin(at[1], initial=0.0)), _AS_PRESCRIBED)]])
     for k, name in enumerate(result.branch_type.values.astype(str).tolist()):
         inside = (result.branch.values == k) & (at[0] > _ROOM) & (at[0] < 1 - _ROOM)
         if not name or not inside.any():
             continue
-        others = np.concatenate([at[:, result.branch.values != k], special], axis=1) / size
-        room = np.hypot(*((at[:, inside] / size)[:, :, None] - others[:, None, :])).min(axis=1, initial=1.0)
+        obstacles = np.concatenate([at[:, result.branch.values != k], special], axis=1) / size
+        room = np.hypot(*((at[:, inside] / size)[:, :, None] - obstacles[:, None, :])).min(axis=1, initial=1.0)
         best = int(np.nan_to_num(room).argmax())
         if room[best] > _ROOM:
             place = float(result.value.values[inside][best]), float(at[1, inside][best])
@@ -140,28 +144,28 @@ def _logarithmic(result: xr.Dataset) -> bool:
 
 def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
     """Draw the curves of folds and Hopf points in both parameters."""
-    number, named = result.curve.values, set[str]()
+    number, legend_names = result.curve.values, set[str]()
     for k in range(result.sizes["curve_number"]):
-        at, of, states = number == k, str(result.curve_of.values[k]), str(result.curve_label.values[k])
-        name = f"{_MARKS[of][2] or of}s" + ("" if states == _NO_NAME else f", {states}")
-        style: dict[str, Any] = {"color": colours.get(states, GREY), "linestyle": "-" if of == "fold" else "--"}
+        at, curve_type, states = number == k, str(result.curve_of.values[k]), str(result.curve_label.values[k])
+        name = f"{_MARKS[curve_type][2] or curve_type}s" + ("" if states == _NO_NAME else f", {states}")
+        style: dict[str, Any] = {"color": colours.get(states, GREY), "linestyle": "-" if curve_type == "fold" else "--"}
         x, y = result.curve_value.values[at], result.curve_second.values[at]
-        axis.plot(x, y, linewidth=1.3, label=None if name in named else _wrapped(name), **style)
-        named.add(name)
+        axis.plot(x, y, linewidth=1.3, label=None if name in legend_names else _wrap_label(name), **style)
+        legend_names.add(name)
     kinds = result.curve_kind.values.astype(str)
     for i, kind in enumerate(dict.fromkeys(k for k in kinds.tolist() if k)):
         at = kinds == kind
         x, y, marker = result.curve_value.values[at], result.curve_second.values[at], _SECOND_MARKS[i % len(_SECOND_MARKS)]
         name = kind.replace("-", " ").replace("hopf", "Hopf").replace("bogdanov takens", "Bogdanov-Takens")
-        axis.plot(x, y, marker, color="black", markerfacecolor="white", markersize=6, zorder=5, label=_wrapped(name))
+        axis.plot(x, y, marker, color="black", markerfacecolor="white", markersize=6, zorder=5, label=_wrap_label(name))
     axis.set_ylabel(with_unit(str(result.attrs["second_symbol"]), result.attrs["second_unit"]))
     axis.axhline(result.wucht.summary["second_value"], zorder=1, **GUIDE)
     legend_beside(axis)
 
 
-def _what(result: xr.Dataset) -> str:
-    path, what = str(result.attrs["along"]), str(result.attrs["along_what"])
-    return what if "." in path else named(path, what).replace(path, _symbol(result), 1)
+def _parameter_name(result: xr.Dataset) -> str:
+    path, description = str(result.attrs["along"]), str(result.attrs["along_what"])
+    return description if "." in path else parameter_in_words(path, description).replace(path, _symbol(result), 1)
 
 
 def _symbol(result: xr.Dataset) -> str:
@@ -173,7 +177,7 @@ def _with_its_unit(number: str, unit: str) -> str:
     return f"{number} {unit}".rstrip().replace(" ", "\N{NO-BREAK SPACE}")
 
 
-def _wrapped(text: str) -> str:
+def _wrap_label(text: str) -> str:
     """Wrap a name in a legend into lines that fit beside the panels."""
     return "\n".join(part for line in text.splitlines() for part in textwrap.wrap(line, _WIDEST))
 
@@ -184,7 +188,7 @@ def _key(result: xr.Dataset, branch: int) -> str:
     if np.isnan(second):
         return str(result.branch_label.values[branch])
     path = str(result.attrs["second"])
-    name = named(path, str(result.attrs["second_what"])) if "." in path else result.attrs["second_symbol"]
+    name = parameter_in_words(path, str(result.attrs["second_what"])) if "." in path else result.attrs["second_symbol"]
     return f"{name} = {_with_its_unit(f'{second:.6g}', result.attrs['second_unit'])}"
 
 
@@ -195,34 +199,38 @@ def _colours(result: xr.Dataset) -> dict[str, str]:
         return dict(zip(sorted(values, key=lambda key: values[key]), shades(len(values)), strict=True))
     keys = {_key(result, k): str(result.branch_name.values[k]) for k in range(result.sizes["branch"])}
     by_name = bool(np.isnan(result.second_value.values).all()) and any(keys.values())
-    left = [c for c in COLOURS if not by_name or c not in {COLOURS[i] for i in _NAMED.values()}]
+    free_colours = [c for c in COLOURS if not by_name or c not in {COLOURS[i] for i in _STATE_COLOURS.values()}]
     colours: dict[str, str] = {}
     for key, name in keys.items():
-        own = COLOURS[_NAMED[name]] if by_name and name in _NAMED else None
-        free = own is not None and own not in colours.values()
-        colours[key] = str(own) if free else left[len([c for c in colours.values() if c in left]) % len(left)]
+        state_colour = COLOURS[_STATE_COLOURS[name]] if by_name and name in _STATE_COLOURS else None
+        is_free = state_colour is not None and state_colour not in colours.values()
+        colours[key] = (
+            str(state_colour)
+            if is_free
+            else free_colours[len([c for c in colours.values() if c in free_colours]) % len(free_colours)]
+        )
     return colours
 
 
 def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, int, str, int]]]]:
     """Yield the points of each branch and its stretches that are drawn as one line: first, last, key, and style."""
     share, grow = result.stable_share.values, result.unstable.values
-    code = np.where(result.stable.values > 0, 0, np.where((share > 0) & (share < 1), _SOME, np.clip(grow, 1, 2)))
+    code = np.where(result.stable.values > 0, 0, np.where((share > 0) & (share < 1), _SOME_MEMBERS, np.clip(grow, 1, 2)))
     neutral = (code == 1) & (grow == 0)
     code = np.where((result.at_special.values > 0) | neutral, -1, code)
     number = result.branch.values
     for k in range(result.sizes["branch"]):
         at = np.flatnonzero(number == k)
-        own = code[at]
-        of_segment = np.where(own[:-1] >= 0, own[:-1], own[1:])
+        branch_codes = code[at]
+        of_segment = np.where(branch_codes[:-1] >= 0, branch_codes[:-1], branch_codes[1:])
         of_segment = np.where(of_segment >= 0, of_segment, 1)
         yield at, [(a, b, _key(result, k), int(of_segment[a])) for a, b in equal_stretches(of_segment)]
 
 
-def _special_points(axis: Axes, result: xr.Dataset, name: str, of: Shown) -> None:
+def _special_points(axis: Axes, result: xr.Dataset, name: str, ordinate: Transform) -> None:
     """Draw special points; with a second parameter, its value is written at each fold to distinguish curves without colours."""
     kinds = result.special_kind.values.astype(str)
-    x, y = result.special_value.values, of(result.special_value.values, result[f"special_{name}"].values)
+    x, y = result.special_value.values, ordinate(result.special_value.values, result[f"special_{name}"].values)
     draw_kinds(axis, x, y, kinds, _MARKS)
     many = len(np.unique(result.second_value.values)) > len(COLOURS)  # then the values would overlap
     for i in [] if many else np.flatnonzero(kinds == "fold").tolist():
@@ -232,17 +240,17 @@ def _special_points(axis: Axes, result: xr.Dataset, name: str, of: Shown) -> Non
             axis.annotate(f"{second:.4g}", (x[i], y[i]), fontsize=small(), **place)
 
 
-def _legend(colours: dict[str, str], used: set[int], result: xr.Dataset) -> list[Any]:
+def _legend(colours: dict[str, str], line_codes: set[int], result: xr.Dataset) -> list[Any]:
     single = next(iter(colours.values())) if len(colours) == 1 else GREY
-    named = {key: colour for key, colour in colours.items() if key != _NO_NAME or len(colours) > 1}
-    if np.isfinite(result.second_value.values).all() and len(named) > len(COLOURS):
-        chosen = np.linspace(0, len(named) - 1, _MOST_NAMED).round().astype(int).tolist()
-        named = {key: named[key] for key in [list(named)[i] for i in chosen]}
-    handles = [entry(_wrapped(key), color=colour, linewidth=1.8) for key, colour in named.items()]
-    handles += [entry(_WORDS[code], color=single, **_LINES[code]) for code in sorted(used)]
-    handles += entries_of_kinds(result.special_kind.values, _MARKS)
+    colour_entries = {key: colour for key, colour in colours.items() if key != _NO_NAME or len(colours) > 1}
+    if np.isfinite(result.second_value.values).all() and len(colour_entries) > len(COLOURS):
+        indices = np.linspace(0, len(colour_entries) - 1, _MOST_NAMED).round().astype(int).tolist()
+        colour_entries = {key: colour_entries[key] for key in [list(colour_entries)[i] for i in indices]}
+    handles = [entry(_wrap_label(key), color=colour, linewidth=1.8) for key, colour in colour_entries.items()]
+    handles += [entry(_WORDS[code], color=single, **_LINES[code]) for code in sorted(line_codes)]
+    handles += kind_entries(result.special_kind.values, _MARKS)
     if result.sizes["own"]:
-        own = _with_its_unit(f"{result.wucht.summary['value']:.5g}", result.attrs["along_unit"])
-        value = f"as it is: {own}" if "." in result.attrs["along"] else f"as it is:\n{_symbol(result)} = {own}"
+        value_text = _with_its_unit(f"{result.wucht.summary['value']:.5g}", result.attrs["along_unit"])
+        value = f"as it is: {value_text}" if "." in result.attrs["along"] else f"as it is:\n{_symbol(result)} = {value_text}"
         handles.append(entry(value, **GUIDE))
     return handles

@@ -15,7 +15,7 @@ from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.numerics.continuation.equilibria import HOPF
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity
-from wucht.studies.branch_variables import joined, of_steady_branches
+from wucht.studies.branch_variables import join_arrays, steady_branch_quantities
 from wucht.studies.speed_curve.computation import Plan
 
 if TYPE_CHECKING:
@@ -50,15 +50,15 @@ def label_of(name: str | None, type_: str | None, split: tuple[int, int] | None)
     return f"type {type_}: {name}" if type_ else f"{name}{apart}"
 
 
-def counted(number: int, one: str, several: str) -> str:
+def count_phrase(number: int, one: str, several: str) -> str:
     """Return a number with its noun: ``one fold``, ``3 folds``."""
     return f"one {one}" if number == 1 else f"{number} {several}"
 
 
-def in_words(kinds: Sequence[str]) -> str:
+def kinds_phrase(kinds: Sequence[str]) -> str:
     """Return the numbers of points by kind: ``2 folds, one Hopf point``; empty without points."""
     return ", ".join(
-        counted(kinds.count(kind), *_WORDS.get(kind, (kind.replace("-", " "), f"{kind.replace('-', ' ')}s")))
+        count_phrase(kinds.count(kind), *_WORDS.get(kind, (kind.replace("-", " "), f"{kind.replace('-', ' ')}s")))
         for kind in dict.fromkeys(kinds)
     )
 
@@ -66,12 +66,12 @@ def in_words(kinds: Sequence[str]) -> str:
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a speed curve."""
     s = result.wucht.summary
-    lines = [result.attrs["title"], f"verdict: {s['sentence']}", *_of_branches(result, s), *_of_points(result, s)]
+    lines = [result.attrs["title"], f"verdict: {s['sentence']}", *_branch_lines(result, s), *_point_lines(result, s)]
     complete = "yes" if s["complete"] else "not shown"
-    count = counted(len(s["searched"]), "value", "values")
+    count = count_phrase(len(s["searched"]), "value", "values")
     if s["searched"]:
-        shown = f"{s['shown']}; only branches between these values may be missing"
-        lines.append(f"  complete     {complete} at {count} of {s['along']}: {shown}")
+        evidence = f"{s['shown']}; only branches between these values may be missing"
+        lines.append(f"  complete     {complete} at {count} of {s['along']}: {evidence}")
     if s["inertia"] is not None:
         lines += [
             "  stability    in the averaged equations; study.kind = 'synchronous-states' has that in the full equations",
@@ -81,61 +81,64 @@ def report(result: xr.Dataset) -> list[str]:
     return lines
 
 
-def _of_branches(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
+def _branch_lines(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
     (speed, _), along, unit = _formats(result), s["along"], f" {s['along_unit']}".rstrip()
 
     def stretches(branch: dict[str, Any], word: str) -> str:
         """Return the ranges of one kind of stability, with the ordinates at their ends."""
-        both = zip(branch[f"{word}stable"], branch[f"{word}stable_speeds"], strict=True)
-        return " and ".join(f"{x:.5g} to {y:.5g}{unit} ({speed(a)} to {speed(b)})" for (x, y), (a, b) in both)
+        pairs = zip(branch[f"{word}stable"], branch[f"{word}stable_speeds"], strict=True)
+        return " and ".join(f"{x:.5g} to {y:.5g}{unit} ({speed(a)} to {speed(b)})" for (x, y), (a, b) in pairs)
 
     lines = []
     for k, branch in enumerate(s["branches"][:_MOST]):
         second = (
             f" at {s['second']} = {branch['second_value']:.6g} {s['second_unit']}".rstrip() if "second_value" in branch else ""
         )
-        of, stable, partly = branch["family_dimension"], stretches(branch, ""), stretches(branch, "partly_")
+        dimension, stable, partly = branch["family_dimension"], stretches(branch, ""), stretches(branch, "partly_")
         verdict = f"stable at {along} from {stable}" if stable else "nowhere stable"
-        if of and stable:
+        if dimension and stable:
             verdict = f"all members stable at {along} from {stable}"
-        elif of and partly:
+        elif dimension and partly:
             verdict = "nowhere all members stable"
         shares = " and ".join(f"{100 * a:.1f} to {100 * b:.1f} %" for a, b in branch["partly_stable_shares"])
         verdict += f"; some members stable and others not from {partly}, {shares} of them" if partly else ""
-        (low, high), label = branch["range"], f"{branch['label']}{f' (family of dimension {of})' if of else ''}{second}"
+        (low, high), label = (
+            branch["range"],
+            f"{branch['label']}{f' (family of dimension {dimension})' if dimension else ''}{second}",
+        )
         lines.append(f"  branch {k + 1:<5} {label}, from {low:.5g} to {high:.5g}{unit}: {verdict}")
         lines += [f"               its end: {end}" for end in dict.fromkeys(branch["ends"]) if end not in _PLAIN]
     return lines + ([f"  and {len(s['branches']) - _MOST} more branches"] if len(s["branches"]) > _MOST else [])
 
 
-def _of_points(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
+def _point_lines(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
     """Return lines on special points, on curves in two parameters, and on the states at the subject's value."""
     speed, amplitude = _formats(result)
     lines, along, unit = [], s["along"], f" {s['along_unit']}".rstrip()
-    of_second, shown = f" {s['second_unit'] or ''}".rstrip(), "speed " if s["show"] is None else f"{s['show']} = "
+    second_unit, quantity_label = f" {s['second_unit'] or ''}".rstrip(), "speed " if s["show"] is None else f"{s['show']} = "
     for p in s["special_points"][:_MOST]:
-        second = f", {s['second']} = {p['second_value']:.6g}{of_second}" if "second_value" in p else ""
+        second = f", {s['second']} = {p['second_value']:.6g}{second_unit}" if "second_value" in p else ""
         at = f"{along} = {p['value']:.7g}{unit}{second}"
-        beside = "" if p["frequency"] is None else f", oscillation with {p['frequency']:.5g} {_frequency(result)}".rstrip()
-        beside += f"; {_BESIDE[p['kind']]}" if p["kind"] in _BESIDE else ""
-        lines.append(f"  {p['kind']:12} {at}: {shown}{speed(p['speed'])}{amplitude(p['amplitude'])}{beside}")
+        remark = "" if p["frequency"] is None else f", oscillation with {p['frequency']:.5g} {_frequency(result)}".rstrip()
+        remark += f"; {_BESIDE[p['kind']]}" if p["kind"] in _BESIDE else ""
+        lines.append(f"  {p['kind']:12} {at}: {quantity_label}{speed(p['speed'])}{amplitude(p['amplitude'])}{remark}")
     rest = len(s["special_points"]) - _MOST
     lines += [f"  and {rest} more special points: see the Dataset"] if rest > 0 else []
     for c in s["curves"]:
         (low, high), (least, most) = c["range"], c["second_range"]
-        where = f"{along} from {low:.5g} to {high:.5g}{unit}, {s['second']} from {least:.5g} to {most:.5g}{of_second}"
-        lines.append(f"  curve of {_CURVES[c['of']]}{', ' if c['name'] else ''}{c['name'] or ''}: {where}")
+        extent = f"{along} from {low:.5g} to {high:.5g}{unit}, {s['second']} from {least:.5g} to {most:.5g}{second_unit}"
+        lines.append(f"  curve of {_CURVES[c['of']]}{', ' if c['name'] else ''}{c['name'] or ''}: {extent}")
         for p in c["special_points"]:
             lines.append(
-                f"    {p['kind']:16} {along} = {p['value']:.7g}{unit}, {s['second']} = {p['second_value']:.7g}{of_second}"
+                f"    {p['kind']:16} {along} = {p['value']:.7g}{unit}, {s['second']} = {p['second_value']:.7g}{second_unit}"
             )
     for state in s["states"]:
         word, value = "stable" if state["stable"] else "unstable", f"at {along} = {s['value']:.6g}{unit}"
         if not state["stable"] and state["stable_share"]:
             word = "partly"
-        of = f"; {100 * state['stable_share']:.1f} % of the family's members are stable" if word == "partly" else ""
-        drawn = f"{shown}{speed(state['speed'])}{amplitude(state['amplitude'])}"
-        lines.append(f"  {word:12} {value}: {state['name'] or 'steady'}, {drawn}{of}")
+        members = f"; {100 * state['stable_share']:.1f} % of the family's members are stable" if word == "partly" else ""
+        ordinates = f"{quantity_label}{speed(state['speed'])}{amplitude(state['amplitude'])}"
+        lines.append(f"  {word:12} {value}: {state['name'] or 'steady'}, {ordinates}{members}")
     return lines
 
 
@@ -168,26 +171,28 @@ class Special:
     second: float | None
 
 
-def specials(plan: Plan, findings: BranchFindings) -> list[Special]:
+def collect_special_points(plan: Plan, findings: BranchFindings) -> list[Special]:
     """Collect all special points; one on two branches counts once."""
-    found: list[Special] = []
+    special_points: list[Special] = []
     curves = dict(plan.case.curves)
     for k, branch in enumerate(findings.branches):
         states = curves[branch.second]
-        width, shown = states.equilibria.equations.scale[-1], states.ordinates(branch.u)
+        width, ordinates = states.equilibria.equations.scale[-1], states.ordinates(branch.u)
         for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
             u, kind = branch.u[:, i], branch.kinds[i]
-            beside = [
-                s for s in found if (s.kind, s.second) == (kind, branch.second) and abs(s.u[-1] - u[-1]) < _ONE_POINT * width
+            neighbours = [
+                s
+                for s in special_points
+                if (s.kind, s.second) == (kind, branch.second) and abs(s.u[-1] - u[-1]) < _ONE_POINT * width
             ]
-            if any(states.same(u, np.append(s.u[:-1], u[-1])) for s in beside):
+            if any(states.is_same(u, np.append(s.u[:-1], u[-1])) for s in neighbours):
                 continue
-            speed, amplitude = float(shown.speed[i]), float(shown.amplitude[i])
+            speed, amplitude = float(ordinates.speed[i]), float(ordinates.amplitude[i])
             exponents = branch.exponents[:, i][np.isfinite(branch.exponents[:, i])]
             swings = kind == HOPF or (kind in (SOME_STABLE, ALL_STABLE) and exponents[exponents.real.argmax()].imag != 0)
             frequency = _frequency_of(exponents) if swings else None
-            found.append(Special(kind, u, speed, amplitude, k, frequency, branch.second))
-    return found
+            special_points.append(Special(kind, u, speed, amplitude, k, frequency, branch.second))
+    return special_points
 
 
 def _frequency_of(exponents: np.ndarray) -> float:
@@ -195,31 +200,31 @@ def _frequency_of(exponents: np.ndarray) -> float:
     return float(pairs[np.abs(pairs.real).argmin()].imag)
 
 
-def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
+def point_quantities(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
     """Return the points of all branches."""
     states, curves = plan.case.states, dict(plan.case.curves)
-    words, n = states.words, len(states.names)
-    seen = [curves[b.second].ordinates(b.u) for b in branches]
-    exponents = joined([b.exponents for b in branches], n)
+    words, n = states.labels, len(states.names)
+    ordinates = [curves[b.second].ordinates(b.u) for b in branches]
+    exponents = join_arrays([b.exponents for b in branches], n)
     growing = [(b.exponents.real > NEUTRAL * np.nanmax(np.abs(b.exponents), axis=0)).sum(axis=0) for b in branches]
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.u.shape[1], np.nan) for b in branches]
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
     return [
-        *of_steady_branches("point", "", branches, seen, plan.along, (words.shown, words.unit, words.length)),
-        Quantity("unstable", joined(growing).astype(int), "number of growing disturbances", "", "point"),
-        Quantity("stable_share", joined(shares), "share of a family's members that are stable", "", "point"),
-        Quantity("at_special", joined(at_special).astype(np.int8), "a special point", "", "point"),
-        Quantity("state", joined([b.u[:-1] for b in branches], n), "states of the equations", "", "state point"),
+        *steady_branch_quantities("point", "", branches, ordinates, plan.along, (words.ordinate, words.unit, words.length)),
+        Quantity("unstable", join_arrays(growing).astype(int), "number of growing disturbances", "", "point"),
+        Quantity("stable_share", join_arrays(shares), "share of a family's members that are stable", "", "point"),
+        Quantity("at_special", join_arrays(at_special).astype(np.int8), "a special point", "", "point"),
+        Quantity("state", join_arrays([b.u[:-1] for b in branches], n), "states of the equations", "", "state point"),
         Quantity("exponent_re", np.asarray(exponents.real), "real part of an exponent", words.rate, "exponent point"),
         Quantity("exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", words.rate, "exponent point"),
     ]
 
 
-def of_branches(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
+def branch_quantities(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
     """Return the names, types and multiplicities of the branches."""
     kinds = [b.kind for b in branches]
     labels = np.array([label_of(k.name, k.type, k.split) for k in kinds], "U40")
-    what, unit = ("second parameter", "") if plan.second is None else (plan.second.words, plan.second.unit)
+    description, unit = ("second parameter", "") if plan.second is None else (plan.second.full_name, plan.second.unit)
     many = np.array([k.multiplicity for k in kinds], int)
     return [
         Quantity("branch_name", np.array([k.name or "" for k in kinds], "U16"), "name", "", "branch"),
@@ -227,64 +232,64 @@ def of_branches(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quant
         Quantity("branch_label", labels, "states", "", "branch"),
         Quantity("family_dimension", np.array([b.dimension for b in branches], int), "dimension of the family", "", "branch"),
         Quantity("multiplicity", many, "states that differ in equal bodies only", "", "branch"),
-        Quantity("second_value", np.array([b.second for b in branches], float), what, unit, "branch"),
+        Quantity("second_value", np.array([b.second for b in branches], float), description, unit, "branch"),
     ]
 
 
-def of_specials(plan: Plan, found: Sequence[Special]) -> list[Quantity]:
+def special_point_quantities(plan: Plan, special_points: Sequence[Special]) -> list[Quantity]:
     """Return the special points."""
-    states, words = plan.case.states, plan.case.states.words
-    table = np.array([s.u[:-1] for s in found]).reshape(len(found), len(states.names)).T
-    frequency = np.array([s.frequency for s in found], float)
+    states, words = plan.case.states, plan.case.states.labels
+    table = np.array([s.u[:-1] for s in special_points]).reshape(len(special_points), len(states.names)).T
+    frequency = np.array([s.frequency for s in special_points], float)
     return [
-        Quantity("special_kind", np.array([s.kind for s in found], "U20"), "kind of the special point", "", "special"),
-        Quantity("special_value", [float(s.u[-1]) for s in found], plan.along.words, plan.along.unit, "special"),
-        Quantity("special_speed", [s.speed for s in found], words.shown, words.unit, "special"),
-        Quantity("special_amplitude", [s.amplitude for s in found], "amplitude of the axis", words.length, "special"),
-        Quantity("special_branch", np.array([s.branch for s in found], int), "branch", "", "special"),
-        Quantity(
-            "special_frequency", frequency, "frequency of the oscillation that begins", unit_of_frequency(plan), "special"
-        ),
+        Quantity("special_kind", np.array([s.kind for s in special_points], "U20"), "kind of the special point", "", "special"),
+        Quantity("special_value", [float(s.u[-1]) for s in special_points], plan.along.full_name, plan.along.unit, "special"),
+        Quantity("special_speed", [s.speed for s in special_points], words.ordinate, words.unit, "special"),
+        Quantity("special_amplitude", [s.amplitude for s in special_points], "amplitude of the axis", words.length, "special"),
+        Quantity("special_branch", np.array([s.branch for s in special_points], int), "branch", "", "special"),
+        Quantity("special_frequency", frequency, "frequency of the oscillation that begins", frequency_unit(plan), "special"),
         Quantity("special_state", table, "states of the equations", "", "state special"),
     ]
 
 
-def unit_of_frequency(plan: Plan) -> str:
+def frequency_unit(plan: Plan) -> str:
     """Return the unit of an oscillation's frequency."""
-    rate = plan.case.states.words.rate
+    rate = plan.case.states.labels.rate
     return f"rad{rate.removeprefix('1')}" if rate else ""
 
 
-def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> list[Quantity]:
+def nominal_quantities(plan: Plan, nominal: Sequence[Mapping[str, Any]]) -> list[Quantity]:
     """Return the states at the subject's value of the parameter."""
-    words = plan.case.states.words
+    words = plan.case.states.labels
     return [
-        Quantity("own_speed", [s["speed"] for s in own], words.shown, words.unit, "own"),
-        Quantity("own_amplitude", [s["amplitude"] for s in own], "amplitude of the axis", words.length, "own"),
-        Quantity("own_stable", np.array([s["stable"] for s in own], np.int8), "stable", "", "own"),
+        Quantity("own_speed", [s["speed"] for s in nominal], words.ordinate, words.unit, "own"),
+        Quantity("own_amplitude", [s["amplitude"] for s in nominal], "amplitude of the axis", words.length, "own"),
+        Quantity("own_stable", np.array([s["stable"] for s in nominal], np.int8), "stable", "", "own"),
         Quantity(
-            "own_stable_share", np.array([s["stable_share"] for s in own], float), "share of a family's members", "", "own"
+            "own_stable_share", np.array([s["stable_share"] for s in nominal], float), "share of a family's members", "", "own"
         ),
-        Quantity("own_branch", np.array([s["branch"] for s in own], int), "branch", "", "own"),
-        Quantity("own_growth", [s["exponents"][0][0] for s in own], "fastest growth", words.rate, "own"),
+        Quantity("own_branch", np.array([s["branch"] for s in nominal], int), "branch", "", "own"),
+        Quantity("own_growth", [s["exponents"][0][0] for s in nominal], "fastest growth", words.rate, "own"),
     ]
 
 
-def of_curves(plan: Plan, curves: Sequence[BifurcationCurve]) -> list[Quantity]:
+def curve_quantities(plan: Plan, curves: Sequence[BifurcationCurve]) -> list[Quantity]:
     """Return the curves of folds and Hopf points in two parameters."""
     if plan.second is None or plan.case.plane is None:
         return []
-    states, words = plan.case.states, plan.case.states.words
+    states, words = plan.case.states, plan.case.states.labels
     numbers = np.repeat(np.arange(len(curves)), [c.u.shape[1] for c in curves])
     speeds = [states.ordinates(c.u[:-1]).speed for c in curves]
     kinds = [kind for c in curves for kind in c.kinds]
     labels = np.array([label_of(c.kind.name, c.kind.type, c.kind.split) for c in curves], "U40")
     return [
-        Quantity("curve_value", joined([c.u[-2] for c in curves]), plan.along.words, plan.along.unit, "curve_point"),
-        Quantity("curve_second", joined([c.u[-1] for c in curves]), plan.second.words, plan.second.unit, "curve_point"),
-        Quantity("curve_speed", joined(speeds), words.shown, words.unit, "curve_point"),
+        Quantity("curve_value", join_arrays([c.u[-2] for c in curves]), plan.along.full_name, plan.along.unit, "curve_point"),
+        Quantity(
+            "curve_second", join_arrays([c.u[-1] for c in curves]), plan.second.full_name, plan.second.unit, "curve_point"
+        ),
+        Quantity("curve_speed", join_arrays(speeds), words.ordinate, words.unit, "curve_point"),
         Quantity("curve", numbers.astype(int), "curve", "", "curve_point"),
         Quantity("curve_kind", np.array(kinds, "U20"), "kind of a point where a second condition holds", "", "curve_point"),
-        Quantity("curve_of", np.array([c.of for c in curves], "U8"), "kind of the curve's points", "", "curve_number"),
+        Quantity("curve_of", np.array([c.bifurcation for c in curves], "U8"), "kind of the curve's points", "", "curve_number"),
         Quantity("curve_label", labels, "states", "", "curve_number"),
     ]

@@ -9,7 +9,7 @@ from pydantic import Field
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
 from wucht.studies.shared_keys import Names, Ranges
-from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, Values, Whole
+from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, Values, Whole
 
 _FEWEST, _MOST = 1, 200
 
@@ -21,7 +21,7 @@ class SpeedCurve(Spec):
     """
 
     kind: ClassVar[str] = "speed-curve"
-    solves: ClassVar[str] = AVERAGED
+    solves: ClassVar[str] = AVERAGED_EQUATIONS
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("second_values", "second_range"),)
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "second", "second_range", "second_values", "show", "ranges")
@@ -69,5 +69,5 @@ class SpeedCurve(Spec):
                 code="missing",
             )
         if self.second is not None and len(of_second) != 1:
-            needed = "give one of second_values = [...] and second_range = [low, high] with second"
-            raise InputError("study.second", self.second, needed)
+            requirement = "give one of second_values = [...] and second_range = [low, high] with second"
+            raise InputError("study.second", self.second, requirement)

@@ -8,26 +8,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.dynamics.branches.ending_curves import Plane
-from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase, map_endings, unexplained
-from wucht.dynamics.branches.orbit_endings import NONE
-from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, kinds_of, regions, sides_of
+from wucht.dynamics.branches.ending_curves import ParameterPlane
+from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase, map_endings, unexplained_changes
+from wucht.dynamics.branches.orbit_endings import NO_MOTION
+from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, divide_plane, kinds_by_region, sides_of
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
-from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended, lines_of, map_states
+from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended_curves, lines_of, map_states
 from wucht.dynamics.branches.state_rows import STABLE
 from wucht.dynamics.parameters import ends_of, parameter_of
 from wucht.dynamics.work import Work
-from wucht.files.own_equations import OwnEquations
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.continuation.equilibria import FOLD
 from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.numerics.zeros_and_peaks import at_passages
+from wucht.numerics.zeros_and_peaks import values_at_passages
 from wucht.schema import Parameter
-from wucht.studies.stability_map.map_parts import MODULATED, UNKNOWN, F, MapParts, MapPlan, Place, by_name
+from wucht.studies.stability_map.map_parts import MODULATED_MOTION, UNKNOWN, F, MapParts, MapPlace, MapPlan, curves_by_name
 from wucht.studies.stability_map.spec import StabilityMap
 
-UNNAMED = "an unidentified steady state"
-UNSETTLED = "a motion that is neither steady nor periodic"
+UNIDENTIFIED_STATE = "an unidentified steady state"
+UNSETTLED_MOTION = "a motion that is neither steady nor periodic"
 ORBIT_CURVES: Mapping[str, str] = {
     "branch-point": "loses stability sideways",
     "fold": "fold",
@@ -36,31 +36,31 @@ ORBIT_CURVES: Mapping[str, str] = {
     SADDLE_CONNECTION: "saddle connection",
     SADDLE_NODE_ON_ORBIT: "saddle-node on it",
 }
-LEVELS = ("", f"{MODULATED} unstable", f"{MODULATED} stable")
+LEVELS = ("", f"{MODULATED_MOTION} unstable", f"{MODULATED_MOTION} stable")
 _ON_FOLD = 1e-4  # of the range: a row's end that lies on a curve of folds
 ENDINGS: Mapping[str, str] = {
     SADDLE_NODE_ON_ORBIT: "ends at a saddle-node on the orbit",
     SADDLE_CONNECTION: "ends at a saddle connection",
     RANGE: "lasts to the end of the range",
-    NONE: "no modulated motion begins",
+    NO_MOTION: "no modulated motion begins",
 }
 SHORT: Mapping[str, str] = {
     SADDLE_NODE_ON_ORBIT: "saddle-node on the orbit",
     SADDLE_CONNECTION: "saddle connection",
     RANGE: "end of the range",
-    NONE: "no modulated motion",
+    NO_MOTION: "no modulated motion",
 }
-TONES: Mapping[str, int] = {SADDLE_NODE_ON_ORBIT: 2, SADDLE_CONNECTION: 1, RANGE: 3, NONE: 0}
+TONES: Mapping[str, int] = {SADDLE_NODE_ON_ORBIT: 2, SADDLE_CONNECTION: 1, RANGE: 3, NO_MOTION: 0}
 _SAME_SIDES = 0.5  # of a curve's points: a curve with different regions on both sides at fewer points separates nothing
 _SMALL_PARTS = 12  # points: a longer curve is judged without its ends
 _CELLS_OF_STATES, _CELLS_OF_ENDINGS = 12, 6  # a side, by default
 
 
-def prepare(spec: StabilityMap, subject: Machine | OwnEquations) -> StatePlan | EndingPlan:
+def prepare(spec: StabilityMap, subject: Machine | UserSystem) -> StatePlan | EndingPlan:
     """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along, second = parameter_of(subject, spec.along, "along"), parameter_of(subject, spec.second, "second")
     bounds = ends_of(subject, along, spec.range), ends_of(subject, second, spec.second_range, "second_range")
-    return (StatePlan if spec.eliminate is None else EndingPlan).of(spec, subject, along, second, bounds)
+    return (StatePlan if spec.eliminate is None else EndingPlan).from_spec(spec, subject, along, second, bounds)
 
 
 def run(plan: MapPlan[F], work: Work) -> Iterator[F]:
@@ -75,8 +75,8 @@ class StatePlan(MapPlan[StateFindings]):
     case: StateMapCase
 
     @classmethod
-    def of(
-        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter, bounds: Bounds
+    def from_spec(
+        cls, spec: StabilityMap, subject: Machine | UserSystem, along: Parameter, second: Parameter, bounds: Bounds
     ) -> StatePlan:  # fmt: skip
         """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
         paths, orbits = (along.path, second.path), spec.orbit_settings if spec.orbits else None
@@ -89,40 +89,43 @@ class StatePlan(MapPlan[StateFindings]):
 
     def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
         """See ``MapPlan``."""
-        listed = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
+        listing = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
         everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; besides " if parts.everywhere else "stable: "
         left_out = "; modulated motions were not searched" if self.case.motion is None else ""
-        return f"{everywhere}{listed} of the plane{left_out}"
+        return f"{everywhere}{listing} of the plane{left_out}"
 
     def parts(self, findings: StateFindings) -> MapParts:
         """See ``MapPlan``."""
-        areas = regions(lines_of(self.case, findings), self.bounds)
-        examined = _examined(self.case, findings)
-        sets = [set(names) for _, _, names, _ in examined]
+        areas = divide_plane(lines_of(self.case, findings), self.bounds)
+        examined_places = _examined_places(self.case, findings)
+        sets = [set(names) for _, _, names, _ in examined_places]
         everywhere = set.intersection(*sets) if sets else set()
-        keyed = [(x, y, f"{level};{','.join(sorted(set(names) - everywhere))}") for x, y, names, level in examined]
-        kinds, against = kinds_of(areas, keyed)
-        read = [_read(kind) for kind in kinds]
-        sought = self.case.motion is not None
-        labels = [state_label(names, level, sought) if known else "not examined" for names, level, known in read]
-        hatched = sorted({tuple(names) for names, _, _ in read if names})
-        hatches = [1 + hatched.index(tuple(names)) if names else 0 for names, _, _ in read]
-        lines = [_line(f"{c.of}: {c.kind.name or 'steady states'}", c.u[-2], c.u[-1]) for c in findings.curves]
-        lines += [_line(f"{MODULATED}: {ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended(self.case, findings)]
-        on_orbit = f"{MODULATED}: {ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}"
+        place_keys = [(x, y, f"{level};{','.join(sorted(set(names) - everywhere))}") for x, y, names, level in examined_places]
+        kinds, contradictions = kinds_by_region(areas, place_keys)
+        parsed_keys = [_parse_key(kind) for kind in kinds]
+        includes_orbits = self.case.motion is not None
+        labels = [
+            state_label(names, level, includes_orbits) if is_known else "not examined" for names, level, is_known in parsed_keys
+        ]
+        hatched_sets = sorted({tuple(names) for names, _, _ in parsed_keys if names})
+        hatches = [1 + hatched_sets.index(tuple(names)) if names else 0 for names, _, _ in parsed_keys]
+        lines = [_line(f"{c.bifurcation}: {c.kind.name or 'steady states'}", c.u[-2], c.u[-1]) for c in findings.curves]
+        lines += [_line(f"{MODULATED_MOTION}: {ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended_curves(self.case, findings)]
+        on_orbit = f"{MODULATED_MOTION}: {ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}"
         lines += [_line(on_orbit, x, y) for x, y in _ends_on_folds(self.case, findings)]
         marks = [
             PlanePoint(kind, float(c.u[-2, i]), float(c.u[-1, i]))
             for c in findings.curves for i, kind in enumerate(c.kinds) if kind
         ]  # fmt: skip
         places = tuple(
-            Place(x, y, state_label(sorted(set(names) - everywhere), level, sought)) for x, y, names, level in examined
+            MapPlace(x, y, state_label(sorted(set(names) - everywhere), level, includes_orbits))
+            for x, y, names, level in examined_places
         )
-        wrong = tuple(Place(x, y, state_label(*_read(kind)[:2], sought)) for x, y, kind in against)
+        wrong = tuple(MapPlace(x, y, state_label(*_parse_key(kind)[:2], includes_orbits)) for x, y, kind in contradictions)
         return MapParts(
-            by_name(lines), (*findings.crossings, *marks), places, areas, tuple(labels),
-            tuple(level for _, level, _ in read), tuple(hatches),
-            tuple(sorted(everywhere)), wrong, findings.lost, sum(place.runs for place in findings.reached),
+            curves_by_name(lines), (*findings.crossings, *marks), places, areas, tuple(labels),
+            tuple(level for _, level, _ in parsed_keys), tuple(hatches),
+            tuple(sorted(everywhere)), wrong, findings.omissions, sum(place.runs for place in findings.runs_by_place),
         )  # fmt: skip
 
 
@@ -130,36 +133,39 @@ def _line(kind: str, x: np.ndarray, y: np.ndarray) -> PlaneCurve:
     return PlaneCurve(kind, x, y, np.full(len(x), np.nan))
 
 
-def state_label(names: Sequence[str], level: int, sought: bool) -> str:
+def state_label(names: Sequence[str], level: int, includes_orbits: bool) -> str:
     """Return a label such as ``together, modulated motion stable``. includes_orbits: modulated motions were searched."""
     parts = [*names, LEVELS[level]] if level else [*names]
-    return ", ".join(parts) or ("nothing else" if sought else "no other steady state")
+    return ", ".join(parts) or ("nothing else" if includes_orbits else "no other steady state")
 
 
-def _read(kind: str) -> tuple[list[str], int, bool]:
+def _parse_key(kind: str) -> tuple[list[str], int, bool]:
     level, _, names = kind.partition(";")
     return ([n for n in names.split(",") if n], int(level), True) if level else ([], 0, False)
 
 
-def _examined(case: StateMapCase, findings: StateFindings) -> list[tuple[float, float, tuple[str, ...], int]]:
+def _examined_places(case: StateMapCase, findings: StateFindings) -> list[tuple[float, float, tuple[str, ...], int]]:
     """Return each place with its stable motions: steady states by name, and the level of modulated ones, see ``LEVELS``.
 
     They are those of the branches, and those reached by runs from several starts.
     """
-    reached = {(r.x, r.y): r for r in findings.reached}
+    runs_by_place = {(r.x, r.y): r for r in findings.runs_by_place}
     across = case.centres(0).tolist()
     # The rows of the cells come first; each further row has one place.
     values = [across] * case.cells + [[x] for x, _ in findings.extra]
-    found = []
+    places = []
     for row, xs in zip(findings.rows, values, strict=False):
-        for x, named in zip(xs, row.stable, strict=True):
-            names, level = list(named), max((r.state_at(x) for r in findings.orbit_rows if r.second == row.second), default=0)
-            if (runs := reached.get((x, row.second))) is not None:
+        for x, stable_names in zip(xs, row.stable, strict=True):
+            names, level = (
+                list(stable_names),
+                max((r.state_at(x) for r in findings.orbit_rows if r.second == row.second), default=0),
+            )
+            if (runs := runs_by_place.get((x, row.second))) is not None:
                 level = STABLE if runs.orbits else level
-                names += [UNNAMED] if runs.steady and not named else []
-                names += [UNSETTLED] if runs.unsettled else []
-            found.append((x, row.second, tuple(names), level))
-    return found
+                names += [UNIDENTIFIED_STATE] if runs.steady and not stable_names else []
+                names += [UNSETTLED_MOTION] if runs.unsettled_runs else []
+            places.append((x, row.second, tuple(names), level))
+    return places
 
 
 def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -167,7 +173,7 @@ def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np
     half = (case.bounds[1][1] - case.bounds[1][0]) / case.cells / 2
     parts = []
     for c in findings.curves:
-        if c.of != FOLD:
+        if c.bifurcation != FOLD:
             continue
         seconds = [
             r.second
@@ -191,9 +197,9 @@ def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np
 def _lies_on(case: StateMapCase, curve: BifurcationCurve, value: float, second: float) -> bool:
     x, y = curve.u[-2:]
     width = case.bounds[0][1] - case.bounds[0][0]
-    i, crossed = at_passages(y, second, x)
+    i, passages = values_at_passages(y, second, x)
     near = 0.02 * np.abs(np.diff(x))[i] + _ON_FOLD * width
-    return bool((np.abs(crossed - value) < near).any())
+    return bool((np.abs(passages - value) < near).any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,14 +210,14 @@ class EndingPlan(MapPlan[EndingFindings]):
     case: EndingMapCase
 
     @classmethod
-    def of(
-        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter, bounds: Bounds
+    def from_spec(
+        cls, spec: StabilityMap, subject: Machine | UserSystem, along: Parameter, second: Parameter, bounds: Bounds
     ) -> EndingPlan:  # fmt: skip
         """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
         assert spec.eliminate is not None and spec.eliminate_range is not None
         third = parameter_of(subject, spec.eliminate, "eliminate")
         ends = ends_of(subject, third, spec.eliminate_range, "eliminate_range")
-        plane = Plane((third.path, along.path, second.path), (ends, *bounds))
+        plane = ParameterPlane((third.path, along.path, second.path), (ends, *bounds))
         case = EndingMapCase.of(subject, plane, spec.cells or _CELLS_OF_ENDINGS, spec.settings, spec.orbit_settings)
         return cls(along, second, bounds, case.warnings, third, ends, case)
 
@@ -221,8 +227,8 @@ class EndingPlan(MapPlan[EndingFindings]):
 
     def parts(self, findings: EndingFindings) -> MapParts:
         """See ``MapPlan``."""
-        areas = regions([(c.x, c.y) for c in findings.curves], self.bounds)
-        kinds, against = kinds_of(areas, [(p.x, p.y, p.kind) for p in findings.places])
+        areas = divide_plane([(c.x, c.y) for c in findings.curves], self.bounds)
+        kinds, contradictions = kinds_by_region(areas, [(p.x, p.y, p.kind) for p in findings.places])
         lines = list[PlaneCurve]()
         for c in findings.curves:
             inner = slice(2, -2) if len(c.x) > _SMALL_PARTS else slice(None)
@@ -235,28 +241,28 @@ class EndingPlan(MapPlan[EndingFindings]):
             lines.append(replace(c, kind=name))
         tones = tuple(TONES.get(k, 0) for k in kinds)
         return MapParts(
-            lines=by_name(lines), marks=findings.points,
-            places=tuple(Place(p.x, p.y, ENDINGS.get(p.kind, UNKNOWN), p.begins, p.end.value) for p in findings.places),
+            lines=curves_by_name(lines), marks=findings.points,
+            places=tuple(MapPlace(p.x, p.y, ENDINGS.get(p.kind, UNKNOWN), p.begins, p.end.value) for p in findings.places),
             areas=areas, labels=tuple(ENDINGS.get(k, UNKNOWN) for k in kinds), tones=tones,
             hatches=tuple(int(t == 1) for t in tones),
-            against=tuple(Place(x, y, ENDINGS.get(k, UNKNOWN)) for x, y, k in against),
-            lost=(*findings.lost, *self._unexplained(findings)),
+            contradictions=tuple(MapPlace(x, y, ENDINGS.get(k, UNKNOWN)) for x, y, k in contradictions),
+            omissions=(*findings.omissions, *self._unexplained_warnings(findings)),
         )  # fmt: skip
 
-    def _unexplained(self, findings: EndingFindings) -> list[str]:
+    def _unexplained_warnings(self, findings: EndingFindings) -> list[str]:
         """Return a warning on neighbouring places that differ, with no curve between them."""
-        if not findings.complete or not (left := unexplained(self.case, findings)):
+        if not findings.complete or not (pairs := unexplained_changes(self.case, findings)):
             return []
-        one, other = left[0]
+        first, second = pairs[0]
         return [
-            f"between {len(left)} pairs of neighbouring places there is no curve, such as {self.along.path} = {one.x:.4g}, "
-            f"{self.second.path} = {one.y:.4g} ({ENDINGS.get(one.kind, UNKNOWN)}) and {other.x:.4g}, {other.y:.4g} "
-            f"({ENDINGS.get(other.kind, UNKNOWN)})"
+            f"between {len(pairs)} pairs of neighbouring places there is no curve, such as {self.along.path} = {first.x:.4g}, "
+            f"{self.second.path} = {first.y:.4g} ({ENDINGS.get(first.kind, UNKNOWN)}) and {second.x:.4g}, {second.y:.4g} "
+            f"({ENDINGS.get(second.kind, UNKNOWN)})"
         ]
 
     def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
         """See ``MapPlan``."""
-        listed = ", ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
-        sentence = f"the modulated motion, as {self.third.called} changes: {listed} of the plane"
-        at = [f"{self.along.at(m.x, 7)}, {self.second.at(m.y, 7)}" for m in parts.marks]
+        listing = ", ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
+        sentence = f"the modulated motion, as {self.third.sentence_name} changes: {listing} of the plane"
+        at = [f"{self.along.value_text(m.x, 7)}, {self.second.value_text(m.y, 7)}" for m in parts.marks]
         return sentence + (f"; the regions meet at {' and at '.join(at)}" if at else "")

@@ -21,20 +21,20 @@ _HATCHES, _HATCH = ("", "///", "...", "\\\\\\", "xxx", "ooo"), "#9A9A9A"
 _HEIGHT = 4.2  # inches
 _DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 3)))
 _MARKERS = ("*", "D", "P", "X", "v", "h")
-_LABELLED = 0.036  # of the plane: least size of a region for its name
-_WRAPPED, _CHARACTERS = 20, 65  # characters of a region's name in a line at most, and in the whole width of the plane
+_LABEL_SHARE = 0.036  # of the plane: least size of a region for its name
+_LABEL_WIDTH, _CHARACTERS = 20, 65  # characters of a region's name in a line at most, and in the whole width of the plane
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw the plane of both parameters, from a stability map's Dataset alone."""
-    drawn, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
+    fig, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     axis.grid(visible=False)
     handles = [*_regions(axis, result), *_boundaries(axis, result), *_marks(axis, result)]
     limits = {"xlim": (result.attrs["low"], result.attrs["high"])}
     limits["ylim"] = (result.attrs["second_low"], result.attrs["second_high"])
     axis.set(**limits, xlabel=parameter_label(result), ylabel=parameter_label(result, "second"))
     legend_beside(axis, handles, f"besides {result.attrs['everywhere']}:" if result.attrs["everywhere"] else None)
-    return drawn
+    return fig
 
 
 def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
@@ -49,10 +49,10 @@ def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
         handles.setdefault(labels[k], field(labels[k], tone, hatch))
     for label in dict.fromkeys(labels.tolist()):
         k = max(np.flatnonzero(labels == label).tolist(), key=lambda k: int((index == k).sum()))  # the largest with this label
-        if (index == k).mean() >= _LABELLED:
+        if (index == k).mean() >= _LABEL_SHARE:
             at = float(result.region_x[k]), float(result.region_y[k])
             row = index[np.abs(y - at[1]).argmin()] == k
-            text = textwrap.fill(label, int(np.clip(_CHARACTERS * row.mean(), 9, _WRAPPED)))
+            text = textwrap.fill(label, int(np.clip(_CHARACTERS * row.mean(), 9, _LABEL_WIDTH)))
             box = {"facecolor": "white", "alpha": 0.82, "edgecolor": "none", "pad": 1.5}
             axis.text(*at, text, ha="center", va="center", fontsize=small(), bbox=box, zorder=6)
     return list(handles.values())

@@ -11,16 +11,16 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, Regions
+from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, PlaneRegions
 from wucht.dynamics.work import Work
 from wucht.schema import Parameter
 
-MODULATED = "modulated motion"
+MODULATED_MOTION = "modulated motion"
 UNKNOWN = "not identified"
 
 
 @dataclass(frozen=True)
-class Place:
+class MapPlace:
     """An examined place, with its motions. begins, ends: values of the third parameter."""
 
     x: float
@@ -40,14 +40,14 @@ class MapParts:
 
     lines: Mapping[str, PlaneCurve]
     marks: tuple[PlanePoint, ...]
-    places: tuple[Place, ...]
-    areas: Regions
+    places: tuple[MapPlace, ...]
+    areas: PlaneRegions
     labels: tuple[str, ...]
     tones: tuple[int, ...]
     hatches: tuple[int, ...]
     everywhere: tuple[str, ...] = ()
-    against: tuple[Place, ...] = ()
-    lost: tuple[str, ...] = field(default_factory=tuple)
+    contradictions: tuple[MapPlace, ...] = ()
+    omissions: tuple[str, ...] = field(default_factory=tuple)
     runs: int = 0
 
 
@@ -89,16 +89,19 @@ class MapPlan(ABC, Generic[F]):
         """Return the answer as a sentence. areas: the share of the plane of each label, the largest first."""
 
 
-def shares(areas: Regions, labels: Sequence[str]) -> dict[str, float]:
+def plane_shares(areas: PlaneRegions, labels: Sequence[str]) -> dict[str, float]:
     """Return the share of the plane of each label."""
     sizes = np.bincount(areas.index.ravel(), minlength=areas.count) / areas.index.size
-    return {label: float(sizes[[k for k, each in enumerate(labels) if each == label]].sum()) for label in dict.fromkeys(labels)}
+    return {
+        label: float(sizes[[k for k, region_label in enumerate(labels) if region_label == label]].sum())
+        for label in dict.fromkeys(labels)
+    }
 
 
-def by_name(curves: Sequence[PlaneCurve]) -> dict[str, PlaneCurve]:
+def curves_by_name(curves: Sequence[PlaneCurve]) -> dict[str, PlaneCurve]:
     """Return curves by their kinds, those of one kind with numbers: ``fold: together``, ``fold: together (2)``."""
-    count, named = Counter[str](), dict[str, PlaneCurve]()
+    count, named_curves = Counter[str](), dict[str, PlaneCurve]()
     for curve in curves:
         count[curve.kind] += 1
-        named[curve.kind if count[curve.kind] == 1 else f"{curve.kind} ({count[curve.kind]})"] = curve
-    return named
+        named_curves[curve.kind if count[curve.kind] == 1 else f"{curve.kind} ({count[curve.kind]})"] = curve
+    return named_curves

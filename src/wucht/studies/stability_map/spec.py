@@ -10,10 +10,10 @@ from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
 from wucht.studies.shared_keys import Names, Ranges
-from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, TrueOrFalse, Whole
+from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, TrueOrFalse, Whole
 
 _FEWEST, _MOST = 2, 64
-_SEARCHED = 2  # values of the first parameter at which all steady states are searched, besides those near its ends
+_SEARCHED_VALUES = 2  # values of the first parameter at which all steady states are searched, besides those near its ends
 
 
 class StabilityMap(Spec):
@@ -23,7 +23,7 @@ class StabilityMap(Spec):
     """
 
     kind: ClassVar[str] = "stability-map"
-    solves: ClassVar[str] = AVERAGED
+    solves: ClassVar[str] = AVERAGED_EQUATIONS
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     meaning: ClassVar[tuple[str, ...]] = (
         *Spec.meaning, "second", "second_range", "cells", "ranges", "together", "eliminate", "eliminate_range",
@@ -53,7 +53,7 @@ class StabilityMap(Spec):
     @property
     def settings(self) -> BranchSettings:
         """Return the settings of the steady states."""
-        return BranchSettings(_SEARCHED, self.only, None, self.ranges, self.inertia)
+        return BranchSettings(_SEARCHED_VALUES, self.only, None, self.ranges, self.inertia)
 
     @property
     def orbit_settings(self) -> OrbitSettings:

@@ -9,26 +9,26 @@ from functools import partial
 
 import numpy as np
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
+from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Regions, Stability, regions
-from wucht.analysis.configurations.closed_form import State, members, pattern_count
-from wucht.analysis.configurations.configuration import Configuration, Describer
+from wucht.analysis.configurations.closed_form import State, family_members, pattern_count
+from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
 from wucht.analysis.configurations.full_stability import FullStability
-from wucht.analysis.configurations.search import Search, all_states, in_closed_form
+from wucht.analysis.configurations.search import StateSearch, all_states, has_closed_form
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import (
+    DEFAULT_SPEED,
     LOWEST,
     MOST_BODIES,
-    UNKNOWN,
     driven_speeds,
     free_speed,
+    machine_at_speed,
     natural_frequencies,
     net_torque,
     sense_of,
-    turning,
 )
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
@@ -53,7 +53,7 @@ class Plan:
     slow: AveragedMachine
     torques: SteadyTorques
     speeds: tuple[float, float] | None
-    chosen: bool
+    is_limit_chosen: bool
     map: tuple[np.ndarray, np.ndarray] | None
 
 
@@ -63,33 +63,33 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
         _refuse_single(machine)
     if len(machine.bodies) > MOST_BODIES:
         raise InputError("machine.bodies", len(machine.bodies), f"there must be at most {MOST_BODIES}, the main rotor included")
-    if spec.range is not None and machine.rotor.coordinate.prescribed is not None:
+    if spec.range is not None and machine.rotor.coordinate.prescribed_velocity is not None:
         raise InputError(
             "study.range", list(spec.range), "not allowed where the speed of the main rotor is given", code="prescribed"
         )
-    steady, unheld = turning(machine, spec.speed), turning(machine, None)
+    steady, unheld = machine_at_speed(machine, spec.speed), machine_at_speed(machine, None)
     slow = averaged_machine(steady, keeps_inertia(steady, spec.inertia))
-    torques, speeds, chosen = SteadyTorques.from_slow(slow), None, False
-    if torques.given is None:
-        speeds, chosen = _searched(steady, spec.range)
+    torques, speeds, is_limit_chosen = SteadyTorques.from_slow(slow), None, False
+    if torques.fixed_speed is None:
+        speeds, is_limit_chosen = _search_range(steady, spec.range)
     else:
-        _check_speed(spec, unheld, torques, torques.given)
-    in_closed_form(torques, *speeds or (0.0, 0.0))
-    return Plan(spec, machine, slow, torques, speeds, chosen, _map(spec, unheld, torques))
+        _check_speed(spec, unheld, torques, torques.fixed_speed)
+    has_closed_form(torques, *speeds or (0.0, 0.0))
+    return Plan(spec, machine, slow, torques, speeds, is_limit_chosen, _map(spec, unheld, torques))
 
 
 def _refuse_single(machine: Machine) -> None:
     """Refuse a machine with one turning body, which has no phases. Raises ``InputError``."""
     rotor, single = machine.rotor, "a single body has no phases"
-    if machine.shaken is not None:
-        why = f"{single}; whether the carrier's motion entrains it is study.kind = 'entrainment'"
-        raise InputError("machine.carrier.motion", None, why, code="single-body")
+    if machine.shaken_coordinate is not None:
+        reason = f"{single}; whether the carrier's motion entrains it is study.kind = 'entrainment'"
+        raise InputError("machine.carrier.motion", None, reason, code="single-body")
     if machine.sliders:
-        why = f"{machine.sliders[0].name!r} slides in a guide that turns with it, and has no separate phase"
+        reason = f"{machine.sliders[0].name!r} slides in a guide that turns with it, and has no separate phase"
         advice = "study.kind = 'run-up' shows its motion"
-        raise InputError("machine.bodies", None, f"only {rotor.name!r} turns freely: {why}; {advice}", code="slider")
+        raise InputError("machine.bodies", None, f"only {rotor.name!r} turns freely: {reason}; {advice}", code="slider")
     advice = "at which speeds it can turn is study.kind = 'torque-balance'"
-    if not machine.drives or rotor.coordinate.prescribed is not None:
+    if not machine.drives or rotor.coordinate.prescribed_velocity is not None:
         advice = "how it makes the carrier vibrate is study.kind = 'response'"
     raise InputError("machine.bodies", None, f"{single}; {advice}", code="single-body")
 
@@ -106,45 +106,47 @@ def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorque
     if spec.speed is not None:
         low, high = _limits(unheld)
         if not low <= abs(spec.speed) <= high:
-            raise InputError("study.speed", spec.speed, f"must be a speed {_between(unheld, low, high)}")
+            raise InputError("study.speed", spec.speed, f"must be a speed {_limits_text(unheld, low, high)}")
     if torques.poles(speed, speed):
-        where = "machine.drive" if spec.speed is None else "study.speed"
-        why = "this is the natural frequency of a vibration without damping, which is infinite there"
-        raise InputError(where, speed, f"must be another speed: {why}", code="resonance")
+        key = "machine.drive" if spec.speed is None else "study.speed"
+        reason = "this is the natural frequency of a vibration without damping, which is infinite there"
+        raise InputError(key, speed, f"must be another speed: {reason}", code="resonance")
 
 
-def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tuple[float, float], bool]:
+def _search_range(machine: Machine, given_range: tuple[float, float] | None) -> tuple[tuple[float, float], bool]:
     """Return the range of speeds to search, and True if the program chooses its upper end.
 
     Raises ``InputError`` where nothing drives the machine, or the given range does not fit.
     """
-    speeds, chosen = driven_speeds(machine)
-    if given is not None:
-        low, high = sorted(sense_of(machine, machine.rotor) * w for w in given)
+    speeds, is_limit_chosen = driven_speeds(machine)
+    if given_range is not None:
+        low, high = sorted(sense_of(machine, machine.rotor) * w for w in given_range)
         if low < 0:
             raise InputError(
-                "study.range", list(given), "must be speeds in the sense in which the drive turns", code="other-sense"
+                "study.range", list(given_range), "must be speeds in the sense in which the drive turns", code="other-sense"
             )
         least, most = _limits(machine)
         if not least < high <= most:
-            raise InputError("study.range", list(given), f"must be speeds {_between(machine, least, most)}", code="limits")
-        speeds, chosen = (max(low, min(least, LOWEST * high)), high), False
+            raise InputError(
+                "study.range", list(given_range), f"must be speeds {_limits_text(machine, least, most)}", code="limits"
+            )
+        speeds, is_limit_chosen = (max(low, min(least, LOWEST * high)), high), False
     at, rotors = np.linspace(*speeds, _SAMPLES), [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
     if not at.any() or not any(torque(sense * float(w)) for torque, sense in rotors for w in at):
-        where, code = ("", "missing") if given is None else (" at these speeds", "not-driven")
-        why = f"nothing drives the machine{where}: the speed of the main rotor is required"
-        raise InputError("study.speed", None, why, code=code)
-    return speeds, chosen
+        place, code = ("", "missing") if given_range is None else (" at these speeds", "not-driven")
+        reason = f"nothing drives the machine{place}: the speed of the main rotor is required"
+        raise InputError("study.speed", None, reason, code=code)
+    return speeds, is_limit_chosen
 
 
 def _limits(machine: Machine) -> tuple[float, float]:
     """Return the lowest and the highest computable speed, by the machine's natural frequencies and drives."""
-    own = [*natural_frequencies(machine).values(), *(abs(free_speed(machine, r) or 0.0) for r in machine.rotors)]
-    own = [w for w in own if w > 0 and math.isfinite(w)] or [UNKNOWN]
-    return _SLOWER * min(own), _FASTER * max(own)
+    machine_speeds = [*natural_frequencies(machine).values(), *(abs(free_speed(machine, r) or 0.0) for r in machine.rotors)]
+    machine_speeds = [w for w in machine_speeds if w > 0 and math.isfinite(w)] or [DEFAULT_SPEED]
+    return _SLOWER * min(machine_speeds), _FASTER * max(machine_speeds)
 
 
-def _between(machine: Machine, low: float, high: float) -> str:
+def _limits_text(machine: Machine, low: float, high: float) -> str:
     speeds = f"from {low:.3g} to {high:.3g} {machine.units.speed}".rstrip()
     return f"{speeds}, a thousandth of the lowest to a thousand times the highest natural frequency or speed of a drive"
 
@@ -159,8 +161,8 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
     unit, c = unheld.units.speed, torques.coefficients
     axes, highest = spec.axes_in(unit), _limits(unheld)[1]
     if c is None or torques.size < 3 or any(h != 0 for h in torques.heads):
-        allowed = "allowed for a rotor with at least two balancing bodies and nothing else that turns"
-        raise InputError("study.axes", None, allowed, code="no-bodies")
+        requirement = "allowed for a rotor with at least two balancing bodies and nothing else that turns"
+        raise InputError("study.axes", None, requirement, code="no-bodies")
     if not abs(c[0]):
         raise InputError("study.axes", None, "the rotor has no unbalance, so there is no ratio to it")
     if (patterns := pattern_count(torques)) > _MOST_PATTERNS:
@@ -169,7 +171,7 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
         raise InputError("study.axes.speed", list(axes["speed"]), f"must be speeds up to {highest:.3g} {unit}".rstrip())
     edges = [np.linspace(low, high, cells + 1) for low, high, cells in (axes["speed"], axes["ratio"])]
     speeds, ratios = ((e[1:] + e[:-1]) / 2 for e in edges)
-    if not torques.idle(speeds):
+    if not torques.has_idle_bodies(speeds):
         raise InputError(
             "study.axes",
             None,
@@ -182,17 +184,17 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
 MOST_FULL = 64  # states whose multipliers are computed
 _MEMBERS = 7  # members of a family, besides its representative
 _CELLS = 4000  # of a tile of the map
-_SEARCHED, _JUDGED = 0.1, 0.8  # shares of the work after the search, and before the map
-_NOT_ASKED = Stability.undecided("the multipliers were not requested")
-_TOO_MANY = Stability.undecided(f"multipliers are computed for {MOST_FULL} states at most")
-_NOT_YET = Stability.undecided("its multipliers are not computed yet")
+_SEARCH_SHARE, _STABILITY_SHARE = 0.1, 0.8  # shares of the work after the search, and before the map
+_NOT_REQUESTED = Stability.without_verdict("the multipliers were not requested")
+_TOO_MANY = Stability.without_verdict(f"multipliers are computed for {MOST_FULL} states at most")
+_NOT_YET = Stability.without_verdict("its multipliers are not computed yet")
 
 
 @dataclass(frozen=True)
 class Findings:
     """The states of the search, with their descriptions in the same order, and the computed part of the map."""
 
-    search: Search
+    search: StateSearch
     configurations: tuple[Configuration, ...]
     map: Regions | None = None
 
@@ -200,39 +202,43 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Yield the states by the averaged equations, then one by one by the full equations, then with the map."""
     search = work.unit("search", partial(_search, plan, work))
-    describer = Describer(AveragedStability(plan.torques, plan.slow))
-    full = [_NOT_ASKED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))]
-    each = [describer.described(state, known) for state, known in zip(search.states, full, strict=True)]
-    yield Findings(search, tuple(each))
+    describer = ConfigurationDescriber(AveragedStability(plan.torques, plan.slow))
+    full = [
+        _NOT_REQUESTED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))
+    ]
+    configurations = [
+        describer.describe(state, full_stability) for state, full_stability in zip(search.states, full, strict=True)
+    ]
+    yield Findings(search, tuple(configurations))
     if plan.spec.full and search.states:
-        part = work.part("state", _SEARCHED, _JUDGED if plan.map is not None else 1.0)
-        for k, judged in enumerate(_in_full_equations(plan, tuple(each[:MOST_FULL]), part)):
-            each[k] = judged
-            yield Findings(search, tuple(each))
+        part = work.part("state", _SEARCH_SHARE, _STABILITY_SHARE if plan.map is not None else 1.0)
+        for k, configuration in enumerate(_full_configurations(plan, tuple(configurations[:MOST_FULL]), part)):
+            configurations[k] = configuration
+            yield Findings(search, tuple(configurations))
     if plan.map is not None:
-        for tiles in _tiles(plan.torques, *plan.map, work.part("map", _JUDGED, 1.0)):
-            yield Findings(search, tuple(each), tiles)
+        for tiles in _tiles(plan.torques, *plan.map, work.part("map", _STABILITY_SHARE, 1.0)):
+            yield Findings(search, tuple(configurations), tiles)
 
 
-def _search(plan: Plan, work: Work) -> Search:
+def _search(plan: Plan, work: Work) -> StateSearch:
     """Return all states."""
     work.report(0.0, "searching")
     search = all_states(plan.torques, *plan.speeds or (0.0, 0.0), partial(work.report, 0.0, "searching"))
-    if not plan.chosen:
+    if not plan.is_limit_chosen:
         return search
-    which = "these are all in this range, but its" if search.complete else "the"
+    clause = "these are all in this range, but its" if search.complete else "the"
     end = "upper end is the program's choice, as the drive runs away without load: study.range sets another"
-    return Search(search.states, False, f"{search.shown}; {which} {end}")
+    return StateSearch(search.states, False, f"{search.evidence}; {clause} {end}")
 
 
-def _in_full_equations(plan: Plan, states: Sequence[Configuration], work: Work) -> Iterator[Configuration]:
+def _full_configurations(plan: Plan, states: Sequence[Configuration], work: Work) -> Iterator[Configuration]:
     """Yield each state with its stability in the full equations, and the reason why the slow ones disagree."""
     full, count = FullStability(plan.torques, plan.spec.inertia), len(states)
     for k, c in enumerate(states):
         part = work.part(f"{k + 1}", k / count, (k + 1) / count)
         stability = _stability(plan, full, c.state, part)
-        why = part.unit("disagreement", partial(full.why, c.state, c.slow, stability))
-        yield replace(c, full=stability, disagreement=why)
+        disagreement = part.unit("disagreement", partial(full.disagreement, c.state, c.slow, stability))
+        yield replace(c, full=stability, disagreement=disagreement)
 
 
 def _stability(plan: Plan, full: FullStability, state: State, work: Work) -> Stability:
@@ -241,16 +247,16 @@ def _stability(plan: Plan, full: FullStability, state: State, work: Work) -> Sta
     stability = work.unit("multipliers", partial(full.stability, state))
     if not state.dimension:
         return stability
-    others, verdicts = members(plan.torques, _MEMBERS).T, [stability.stable]
-    for i, phases in enumerate(others):
-        work.report((i + 1) / (len(others) + 1), "multipliers along a family")
+    member_phases, verdicts = family_members(plan.torques, _MEMBERS).T, [stability.stable]
+    for i, phases in enumerate(member_phases):
+        work.report((i + 1) / (len(member_phases) + 1), "multipliers along a family")
         member = replace(state, phases=phases)
         verdicts.append(work.unit(f"member {i + 1}", partial(full.stability, member)).stable)
-    decided = [stable for stable in verdicts if stable is not None]
-    if stability.stable is None or len(set(decided)) < 2:
+    decisions = [stable for stable in verdicts if stable is not None]
+    if stability.stable is None or len(set(decisions)) < 2:
         return stability
-    this = "stable" if stability.stable else "not stable"
-    reason = f"stable at {sum(decided)} of {len(decided)} examined members of the family, {this} at this one"
+    state_verdict = "stable" if stability.stable else "not stable"
+    reason = f"stable at {sum(decisions)} of {len(decisions)} examined members of the family, {state_verdict} at this one"
     return Stability(None, stability.exponents, reason)
 
 
@@ -260,4 +266,4 @@ def _tiles(torques: SteadyTorques, speeds: np.ndarray, ratios: np.ndarray, work:
     for begin in range(0, len(ratios), rows):
         work.report(begin / len(ratios), "the map")
         tiles.append(work.unit(f"rows from {begin}", partial(regions, torques, speeds, ratios[begin : begin + rows])))
-        yield Regions.joined(tiles)
+        yield Regions.from_tiles(tiles)

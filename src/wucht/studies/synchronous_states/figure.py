@@ -17,14 +17,14 @@ from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, legend_over, new_grid
 from wucht.plots.stability_lines import draw_region, entry, field
 from wucht.plots.style import COLOURS, GREY
-from wucht.studies.synchronous_states.answer import chosen
+from wucht.studies.synchronous_states.answer import select_states
 
 _COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a journal, and in all
 _ROW, _MAP = 1.5, 2.4  # inches
 _PATTERNS, _HATCH = ("", "///", "...", "\\\\\\\\", "xx", "++", "oo", "--"), "#777777"
-_ROTOR, _LEFT = COLOURS[6], COLOURS[1]
+_ROTOR, _RESIDUAL_COLOUR = COLOURS[6], COLOURS[1]
 _BODIES = (COLOURS[0], COLOURS[5], COLOURS[2], COLOURS[3], COLOURS[4])  # the first two differ in grey, too
-_DASHED = (0, (2.5, 1.5))  # of the residual
+_RESIDUAL_DASHES = (0, (2.5, 1.5))  # of the residual
 # Light enough to be distinguished in grey, too: regions of the map, and where nothing is stable.
 _REGIONS = ("#8FC7E8", "#F0B27A", "#FBE3A1", "#B7A0CF", "#C9E4CA", "#E8B7D4", "#9E9E9E", "#D7CCC8")
 # Frames by the verdict on a state: colour, line, width, label.
@@ -35,27 +35,27 @@ _FRAMES: dict[str, tuple[str, Any, float, str]] = {
     "undecided": (GREY, (0, (5, 1.5, 1, 1.5)), 1.4, "undecided"),
     "unstable": (GREY, (0, (3, 3)), 0.8, "not stable"),
 }
-_NAMED = 3  # phases written out above a force balance
+_MOST_PHASES = 3  # phases written out above a force balance
 _WORDS = {1: "stable", 0: "unstable", -1: "undecided"}
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw, from the Dataset alone, the force balances of up to 12 states, and below them the stability map if any."""
-    shown, mapped = chosen(result.verdict.values.tolist(), _MOST), "map_stable" in result
-    rest = result.sizes["state"] - len(shown)
+    states, has_map = select_states(result.verdict.values.tolist(), _MOST), "map_stable" in result
+    rest = result.sizes["state"] - len(states)
     heading = str(result.attrs["sentence"]) + (f" ({rest} more are not drawn)" if rest else "")
-    heights = (*[_ROW] * math.ceil(len(shown) / (_COLUMNS if current_page().columns >= _COLUMNS else _NARROW)), _MAP)
-    drawn, axes = new_grid(
-        len(shown) + mapped, result.attrs["title"], heading, columns=_COLUMNS, narrow=_NARROW, heights=heights, last=mapped
+    heights = (*[_ROW] * math.ceil(len(states) / (_COLUMNS if current_page().columns >= _COLUMNS else _NARROW)), _MAP)
+    fig, axes = new_grid(
+        len(states) + has_map, result.attrs["title"], heading, columns=_COLUMNS, narrow=_NARROW, heights=heights, last=has_map
     )
-    for axis, k in zip(axes, shown, strict=False):
+    for axis, k in zip(axes, states, strict=False):
         _force_balance(axis, result, k)
-    if shown:
+    if states:
         title = "centrifugal forces" if result.attrs["comparable"] else "centrifugal forces, each in the sense of its body"
-        legend_over(drawn, _legend(result, {_framed(result, k) for k in shown}), title)
-    if mapped:
+        legend_over(fig, _legend(result, {_frame_kind(result, k) for k in states}), title)
+    if has_map:
         _draw_map(axes[-1], result)
-    return drawn
+    return fig
 
 
 def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
@@ -68,36 +68,38 @@ def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
     arrows = list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))
     if abs(ends[-1]) > 1e-6 * whole and result.attrs["comparable"]:
         arrows.append((0j, complex(ends[-1])))
-        looks.append({"color": _LEFT, "linestyle": _DASHED})
-    placed = _side_by_side(arrows, min(0.07, 0.45 / len(arrows)) * whole)
-    for (start, end), look in zip(placed, looks, strict=True):
+        looks.append({"color": _RESIDUAL_COLOUR, "linestyle": _RESIDUAL_DASHES})
+    offset_arrows = _separate_arrows(arrows, min(0.07, 0.45 / len(arrows)) * whole)
+    for (start, end), look in zip(offset_arrows, looks, strict=True):
         if start != end:
             _arrow(axis, start, end, **look)
     axis.plot(0, 0, "o", color="black", markersize=3)
-    _frame(axis, result, k, np.array([0j, *(point for arrow in placed for point in arrow)]), whole)
+    _frame(axis, result, k, np.array([0j, *(point for arrow in offset_arrows for point in arrow)]), whole)
     axis.set_title(_title(result, k), fontsize=small(), pad=3)
 
 
-def _side_by_side(arrows: list[tuple[complex, complex]], step: float) -> list[tuple[complex, complex]]:
+def _separate_arrows(arrows: list[tuple[complex, complex]], step: float) -> list[tuple[complex, complex]]:
     """Return arrows, each moved sideways as far as needed to avoid an overlap with one before it."""
-    placed: list[tuple[complex, complex]] = []
+    offset_arrows: list[tuple[complex, complex]] = []
     for start, end in arrows:
         aside = -1j * step * (end - start) / (abs(end - start) or 1.0)
         tries = ((start + n * aside, end + n * aside) for n in range(2 * len(arrows) + 1))
-        placed.append(next((a for a in tries if not any(_lies_upon(a, b, step) for b in placed)), (start, end)))
-    return placed
+        offset_arrows.append(
+            next((a for a in tries if not any(_arrows_overlap(a, b, step) for b in offset_arrows)), (start, end))
+        )
+    return offset_arrows
 
 
-def _lies_upon(one: tuple[complex, complex], other: tuple[complex, complex], near: float) -> bool:
+def _arrows_overlap(arrow: tuple[complex, complex], reference: tuple[complex, complex], near: float) -> bool:
     """True if two nearly collinear arrows overlap."""
-    size = abs(other[1] - other[0])
-    if size == 0 or one[0] == one[1]:
+    size = abs(reference[1] - reference[0])
+    if size == 0 or arrow[0] == arrow[1]:
         return False
-    along = (other[1] - other[0]) / size
-    first, second = ((point - other[0]) / along for point in one)
+    along = (reference[1] - reference[0]) / size
+    first, second = ((point - reference[0]) / along for point in arrow)
     low, high = sorted((first, second), key=lambda p: p.real)
-    shared = min(high.real, size) - max(low.real, 0.0)
-    if shared <= 0.25 * near:
+    overlap = min(high.real, size) - max(low.real, 0.0)
+    if overlap <= 0.25 * near:
         return False
     share = (np.clip([max(low.real, 0.0), min(high.real, size)], low.real, high.real) - low.real) / ((high - low).real or 1.0)
     beside = low.imag + share * (high.imag - low.imag)
@@ -121,12 +123,12 @@ def _frame(axis: Axes, result: xr.Dataset, k: int, points: np.ndarray, whole: fl
     reach = 1.25 * 0.5 * max(*np.ptp(extremes, axis=0), 0.2 * whole)
     (left, bottom), (right, top) = extremes.mean(axis=0) - reach, extremes.mean(axis=0) + reach
     axis.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
-    colour, line, width, _ = _FRAMES[_framed(result, k)]
+    colour, line, width, _ = _FRAMES[_frame_kind(result, k)]
     for spine in axis.spines.values():
         spine.set(visible=True, color=colour, linestyle=line, linewidth=width)
 
 
-def _framed(result: xr.Dataset, k: int) -> str:
+def _frame_kind(result: xr.Dataset, k: int) -> str:
     """Return the key of a state's frame: "stable" needs the full equations, and bodies without overlap."""
     verdict = str(result.verdict.values[k])
     if not verdict.startswith("stable"):
@@ -140,13 +142,13 @@ def _title(result: xr.Dataset, k: int) -> str:
     name = str(result["name"].values[k]) or "state"
     full, slow = int(result.stable_full[k]), int(result.stable_slow[k])
     word = str(result.verdict.values[k]).replace("in the averaged equations only", "(slow)")
-    if _framed(result, k) == "overlapping":
+    if _frame_kind(result, k) == "overlapping":
         word = "bodies overlap"
     elif full not in (-1, slow):
         word = f"slow: {_WORDS[slow]}, full: {_WORDS[full]}"
     phases = np.degrees(result.phase.values[k, 1:])
-    several = len(phases) > _NAMED
-    angles = ", ".join(f"{round(p, 1) % 360:.1f}°" for p in phases[: _NAMED - several]) + (", ..." if several else "")
+    several = len(phases) > _MOST_PHASES
+    angles = ", ".join(f"{round(p, 1) % 360:.1f}°" for p in phases[: _MOST_PHASES - several]) + (", ..." if several else "")
     unit = result.speed.attrs["units"]
     speed = f"at {float(result.speed[k]):.5g} {unit}" if unit else f"at speed {float(result.speed[k]):.5g}"
     return f"{name}: {word}\n{angles}\n{speed}" if angles else f"{name}: {word}\n{speed}"
@@ -156,7 +158,7 @@ def _legend(result: xr.Dataset, frames: set[str]) -> list[Any]:
     """Return entries of the bodies and of the drawn frames."""
     handles = [entry(str(name), linewidth=2, **_appearance(i)) for i, name in enumerate(result.body_name.values)]
     if result.attrs["comparable"]:
-        handles.append(entry("resultant", color=_LEFT, linewidth=2, linestyle=_DASHED))
+        handles.append(entry("resultant", color=_RESIDUAL_COLOUR, linewidth=2, linestyle=_RESIDUAL_DASHES))
     for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in frames):
         handles.append(field(words, "none", edge=colour, linestyle=line, linewidth=width))
     return handles
@@ -182,7 +184,7 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     for f in frequencies[(frequencies >= float(result.map_speed[0])) & (frequencies <= float(result.map_speed[-1]))]:
         axis.axvline(float(f), color=GREY, linestyle=":", linewidth=1.0)
     handles.append(entry("natural frequencies", color=GREY, linestyle=":"))
-    handles += _this_machine(axis, result)
+    handles += _machine_point(axis, result)
     axis.set_ylabel("unbalance of the balancing bodies over that of the rotor")
     name_speeds(axis, result, "map_speed", "x")
     legend_beside(axis, handles, "stable (averaged equations)")
@@ -194,27 +196,27 @@ def _colours(present: list[int]) -> dict[int, str]:
     from matplotlib.colors import to_hex
 
     single = {c: _REGIONS[c.bit_length() - 1] for c in present if c.bit_count() == 1 and c.bit_length() <= len(_REGIONS)}
-    others = [c for c in present if c and c not in single]
-    further = map(to_hex, colormaps["viridis"](np.linspace(0.35, 1.0, len(others))))
-    left = [*(c for c in reversed(_REGIONS) if c not in single.values()), *further]
-    table = {0: "white"} | single | dict(zip(others, left, strict=False))
+    combinations = [c for c in present if c and c not in single]
+    further = map(to_hex, colormaps["viridis"](np.linspace(0.35, 1.0, len(combinations))))
+    free_colours = [*(c for c in reversed(_REGIONS) if c not in single.values()), *further]
+    table = {0: "white"} | single | dict(zip(combinations, free_colours, strict=False))
     return {c: table[c] for c in present}
 
 
 def _hatches(present: list[int]) -> dict[int, str]:
     """Return a hatch for each combination, so that regions differ in grey too; none where nothing is stable."""
     single = {c: _PATTERNS[(c.bit_length() - 1) % len(_PATTERNS)] for c in present if c.bit_count() == 1}
-    left = [h for h in reversed(_PATTERNS) if h not in single.values()] or list(_PATTERNS)
-    others = [c for c in present if c and c not in single]
-    return {0: ""} | single | {c: left[k % len(left)] for k, c in enumerate(others)}
+    free_hatches = [h for h in reversed(_PATTERNS) if h not in single.values()] or list(_PATTERNS)
+    combinations = [c for c in present if c and c not in single]
+    return {0: ""} | single | {c: free_hatches[k % len(free_hatches)] for k, c in enumerate(combinations)}
 
 
-def _this_machine(axis: Axes, result: xr.Dataset) -> list[Any]:
+def _machine_point(axis: Axes, result: xr.Dataset) -> list[Any]:
     """Draw the machine's place on the map, where it has one."""
-    own, (low, high), (first, last) = result.unbalance.values, axis.get_ylim(), axis.get_xlim()
-    ratio = own[1:].sum() / own[0] if own[0] else math.inf
+    unbalances, (low, high), (first, last) = result.unbalance.values, axis.get_ylim(), axis.get_xlim()
+    ratio = unbalances[1:].sum() / unbalances[0] if unbalances[0] else math.inf
     speeds = np.unique(np.round(np.abs(result.speed.values), 6))
     inside = speeds[(speeds >= first) & (speeds <= last)]
-    shown = low <= ratio <= high and len(inside)
+    is_visible = low <= ratio <= high and len(inside)
     look: dict[str, Any] = {"color": "black", "markerfacecolor": "white", "markersize": 5, "label": "states above"}
-    return list(axis.plot(inside, np.full(len(inside), ratio), "o", **look)) if shown else []
+    return list(axis.plot(inside, np.full(len(inside), ratio), "o", **look)) if is_visible else []

@@ -9,27 +9,27 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.schema import Unit, read_quantity, refuse_unknown, si
-from wucht.studies.spec import AVERAGED, FULL, Inertia, Interval, Spec, TrueOrFalse, Value
+from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Inertia, Interval, Spec, TrueOrFalse, Value
 
 MOST_CELLS = 400
 _MOST_RATIO = 1e6
 _AXES = {"speed": Unit("rad/s", "speed"), "ratio": Unit("", "ratio")}
 
 
-def _axes(given: Any) -> Any:
-    if not isinstance(given, Mapping):
+def _parse_axes(value: Any) -> Any:
+    if not isinstance(value, Mapping):
         raise ValueError("must be a table: axes = { speed = [lo, hi, cells], ratio = [lo, hi, cells] }")
-    refuse_unknown(given, _AXES, "study.axes")
+    refuse_unknown(value, _AXES, "study.axes")
     for name in _AXES:
-        where, axis = f"study.axes.{name}", given.get(name)
+        key, axis = f"study.axes.{name}", value.get(name)
         if not isinstance(axis, list | tuple) or len(axis) != 3:
-            raise InputError(where, axis, "must be [lo, hi, cells]", code="shape")
+            raise InputError(key, axis, "must be [lo, hi, cells]", code="shape")
         if isinstance(axis[2], bool) or not isinstance(axis[2], int) or not 2 <= axis[2] <= MOST_CELLS:
-            raise InputError(where, axis, f"must be a whole number of cells from 2 to {MOST_CELLS}", code="whole-number")
-    return {name: tuple(given[name]) for name in _AXES}
+            raise InputError(key, axis, f"must be a whole number of cells from 2 to {MOST_CELLS}", code="whole-number")
+    return {name: tuple(value[name]) for name in _AXES}
 
 
-Axes = Annotated[dict[str, tuple[Value, Value, int]], BeforeValidator(_axes)]
+Axes = Annotated[dict[str, tuple[Value, Value, int]], BeforeValidator(_parse_axes)]
 
 
 class SynchronousStates(Spec):
@@ -64,13 +64,13 @@ class SynchronousStates(Spec):
         if self.speed is not None and self.range is not None:
             raise InputError("study.range", list(self.range), "not allowed where the speed of the main rotor is given")
         for name, (low, high, _) in self.axes_in(_AXES["speed"].si).items():
-            where, axis = f"study.axes.{name}", list((self.axes or {})[name])
+            key, axis = f"study.axes.{name}", list((self.axes or {})[name])
             if not low < high:
-                raise InputError(where, axis, "must be a pair [low, high] with low below high", code="not-increasing")
+                raise InputError(key, axis, "must be a pair [low, high] with low below high", code="not-increasing")
             if low < 0:
-                raise InputError(where, axis, f"must be a {name} from 0 on", code="negative")
+                raise InputError(key, axis, f"must be a {name} from 0 on", code="negative")
             if name == "ratio" and high > _MOST_RATIO:
-                raise InputError(where, axis, f"must be a ratio up to {_MOST_RATIO:g}", code="limits")
+                raise InputError(key, axis, f"must be a ratio up to {_MOST_RATIO:g}", code="limits")
 
     def axes_in(self, speed_unit: str) -> dict[str, tuple[float, float, int]]:
         """Return the axes of the map: lowest, highest, cells; none without a map.
@@ -79,13 +79,13 @@ class SynchronousStates(Spec):
         """
         axes = {}
         for name, (low, high, cells) in (self.axes or {}).items():
-            unit, where = Unit(speed_unit if name == "speed" else "", _AXES[name].what), f"study.axes.{name}"
-            axes[name] = (read_quantity(unit, low, f"{where}[0]"), read_quantity(unit, high, f"{where}[1]"), cells)
+            unit, key = Unit(speed_unit if name == "speed" else "", _AXES[name].long_name), f"study.axes.{name}"
+            axes[name] = (read_quantity(unit, low, f"{key}[0]"), read_quantity(unit, high, f"{key}[1]"), cells)
         return axes
 
     def equations(self) -> str:
         """See ``Spec``."""
-        return f"{AVERAGED} for the states, {FULL} for their stability" if self.full else AVERAGED
+        return f"{AVERAGED_EQUATIONS} for the states, {FULL_EQUATIONS} for their stability" if self.full else AVERAGED_EQUATIONS
 
     def turning(self) -> str:
         """See ``Spec``."""

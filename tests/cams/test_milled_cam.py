@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed, refused
 
-from wucht.cams.correction import CorrectedLaw, above
+from wucht.cams.correction import CorrectedLaw, share_above_order
 from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
@@ -14,7 +14,7 @@ from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.linkages.closure import LeverMotion
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar
-from wucht.cams.milled import MilledCam
+from wucht.cams.milled_cam import MilledCam
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics, even_angles
 
@@ -34,20 +34,20 @@ def acceleration(law, count, rounding=0.0):
         points = rounding * (np.round(points.real / rounding) + 1j * np.round(points.imag / rounding))
     phi = SHAFT.angle(even_angles(1024))
     lever = MilledCam(points, LEVER).motion(phi, rho(phi) + 1e-3 * np.cos(phi))
-    found = Harmonics.sampled(LINKAGE.output_at(lever)).derivative(2)
+    found = Harmonics.from_samples(LINKAGE.output_at(lever)).derivative(2)
     return Harmonics(0.0, found.cosine[:ORDERS], found.sine[:ORDERS])
 
 
 def test_the_corrected_cam_runs_clean_and_the_original_one_does_not():
     """Issue 11, 9: orders above N below 1e-9 of order 1 at 1440 points; the original one has orders N + 1 to 2 N."""
-    assert above(acceleration(CorrectedLaw(LAW, SHAFT), 1440), 5) < 1e-11
+    assert share_above_order(acceleration(CorrectedLaw(LAW, SHAFT), 1440), 5) < 1e-11
     original = acceleration(LAW, 1440)
     assert original.amplitudes[5:10].max() > 0.1 * original.amplitudes[0]
 
 
 def test_more_points_make_it_cleaner_until_rounding():
     """Of a quintic spline: by nearly 2^6 for twice the points, 64; at 1e-12 it ends."""
-    coarse, fine = (above(acceleration(CorrectedLaw(LAW, SHAFT), count), 5) for count in (360, 720))
+    coarse, fine = (share_above_order(acceleration(CorrectedLaw(LAW, SHAFT), count), 5) for count in (360, 720))
     assert coarse > 30 * fine > 1e-12
 
 

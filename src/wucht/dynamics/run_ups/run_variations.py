@@ -10,7 +10,7 @@ from typing import Any
 from wucht.dynamics.parameters import parameter_of
 from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
-from wucht.schema import Unit, in_words
+from wucht.schema import Unit, full_name
 
 _BARE = {"speed": "angle", "velocity": "displacement"}  # the meaning of a bare value in a start, by the other key of its table
 
@@ -26,24 +26,24 @@ class StartState:
 
     keys: tuple[str, ...]
     unit: Unit
-    what: str
+    description: str
     period: float | None = None
-    limited: bool = False
+    is_limited: bool = False
 
 
 @dataclass(frozen=True)
-class Varied:
+class VariedQuantity:
     """A quantity that differs from run to run. state: the start state it is, None for a parameter. unit: SI."""
 
     name: str
     state: StartState | None
-    what: str
+    description: str
     unit: str
 
     @property
     def quantity(self) -> Unit:
         """The unit in which its values are read."""
-        return Unit(self.unit, self.what) if self.state is None else self.state.unit
+        return Unit(self.unit, self.description) if self.state is None else self.state.unit
 
 
 def start_states(machine: Machine) -> dict[str, StartState]:
@@ -56,9 +56,9 @@ def start_states(machine: Machine) -> dict[str, StartState]:
     angle, speed = Unit("rad" if units.time else "", "angle"), Unit(units.speed, "speed")
     states: dict[str, StartState] = {}
     for body in machine.bodies:
-        if body.coordinate.prescribed is None:
-            to = f" to {body.about}" if body.about else ""
-            at = StartState((body.name, "angle"), angle, f"angle of {body.name}{to} at the start", turn)
+        if body.coordinate.prescribed_velocity is None:
+            relation = f" to {body.about}" if body.about else ""
+            at = StartState((body.name, "angle"), angle, f"angle of {body.name}{relation} at the start", turn)
             states |= {body.name: at, f"{body.name}.angle": at}
             states[f"{body.name}.speed"] = StartState((body.name, "speed"), speed, f"speed of {body.name} at the start")
     for slider in machine.sliders:
@@ -71,71 +71,71 @@ def start_states(machine: Machine) -> dict[str, StartState]:
         states[f"{slider.name}.velocity"] = moving
     for d in machine.free_labels:
         turning, length = d == "r", units.length
-        where = Unit("rad" if turning else length, "displacement")
+        displacement_unit = Unit("rad" if turning else length, "displacement")
         rate = Unit(("rad/s" if turning else "m/s") if length else "", "velocity")
-        states[f"carrier.{d}"] = StartState(("carrier", d), where, f"displacement {d} of the carrier at the start")
+        states[f"carrier.{d}"] = StartState(("carrier", d), displacement_unit, f"displacement {d} of the carrier at the start")
         states[f"carrier.v{d}"] = StartState(("carrier", f"v{d}"), rate, f"velocity {d} of the carrier at the start")
     for x in machine.internal:
-        name, own = x.state.name, x.own
-        quantity, words = Unit(own.unit, own.what), f"{in_words(name, own.what)} at the start"
-        states[name] = StartState(tuple(name.split(".")), quantity, words, limited=True)
+        name, state_unit = x.state.name, x.description
+        quantity, words = Unit(state_unit.unit, state_unit.what), f"{full_name(name, state_unit.what)} at the start"
+        states[name] = StartState(tuple(name.split(".")), quantity, words, is_limited=True)
     pair = [b.name for b in machine.bodies if b.about == machine.rotor.name]
     if len(pair) == 2:
-        both = " and ".join(pair)
-        states["psi"] = StartState(("psi",), angle, f"mean phase of {both} at the start", turn)
-        states["delta"] = StartState(("delta",), angle, f"phase difference of {both} at the start", 2 * turn)
+        pair_names = " and ".join(pair)
+        states["psi"] = StartState(("psi",), angle, f"mean phase of {pair_names} at the start", turn)
+        states["delta"] = StartState(("delta",), angle, f"phase difference of {pair_names} at the start", 2 * turn)
     return states
 
 
-def varied_of(machine: Machine, name: str, key: str) -> Varied:
+def varied_quantity(machine: Machine, name: str, key: str) -> VariedQuantity:
     """Return the quantity that a name denotes on a machine. Raises ``InputError`` at ``study.<key>``."""
-    states, where = start_states(machine), f"study.{key}"
+    states, location = start_states(machine), f"study.{key}"
     if name in states and name in machine.parameters:
-        raise InputError(where, name, "not clear: this is the name of a start state and of a parameter", code="two-meanings")
-    prescribed = [b.name for b in machine.bodies if b.coordinate.prescribed is not None]
-    if name.removesuffix(".angle").removesuffix(".speed") in prescribed and name not in machine.parameters:
-        raise InputError(where, name, "not allowed: the drive prescribes this body's motion", code="prescribed")
+        raise InputError(location, name, "not clear: this is the name of a start state and of a parameter", code="two-meanings")
+    prescribed_bodies = [b.name for b in machine.bodies if b.coordinate.prescribed_velocity is not None]
+    if name.removesuffix(".angle").removesuffix(".speed") in prescribed_bodies and name not in machine.parameters:
+        raise InputError(location, name, "not allowed: the drive prescribes this body's motion", code="prescribed")
     if name not in states and name not in machine.parameters:
-        known = nearest(name, [*states, *machine.parameters])
-        raise InputError(where, name, f"neither a start state nor a parameter; {known}", code="unknown-name")
+        hint = nearest(name, [*states, *machine.parameters])
+        raise InputError(location, name, f"neither a start state nor a parameter; {hint}", code="unknown-name")
     if name in states:
         state = states[name]
-        return Varied(name, state, state.what, state.unit.si)
+        return VariedQuantity(name, state, state.description, state.unit.si)
     parameter = parameter_of(machine, name, key)
-    return Varied(name, None, parameter.words, parameter.unit)
+    return VariedQuantity(name, None, parameter.full_name, parameter.unit)
 
 
-def check_together(varied: Sequence[Varied], start: Mapping[str, Any], key: str, other: str) -> None:
+def check_given_once(quantities: Sequence[VariedQuantity], start: Mapping[str, Any], key: str, source_name: str) -> None:
     """Raise ``InputError`` at ``study.<key>.<name>`` if a start state is given twice: by two quantities, or by one and by the
     start (which fits alone). source_name: the source of a quantity in the sentence."""
-    seen = dict.fromkeys(_stated(start), "study.start")
-    for name, state in ((v.name, v.state) for v in varied if v.state is not None):
-        if state.keys in seen:
-            twice = f"this state is given by {seen[state.keys]} too; give it once"
-            raise InputError(f"study.{key}.{name}", name, twice, code="given-twice")
-        seen[state.keys] = other
+    sources = dict.fromkeys(_start_keys(start), "study.start")
+    for name, state in ((v.name, v.state) for v in quantities if v.state is not None):
+        if state.keys in sources:
+            message = f"this state is given by {sources[state.keys]} too; give it once"
+            raise InputError(f"study.{key}.{name}", name, message, code="given-twice")
+        sources[state.keys] = source_name
 
 
-def _stated(start: Mapping[str, Any]) -> list[tuple[str, ...]]:
+def _start_keys(start: Mapping[str, Any]) -> list[tuple[str, ...]]:
     """Return the keys of all entries of a start; a bare value is the angle of a body or the displacement of a slider."""
-    stated: list[tuple[str, ...]] = []
-    for name, given in start.items():
-        inner = [*_stated(given)] if isinstance(given, Mapping) else [(key,) for key in _BARE.values()]
-        stated += [(name,), *((name, *keys) for keys in inner)]
-    return stated
+    paths: list[tuple[str, ...]] = []
+    for name, entry in start.items():
+        inner = [*_start_keys(entry)] if isinstance(entry, Mapping) else [(key,) for key in _BARE.values()]
+        paths += [(name,), *((name, *keys) for keys in inner)]
+    return paths
 
 
 def with_states(start: Mapping[str, Any], states: Sequence[tuple[StartState, float]]) -> dict[str, Any]:
     """Return the start with the values of some states besides."""
-    made = dict(start)
+    result = dict(start)
     for state, value in states:
-        made = _with(made, state.keys, value)
-    return made
+        result = _with_value(result, state.keys, value)
+    return result
 
 
-def _with(table: Mapping[str, Any], keys: Sequence[str], value: float) -> dict[str, Any]:
+def _with_value(table: Mapping[str, Any], keys: Sequence[str], value: float) -> dict[str, Any]:
     first, *rest = keys
     if not rest:
         return {**table, first: value}
-    own = table.get(first, {})
-    return {**table, first: _with(own if isinstance(own, Mapping) else {_BARE[rest[0]]: own}, rest, value)}
+    inner = table.get(first, {})
+    return {**table, first: _with_value(inner if isinstance(inner, Mapping) else {_BARE[rest[0]]: inner}, rest, value)}

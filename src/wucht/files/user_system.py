@@ -23,7 +23,7 @@ _PLACES, _SAME = 32, 1e-8  # points at which equations are evaluated, and a turn
 
 
 @dataclass(frozen=True)
-class OwnEquations:
+class UserSystem:
     """Ordinary differential equations with values of their parameters: the subject of a study instead of a machine.
 
     Parameters
@@ -56,40 +56,43 @@ class OwnEquations:
         """The parameters by name."""
         return {name: Parameter(name, float(value), "", name, f"parameter {name}") for name, value in self.values.items()}
 
-    def changed(self, values: Mapping[str, float]) -> OwnEquations:
+    def with_parameters(self, values: Mapping[str, float]) -> UserSystem:
         """The same equations with other values of some parameters. Raises ``WuchtError`` for one that they do not have."""
-        return OwnEquations(self.system, {**self.values, **values}, self.title)
+        return UserSystem(self.system, {**self.values, **values}, self.title)
 
 
-def equations_from(document: Document, title: str = "") -> OwnEquations:
+def equations_from(document: Document, title: str = "") -> UserSystem:
     """The equations described by a table ``[system]`` (without ``use``, which the catalogue resolves).
 
     Raises ``InputError``, located from ``system`` on.
     """
-    described = dict(document)
-    settings = settings_in(described, "system")
-    refuse_unknown(described, KEYS, "system")
-    title = text(described, "title", "system") or title
-    described.setdefault("parameters", {})
-    values = with_values(described, settings)["parameters"]
-    states = table(described, "states", "system.states")
-    definitions = table({"definitions": {}} | described, "definitions", "system.definitions")
+    description = dict(document)
+    settings = settings_in(description, "system")
+    refuse_unknown(description, KEYS, "system")
+    title = text(description, "title", "system") or title
+    description.setdefault("parameters", {})
+    values = with_values(description, settings)["parameters"]
+    states = table(description, "states", "system.states")
+    definitions = table({"definitions": {}} | description, "definitions", "system.definitions")
     if not states:
         raise InputError("system.states", None, 'must be a table of derivatives, such as { x = "mu*x - x^3", y = "-y" }')
-    taken: dict[str, str] = {}
+    kinds_by_name: dict[str, str] = {}
     for kind, names in (("state", states), ("parameter", values), ("definition", definitions)):
         for name in names:
-            _check_name(name, kind, taken)
-    symbols = {name: sp.Symbol(name, real=True) for name in taken}
-    constant, known = frozenset(symbols[name] for name in values), {n: symbols[n] for n in (*states, *values)} | {"t": TIME}
+            _check_name(name, kind, kinds_by_name)
+    symbols = {name: sp.Symbol(name, real=True) for name in kinds_by_name}
+    constant, known_symbols = (
+        frozenset(symbols[name] for name in values),
+        {n: symbols[n] for n in (*states, *values)} | {"t": TIME},
+    )
     meanings: list[tuple[sp.Symbol, sp.Expr]] = []
-    for name, given in definitions.items():
-        where = f"system.definitions.{name}"
-        later = [n for n in definitions if n not in known]
-        meanings.append((symbols[name], _in_order(given, known, where, constant, later)))
-        known[name] = symbols[name]
-    rates = [formula(given, known, f"system.states.{name}", constant) for name, given in states.items()]
-    turning = frozenset(symbols[name] for name in _angles(described, states))
+    for name, formula_text in definitions.items():
+        location = f"system.definitions.{name}"
+        later = [n for n in definitions if n not in known_symbols]
+        meanings.append((symbols[name], _read_definition(formula_text, known_symbols, location, constant, later)))
+        known_symbols[name] = symbols[name]
+    rates = [formula(formula_text, known_symbols, f"system.states.{name}", constant) for name, formula_text in states.items()]
+    turning = frozenset(symbols[name] for name in _angles(description, states))
     numbers = {
         n: read_quantity(Unit("", f"value of the parameter {n}"), v, f"system.parameters.{n}") for n, v in values.items()
     }
@@ -97,7 +100,7 @@ def equations_from(document: Document, title: str = "") -> OwnEquations:
         tuple(symbols[n] for n in states), tuple(rates), tuple(symbols[n] for n in values), tuple(meanings), angles=turning
     )
     _refuse_other_periods(system, numbers)
-    return OwnEquations(system, numbers, title)
+    return UserSystem(system, numbers, title)
 
 
 def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:
@@ -112,63 +115,67 @@ def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:
         for i, state in enumerate(system.states):
             if state not in system.angles:
                 continue
-            turned = x + 2 * np.pi * (np.arange(len(x)) == i)[:, None]
-            further = rates.array(time, turned, values)
-            apart = np.abs(further - at) > _SAME * (1 + np.abs(at) + np.abs(further))
+            turned_states = x + 2 * np.pi * (np.arange(len(x)) == i)[:, None]
+            rates_after_turn = rates.array(time, turned_states, values)
+            apart = np.abs(rates_after_turn - at) > _SAME * (1 + np.abs(at) + np.abs(rates_after_turn))
             if apart.any():
                 rate = system.states[int(apart.any(axis=1).argmax())]
-                why = f"the derivative of {rate} differs after {state} has made a whole turn of 2*pi"
-                raise InputError("system.angles", state.name, f"must be a state on a circle: {why}")
+                reason = f"the derivative of {rate} differs after {state} has made a whole turn of 2*pi"
+                raise InputError("system.angles", state.name, f"must be a state on a circle: {reason}")
 
 
-def with_values(described: Document, settings: Mapping[str, Any]) -> Document:
+def with_values(description: Document, settings: Mapping[str, Any]) -> Document:
     """A copy of a table ``[system]`` with parameters set by name. Raises ``InputError`` for a name that is no parameter."""
-    parameters = dict(table({"parameters": {}} | described, "parameters", "system.parameters"))
+    parameters = dict(table({"parameters": {}} | description, "parameters", "system.parameters"))
     for name, value in flatten(settings).items():
         if name not in parameters:
             raise InputError(f"system.set.{name}", value, f"unknown parameter; {nearest(name, parameters)}")
         parameters[name] = value
-    return described | {"parameters": parameters}
+    return description | {"parameters": parameters}
 
 
-def _in_order(
-    given: object, known: Mapping[str, sp.Symbol], where: str, constant: frozenset[sp.Symbol], later: list[str]
+def _read_definition(
+    formula_text: object,
+    known_symbols: Mapping[str, sp.Symbol],
+    location: str,
+    constant: frozenset[sp.Symbol],
+    later: list[str],
 ) -> sp.Expr:
     """The meaning of a definition, which may use those before it."""
     try:
-        return formula(given, known, where, constant)
+        return formula(formula_text, known_symbols, location, constant)
     except InputError as error:
-        used = next((n for n in later if f"unknown name {n!r};" in error.allowed), None)
-        if used is None:
+        later_name = next((n for n in later if f"unknown name {n!r};" in error.explanation), None)
+        if later_name is None:
             raise
-        why = "itself" if where.endswith(f".{used}") else f"{used}, which is defined only after it"
+        culprit = "itself" if location.endswith(f".{later_name}") else f"{later_name}, which is defined only after it"
         raise InputError(
-            where, given, f"uses {why}: a definition may use states, parameters and definitions before it"
+            location, formula_text, f"uses {culprit}: a definition may use states, parameters and definitions before it"
         ) from None
 
 
-def _check_name(name: str, kind: str, taken: dict[str, str]) -> None:
+def _check_name(name: str, kind: str, kinds_by_name: dict[str, str]) -> None:
     """Register a name. Raises ``InputError`` for one that is already in use, or that no formula could use."""
-    where = f"system.{kind}s.{name}"
+    location = f"system.{kind}s.{name}"
     if not name.isidentifier() or len(name) > _LONGEST_NAME:
         raise InputError(
-            where, name, f"must be a name of up to {_LONGEST_NAME} letters, digits and '_' that begins with a letter"
+            location, name, f"must be a name of up to {_LONGEST_NAME} letters, digits and '_' that begins with a letter"
         )
     if name == TIME.name:
-        raise InputError(where, name, f"{TIME} is the time: no state, parameter or definition may have that name")
+        raise InputError(location, name, f"{TIME} is the time: no state, parameter or definition may have that name")
     if name in FUNCTIONS or name in CONSTANTS:
-        what = "function" if name in FUNCTIONS else "number"
-        raise InputError(where, name, f"{name} is a {what} of formulas: the {kind} needs another name")
-    if name in taken:
-        raise InputError(where, name, f"{name} is a {taken[name]} already: the {kind} needs another name")
-    taken[name] = kind
+        category = "function" if name in FUNCTIONS else "number"
+        raise InputError(location, name, f"{name} is a {category} of formulas: the {kind} needs another name")
+    if name in kinds_by_name:
+        raise InputError(location, name, f"{name} is a {kinds_by_name[name]} already: the {kind} needs another name")
+    kinds_by_name[name] = kind
 
 
-def _angles(described: Document, states: Mapping[str, Any]) -> list[str]:
-    given = described.get("angles", [])
-    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-        raise InputError("system.angles", given, 'must be a list of states, such as ["theta"]')
-    for name in given:
+def _angles(description: Document, states: Mapping[str, Any]) -> list[str]:
+    angle_names = description.get("angles", [])
+    if not isinstance(angle_names, list) or not all(isinstance(name, str) for name in angle_names):
+        raise InputError("system.angles", angle_names, 'must be a list of states, such as ["theta"]')
+    for name in angle_names:
         if name not in states:
             raise InputError("system.angles", name, f"unknown state; {nearest(name, states)}")
-    return given
+    return angle_names

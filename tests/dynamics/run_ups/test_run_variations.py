@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from tests.refusals import refused
 
-from wucht.dynamics.run_ups.varied import start_states, varied_of
+from wucht.dynamics.run_ups.run_variations import start_states, varied_quantity
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 
@@ -18,14 +18,14 @@ def test_start_states_of_a_slider() -> None:
     states = start_states(machine)
     out, moving = states[f"{slider.name}.displacement"], states[f"{slider.name}.velocity"]
     assert states[slider.name] is out
-    assert (out.unit.si, moving.unit.si) == ("m", "m/s") and out.what == f"displacement of {slider.name} at the start"
-    assert moving.what == f"velocity of {slider.name} at the start"
+    assert (out.unit.si, moving.unit.si) == ("m", "m/s") and out.description == f"displacement of {slider.name} at the start"
+    assert moving.description == f"velocity of {slider.name} at the start"
 
 
 def test_the_motion_of_a_held_body_is_not_varied() -> None:
     machine = machine_from({"carrier": {"stiffness": 1e4, "damping": 1.0}, "bodies": [ROTOR], "drive": HELD})
     for name in ("drum", "drum.angle", "drum.speed"):
         with refused("study.along", given=name, code="prescribed"):
-            varied_of(machine, name, "along")
+            varied_quantity(machine, name, "along")
     with refused("study.along", given="drum.sped", code="unknown-name"):
-        varied_of(machine, "drum.sped", "along")
+        varied_quantity(machine, "drum.sped", "along")

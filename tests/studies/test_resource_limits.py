@@ -10,7 +10,7 @@ from tests.refusals import failed, refused
 
 from wucht.dynamics.entrainment import runs_from_start as runs
 from wucht.files.catalogue import load_machine
-from wucht.studies import room
+from wucht.studies import resource_limits as room
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.computation import prepare as prepare_entrainment
 from wucht.studies.entrainment.spec import Entrainment
@@ -81,12 +81,12 @@ def test_what_does_not_fit_after_all_is_a_sentence(tmp_path: Path) -> None:
 def test_a_run_of_entrainment_is_stored_in_bounded_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     def end() -> runs.RunFromStart:
         plan = prepare_entrainment(Entrainment(until=3000.0), load_machine(BAND))
-        return runs.RunsFromStart(plan)(plan.swept.own, lambda _: None)
+        return runs.RunsFromStart(plan)(plan.parameter.nominal_value, lambda _: None)
 
     whole = end()
     monkeypatch.setattr(runs, "_AT_ONCE", 2)
     parts = end()
     assert parts.end_time == whole.end_time == 3000.0
-    assert parts.entrained
+    assert parts.is_entrained
     assert parts.end_state == pytest.approx(whole.end_state, rel=1e-6, abs=1e-9)
     assert parts.phases == pytest.approx(whole.phases, abs=1e-9)

@@ -127,33 +127,33 @@ def compile_system(
     chosen = engine or available_engine()
     if chosen not in ENGINES:
         raise WuchtError(f"unknown engine {chosen!r}; known: {', '.join(ENGINES)}", code="unknown-engine")
-    used = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
-    used += [e for q in system.quadratures for e in (q.expression, q.jump)]
-    segmentations = Segmentations.of([sp.sympify(e) for e in used])
+    expressions = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
+    expressions += [e for q in system.quadratures for e in (q.expression, q.jump)]
+    segmentations = Segmentations.of([sp.sympify(e) for e in expressions])
     smooth = _smooth(system, segmentations)
     program = lower(smooth, smooth.derivatives)
-    watched = (*events, *segmentations.events())
-    event_program = lower(smooth, tuple(segmentations.smooth(e.expression) for e in watched))
-    compiled: Engine
+    all_events = (*events, *segmentations.events())
+    event_program = lower(smooth, tuple(segmentations.smooth(e.expression) for e in all_events))
+    code: Engine
     if chosen == "heyoka":
         from wucht.numerics.flow.heyoka_engine import HeyokaEngine, state_units
 
-        compiled = HeyokaEngine(program, state_units(smooth), watched, event_program, tolerance)
+        code = HeyokaEngine(program, state_units(smooth), all_events, event_program, tolerance)
     else:
         from wucht.numerics.flow.scipy_engine import ScipyEngine
 
         method = "Radau" if chosen == "scipy-radau" else "DOP853"
-        compiled = ScipyEngine(program, watched, event_program, tolerance, method)
+        code = ScipyEngine(program, all_events, event_program, tolerance, method)
     interrupting, jumps = tuple(i for i, e in enumerate(events) if e.interrupts), None
     if segmentations and any(q.jump != 0 for q in system.quadratures):
         gains = [segmentations.smooth(sp.sympify(q.jump)) for q in system.quadratures]
         jumps = Evaluator.of(smooth, gains, [q.name for q in system.quadratures])
     return CompiledSystem(
         system,
-        watched,
+        all_events,
         tolerance,
         chosen,
-        compiled,
+        code,
         Evaluator.of_outputs(system),
         SegmentLocator.of(segmentations, smooth) if segmentations else None,
         jumps,
@@ -209,26 +209,26 @@ class ArrayFunction:
         if self._states is not None:  # nothing has to be computed
             return np.array([states[i] for i in self._states])
         shape = states.shape[1:] if isinstance(states, np.ndarray) else states[0].shape
-        if self._compiled is None:
+        if self._heyoka_function is None:
             with np.errstate(all="ignore"):
-                values = self._interpreted(tuple(states), 0.0, constants)
+                values = self._python_function(tuple(states), 0.0, constants)
             return np.array([np.broadcast_to(np.asarray(v, float), shape) for v in values])
         (count, members), results = shape, len(self.program.results)
-        values, rows, known = np.empty((results, count, members)), max(1, _POINTS // members), 0
+        values, rows, buffer_points = np.empty((results, count, members)), max(1, _POINTS // members), 0
         for first in range(0, count, rows):
             part = slice(first, min(first + rows, count))
             block = (part.stop - part.start, members)
             points = block[0] * members
-            if points != known:
-                known, width = points, -(-points // _REGISTERS) * _REGISTERS
-                x, fixed, found = (np.empty((n, width)) for n in (len(states), len(constants), results))
-                x[:, points:] = fixed[:, points:] = 1.0
-                fixed[:, :points].reshape(-1, *block)[:] = constants[:, None]
+            if points != buffer_points:
+                buffer_points, width = points, -(-points // _REGISTERS) * _REGISTERS
+                x, constant_rows, outputs = (np.empty((n, width)) for n in (len(states), len(constants), results))
+                x[:, points:] = constant_rows[:, points:] = 1.0
+                constant_rows[:, :points].reshape(-1, *block)[:] = constants[:, None]
             for row, state in zip(x, states, strict=True):
                 row[:points].reshape(block)[:] = state[part]
             # By one thread: blocks are small, and there are as many calling threads, each with its members, as processors.
-            self._compiled(x, pars=fixed, outputs=found, batch_parallel=False)
-            values[:, part] = found[:, :points].reshape(results, *block)
+            self._heyoka_function(x, pars=constant_rows, outputs=outputs, batch_parallel=False)
+            values[:, part] = outputs[:, :points].reshape(results, *block)
         return values
 
     @cached_property
@@ -238,9 +238,9 @@ class ArrayFunction:
         return [places[r] for r in self.program.results] if set(self.program.results) <= places.keys() else None
 
     @cached_property
-    def _compiled(self) -> Any | None:
+    def _heyoka_function(self) -> Any | None:
         return heyoka_function(self.program) if self.program.states else None
 
     @cached_property
-    def _interpreted(self) -> Callable[..., Any]:
+    def _python_function(self) -> Callable[..., Any]:
         return self.program.function()

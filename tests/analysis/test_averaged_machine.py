@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 import sympy as sp
 from tests.refusals import refused
+from wucht.numerics.flow.compiled import compile_system
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.vibration import Forced
+from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine
+from wucht.analysis.vibration import ForcedVibration
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped
-from wucht.mechanics.averaged.solution import LOST, SHAKEN, SUPPLIED
+from wucht.machines.operation import has_damped_balancers
+from wucht.mechanics.averaged.solution import DISSIPATED_WORK, SUPPLIED_WORK, VIBRATION_WORK
 from wucht.mechanics.lagrange import equations_of_motion
-from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator, python_function
 
@@ -103,7 +103,7 @@ def averaged_torques(machine: Machine, w: float, alpha: np.ndarray, senses: np.n
     )
     pushed = -np.fft.fft(base, axis=1)
     order = np.fft.fftfreq(count, 1 / count)
-    given = machine.carrier.index(machine.shaken) if machine.shaken is not None else None
+    given = machine.carrier.index(machine.shaken_coordinate) if machine.shaken_coordinate is not None else None
     free = [i for i in range(m) if i != given]
     z = np.zeros((m, count), complex)
     for i, k in enumerate(order):
@@ -132,7 +132,7 @@ def test_vibration_torques_are_the_means_of_the_full_equations(directions: str, 
     assert np.abs(expected).max() > 1e-3
     # Round-off of sums over 64 samples.
     assert torques == pytest.approx(expected, rel=1e-11, abs=1e-13)
-    forced = Forced.of(machine, senses * alpha)
+    forced = ForcedVibration.of(machine, senses * alpha)
     parts = [-float(forced.torque_on(np.array([w]), [i])[0][0]) for i in range(len(senses))]
     assert torques == pytest.approx(parts, rel=1e-9, abs=1e-12)
     assert at(slow, state, "amplitude")[0] == pytest.approx(float(forced.amplitude(np.array([w]))[0][0]), rel=1e-11)
@@ -293,8 +293,8 @@ def test_without_dampers_the_inertia_stays() -> None:
             "drive": {"on": "drum", "kind": "linear", "slope": 0.01, "no_load_speed": 250.0},
         }
     )
-    assert damped(machine)
-    assert not damped(free)
+    assert has_damped_balancers(machine)
+    assert not has_damped_balancers(free)
     for order in (0, 3):
         with refused("machine", f"order {order}", code="order"):
             averaged_machine(machine, True, order)
@@ -304,7 +304,7 @@ def test_held_at_a_speed_the_drive_does_not_matter() -> None:
     machine = load_machine("drozdetskaya-2020/r1", {})
     states = []
     for slope in (1e-3, 1.0):
-        slow = averaged_machine(machine.with_values({"drive.slope": slope}), inertia=True, held=True)
+        slow = averaged_machine(machine.with_values({"drive.slope": slope}), inertia=True, has_fixed_speed=True)
         assert slow.system.state_names == ("p1.phase", "p2.phase", "p1.speed", "p2.speed")
         start = np.array([0.5, -0.4, 150.0, 150.0])
         states.append(integrate(compile_system(slow.system), start, slow.values(150.0), np.linspace(0, 1, 20)).states)
@@ -341,6 +341,6 @@ def test_powers_make_the_stored_energy_at_any_slow_state(inertia: bool) -> None:
     state = np.array([0.3 if n.startswith(("phase", "alpha", "psi")) else 40.0 + 0.3 * i for i, n in enumerate(names)])
     rate, step = rates(slow, state), 1e-7
     there, here = (at(slow, state + s * step * rate, "stored_energy")[0] for s in (1, -1))
-    supplied, lost, shaken = (at(slow, state, name)[0] for name in (SUPPLIED, LOST, SHAKEN))
+    supplied, lost, shaken = (at(slow, state, name)[0] for name in (SUPPLIED_WORK, DISSIPATED_WORK, VIBRATION_WORK))
     assert lost > 0
     assert (there - here) / (2 * step) == pytest.approx(supplied - lost - shaken, rel=1e-5, abs=1e-4)

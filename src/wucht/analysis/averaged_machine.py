@@ -17,7 +17,7 @@ import sympy as sp
 from wucht.disk_cache import derived_once
 from wucht.errors import InputError, WuchtError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped, natural_frequencies, sense_of
+from wucht.machines.operation import has_damped_balancers, natural_frequencies, sense_of
 from wucht.machines.parts.base import Body
 from wucht.machines.schedules import with_schedules
 from wucht.machines.structure import SPEED, Structure, torques_on
@@ -45,18 +45,18 @@ class AveragedMachine:
     senses: Mapping[str, int]
     inertia: bool
     order: int
-    held: bool
+    has_fixed_speed: bool
 
     @cached_property
     def system(self) -> System:
         """The System, with the machine's parameters; scheduled ones follow their schedules."""
         system = self.equations.system
-        return _with_parameters(system, self.machine.structure, self.held, system.output("stored_energy").expression)
+        return _with_parameters(system, self.machine.structure, self.has_fixed_speed, system.output("stored_energy").expression)
 
     @cached_property
     def fast(self) -> System:
         """The bodies' fluctuation within a turn, in the same states and parameters: outputs alone."""
-        return _with_parameters(self.equations.fast, self.machine.structure, self.held, sp.S.Zero)
+        return _with_parameters(self.equations.fast, self.machine.structure, self.has_fixed_speed, sp.S.Zero)
 
     def values(self, speed: float | None = None) -> tuple[float, ...]:
         """Parameter values in order. speed: of the main rotor, where it is fixed, positive in the rotor's sense."""
@@ -65,9 +65,9 @@ class AveragedMachine:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on what these equations neglect."""
-        tracks, released = self.machine.tracks, [b.name for b in self.machine.bodies if b.release is not None]
+        tracks, released_bodies = self.machine.tracks, [b.name for b in self.machine.bodies if b.release is not None]
         contacts = [f"contacts on the track {t.name} are left out: this holds while its bodies do not touch" for t in tracks]
-        return (*contacts, *(f"{name} is taken as released" for name in released))
+        return (*contacts, *(f"{name} is taken as released" for name in released_bodies))
 
     @cached_property
     def references(self) -> dict[str, str | None]:
@@ -82,10 +82,10 @@ class AveragedMachine:
         002 (4.24), (4.30).
         """
         names = self.equations.bodies.names
-        theta, turning = (np.array([self.senses[n] * given[n] for n in names]) for given in (angles, speeds))
-        return self._state(*((theta, turning) if self.inertia else self._landed(theta, turning)))
+        theta, speed_values = (np.array([self.senses[n] * by_body[n] for n in names]) for by_body in (angles, speeds))
+        return self._state(*((theta, speed_values) if self.inertia else self._settle_slips(theta, speed_values)))
 
-    def defined_at(self, state: np.ndarray) -> bool:
+    def is_defined_at(self, state: np.ndarray) -> bool:
         """True if the equations have a value in a slow state (n,); those of second order have none at rest."""
         with np.errstate(all="ignore"):
             rates = Evaluator.of_rates(self.system).array(np.zeros(1), state[:, None], self.values())
@@ -103,36 +103,40 @@ class AveragedMachine:
             values[f"{name}.speed"] = speeds[i]
         return np.array([values[name] for name in self.system.state_names])
 
-    def _landed(self, angles: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _settle_slips(self, angles: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Limit of J nu' + B nu = 0: the angles moved by the integral of nu, and the speeds that remain."""
-        b, numbers, moved, left = self.equations.bodies, self.machine.numbers, angles.copy(), speeds.copy()
+        b, numbers, settled_angles, settled_speeds = self.equations.bodies, self.machine.numbers, angles.copy(), speeds.copy()
         inertia, damping = (np.array(a.xreplace(numbers).tolist(), float).reshape(a.shape) for a in (b.inertia, b.relative))
         for head in b.rotors:
             group = b.group(head)
-            j, d, given = inertia[np.ix_(group, group)], damping[np.ix_(group, group)], speeds[group]
+            j, d, group_speeds = inertia[np.ix_(group, group)], damping[np.ix_(group, group)], speeds[group]
             null = np.linalg.svd(d.T)[2][-1]
-            w = given[0] if head == 0 and b.given is not None else null @ j @ given / (null @ j.sum(axis=1))
-            integral = np.linalg.lstsq(d, j @ (given - w), rcond=None)[0]
-            left[group] = w
-            moved[group] += integral - integral[0]
-        return moved, left
+            w = group_speeds[0] if head == 0 and b.fixed_speed is not None else null @ j @ group_speeds / (null @ j.sum(axis=1))
+            integral = np.linalg.lstsq(d, j @ (group_speeds - w), rcond=None)[0]
+            settled_speeds[group] = w
+            settled_angles[group] += integral - integral[0]
+        return settled_angles, settled_speeds
 
 
-def keeps_inertia(machine: Machine, asked: bool | None) -> bool:
+def keeps_inertia(machine: Machine, requested_inertia: bool | None) -> bool:
     """True if averaged equations of steady and modulated operation keep the inertia of the balancing bodies.
 
     By default they do: it affects the stability, and the limit of strong damping is a special case of it. The dissertation's
     dimensionless machines are given by that limit, 002 (4.60)-(4.62), where all bodies are damped. Raises ``InputError`` where
     the inertia is to be neglected and a body is not damped.
     """
-    limit = damped(machine)
-    if asked is False and not limit:
+    limit = has_damped_balancers(machine)
+    if requested_inertia is False and not limit:
         raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
-    return not (machine.dimensionless and limit) if asked is None else asked
+    return not (machine.dimensionless and limit) if requested_inertia is None else requested_inertia
 
 
 def averaged_machine(
-    machine: Machine, inertia: bool = True, order: int = 1, held: bool = False, turning: Mapping[str, int] | None = None
+    machine: Machine,
+    inertia: bool = True,
+    order: int = 1,
+    has_fixed_speed: bool = False,
+    turning: Mapping[str, int] | None = None,
 ) -> AveragedMachine:
     """The averaged equations of a machine with a linear carrier: see ``mechanics.averaged``.
 
@@ -140,45 +144,52 @@ def averaged_machine(
     has_fixed_speed: the main rotor turns at the parameter ``speed``, whatever its drive does. turning: the senses +1, -1 of
     rotors that do not turn as their drives would turn them. Raises ``InputError`` for other machines, with the reason.
     """
-    _refuse_others(machine)
-    of_rotors = {r.name: int(sense_of(machine, r)) for r in machine.rotors} | dict(turning or {})
-    senses = {b.name: of_rotors[r.name] for r in machine.rotors for b in machine.group(r)}
+    _refuse_unsuitable(machine)
+    rotor_senses = {r.name: int(sense_of(machine, r)) for r in machine.rotors} | dict(turning or {})
+    senses = {b.name: rotor_senses[r.name] for r in machine.rotors for b in machine.group(r)}
     signs = tuple(senses[b.name] for b in machine.bodies)
     try:
-        equations = _equations(machine.structure, len(machine.tracks), machine.shaking, signs, inertia, order, held)
+        equations = _equations(machine.structure, len(machine.tracks), machine.shaking, signs, inertia, order, has_fixed_speed)
     except WuchtError as error:
         raise InputError("machine", None, f"has no such averaged equations: {error}", code=error.code) from None
-    return AveragedMachine(machine, equations, senses, inertia, order, held)
+    return AveragedMachine(machine, equations, senses, inertia, order, has_fixed_speed)
 
 
 @lru_cache(maxsize=64)
-def _with_parameters(system: System, structure: Structure, held: bool, stored: sp.Expr) -> System:
-    whole = replace(system, parameters=(*structure.symbols, *([SPEED] if held else [])))
-    return with_schedules(whole, structure.schedules, stored, structure.units.energy)
+def _with_parameters(system: System, structure: Structure, has_fixed_speed: bool, energy: sp.Expr) -> System:
+    whole = replace(system, parameters=(*structure.symbols, *([SPEED] if has_fixed_speed else [])))
+    return with_schedules(whole, structure.schedules, energy, structure.units.energy)
 
 
-def _refuse_others(machine: Machine) -> None:
-    hung = [p.name for p in machine.parts if isinstance(p, Body) and not p.on_axis()]
-    others = [r.name for r in machine.rotors[1:] if r.coordinate.prescribed is not None]
-    shaken, prescribed = machine.shaken is not None, any(r.coordinate.prescribed is not None for r in machine.rotors)
-    guided = "slides in a guide that turns: the carrier's mass matrix then depends on the angle"
-    reasons = [("slider", f"{s.words} {guided}") for s in machine.sliders]
-    reasons += [("pivot", f"the pivot of {name} turns with the rotor: its unbalance depends on its phase") for name in hung]
-    if shaken and machine.shaking is None:
+def _refuse_unsuitable(machine: Machine) -> None:
+    off_axis_bodies = [p.name for p in machine.parts if isinstance(p, Body) and not p.is_on_axis()]
+    other_rotors = [r.name for r in machine.rotors[1:] if r.coordinate.prescribed_velocity is not None]
+    is_shaken, has_prescribed_rotor = (
+        machine.shaken_coordinate is not None,
+        any(r.coordinate.prescribed_velocity is not None for r in machine.rotors),
+    )
+    guide_clause = "slides in a guide that turns: the carrier's mass matrix then depends on the angle"
+    reasons = [("slider", f"{s.words} {guide_clause}") for s in machine.sliders]
+    reasons += [
+        ("pivot", f"the pivot of {name} turns with the rotor: its unbalance depends on its phase") for name in off_axis_bodies
+    ]
+    if is_shaken and machine.shaking is None:
         reasons.append(("table", "the prescribed motion of the carrier is a table: it has no period to average over"))
-    if shaken and prescribed:
-        both = "the speed of a rotor and the motion of the carrier are both prescribed"
-        reasons.append(("no-common-speed", f"{both}: there is no common speed"))
-    if others:
-        held = f"the speed of {others[0]} is prescribed, which is not the main rotor"
-        reasons.append(("no-common-speed", f"{held}: there is no common speed"))
+    if is_shaken and has_prescribed_rotor:
+        conflict = "the speed of a rotor and the motion of the carrier are both prescribed"
+        reasons.append(("no-common-speed", f"{conflict}: there is no common speed"))
+    if other_rotors:
+        clause = f"the speed of {other_rotors[0]} is prescribed, which is not the main rotor"
+        reasons.append(("no-common-speed", f"{clause}: there is no common speed"))
     if machine.nonlinear:
         reasons.append(("not-linear", f"{machine.nonlinear} is not linear, and the averaged equations need a linear carrier"))
     if machine.internal:
-        own = machine.internal[0].state.name
-        held = "a drive of kind 'constant-speed' holds its speed exactly"
-        reasons.append(("controller", f"{own} is an internal state of a controller, and averaged equations have none: {held}"))
-    if not machine.free_carrier and not shaken:
+        state_name = machine.internal[0].state.name
+        clause = "a drive of kind 'constant-speed' holds its speed exactly"
+        reasons.append(
+            ("controller", f"{state_name} is an internal state of a controller, and averaged equations have none: {clause}")
+        )
+    if not machine.free_carrier and not is_shaken:
         reasons.append(("still", "nothing vibrates: the carrier is fixed"))
     if reasons:
         code, reason = reasons[0]
@@ -189,15 +200,15 @@ def _refuse_others(machine: Machine) -> None:
 @derived_once
 def _equations(
     structure: Structure, contacts: int, shaking: tuple[sp.Symbol, sp.Symbol] | None, senses: Sequence[int], inertia: bool,
-    order: int, held: bool,
+    order: int, has_fixed_speed: bool,
 ) -> AveragedSystem:  # fmt: skip
     """Derive the equations. contacts: number of energies of tracks. shaking: amplitude and frequency. senses: of bodies."""
     energies = structure.energies[: len(structure.energies) - contacts]
     pairs = list(zip(structure.bodies, senses, strict=True))
     if structure.bodies[0].about:  # The main rotor leads where the first body turns about another one.
         pairs.sort(key=lambda pair: pair[0] is not structure.rotor)
-    ordered, sign = zip(*pairs, strict=True)
-    names, coordinates, n = [b.name for b in ordered], [b.coordinate for b in ordered], len(ordered)
+    ordered_bodies, sign = zip(*pairs, strict=True)
+    names, coordinates, n = [b.name for b in ordered_bodies], [b.coordinate for b in ordered_bodies], len(ordered_bodies)
     v, places = [c.velocity for c in coordinates], [place for place, _ in structure.orbit.values()]
     carrier = linear_carrier(energies, structure.carrier, coordinates)
     unbalance, excitation = _excitation(carrier, names, sign)
@@ -216,18 +227,18 @@ def _equations(
     for i in range(n):
         relative[i, i] = -sp.Add(*relative[i, :])
 
-    def alone(torques: Sequence[sp.Expr]) -> tuple[sp.Lambda, ...]:
+    def torques_by_speed(torques: Sequence[sp.Expr]) -> tuple[sp.Lambda, ...]:
         """Torques as functions of the body's speed in its sense, all bodies turning at one speed."""
         return tuple(sp.Lambda(w, s * t.xreplace(dict.fromkeys(v, s * w))) for t, w, s in zip(torques, v, sign, strict=True))
 
-    given, shaken = coordinates[0].prescribed, structure.shaken
+    main_speed, shaken = coordinates[0].prescribed, structure.shaken_coordinate
     bodies = RotatingBodies(
         names=tuple(names),
-        heads=tuple(names.index(structure.rotor_of(b).name) for b in ordered),
+        heads=tuple(names.index(structure.rotor_of(b).name) for b in ordered_bodies),
         inertia=moments,
         relative=sp.ImmutableMatrix(relative),
-        drive=alone(drive),
-        losses=alone(losses),
+        drive=torques_by_speed(drive),
+        losses=torques_by_speed(losses),
         mass=carrier.mass,
         damping=carrier.damping,
         stiffness=carrier.stiffness,
@@ -236,7 +247,7 @@ def _equations(
         labels=structure.labels,
         axis=sp.ImmutableMatrix([[sp.diff(place, c.position) for c in structure.carrier] for place in places]),
         weight=tuple(_weight(energies, c.position, s) for c, s in zip(coordinates, sign, strict=True)),
-        given=SPEED if held else None if given is None else sign[0] * given,
+        fixed_speed=SPEED if has_fixed_speed else None if main_speed is None else sign[0] * main_speed,
         shaking=Shaking(structure.carrier.index(shaken), *shaking) if shaken is not None and shaking is not None else None,
     )
     return averaged_equations(bodies, inertia, order)
@@ -245,8 +256,8 @@ def _equations(
 def _weight(energies: Sequence[Energies], angle: sp.Symbol, sense: int) -> Phasor:
     """Gravity on a body at this angle: the torque Re[weight exp(i theta)] in its sense."""
     slope = sp.Add(*(sp.diff(e.potential, angle) for e in energies))
-    weight = Phasor.of(first_harmonic(slope, angle)).turned.scaled(-sp.S.One)
-    return weight if sense > 0 else weight.conj.scaled(-sp.S.One)
+    weight = Phasor.of(first_harmonic(slope, angle)).times_i.scale(-sp.S.One)
+    return weight if sense > 0 else weight.conj.scale(-sp.S.One)
 
 
 def _excitation(
@@ -255,14 +266,14 @@ def _excitation(
     """E_i of each body in its sense, its unbalance as a symbol with a definition."""
     definitions, excitation = [], []
     for name, sense, column in zip(names, senses, carrier.excitation, strict=True):
-        own = [p if sense > 0 else p.conj for p in map(Phasor.of, column)]
-        size = next((sp.expand(x) for p in own for x in (p.re, p.im) if x != 0), sp.S.Zero)
+        phasors = [p if sense > 0 else p.conj for p in map(Phasor.of, column)]
+        size = next((sp.expand(x) for p in phasors for x in (p.re, p.im) if x != 0), sp.S.Zero)
         if not size.is_Atom:
             symbol = sp.Symbol(f"U[{name}]", real=True)
             definitions.append((symbol, size))
             short = {size: symbol, sp.expand(-size): -symbol}
-            own = [Phasor(short.get(sp.expand(p.re), p.re), short.get(sp.expand(p.im), p.im)) for p in own]
-        excitation.append(tuple(own))
+            phasors = [Phasor(short.get(sp.expand(p.re), p.re), short.get(sp.expand(p.im), p.im)) for p in phasors]
+        excitation.append(tuple(phasors))
     return tuple(definitions), tuple(excitation)
 
 
@@ -279,7 +290,7 @@ class FullMotion:
         """
         slow, machine = self.slow, self.slow.machine
         parameters, frequency = slow.values(speed), machine.shaking_frequency
-        outputs = self._steady(time, states, parameters)
+        outputs = self._steady_outputs(time, states, parameters)
         fluctuations = Evaluator.of_outputs(slow.fast)(time, states, parameters)
         # theta is the angle of the prescribed motion, else of the main rotor.
         theta = np.asarray(rotor_angle, float) if frequency is None else frequency * time
@@ -291,14 +302,14 @@ class FullMotion:
             fluctuation, rate = once * turning + twice * turning**2, 1j * w * (once * turning + 2 * twice * turning**2)
             values[b.coordinate.position.name] = sense * (theta + self._phase(states, b.name) + fluctuation.real)
             values[b.coordinate.velocity.name] = sense * (outputs[f"speed[{b.name}]"] + rate.real)
-        z, changing = self._amplitudes(outputs), self._changing(time, states, parameters, w)
-        for c, rest, amplitude, rate in zip(machine.carrier, machine.rest, z, changing, strict=True):
+        z, amplitude_rates = self._amplitudes(outputs), self._amplitude_rates(time, states, parameters, w)
+        for c, rest, amplitude, rate in zip(machine.carrier, machine.rest, z, amplitude_rates, strict=True):
             values[c.position.name] = rest + (amplitude * turning).real
             values[c.velocity.name] = ((1j * w * amplitude + rate) * turning).real
         return np.array([values[name] for name in machine.state_names])
 
     @cached_property
-    def _steady(self) -> Evaluator:
+    def _steady_outputs(self) -> Evaluator:
         """Speeds and amplitudes: no other output of the averaged equations is needed."""
         system, bodies = self.slow.system, self.slow.equations.bodies.names
         names = [f"speed[{n}]" for n in bodies]
@@ -311,13 +322,15 @@ class FullMotion:
         phases = [f"{body}.phase" for body in Tree(self.slow.references).path(name)]
         return np.asarray(sum((states[names.index(p)] for p in phases if p in names), np.zeros(states.shape[1])))
 
-    def _changing(self, time: np.ndarray, states: np.ndarray, parameters: tuple[float, ...], w: np.ndarray) -> np.ndarray:
+    def _amplitude_rates(
+        self, time: np.ndarray, states: np.ndarray, parameters: tuple[float, ...], w: np.ndarray
+    ) -> np.ndarray:
         """z' (m, N) along the slow motion, by central differences over a small part of a turn."""
         # One step for all samples: the result for one does not depend on the others.
         natural, system = natural_frequencies(self.slow.machine).values(), self.slow.system
         fastest = max((f for f in natural if f > 0), default=0.0) or float(np.abs(w).max(initial=0.0)) or 1.0
         rate, step = Evaluator.of_rates(system).array(time, states, parameters), _STEP / fastest
-        after, before = (self._amplitudes(self._steady(time + h, states + h * rate, parameters)) for h in (step, -step))
+        after, before = (self._amplitudes(self._steady_outputs(time + h, states + h * rate, parameters)) for h in (step, -step))
         return np.where(w == 0, 0.0, (after - before) / (2 * step))
 
     def _amplitudes(self, outputs: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -326,6 +339,6 @@ class FullMotion:
         return np.array([_complex(outputs, "amplitude", d, main) for d in self.slow.machine.labels])
 
 
-def _complex(outputs: Mapping[str, np.ndarray], what: str, name: str, main: np.ndarray) -> np.ndarray:
+def _complex(outputs: Mapping[str, np.ndarray], quantity: str, name: str, main: np.ndarray) -> np.ndarray:
     """A complex output (N,). main: the main rotor's speed: at rest nothing is fast, and 0/0 not a number."""
-    return np.where(main == 0, 0.0, outputs[f"{what}.re[{name}]"] + 1j * outputs[f"{what}.im[{name}]"])
+    return np.where(main == 0, 0.0, outputs[f"{quantity}.re[{name}]"] + 1j * outputs[f"{quantity}.im[{name}]"])

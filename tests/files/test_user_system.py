@@ -11,12 +11,12 @@ import pytest
 import sympy as sp
 from tests import refusals
 from tests.refusals import rejected
+from wucht.numerics.flow.compiled import compile_system
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_equations
 from wucht.files.formulas import formula
-from wucht.files.own_equations import OwnEquations, equations_from
-from wucht.numerics.flow.compiled import compile_system
+from wucht.files.user_system import UserSystem, equations_from
 from wucht.numerics.flow.integrate import integrate
 from wucht.system import System
 
@@ -126,12 +126,12 @@ def test_the_equations_have_names_angles_and_values() -> None:
         ("theta", "omega"), ("k", "c"), "pendulum", {"k": 4.0, "c": 0.2},
     )  # fmt: skip
     assert [a.name for a in s.angles] == ["theta"]
-    assert own.changed({"k": 9.0}).values == {"k": 9.0, "c": 0.2}
+    assert own.with_parameters({"k": 9.0}).values == {"k": 9.0, "c": 0.2}
     assert own.parameters["k"].value == 4.0
     with rejected("no-value", "k"):
-        OwnEquations(s, {"c": 1.0})
+        UserSystem(s, {"c": 1.0})
     with rejected("unknown-parameter", "d"):
-        own.changed({"d": 1.0})
+        own.with_parameters({"d": 1.0})
 
 
 def test_kinks_are_met_exactly() -> None:
@@ -163,7 +163,7 @@ def test_another_file_is_used_with_values_set(here: Path) -> None:
         (("- y", "- z"), "study.toml: system.states.x: given 'mu*x - x^3 - z'; cannot be read as a formula: unknown name 'z'"),
         (("[system]", "[sytem]"), "study.toml: sytem: given"),
         (("[study]", "[machine]\n[study]"), "study.toml: system: a study has one subject"),
-        (("phase-portrait", "run-up"), "study.toml: system: the subject of this study must be a machine: give a table [machine]"),
+        (("phase-portrait", "run-up"), "study.toml: system: the subject of this study must be a machine"),
         (('y = "x" }', 'y = "x", z = "x" }'), "system.states: given 'x, y, z'; a phase portrait has two states, not 3"),
         (('y = "x" }', 'y = "x*t" }'), "study.toml: system: these equations depend on time"),
         ((KIND, 'along = "nu"\nvalues = [1]'), "study.along: given 'nu'; unknown parameter"),
@@ -196,7 +196,7 @@ def test_a_system_of_python_is_asked_too() -> None:
     import wucht
 
     x, y = sp.symbols("x y", real=True)
-    own = wucht.OwnEquations(System((x, y), (y, -x)), {}, "spring")
+    own = wucht.UserSystem(System((x, y), (y, -x)), {}, "spring")
     result = wucht.run(wucht.PhasePortrait(trajectories=0, ranges={"x": (-1, 1), "y": (-1, 1)}), own)
     assert result.wucht.summary["fixed_points"][0]["kind"] == "centre"
     with refusals.refused("machine", "wucht.UserSystem", given=3):

@@ -41,10 +41,10 @@ def machine_memory() -> float:
 
 def refuse_numbers(numbers: float) -> None:
     """Raise ``InputError`` if the memory does not suffice for this many stored numbers."""
-    needed, there = numbers * BYTES * _COPIES, machine_memory()
-    if needed > _SHARE * there:
-        wanted = f"its result may take {needed / 1e9:.3g} GB of memory, and {there / 1e9:.3g} GB are available"
-        raise InputError("study", None, f"{wanted}; {REMEDY}")
+    required_bytes, memory = numbers * BYTES * _COPIES, machine_memory()
+    if required_bytes > _SHARE * memory:
+        problem = f"its result may take {required_bytes / 1e9:.3g} GB of memory, and {memory / 1e9:.3g} GB are available"
+        raise InputError("study", None, f"{problem}; {REMEDY}")
 
 
 def refuse_turns(spec: Spec, subject: Any) -> None:
@@ -56,15 +56,15 @@ def refuse_turns(spec: Spec, subject: Any) -> None:
     frequencies = {"turns": min(max(free), highest_speed(subject))}
     if getattr(spec, "model", "full") != "slow" and getattr(spec, "engine", None) != _IMPLICIT:
         frequencies["free vibrations"] = max(natural_frequencies(subject).values(), default=0.0)
-    for what, fastest in frequencies.items():
+    for motion, fastest in frequencies.items():
         count = until * fastest / (2 * math.pi)
         if count > _MOST_TURNS:
             longest = f"{until * (_MOST_TURNS / count):.3g} {subject.units.time}".rstrip()
-            allowed = f"these are {count:.3g} {what}, and at most {_MOST_TURNS:.3g} can be computed, here {longest}"
-            raise InputError("study.until", until, allowed)
+            requirement = f"these are {count:.3g} {motion}, and at most {_MOST_TURNS:.3g} can be computed, here {longest}"
+            raise InputError("study.until", until, requirement)
 
 
-def out_of_memory(error: MemoryError) -> RunError:
+def memory_error(error: MemoryError) -> RunError:
     """The error for a study that exceeded the memory in spite of the checks."""
-    what = f" ({error})" if str(error) else ""
-    return RunError(f"there is not enough memory for this study{what}; {REMEDY}", code="memory")
+    detail = f" ({error})" if str(error) else ""
+    return RunError(f"there is not enough memory for this study{detail}; {REMEDY}", code="memory")

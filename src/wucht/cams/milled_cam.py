@@ -19,14 +19,14 @@ MOST_STEPS = 40
 EXACT = 1e-14  # of the cam's size: tolerance of a contact
 
 
-class Touching(Protocol):
+class ContourFollower(Protocol):
     """A follower that touches a contour."""
 
-    def place(self, moved: np.ndarray) -> np.ndarray:
+    def place(self, value: np.ndarray) -> np.ndarray:
         """Return the position of its roller or face for a value of the law (any shape), complex or along x, in m."""
         ...
 
-    def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
+    def motion_on(self, contour: MilledContour, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Return the value of its motion (K,) on a contour rotated by e^(i angle) (K,), near a guess (K,).
 
         Raises ``RunError`` where it does not touch near that.
@@ -52,9 +52,9 @@ class MilledContour:
         """The periodic spline through the points over their numbers."""
         from scipy.interpolate import make_interp_spline
 
-        closed = np.append(self.points, self.points[0])
-        plane = np.column_stack([closed.real, closed.imag])
-        return make_interp_spline(np.arange(len(closed)), plane, _DEGREE, bc_type="periodic")
+        closed_points = np.append(self.points, self.points[0])
+        plane = np.column_stack([closed_points.real, closed_points.imag])
+        return make_interp_spline(np.arange(len(closed_points)), plane, _DEGREE, bc_type="periodic")
 
     def __call__(self, at: np.ndarray, order: int = 0) -> np.ndarray:
         """The derivative of the contour by the number of the point, complex."""
@@ -65,8 +65,8 @@ class MilledContour:
         """The number of the point nearest to each place (K,)."""
         from scipy.spatial import cKDTree
 
-        points, wanted = (np.column_stack([x.real, x.imag]) for x in (self.points, places))
-        return np.asarray(cKDTree(points).query(wanted)[1], float)
+        points, targets = (np.column_stack([x.real, x.imag]) for x in (self.points, places))
+        return np.asarray(cKDTree(points).query(targets)[1], float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class MilledCam:
     """
 
     points: np.ndarray
-    follower: Touching
+    follower: ContourFollower
     clockwise: bool = False
 
     def __post_init__(self) -> None:
@@ -87,12 +87,12 @@ class MilledCam:
     def _contour(self) -> MilledContour:
         return MilledContour(self.points)
 
-    def motion(self, phi: np.ndarray, nearly: np.ndarray) -> np.ndarray:
+    def motion(self, phi: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """The value of the follower's motion at cam angles (K,).
 
         guess: an approximate value (K,) near the contact. Raises ``RunError`` where there is none near it.
         """
-        return self.follower.motion_on(self._contour, np.exp((1j if self.clockwise else -1j) * phi), nearly)
+        return self.follower.motion_on(self._contour, np.exp((1j if self.clockwise else -1j) * phi), guess)
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

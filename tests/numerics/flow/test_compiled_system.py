@@ -11,8 +11,8 @@ import sympy as sp
 from tests.refusals import rejected
 
 from wucht.files.building import machine_from
-from wucht.numerics.flow import compiled as module
-from wucht.numerics.flow.compiled import ArrayFunction, available_engine, compile_system
+from wucht.numerics.flow import compiled_system as module
+from wucht.numerics.flow.compiled_system import ArrayFunction, available_engine, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Program, lower

@@ -10,13 +10,13 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
-from wucht.schema import Described, si
+from wucht.schema import TableModel, si
 
 Size = Literal["base", "blank"]
 LARGEST_ANGLE = math.radians(89)
 
 
-class Permitted(Described):
+class CamLimits(TableModel):
     """Limits by which the cam is judged.
 
     With a pressure angle (for a flat face: with a least radius or a shaft radius) the smallest cam that keeps them is computed
@@ -33,14 +33,14 @@ class Permitted(Described):
     contact_pressure: float | None = si("Pa", "largest contact pressure", default=None, gt=0)
 
     @model_validator(mode="after")
-    def _can_be_sized(self) -> Self:
+    def _check_pressure_angle(self) -> Self:
         if self.pressure_angle is not None and self.pressure_angle > LARGEST_ANGLE:
             raise ValueError("pressure_angle", f"must be at most {math.degrees(LARGEST_ANGLE):g} deg")
         return self
 
 
 @dataclass(frozen=True)
-class Smallest(ABC):
+class SizedCam(ABC):
     """A cam as small as it can be.
 
     base_radius, largest_radius: in m. least_radius: of curvature of the contour in m where it is convex, negative where it is
@@ -57,17 +57,17 @@ class Smallest(ABC):
 
     @property
     @abstractmethod
-    def placed(self) -> Mapping[str, float]:
+    def placement(self) -> Mapping[str, float]:
         """The keys of the follower that make it this cam, in SI."""
 
     @abstractmethod
     def summary(self) -> dict[str, Any]:
         """Return the summary of its contour, as in a result."""
 
-    def _of_contour(self, inward: float) -> dict[str, Any]:
+    def _contour_summary(self, inward: float) -> dict[str, Any]:
         """Return the part common to all followers. inward: distance of the contour inside the curve whose radii are known."""
         return {
-            "follower": dict(self.placed),
+            "follower": dict(self.placement),
             "base_radius": self.base_radius - inward,
             "largest_radius": self.largest_radius - inward,
             "min_curvature_radius": self.least_radius if math.isfinite(self.least_radius) else None,
