@@ -6,7 +6,7 @@ python examples/averaging_alone.py
 import numpy as np
 import sympy as sp
 
-from wucht.mechanics.averaging import Averaged, averaged
+from wucht.mechanics.averaging import Averaging, averaged
 from wucht.mechanics.standard_form import with_amplitude_and_phase
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
@@ -16,19 +16,19 @@ x, v, r, psi, mu = sp.symbols("x v r psi mu", real=True)
 OSCILLATOR = System(states=(x, v), derivatives=(v, mu * (1 - x**2) * v - x), parameters=(mu,))
 
 
-def slow(order: int) -> Averaged:
+def slow(order: int) -> Averaging:
     """The averaged equations of amplitude and phase, x = r cos(t + psi)."""
     return averaged(with_amplitude_and_phase(OSCILLATOR, x, v, sp.S.One, r, psi), mu, order)
 
 
 def largest_error(order: int, value: float = 0.05) -> float:
-    """Largest error of x, with the fast part put back, up to t = 1/mu, from r = 1, psi = 0 of the averaged equations."""
+    """Largest error of x, with the fast part restored, up to t = 1/mu, from r = 1, psi = 0 of the averaged equations."""
     time = np.linspace(0, 1 / value, 201)
     flow = compile_system(slow(order).system)
     run = integrate(flow, [1.0, 0.0], {"mu": value}, time)
-    near = flow.outputs(time, run.states, run.parameters)
-    true = integrate(compile_system(OSCILLATOR), [near["x"][0], near["v"][0]], {"mu": value}, time)
-    return float(abs(near["x"] - true.states[0]).max())
+    approximation = flow.outputs(time, run.states, run.parameters)
+    exact = integrate(compile_system(OSCILLATOR), [approximation["x"][0], approximation["v"][0]], {"mu": value}, time)
+    return float(abs(approximation["x"] - exact.states[0]).max())
 
 
 if __name__ == "__main__":

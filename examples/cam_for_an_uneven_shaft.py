@@ -1,7 +1,7 @@
-"""From a motion task and a measured record to the list of points to mill, and the proof that the cam will run clean.
+"""From a motion task and a measured record to the list of points to mill, and the check that the motion will be clean.
 
 A slide is to rest for 240 degrees of the cam and make a stroke of 24 degrees, with five harmonics. The camshaft fluctuates: an
-encoder has recorded 7.4 turns, with noise and unevenly sampled. The record is made here, so that the truth is known.
+encoder has recorded 7.4 turns, with noise and unevenly sampled. The record is synthetic, so that the true motion is known.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import wucht
 MEAN, COSINE, SINE = 500 * math.pi / 30, (0.0, 2.4, 1.0, 0.5, 0.3), (0.0, 1.0, -1.3, 0.2, 0.4)  # rad/s
 
 TASK = """
-title = "A dwell made clean on an uneven shaft"
+title = "A clean dwell on an uneven shaft"
 
 [study]
 kind = "cam-correction"
@@ -47,7 +47,7 @@ orders = [2, 3, 4, 5]
 
 
 def write_record(path: Path) -> None:
-    """Times in s and speeds in rpm: 7.4 turns, sampled unevenly, with noise of 2 rpm."""
+    """Write times in s and speeds in rpm: 7.4 turns, sampled unevenly, with noise of 2 rpm."""
     random = np.random.default_rng(4)
     t = np.sort(random.uniform(0, 7.4 * 2 * math.pi / MEAN, 20_000))
     speed = np.full(len(t), MEAN)
@@ -59,7 +59,7 @@ def write_record(path: Path) -> None:
 
 
 def main(folder: Path) -> None:
-    """Record, task, answer, figure, and the files for the workshop, all in a folder."""
+    """Write the record, the task, the figure and the files for the workshop into a folder, and print the results."""
     folder.mkdir(parents=True, exist_ok=True)
     write_record(folder / "record.csv")
     (folder / "task.toml").write_text(TASK)

@@ -1,4 +1,4 @@
-"""The numerics without any machine: a van der Pol oscillator, compiled once, run for three damping values, its zeros found.
+"""The numerics without any machine: a van der Pol oscillator, compiled once, run for three damping values, with its zeros.
 
 python examples/numerics_alone.py
 """

@@ -1,4 +1,4 @@
-"""A law and a follower of our own are one class each: a cubic rise, and a knife edge on a rod that slides beside the centre.
+"""A new law and a new follower are one class each: a cubic rise, and a knife edge on a rod with an offset.
 
 wucht list knife-edge --import examples/own_cam.py
 wucht run FILE --import examples/own_cam.py     # a cam file with [law] kind = "cubic" and [follower] kind = "knife-edge"
@@ -11,7 +11,7 @@ import numpy as np
 from wucht.cams.followers.follower import Outline
 from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws import Law
-from wucht.cams.laws.standard_laws import StandardLaw, of_polynomials
+from wucht.cams.laws.standard_laws import StandardLaw, polynomial_law
 from wucht.cams.tables.kinds_of_law import RiseTable
 from wucht.schema import si
 
@@ -22,8 +22,8 @@ class Cubic(RiseTable):
     kind: ClassVar[str] = "cubic"
 
     def rise_law(self) -> StandardLaw:
-        """The share of the stroke over the share of the arc."""
-        return of_polynomials(np.array([0.0, 1.0]), np.array([[0.0, 0.0, 3.0, -2.0]]))
+        """Return the share of the stroke over the share of the arc."""
+        return polynomial_law(np.array([0.0, 1.0]), np.array([[0.0, 0.0, 3.0, -2.0]]))
 
 
 class KnifeEdge(RollerFollower):
@@ -36,25 +36,25 @@ class KnifeEdge(RollerFollower):
     distance: float = si("m", "distance of the edge from the cam's centre, along x, where the law is zero", gt=0)
     offset: float = si("m", "offset of the rod's axis", default=0.0)
 
-    def place(self, moved: np.ndarray) -> np.ndarray:
-        """Of the edge where the law has a value."""
-        return np.asarray(self.distance + np.asarray(moved) + 1j * self.offset)
+    def place(self, value: np.ndarray) -> np.ndarray:
+        """Return the position of the edge for a value of the law."""
+        return np.asarray(self.distance + np.asarray(value) + 1j * self.offset)
 
-    def rate(self, moved: np.ndarray) -> np.ndarray:
-        """The derivative of that by the value of the law."""
-        return np.ones(np.shape(moved), complex)
+    def rate(self, value: np.ndarray) -> np.ndarray:
+        """Return the derivative of this position with respect to the value of the law."""
+        return np.ones(np.shape(value), complex)
 
     def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
-        """The derivative of the place by the cam angle."""
+        """Return the derivative of an order of this position with respect to the cam angle."""
         return self.place(law(phi)) if order == 0 else law(phi, order) + 0j
 
     def outline(self, law: Law) -> Outline:
-        """What is drawn of it."""
+        """Return the elements that are drawn."""
         return Outline(rod_offset=self.offset)
 
 
 FILE = """
-title = "A knife edge on a cam by a cubic law"
+title = "A knife edge on a cam with a cubic law"
 
 [study]
 kind = "cam-contour"

@@ -1,4 +1,4 @@
-"""A new part is one class: a motor whose torque falls with the square of the speed, put on a rotor of the catalogue's kind.
+"""A new part is one class: a motor whose torque falls with the square of the speed, here on an unbalanced rotor.
 
 python examples/own_part.py
 """
@@ -26,7 +26,7 @@ class QuadraticDrive(Drive):
 
 
 def main(stall_torque: str = "2 N m") -> tuple[str, float]:
-    """Run it up; returns the outcome and the final speed."""
+    """Run up the rotor and return the outcome and the final speed."""
     machine = Machine(
         parts.Carrier(stiffness="1e5 N/m", damping="200 N s/m"),
         [parts.Rotor(name="drum", mass="10 kg", eccentricity="1 mm", inertia="0.03 kg m^2")],

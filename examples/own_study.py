@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class Poles(Spec):
-    """How the carrier vibrates when it is left alone, its bodies at rest on it."""
+    """Natural vibrations of the carrier, with its bodies at rest on it."""
 
     kind: ClassVar[str] = "poles"
 
@@ -58,25 +58,25 @@ class Findings:
 
 
 def prepare(spec: Poles, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` for a carrier that cannot vibrate."""
+    """Return the plan. Raises ``InputError`` for a carrier that cannot vibrate."""
     if not machine.free_carrier:
-        raise InputError("machine.carrier", None, "nothing here is free to vibrate")
+        raise InputError("machine.carrier", None, "cannot vibrate in any direction")
     return Plan(Vibration.of(machine), spec.below or np.inf, machine.units.speed)
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """One unit of work."""
+    """Compute the poles in one unit of work."""
     yield work.unit("poles", lambda: Findings(_upper(plan)))
 
 
 def _upper(plan: Plan) -> np.ndarray:
-    answer = plan.vibration.poles
-    answer = answer[(answer.imag >= 0) & (np.abs(answer) < plan.below)]
-    return answer[np.argsort(np.abs(answer))]
+    poles = plan.vibration.poles
+    poles = poles[(poles.imag >= 0) & (np.abs(poles) < plan.below)]
+    return poles[np.argsort(np.abs(poles))]
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The answer: what each number is, and its unit, is stated here alone."""
+    """Return the results; the meaning and the unit of each number are stated only here."""
     size = np.abs(findings.poles)
     damping = -findings.poles.real / size
     poles = [{"frequency": w, "damping": d} for w, d in zip(size.tolist(), damping.tolist(), strict=True)]
@@ -89,18 +89,18 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """The poles in the complex plane."""
-    drawn, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.0)
+    """Draw the poles in the complex plane."""
+    sheet, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.0)
     rate, frequency = result.pole_rate.values, result.pole_frequency.values
     axis.plot(rate, np.sqrt(frequency**2 - rate**2), "x", color=COLOURS[0], label="poles")
     axis.set_xlabel(label(result, "pole_rate"))
     axis.set_ylabel(label(result, "pole_frequency"))
     legend_beside(axis)
-    return drawn
+    return sheet
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """A line a pole."""
+    """Return a line for each pole."""
     lines = ReportLines(result)
     for pole in result.wucht.summary["poles"]:
         lines.add("pole", "{frequency}, damping ratio {damping}", pole, "poles")

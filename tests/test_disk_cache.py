@@ -228,7 +228,7 @@ def kept_by(value: Any) -> Iterator[Any]:
     """The function whose results are kept, below a property or a memory of this process."""
     value = getattr(value, "func", value)
     while value is not None:
-        if getattr(getattr(value, "__code__", None), "co_qualname", "") == "derived_once.<locals>.derived":
+        if getattr(getattr(value, "__code__", None), "co_qualname", "") == "derived_once.<locals>.cached_function":
             yield value.__wrapped__
         value = getattr(value, "__wrapped__", None)
 

@@ -152,12 +152,12 @@ def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -
     module.main(tmp_path)
     drive = read_study(str(tmp_path / "task.toml")).subject
     truth = ShaftMotion(Harmonics.of(module.MEAN, module.COSINE, module.SINE))
-    fitted = drive.turning.speed
+    fitted = drive.shaft_motion.speed
     assert fitted.cosine == pytest.approx(module.COSINE, abs=0.01)
     assert fitted.sine == pytest.approx(module.SINE, abs=0.01)
     milled = MilledCam(read_list(tmp_path / "mill" / "cam.txt").position, drive.follower)
     phi = truth.angle(even_angles(1024))
-    motion = Harmonics.from_samples(milled.motion(phi, CorrectedLaw(drive.motion.law, drive.turning)(phi)))
+    motion = Harmonics.from_samples(milled.motion(phi, CorrectedLaw(drive.motion.law, drive.shaft_motion)(phi)))
     acceleration = motion.derivative(2).amplitudes
     assert acceleration[5:30].max() < 5e-3 * acceleration[0]
     assert share_above_order(orders(MotionOverTime(drive.motion.law, truth)), 5) > 0.5

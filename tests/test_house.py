@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import pytest
 
-from wucht.studies.registry import studies
+from wucht.schema import TableModel
+from wucht.studies.registry import studies, study_of
+from wucht.studies.spec import Spec
 
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
@@ -219,3 +223,117 @@ def test_importing_wucht_loads_nothing_heavy() -> None:
     code = f"import sys, wucht; print(sorted({heavy} & set(sys.modules)))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "[]"
+
+
+# --- names ---
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+_PARTICIPLES = _words(
+    "become begun bent bound built cut drawn felt given gone held kept known led lost made met put sent shown "
+    "sought spun stood struck swept taken thrown torn worn written"
+)
+_PRONOUNS = _words("all any both each either neither none other others some such that these they this those")
+_QUESTIONS = _words("how what when where whether which who whom whose why")
+_PREPOSITIONS = _words(
+    "above across after against along among around as before behind below beside between beyond by down for in into "
+    "near off on onto out over per through under until up within"
+)
+_LOOSE = _words("asked found own said seen told")
+_NOT_PARTICIPLES = _words("bed exceed embed feed need seed shed speed")
+# Labels that are printed, what `wucht list --json` and a summary write by these names, and names in public use.
+_NAMED_BY_OTHERS = _words(
+    "averaged separated strongly_damped needed allowed what recovered rounded only_seen tiled UNDECIDED FIXED GIVEN "
+    "SETTLED STOPPED FAILED"
+)
+
+
+def _reason_against(name: str, is_function: bool) -> str:
+    """The reason why a name says nothing of the thing, or an empty string."""
+    words = [w.lower() for w in re.split(r"_+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)) if w]
+    if not words or name.startswith("__"):
+        return ""
+    if _LOOSE & set(words):
+        return "a loose word"
+    if words[0] in _QUESTIONS:
+        return "a question"
+    if len(words) == 1 and words[0] in _PRONOUNS:
+        return "a pronoun"
+    if len(words) == 1 and (words[0] in _PARTICIPLES or (words[0].endswith("ed") and words[0] not in _NOT_PARTICIPLES)):
+        return "a participle"
+    return "a preposition" if is_function and len(words) > 1 and words[0] in _PREPOSITIONS else ""
+
+
+def _names_in(tree: ast.AST) -> Iterator[tuple[str, bool, int]]:
+    """All names that a module defines, whether of a function or class, and their lines."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name):
+                yield name, True, node.lineno
+            case ast.arg(arg=name) | ast.Name(id=name, ctx=ast.Store()) | ast.alias(asname=str(name)):
+                yield name, False, node.lineno
+            case ast.ExceptHandler(name=str(name)) | ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)):
+                yield name, False, node.lineno
+
+
+@pytest.mark.parametrize(
+    ("name", "is_function", "reason"),
+    [
+        ("found", False, "a loose word"), ("_own_values", True, "a loose word"), ("why", False, "a question"),
+        ("what_fits", True, "a question"), ("Tried", True, "a participle"), ("_kept", False, "a participle"),
+        ("others", False, "a pronoun"), ("_between", True, ""), ("after_resonance", True, "a preposition"),
+        ("after_resonance", False, ""), ("closed_curve", True, ""), ("speed", False, ""), ("__add__", True, ""),
+        ("with_values", True, ""), ("ObserverState", True, ""),
+    ],
+)  # fmt: skip
+def test_what_is_no_name(name: str, is_function: bool, reason: str) -> None:
+    assert _reason_against(name, is_function) == reason
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_names_say_what_a_thing_is(module: str) -> None:
+    """No participle, pronoun or question word alone; functions begin with what they return or do. Keys of files are exempt."""
+    allowed = _NAMED_BY_OTHERS | _outcome_names() | _keys_of_files()
+    bad = [
+        f"{name} ({reason}, line {line})"
+        for name, is_function, line in _names_in(ast.parse(_text(MODULES[module])))
+        if name not in allowed and (reason := _reason_against(name, is_function))
+    ]
+    assert not bad
+
+
+@cache
+def _outcome_names() -> frozenset[str]:
+    from wucht.dynamics.verdicts.outcomes import Outcome
+
+    return frozenset(outcome.name for outcome in Outcome)
+
+
+@cache
+def _keys_of_files() -> frozenset[str]:
+    """The keys of all tables in files: fields of specs, parts and what is inside."""
+    for study in studies():
+        _ = study_of(study).spec
+    pending, keys = [TableModel, Spec], set[str]()
+    while pending:
+        model = pending.pop()
+        keys |= set(model.model_fields)
+        pending += model.__subclasses__()
+    return frozenset(keys)
+
+
+# What a study consists of, by the same names in each.
+_PROTOCOL = _words("Findings Plan answer dataset export figure numbers prepare report run")
+
+
+def test_no_public_name_stands_for_two_things() -> None:
+    """Functions and classes of modules; but for what each study has, and commands, which are called as what they run."""
+    modules: dict[str, list[str]] = {}
+    for module, path in MODULES.items():
+        for node in ast.parse(_text(path)).body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_") and _floor(module) != "cli":
+                modules.setdefault(node.name, []).append(module)
+    assert {name: places for name, places in modules.items() if len(places) > 1 and name not in _PROTOCOL} == {}

@@ -106,7 +106,7 @@ def _part(kind: str, cls: type[Any], where: str, used: Sequence[Entry]) -> str:
 
 def _own_states(cls: type[Any]) -> list[str]:
     """What of a part is a state of its own, which a result has and a start may give."""
-    rows = [(f"`{x.name}`", x.what, x.unit) for x in getattr(cls, "own_states", ())]
+    rows = [(f"`{x.name}`", x.what, x.unit) for x in getattr(cls, "internal_states", ())]
     text = "Beside the motion the part has states of its own. They begin at 0, or where `start` says; a run-up stores them."
     return ["## States", "", text, "", *table(("state", "what", "unit"), rows), ""] if rows else []
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import sympy as sp
 from tests.refusals import refused
-from wucht.numerics.flow.compiled import compile_system
 
 from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine
 from wucht.analysis.vibration import ForcedVibration
@@ -19,6 +18,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import has_damped_balancers
 from wucht.mechanics.averaged.solution import DISSIPATED_WORK, SUPPLIED_WORK, VIBRATION_WORK
 from wucht.mechanics.lagrange import equations_of_motion
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator, python_function
 

@@ -120,7 +120,7 @@ def test_with_a_motor_the_speed_is_sought_too(driven: SteadyTorques) -> None:
 
 @pytest.mark.usefixtures("few")
 def test_what_does_not_balance_is_no_state(monkeypatch: pytest.MonkeyPatch, two: SteadyTorques) -> None:
-    monkeypatch.setattr(SteadyTorques, "balanced", lambda *_: False)
+    monkeypatch.setattr(SteadyTorques, "is_balanced", lambda *_: False)
     assert search_from_many_starts(two, 0.0, 0.0, []) == []
 
 
@@ -132,8 +132,8 @@ def test_states_that_do_not_balance_are_counted_and_left_out(monkeypatch: pytest
     assert whole.complete and len(whole.states) == 4
     wrong = whole.states[1].phases
     real = SteadyTorques.is_balanced
-    monkeypatch.setattr(SteadyTorques, "balanced", lambda self, w, at: real(self, w, at) and at is not wrong)
-    monkeypatch.setattr(module.closed_form, "at_speed", lambda *_: whole.states)
+    monkeypatch.setattr(SteadyTorques, "is_balanced", lambda self, w, at: real(self, w, at) and at is not wrong)
+    monkeypatch.setattr(module.closed_form, "fixed_speed_states", lambda *_: whole.states)
     left = all_states(two, 0.0, 0.0)
     assert left == StateSearch([whole.states[k] for k in (0, 2, 3)], False, left.evidence)
     assert left.evidence == f"{whole.evidence}; 1 more do not satisfy the torque balance"
@@ -142,8 +142,10 @@ def test_states_that_do_not_balance_are_counted_and_left_out(monkeypatch: pytest
 def test_what_subdivision_leaves_open_is_sought_from_many_starts(monkeypatch: pytest.MonkeyPatch, two: SteadyTorques) -> None:
     given = list[Any]()
     first, *rest = fixed_speed_states(two, 100.0)
-    monkeypatch.setattr(module, "by_subdivision", lambda *_, watch=None: StateSearch([first], False, "some boxes are open"))
-    monkeypatch.setattr(module, "from_many_starts", lambda *of, watch=None: given.append(of) or [first, *rest])
+    monkeypatch.setattr(
+        module, "search_by_subdivision", lambda *_, watch=None: StateSearch([first], False, "some boxes are open")
+    )
+    monkeypatch.setattr(module, "search_from_many_starts", lambda *of, watch=None: given.append(of) or [first, *rest])
     assert module.search(two, 1.0, 2.0) == StateSearch([first, *rest], False, "some boxes are open")
     assert given == [(two, 1.0, 2.0, [first])]
 
@@ -158,7 +160,7 @@ def test_a_single_rotor_has_its_working_points(monkeypatch: pytest.MonkeyPatch, 
     alone = single(MOTOR | {"no_load_speed": sense * 110.0})
     complete = search_by_subdivision(alone, 1.0, 120.0)
     assert complete.complete and complete.states
-    monkeypatch.setattr(module, "by_subdivision", lambda *_, watch=None: StateSearch([], False, "some boxes are open"))
+    monkeypatch.setattr(module, "search_by_subdivision", lambda *_, watch=None: StateSearch([], False, "some boxes are open"))
     found = module.search(alone, 1.0, 120.0)
     assert (found.complete, found.evidence) == (False, "some boxes are open")
     assert [s.speed for s in found.states] == pytest.approx([s.speed for s in complete.states], rel=1e-6)
@@ -197,7 +199,7 @@ def test_more_bodies_are_sought_until_no_index_is_missing(
         asked.append((low, high, len(known), seed))
         return [*known, state]
 
-    monkeypatch.setattr(module, "from_many_starts", starts)
+    monkeypatch.setattr(module, "search_from_many_starts", starts)
     monkeypatch.setattr(module, "index", lambda *_: next(totals))
     found = module.search(of, 1.0, 2.0)
     assert not found.complete and found.evidence == f"Newton's method from {shown}"

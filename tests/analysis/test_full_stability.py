@@ -72,7 +72,7 @@ def judged(
     at = full.start(state)
     at[full._rows] += full.torques.senses * np.array([0.5, 0.5 + turn / 2, 0.5 + turn])
     motion = SynchronousMotion(at, 0.0625, np.array(exponents), orbit=orbit)
-    monkeypatch.setattr(SynchronousMotions, "near", lambda *_: motion)
+    monkeypatch.setattr(SynchronousMotions, "find_near", lambda *_: motion)
     return full.stability(state)
 
 
@@ -125,7 +125,7 @@ def test_where_no_motion_is_found_it_is_said_why(monkeypatch: pytest.MonkeyPatch
     def none(*_: Any) -> None:
         raise WuchtError("no convergence")
 
-    monkeypatch.setattr(SynchronousMotions, "near", none)
+    monkeypatch.setattr(SynchronousMotions, "find_near", none)
     one = full.stability(state)
     assert (one.stable, one.reason) == (None, "no convergence")
 

@@ -141,7 +141,7 @@ def test_a_branch_begins_at_no_run_that_fails(monkeypatch: pytest.MonkeyPatch) -
     class Failed:
         failure = "it burst"
 
-        def uninterrupted(self) -> Failed:
+        def reraise_interrupt(self) -> Failed:
             return self
 
     motions, start = steady(100.0)
@@ -152,10 +152,10 @@ def test_a_branch_begins_at_no_run_that_fails(monkeypatch: pytest.MonkeyPatch) -
 
 def test_an_equilibrium_at_rest_is_no_motion() -> None:
     class Relative:
-        def turned(self, start: np.ndarray) -> np.ndarray:
+        def to_turning_frame(self, start: np.ndarray) -> np.ndarray:
             return start
 
-        def near(self, *_: Any) -> Any:
+        def find_near(self, *_: Any) -> Any:
             return SimpleNamespace(speed=0.0)
 
     motions, start = steady(100.0)

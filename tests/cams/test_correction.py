@@ -108,7 +108,7 @@ def test_what_an_order_leaves_that_nobody_corrects_for():
     whole = shaft()
     known = {r.condition: r.share for r in residuals(LAW, 5, whole)}
     for j in (2, 3, 4, 5):
-        more = residual_of_extra_order(LAW, 5, whole.without(j), j, float(whole.speed.amplitudes[j - 1]))
+        more = residual_of_extra_order(LAW, 5, whole.without_order(j), j, float(whole.speed.amplitudes[j - 1]))
         assert 0.9 < more / known[f"order {j} left out of the correction"] < 1.3
     beyond = residual_of_extra_order(LAW, 5, whole, 9, 0.5)  # an order above those of the speed
     assert 0.01 < beyond == pytest.approx(residual_of_extra_order(LAW, 5, whole, 9, 0.25) * 2, rel=0.05)

@@ -96,13 +96,13 @@ def test_a_law_by_the_points_of_a_file(tmp_path, heading, unit, scale):
 
 def test_a_shaft_by_coefficients_over_time_or_angle():
     speed = {"mean": "500 rpm", "cosine": ["0 rad/s", "2.4 rad/s"]}
-    over_time = drive(speed=speed).turning
+    over_time = drive(speed=speed).shaft_motion
     assert over_time.mean == pytest.approx(500 * math.pi / 30)
     assert over_time.speed.cosine == pytest.approx([0, 2.4])
-    over_angle = drive(speed=speed | {"over": "angle"}).turning
+    over_angle = drive(speed=speed | {"over": "angle"}).shaft_motion
     assert over_angle.mean < over_time.mean
     assert over_angle.speed(PHI) == pytest.approx(over_time.speed(over_angle.angle(PHI)), rel=1e-9)
-    assert drive(speed=speed | {"period": "120 ms"}).turning.mean == over_time.mean
+    assert drive(speed=speed | {"period": "120 ms"}).shaft_motion.mean == over_time.mean
 
 
 def test_facts_are_what_it_is():
@@ -160,4 +160,4 @@ def test_what_is_missing_is_asked_for_where_it_is_needed():
     with refused("follower", given=None, code="missing"):
         drive().cams(drive().motion.law)
     with refused("speed", given=None, code="missing"):
-        assert drive().turning
+        assert drive().shaft_motion

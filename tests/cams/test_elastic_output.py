@@ -136,7 +136,7 @@ def test_a_truncated_polynomial_law_differs_from_its_integration_by_what_is_left
 @pytest.mark.parametrize("output", [OUTPUT, ElasticOutput(0.05, 2000.0), ElasticOutput(0.05, 2000.0, 20.0)])
 @pytest.mark.parametrize("omega", [5.0, 34.0, 46.0, 150.0])
 def test_with_a_tuned_lever_the_output_makes_the_law_exactly(output, omega):
-    lever = output.tuned(LAW, omega)
+    lever = output.tuned_lever(LAW, omega)
     same(output.steady(lever, omega), LAW, 1e-12)
     assert np.abs(lever(TAU) - LAW(TAU)).max() > 1e-3 * (omega / output.natural_frequency) ** 2
     assert output.residual(lever, omega, [DWELL]).deviation == pytest.approx(RIPPLE, abs=1e-12)

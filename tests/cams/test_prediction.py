@@ -25,7 +25,7 @@ FASTEST = float(np.abs(LAW(np.linspace(0, TURN, 20001), 1)).max())
 SINE = Harmonics.of(0.0, [], [1.0])  # psi'^2 = cos^2 phi
 J0, OMEGA = 2.0, 50.0
 TAU = even_angles(512)
-METHODS = ["with_cam", "with_corrected_cam"]
+METHODS = ["motion_with_cam", "motion_with_corrected_cam"]
 
 
 @pytest.fixture
@@ -157,7 +157,7 @@ def test_eigenmotion_with_the_corrected_cam_ends_where_the_mean_of_a_root_says(p
 )
 def test_with_a_torque_it_is_what_integration_over_time_settles_to(ratio, torque):
     of = shaft(ratio, torque)
-    found = of.with_cam(LAW)
+    found = of.motion_with_cam(LAW)
     mean, phi, speed = settled(of, LAW, 12)
     assert found.mean == pytest.approx(mean, rel=1e-9)
     assert np.abs(found.speed(TAU) - speed).max() < 1e-8 * mean
@@ -174,7 +174,7 @@ def test_with_a_torque_it_is_what_integration_over_time_settles_to(ratio, torque
 def test_the_cam_corrected_beforehand_runs_clean_in_integration_over_time(ratio, torque):
     """The mean speed and the orders of the output come out of the integration, which knows the cam over its angle alone."""
     of = shaft(ratio, torque)
-    found = of.with_corrected_cam(LAW)
+    found = of.motion_with_corrected_cam(LAW)
     law = CorrectedLaw(LAW, found)
     series = Harmonics.from_samples(law(even_angles(2048))).without_rounding()  # the same, many times faster
     other = np.linspace(0, TURN, 77)
@@ -238,7 +238,7 @@ def test_a_stiff_drive_is_found_where_the_eigenmotion_is_far_from_even(points):
     """Below a ratio of 1 there is a motion, as the sentence says, whatever the slope; beyond, a stiff drive still holds one."""
     points(128)
     for ratio, slope in ((0.97, 1e5), (1.2, 1e5), (1.6, 1e5)):
-        found = shaft(ratio, line(slope)).with_corrected_cam(LAW)
+        found = shaft(ratio, line(slope)).motion_with_corrected_cam(LAW)
         assert found.mean == pytest.approx(OMEGA, rel=1e-4)
         assert 1e-3 < found.fluctuation < 1e-2
 
@@ -247,8 +247,8 @@ def test_a_weak_drive_beyond_the_threshold_holds_no_motion(points):
     points(128)
     said = "no periodic motion of the shaft was found: the inertia ratio J1 max psi'^2/J0 is 1.6; without a drive"
     with pytest.raises(RunError, match=re.escape(said)):
-        shaft(1.6, line(1.0)).with_corrected_cam(LAW)
-    assert shaft(1.2, line(1.0)).with_corrected_cam(LAW).fluctuation > 0.5
+        shaft(1.6, line(1.0)).motion_with_corrected_cam(LAW)
+    assert shaft(1.2, line(1.0)).motion_with_corrected_cam(LAW).fluctuation > 0.5
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -278,7 +278,7 @@ def cut_and_measured(of, cams):
     """What is left with the original cam, with that corrected for the speed measured with it, and so on."""
     left, cam = [], LAW
     for _ in range(cams):
-        share, measured = of.left_by(cam, 5)
+        share, measured = of.residual_with_cam(cam, 5)
         left.append(share)
         cam = CorrectedLaw(LAW, measured)
     return left
@@ -299,23 +299,23 @@ def test_measuring_and_cutting_contracts_about_as_the_inertia_ratio(points):
 def test_cutting_and_measuring_comes_to_the_cam_that_is_found_directly(torque, points):
     points(128)
     of = shaft(0.11, torque)
-    direct = of.with_corrected_cam(LAW)
+    direct = of.motion_with_corrected_cam(LAW)
     cam = CorrectedLaw(LAW, direct)
-    again = of.with_cam(cam)  # the cam is its own successor
+    again = of.motion_with_cam(cam)  # the cam is its own successor
     assert again.speed(TAU) == pytest.approx(direct.speed(TAU), rel=1e-11)
     assert share_above_order(orders(MotionOverTime(cam, again)), 5) < 1e-9
     speeds, cam = [], LAW
     for _ in range(4):
-        measured = of.with_cam(cam)
+        measured = of.motion_with_cam(cam)
         speeds.append(float(np.abs(measured.speed(TAU) - direct.speed(TAU)).max()))
         cam = CorrectedLaw(LAW, measured)
     assert all(0.05 < after / before < 0.2 for before, after in itertools.pairwise(speeds))
     original, second = cut_and_measured(of, 2)
-    assert original == pytest.approx(share_above_order(orders(MotionOverTime(LAW, of.with_cam(LAW))), 5), rel=1e-12)
+    assert original == pytest.approx(share_above_order(orders(MotionOverTime(LAW, of.motion_with_cam(LAW))), 5), rel=1e-12)
     assert second < original / 5
-    left, motion = of.left_by(LAW, 5)
+    left, motion = of.residual_with_cam(LAW, 5)
     assert left == original
-    assert motion.speed(TAU) == pytest.approx(of.with_cam(LAW).speed(TAU))
+    assert motion.speed(TAU) == pytest.approx(of.motion_with_cam(LAW).speed(TAU))
 
 
 @pytest.mark.parametrize("torque", [None, motor_and_fan], ids=["eigenmotion", "motor and fan"])
@@ -362,9 +362,9 @@ def test_up_to_which_inertia_ratio_there_is_a_corrected_cam_without_a_drive(poin
     points(256)
     most = CamShaft.most_inertia_ratio(LAW)
     assert most == pytest.approx(1.29, abs=0.01)
-    assert shaft(0.99 * most).with_corrected_cam(LAW).mean == pytest.approx(OMEGA)
+    assert shaft(0.99 * most).motion_with_corrected_cam(LAW).mean == pytest.approx(OMEGA)
     with failed("comes-to-rest"):
-        shaft(1.01 * most).with_corrected_cam(LAW)
+        shaft(1.01 * most).motion_with_corrected_cam(LAW)
 
 
 def test_power_at_constant_speed_is_what_changes_the_energy_of_the_output():

@@ -61,7 +61,7 @@ def test_the_inverse_is_found_however_unevenly_the_shaft_turns(a, b, deep):
 
 
 def test_an_even_shaft_is_the_identity():
-    of = shaft(0.0).without(4).without(5)
+    of = shaft(0.0).without_order(4).without_order(5)
     assert of.fluctuation == 0
     assert of.time(TAU) == pytest.approx(TAU, abs=1e-15)
     assert of.angle(TAU) == pytest.approx(TAU, abs=1e-15)
@@ -86,8 +86,8 @@ def test_order_0_must_be_the_mean_speed():
 
 def test_scaled_and_without_an_order():
     of = shaft()
-    assert of.scaled(1.1).fluctuation == pytest.approx(1.1 * of.fluctuation)
-    assert of.without(2).speed.amplitudes == pytest.approx(np.where(np.arange(1, 6) == 2, 0, of.speed.amplitudes))
+    assert of.with_scaled_fluctuation(1.1).fluctuation == pytest.approx(1.1 * of.fluctuation)
+    assert of.without_order(2).speed.amplitudes == pytest.approx(np.where(np.arange(1, 6) == 2, 0, of.speed.amplitudes))
 
 
 def test_a_speed_over_angle_is_another_one_over_time():

@@ -152,7 +152,7 @@ def test_the_sentence_names_a_wheel_that_will_do():
     cam = waisted(0.01)
     with refused("wheel_radius", "90 deg", "0.011333 m", given=1.0) as error:
         cam.check_wheel(1.0)
-    assert error.value.where == "wheel_radius"
+    assert error.value.location == "wheel_radius"
     told = float(re.search(r"at most (\S+) m", str(error.value)).group(1))
     cam.check_wheel(told)
     with pytest.raises(InputError):
@@ -204,7 +204,7 @@ def test_what_a_face_leaves_lies_behind_all_faces(clockwise):
     left = phi[~gone]
     assert found.convex.radius <= cam.radius(left).min() * (1 + 1e-12)
     assert found.convex.radius == pytest.approx(cam.radius(left).min(), rel=1e-2)
-    assert (found.hollow, found.largest_roller, found.elsewhere) == (None, math.inf, ())
+    assert (found.hollow, found.largest_roller, found.remote_arcs) == (None, math.inf, ())
 
 
 def test_what_a_face_leaves_is_the_same_in_any_unit_and_all_where_nothing_folds():
@@ -230,7 +230,7 @@ def test_a_limit_is_no_cap():
     convex.check_wheel(1e6)
     assert outer.largest_roller() is None
     assert cut(outer).largest_roller == math.inf
-    replace(outer, follower=replace(round_one, roller_radius=1e3)).check()
+    replace(outer, follower=round_one.model_copy(update={"roller_radius": 1e3})).check()
 
 
 def test_radii_are_lengths():

@@ -120,7 +120,7 @@ VALUES = {
     "about nothing": ('about = "drum"', 'about = "dram"', f"{P1}.about", "given 'dram'", "did you mean 'drum'?"),
     "about itself": ('about = "drum"', 'about = "p1"', f"{P1}.about", "given 'p1'", "circle"),
     "drive on nothing": ('on = "drum"', 'on = "dram"', "machine.drive.on", "given 'dram'", "did you mean 'drum'?"),
-    "name taken": ('name = "p2"', 'name = "carrier"', "machine.bodies[2].name", "given 'carrier'", "taken"),
+    "name taken": ('name = "p2"', 'name = "carrier"', "machine.bodies[2].name", "given 'carrier'", "reserved"),
     "name with a dot": ('name = "drum"', 'name = "a.b"', ".name", "given 'a.b'", "letters, digits"),
     "name with a space": ('name = "drum"', 'name = "a b"', ".name", "given 'a b'", "letters, digits"),
     "name of two lines": ('name = "drum"', 'name = "drum\\n"', ".name", "given 'drum\\n'", "letters, digits"),

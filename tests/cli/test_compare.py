@@ -65,7 +65,7 @@ WRONG = {
     "an empty value": (("study.toml", "--vary", "drive.slope=1,,2"), ("--vary", "KEY=VALUE,VALUE")),
     "three keys": (("study.toml", "--vary", "a=1,2", "--vary", "b=1,2", "--vary", "c=1,2"), ("study.vary", "at most 2")),
     "twice": (("study.toml", "--vary", "a=1", "--vary", "a=2"), ("--vary", "varied already")),
-    "set too": (("study.toml", "--vary", "u=1,2", "--set", "u=3"), ("study.vary.u", "in set too")),
+    "set too": (("study.toml", "--vary", "u=1,2", "--set", "u=3"), ("study.vary.u", "also in set")),
     "not allowed": (("study.toml", "--vary", "drum.mass=-1,-2"), ("study.toml: machine.bodies[0] (drum).mass",)),
     "too many": (("study.toml", "--vary", f"u={','.join(map(str, range(501)))}"), ("study.vary", "these are 501")),
     "a thousand times too many": (("study.toml", "--vary", f"u={','.join(map(str, range(50_000)))}"), ("these are 50000",)),
@@ -87,7 +87,7 @@ def test_bad_input(refused: Refused, study: Study, words: tuple[str, ...], says:
 
 def test_a_comparison_of_comparisons(refused: Refused, wucht: Command, study: Study) -> None:
     assert wucht("new", "comparison").code == 0
-    refused("compare", "comparison.toml", study(), says=("study.of", "a comparison itself"))
+    refused("compare", "comparison.toml", study(), says=("study.of", "this is a comparison"))
     refused("run", "comparison.toml", "--set", "study.of=[]", says=("comparison.toml: study.of", "list of study files"))
     refused("run", "comparison.toml", "--set", "study.vary=3", says=("comparison.toml: study.vary", "table of lists"))
     refused("run", "comparison.toml", "--set", "study.vary.u=3", says=("comparison.toml: study.vary.u", "list of values"))

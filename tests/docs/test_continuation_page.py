@@ -115,7 +115,7 @@ def test_bratu_by_closed_form(names: Mapping[str, Any]) -> None:
     one, fold, other = names["wanted"]
     for s, bracket in ((one, (1.0, 2.0)), (other, (8.0, 14.0))):
         theta = brentq(lambda t: t - math.sqrt(2) * math.cosh(t / 4), *bracket, xtol=1e-14)
-        assert s.at([0.5])[0, 0] == pytest.approx(2 * math.log(math.cosh(theta / 4)), abs=1e-9)
+        assert s.states_at([0.5])[0, 0] == pytest.approx(2 * math.log(math.cosh(theta / 4)), abs=1e-9)
     quarter = brentq(lambda t: t * math.tanh(t) - 1, 1.0, 1.5, xtol=1e-15)
     assert fold.parameters[0] == pytest.approx(8 * (quarter / math.cosh(quarter)) ** 2, abs=1e-9)
 

@@ -19,10 +19,10 @@ def test_the_ends_of_a_range() -> None:
     assert ends_of(OWN, parameter_of(OWN, "mu"), (-1.0, 1.0)) == (-1.0, 1.0)
     with refused("study.second_range[0]", code="limits") as raised:
         ends_of(MACHINE, parameter_of(MACHINE, "sigma"), (-1.0, 1.0), "second_range")
-    assert raised.value.where == "study.second_range[0]"
+    assert raised.value.location == "study.second_range[0]"
     with refused("study.range", given=[1.0, -1.0]) as raised:
         ends_of(OWN, parameter_of(OWN, "mu"), (1.0, -1.0))
-    assert raised.value.where == "study.range"
+    assert raised.value.location == "study.range"
 
 
 def test_values_and_the_subject_with_them() -> None:

@@ -26,7 +26,7 @@ ANY = settings(max_examples=60, deadline=None)
 
 
 def table(cycles):
-    rows, _ = cycles.by_range()
+    rows, _ = cycles.group_by_range()
     return dict(zip(np.round(rows.ranges, 6).tolist(), np.round(rows.counts, 9).tolist(), strict=True))
 
 
@@ -43,7 +43,7 @@ def test_closed_cycles_and_residue_are_those_of_pylife(values):
     closed, residue = by_pylife(turning_points(values))
     assert table(rainflow(values, "drop")) == table(closed)
     halves = LoadCycles.from_extremes(residue[:-1], residue[1:], np.full(max(len(residue) - 1, 0), 0.5))
-    assert table(rainflow(values)) == table(closed.joined(halves))
+    assert table(rainflow(values)) == table(closed.join(halves))
 
 
 def test_a_long_record_against_pylife():

@@ -103,7 +103,7 @@ def test_a_bad_table_is_refused_with_its_line(written, text, refusal):
     path = written(text)
     with refusal as error:
         read_table(path, SPEED_TORQUE)
-    assert error.value.where == str(path)
+    assert error.value.location == str(path)
 
 
 def test_a_file_that_cannot_be_read(tmp_path):

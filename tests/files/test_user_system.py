@@ -11,12 +11,12 @@ import pytest
 import sympy as sp
 from tests import refusals
 from tests.refusals import rejected
-from wucht.numerics.flow.compiled import compile_system
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_equations
 from wucht.files.formulas import formula
 from wucht.files.user_system import UserSystem, equations_from
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.system import System
 
@@ -172,7 +172,7 @@ def test_another_file_is_used_with_values_set(here: Path) -> None:
         ((KIND, 'ranges = { x = [1, 0] }'), "must be a pair [low, high] with low below"),
         ((KIND, 'ranges = { x = ["1 m", 2] }'), "this one is a length"),
         ((KIND, 'trajectories = [{ x = 1 }]'), "study.trajectories[0].y: this key is missing"),
-        ((KIND, 'trajectories = -1'), "study.trajectories: given -1; must be how many"),
+        ((KIND, 'trajectories = -1'), "study.trajectories: given -1; must be a whole number of at least 0"),
         ((KIND, 'trajectories = 9999'), "there must be at most 400"),
     ],
 )  # fmt: skip

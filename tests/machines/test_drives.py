@@ -61,7 +61,7 @@ def test_all_symbols_are_parameters(kind):
 @pytest.mark.parametrize("speed", [-40.0, 1.0, 37.0, 120.0, 220.0])
 def test_the_line_through_a_working_point_is_the_tangent(kind, speed):
     made, h = drive(kind), 1e-3
-    slope, no_load = made.linearised(speed)
+    slope, no_load = made.linearisation(speed)
     assert slope == pytest.approx(-(made.torque_at(speed + h) - made.torque_at(speed - h)) / (2 * h), rel=1e-5, abs=1e-9)
     if slope:
         assert slope * (no_load - speed) == pytest.approx(made.torque_at(speed), rel=1e-12, abs=1e-12)
@@ -71,7 +71,7 @@ def test_constant_torque():
     made = drive("constant-torque")
     assert values(made) == {"drive.torque": 5.0}
     assert made.torque_at(0.0) == made.torque_at(-300.0) == 5.0
-    assert made.linearised(10.0) == (0.0, math.inf)
+    assert made.linearisation(10.0) == (0.0, math.inf)
 
 
 @pytest.mark.parametrize("kind", ["dc-shunt", "dc-series", "induction"])
@@ -115,7 +115,7 @@ def test_a_schedule_of_frequency_and_voltage_from_nearly_nothing():
 def test_synchronous():
     made = drive("synchronous", frequency="50 Hz", pole_pairs=2, angle="90 deg", sense=-1)
     numbers = {sp.Symbol(path, real=True): value for path, value in values(made).items()}
-    assert float(made.prescribed().subs(numbers)) == pytest.approx(-math.pi * 50)
+    assert float(made.prescribed_speed().subs(numbers)) == pytest.approx(-math.pi * 50)
     assert made.start_angle() == pytest.approx(math.pi / 2)
 
 

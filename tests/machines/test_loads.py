@@ -58,8 +58,8 @@ def test_a_load_is_odd_and_takes_power(kind, speed):
 def test_the_power_is_booked_as_lost(kind):
     made = load(kind)
     turning = Coordinate.from_names("m.angle", "m.speed", angle=True)
-    (applied,) = made.energies(Frame(bodies={"m": turning})).applied
-    assert applied.booked == "lost"
+    (applied,) = made.energies(Frame(bodies={"m": turning})).applied_forces
+    assert applied.energy_side == "lost"
     numbers = {sp.Symbol(k, real=True): sp.Float(v) for k, v in values(made).items()}
     assert float(applied.power.xreplace(numbers).subs(turning.velocity, 30.0)) == pytest.approx(-30 * made.torque_at(30.0))
 

@@ -159,7 +159,7 @@ def test_klosss_formula_where_the_data_allow_no_circuit():
     synchronous = 50 * math.pi
     kloss = [6 * rated / (s / breakdown + breakdown / s) for s in SLIPS]
     assert [made.torque_at(synchronous * (1 - s)) for s in SLIPS] == pytest.approx(kloss, rel=1e-9)
-    assert "(Kloss)" in made.made_of()[0]
+    assert "(Kloss)" in made.derivation_notes()[0]
     assert made.doubts() == ()
 
 
@@ -170,12 +170,12 @@ def test_a_usual_cage_motor():
     assert made.breakdown()[2] == pytest.approx(3 * rated, rel=1e-9)
     c, slip = made.circuit_at(400.0, 50.0), 65 / 1500
     active = 4000 / 0.866
-    assert c.drawn(slip).imag == pytest.approx(active * math.tan(math.acos(0.81)), rel=1e-8)
+    assert c.complex_power(slip).imag == pytest.approx(active * math.tan(math.acos(0.81)), rel=1e-8)
     current = active / (3 * 400 * 0.81)
     assert 3 * current**2 * made.stator_resistance == pytest.approx(0.5 * (active - 4000 / (1 - slip)), rel=1e-9)
     assert made.torque_at(0.0) == pytest.approx(2.3 * rated, rel=1e-7)
     assert made.standstill_resistance / made.rotor_resistance == pytest.approx(1.51, abs=0.01)
-    assert "starting torque 61.22 N m met; power factor 0.81 met" in made.made_of()[0]
+    assert "starting torque 61.22 N m met; power factor 0.81 met" in made.derivation_notes()[0]
     assert made.doubts() == ()
 
 
@@ -252,7 +252,7 @@ def test_a_measured_resistance_and_another_voltage_beside_the_nameplate():
     made = Induction(nameplate=CAGE, stator_resistance="2 ohm", voltage="200 V", frequency="25 Hz")
     assert (made.stator_resistance, made.voltage, made.frequency, made.rated_frequency) == (2.0, 200.0, 25.0, 50.0)
     assert Induction(nameplate=CAGE, stator_resistance=2).torque_at(1435 * math.pi / 30) == pytest.approx(26.618, abs=1e-3)
-    assert "torque at rated speed 26.62 N m met" in made.made_of()[0]
+    assert "torque at rated speed 26.62 N m met" in made.derivation_notes()[0]
 
 
 def test_a_nameplate_has_no_parameters_and_is_fitted_once():
@@ -336,7 +336,7 @@ def test_a_dc_motor_by_its_data_sheet():
     assert made.torque_at(6940 * math.pi / 30) == pytest.approx(0.177, rel=1e-12)
     assert made.torque_at(7580 * math.pi / 30) == pytest.approx(0.0, abs=1e-15)
     assert made.flux * made.motor_constant == pytest.approx(30.2e-3, rel=2e-3)
-    assert "rated current 5.991 A for 6 A (-0.15 %)" in made.made_of()[0]
+    assert "rated current 5.991 A for 6 A (-0.15 %)" in made.derivation_notes()[0]
     assert made.doubts() == ()
     # The 0.299 ohm of the data sheet are those of a cold winding.
     doubts = DCSeparate(nameplate=RE40 | {"armature_resistance": "0.299 ohm"}).doubts()

@@ -108,8 +108,8 @@ def test_carrier(machine):
 
 
 def test_linear_drive(machine):
-    (applied,) = energies_of(machine, 4).applied
-    assert applied.booked == "supplied"
+    (applied,) = energies_of(machine, 4).applied_forces
+    assert applied.energy_side == "supplied"
     assert same(applied.power.xreplace(machine.numbers), 0.05 * (250 - symbol("drum.speed")) * symbol("drum.speed"))
 
 

@@ -118,7 +118,7 @@ def test_closed_it_is_balanced_open_it_is_not() -> None:
     assert unbalances(machine) == pytest.approx([0.02, 0.0], abs=1e-15)
     (part,) = (p for p in machine.parts if p.kind == "switchable-pendulum")
     assert part.number(part.largest_moment()) == pytest.approx(0.2 * 0.04)
-    assert part.number(part.about_axis()) == pytest.approx(0.01**2 / 0.3 + 0.2 * 0.05**2)
+    assert part.number(part.axis_inertia()) == pytest.approx(0.01**2 / 0.3 + 0.2 * 0.05**2)
     only = machine_from({"carrier": CARRIER, "bodies": [DRUM | {"eccentricity": 0.0}, PENDULUM], "drive": DRIVE})
     assert unbalance_scale(only, only.rotor) == pytest.approx(0.2 * 0.04)
     assert "pendulum p\n" not in repr(machine)

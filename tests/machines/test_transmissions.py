@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.refusals import refused
 
-from wucht.analysis.dimensionless import numbers
+from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
@@ -72,7 +72,7 @@ def test_what_arrives_when_the_motor_drives_and_when_it_is_driven(before, factor
 def test_a_transmission_never_gives_energy(torque, speed, efficiency, ratio):
     """At every speed and torque, within the transition too; beyond it the power that is lost is 1 - eta of what enters."""
     drive = ConstantTorque(torque=torque, transmission={"ratio": ratio, "efficiency": efficiency})
-    motor, lost = (drive.number(x) for x in drive.reduced(sp.Float(speed)))
+    motor, lost = (drive.number(x) for x in drive.reduced_torque(sp.Float(speed)))
     assert motor == pytest.approx(ratio * torque, rel=1e-12, abs=1e-12)
     power = lost * speed
     assert power >= -1e-12 * abs(motor * speed)
@@ -137,8 +137,8 @@ def test_the_numbers_of_a_machine_see_the_reduced_drive():
     geared = machine_with(LINEAR | {"transmission": GEAR}, carrier=CARRIER, bodies=[DRUM])
     reduced = machine_with(LINEAR | {"slope": 0.45, "no_load_speed": 90}, carrier=CARRIER, bodies=[DRUM | {"inertia": REDUCED}])
     assert free_speed(geared, geared.rotor) == pytest.approx(90, rel=1e-12)
-    assert numbers(geared) == pytest.approx(numbers(reduced), rel=1e-12)
-    assert geared.drives[0].linearised(50.0) == pytest.approx((0.45, 90.0), rel=1e-12)
+    assert dimensionless_numbers(geared) == pytest.approx(dimensionless_numbers(reduced), rel=1e-12)
+    assert geared.drives[0].linearisation(50.0) == pytest.approx((0.45, 90.0), rel=1e-12)
     first, second = (run(TorqueBalance(), m).wucht.summary["working_points"] for m in (geared, reduced))
     assert [p["speed"] for p in first] == pytest.approx([p["speed"] for p in second], rel=1e-9)
     assert [p["torque"] for p in first] == pytest.approx([p["torque"] for p in second], rel=1e-9)

@@ -26,7 +26,7 @@ from wucht.numerics.harmonics import Harmonics
 def refused(shaft, sentence, orders=(1, 2)):
     with pytest.raises(InputError, match=re.escape(sentence)) as error:
         fit_orders(shaft, orders)
-    assert error.value.location.startswith(shaft.where)
+    assert error.value.location.startswith(shaft.location)
 
 
 def test_a_record_shorter_than_a_turn():
@@ -43,7 +43,7 @@ def test_a_shaft_that_turns_backwards_or_stands():
     refused(
         speed_signal(channel(t, np.zeros(500))), "the shaft stands: 0 rad/s on average, 0 turns in 1 s; are column and unit"
     )
-    back = speed_signal(channel(t, -speed_at(t)).scaled(-1, "rad/s"))
+    back = speed_signal(channel(t, -speed_at(t)).with_scale(-1, "rad/s"))
     assert fit_orders(back, ORDERS).speed.mean == pytest.approx(OMEGA)
 
 

@@ -196,13 +196,13 @@ def test_an_index_pulse_is_the_zero(kind):
     """Where the shaft stands at 1.1 rad, that is now where phases and the angle begin."""
     shaft = RECORDS[kind]()
     index = times_of(1.1 + TURN * np.arange(7))
-    fit = fit_orders(ShaftSignal(shaft.where, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
+    fit = fit_orders(ShaftSignal(shaft.location, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
     assert fit.origin == pytest.approx(index[0], abs=1e-10)
     assert fit.angle(index) == pytest.approx(TURN * np.arange(7), abs=1e-8)
     t = np.linspace(0.1, 0.7, 20)
     assert fit.speed(OMEGA * (t - fit.origin)) == pytest.approx(speed_at(t), abs=1e-7)
     assert fit.warnings == fit_orders(shaft, ORDERS).warnings
-    chosen = fit_orders(ShaftSignal(shaft.where, shaft.quantity, shaft.time, shaft.values, index), ORDERS, origin=0.2)
+    chosen = fit_orders(ShaftSignal(shaft.location, shaft.quantity, shaft.time, shaft.values, index), ORDERS, origin=0.2)
     assert chosen.origin == 0.2
     assert chosen.angle(index) == pytest.approx(TURN * np.arange(7), abs=1e-8)
 
@@ -211,7 +211,7 @@ def test_scattering_index_pulses_are_averaged_and_told():
     shaft = RECORDS["speed"]()
     scatter = 0.05 / OMEGA * np.array([1, -1, 1, -1, 1, -1])
     index = times_of(1.1 + TURN * np.arange(6)) + scatter
-    fit = fit_orders(ShaftSignal(shaft.where, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
+    fit = fit_orders(ShaftSignal(shaft.location, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
     assert fit.origin == pytest.approx(times_of(np.array([1.1]))[0], abs=0.01 / OMEGA)
     assert any("index pulses scatter by 2." in w for w in fit.warnings)
 
@@ -220,7 +220,7 @@ def test_a_second_index_pulse_in_a_turn():
     shaft = RECORDS["speed"]()
     index = times_of(TURN / 2 * np.arange(10))
     with refused("r.csv: speed: index", given=None):
-        fit_orders(ShaftSignal(shaft.where, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
+        fit_orders(ShaftSignal(shaft.location, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1.0, -2.0, 100.0])

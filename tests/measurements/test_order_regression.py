@@ -20,7 +20,7 @@ T = uneven(3.3, 3000) - 0.2
 
 
 def some_theta(model):
-    return np.concatenate([[OMEGA], np.full(model.fixed - 1, 0.4), np.linspace(-1, 2, 2 * len(model.orders))])
+    return np.concatenate([[OMEGA], np.full(model.fixed_count - 1, 0.4), np.linspace(-1, 2, 2 * len(model.orders))])
 
 
 @pytest.mark.parametrize("mean", list(Mean))

@@ -74,7 +74,7 @@ def test_by_the_speed_and_by_pulses(kind):
 def test_from_the_index():
     index = times_of(1.0 + TURN * np.arange(12))
     shaft = angle_record(T)
-    found = tracked_of(TRUE(angle_at(T)), ShaftSignal(shaft.where, "angle", T, shaft.values, index))
+    found = tracked_of(TRUE(angle_at(T)), ShaftSignal(shaft.location, "angle", T, shaft.values, index))
     assert angle_at(found.time[0]) % TURN == pytest.approx(1.0, abs=1e-5)
     assert found.values == pytest.approx(TRUE(found.angle + 1.0), abs=1e-5)
 

@@ -32,9 +32,9 @@ def channel(unit="", values=(1.0, 2.0, 4.0), time=T):
     ],
 )
 def test_units(given, unit, first):
-    found = channel(given).in_si(unit)
+    found = channel(given).to_si(unit)
     assert found.values == pytest.approx(first * np.array([1, 2, 4]), rel=1e-12)
-    assert (found.unit, found.where) == (unit.si, "r.csv: x")
+    assert (found.unit, found.location) == (unit.si, "r.csv: x")
 
 
 @pytest.mark.parametrize(
@@ -52,25 +52,25 @@ def test_units(given, unit, first):
 )
 def test_units_of_another_kind(given, unit, refusal):
     with refusal:
-        channel(given).in_si(unit)
+        channel(given).to_si(unit)
 
 
 @given(factor=st.floats(-1e6, 1e6))
 def test_scaled(factor):
-    found = channel(FULL_SCALE).scaled(factor, "rpm")
+    found = channel(FULL_SCALE).with_scale(factor, "rpm")
     assert found.unit == "rpm"
-    assert found.in_si(SPEED_UNIT).values == pytest.approx(factor * np.pi / 30 * np.array([1, 2, 4]), rel=1e-12, abs=1e-300)
+    assert found.to_si(SPEED_UNIT).values == pytest.approx(factor * np.pi / 30 * np.array([1, 2, 4]), rel=1e-12, abs=1e-300)
 
 
 def test_what_is_said_of_a_channel_counts():
-    assert channel("rad/s").corrected().unit == "rad/s"
-    assert channel("rad/s").corrected("rpm").in_si(SPEED_UNIT).values == pytest.approx(np.pi / 30 * np.array([1, 2, 4]))
-    turned = channel("rpm").corrected(scale=-2)
+    assert channel("rad/s").correct().unit == "rad/s"
+    assert channel("rad/s").correct("rpm").to_si(SPEED_UNIT).values == pytest.approx(np.pi / 30 * np.array([1, 2, 4]))
+    turned = channel("rpm").correct(scale=-2)
     assert (turned.unit, turned.values.tolist()) == ("rpm", [-2, -4, -8])
-    assert channel(FULL_SCALE).corrected("rpm", 600).in_si(SPEED_UNIT).values[0] == pytest.approx(20 * np.pi)
+    assert channel(FULL_SCALE).correct("rpm", 600).to_si(SPEED_UNIT).values[0] == pytest.approx(20 * np.pi)
     for said in ({"unit": "rpm"}, {"scale": 600}):
         with refused("r.csv: x", "scale = NUMBER", code="full-scale"):
-            channel(FULL_SCALE).corrected(**said).in_si(SPEED_UNIT)
+            channel(FULL_SCALE).correct(**said).to_si(SPEED_UNIT)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ ANGLES = {"rad": 1.0, "deg": TURN / 360, "rev": TURN}
 def refused(shaft, sentence, orders=ORDERS):
     with pytest.raises(InputError, match=re.escape(sentence)) as error:
         fit_orders(shaft, orders)
-    assert error.value.location == shaft.where
+    assert error.value.location == shaft.location
 
 
 def suspicions(fit):
@@ -168,7 +168,7 @@ def test_a_sensor_of_wrong_scale(ratio, turns):
     assert told == pytest.approx(ratio, rel=2e-4)
     assert f"multiply the numbers by {1 / told:.3g}"[:-1] in text
     factor = float(re.search(r"by ([\d.]+) \(key scale\)", text)[1])
-    mended = fit_orders(speed_signal(channel(t, ratio * values).corrected(scale=factor)), ORDERS)
+    mended = fit_orders(speed_signal(channel(t, ratio * values).correct(scale=factor)), ORDERS)
     assert suspicions(mended) == []
     assert mended.cosine[1] == pytest.approx(2.4, rel=0.05)
 

@@ -45,14 +45,14 @@ def test_norms_of_two_states():
 def test_3_13_as_printed():
     """2 lambda M epsilon^2 T^2 (N + 1) exp(epsilon lambda t) by hand at t = 2.5 T."""
     error = estimates(SWUNG, 0.01, {"x": (-3.0, 3.0)}, period=TURN)
-    assert error.at_periods(2.5 * TURN) == approx(2 * 2 * 6 * 1e-4 * TURN**2 * 3 * math.exp(0.02 * 2.5 * TURN), rel=1e-9)
+    assert error.periodic_bound(2.5 * TURN) == approx(2 * 2 * 6 * 1e-4 * TURN**2 * 3 * math.exp(0.02 * 2.5 * TURN), rel=1e-9)
 
 
 def test_within_a_period_3_13_as_printed_is_no_bound():
     """x' = epsilon cos t has lambda = 0: the error epsilon sin t is bounded by delta alone."""
     error = estimates(System((x,), (epsilon * sp.cos(TIME),), (epsilon,)), 0.01, {"x": (0.0, 1.0)}, period=TURN)
-    assert error.at_periods(math.pi / 2) == 0
-    assert error.bound(math.pi / 2) == approx(0.01, rel=1e-7)
+    assert error.periodic_bound(math.pi / 2) == 0
+    assert error.error_bound(math.pi / 2) == approx(0.01, rel=1e-7)
 
 
 def _van_der_pol():
@@ -98,7 +98,7 @@ def test_without_a_period_delta_is_taken_over_the_whole_time():
         0.01 * np.abs(np.sin(time) + np.sin(math.sqrt(2) * time) / math.sqrt(2)).max(), rel=1e-4
     )  # (2/128)^2/8 at a maximum
     with rejected("no-period"):
-        error.at_periods(1.0)
+        error.periodic_bound(1.0)
 
 
 def test_refusals():

@@ -56,7 +56,7 @@ def test_bounds_are_those_of_a_fine_grid_and_lie_on_the_curve(f):
 @settings(max_examples=30, deadline=None)
 @given(series, st.floats(-7, 7))
 def test_a_shift_moves_the_function(f, by):
-    assert np.abs(f.shifted(by)(X) - f(X - by)).max() < 1e-9
+    assert np.abs(f.shift(by)(X) - f(X - by)).max() < 1e-9
 
 
 @pytest.mark.parametrize("count", [19, 20])

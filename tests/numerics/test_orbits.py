@@ -391,7 +391,7 @@ def test_collocation_begins_with_a_run_from_a_state_or_with_the_samples_that_are
         begun.append(motion)
         return "near"
 
-    monkeypatch.setattr(orbits, "closed", closed)
+    monkeypatch.setattr(orbits, "close_orbit", closed)
     closing = SimpleNamespace(period=3.0)
     motion = np.full((1, 65), 5.0) if count == 1 else given
     equations = Equations(SimpleNamespace(system=None), np.zeros(0), 0.0)

@@ -6,7 +6,7 @@ import xarray as xr
 from tests.refusals import rejected
 
 import wucht
-from wucht.results.accessor import register
+from wucht.results.accessor import register_accessor
 
 
 def test_a_result_says_what_it_is(tmp_path: Path) -> None:
@@ -37,6 +37,6 @@ def test_what_was_not_finished_says_so() -> None:
 
 
 def test_a_dataset_that_is_no_result_is_refused() -> None:
-    register()
+    register_accessor()
     with rejected("no-result"):
         _ = xr.Dataset().wucht

@@ -34,8 +34,8 @@ from wucht.studies import memory
 CLAIM = """
 import sys, time
 from pathlib import Path
-from wucht.results.output_folder import claimed
-with claimed(Path(sys.argv[1])):
+from wucht.results.output_folder import claim_folder
+with claim_folder(Path(sys.argv[1])):
     print("claimed", flush=True)
     time.sleep(60)
 """
@@ -258,7 +258,7 @@ def test_a_lock_that_was_removed_meanwhile_is_taken_anew(tmp_path: Path, monkeyp
             lock.write_text("of another")
         return real(file)
 
-    monkeypatch.setattr(output_folder, "_taken", taken)
+    monkeypatch.setattr(output_folder, "_is_lock_held", taken)
     with claim_folder(tmp_path):
         assert [file.closed for file in opened] == [True, True, False] and lock.is_file()
     assert opened[2].closed and not lock.exists()
@@ -273,7 +273,7 @@ def test_a_lock_that_is_removed_again_and_again_is_given_up(tmp_path: Path, monk
         (tmp_path / ".wucht.lock").unlink()
         return False
 
-    monkeypatch.setattr(output_folder, "_taken", taken)
+    monkeypatch.setattr(output_folder, "_is_lock_held", taken)
     with refusals.refused("-o", "another run is writing a result there"), claim_folder(tmp_path):
         pytest.fail("it cannot be claimed")
     assert len(opened) == 10 and all(file.closed for file in opened)

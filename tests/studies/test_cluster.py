@@ -262,7 +262,7 @@ def test_two_runs_at_once_in_one_folder(two: Loopback, marked: Path, tmp_path: P
 def test_an_error_of_a_task_is_that_error(two: Loopback, marked: Path) -> None:
     with refusals.refused("study.lasts", given=-1.0) as raised:
         ask(TiledSquares(lasts=-1.0), marked, scheduler=two.address)
-    assert raised.value.allowed == "must be a time"
+    assert raised.value.explanation == "must be a time"
 
 
 @pytest.mark.slow

@@ -56,7 +56,7 @@ def worker(monkeypatch: pytest.MonkeyPatch) -> Work:
 def test_a_worker_computes_what_it_is_given(worker: Work, monkeypatch: pytest.MonkeyPatch) -> None:
     assert _compute_on_worker(pickle.dumps(half), _environment(), "topic", "name") == 0.5
     assert worker.events == [], "within a second nothing is told"
-    monkeypatch.setattr(cluster, "_TELL_S", -1.0)
+    monkeypatch.setattr(cluster, "_REPORT_S", -1.0)
     assert _compute_on_worker(pickle.dumps(half), _environment(), "topic", "name") == 0.5
     assert worker.events == [("topic", ("name", 0.25))]
 

@@ -133,7 +133,7 @@ def test_a_disk_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(remembering.archive, "write", full)
+    monkeypatch.setattr(remembering.archive, "write_values", full)
     with failed("not-written"):
         memory.flush()
 
@@ -144,14 +144,14 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import zarr
 from test_memory import fill, unit
-from wucht.studies.memory import Memory
+from wucht.studies.memory import UnitMemory
 folder, question, rounds = Path(sys.argv[2]), {"study": sys.argv[3]}, int(sys.argv[4])
 print("ready", flush=True)
 sys.stdin.readline()
 for _ in range(rounds):
     fill(folder, range(15), question)
 if rounds == 0:
-    memory = Memory.resumed(folder, question)
+    memory = UnitMemory.resume(folder, question)
     for k in range(10**9):
         memory.unit(f"u{k}", lambda: unit(k, question["study"]))
         memory.flush()

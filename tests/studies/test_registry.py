@@ -70,7 +70,7 @@ def counting(here: Path) -> Iterator[Callable[..., tuple[str, ...]]]:
 def test_a_study_that_cannot_be_loaded_is_a_line(wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     broken = Study("broken", "no_such_package.study")
     known = studies() | {"broken": broken}
-    monkeypatch.setattr(registry, "_installed", lambda: known)
+    monkeypatch.setattr(registry, "_installed_studies", lambda: known)
     listed = wucht("list")
     assert listed.code == 0
     (line,) = [one for one in listed.out.splitlines() if "no_such_package" in one]
@@ -130,7 +130,7 @@ def test_one_that_cannot_be_loaded_is_none_of_those_that_several_machines_comput
     refused: Callable[..., str], wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     known = studies() | {"broken": Study("broken", "no_such_package.study")}
-    monkeypatch.setattr(registry, "_installed", lambda: known)
+    monkeypatch.setattr(registry, "_installed_studies", lambda: known)
     assert wucht("new", "run-up").code == 0
     sentence = refused("run", "run-up.toml", "--scheduler", "tcp://localhost:1", says=("several machines can compute",))
     named = sentence.strip().split("several machines can compute ")[1].split(", ")

@@ -162,8 +162,8 @@ def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one(monkeypatch: py
     slow = Answer([replace(speed, value=[[5.0, 6.0]]), replace(radius, value=[7.0, 8.0])], "slow", failure="it burst")
     motions = [SimpleNamespace(), SimpleNamespace()]
     assert join_models(motions[:1], [full]) is full  # type: ignore[arg-type]
-    monkeypatch.setattr(combined_runs, "course_of", lambda motion: None)
-    for name in ("at_equal_angle", "at_equal_phase"):
+    monkeypatch.setattr(combined_runs, "compared_motion", lambda motion: None)
+    for name in ("deviations_by_angle", "deviations_by_phase"):
         monkeypatch.setattr(combined_runs, name, lambda *courses: None)
     both = join_models(motions, [full, slow])  # type: ignore[arg-type]
     assert both.warnings == ["w", "averaged equations: it burst"]

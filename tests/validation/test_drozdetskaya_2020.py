@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.analysis.dimensionless import numbers
+from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.vibration import Vibration
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_document, load_machine
@@ -452,7 +452,7 @@ def test_table_a_1_is_no_machine():
 def test_the_real_machines_need_no_warning(name: str):
     machine = load_machine(f"drozdetskaya-2020/{name}")
     assert machine.warnings == ()
-    actual = numbers(machine)
+    actual = dimensionless_numbers(machine)
     # They share Table 5.1's mu, s, w, beta_p, lambda and sigma to rounding; epsilon and beta_r are the errata's.
     assert [actual[n] for n in ("mu", "s", "w", "beta_p", "lambda", "sigma")] == pytest.approx([0.01, 0.75, 1.3, 1, 2, 0.1])
     own = {"r1": (0.01, 3.46667), "r2": (2.88462e-4, 0.1)}[name]
@@ -611,7 +611,7 @@ def test_energy_of_the_real_machines_is_balanced(name: str, u_: float):
 def test_si_machine_and_its_dimensionless_numbers_run_alike(u_: float):
     """R1 for 2 s, and (4.11)-(4.20) with its numbers for tau = 200: one motion, in units of 1/k and m r/M* (4.9), (4.10)."""
     si = load_machine("drozdetskaya-2020/r1", {"drive.slope": SLOPE * u_})
-    scaled = numbers(si)
+    scaled = dimensionless_numbers(si)
     assert scaled["u"] == pytest.approx(u_, rel=1e-14)
     model = machine_from({"model": "self-balancing-rotor", "parameters": {n: v for n, v in scaled.items() if n != "p"}})
     assert model.warnings == ()

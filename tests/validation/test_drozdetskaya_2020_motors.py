@@ -186,7 +186,7 @@ def test_the_breakdown_torque_is_the_maximum(m):
     assert maximum.x == pytest.approx(slip, rel=1e-4)
     assert -maximum.fun == pytest.approx(abs(torque), rel=1e-9)
     assert m.torque_at(speed) == pytest.approx(torque, rel=1e-9)
-    assert m.linearised(speed)[0] == pytest.approx(0.0, abs=1e-9 * abs(torque / m.synchronous_speed()))
+    assert m.linearisation(speed)[0] == pytest.approx(0.0, abs=1e-9 * abs(torque / m.synchronous_speed()))
 
 
 def test_the_breakdown_torque_as_printed_is_wrong():
@@ -201,7 +201,7 @@ def test_the_tangent_of_the_induction_motor(m, slip):
     """The linearised characteristic, end of section 2.2.2: against central differences, good to h^2."""
     synchronous = m.synchronous_speed()
     speed, h = synchronous * (1 - slip), 1e-5 * abs(synchronous)
-    slope, no_load = m.linearised(speed)
+    slope, no_load = m.linearisation(speed)
     largest = abs(m.breakdown()[2] / synchronous)
     assert slope == pytest.approx(-(m.torque_at(speed + h) - m.torque_at(speed - h)) / (2 * h), rel=1e-4, abs=1e-4 * largest)
     assume(abs(slope) > 1e-6 * largest)
@@ -212,4 +212,4 @@ def test_near_its_synchronous_speed_the_motor_is_a_line():
     """There the slope is 3 U^2/(R_2 w_s^2), the limit of (2.119) for small slip, and the no-load speed w_s."""
     m = motor()
     slope = 3 * m.voltage**2 / (m.rotor_resistance * m.synchronous_speed() ** 2)
-    assert m.linearised(m.synchronous_speed()) == pytest.approx((slope, m.synchronous_speed()), rel=EXACT)
+    assert m.linearisation(m.synchronous_speed()) == pytest.approx((slope, m.synchronous_speed()), rel=EXACT)

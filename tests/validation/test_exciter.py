@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.dimensionless import numbers
+from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -52,7 +52,7 @@ def test_one_pendulum_of_twice_the_mass_is_two_that_stay_together(seed: int) -> 
 def test_the_rig_and_its_dimensionless_numbers_are_one_machine() -> None:
     """Of (4.8) with n = 1: k = 153.9 rad/s, lengths in units of m r/M*; and such a machine is warned of nothing."""
     rig = load_machine(RIG)
-    scaled = numbers(rig)
+    scaled = dimensionless_numbers(rig)
     model = machine_from({"model": "exciter", "parameters": {n: x for n, x in scaled.items() if n != "p"}})
     assert model.warnings == ()
     assert (scaled["s"], scaled["p"]) == pytest.approx((0.4, 1.0))

@@ -231,7 +231,7 @@ def _equations(
         """Torques as functions of the body's speed in its sense, all bodies turning at one speed."""
         return tuple(sp.Lambda(w, s * t.xreplace(dict.fromkeys(v, s * w))) for t, w, s in zip(torques, v, sign, strict=True))
 
-    main_speed, shaken = coordinates[0].prescribed, structure.shaken_coordinate
+    main_speed, shaken = coordinates[0].prescribed_velocity, structure.shaken_coordinate
     bodies = RotatingBodies(
         names=tuple(names),
         heads=tuple(names.index(structure.rotor_of(b).name) for b in ordered_bodies),

@@ -13,7 +13,7 @@ from wucht.machines.parts.base import Body
 from wucht.machines.structure import SPEED
 
 
-def numbers(machine: Machine) -> dict[str, float]:
+def dimensionless_numbers(machine: Machine) -> dict[str, float]:
     """Epsilon, mu, s, w, beta_p, beta_r, lambda, sigma, u, and p: those that the machine has.
 
     They need a rotor with unbalance on a carrier that is isotropic or moves in one direction; lambda and u a drive whose torque

@@ -176,7 +176,7 @@ class TorqueCurves:
             synchronous, breakdown = d.reduced_synchronous_speed(), d.reduced_breakdown()
             if synchronous is not None and breakdown is not None:
                 pieces += [synchronous * (1 + breakdown[0] * near * k) for k in (2, 20)]
-        pieces += [self._beside(set_speed) for set_speed in self._set_speeds]
+        pieces += [self._speeds_beside(set_speed) for set_speed in self._set_speeds]
         speeds = np.unique(np.concatenate(pieces))
         speeds = speeds[(speeds >= low) & (speeds <= high)]
         return np.unique(np.concatenate([speeds, self._extremes(speeds)]))
@@ -186,7 +186,7 @@ class TorqueCurves:
         """The speeds at which a controlled drive on the shaft gives any torque within its limits."""
         return [w for d in self.drives if (w := d.held_speed()) is not None]
 
-    def _beside(self, speed: float) -> np.ndarray:
+    def _speeds_beside(self, speed: float) -> np.ndarray:
         """Speeds just below and above one at which the drive's torque jumps."""
         return speed + np.array([-_BESIDE, _BESIDE]) * max(map(abs, self.range))
 
@@ -195,7 +195,7 @@ class TorqueCurves:
         """The set speeds in the range at which the required torque is within the drive's limits."""
         low, high = self.range
         inside = [w for w in self._set_speeds if low < w < high]
-        return [w for w in inside if (np.sign(self.surplus(self._beside(w))[0]) == (1, -1)).all()]
+        return [w for w in inside if (np.sign(self.surplus(self._speeds_beside(w))[0]) == (1, -1)).all()]
 
     @cached_property
     def working_points(self) -> list[WorkingPoint]:

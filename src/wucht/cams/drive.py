@@ -22,7 +22,7 @@ from wucht.files.documents import contents_digest
 from wucht.kinds import kinds_of
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.harmonics import Harmonics
-from wucht.schema import choice, table, validate_model
+from wucht.schema import choice, require_table, validate_model
 
 GROUP = "wucht.cams"
 TABLES = ("law", "follower", "linkage", "speed", "shaft")
@@ -133,7 +133,7 @@ def linkages() -> dict[str, type[LinkageTable]]:
 
 def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDrive:
     """Return the drive that the tables of a cam file describe. Raises ``InputError``: the key, its value, the allowed ones."""
-    tables = {name: dict(table(dict(document), name, name)) for name in TABLES if name in document}
+    tables = {name: dict(require_table(dict(document), name, name)) for name in TABLES if name in document}
     if "law" not in tables:
         raise InputError("law", None, "the table [law] is missing: the motion that the output is to make", code="missing")
     kinds: Mapping[str, Mapping[str, type[Any]]] = {"law": laws(), "follower": followers(), "linkage": linkages()}
@@ -148,6 +148,6 @@ def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDriv
             del entries["kind"]
         if name == "law":
             output_table = arguments.get("linkage") or arguments.get("follower")
-            entries = cls.completed(entries, folder, output_table.unit if output_table is not None else None)
+            entries = cls.with_file_contents(entries, folder, output_table.unit if output_table is not None else None)
         arguments[name] = validate_model(cls, entries, name)
     return CamDrive(**arguments, title=title, folder=folder)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from wucht.cli.options import DEFAULT_STYLE, Formatted, Imports, Styled
+from wucht.cli.options import DEFAULT_STYLE, FormatOption, Imports, StyleOption
 
 if TYPE_CHECKING:
     from wucht.studies.study_file import StudyFile
@@ -29,8 +29,8 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Write the table and the curves as CSV too, with units.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the interrupted run in the output folder.")] = False,
-    style: Styled = DEFAULT_STYLE,
-    format_: Formatted = None,
+    style: StyleOption = DEFAULT_STYLE,
+    format_: FormatOption = None,
     import_: Imports = None,
 ) -> None:
     """Set several machines, variants or results side by side: a table of their summaries, and one figure."""

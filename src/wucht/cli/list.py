@@ -87,7 +87,7 @@ def _list_one(name: str, as_json: bool) -> None:
     for title, one in matches.items():
         cls = one.spec if title == "studies" else one
         descriptions.append(
-            (_TABLES[title].format(name), getdoc(cls) or "", keys_in_files(cls), getattr(cls, "own_states", ()))
+            (_TABLES[title].format(name), getdoc(cls) or "", keys_in_files(cls), getattr(cls, "internal_states", ()))
         )
     if as_json:
         tables = [

@@ -172,7 +172,7 @@ class Format(StrEnum):
     SVG = "svg"
 
 
-Styled = Annotated[
+StyleOption = Annotated[
     Style,
     typer.Option(
         "--style",
@@ -180,7 +180,9 @@ Styled = Annotated[
         "(88 mm, 8 pt, no title; a figure taller than 230 mm is set across both columns).",
     ),
 ]
-Formatted = Annotated[list[Format] | None, typer.Option("--format", help="File format of the figure, default png; repeatable.")]
+FormatOption = Annotated[
+    list[Format] | None, typer.Option("--format", help="File format of the figure, default png; repeatable.")
+]
 DEFAULT_STYLE = Style.PRINT
 
 

@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
-from wucht.cli.options import DEFAULT_STYLE, Formatted, Imports, Styled, write_figure
+from wucht.cli.options import DEFAULT_STYLE, FormatOption, Imports, StyleOption, write_figure
 from wucht.errors import InputError
 
 
 def plot(
     result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`, or the folder that has it.")],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default beside the result.")] = None,
-    style: Styled = DEFAULT_STYLE,
-    format_: Formatted = None,
+    style: StyleOption = DEFAULT_STYLE,
+    format_: FormatOption = None,
     import_: Imports = None,
 ) -> None:
     """Draw the figures of a result again."""

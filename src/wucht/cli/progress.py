@@ -60,10 +60,10 @@ class Progress:
                     sys.stderr.write(f"running {self._title} ...\n")
                     sys.stderr.flush()
                 return
-            import rich.progress as shown
+            import rich.progress as rich_progress
             from rich.console import Console
             from rich.markup import escape
 
-            self._bar = shown.Progress(console=Console(stderr=True), transient=True)
+            self._bar = rich_progress.Progress(console=Console(stderr=True), transient=True)
             self._bar.add_task(escape(self._title), total=1.0)
             self._bar.start()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import wucht
-from wucht.cli.options import DEFAULT_STYLE, Format, Formatted, Imports, Style, Styled, unique_formats, write_figure
+from wucht.cli.options import DEFAULT_STYLE, Format, FormatOption, Imports, Style, StyleOption, unique_formats, write_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,8 +32,8 @@ def run(
         str | None,
         typer.Option("--scheduler", metavar="ADDRESS", help="Compute on the workers of a scheduler of dask.distributed."),
     ] = None,
-    style: Styled = DEFAULT_STYLE,
-    format_: Formatted = None,
+    style: StyleOption = DEFAULT_STYLE,
+    format_: FormatOption = None,
     import_: Imports = None,
 ) -> None:
     """Run a study and report its outcome."""
@@ -62,7 +62,7 @@ def run_and_print(
     from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
     from wucht.results.store import RESULT, save_csv, save_summary, to_json
     from wucht.studies.runner import report as report_of
-    from wucht.studies.study_file import answer
+    from wucht.studies.study_file import answer_study
 
     start_time = time.perf_counter()
     with Progress(study) as progress, interrupt_check() as check:
@@ -101,7 +101,7 @@ def run_and_print(
             save_summary(document, new / SUMMARY)
 
         options = {"resume": resume, "progress": report, "scheduler": scheduler}
-        result = answer(study_file, folder=folder, files=tuple(names), write=write, **options)
+        result = answer_study(study_file, folder=folder, files=tuple(names), write=write, **options)
     accessor = result.wucht
     if as_json:
         sys.stdout.write(to_json(document) + "\n")

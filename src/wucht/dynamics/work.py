@@ -130,7 +130,7 @@ def with_result(findings: F, into: str, result: Any, missing: str = "") -> F:
 
     missing: beginning of that sentence.
     """
-    name, more = ("lost", missing + result) if isinstance(result, str) else (into, result)
+    name, more = ("omissions", missing + result) if isinstance(result, str) else (into, result)
     extended_findings: F = replace(findings, **{name: (*getattr(findings, name), more)})  # type: ignore[type-var]
     return extended_findings
 

@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.models import models
 from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 from wucht.machines.parts import bodies as body_kinds
-from wucht.schema import choice, fields_of, models_in, refuse_unknown, table, text, validate_model
+from wucht.schema import choice, fields_of, models_in, refuse_unknown, require_table, text, validate_model
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
 MACHINE_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
@@ -75,7 +75,7 @@ def _set_value(document: Document, path: str, value: Any) -> None:
         if rest or head not in known_names:
             raise InputError(location, value, f"unknown parameter; {nearest(path, known_names)}", code="unknown-parameter")
         document.setdefault("parameters", {})
-        table(document, "parameters", "machine.parameters")[head] = value
+        require_table(document, "parameters", "machine.parameters")[head] = value
         return
     parts = _addressable_parts(document)
     key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
@@ -180,14 +180,14 @@ def _from_model(document: Document, title: str) -> Machine:
     name = choice(document, "model", "machine", models())
     if beside := [key for key in _PARTS if key in document]:
         raise InputError(f"machine.{beside[0]}", None, MODEL_CONFLICT.format(name))
-    model = validate_model(models()[name], table(document, "parameters", "machine.parameters"), "machine.parameters")
+    model = validate_model(models()[name], require_table(document, "parameters", "machine.parameters"), "machine.parameters")
     return _build_machine(document, model, title=title, places={})
 
 
 def _from_parts(document: Document, title: str) -> Machine:
     if "parameters" in document:
         raise InputError("machine.parameters", None, "allowed only with model = ...; SI machines carry values in their parts")
-    description, kinds = table(document, "carrier", "machine.carrier"), carriers()
+    description, kinds = require_table(document, "carrier", "machine.carrier"), carriers()
     directions = choice({"directions": "xy"} | description, "directions", "machine.carrier", kinds)
     carrier = validate_model(kinds[directions], description, "machine.carrier")
     bodies, places = _read_parts(document, "bodies", body_kinds())

@@ -15,7 +15,7 @@ from wucht.files.equal_bodies import group_settings_first
 from wucht.files.tables import with_tables
 from wucht.files.user_system import UserSystem, equations_from, with_values
 from wucht.machines.machine import Machine
-from wucht.schema import refuse_unknown, table, text
+from wucht.schema import refuse_unknown, require_table, text
 
 T = TypeVar("T")
 FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
@@ -83,7 +83,7 @@ def resolve_use(document: Document, path: Path, key: str) -> tuple[Document, Doc
     used_path: Path | None = path
     while used_path is not None:
         try:
-            description = dict(table(document, key, key))
+            description = dict(require_table(document, key, key))
             settings.append(settings_in(description, key))
             titles.append(text(description, "title", key) or document.get("title"))
             added_schedules.append(_take_schedules(description) if key == "machine" and "use" in description else [])
@@ -225,7 +225,7 @@ def _used_documents(document: Document, path: Path, key: str) -> list[tuple[Docu
     """The documents that a document uses, and those use, with their files, as far as they can be read."""
     documents, visited_paths = list[tuple[Document, Path]](), [path.resolve()]
     with suppress(InputError):
-        while "use" in (description := table(document, key, key)):
+        while "use" in (description := require_table(document, key, key)):
             document, path = load_document(str(_used_file({"use": description["use"]}, path, key, visited_paths)))
             visited_paths.append(path.resolve())
             documents.append((document, path))

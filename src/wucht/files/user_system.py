@@ -14,7 +14,7 @@ from wucht.errors import InputError, WuchtError, nearest
 from wucht.files.documents import Document, flatten, settings_in
 from wucht.files.formulas import CONSTANTS, FUNCTIONS, formula
 from wucht.numerics.flow.program import Evaluator
-from wucht.schema import Parameter, Unit, read_quantity, refuse_unknown, table, text
+from wucht.schema import Parameter, Unit, read_quantity, refuse_unknown, require_table, text
 from wucht.system import TIME, System
 
 KEYS = ("title", "use", "set", "states", "angles", "parameters", "definitions")
@@ -72,8 +72,8 @@ def equations_from(document: Document, title: str = "") -> UserSystem:
     title = text(description, "title", "system") or title
     description.setdefault("parameters", {})
     values = with_values(description, settings)["parameters"]
-    states = table(description, "states", "system.states")
-    definitions = table({"definitions": {}} | description, "definitions", "system.definitions")
+    states = require_table(description, "states", "system.states")
+    definitions = require_table({"definitions": {}} | description, "definitions", "system.definitions")
     if not states:
         raise InputError("system.states", None, 'must be a table of derivatives, such as { x = "mu*x - x^3", y = "-y" }')
     kinds_by_name: dict[str, str] = {}
@@ -126,7 +126,7 @@ def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:
 
 def with_values(description: Document, settings: Mapping[str, Any]) -> Document:
     """A copy of a table ``[system]`` with parameters set by name. Raises ``InputError`` for a name that is no parameter."""
-    parameters = dict(table({"parameters": {}} | description, "parameters", "system.parameters"))
+    parameters = dict(require_table({"parameters": {}} | description, "parameters", "system.parameters"))
     for name, value in flatten(settings).items():
         if name not in parameters:
             raise InputError(f"system.set.{name}", value, f"unknown parameter; {nearest(name, parameters)}")

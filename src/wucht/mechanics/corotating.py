@@ -40,23 +40,23 @@ class Turning:
     def change(self, e: sp.Expr) -> sp.Expr:
         """d/dc of an expression whose mechanism is turned by a small angle c: zero if it is invariant."""
         terms = [sp.diff(e, c.position) for c in self.angles]
-        for x, y in zip(self._along, self._across, strict=True):
+        for x, y in zip(self._longitudinal, self._transverse, strict=True):
             terms += [x * sp.diff(e, y), -y * sp.diff(e, x)]
         return sp.expand(sp.Add(*terms))
 
     @property
-    def _along(self) -> list[sp.Symbol]:
+    def _longitudinal(self) -> list[sp.Symbol]:
         return [self.plane[0].position, self.plane[0].velocity] if self.plane else []
 
     @property
-    def _across(self) -> list[sp.Symbol]:
+    def _transverse(self) -> list[sp.Symbol]:
         return [self.plane[1].position, self.plane[1].velocity] if self.plane else []
 
     @property
     def frame_symbols(self) -> dict[sp.Symbol, sp.Symbol]:
         """Symbols in the turning frame by those at rest: along the main rotor and normal to it, and phases relative to it."""
-        names = dict(zip(self._along, (f"carrier.{ALONG}", f"carrier.v{ALONG}"), strict=False))
-        names |= dict(zip(self._across, (f"carrier.{ACROSS}", f"carrier.v{ACROSS}"), strict=False))
+        names = dict(zip(self._longitudinal, (f"carrier.{ALONG}", f"carrier.v{ALONG}"), strict=False))
+        names |= dict(zip(self._transverse, (f"carrier.{ACROSS}", f"carrier.v{ACROSS}"), strict=False))
         names |= {c.position: f"{c.position.name.removesuffix('.angle')}.phase" for c in self.angles[1:]}
         return {symbol: sp.Symbol(name, real=True) for symbol, name in names.items()}
 

@@ -114,7 +114,7 @@ class ResultAccessor:
 
 
 @cache
-def register() -> None:
+def register_accessor() -> None:
     """Register ``Dataset.wucht`` with xarray."""
     import xarray as xr_
 

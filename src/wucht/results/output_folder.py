@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError, RunError, WuchtError
-from wucht.results.accessor import register
+from wucht.results.accessor import register_accessor
 from wucht.results.provenance import verify_checksums
 from wucht.results.store import RESULT, prepare_folder, save_summary
 
@@ -226,7 +226,7 @@ def load_result(path: Path) -> xr.Dataset:
     import h5py
     import xarray as xr_
 
-    register()
+    register_accessor()
     path = result_file(path)
     file = latest_file(path)
     if not file.is_file():

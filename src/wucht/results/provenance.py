@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 CHECKSUMS = "checksums"  # attribute of a result.nc
 _ATTRIBUTES = "its attributes"  # no variable can have this name: it has a blank
-_UNVERIFIED = "unsealed"  # in the encoding of a Dataset: its file had no checksums
+_NO_CHECKSUMS = "unsealed"  # in the encoding of a Dataset: its file had no checksums
 _CHANGE_MESSAGE = "changed or damaged since it was written"
 _PACKAGES = ("wucht", "numpy", "scipy", "sympy", "heyoka", "xarray")
 
@@ -46,7 +46,7 @@ def verify_checksums(result: xr.Dataset) -> xr.Dataset:
             if checksums.get(name) != recorded_sums.get(name):
                 raise InputError(name, None, _CHANGE_MESSAGE)
     check_attributes(bare.attrs)
-    bare.encoding[_UNVERIFIED] = CHECKSUMS not in result.attrs
+    bare.encoding[_NO_CHECKSUMS] = CHECKSUMS not in result.attrs
     return bare
 
 
@@ -57,7 +57,7 @@ def refuse_edited_values(result: xr.Dataset) -> Iterator[None]:
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
-        if not result.encoding.get(_UNVERIFIED):
+        if not result.encoding.get(_NO_CHECKSUMS):
             raise
         problem = f"its values do not fit together ({type(error).__name__}: {str(error).partition(chr(10))[0]})"
         raise InputError(result.attrs["study"], None, f"this is no complete result of this study: {problem}") from error

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.errors import WuchtError
-from wucht.results.accessor import register
+from wucht.results.accessor import register_accessor
 from wucht.results.store import to_json
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ class Answer:
 
         They are texts and numbers, so that ``to_netcdf`` writes them; the accessor ``wucht`` reads them.
         """
-        register()
+        register_accessor()
         result = dataset_from_quantities(self.quantities) if base is None else base.copy(deep=False)
         result.attrs = {
             "summary": to_json(self.summary, indent=None),

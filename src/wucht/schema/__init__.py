@@ -19,7 +19,7 @@ from wucht.schema.checking import (
     models_in,
     read_quantity,
     refuse_unknown,
-    table,
+    require_table,
     text,
     unit_of,
     validate_model,
@@ -30,6 +30,6 @@ from wucht.schema.units import LARGEST, SMALLEST, Unit, article
 
 __all__ = [
     "LARGEST", "SMALLEST", "Key", "Parameter", "TableModel", "Unit", "article", "choice", "fields_of", "full_name", "is_pairs",
-    "keys_of", "locate_error", "models_in", "read_quantity", "refuse_unknown", "si", "table", "text", "unit_of",
+    "keys_of", "locate_error", "models_in", "read_quantity", "refuse_unknown", "require_table", "si", "text", "unit_of",
     "validate_model",
 ]  # fmt: skip

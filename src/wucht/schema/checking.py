@@ -16,7 +16,7 @@ from wucht.schema.units import Unit, article
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
-def table(document: dict[str, Any], key: str, location: str) -> dict[str, Any]:
+def require_table(document: dict[str, Any], key: str, location: str) -> dict[str, Any]:
     """The sub-table ``key``. Raises ``InputError`` if it is missing or not a table."""
     value = document.get(key)
     if value is None:

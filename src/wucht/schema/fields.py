@@ -101,7 +101,9 @@ class _ValidatingMeta(_Metaclass):
     """Classes whose call raises ``InputError`` instead of pydantic's error."""
 
     def __call__(self: Any, *values: Any, **fields: Any) -> Any:
-        return validate_model(self, dict(zip(fields_of(self, settable_only=True), values, strict=False)) | fields, self.where())
+        return validate_model(
+            self, dict(zip(fields_of(self, settable_only=True), values, strict=False)) | fields, self.error_location()
+        )
 
 
 class TableModel(BaseModel, metaclass=_ValidatingMeta):

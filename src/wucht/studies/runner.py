@@ -20,7 +20,7 @@ from wucht.errors import InputError, WuchtError
 from wucht.plots.arranging import arrange
 from wucht.plots.page import PRINT, Page, page_context
 from wucht.plots.sheet import write_assumptions
-from wucht.results.accessor import register
+from wucht.results.accessor import register_accessor
 from wucht.results.output_folder import NEW, claim_folder, commit
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
@@ -119,7 +119,7 @@ def _answer(
     cluster: DaskCluster | None,
     write: Writer | None,
 ) -> xr.Dataset:
-    register()
+    register_accessor()
     start_time, study = clock.perf_counter(), study_of(spec.kind)
     study.check()
     description = subject_of(spec).describe(subject)

@@ -67,7 +67,7 @@ class Spec(TableModel):
                     read_quantity(unit, one, location)
         spec = build(raw)
         if isinstance(raw, Mapping):  # without words for another key, such as until = "settled"
-            spec._written = {k: v for k, v in raw.items() if getattr(spec, k, None) is not None}
+            spec._raw_values = {k: v for k, v in raw.items() if getattr(spec, k, None) is not None}
         spec.check()
         return spec
 

@@ -11,7 +11,7 @@ from wucht.dynamics.work import Report
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document, short_name
 from wucht.files.documents import Document, flatten
-from wucht.schema import table
+from wucht.schema import require_table
 from wucht.studies.registry import requested_study, studies
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec
@@ -111,7 +111,7 @@ def run_file(
     >>> run_file("drozdetskaya-2020/r1", {"study.until": 20.0}).wucht.summary["outcome"]
     'captured-modulated'
     """
-    return answer(read_study(str(name), settings), folder=folder, resume=resume, progress=progress, scheduler=scheduler)
+    return answer_study(read_study(str(name), settings), folder=folder, resume=resume, progress=progress, scheduler=scheduler)
 
 
 def compare(
@@ -150,10 +150,10 @@ def compare(
     ['unidentified', 'compensated']
     """
     study_file = read_comparison([str(one) for one in of], settings, vary)
-    return answer(study_file, folder=folder, resume=resume, progress=progress)
+    return answer_study(study_file, folder=folder, resume=resume, progress=progress)
 
 
-def answer(study_file: StudyFile, **options: Any) -> xr.Dataset:
+def answer_study(study_file: StudyFile, **options: Any) -> xr.Dataset:
     """Answer a study file that was read: ``run`` with its options, whose errors name the file."""
     try:
         return run(study_file.spec, study_file.subject, document=study_file.document, **options)
@@ -177,7 +177,7 @@ def _study_table(document: Document, settings: Mapping[str, Any]) -> tuple[Docum
 
     From a file written for another kind only the keys in common are used.
     """
-    study_table = dict(table(document, "study", "study")) if "study" in document else {"kind": DEFAULT_KIND}
+    study_table = dict(require_table(document, "study", "study")) if "study" in document else {"kind": DEFAULT_KIND}
     kind, by_kind = settings.get("study.kind", study_table.get("kind")), studies()
     written_table = study_table
     spec = by_kind[kind].spec if isinstance(kind, str) and kind in by_kind else Spec

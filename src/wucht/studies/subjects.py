@@ -20,7 +20,7 @@ from sympy.printing.str import StrPrinter
 
 from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT, machine_of
-from wucht.files.catalogue import equations_of as own_equations_of
+from wucht.files.catalogue import equations_of as document_equations
 from wucht.files.documents import Document
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
@@ -145,7 +145,7 @@ class MachineOrSystemSubject:
         if "machine" in document:
             raise InputError("system", None, "a study has one subject: give either [machine] or [system]")
         refuse_unknown(document, (*ABOUT, "system"), "")
-        equations, tables = own_equations_of(document, path, name, settings)
+        equations, tables = document_equations(document, path, name, settings)
         return equations, {"system": tables}
 
     def describe(self, subject: Any) -> Description:

@@ -66,7 +66,7 @@ def test_a_counter_arm_that_comes_into_line_is_refused(end):
     conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.01, angle=at + into))
     with refused("follower.counter.angle", "-180", "0 deg", "180 deg") as error:
         conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.01, angle=at - into))
-    assert error.value.where == "follower.counter.angle"
+    assert error.value.location == "follower.counter.angle"
     worst = LAW.stationary()[np.argmin(LAW(LAW.stationary())) if end == "lowest" else np.argmax(LAW(LAW.stationary()))]
     assert f"at a cam angle of {math.degrees(worst):.4g} deg" in str(error.value)
 

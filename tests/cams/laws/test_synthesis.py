@@ -189,7 +189,9 @@ def test_where_more_than_one_must_give_way_there_is_no_way_out():
 def test_turning_and_scaling_the_task_turns_and_scales_the_motion(count, half, turned, scale):
     """Where the ripple is far above rounding."""
     asked = [dwell(half), TOP]
-    other = [Band(b.name, b.order, b.begin + turned, b.end + turned, scale * b.low, scale * b.high, b.widened) for b in asked]
+    other = [
+        Band(b.name, b.order, b.begin + turned, b.end + turned, scale * b.low, scale * b.high, b.is_widened) for b in asked
+    ]
     found, moved = synthesise(count, asked), synthesise(count, other)
     assert moved.widening == pytest.approx(scale * found.widening, rel=3e-6)
     phi = np.linspace(0, TURN, 200)

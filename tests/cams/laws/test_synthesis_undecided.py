@@ -22,14 +22,14 @@ def undecided(patch: pytest.MonkeyPatch, widening: float) -> list[Any]:
             raise RunError("undecided")
         return SimpleNamespace(widening=widening)
 
-    patch.setattr(module, "_with_few", lambda *_: None)
-    patch.setattr(module, "_exchanged", exchanged)
-    patch.setattr(module, "replace", lambda r, widened: SimpleNamespace(size=r.size, widened=widened))
+    patch.setattr(module, "_with_fewest_harmonics", lambda *_: None)
+    patch.setattr(module, "_solve_by_exchange", exchanged)
+    patch.setattr(module, "replace", lambda r, is_widened: SimpleNamespace(size=r.size, is_widened=is_widened))
     return asked
 
 
 def restrictions(*widened: bool) -> Any:
-    return [SimpleNamespace(size=float(k + 1), widened=w) for k, w in enumerate(widened)]
+    return [SimpleNamespace(size=float(k + 1), is_widened=w) for k, w in enumerate(widened)]
 
 
 def test_what_has_a_motion_only_if_it_is_widened_is_contradictory(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -37,7 +37,7 @@ def test_what_has_a_motion_only_if_it_is_widened_is_contradictory(monkeypatch: p
     with pytest.raises(InfeasibleError):
         module.synthesise(5, restrictions(False, False, True))
     assert [(count, len(some), weights) for count, some, weights in asked] == [(5, 3, None), (5, 2, None)]
-    assert all(r.widened for r in asked[1][1])
+    assert all(r.is_widened for r in asked[1][1])
 
 
 def test_what_hardly_needs_to_be_widened_is_not(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -72,9 +72,9 @@ NOTHING = np.array([np.nan, 0, 0, 0, 0])
         ({"decimals": 13}, refused("decimals", "12", given=13, code="decimals")),
         ({"decimals": -1}, refused("decimals", given=-1, code="decimals")),
         ({"tolerance": 0.0}, refused("tolerance", given=0.0, code="not-positive")),
-        ({"what": " "}, refused("what", given=" ")),
-        ({"what": "a\nb"}, refused("what", given="a\nb")),
-        ({"what": "Außenkontur"}, refused("cam.txt", "ASCII", given=None)),
+        ({"content": " "}, refused("content", given=" ")),
+        ({"content": "a\nb"}, refused("content", given="a\nb")),
+        ({"content": "Außenkontur"}, refused("cam.txt", "ASCII", given=None)),
         ({"columns": ("x", "z")}, refused("columns", "x", "y", given="z")),
         ({"columns": ("x", "nx")}, refused("columns", "x", "y", given=["x", "nx"])),
         ({"columns": ("x", "y", "x")}, refused("columns", given=["x", "y", "x"])),
@@ -85,7 +85,7 @@ NOTHING = np.array([np.nan, 0, 0, 0, 0])
 )
 def test_what_cannot_be_written(tmp_path, change, refusal):
     with refusal:
-        write_list(tmp_path / "cam.txt", **({"points": POINTS, "what": "contour"} | change))
+        write_list(tmp_path / "cam.txt", **({"points": POINTS, "content": "contour"} | change))
     assert list(tmp_path.iterdir()) == []
 
 

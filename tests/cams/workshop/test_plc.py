@@ -82,14 +82,14 @@ def test_straight_lines_between_positions():
 def test_the_values_are_those_of_the_file(unit):
     """Rounded in mm or deg; derivatives by the degree, with more decimals."""
     table = cam_table(LAW, unit, 1e-4, decimals=3)
-    per, degree = unit.per_si, math.pi / 180
+    per, degree = unit.si_factor, math.pi / 180
     for column, order, decimals in ((table.position, 0, 3), (table.velocity, 1, 6), (table.acceleration, 2, 8)):
         shown = column * per * degree**order * 10**decimals
         assert np.abs(shown - np.round(shown)).max() < 1e-5
         assert np.abs(column - LAW(table.phi, order)).max() <= 0.5001 * 10.0**-decimals / (per * degree**order)
     assert table.phi[[0, -1]].tolist() == [0.0, 2 * math.pi]
     assert table.position[0] == table.position[-1]
-    assert (SlaveUnit.MILLIMETRE.per_si, SlaveUnit.DEGREE.per_si) == (1000.0, pytest.approx(57.29577951308232, rel=1e-15))
+    assert (SlaveUnit.MILLIMETRE.si_factor, SlaveUnit.DEGREE.si_factor) == (1000.0, pytest.approx(57.29577951308232, rel=1e-15))
 
 
 def test_it_closes_whichever_way_its_ends_are_rounded():

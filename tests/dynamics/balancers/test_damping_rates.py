@@ -17,12 +17,12 @@ DAMPINGS = np.geomspace(0.1, 10.0, 9)
 def rates(patch: pytest.MonkeyPatch, rate: Any) -> Any:
     patch.setattr(module, "states_at_speed", lambda machine: ("states", machine))
     patch.setattr(module, "decay_rate", lambda machine, states: rate(machine) if states == ("states", "m") else None)
-    return module.decay_rates(SimpleNamespace(machine="m", of=lambda values: values[0]), DAMPINGS)  # type: ignore[arg-type]
+    return module.decay_rates(SimpleNamespace(machine="m", candidate_machine=lambda values: values[0]), DAMPINGS)  # type: ignore[arg-type]
 
 
 def test_the_greatest_rate_is_at_its_corner(monkeypatch: pytest.MonkeyPatch) -> None:
     found = rates(monkeypatch, lambda b: min(b, 4 / b))
-    assert found.each == pytest.approx(np.minimum(DAMPINGS, 4 / DAMPINGS))
+    assert found.values == pytest.approx(np.minimum(DAMPINGS, 4 / DAMPINGS))
     assert found.greatest_at == pytest.approx(2.0, rel=2e-3)
 
 

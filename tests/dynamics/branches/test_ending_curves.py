@@ -47,7 +47,7 @@ def double() -> Connection:
     run = solve_ivp(rates, (0, 104), (-0.9, 0.0), rtol=1e-10, atol=1e-12, dense_output=True)
     time = float(np.interp(0.99, run.y[0], run.t))
     waits: Any = SimpleNamespace(
-        at=lambda tau: run.sol(tau * time), time=time, parameters=np.array([p, mu, r]), equilibria=np.array([[1.0, 0.0]])
+        states_at=lambda tau: run.sol(tau * time), time=time, parameters=np.array([p, mu, r]), equilibria=np.array([[1.0, 0.0]])
     )
     one = ending_curves._connections(motion(), PLANE, time, (True, False))
     found = ending_curves._double_connection(motion(), PLANE, one, waits)
@@ -97,7 +97,7 @@ def test_the_curve_to_a_saddle_is_one_from_the_double_point_on(monkeypatch: pyte
     for _ in range(2):
         third = SimpleNamespace(walk=walk, backwards=lambda _: "back")
         monkeypatch.setattr(ending_curves, "_connections", lambda *_, third=third: third)
-        monkeypatch.setattr(ending_curves, "beyond", lambda *_: first)
+        monkeypatch.setattr(ending_curves, "saddle_node_to_saddle", lambda *_: first)
         _, (curve, *_) = ending_curves._from_double(motion(), PLANE, double(), [], lambda _: None)
         np.testing.assert_allclose(curve.x, [0.0, 0.004, 0.008, 0.01, 0.02, 0.03], atol=1e-8)
         ways = {"here": ways["back"], "back": ways["here"]}
@@ -111,7 +111,7 @@ def test_where_none_is_next_to_it_the_others_are_followed_all_the_same(monkeypat
         raise RunError("singular")
 
     lost = list[str]()
-    monkeypatch.setattr(ending_curves, "beyond", none)
+    monkeypatch.setattr(ending_curves, "saddle_node_to_saddle", none)
     _, curves = ending_curves._from_double(motion(), PLANE, double(), lost, lambda _: None)
     assert [c.kind for c in curves] == [BOTH_VANISH, BOTH_VANISH] and lost == ["no saddle next to it"]
     monkeypatch.setattr(ending_curves.FoldPairs, "walk", lost_pairs)
@@ -125,7 +125,7 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
     at: Any = SimpleNamespace(winding=np.array([1, 0]), rates=SimpleNamespace(n=2))
     given = list[Any]()
 
-    def near(state: np.ndarray, end: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    def nearest_pair(state: np.ndarray, end: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         given.append((state.tolist(), end.tolist()))
         return np.arange(7.0)
 
@@ -133,9 +133,9 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
         given.append((equilibria.tolist(), values))
         return SimpleNamespace(time=1.0, parameters=np.zeros(3))
 
-    monkeypatch.setattr(ending_curves, "waiting", lambda *_: Wait(0.5, 0.3, np.array([0.7, 0.0])))
+    monkeypatch.setattr(ending_curves, "longest_wait", lambda *_: Wait(0.5, 0.3, np.array([0.7, 0.0])))
     monkeypatch.setattr(ending_curves, "rest_of", lambda *_: (np.array([0.0, 2.0]), np.zeros((2, 2))))
-    monkeypatch.setattr(ending_curves, "FoldPairs", lambda *_: SimpleNamespace(near=near))
+    monkeypatch.setattr(ending_curves, "FoldPairs", lambda *_: SimpleNamespace(nearest_pair=nearest_pair))
     times = list[float]()
 
     def connections(_: Any, __: Any, time: float, folds: Any) -> Any:
@@ -149,7 +149,7 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(ending_curves, "_connections", connections)
     monkeypatch.setattr(
-        ending_curves, "longer",
+        ending_curves, "prolong_at_saddle_node",
         longer,
     )  # fmt: skip
     found = ending_curves._double_connection(motion(), PLANE, at, place)
@@ -157,9 +157,9 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
     assert given == [([0.7, 0.0], [2 * np.pi, 0.0]), ([[0.0, 1.0], [2.0, 3.0]], [4.0, 5.0, 6.0])]
     times.clear()
     assert ending_curves._double_connection(motion(), PLANE, at, place) is None and len(times) == 9
-    monkeypatch.setattr(ending_curves, "longer", lambda *_: (_ for _ in ()).throw(RunError("")))
+    monkeypatch.setattr(ending_curves, "prolong_at_saddle_node", lambda *_: (_ for _ in ()).throw(RunError("")))
     assert ending_curves._double_connection(motion(), PLANE, at, place) is None
-    monkeypatch.setattr(ending_curves, "waiting", lambda *_: None)
+    monkeypatch.setattr(ending_curves, "longest_wait", lambda *_: None)
     assert ending_curves._double_connection(motion(), PLANE, at, place) is None
 
 
@@ -189,8 +189,8 @@ def returning(
         share = next(waits)
         return None if share is None else Wait(share, 0.5, np.zeros(2))
 
-    monkeypatch.setattr(ending_curves, "waiting", waiting)
-    monkeypatch.setattr(ending_curves, "_double", lambda *_: next(double_ones))
+    monkeypatch.setattr(ending_curves, "longest_wait", waiting)
+    monkeypatch.setattr(ending_curves, "_double_connection", lambda *_: next(double_ones))
     connections: Any = SimpleNamespace(walk=lambda _: Walked(points, end))
     half, found, why = ending_curves._returning_curve(motion(), PLANE, connections, points[0], lambda _: None, looks)
     assert half == points[: len(half)]
@@ -263,7 +263,7 @@ def joined(monkeypatch: pytest.MonkeyPatch, at: float) -> tuple[Any, list[str]]:
         return halves[start is first]
 
     monkeypatch.setattr(ending_curves, "_limit", lambda *_: (connections, first))
-    monkeypatch.setattr(ending_curves, "_returning", half)
+    monkeypatch.setattr(ending_curves, "_returning_curve", half)
     third = PlaneCurve("third", np.zeros(2), np.zeros(2), np.zeros(2))
     point = PlanePoint(DOUBLE, at, 0.0, 0.0)
     monkeypatch.setattr(ending_curves, "_from_double", lambda *_: (point, [third]))

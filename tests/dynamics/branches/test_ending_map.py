@@ -188,13 +188,13 @@ def ending(monkeypatch: pytest.MonkeyPatch, born: list[Any], end: Any) -> OrbitE
     monkeypatch.setattr(orbit_endings, "lost_states", lambda _: FOLDS)
     orbits = iter(born)
 
-    def born_at(_: Any, fold: Any, sentences: list[str], ____: Any) -> Any:
+    def orbit_beyond_loss(_: Any, fold: Any, sentences: list[str], ____: Any) -> Any:
         sentences.append("it settles")
         return next(orbits)
 
-    monkeypatch.setattr(orbit_endings, "born_at", born_at)
-    monkeypatch.setattr(orbit_endings, "followed_to_end", end)
-    motion: Any = SimpleNamespace(steady=lambda: (), subject=SimpleNamespace(path="p", bounds=(-1.0, 1.0)))
+    monkeypatch.setattr(orbit_endings, "orbit_beyond_loss", orbit_beyond_loss)
+    monkeypatch.setattr(orbit_endings, "follow_to_end", end)
+    motion: Any = SimpleNamespace(steady_branches=lambda: (), subject=SimpleNamespace(path="p", bounds=(-1.0, 1.0)))
     return ending_at(motion, (3.0, 4.0), lambda: None)
 
 

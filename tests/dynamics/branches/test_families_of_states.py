@@ -29,7 +29,7 @@ MEMBERS = 24
 @pytest.fixture(autouse=True)
 def few(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Fewer members than 512 are looked at, here alone."""
-    monkeypatch.setattr(family_curve, "LOOKED_AT", MEMBERS)
+    monkeypatch.setattr(family_curve, "SAMPLED_MEMBERS", MEMBERS)
     family_curve._polygon.cache_clear()
     yield
     family_curve._polygon.cache_clear()
@@ -145,11 +145,11 @@ def test_a_family_that_cannot_be_followed_is_said(monkeypatch: pytest.MonkeyPatc
 def test_of_a_family_that_is_not_followed_nothing_is_known_at_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else its members there, and of single states those on their branches."""
     point: Any = SimpleNamespace(u=np.array([1.0, 2.0]))
-    states: Any = SimpleNamespace(equilibria=SimpleNamespace(seen=lambda _: SimpleNamespace(eigenvalues=np.array([-1.0]))))
+    states: Any = SimpleNamespace(equilibria=SimpleNamespace(evaluate=lambda _: SimpleNamespace(eigenvalues=np.array([-1.0]))))
     branches: Any = [SimpleNamespace(dimension=1), SimpleNamespace(dimension=0)]
     members = [(np.array([3.0, 2.0]), np.array([-2.0]), 0.25)]
-    family: Any = SimpleNamespace(at=lambda branch, value: members if (branch, value) == (branches[0], 2.0) else 1 / 0)
-    monkeypatch.setattr(bifurcation_diagram, "points_at", lambda *_: [point])
+    family: Any = SimpleNamespace(states_at=lambda branch, value: members if (branch, value) == (branches[0], 2.0) else 1 / 0)
+    monkeypatch.setattr(bifurcation_diagram, "points_with_value", lambda *_: [point])
     for known, expected in ((None, [(1, None)]), (family, [(0, 0.25), (1, None)])):
         found = bifurcation_diagram._nominal(states, known, branches, 2.0)
         assert [(state.branch, state.share) for state in found] == expected

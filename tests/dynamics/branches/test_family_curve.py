@@ -26,12 +26,12 @@ def followed(monkeypatch: pytest.MonkeyPatch, low: float, high: float, at: float
         equations=SimpleNamespace(scale=np.array([100.0, 9.0])),
         branch=lambda _: SimpleNamespace(points=[point(float(value)) for value in range(10)]),
         start=lambda x, value: point(value, float(x[0])),
-        seen=lambda start: start,
+        evaluate=lambda start: start,
     )
     members = SimpleNamespace(phases=np.zeros((3, 1)), exponents=np.full((1, 2), -1.0 + 0j), share=1.0, first=0, last=0)
     monkeypatch.setattr(FamilyCurve, "_closes", lambda _, value: low <= value <= high)
     monkeypatch.setattr(FamilyCurve, "_members", lambda _, value, speed: members)
-    monkeypatch.setattr(family_curve, "ends_in_words", lambda *_: ("the low end", "the high end"))
+    monkeypatch.setattr(family_curve, "describe_ends", lambda *_: ("the low end", "the high end"))
     slow: Any = SimpleNamespace(
         path="p", names=("w", "a", "b"), point=lambda state, value: np.array([state.speed, *state.phases, value])
     )

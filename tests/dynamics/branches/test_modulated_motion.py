@@ -159,7 +159,7 @@ def test_what_runs_from_several_starts_come_to(monkeypatch: pytest.MonkeyPatch) 
     def near(subject: Any, value: float, start: np.ndarray, watch: Any) -> Any:
         tried.append((value, start))
         to = next(come)
-        return SimpleNamespace(rests=to == "rest", orbit=to if isinstance(to, SeedOrbit) else None)
+        return SimpleNamespace(is_steady=to == "rest", orbit=to if isinstance(to, SeedOrbit) else None)
 
     motion = motion_of(CUBIC, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)}, x=0.5)
     monkeypatch.setattr(modulated_motion, "orbit_near", near)
@@ -241,11 +241,11 @@ def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, An
         asked.append(seed)
         return NoOrbit(0.0, "") if str(seed).startswith("bad") else leaf_row()[1]
 
-    monkeypatch.setattr(RowCase, "carried", lambda *_: carried)
+    monkeypatch.setattr(RowCase, "seed_from_neighbour", lambda *_: carried)
     monkeypatch.setattr(RowCase, "row_through", through)
     monkeypatch.setattr(state_rows, "lost_states", lambda _: [SimpleNamespace(value=v) for v in (-2.0, 0.2, 0.4)])
-    monkeypatch.setattr(state_rows, "born_at", born_at)
-    motion: Any = SimpleNamespace(steady=lambda: (), subject=SimpleNamespace(bounds=(-1.0, 1.0)))
+    monkeypatch.setattr(state_rows, "orbit_beyond_loss", born_at)
+    motion: Any = SimpleNamespace(steady_branches=lambda: (), subject=SimpleNamespace(bounds=(-1.0, 1.0)))
     return RowCase(motion, "s", 7.0, lambda: None), asked
 
 
@@ -276,7 +276,7 @@ def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPa
     def lost(*_: Any) -> None:
         raise RunError("lost on its way")
 
-    monkeypatch.setattr(state_rows, "followed_to_end", lost)
+    monkeypatch.setattr(state_rows, "follow_to_end", lost)
     case = RowCase(leaf_row()[0], "a", 3.0, lambda: None)
     assert case.row_through(SEED) == NoOrbit(3.0, "lost on its way")
 
@@ -284,7 +284,7 @@ def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPa
 def test_the_exponent_of_the_direction_that_leads_out_of_a_section() -> None:
     """In x' = y, y' = -x, z' = (p + x^2) z around r = 2: the integral of p + x^2 over a period, 2 pi (p + 2)."""
     system = System((X, Y, Z), (-Y, X, (P + X**2) * Z), (P,))
-    whole: Any = SimpleNamespace(system=system, path="p", fixed_beside=lambda *_: {})
+    whole: Any = SimpleNamespace(system=system, path="p", fixed_values=lambda *_: {})
     e = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
     motion: Any = SimpleNamespace(whole=whole, subject=SimpleNamespace(embedding=e))
     angle = np.linspace(0, 2 * np.pi, 401)

@@ -148,7 +148,7 @@ def test_orbits_that_cannot_be_reported_are_said(monkeypatch: pytest.MonkeyPatch
     last = [o for o in branch.stored_orbits if not o.kind]
     with pytest.raises(RunError, match="neither Newton's method nor the branch leads to it"):
         reported_orbit(case.problem, branch.seed, [last[0]], -0.5)
-    monkeypatch.setattr(orbit_diagram, "reported", lambda *_: "not there")
+    monkeypatch.setattr(orbit_diagram, "reported_orbit", lambda *_: "not there")
     *_, findings = follow_orbits(case, Work())
     assert (
         all(sentence.endswith(" is not reported: not there") for sentence in findings.omissions)
@@ -175,7 +175,7 @@ def test_an_orbit_to_which_only_the_branch_leads(monkeypatch: pytest.MonkeyPatch
             raise RunError("too far")
         return corrected(of, orbit, at)
 
-    monkeypatch.setattr(orbit_diagram, "_by_newton", fails)
+    monkeypatch.setattr(orbit_diagram, "_solve_by_newton", fails)
     there = orbit_diagram._orbit_at(cycles, [kept_at(begin)], value)
     assert there.parameter == value
     assert there.period == pytest.approx(2 * np.pi / (1 + square(value, 1)), rel=1e-7)
@@ -200,9 +200,9 @@ def test_of_mirror_images_beside_a_branch_point_one_is_followed(
 ) -> None:
     cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameters=("T", "p")))
     sides = [SimpleNamespace(period=4.0, parameter=1.0), SimpleNamespace(period=4.0 * ratio, parameter=1.0)]
-    monkeypatch.setattr(orbit_branches, "switched", lambda *_: sides)
-    monkeypatch.setattr(orbit_branches, "doubled", lambda *_: ("doubled", "first"))
-    monkeypatch.setattr(orbit_branches.SeedOrbit, "of", lambda *given, **more: (*given, more))
+    monkeypatch.setattr(orbit_branches, "crossing_branch", lambda *_: sides)
+    monkeypatch.setattr(orbit_branches, "doubled_branch", lambda *_: ("doubled", "first"))
+    monkeypatch.setattr(orbit_branches.SeedOrbit, "from_cycle", lambda *given, **more: (*given, more))
     at: Any = SimpleNamespace(kind=BRANCH_POINT, parameter=0.25)
     found: Any = orbit_branches._offshoots(cycles, at)
     assert [f[1] for f in found] == sides[:count] and found[0][2] == "the branch point at p = 0.25"

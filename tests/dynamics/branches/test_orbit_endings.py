@@ -72,15 +72,17 @@ def met(monkeypatch: pytest.MonkeyPatch, saddle: Saddle, stays: bool = False) ->
     )
     given = list[Any]()
 
-    def of_cycle(*given_: Any) -> Any:
+    def connection_from_cycle(*given_: Any) -> Any:
         if saddle.fails:
             raise RunError("no connection")
         return found
 
-    monkeypatch.setattr(orbit_endings, "of_cycle", of_cycle)
+    monkeypatch.setattr(orbit_endings, "connection_from_cycle", connection_from_cycle)
     monkeypatch.setattr(orbit_endings, "connections_of", lambda *rest: given.append(rest))
     equilibrium = SimpleNamespace(x=np.array([saddle.at, 0.0]), unstable=saddle.unstable, eigenvalues=np.array([1.0, -0.5]))
-    motion: Any = SimpleNamespace(subject=Subject(), equilibria=SimpleNamespace(start=lambda *_: 0, seen=lambda _: equilibrium))
+    motion: Any = SimpleNamespace(
+        subject=Subject(), equilibria=SimpleNamespace(start=lambda *_: 0, evaluate=lambda _: equilibrium)
+    )
     cycle: Any = SimpleNamespace(states=np.array([[0.0, 1.0], [0.0, 2.0]]), parameter=0.5, period=7.0)
     cycles: Any = SimpleNamespace(winding=np.array([1, 0]))
     made = orbit_endings._connection(motion, cycles, cycle, np.zeros(2), stays)
@@ -111,7 +113,7 @@ def test_a_place_without_a_steady_state_is_no_saddle() -> None:
     def lost(*_: Any) -> None:
         raise RunError("none")
 
-    motion: Any = SimpleNamespace(subject=Subject(), equilibria=SimpleNamespace(start=lost, seen=lost))
+    motion: Any = SimpleNamespace(subject=Subject(), equilibria=SimpleNamespace(start=lost, evaluate=lost))
     nothing: Any = SimpleNamespace(parameter=0.5)
     assert orbit_endings._connection(motion, nothing, nothing, np.zeros(2), False) is None
 
@@ -204,7 +206,7 @@ def end_of(
     monkeypatch.setattr(orbit_endings, "cycles_through", lambda *_: (cycles, start))
     monkeypatch.setattr(orbit_endings, "_slow_places", slow_places)
     monkeypatch.setattr(orbit_endings, "_connection", lambda _m, _c, cycle, place, stays: met and met(cycle, place, stays))
-    monkeypatch.setattr(orbit_endings, "_ahead", ahead)
+    monkeypatch.setattr(orbit_endings, "_fold_ahead", ahead)
     monkeypatch.setattr(orbit_endings, "branch_end", branch_end)
 
     def survive(_m: Any, _c: Any, place: np.ndarray, value: float) -> bool:
@@ -214,7 +216,7 @@ def end_of(
     monkeypatch.setattr(orbit_endings, "_survives", survive)
     motion: Any = SimpleNamespace(subject=Subject())
     seed: Any = None
-    monkeypatch.setattr(SeedOrbit, "of", lambda _cycles, last, _begun, both_ways: last)
+    monkeypatch.setattr(SeedOrbit, "from_cycle", lambda _cycles, last, _begun, both_ways: last)
     end = follow_to_end(motion, seed, way, lambda: None)
     assert end.last is not None
     return end.kind, end.value, end.last.period, looked

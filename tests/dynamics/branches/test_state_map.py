@@ -155,7 +155,10 @@ def row_at(second: float, *special: tuple[str, float], sides: tuple[Any, ...] = 
 def bare(cells: int = 3, rows: Callable[..., Any] | None = None) -> Any:
     """A plane from 0 to 1 and 0 to 3, in which rows of motions are made by a function of the value and how they begin."""
     made: Any = replace(
-        case_of(), bounds=((0.0, 1.0), (0.0, 3.0)), cells=cells, motion=SimpleNamespace(in_part=False, at=lambda *_: "there")
+        case_of(),
+        bounds=((0.0, 1.0), (0.0, 3.0)),
+        cells=cells,
+        motion=SimpleNamespace(is_partial=False, with_values=lambda *_: "there"),
     )
     if rows is not None:
 
@@ -253,7 +256,7 @@ def test_a_curve_that_is_lost_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def reached(x: float, y: float, *windings: int) -> ReachedMotions:
-    seeds: Any = tuple(SimpleNamespace(winding=np.array([w, 0]), begun=f"a run of {w}") for w in windings)
+    seeds: Any = tuple(SimpleNamespace(winding=np.array([w, 0]), origin=f"a run of {w}") for w in windings)
     return ReachedMotions(x, y, 6, 0, seeds, 0)
 
 
@@ -283,18 +286,18 @@ def test_motions_that_runs_reach_and_no_row_has_are_followed(monkeypatch: pytest
     last = further(monkeypatch, StateFindings(runs_by_place=at, orbits=(row_at(2.5, winding=0),)), row)
     one = [(1.5, None, [1, 1]), (2.5, 1.5, []), (0.5, 1.5, [1])]
     assert asked == [*one, (1.5, None, [2]), (2.5, 1.5, []), (0.5, 1.5, [])]
-    assert last.lost == () and [r.second for r in last.orbits] == [2.5, *[second for second, _, _ in asked]]
+    assert last.omissions == () and [r.second for r in last.orbits] == [2.5, *[second for second, _, _ in asked]]
 
 
 def test_where_bodies_keep_together_no_further_motions_are_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     findings = StateFindings(runs_by_place=(reached(0.4, 1.5, 3),))
-    together: Any = replace(bare(), motion=SimpleNamespace(in_part=True))
+    together: Any = replace(bare(), motion=SimpleNamespace(is_partial=True))
     assert finished(state_map._further_orbits(together, findings, Work())) == ([], findings)
 
 
 def test_a_motion_that_is_followed_nowhere_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     last = further(monkeypatch, StateFindings(runs_by_place=(reached(0.4, 1.5, 3),)), lambda second, *_: NoOrbit(second, ""))
-    assert last.lost == ("the modulated motion that runs reach, such as a run of 3, is not followed over the plane",)
+    assert last.omissions == ("the modulated motion that runs reach, such as a run of 3, is not followed over the plane",)
     assert [r.second for r in last.orbits] == [1.5]
 
 
@@ -345,7 +348,7 @@ def test_a_place_in_each_region_that_has_none_with_the_nearest_row(monkeypatch: 
         done.append(("runs", len(values), round(second, 2), share, work.name))
         return findings
 
-    monkeypatch.setattr(state_map, "_steady", steady)
+    monkeypatch.setattr(state_map, "_follow_row", steady)
     monkeypatch.setattr(state_map, "_orbit_row", orbit_row)
     monkeypatch.setattr(state_map, "_with_runs", with_runs)
     lines = tuple(PlaneCurve("fold", np.array([-1.0, 2.0]), np.array([y, y])) for y in (0.2, 2.75))

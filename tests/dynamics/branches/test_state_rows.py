@@ -29,7 +29,7 @@ class Subject:
 
 def orbit(value: float, kind: str = "", unstable: int = 0) -> Any:
     return SimpleNamespace(
-        parameter=value, kind=kind, unstable=unstable, trusted=True, period=4.0, states=np.full((2, 3), value),
+        parameter=value, kind=kind, unstable=unstable, is_trusted=True, period=4.0, states=np.full((2, 3), value),
         problem=SimpleNamespace(mesh=SEED.mesh),
     )  # fmt: skip
 
@@ -40,11 +40,11 @@ def row(monkeypatch: pytest.MonkeyPatch) -> OrbitRow:
     sides = {way: OrbitEnd(NO_MOTION, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
     walks = {1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)], -1: [orbit(0.2), orbit(0.1)]}
     cycles = SimpleNamespace(backwards=lambda c: -1, walk=lambda c: walks[c if c == -1 else 1])
-    monkeypatch.setattr(state_rows, "followed_to_end", lambda _motion, _seed, way, _watch: sides[way])
-    monkeypatch.setattr(RowCase, "_within", lambda _self, _seed, _value: SEED)
+    monkeypatch.setattr(state_rows, "follow_to_end", lambda _motion, _seed, way, _watch: sides[way])
+    monkeypatch.setattr(RowCase, "_orbit_within", lambda _self, _seed, _value: SEED)
     monkeypatch.setattr(state_rows, "cycles_through", lambda *_: (cycles, orbit(0.3)))
     monkeypatch.setattr(state_rows, "transverse_exponent", lambda _motion: lambda cycle: cycle.parameter - 0.23)
-    motion: Any = SimpleNamespace(subject=Subject(1.0, np.zeros((3, 2))), lifted=lambda seed: seed)
+    motion: Any = SimpleNamespace(subject=Subject(1.0, np.zeros((3, 2))), lift=lambda seed: seed)
     made = RowCase(motion, "s", 7.0, lambda: None).row_through(SEED)
     assert isinstance(made, OrbitRow)
     return made

@@ -142,7 +142,7 @@ def test_branches_that_do_not_switch_have_no_offshoots() -> None:
     def lost(_: Any) -> None:
         raise RunError("none")
 
-    states: Any = SimpleNamespace(switched=lost)
+    states: Any = SimpleNamespace(switch_branch=lost)
     assert equilibrium_branches._offshoots(states, None) == []  # type: ignore[arg-type]
 
 
@@ -162,7 +162,7 @@ class Run:
         self.failure = "it overflows" if fails else None
         self.states, self.time = np.array([[0.0, 1.0, 0.0, 1.0]]), np.arange(4.0)
 
-    def uninterrupted(self) -> Run:
+    def reraise_interrupt(self) -> Run:
         return self
 
 
@@ -181,7 +181,7 @@ def test_a_run_that_fails_is_said_and_one_that_has_not_settled_goes_on(
         raise RunError("no orbit near it")
 
     monkeypatch.setattr(first_orbits, "integrate", integrated)
-    monkeypatch.setattr(first_orbits, "rests", lambda _: False)
+    monkeypatch.setattr(first_orbits, "is_at_rest", lambda _: False)
     monkeypatch.setattr(first_orbits, "recurrence", lambda *_: SimpleNamespace(turns=np.zeros(1, int), period=0.5))
     monkeypatch.setattr(first_orbits, "cycle_near", lost)
     problem = OrbitProblem.of(CUSP, "p", (-1.0, 1.0), OrbitSettings())

@@ -140,7 +140,11 @@ def test_of_several_ranges_with_the_machine_in_them_the_widest_counts(turned: bo
 
 
 def case_along(name: str, own: float, *limits: float) -> Any:
-    return SimpleNamespace(swept=SimpleNamespace(name=name, own=own), limits=limits, machine=SimpleNamespace(shaken=object()))
+    return SimpleNamespace(
+        parameter=SimpleNamespace(name=name, nominal_value=own),
+        limits=limits,
+        machine=SimpleNamespace(shaken_coordinate=object()),
+    )
 
 
 def band(low: float, high: float, kind: str = "fold") -> StableRange:

@@ -71,7 +71,7 @@ def test_the_full_equations_are_near(beat: Beat) -> None:
 
 
 def test_a_run_that_breaks_off_is_no_beat(monkeypatch: pytest.MonkeyPatch) -> None:
-    broken = SimpleNamespace(uninterrupted=lambda: SimpleNamespace(failure="it burst"))
+    broken = SimpleNamespace(reraise_interrupt=lambda: SimpleNamespace(failure="it burst"))
     monkeypatch.setattr(slow_beats, "integrate", lambda *arguments: broken)
     beat = rig().beat(MACHINE)
     assert (beat.motion, beat.begin, beat.reason) == ("failed", 0.0, "it burst")

@@ -20,9 +20,9 @@ def known(
 ) -> AveragedSpeed:
     """states: speeds and whether they are stable."""
     slow = SimpleNamespace(senses={"drum": sense})
-    patch.setattr(module, "turning", lambda machine, speed: machine)
+    patch.setattr(module, "machine_at_speed", lambda machine, speed: machine)
     patch.setattr(module, "averaged_machine", lambda machine, inertia: slow)
-    patch.setattr(module.SteadyTorques, "from_slow", lambda _: SimpleNamespace(given=given))
+    patch.setattr(module.SteadyTorques, "from_slow", lambda _: SimpleNamespace(fixed_speed=given))
     patch.setattr(module, "driven_speeds", lambda _: ((1.0, 300.0), False))
     some = [SimpleNamespace(speed=speed) for speed in states]
     patch.setattr(

@@ -19,7 +19,7 @@ class Branch:
     def __init__(self, sense: float, bend: float) -> None:
         self.sense, self.bend = sense, bend
         pace = SimpleNamespace(answer=1.0, turn=0.1, rate=1.0, samples=1, step=1.0)
-        self.moved = SimpleNamespace(pace=pace)
+        self.moved_machine = SimpleNamespace(pace=pace)
 
     def at(self, value: float) -> Any:
         speed = SPEED - math.sqrt(max(self.sense * (FOLD - value), 0.0) / self.bend)

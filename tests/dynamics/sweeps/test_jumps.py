@@ -21,7 +21,9 @@ def leg(value: float, speed: float, low: float | None = None, high: float | None
 class Mover:
     """One that lands at ``LANDED``."""
 
-    moved = SimpleNamespace(machine=SimpleNamespace(rotor=SimpleNamespace(coordinate=SimpleNamespace(prescribed=None))))
+    moved_machine = SimpleNamespace(
+        machine=SimpleNamespace(rotor=SimpleNamespace(coordinate=SimpleNamespace(prescribed_velocity=None)))
+    )
 
     def signal(self, leg: Any) -> float:
         return float(leg.speed)
@@ -35,7 +37,7 @@ CLOSED_IN = object()
 
 def answer(monkeypatch: pytest.MonkeyPatch, held: Any, left_after: float | None, seen: Any) -> Any:
     monkeypatch.setattr(jumps._Search, "last_steady", lambda *_: (held, left_after, seen))
-    monkeypatch.setattr(jumps._Search, "closed_in", lambda *_: CLOSED_IN)
+    monkeypatch.setattr(jumps._Search, "close_in", lambda *_: CLOSED_IN)
     return find_jump(Mover(), [leg(1.0, BEFORE), leg(2.0, BEFORE), leg(3.0, LANDED)], 1, 2, 1e-4)  # type: ignore[arg-type]
 
 

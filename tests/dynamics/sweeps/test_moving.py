@@ -16,8 +16,8 @@ from wucht.numerics.observers.energy_balance import EnergyBalance
 def test_the_energy_that_is_missing_is_that_at_the_end_of_a_leg(monkeypatch: pytest.MonkeyPatch) -> None:
     """A rotor at a steady speed, whose balance is off by more from sample to sample."""
     phi, omega = (SimpleNamespace(name=name) for name in ("phi", "omega"))
-    coordinate = SimpleNamespace(position=phi, velocity=omega, prescribed=None)
-    machine = SimpleNamespace(rotor=SimpleNamespace(coordinate=coordinate), rotors=(), with_unchecked=lambda _: None)
+    coordinate = SimpleNamespace(position=phi, velocity=omega, prescribed_velocity=None)
+    machine = SimpleNamespace(rotor=SimpleNamespace(coordinate=coordinate), rotors=(), with_unchecked_values=lambda _: None)
     moved = SimpleNamespace(machine=machine, path="p", pace=SimpleNamespace(fastest=10.0), energy=1.0)
     compiled = SimpleNamespace(system=SimpleNamespace(state_names=("phi", "omega"), states=(phi, omega), quadratures=()))
 
@@ -29,9 +29,9 @@ def test_the_energy_that_is_missing_is_that_at_the_end_of_a_leg(monkeypatch: pyt
 
     monkeypatch.setattr(Mover, "_run", run)
     monkeypatch.setattr(moving, "rows_of", rows)
-    monkeypatch.setattr(moving, "balanced", lambda balance, stored, _: (balance, np.linspace(0.0, 3e-9, len(stored))))
+    monkeypatch.setattr(moving, "advance_balance", lambda balance, stored, _: (balance, np.linspace(0.0, 3e-9, len(stored))))
     monkeypatch.setattr(moving, "axis_at_rest", lambda _: None)
-    monkeypatch.setattr(moving.Orbit, "of", lambda *_: SimpleNamespace(peaks=np.array([0.25])))
+    monkeypatch.setattr(moving.AxisMotion, "of", lambda *_: SimpleNamespace(peaks=np.array([0.25])))
     mover = Mover(moved, compiled, lambda _: None)  # type: ignore[arg-type]
     leg = mover.leg(Place(1.0, 5.0, (0.0, 10.0), (0.0, 0.0, 0.0), EnergyBalance()), 2.0, 6.0)
     assert leg.energy_residual == 3e-9

@@ -22,7 +22,7 @@ def test_a_body_lags_by_a_thousandth_of_the_speed(lag, lags):
     """For 12 000 turns: it slips by more than two turns in the last fifth."""
     found = stands(rigid(), steady, lagging(lag), until=12_001.0)
     assert truth(found.evidence.asynchronous) is lags
-    assert found.evidence.settled
+    assert found.evidence.has_settled
 
 
 @pytest.mark.parametrize(("way", "lags"), [(+1, None), (-1, False)])
@@ -39,8 +39,8 @@ def test_a_body_that_catches_up_does_not_overtake(way, lags):
 def test_a_body_that_has_not_slipped_by_a_turn_in_the_last_fifth_may_keep_its_place(slips, lags):
     found = stands(rigid(), steady, lagging(slips / 20))
     assert truth(found.evidence.asynchronous) is lags
-    assert found.evidence.settled is (lags is True)
-    assert found.needed == (0.0 if lags else math.inf)
+    assert found.evidence.has_settled is (lags is True)
+    assert found.extra_run_factor == (0.0 if lags else math.inf)
 
 
 @pytest.mark.parametrize(("part", "lags"), [(0.9, True), (1.1, None)])
@@ -54,7 +54,7 @@ def test_a_body_that_tumbles_irregularly_lags_if_it_has_slipped_by_a_thousand_tu
     """Transients that tumble may last long before a body is caught."""
     found = stands(rigid(), steady, lagging(slips / END, 0.3 * slips / END))
     assert truth(found.evidence.asynchronous) is lags
-    assert found.needed == (0.0 if lags else math.inf)  # it may be caught before
+    assert found.extra_run_factor == (0.0 if lags else math.inf)  # it may be caught before
 
 
 @pytest.mark.parametrize(("change", "lags"), [(0.085, True), (0.12, None)])
@@ -80,7 +80,7 @@ def test_a_swing_that_grows_is_no_end(size, growth, grows):
         rigid(), steady, about(1.0, lambda t: size * growth ** ((t - END) / (END / 4)) * np.sin(2 * np.pi * t / 2.5))
     )
     assert swing.growing is grows
-    assert swing.evidence.settled is not grows
+    assert swing.evidence.has_settled is not grows
 
 
 @pytest.mark.parametrize(("part", "lags"), [(0.22, True), (0.28, None)])
@@ -88,7 +88,7 @@ def test_a_drift_that_takes_away_a_quarter_of_the_lag_is_a_body_that_catches_up(
     """As far as it is looked ahead, 150 tenths."""
     found = stands(rigid(), steady, lambda t: W * (0.8 * t + 0.2 * part / 150 * 5 * tenth(t) ** 2))
     assert truth(found.evidence.asynchronous) is lags
-    assert found.evidence.settled is (lags is True)
+    assert found.evidence.has_settled is (lags is True)
 
 
 @pytest.mark.parametrize(("change", "lags"), [(0.8e-10, True), (1.25e-10, None)])
@@ -101,7 +101,7 @@ def test_a_growth_of_the_lag_counts_from_a_ten_thousand_millionth_of_the_speed_a
 def test_a_body_that_catches_up_exponentially_is_not_left_behind():
     found = stands(rigid(), steady, lambda t: W * (t + 0.05 * 40 * np.exp((END - t) / 40)))
     assert truth(found.evidence.asynchronous) is None
-    assert not found.evidence.settled
+    assert not found.evidence.has_settled
 
 
 def librating(width, later=1.0):
@@ -115,7 +115,7 @@ def test_a_body_that_swings_by_less_than_a_quarter_turn_keeps_its_place(width, s
     """In half turns; its swing falls by a fifth from quarter to quarter."""
     found = stands(rigid(), steady, librating(width * math.pi, later=0.8))
     assert truth(found.evidence.asynchronous) is (False if stays else None)
-    assert found.evidence.settled is stays
+    assert found.evidence.has_settled is stays
 
 
 @pytest.mark.parametrize(("later", "stays"), [(1.08, True), (1.12, False), (1 / 1.08, True), (1 / 1.12, False), (1.0, True)])
@@ -134,7 +134,7 @@ def test_one_that_swings_by_three_quarters_of_a_turn_may_tumble(width, stays):
 def test_a_body_is_leaving_if_its_phase_moves_ever_faster_by_a_milliradian_from_window_to_window(change, stays):
     found = stands(rigid(), steady, about(1.0, growing(change)))
     assert truth(found.evidence.asynchronous) is (False if stays else None)
-    assert found.evidence.settled is stays
+    assert found.evidence.has_settled is stays
 
 
 @pytest.mark.parametrize(("part", "stays"), [(0.9, True), (1.1, False)])

@@ -69,7 +69,7 @@ def test_rotors_at_speeds_of_their_own_may_meet_if_these_change_by_a_fifth(chang
         return W * (t + change / 150 * 5 * tenth(t) ** 2)
 
     found = judged(pair(), main, lambda t: 0.9 * main(t))
-    assert found.locked.evidence.bounded is bounded
+    assert found.locking.evidence.is_bounded is bounded
     assert found.outcome == ("not-synchronised" if bounded else "unidentified")
 
 
@@ -134,13 +134,13 @@ def test_too_few_periods_take_some_times_as_long():
     found = judged(pair(), steady, steady, until=7.0)
     assert found.outcome == "unidentified"
     assert found.advice.startswith("fewer than 5 whole periods were made in the last half")
-    assert found.needed == just_over(LONGER * 7.0)
+    assert found.needed_time == just_over(LONGER * 7.0)
 
 
 def test_phases_that_still_move_are_given_some_times_as_long():
     found = judged(pair(), steady, lambda t: 0.9995 * W * t)
     assert found.advice.startswith("the phases still move")
-    assert found.needed == just_over(LONGER * END)
+    assert found.needed_time == just_over(LONGER * END)
 
 
 def test_each_of_several_rotors_has_an_outcome():
@@ -164,7 +164,7 @@ def test_a_rotor_whose_ball_may_catch_up_may_be_entrained_yet(drift, outcome):
         return rotor(t) - 0.2 * W * (t - 2 * drift / 150 * 5 * tenth(t) ** 2)
 
     found = judged(with_ball, rotor, ball)
-    assert found.standing.drifting is (outcome == "unidentified")
+    assert found.assessment.drifting is (outcome == "unidentified")
     assert found.outcome == outcome
 
 

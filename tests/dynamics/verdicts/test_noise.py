@@ -50,7 +50,7 @@ def test_a_coarse_tolerance_does_not_hide_a_modulation():
     """A range of 1 % with a tolerance of 1e-3: the motion is not called steady."""
     noise = Noise.of(1e-3)
     evidence = stands(beyond(), modulated(10 * noise.speed, 7.0), noise=noise).evidence
-    assert truth(evidence.modulated) is True
+    assert truth(evidence.is_modulated) is True
 
 
 def test_where_the_noise_is_as_large_as_the_limit_that_is_the_advice():
@@ -61,5 +61,5 @@ def test_where_the_noise_is_as_large_as_the_limit_that_is_the_advice():
 
     coarse, fine = (stands(with_ball(), steady, ball, noise=Noise.of(tolerance)) for tolerance in (1e-2, 1e-6))
     assert classify(coarse.evidence) is classify(fine.evidence) is Outcome.UNIDENTIFIED
-    assert coarse.endless == REASON_IN_NOISE
-    assert fine.endless != REASON_IN_NOISE
+    assert coarse.undecidable_reason == REASON_IN_NOISE
+    assert fine.undecidable_reason != REASON_IN_NOISE

@@ -216,13 +216,13 @@ def test_too_short_a_run_is_unidentified():
 
 @pytest.mark.parametrize("base", [AT_SPEED, LEFT, LAGGING, CAPTURED, MODULATED])
 def test_a_mean_speed_that_has_not_settled_is_unidentified(base):
-    assert case(base, settled=True) is not Outcome.UNIDENTIFIED
-    assert case(base, settled=False) is Outcome.UNIDENTIFIED
+    assert case(base, has_settled=True) is not Outcome.UNIDENTIFIED
+    assert case(base, has_settled=False) is Outcome.UNIDENTIFIED
 
 
 def test_a_rotor_that_does_not_turn_needs_no_settled_speed():
-    assert case(ENDED, settled=False) is Outcome.STOPPED
-    assert case(ENDED, settled=False, swing=at(0.1)) is Outcome.OSCILLATING
+    assert case(ENDED, has_settled=False) is Outcome.STOPPED
+    assert case(ENDED, has_settled=False, swing=at(0.1)) is Outcome.OSCILLATING
 
 
 # --- bounds: on one side of an edge they decide, on both they do not ---
@@ -561,7 +561,7 @@ def test_a_rotor_within_a_tenth_of_a_percent_of_the_vibration_is_entrained(off, 
     ],
 )
 def test_bounds_of_how_far_a_rotor_is_off(sign, bounds, locked):
-    assert locking(apart=(tuple(sorted(sign * x for x in bounds)),)) is locked
+    assert locking(speed_differences=(tuple(sorted(sign * x for x in bounds)),)) is locked
 
 
 def test_a_phase_that_still_moves_by_a_tenth_of_a_turn_is_not_yet_locked():
@@ -575,40 +575,40 @@ def test_a_phase_at_rest_may_have_any_value():
 
 
 def test_every_phase_must_be_at_rest():
-    assert locking(apart=2 * (at(0.0),), phases=(at(1.0), at(2.0))) is True
-    assert locking(apart=2 * (at(0.0),), phases=(at(1.0), (0.0, 1.0))) is None
+    assert locking(speed_differences=2 * (at(0.0),), phases=(at(1.0), at(2.0))) is True
+    assert locking(speed_differences=2 * (at(0.0),), phases=(at(1.0), (0.0, 1.0))) is None
 
 
 def test_whether_phases_are_at_rest_does_not_matter_where_a_rotor_is_off_for_good():
-    assert locking(apart=(at(0.01),), phases=((0.0, 1.0),)) is False
-    assert locking(apart=(at(0.01),), phases=(at(1.0),)) is False
+    assert locking(speed_differences=(at(0.01),), phases=((0.0, 1.0),)) is False
+    assert locking(speed_differences=(at(0.01),), phases=(at(1.0),)) is False
 
 
 def test_too_few_periods_are_unidentified():
     for periods in (5, 6):
         assert locking(periods=periods) is True
-        assert locking(periods=periods, apart=(at(0.01),)) is False
+        assert locking(periods=periods, speed_differences=(at(0.01),)) is False
     for periods in (0, 4):
         assert locking(periods=periods) is None
-        assert locking(periods=periods, apart=(at(0.01),)) is None
+        assert locking(periods=periods, speed_differences=(at(0.01),)) is None
 
 
 def test_every_rotor_must_keep_the_speed_of_the_first():
-    assert locking(apart=(at(0.0), at(-0.1)), phases=2 * (at(1.0),)) is False
+    assert locking(speed_differences=(at(0.0), at(-0.1)), phases=2 * (at(1.0),)) is False
 
 
 def test_whether_a_rotor_is_off_does_not_matter_where_another_one_is():
-    assert locking(apart=((0.0, 0.01), at(-0.1)), phases=2 * (at(1.0),)) is False
-    assert locking(apart=((0.0, 0.01), at(0.0)), phases=2 * (at(1.0),)) is None
+    assert locking(speed_differences=((0.0, 0.01), at(-0.1)), phases=2 * (at(1.0),)) is False
+    assert locking(speed_differences=((0.0, 0.01), at(0.0)), phases=2 * (at(1.0),)) is None
 
 
 def test_rotors_whose_speeds_have_no_bounds_are_not_off_for_good():
-    assert locking(apart=(at(0.01),), bounded=False) is None
-    assert locking(apart=(at(0.01),), bounded=True) is False
+    assert locking(speed_differences=(at(0.01),), is_bounded=False) is None
+    assert locking(speed_differences=(at(0.01),), is_bounded=True) is False
 
 
 def test_whether_the_speeds_have_bounds_does_not_matter_where_the_rotors_are_locked():
-    assert locking(bounded=False) is True
+    assert locking(is_bounded=False) is True
 
 
 @st.composite

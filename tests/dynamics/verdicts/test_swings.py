@@ -20,21 +20,21 @@ def coasting(angle, **more):
 def test_one_that_a_viscous_damper_brakes_is_given_its_time_to_a_ten_thousandth(time):
     found = coasting(lambda t: 5 * W * time * (1 - np.exp(-t / time)))
     assert found.outcome == "unidentified"
-    assert found.needed == pytest.approx((STOP + time * math.log(1e4)), rel=0.05)
+    assert found.needed_time == pytest.approx((STOP + time * math.log(1e4)), rel=0.05)
 
 
 @pytest.mark.parametrize("stop", [150.0, 1000.0])
 def test_one_that_dry_friction_brakes_is_given_its_time_to_the_stop(stop):
     found = coasting(lambda t: 5 * W * (t - t**2 / (2 * stop)))
     assert found.outcome == "unidentified"
-    assert found.needed == pytest.approx(max(LONGER * STOP, stop), rel=0.05)
+    assert found.needed_time == pytest.approx(max(LONGER * STOP, stop), rel=0.05)
 
 
 def test_one_that_air_brakes_does_not_come_to_rest():
     """J w' = -c w^2: it falls with the time, and its angle grows without bound."""
     found = coasting(lambda t: 5 * W * 50 * np.log(1 + t / 50))
     assert found.outcome == "unidentified"
-    assert found.needed is None
+    assert found.needed_time is None
     assert found.advice == "the rotor coasts ever more slowly, and does not stop: a longer run would not change the verdict"
 
 
@@ -45,7 +45,7 @@ def test_where_the_vibration_holds_a_rotor_the_slip_in_its_bearing_does_not_say_
                    {"kind": "constant-torque", "torque": 1.0, "on": "d"})  # fmt: skip
     found = judged(slow, approaching(1.0, 0.05), free=1e7)
     assert found.outcome == "unidentified"
-    assert found.needed < 2 * DECAYS * STOP
+    assert found.needed_time < 2 * DECAYS * STOP
 
 
 @cache
@@ -131,7 +131,7 @@ def test_a_swing_that_falls_is_given_its_time_to_rest(of, rest):
     found = judged(of(), swinging(lambda t: np.exp(-t / 600)), until=100.0, free=None)
     assert found.outcome == "unidentified"
     last = math.exp(-90 / 600)
-    assert found.needed == pytest.approx((100 + 600 * math.log(last / rest)), rel=0.015)
+    assert found.needed_time == pytest.approx((100 + 600 * math.log(last / rest)), rel=0.015)
 
 
 @pytest.mark.parametrize(("off", "outcome"), [(0.018, "oscillating"), (0.022, "unidentified")])
@@ -174,7 +174,7 @@ def test_alike_they_may_still_fall_unseen(size, outcome):
 
 
 def test_what_creeps_and_does_not_say_where_to_is_given_some_times_as_long():
-    assert judged(braked(), lambda t: 0.01 * t, until=100.0, free=None).needed == just_over(LONGER * 100)
+    assert judged(braked(), lambda t: 0.01 * t, until=100.0, free=None).needed_time == just_over(LONGER * 100)
 
 
 @pytest.mark.parametrize(("change", "outcome"), [(0.0, "passed"), (0.05, "passed"), (0.065, "unidentified")])
@@ -187,7 +187,7 @@ def test_a_rotor_that_turns_back_in_each_turn_is_judged_by_its_mean_speed_if_tha
 
     found = judged(beyond(), angle)
     assert found.outcome == outcome
-    assert found.standing is None
+    assert found.assessment is None
 
 
 @pytest.mark.parametrize(("until", "told"), [(60_000.0, False), (3000.0, True)])
@@ -195,7 +195,7 @@ def test_of_what_turns_over_for_ever_nothing_more_is_told_by_a_longer_run(until,
     """To and fro by more than a turn, for tens of thousands of spans of time."""
     found = judged(machine(FIXED, [ROTOR]), lambda t: 1.2 * np.pi * np.sin(np.pi * t / 100), until=until, free=None, step=0.5)
     assert found.outcome == "unidentified"
-    assert (found.needed is not None) is told
+    assert (found.needed_time is not None) is told
     assert ("a longer run would not change the verdict" in found.advice) is not told
     assert ("too short" in found.sentence) is told
 
@@ -204,4 +204,4 @@ def test_what_turns_over_ever_less_is_given_its_time_until_it_only_swings():
     found = judged(shaken(), swinging(lambda t: 8 * np.exp(-t / 600)), until=100.0, free=None)
     assert found.outcome == "unidentified"
     last = math.exp(-90 / 600)
-    assert found.needed == pytest.approx((100 + 600 * math.log(last / 0.45)), rel=0.015)
+    assert found.needed_time == pytest.approx((100 + 600 * math.log(last / 0.45)), rel=0.015)

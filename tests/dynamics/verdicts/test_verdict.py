@@ -54,7 +54,7 @@ def test_the_drive_could_hold_a_higher_speed_as_well_just_beyond_the_maximum_of_
 @pytest.mark.parametrize(("share", "outcome"), [(0.974, "passed"), (0.986, "unidentified")])
 def test_a_vibration_that_holds_the_rotor_two_percent_before_its_free_speed_lets_it_settle_early(share, outcome):
     found = judged(held_at(share), approaching(0.96, 0.02))
-    assert found.evidence.settled is (outcome == "passed")
+    assert found.evidence.has_settled is (outcome == "passed")
     assert found.outcome == outcome
 
 
@@ -101,7 +101,7 @@ def test_six_turns_are_enough_for_a_verdict():
     assert judged(beyond(), steady, until=7.0).outcome == "passed"
     early = judged(beyond(), steady, until=6.8)
     assert early.outcome == "unidentified"
-    assert early.needed == just_over(LONGER * 6.8)
+    assert early.needed_time == just_over(LONGER * 6.8)
     assert "fewer than 6 turns were made" in early.advice
 
 
@@ -119,7 +119,7 @@ def test_there_is_no_verdict_before_the_machine_changes_for_the_last_time(changi
     changed = machine(carrier(W / 2), bodies, linear(W), **{k: v for k, v in changing.items() if k != "bodies"})
     found = judged(changed, *[steady] * len(bodies), until=until)
     assert found.outcome == outcome
-    assert found.needed == (220.0 if outcome == "unidentified" else None)
+    assert found.needed_time == (220.0 if outcome == "unidentified" else None)
     assert outcome == "passed" or found.advice == "the machine still changes at 110 s: run at least until 220 s"
 
 
@@ -136,7 +136,7 @@ def test_a_rotor_that_has_not_turned_in_the_last_quarter_does_not_turn_and_has_a
     end, turns, outcome
 ):
     found = judged(beyond(), turning_until(end), until=100.0)
-    assert (found.standing is not None) is turns
+    assert (found.assessment is not None) is turns
     assert found.outcome == outcome
 
 
@@ -150,7 +150,7 @@ def test_an_approach_is_given_what_its_observed_decay_still_takes(off, time, obs
     assert found.outcome == "unidentified"
     needed = END + time * math.log(1.5 * off / 0.0025)
     assert (needed > LONGER * END and time < 2 / 3 * END) is observed
-    assert found.needed == pytest.approx(needed if observed else LONGER * END, rel=0.015)
+    assert found.needed_time == pytest.approx(needed if observed else LONGER * END, rel=0.015)
 
 
 @pytest.mark.parametrize("until", [201.0, 11.0])
@@ -158,7 +158,7 @@ def test_what_does_not_say_where_it_goes_is_given_less_than_three_times_as_long(
     """Its speed rises: 0.8 turns a second at first."""
     found = judged(beyond(), lambda t: W * (0.8 * t + t**2 / 2000), until=until)
     assert found.outcome == "unidentified"
-    assert found.needed == just_over(LONGER * until)
+    assert found.needed_time == just_over(LONGER * until)
 
 
 @pytest.mark.parametrize("speed", [0.9, 0.3])
@@ -169,7 +169,7 @@ def test_a_slow_drive_is_given_two_of_its_run_ups(speed):
     assert found.outcome == "unidentified"
     run_up = run_up_time(slow, found.speed)
     assert run_up == pytest.approx(1000 * math.log((1 - speed) / 0.005), rel=0.05)
-    assert found.needed == just_over(RUN_UPS * run_up if speed == 0.9 else LONGER * END)
+    assert found.needed_time == just_over(RUN_UPS * run_up if speed == 0.9 else LONGER * END)
 
 
 # --- from when on it is settled ---
@@ -188,7 +188,7 @@ def test_a_rotor_has_settled_when_it_is_within_half_a_percent(sign):
 def test_bodies_that_lag_may_be_a_transient_until_free_vibrations_have_decayed_five_times(decays, outcome):
     found = judged(with_ball((END - 1) / decays), steady, lambda t: 0.5 * W * t, until=END - 1)
     assert found.outcome == outcome
-    assert found.needed == (None if outcome != "unidentified" else pytest.approx(5 * (END - 1) / decays, rel=0.01))
+    assert found.needed_time == (None if outcome != "unidentified" else pytest.approx(5 * (END - 1) / decays, rel=0.01))
     assert outcome != "unidentified" or "free vibrations have hardly decayed" in found.advice
 
 
@@ -199,9 +199,9 @@ def test_bodies_that_lag_may_be_a_transient_until_free_vibrations_have_decayed_f
 def test_bodies_that_change_the_residual_by_a_tenth_are_not_at_rest_for_twelve_times_the_slowest_decay(unrest, decays, outcome):
     until = DECAY * decays
     found = judged(with_ball(), steady, swinging_between(1.6 * (1 - unrest), 1.6), until=until)
-    assert found.standing.unrest == pytest.approx(unrest, rel=0.05)
+    assert found.assessment.unrest == pytest.approx(unrest, rel=0.05)
     assert found.outcome == outcome
-    assert found.needed == (None if outcome == "passed" else just_over(DECAYS * DECAY))
+    assert found.needed_time == (None if outcome == "passed" else just_over(DECAYS * DECAY))
 
 
 @cache
@@ -233,7 +233,7 @@ def test_bodies_that_swing_about_where_they_compensate(width, outcome):
     """They have not passed as long as their swing falls; and they may leave if it rises."""
     found = judged(with_two_balls(), steady, *about_compensation(width))
     assert found.outcome == outcome
-    assert found.needed is None if outcome != "unidentified" else found.needed >= 2 * END
+    assert found.needed_time is None if outcome != "unidentified" else found.needed_time >= 2 * END
 
 
 def test_bodies_at_rest_elsewhere_leave_unbalance():

@@ -49,7 +49,7 @@ def test_what_a_user_gets_wrong_is_told_in_a_sentence() -> None:
     with failed("not-evaluated", "x = -1"):
         HopfPoints(two, [(-1, 1), (-1, 1)]).start([-1.0], (0, 0))
     with rejected("scale", "x", "0"):
-        one.scaled(np.array([0.0, 1.0]))
+        one.with_scale(np.array([0.0, 1.0]))
     with rejected("no-states"):
         Equations.of(System((), (), (P,)), ["p"], {})
     with rejected("given-twice"):

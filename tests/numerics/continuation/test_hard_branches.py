@@ -186,7 +186,7 @@ def test_functions_and_parameters_of_any_size() -> None:
     """A function of 1e-11, a parameter of 1e-12: what is small is not rounding."""
     small = Equilibria(by_hand([P - X**2], [X]), (-1, 1), functions={"m": lambda u: 1e-11 * (u[0] - 0.3)})
     assert ("m", pytest.approx(0.09)) in kinds(small.branch(small.start([0.5], 0.25)))
-    tiny = Equilibria(by_hand([1e12 * P - (X**3 - X)], [X]).scaled(np.array([1.0, 1e-12])), (-2e-12, 2e-12))
+    tiny = Equilibria(by_hand([1e12 * P - (X**3 - X)], [X]).with_scale(np.array([1.0, 1e-12])), (-2e-12, 2e-12))
     found = kinds(tiny.branch(tiny.start([-1.5], -1.875e-12)))
     assert found == [("fold", pytest.approx(s * 2e-12 / math.sqrt(27), rel=1e-9)) for s in (-1, 1)]
 

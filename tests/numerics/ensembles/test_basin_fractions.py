@@ -40,12 +40,12 @@ class Balanced:
     def begin(self, members: Members) -> Left:
         return Left(np.full(len(members), np.inf))
 
-    def after(self, record: Left, times: np.ndarray, samples: np.ndarray) -> tuple[Left, np.ndarray]:
+    def update(self, record: Left, times: np.ndarray, samples: np.ndarray) -> tuple[Left, np.ndarray]:
         bodies = sum(np.exp(1j * samples[:, row]) for row in self.rows)
         share = (np.abs(self.s + bodies) / self.s).max(axis=0)
         return Left(share), share < 0.01
 
-    def kept(self, record: Left) -> Left:
+    def final_record(self, record: Left) -> Left:
         return record
 
 

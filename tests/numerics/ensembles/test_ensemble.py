@@ -59,13 +59,13 @@ class Watch:
         zero = np.zeros(len(members))
         return Seen(np.abs(members.starts[:, 0]), np.cos(members.starts.T), zero, members.parameters[:, 0])
 
-    def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+    def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
         top = np.maximum(record.top, np.abs(samples[:, 0]).max(axis=0))
         total = record.total + np.cos(samples).sum(axis=0) + np.sin(samples[:, 0]).sum(axis=0)
         settled = np.abs(samples).max(axis=(0, 1)) < self.below
         return Seen(top, total, record.count + 1, record.parameter), settled
 
-    def kept(self, record: Seen) -> Seen:
+    def final_record(self, record: Seen) -> Seen:
         return record
 
 
@@ -267,10 +267,10 @@ class Slow(Watch):
 
     asked: list[int] | None = None
 
-    def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+    def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
         self.asked.append(samples.shape[-1])
         time.sleep(0.02)
-        return super().after(record, times, samples)
+        return super().update(record, times, samples)
 
 
 def test_an_interrupt_stops_all_threads_and_loses_no_tile() -> None:
@@ -297,10 +297,10 @@ def test_ctrl_c_while_the_threads_work() -> None:
     """A signal to the main thread, sent by a thread at work."""
 
     class Interrupting(Slow):
-        def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+        def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
             if len(self.asked) == 9:
                 signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-            return super().after(record, times, samples)
+            return super().update(record, times, samples)
 
     members, asked, kept = Members.of(np.ones((1000, 1)), [0.1]), list[int](), list[Tile[Seen]]()
     compiled = compile_ensemble(DECAY, 1e-8)
@@ -320,11 +320,11 @@ def test_reports_rise_to_one() -> None:
 
 def test_an_error_of_the_observer_comes_out() -> None:
     class Wrong(Watch):
-        def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+        def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
             raise ZeroDivisionError
 
     class Unsaid(Watch):
-        def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+        def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
             return record, np.array(False)
 
     members = Members.of(np.ones((40, 1)), [0.1])

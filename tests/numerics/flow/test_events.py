@@ -275,7 +275,7 @@ def test_an_event_that_heyoka_cannot_locate_is_named(monkeypatch, missed):
     run = object.__new__(HeyokaIntegrator)
     run._engine = SimpleNamespace(events=(Event("first", x), Event("second", x)))
     run._adaptive = SimpleNamespace(time=0.0, state=np.zeros(1))
-    for name, value in (("_signs", [1, 1]), ("_advanced", (leg, 0.5)), ("_missed", missed), ("state", np.zeros(1))):
+    for name, value in (("_signs", [1, 1]), ("_advance", (leg, 0.5)), ("_missed_event", missed), ("state", np.zeros(1))):
         made = property(lambda _, value=value: value) if name == "state" else lambda *_, value=value: value
         monkeypatch.setattr(HeyokaIntegrator, name, made)
     with pytest.raises(LegError) as error:

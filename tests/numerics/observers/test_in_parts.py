@@ -47,9 +47,9 @@ def observed(samples_in_parts):
 def recorded(record, samples_in_parts):
     """With short levels of the records, so that there are several."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(records, "KEPT", 16)
+        patch.setattr(records, "LEVEL_BLOCKS", 16)
         for part in samples_in_parts:
-            record = record.after(part)
+            record = record.update(part)
     return record
 
 
@@ -82,7 +82,7 @@ def test_turns(legs, samples_a_turn, seed, cuts, overlap):
 def test_turn_records(legs, samples_a_turn, seed, cuts, overlap):
     samples, record = motion(legs, samples_a_turn, seed), TurnRecord(2, WEIGHTS)
     whole, cut = recorded(record, [samples]), recorded(record, parts(samples, cuts, overlap))
-    assert same((whole.kept, whole.passage, whole.sense), (cut.kept, cut.passage, cut.sense))
+    assert same((whole.pyramid, whole.passage, whole.sense), (cut.pyramid, cut.passage, cut.sense))
 
 
 @FEW

@@ -236,7 +236,7 @@ def test_weights_may_change_on_the_way():
     none = recorded(replace(samples, moments=np.zeros((3, len(samples.time)))), weights=weights).last(1.0)
     assert np.array_equal(none.greatest_sum, recorded(samples, weights=weights).last(1.0).greatest_sum)
     # A body that keeps to the leader within ripple, and whose weight grows evenly: seen as it is in the middle of each turn.
-    growing = replace(samples.only(0), moments=samples.time[None, :])
+    growing = replace(samples.only_body(0), moments=samples.time[None, :])
     blocks = recorded(growing, others=0, weights=(0.0,)).last(1.0)
     assert blocks.greatest_sum == pytest.approx(blocks.middle, abs=0.2 * TURN)
     assert np.diff(blocks.greatest_sum) == pytest.approx(np.diff(blocks.middle), abs=0.1 * TURN)
@@ -279,7 +279,7 @@ def test_short_records_are_in_whole_turns_too(averages):
     """Of less than two turns there is one."""
     samples = rippled(5)
     record = recorded(samples.part(samples.angles[0] < (averages + MARKS_PER_TURN + 0.5) * 2 * np.pi / MARKS_PER_TURN))
-    assert record.kept.count == averages
+    assert record.pyramid.count == averages
     assert record.whole_turns(1.0).mean_speeds[:2] == pytest.approx([W, W], rel=1e-4)
     assert record.turns == averages / MARKS_PER_TURN
 
@@ -309,10 +309,10 @@ def test_blocks_of_many_averages():
     assert np.array_equal(np.sign(blocks.highest - blocks.speed), np.ones(len(blocks)))
     assert np.array_equal(np.sign(blocks.speed - blocks.lowest), np.ones(len(blocks)))
     assert blocks.highest == pytest.approx(1 + blocks.middle / 10_000, rel=1e-7)
-    fine = record.last(LEVEL_BLOCKS / record.kept.count)
+    fine = record.last(LEVEL_BLOCKS / record.pyramid.count)
     assert fine.size == 1
     assert np.array_equal(fine.lowest, fine.highest)
-    last = len(fine) - record.kept.count % 8  # of the last block
+    last = len(fine) - record.pyramid.count % 8  # of the last block
     assert np.array_equal(fine.lowest[last - 8 : last][[0, -1]], [blocks.lowest[-1], blocks.highest[-1]])
 
 

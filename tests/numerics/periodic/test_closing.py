@@ -87,7 +87,7 @@ TURN = 2 * math.pi
 
 def closing(reference: list[float], period: float, **more: object) -> Closing:
     n = len(reference)
-    given = {"held": (), "free_period": False, "left_open": 0} | more
+    given = {"held_states": (), "free_period": False, "left_open": 0} | more
     return Closing(np.zeros(n), np.ones(n), np.array(reference, float), period, **given)  # type: ignore[arg-type]
 
 
@@ -112,7 +112,7 @@ def test_a_free_period_and_a_held_state() -> None:
     r = 1 - x**2 - y**2
     system, tau = System((x, y), (r * x - 3 * y, 3 * x + r * y)), TURN * np.linspace(0, 1, 60)
     motion = np.array([0.6 * np.cos(tau), 0.6 * np.sin(tau)])
-    found = close_orbit(system, np.zeros(0), 0.0, motion, closing([0.6, 0.0], 2.5, held=(1,), free_period=True), 25)
+    found = close_orbit(system, np.zeros(0), 0.0, motion, closing([0.6, 0.0], 2.5, held_states=(1,), free_period=True), 25)
     assert found.period == pytest.approx(TURN / 3, rel=1e-9)
     assert found.states[:, 0] == pytest.approx([1.0, 0.0], abs=1e-9)
 

@@ -166,8 +166,8 @@ def test_what_a_longer_time_puts_before_and_behind(monkeypatch: pytest.MonkeyPat
         tau[np.abs(np.linalg.norm(whole.states_at(tau), axis=0) - 1e-3).argmin()]
     )  # of the orbit, 1e-3 from the saddle-node
     short: Any = SimpleNamespace(
-        at=lambda tau: whole.states_at(tau * end), time=60 * end, equilibria=whole.equilibria, eigenvalues=whole.eigenvalues,
-        parameters=whole.parameters,
+        states_at=lambda tau: whole.states_at(tau * end), time=60 * end, equilibria=whole.equilibria,
+        eigenvalues=whole.eigenvalues, parameters=whole.parameters,
     )  # fmt: skip
     kept: list[Any] = []
     monkeypatch.setattr(Connections, "start", lambda *given: kept.append(given))
@@ -309,7 +309,7 @@ def test_the_longest_wait_on_the_way() -> None:
     run = solve_ivp(rates, (0, 104), (-0.9,), rtol=1e-10, atol=1e-12, dense_output=True)
     time = float(np.interp(0.999, run.y[0], run.t))
     orbit: Any = SimpleNamespace(
-        at=lambda tau: np.array([run.sol(tau * time)[0], 0 * tau]), time=time, parameters=np.array([p, 0.0, 0.0])
+        states_at=lambda tau: np.array([run.sol(tau * time)[0], 0 * tau]), time=time, parameters=np.array([p, 0.0, 0.0])
     )
     waits = longest_wait(between(True, False), orbit)
     assert waits is not None
@@ -326,11 +326,13 @@ def test_the_longest_wait_on_the_way() -> None:
     # Slow next to 0 and 1, and at both ends of the way for longer: the longer one in between counts.
     shares, places = (0, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.65, 0.7, 1), (0, 0, 0.5, 1, 1, 0.5, 0, 0, 1, 1)
     to_and_fro: Any = SimpleNamespace(
-        at=lambda tau: np.array([np.interp(tau, shares, places), 0 * tau]), time=1.0, parameters=np.zeros(3)
+        states_at=lambda tau: np.array([np.interp(tau, shares, places), 0 * tau]), time=1.0, parameters=np.zeros(3)
     )
     waits = longest_wait(between(True, False), to_and_fro)
     assert waits is not None and 0.55 <= waits.tau <= 0.65 and waits.state[0] == 0.0
-    quick: Any = SimpleNamespace(at=lambda tau: np.array([0.4 + 0.2 * tau, 0 * tau]), time=1.0, parameters=orbit.parameters)
+    quick: Any = SimpleNamespace(
+        states_at=lambda tau: np.array([0.4 + 0.2 * tau, 0 * tau]), time=1.0, parameters=orbit.parameters
+    )
     assert longest_wait(between(True, False), quick) is None
 
 

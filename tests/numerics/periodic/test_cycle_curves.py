@@ -139,7 +139,7 @@ def test_a_torus_is_begun_with_the_pair_next_to_the_unit_circle(monkeypatch: pyt
         given.append(turn)
         return np.array([[1 + 2j, 3 - 1j]])
 
-    monkeypatch.setattr(cycle_curves, "carried", wave)
+    monkeypatch.setattr(cycle_curves, "propagated_change", wave)
     at: Any = SimpleNamespace(logarithms=np.array([-0.5 + 2j, -0.5 - 2j, 0.01 + 1j, 0.01 - 1j, 0.0]))
     changes, extra = cycle_curves._changes(at, "torus")
     assert extra == [1.0] and given == [pytest.approx(np.exp(1j))] and changes.tolist() == [[1.0, 3.0, 2.0, -1.0]]

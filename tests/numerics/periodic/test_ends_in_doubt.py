@@ -61,8 +61,8 @@ def test_without_a_better_mesh_a_fold_is_not_claimed(monkeypatch: pytest.MonkeyP
     def located(curve: Any, first: Any, last: Any, *_: Any) -> None:
         seen.append((curve is there.curve, np.array_equal(last.u, there.point.u)))
 
-    monkeypatch.setattr(cycles, "refined", lost)
-    monkeypatch.setattr(cycles, "located", located)
+    monkeypatch.setattr(cycles, "refine_on_common_mesh", lost)
+    monkeypatch.setattr(cycles, "locate_zero", located)
     assert between(FOLD) == []
     monkeypatch.setitem(cycles.TESTS, TORUS, lambda c: c.point.tangent[-1])  # type: ignore[arg-type]
     (hidden,) = between(TORUS)
@@ -75,7 +75,7 @@ def test_where_the_parameter_does_not_change_nothing_is_passed(monkeypatch: pyte
     _, _, there = beside_the_fold()
     tangent = np.append(there.point.tangent[:-1], 1e-12)
     still = SimpleNamespace(tangent=tangent, u=there.point.u)
-    monkeypatch.setattr(cycles, "refined", lambda *_: (there.curve, there.point, still))
+    monkeypatch.setattr(cycles, "refine_on_common_mesh", lambda *_: (there.curve, there.point, still))
     assert between(kind) == []
 
 
@@ -86,15 +86,17 @@ def test_where_a_better_mesh_shows_no_change_of_sign_nothing_is_passed(monkeypat
         given = iter(values)
         monkeypatch.setitem(cycles.TESTS, TORUS, lambda _, given=given: next(given))  # type: ignore[arg-type, misc]
         assert len(between(TORUS)) == count
-    monkeypatch.setattr(cycles, "located", lambda *_: None)
-    far = SimpleNamespace(**{n: getattr(here, n) for n in ("on", "basis", "parameter")}, logarithms=np.array([-11.0 + 0j]))
+    monkeypatch.setattr(cycles, "locate_zero", lambda *_: None)
+    far = SimpleNamespace(
+        **{n: getattr(here, n) for n in ("point_on", "basis", "parameter")}, logarithms=np.array([-11.0 + 0j])
+    )
     of: Any = beside_the_fold()[0]
     for logarithm, count in ((-11.0, 0), (-9.0, 1)):
         at = SimpleNamespace(problem=there.problem, point=there.point, parameter=0.0, logarithms=np.array([logarithm + 0j]))
         given = iter((1.0, -1.0))
         monkeypatch.setitem(cycles.TESTS, TORUS, lambda _, given=given: next(given))  # type: ignore[arg-type, misc]
         monkeypatch.setattr(cycles, "replace", lambda given, **_: given)
-        assert len(of._between(there.curve, far, at, TORUS)) == count
+        assert len(of._special_between(there.curve, far, at, TORUS)) == count
 
 
 def shrinking(*squares: float, period: float = 2 * np.pi, mean: float = 0.0, shift: float = 0.0) -> list[Any]:
@@ -171,7 +173,7 @@ def test_of_two_places_none_is_a_fold_and_what_is_not_solved_is_nothing(monkeypa
         raise RunError("none")
 
     equations = SimpleNamespace(scale=np.ones(2), values=lambda u: (u[:1], np.ones((1, 2))))
-    problem = SimpleNamespace(equations=equations, curve=SimpleNamespace(start=lambda *_: 0), start=lost, seen=lost)
+    problem = SimpleNamespace(equations=equations, curve=SimpleNamespace(start=lambda *_: 0), start=lost, evaluate=lost)
     monkeypatch.setattr(branch_ends, "equilibria_of", lambda _: problem)
     monkeypatch.setattr(branch_ends, "nearest_special", lost)
     assert _fold(of, here, [np.zeros(1)]) is None and _saddles(of, here, [np.zeros(1)], 0.5) == []
@@ -187,9 +189,9 @@ def test_saddles_at_slow_places(monkeypatch: pytest.MonkeyPatch, x: float, passe
     """Near to them, with directions that grow and that decay: the slowest of each; else none at all."""
     of, here = orbit_of([0.2, 9.0, 0.2], [0.0, 0.5, 1.0])
     point = SimpleNamespace(x=np.array([x]))
-    problem = SimpleNamespace(start=lambda *_: 0, seen=lambda _: point)
+    problem = SimpleNamespace(start=lambda *_: 0, evaluate=lambda _: point)
     monkeypatch.setattr(branch_ends, "equilibria_of", lambda _: problem)
-    monkeypatch.setattr(branch_ends, "_passed", lambda *_: np.array(passed))
+    monkeypatch.setattr(branch_ends, "_passage_rates", lambda *_: np.array(passed))
     found = _saddles(of, here, [np.zeros(1), np.zeros(1)], 0.5)
     assert len(found) == 2 * count
     if count:

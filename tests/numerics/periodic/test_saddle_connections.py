@@ -115,7 +115,7 @@ def test_a_curve_on_which_the_parameters_stand(found: tuple[Connections, Connect
     """At one point after another, twenty; a point at which they move begins the count anew."""
     connections, leaf = found
     stand = iter([True, False, *[True] * 30])
-    monkeypatch.setattr(saddle_connections, "stands", lambda *_: next(stand))
+    monkeypatch.setattr(saddle_connections, "is_standstill", lambda *_: next(stand))
     fine = replace(connections, steps=replace(connections.steps, first=1e-3, most=1e-3))
     walk = fine.walk(replace(leaf, curve=replace(leaf.curve, steps=fine.steps)))
     points = list(walk)
@@ -139,7 +139,7 @@ def test_an_orbit_that_cannot_be_followed_longer_stays_as_it_is(
     def lost(*_: Any) -> None:
         raise RunError("no orbit")
 
-    monkeypatch.setattr(saddle_connections, "solved_near", lost)
+    monkeypatch.setattr(saddle_connections, "solve_near", lost)
     assert later.prolong(leaf) is leaf
 
 
@@ -148,8 +148,8 @@ def test_special_points_that_are_not_located_are_unresolved(
 ) -> None:
     connections, leaf = found
     other = replace(leaf, eigenvalues=np.array([[3.5, -3.0]]))
-    monkeypatch.setattr(saddle_connections, "refined", lambda *_: (leaf.curve, leaf.point, leaf.point))
-    monkeypatch.setattr(saddle_connections, "located", lambda *_: None)
+    monkeypatch.setattr(saddle_connections, "refine_on_common_mesh", lambda *_: (leaf.curve, leaf.point, leaf.point))
+    monkeypatch.setattr(saddle_connections, "locate_zero", lambda *_: None)
     (special,) = connections._special(leaf, other)
     assert special.kind == "unresolved" and special.point is other.point
     assert connections._special(leaf, leaf) == [] and replace(connections, folds=(True,))._special(leaf, other) == []
@@ -158,5 +158,5 @@ def test_special_points_that_are_not_located_are_unresolved(
     def lost(*_: Any) -> None:
         raise RunError("singular")
 
-    monkeypatch.setattr(saddle_connections, "refined", lost)
+    monkeypatch.setattr(saddle_connections, "refine_on_common_mesh", lost)
     assert [c.kind for c in connections._special(leaf, other)] == ["unresolved"]

@@ -190,8 +190,8 @@ def test_a_pendulum_is_open_at_the_end_if_its_mass_is_beyond_half_of_its_stroke_
     }
     motion = SimpleNamespace(
         rows=rows,
-        seen=SimpleNamespace(time=np.arange(3.0)),
-        last=SimpleNamespace(stored=SimpleNamespace(end_time=2.0)),
+        machine_motion=SimpleNamespace(time=np.arange(3.0)),
+        last=SimpleNamespace(trajectory=SimpleNamespace(end_time=2.0)),
         observation=SimpleNamespace(largest=1.0),
         verdict=SimpleNamespace(outcome="compensated", speed=1.0),
         trajectory=SimpleNamespace(failure=None),

@@ -270,7 +270,7 @@ def test_the_order_of_a_shaken_machine_and_with_a_prescribed_speed_is_positive()
 
 def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[float] = []
-    monkeypatch.setattr(order_module, "_largest", lambda _model, _flows, until, _work: asked.append(until) or 1.0)
+    monkeypatch.setattr(order_module, "_largest_error", lambda _model, _flows, until, _work: asked.append(until) or 1.0)
     measured(rotor, until_phi=1e4)
     assert asked == pytest.approx([asked[0] / f for f in FACTORS])
     assert max(asked) <= 20_000
@@ -396,8 +396,8 @@ def test_resumed_it_is_the_uninterrupted_one(
         factors.append(model.machine.values["kappa"])
         return error(model, *others)
 
-    monkeypatch.setattr(run_module, "comparison", comparison)
-    monkeypatch.setattr(order_module, "_largest", largest)
+    monkeypatch.setattr(run_module, "compare_models", comparison)
+    monkeypatch.setattr(order_module, "_largest_error", largest)
     result = run(question, rotor, folder=tmp_path, resume=True)
     assert compared == list(range(int(part), 3))
     # The parts of the order are as long as their runs: 1, 2, 4 and 8 of 15.
@@ -420,7 +420,7 @@ def test_a_run_that_failed_is_not_run_again(rotor: Machine, tmp_path: Path, monk
         compared.append(k)
         return failed if k == 1 else genuine(plan, k, work)
 
-    monkeypatch.setattr(run_module, "comparison", comparison)
+    monkeypatch.setattr(run_module, "compare_models", comparison)
     run(question, rotor, folder=tmp_path, progress=stopping_in(2))
     result = run(question, rotor, folder=tmp_path, resume=True)
     assert compared == [0, 1, 2, 2]

@@ -141,7 +141,7 @@ def test_schedules_do_not_become_slower(plan: Any) -> None:
 
 def test_why_there_is_no_order(plan: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(computation, "watched", lambda _: [])
+        patch.setattr(computation, "compared_bodies", lambda _: [])
         assert unmeasured(plan) == "at 1 epsilon all speeds are prescribed"
     real = computation.integrate
     with monkeypatch.context() as patch:
@@ -158,7 +158,7 @@ def test_why_there_is_no_order(plan: Any, monkeypatch: pytest.MonkeyPatch) -> No
         assert unmeasured(plan) == "at 1 epsilon the full equations fail: it burst"
     with monkeypatch.context() as patch:
         seen = SimpleNamespace(states=np.full((9, 2000), np.nan))
-        patch.setattr("wucht.dynamics.run_ups.run_up_models.SlowModel.seen", lambda *_: seen)
+        patch.setattr("wucht.dynamics.run_ups.run_up_models.SlowModel.machine_motion", lambda *_: seen)
         assert unmeasured(plan) == "at 1 epsilon the averaged equations have no finite motion"
 
 

@@ -140,7 +140,7 @@ def test_what_the_question_refuses(asked: dict[str, Any], where: str, refusal: R
     given = {"axes": {"psi": PSI, "delta": DELTA}} | asked if asked else {}
     with refusal as raised:
         Basin(**given)
-    assert raised.value.where == where
+    assert raised.value.location == where
 
 
 @pytest.mark.parametrize(
@@ -177,4 +177,4 @@ def test_what_the_question_refuses(asked: dict[str, Any], where: str, refusal: R
 def test_what_does_not_fit_the_machine(machine: Machine, asked: dict[str, Any], where: str, refusal: Refusal) -> None:
     with refusal as raised:
         prepare(Basin(**asked), machine)
-    assert raised.value.where == where
+    assert raised.value.location == where

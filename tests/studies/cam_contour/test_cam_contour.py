@@ -213,7 +213,7 @@ def test_what_moves_behind_a_linkage_presses_too() -> None:
 def test_an_output_that_cannot_be_is_refused(key, more, refusal) -> None:
     with refusal as raised:
         answered(given.SMOOTH, given.FOLLOWER, more, contact=LEVER_CONTACT | {key: 2.0}, speed=10.0)
-    assert raised.value.where == f"study.contact.{key}"
+    assert raised.value.location == f"study.contact.{key}"
 
 
 def test_a_preload_keeps_the_roller_on_its_cam() -> None:

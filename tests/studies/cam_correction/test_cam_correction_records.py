@@ -257,8 +257,8 @@ def test_of_a_long_record_some_samples_are_shown_of_a_short_one_all(count, shown
     """Each once, within a turn from its zero on, about the mean; those of a long one from all of it."""
     time = np.linspace(1.0, 3.0, count)
     channel = SimpleNamespace(time=time, values=100.0 + np.arange(count))
-    record = SimpleNamespace(channel=channel, turns=5, comparison=SimpleNamespace(measured=SimpleNamespace(mean=100.0)))
-    tau, values = _folded_samples(SimpleNamespace(measured=record, zero=0.25))
+    record = SimpleNamespace(channel=channel, turns=5, comparison=SimpleNamespace(measured_orders=SimpleNamespace(mean=100.0)))
+    tau, values = _folded_samples(SimpleNamespace(measurement=record, zero=0.25))
     numbers = values.astype(int)
     assert len(set(numbers.tolist())) == len(values) == shown
     assert numbers.min() < 20 and numbers.max() > count - 20

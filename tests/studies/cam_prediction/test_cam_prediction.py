@@ -567,7 +567,7 @@ def test_a_slide_is_shown_in_millimetres():
 def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """What was cut before it is kept."""
 
-    def left_by(cam: Any, count: int) -> Any:
+    def residual_with_cam(cam: Any, count: int) -> Any:
         made.append(cam)
         if len(made) == 3:
             raise RunError("it stands")
@@ -575,7 +575,9 @@ def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
 
     made = list[Any]()
     monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))
-    plan = SimpleNamespace(cuts=5, count=4, motion=SimpleNamespace(law="law"), shaft=SimpleNamespace(left_by=left_by))
+    plan = SimpleNamespace(
+        cuts=5, count=4, motion=SimpleNamespace(law="law"), shaft=SimpleNamespace(residual_with_cam=residual_with_cam)
+    )
     left, failure = prediction_run._cut_residuals(plan, Work())  # type: ignore[arg-type]
     assert left.tolist() == [0.5, 0.25] and len(made) == 3 and made[0] == "law" and made[1][0] == "law"
     assert failure == "with cam 3, cut for the speed measured with the one before: it stands"

@@ -51,16 +51,16 @@ def test_a_drive_that_does_not_move_its_dry_friction_is_refused(kind, expected):
     """Friction that is smooth about standstill lets the shaft creep; that is not a speed to make a cam for."""
     with refused("shaft.drive", "150 N", "m", code="stands") as error:
         prepare(wucht.CamPrediction(), drive(drive={"kind": kind, **STUCK[kind]}, loads=[COULOMB], **expected))
-    assert error.value.where == "shaft.drive"
-    assert error.value.given == kind
-    assert "mean_speed" not in error.value.allowed  # which would not help
+    assert error.value.location == "shaft.drive"
+    assert error.value.value == kind
+    assert "mean_speed" not in error.value.explanation  # which would not help
 
 
 def test_a_controlled_drive_has_no_torque_over_the_speed():
     controlled = {"kind": "inverter", "set_speed": 50.0, "gain": 10.0, "integral_time": 1.0, "torque_limit": 100.0}
     with refused("shaft.drive.kind", "linear", "constant-speed", given="inverter") as error:
         prepare(wucht.CamPrediction(), drive(drive=controlled))
-    assert error.value.where == "shaft.drive.kind"
+    assert error.value.location == "shaft.drive.kind"
 
 
 def test_the_dry_friction_with_which_a_measured_load_begins_counts_too():
@@ -89,8 +89,8 @@ def test_a_motion_that_ends_at_standstill_is_a_sentence():
     plan = prepare(wucht.CamPrediction(**BRIEF), drive(drive=LINEAR, loads=[COULOMB]))
     torques = lambda v: (np.array([10.0 + 0 * v, 150 * np.tanh(v / 0.1)]), np.zeros((2, 1)))  # noqa: E731
     creeping = replace(plan.driving, torques=torques)
-    stuck = SimpleNamespace(**vars(plan) | {"enforced": False, "driving": creeping})
-    stuck.shaft = SimpleNamespace(with_cam=lambda law: SimpleNamespace(mean=0.0067))
+    stuck = SimpleNamespace(**vars(plan) | {"is_enforced": False, "driving": creeping})
+    stuck.shaft = SimpleNamespace(motion_with_cam=lambda law: SimpleNamespace(mean=0.0067))
     with failed("stands", "0.0067 rad/s", "10 N", "m"):
         list(run(stuck, Work()))
 
@@ -183,25 +183,25 @@ def summary(plan, findings):
 
 def said(found, **corrected):
     plan, findings = found
-    findings = replace(findings, corrected=replace(findings.corrected, **corrected))
+    findings = replace(findings, corrected_cam=replace(findings.corrected_cam, **corrected))
     return verdict(plan, summary(plan, findings))
 
 
 def test_a_motion_that_is_not_stable_is_not_clean(found):
-    label, sentence = said(found, left=1.3)
+    label, sentence = said(found, multiplier=1.3)
     assert label == "not clean"
     assert sentence.endswith("nothing in orders above 5, but this motion is not stable, a disturbance grows 1.3-fold in a turn")
 
 
 def test_a_simulation_that_differs_does_not_confirm_and_the_reason_is_said(found):
     plan, findings = found
-    off = replace(findings.confirmed[1], deviation=2e-3, acceleration=Harmonics.of(0.0, [1.0, 0, 0, 0, 0, 3e-3]))
-    label, sentence = verdict(plan, summary(plan, replace(findings, confirmed=(findings.confirmed[0], off))))
+    off = replace(findings.confirmations[1], deviation=2e-3, acceleration=Harmonics.of(0.0, [1.0, 0, 0, 0, 0, 3e-3]))
+    label, sentence = verdict(plan, summary(plan, replace(findings, confirmations=(findings.confirmations[0], off))))
     assert label == "not confirmed"
     assert sentence.endswith("leaves nothing in orders above 5, by simulation 0.3 % of order 1")
-    assert "by 0.2 % of the speed: without a drive nothing restores the motion" in _departure_text(off, findings.corrected)
-    assert _departure_text(off, replace(findings.corrected, left=2.0)).endswith("this motion is not stable")
-    assert _departure_text(off, replace(findings.corrected, left=0.5)).endswith("0.2 % of the speed")
+    assert "by 0.2 % of the speed: without a drive nothing restores the motion" in _departure_text(off, findings.corrected_cam)
+    assert _departure_text(off, replace(findings.corrected_cam, multiplier=2.0)).endswith("this motion is not stable")
+    assert _departure_text(off, replace(findings.corrected_cam, multiplier=0.5)).endswith("0.2 % of the speed")
 
 
 def test_what_the_corrected_cam_leaves_is_the_first_thing_said(found):
@@ -237,14 +237,14 @@ def test_a_large_inertia_ratio_and_cutting_again_are_warned_of(found):
 
 def test_why_a_simulation_departs(found):
     _, findings = found
-    off = replace(findings.confirmed[1], deviation=2e-3)
+    off = replace(findings.confirmations[1], deviation=2e-3)
     shaft = SimpleNamespace()
     with pytest.MonkeyPatch.context() as patch:
         for share, why in ((2e-6, ", by the orders that the prediction leaves out"), (1e-6, "")):
-            patch.setattr(summary_of_prediction, "unresolved", lambda _, share=share: share)
-            turning = replace(findings.corrected, left=0.5, shaft=shaft)
+            patch.setattr(summary_of_prediction, "unresolved_share", lambda _, share=share: share)
+            turning = replace(findings.corrected_cam, multiplier=0.5, shaft=shaft)
             assert _departure_text(off, turning) == f"departs from the prediction by 0.2 % of the speed{why}"
-            assert _departure_text(off, replace(turning, left=1.01)).endswith("of the speed: this motion is not stable")
+            assert _departure_text(off, replace(turning, multiplier=1.01)).endswith("of the speed: this motion is not stable")
 
 
 def test_a_shaft_that_twists_for_which_there_is_no_cam(found):

@@ -77,7 +77,7 @@ def test_what_the_question_refuses(asked: dict[str, Any], where: str, refusal: R
     given = {"along": "drive.slope", "range": [0.01, 0.02], "random": PSI} | asked
     with refusal as raised:
         CaptureProbability(**given)
-    assert raised.value.where == where
+    assert raised.value.location == where
 
 
 def rail() -> Machine:
@@ -152,7 +152,7 @@ def test_what_does_not_fit_the_machine(machine: Machine, asked: dict[str, Any], 
     given = {"along": "drive.slope", "range": [0.01, 0.02], "random": PSI, "samples": 64} | asked
     with refusal as raised:
         prepare(CaptureProbability(**given), machine)
-    assert raised.value.where == where
+    assert raised.value.location == where
 
 
 def test_without_salib_the_sensitivity_is_refused_before_the_first_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,4 +86,4 @@ def test_what_is_refused(given: dict[str, Any], where: str, refusal: Refusal) ->
     with refusal as raised:
         check_form(given, "study.random.x")
         distribution_of(given, LENGTH, "study.random.x")
-    assert raised.value.where == f"study.random.x{where}"
+    assert raised.value.location == f"study.random.x{where}"

@@ -87,7 +87,7 @@ def test_without_the_library_that_is_said(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(distributions, "import_module", missing)
     with refused("study.sensitivity", "wucht[sensitivity]", given=True) as raised:
         library()
-    assert raised.value.where == "study.sensitivity"
+    assert raised.value.location == "study.sensitivity"
 
 
 def test_bars_of_indices_the_one_that_matters_most_at_the_top() -> None:

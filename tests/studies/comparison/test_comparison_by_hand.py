@@ -208,10 +208,10 @@ def test_a_comparison_names_no_machine(here: Any, wucht: Any) -> None:
 
 def test_results_that_cannot_be_compared(monkeypatch: pytest.MonkeyPatch) -> None:
     made = comparison(2)
-    monkeypatch.setattr("wucht.studies.comparison.variants.load", lambda _: made.assign_attrs(study="comparison"))
+    monkeypatch.setattr("wucht.studies.comparison.variants.load_result", lambda _: made.assign_attrs(study="comparison"))
     with refused("study.of", given="c.nc"):
         read_comparison(["c.nc", "d.nc"])
-    monkeypatch.setattr("wucht.studies.comparison.variants.load", lambda _: made.assign_attrs(study="sweeep"))
+    monkeypatch.setattr("wucht.studies.comparison.variants.load_result", lambda _: made.assign_attrs(study="sweeep"))
     with pytest.raises(InputError, match=r"^c\.nc: study\.kind: given 'sweeep'"):
         read_comparison(["c.nc", "d.nc"])
 

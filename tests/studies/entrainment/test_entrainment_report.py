@@ -51,7 +51,7 @@ def pair() -> EntrainmentCase:
 def ended(case: EntrainmentCase, value: float | None = None, **other: Any) -> RunFromStart:
     """A run that ends entrained."""
     common = {
-        "entrained": True, "mean_speed": -6.28, "window": (50.0, 100.0), "phases": {"vibration": 3.5}, "creep": 0.01,
+        "is_entrained": True, "mean_speed": -6.28, "window": (50.0, 100.0), "phases": {"vibration": 3.5}, "creep": 0.01,
         "speeds": {r.name: -6.28 for r in case.machine.rotors},
     }  # fmt: skip
     value = case.parameter.nominal_value if value is None else value
@@ -80,7 +80,7 @@ def test_the_phase_of_a_run_is_that_to_the_vibration_or_those_to_the_main_rotor(
     assert to_vibration["mean_speed"] == -6.28
     to_rotor = dataset(pair, Findings(ended(pair, phases={"e2": 3.5}), complete=True)).wucht.summary
     assert (to_rotor["phases"], to_rotor["phase"], to_rotor["outcome"]) == ({"e2": 3.5}, 3.5, "synchronised")
-    apart = dataset(pair, Findings(ended(pair, entrained=False), complete=True)).wucht.summary
+    apart = dataset(pair, Findings(ended(pair, is_entrained=False), complete=True)).wucht.summary
     assert (apart["phases"], apart["phase"], apart["outcome"]) == ({}, None, "not-synchronised")
 
 
@@ -99,7 +99,7 @@ def test_the_phase_and_the_speed_of_a_locked_motion_come_before_those_of_its_run
 def test_warnings(shaken: EntrainmentCase) -> None:
     band = CaptureBand(((5.25, 5.0), (6.0, 6.25)), ((6.5, 6.75), (6.875, 7.0)))
     moving, still = ended(shaken, 5.75, creep=0.0201), ended(shaken, 5.5, creep=0.02)
-    failed = ended(shaken, 7.0, entrained=False, failure="it stopped", creep=0.5)
+    failed = ended(shaken, 7.0, is_entrained=False, failure="it stopped", creep=0.5)
     found = Findings(still, band=band, runs=(still, moving, failed), no_motion="none here", existing=Existence(warnings=("w",)))
     unit = "rad/s"
     assert warnings_of(dataset(shaken, found)) == [
@@ -195,14 +195,14 @@ def stages(monkeypatch: pytest.MonkeyPatch, case: EntrainmentCase, inside: tuple
     """With runs that end entrained between two values, and a locked motion (or why there is none) at the end of one."""
 
     def run(self: RunsFromStart, value: float, progress: Any) -> RunFromStart:
-        return ended(case, value, entrained=inside[0] <= value <= inside[1])
+        return ended(case, value, is_entrained=inside[0] <= value <= inside[1])
 
     def motion(self: LockedMotions, value: float, state: np.ndarray, speed: float) -> LockedMotion:
         if isinstance(seed, str):
             raise WuchtError(seed)
         return LockedMotion(value, np.array([1.0]), speed, 0.5, ORBIT)
 
-    def followed(self: LockedMotions, first: Any, goals: list[float], resolution: float, work: Work) -> Iterator[Any]:
+    def follow(self: LockedMotions, first: Any, goals: list[float], resolution: float, work: Work) -> Iterator[Any]:
         followed_to.append(goals)
         yield [LockedMotion(v, np.array([1.0]), 6.0, 0.5, ORBIT) for v in goals], goals[-1] + 0.5
 
@@ -210,7 +210,7 @@ def stages(monkeypatch: pytest.MonkeyPatch, case: EntrainmentCase, inside: tuple
     monkeypatch.setattr(RunsFromStart, "__call__", run)
     monkeypatch.setattr(LockedMotions, "__init__", lambda self, *_: None)
     monkeypatch.setattr(LockedMotions, "motion", motion)
-    monkeypatch.setattr(LockedMotions, "followed", followed)
+    monkeypatch.setattr(LockedMotions, "follow", follow)
     monkeypatch.setattr("wucht.studies.entrainment.computation.existence", no_averaged_equations)
     monkeypatch.setattr("wucht.studies.entrainment.computation.threshold", lambda *_: 1e-3)
     found = list(STUDY.run(case, Work()))

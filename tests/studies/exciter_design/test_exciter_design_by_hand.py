@@ -172,18 +172,18 @@ class Bench:
 
     def __init__(self, patch: pytest.MonkeyPatch, full: list[float | None]) -> None:
         self.full, self.polished, self.targets, self.asked = iter(full), list[Any](), list[Any](), list[Any]()
-        patch.setattr(DesignTrials, "tried", lambda _, numbers, target, report: self.tried(numbers, target, report))
-        patch.setattr(DesignTrials, "polished", lambda _, *given: self.polish(*given))
-        patch.setattr("wucht.studies.exciter_design.computation.checked", self.check)
+        patch.setattr(DesignTrials, "evaluate", lambda _, numbers, target, report: self.evaluate(numbers, target, report))
+        patch.setattr(DesignTrials, "optimise", lambda _, *given: self.optimise(*given))
+        patch.setattr("wucht.studies.exciter_design.computation.check_candidate", self.check)
 
-    def tried(self, numbers: np.ndarray, target: LoadCycles, report: Any) -> Candidates:
+    def evaluate(self, numbers: np.ndarray, target: LoadCycles, report: Any) -> Candidates:
         self.asked.append((len(numbers), target))
         report(0.5)
         n = len(numbers)
         far = np.abs(np.log(numbers[:, 1]))
         return Candidates(numbers, np.array([far] * 3).T, np.zeros(n, int), np.ones(n), np.ones(n), np.ones(n))
 
-    def polish(self, numbers: np.ndarray, target: LoadCycles, evaluations: int, report: Any) -> LocalOptimum:
+    def optimise(self, numbers: np.ndarray, target: LoadCycles, evaluations: int, report: Any) -> LocalOptimum:
         self.polished.append(target)
         report(0.5)
         return LocalOptimum(numbers * 1.01, 0.01)
@@ -225,7 +225,7 @@ def test_corrections_go_on_while_they_help(
     bench.plan = plan = planned(machine, **TINY)
     shares: list[float] = []
     *_, last = STUDY.run(plan, Work(reporter=lambda share, _: shares.append(share)))
-    assert last.complete and len(last.checked) == runs and len(last.polished) == 1
+    assert last.complete and len(last.full_runs) == runs and len(last.local_optima) == 1
     best = last.design(plan.trials.metric)
     assert (None if best is None else best.distances[0]) == min((d for d in full if d is not None), default=None)
     corrected = shift_spectrum(plan.target, BEAT.cycles, design(plan).cycles)
@@ -233,8 +233,8 @@ def test_corrections_go_on_while_they_help(
     for target in bench.polished[1:]:
         assert np.array_equal(target.ranges, corrected.ranges) and np.array_equal(target.counts, corrected.counts)
     assert len(bench.polished) == runs and all(target is plan.target for target in bench.targets)
-    for k, one in enumerate(last.checked[1:]):
-        before = min(last.checked[: k + 1], key=lambda c: c.distances[0])
+    for k, one in enumerate(last.full_runs[1:]):
+        before = min(last.full_runs[: k + 1], key=lambda c: c.distances[0])
         assert one.numbers == pytest.approx(1.01 * before.numbers)
     assert shares == sorted(shares) and shares[-1] == 1.0
 
@@ -243,22 +243,22 @@ def test_without_local_search_the_best_is_tried_itself(monkeypatch: pytest.Monke
     bench = Bench(monkeypatch, [0.5])
     bench.plan = plan = planned(machine, **TINY | {"polish": 0})
     *_, last = STUDY.run(plan, Work())
-    (one,) = last.polished
+    (one,) = last.local_optima
     numbers = np.concatenate([b.numbers for b in (*last.reach, *last.search)])
     nearest = numbers[np.abs(np.log(numbers[:, 1])).argmin()]
     assert np.array_equal(one.numbers, nearest) and one.distance == pytest.approx(abs(np.log(nearest[1])))
-    assert bench.asked[-1] == (1, plan.target) and bench.polished == [] and len(last.checked) == 1
+    assert bench.asked[-1] == (1, plan.target) and bench.polished == [] and len(last.full_runs) == 1
 
 
 def test_candidates_are_apart(monkeypatch: pytest.MonkeyPatch, machine: wucht.Machine) -> None:
     bench = Bench(monkeypatch, [0.5, 0.25, 0.125])
     bench.plan = plan = planned(machine, **TINY | {"candidates": 3, "corrections": 0, "samples": 8})
     *_, last = STUDY.run(plan, Work())
-    shares = np.array([plan.trials.shares(p.numbers / 1.01) for p in last.polished])
+    shares = np.array([plan.trials.shares(p.numbers / 1.01) for p in last.local_optima])
     apart = np.abs(shares[:, None] - shares[None]).max(axis=2)[np.triu_indices(len(shares), 1)]
     assert len(shares) == 3 and (apart > 0.1).all()
     best = last.design(plan.trials.metric)
-    assert best is last.checked[2]
+    assert best is last.full_runs[2]
     about = np.concatenate([b.numbers for b in last.tolerances]) / best.numbers - 1
     assert about.shape == (8, 2) and np.abs(about).max() <= plan.spec.spread and np.abs(about).max() > plan.spec.spread / 2
     assert (about > 0).any() and (about < 0).any()

@@ -67,12 +67,12 @@ def seen(failed: float | None = 4.0, **other: Any) -> MonitoredRun:
         np.full(257, other.get("residual", 1e-9)), -0.5 * at,
     )  # fmt: skip
     stored = SimpleNamespace(failure=other.get("failure"))
-    standing = SimpleNamespace(
-        damage=None if damage is None else SimpleNamespace(total=damage), last=SimpleNamespace(stored=stored)
+    state = SimpleNamespace(
+        damage=None if damage is None else SimpleNamespace(total=damage), last=SimpleNamespace(trajectory=stored)
     )
     verdict = SimpleNamespace(outcome="compensated", advice=other.get("advice", ""))
     before, failure = SimpleNamespace(outcome="captured"), other.get("failure")
-    run = SimpleNamespace(course=course, standing=standing, verdict=verdict, before=before, failure=failure)
+    run = SimpleNamespace(course=course, state=state, verdict=verdict, verdict_before=before, failure=failure)
     return MonitoredRun(run, Windows((0.5, 4.0), (6.0, 8.0), failed, failed), readings)  # type: ignore[arg-type]
 
 
@@ -137,7 +137,7 @@ def test_no_warnings() -> None:
     ("of", "other", "warning"),
     [
         (seen(residual=1.5e-6), {}, "the energy balance closes only to 1.5e-06: the run is not accurate"),
-        (seen(), {"undetected": "why"}, "there is no control chart: why"),
+        (seen(), {"no_detection": "why"}, "there is no control chart: why"),
         (
             seen(), {"detection": Known(1800.5)},
             "an alarm comes hardly sooner than a false one: the chart does not detect this failure",
@@ -160,7 +160,7 @@ def test_a_warning(of: MonitoredRun, other: dict[str, Any], warning: str) -> Non
 
 
 def averaged(before: AveragedSpeed, after: AveragedSpeed) -> list[str]:
-    return warnings_of(result(averaged=(before, after)))
+    return warnings_of(result(averaged_speeds=(before, after)))
 
 
 def test_warnings_of_the_averaged_equations() -> None:
@@ -186,7 +186,7 @@ def test_warnings_of_the_averaged_equations() -> None:
 
 
 def test_the_lines_of_a_failure() -> None:
-    made = result(of=seen(damage=0.75), detection=Known(), averaged=(AveragedSpeed(91.0, STEADY), AveragedSpeed(None)))
+    made = result(of=seen(damage=0.75), detection=Known(), averaged_speeds=(AveragedSpeed(91.0, STEADY), AveragedSpeed(None)))
     assert STUDY.report(made)[2:] == [
         "  before       90 rad/s, captured; averaged equations 91 rad/s",
         "  after        120 rad/s, compensated",
@@ -217,7 +217,7 @@ PLACES = (
 
 
 def test_the_signal_over_one_parameter() -> None:
-    made = result(planned(**ALONG), places=PLACES)
+    made = result(planned(**ALONG), points=PLACES)
     assert made.signal.dims == ("along",) and made.along.values.tolist() == [0.01, 0.015, 0.02]
     assert made.signal.values[:2].tolist() == [4.0, 48.0] and made.change.values[:2].tolist() == [5.0, 60.0]
     assert np.isnan(made.signal.values[2]) and np.isnan(made.change.values[2])
@@ -240,7 +240,7 @@ def test_the_signal_over_one_parameter() -> None:
 def test_the_signal_over_two_parameters() -> None:
     values = [(a, b) for a in (0.01, 0.015, 0.02) for b in (190.0, 210.0)]
     places = tuple(ParameterPoint(v, 90.0, 90.0 - k, float(k), f"o{k}") for k, v in enumerate(values))
-    made = result(planned(**ALONG, **SECOND), places=places[:5])
+    made = result(planned(**ALONG, **SECOND), points=places[:5])
     assert made.signal.dims == ("along", "second") and made.second.attrs["long_name"] == "carrier.damping"
     assert made.signal.values[:2].tolist() == [[0.0, 1.0], [2.0, 3.0]] and math.isnan(made.signal.values[2, 1])
     assert made.change.values[1].tolist() == [-2.0, -3.0]
@@ -252,7 +252,7 @@ def test_the_signal_over_two_parameters() -> None:
     assert list(lines[0].get_ydata()) == [0.0, 2.0, 4.0] and list(lines[1].get_ydata())[:2] == [1.0, 3.0]
     assert (list(lines[2].get_xdata()), list(lines[2].get_ydata())) == ([0.02], [4.0])
     nowhere = tuple(replace(p, signal=None) for p in places)
-    made = result(planned(**ALONG, **SECOND), places=nowhere)
+    made = result(planned(**ALONG, **SECOND), points=nowhere)
     assert made.wucht.summary["largest"] is None
     assert len(drawn("failure-detection", made).axes[-1].get_lines()) == 2
     assert "signal" not in result(planned(**ALONG))
@@ -275,14 +275,14 @@ def looked_at(monkeypatch: pytest.MonkeyPatch, best: float, **asked: Any) -> tup
         return replace(of, run=SimpleNamespace(**vars(of.run) | {"failure": failing.failure}))
 
     monkeypatch.setattr(FailingMachine, "run", run)
-    monkeypatch.setattr(run_module, "_seen", readings)
+    monkeypatch.setattr(run_module, "_monitored_run", readings)
     monkeypatch.setattr(run_module, "_detection", lambda *_: (None, ""))
-    monkeypatch.setattr(run_module, "_averaged", lambda *_: AveragedSpeed(None))
+    monkeypatch.setattr(run_module, "_averaged_speed", lambda *_: AveragedSpeed(None))
     shares = list[float]()
     *_, last = STUDY.run(plan, Work(reporter=lambda share, _: shares.append(share)))
     assert shares == sorted(shares) and len(set(shares[-3:])) == 3, "each place takes it further"
     most = 6 if "second" in asked else 3 + 2 * 4
-    assert shares[-1] == pytest.approx(0.35 + 0.65 * len(last.places) / most), "the machine itself takes about a third"
+    assert shares[-1] == pytest.approx(0.35 + 0.65 * len(last.points) / most), "the machine itself takes about a third"
     return order[1:], last
 
 
@@ -290,13 +290,13 @@ def test_beside_the_best_value_it_is_looked_more_finely(monkeypatch: pytest.Monk
     order, last = looked_at(monkeypatch, 0.0162, **ALONG)
     expected = [0.01, 0.015, 0.02, 0.0125, 0.0175, 0.01375, 0.01625, 0.015625, 0.016875, 0.0159375, 0.0165625]
     assert [v[0] for v in order] == pytest.approx(expected)
-    assert [p.values for p in last.places] == sorted(p.values for p in last.places)
-    best = max(last.places, key=lambda p: p.signal or 0.0)
+    assert [p.values for p in last.points] == sorted(p.values for p in last.points)
+    best = max(last.points, key=lambda p: p.signal or 0.0)
     assert best.values[0] == pytest.approx(0.0162, abs=1e-4) and best.signal == pytest.approx(
         100 - abs(best.values[0] - 0.0162) * 1e4
     )
-    assert last.places[-1].signal is None and last.places[-1].values == (0.02,), "what ends early has no signal"
-    assert {p.outcome for p in last.places} == {"passed"}
+    assert last.points[-1].signal is None and last.points[-1].values == (0.02,), "what ends early has no signal"
+    assert {p.outcome for p in last.points} == {"passed"}
 
 
 def test_at_an_end_of_the_range_there_is_one_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -307,7 +307,7 @@ def test_at_an_end_of_the_range_there_is_one_neighbour(monkeypatch: pytest.Monke
 def test_of_two_parameters_the_grid_alone_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     order, last = looked_at(monkeypatch, 0.0162, **ALONG, **SECOND)
     assert order == [(a, b) for a in (0.01, 0.015, 0.02) for b in (190.0, 210.0)]
-    assert len(last.places) == 6
+    assert len(last.points) == 6
 
 
 def test_why_there_is_no_chart(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -316,18 +316,20 @@ def test_why_there_is_no_chart(monkeypatch: pytest.MonkeyPatch) -> None:
 
     plan, of = planned(), seen()
     monkeypatch.setattr(FailingMachine, "run", lambda *_: iter([None]))
-    monkeypatch.setattr(run_module, "_seen", lambda *_: of)
+    monkeypatch.setattr(run_module, "_monitored_run", lambda *_: of)
     monkeypatch.setattr(run_module, "detection_of", none)
-    monkeypatch.setattr(run_module, "_averaged", lambda *_: AveragedSpeed(None))
+    monkeypatch.setattr(run_module, "_averaged_speed", lambda *_: AveragedSpeed(None))
     *_, last = STUDY.run(plan, Work())
-    assert (last.detection, last.undetected) == (None, "too much noise")
+    assert (last.detection, last.no_detection) == (None, "too much noise")
 
 
 # --- the figure ---
 
 
 def test_panels() -> None:
-    made = result(of=seen(damage=0.5), detection=Known(), averaged=(AveragedSpeed(91.0, STEADY), AveragedSpeed(119.0, STEADY)))
+    made = result(
+        of=seen(damage=0.5), detection=Known(), averaged_speeds=(AveragedSpeed(91.0, STEADY), AveragedSpeed(119.0, STEADY))
+    )
     speed, load, alarm, stiffness = drawn("failure-detection", made).axes
     levels = [(line.get_label(), line.get_ydata()[0]) for line in speed.get_lines()[2:4]]
     assert levels[0] == ("averaged equations", 91.0) and levels[1][1] == 119.0 and str(levels[1][0]).startswith("_")

@@ -152,4 +152,4 @@ def test_the_machine_as_it_is_comes_first_if_all_that_is_varied_lies_in_its_rang
 
 
 def test_a_front_of_nothing_has_no_points() -> None:
-    assert computation.front_of(SimpleNamespace(), SimpleNamespace(tried=())) == ((), 0)  # type: ignore[arg-type]
+    assert computation.front_of(SimpleNamespace(), SimpleNamespace(evaluated_generations=())) == ((), 0)  # type: ignore[arg-type]

@@ -64,7 +64,7 @@ class Workers:
     def __init__(self) -> None:
         self.tasks = 0
 
-    def computed(self, tasks: Mapping[str, Callable[..., Any]], tell: Any) -> Iterator[tuple[str, Any]]:
+    def compute(self, tasks: Mapping[str, Callable[..., Any]], tell: Any) -> Iterator[tuple[str, Any]]:
         for name, task in reversed(tasks.items()):
             self.tasks += 1
             tell(0.5, "")
@@ -84,7 +84,7 @@ def test_workers_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_that_it_takes_long_is_said_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where all are run up one by one, as balls of a track are, how many run-ups there will be is the first that is told."""
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
-    monkeypatch.setattr(computation, "why_one_by_one", lambda _question: "bodies are released on the way")
+    monkeypatch.setattr(computation, "batching_obstacle", lambda _question: "bodies are released on the way")
     told: list[str] = []
 
     def stop(_share: float, what: str) -> None:

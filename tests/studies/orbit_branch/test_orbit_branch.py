@@ -146,7 +146,7 @@ def test_a_branch_that_cannot_be_begun_is_told(monkeypatch: pytest.MonkeyPatch) 
         raise RunError("Newton's method fails")
 
     away = {**CIRCLE, "states": {**CIRCLE["states"], "z": "(mu - 1)*z - z^3"}}
-    monkeypatch.setattr("wucht.dynamics.branches.orbit_branches.switched", fails)
+    monkeypatch.setattr("wucht.dynamics.branches.orbit_branches.crossing_branch", fails)
     asked = OrbitBranch(along="mu", range=(0.5, 1.5), at=0.6, values=(0.6,), start={"x": 0.5}, switch=True)
     warnings = run(asked, own(away)).attrs["warnings"]
     assert "the branch from the branch point at mu = 1 is not followed: Newton's method fails" in warnings

@@ -39,15 +39,15 @@ def circles() -> tuple[Any, OrbitFindings]:
 
 def result(**other: Any) -> xr.Dataset:
     plan, found = circles()
-    given = {name: getattr(found, name) for name in ("steady", "tried", "branches", "reported", "lost", "complete")}
+    given = {name: getattr(found, name) for name in ("steady", "runs", "branches", "orbits", "omissions", "complete")}
     return titled(STUDY.dataset(plan, OrbitFindings(**given | other)), dimensionless=True)
 
 
 def test_before_the_first_orbit() -> None:
-    made = result(branches=(), reported=(), complete=False)
+    made = result(branches=(), orbits=(), complete=False)
     assert made.wucht.summary["sentence"] == "the study was interrupted before the first orbit"
     assert warnings_of(made)[-1] == "the search is not finished"
-    assert result(branches=(), reported=()).wucht.summary["sentence"].startswith("there is no modulated motion: ")
+    assert result(branches=(), orbits=()).wucht.summary["sentence"].startswith("there is no modulated motion: ")
 
 
 def test_a_whole_search_has_no_warnings() -> None:
@@ -57,8 +57,8 @@ def test_a_whole_search_has_no_warnings() -> None:
 
 def test_what_is_lost_or_left_out_is_told() -> None:
     lost = tuple(f"lost {k}" for k in range(4 + 2))
-    assert warnings_of(result(lost=lost)) == [*lost[:-2], "and 2 more"]
-    assert warnings_of(result(lost=lost[:-2])) == list(lost[:-2])
+    assert warnings_of(result(omissions=lost)) == [*lost[:-2], "and 2 more"]
+    assert warnings_of(result(omissions=lost[:-2])) == list(lost[:-2])
     _, found = circles()
     many = warnings_of(result(branches=found.branches * MOST_BRANCHES))
     assert many == [f"more than {MOST_BRANCHES} branches: the others are left out"]
@@ -76,26 +76,26 @@ def test_values_of_which_there_is_no_orbit() -> None:
     _, found = circles()
     assert len(found.orbits) == 2
     none = "there is no orbit of a known branch at mu = 0.5, 1.5"
-    assert warnings_of(result(reported=())) == [none]
-    assert warnings_of(result(reported=found.orbits[:1])) == ["there is no orbit of a known branch at mu = 1.5"]
-    assert none not in warnings_of(result(reported=(), complete=False))
+    assert warnings_of(result(orbits=())) == [none]
+    assert warnings_of(result(orbits=found.orbits[:1])) == ["there is no orbit of a known branch at mu = 1.5"]
+    assert none not in warnings_of(result(orbits=(), complete=False))
 
 
 def test_orbits_whose_fastest_decays_are_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
     branch = type(circles()[1].branches[0])
     real = branch.whole_array
 
-    def joined(self: Any, name: str) -> np.ndarray:
+    def whole_array(self: Any, name: str) -> np.ndarray:
         values = real(self, name)
         if name == "product_error":
             wrong = np.zeros(len(values))
             wrong[:3] = 1.5 * 0.1
             return wrong
-        if name == "trusted":
+        if name == "is_trusted":
             return np.arange(len(values)) != 1
         return values
 
-    monkeypatch.setattr(branch, "joined", joined)
+    monkeypatch.setattr(branch, "whole_array", whole_array)
     assert warnings_of(result()) == [
         "of 2 orbits the fastest decays are unknown: the product of the multipliers differs from that which the divergence of "
         "the equations demands"
@@ -120,7 +120,7 @@ def test_the_lines_that_end_the_report() -> None:
 def test_exponents_are_complex() -> None:
     _, found = circles()
     (branch, orbit), _ = found.orbits
-    made = result(reported=((branch, replace(orbit, exponents=np.array([-0.25 + 0.75j]))),))
+    made = result(orbits=((branch, replace(orbit, exponents=np.array([-0.25 + 0.75j]))),))
     assert (made.orbit_exponent_re.item(), made.orbit_exponent_im.item()) == (-0.25, 0.75)
 
 
@@ -140,6 +140,6 @@ def test_exponents_of_a_rotor_per_angle_are_those_per_time_over_its_speed() -> N
     """Half a unit of time a unit of angle: each exponent is half as large."""
     plan, found = circles()
     (branch, one), *_ = found.orbits
-    rotating: Any = SimpleNamespace(problem=SimpleNamespace(rotor="drum"), along=plan.along)
+    rotating: Any = SimpleNamespace(problem=SimpleNamespace(shows_rotor_speed=True), along=plan.along)
     entry = orbit_entry(rotating, branch, replace(one, period=2.0, period_phi=4.0, exponents=np.array([-0.5 + 1.0j])))
     assert entry["exponents"] == [[-0.5, 1.0]] and entry["exponents_phi"] == [[-0.25, 0.5]]

@@ -81,10 +81,10 @@ def test_a_file_alone_is_drawn(cylinder: xr.Dataset, tmp_path: object) -> None:
 @pytest.mark.parametrize(("out", "stable"), [(-0.5, True), (0.5, False)])
 def test_a_stable_node_that_is_left_across_the_section_is_not_stable(out: float, stable: bool) -> None:
     node = FixedPoint(np.zeros(2), np.array([-1.0, -2.0]), STABLE[0])
-    found: Any = SimpleNamespace(fixed=SimpleNamespace(points=(node,)), transverse=(np.array([out + 1j, out - 1j]),))
+    found: Any = SimpleNamespace(fixed_points=SimpleNamespace(points=(node,)), transverse=(np.array([out + 1j, out - 1j]),))
     case: Any = SimpleNamespace(section=SimpleNamespace(rotor_speed=lambda state: -4.0))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(portrait_answer, "_reported", lambda plan, state: ())
+        patch.setattr(portrait_answer, "_wrap_state", lambda plan, state: ())
         entry = portrait_answer._point_entry(SimpleNamespace(axes=()), case, found, 0)  # type: ignore[arg-type]
     assert entry["stable"] is stable
     assert entry["transverse_phi"] == [[out / 4, 0.25], [out / 4, -0.25]] and entry["eigenvalues_phi"][0] == [-0.25, 0.0]

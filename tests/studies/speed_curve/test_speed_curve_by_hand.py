@@ -77,8 +77,8 @@ def test_sentences() -> None:
 
 def test_warnings() -> None:
     lost = tuple(f"lost {k}" for k in range(5))
-    assert warnings_of(result(lost=lost)) == ["lost 0", "lost 1", "lost 2", "and 2 more states"]
-    assert warnings_of(result(lost=lost[:3])) == list(lost[:3])
+    assert warnings_of(result(omissions=lost)) == ["lost 0", "lost 1", "lost 2", "and 2 more states"]
+    assert warnings_of(result(omissions=lost[:3])) == list(lost[:3])
     changing = replace(branch(1.0, 10.0), exponents=np.array([[-1.0] * 4 + [1.0] * 3 + [-1.0] * 3], complex))
     where = "between mu = 4 and 5, and at 1 more places"
     assert warnings_of(result(branch(1, 10), changing)) == [
@@ -122,7 +122,7 @@ def test_the_lines_of_families() -> None:
         "               its end: it stops",
         "  complete     yes at one value of mu: as by hand; only branches between these values may be missing",
     ]
-    assert lines(result(branch(1, 10), searched=()))[-1].startswith("  branch 1")
+    assert lines(result(branch(1, 10), searches=()))[-1].startswith("  branch 1")
 
 
 def test_the_state_as_it_is_of_a_family_may_be_stable_in_part() -> None:

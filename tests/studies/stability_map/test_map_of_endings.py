@@ -60,8 +60,8 @@ def test_a_curve_is_looked_for_along_the_third_parameter(monkeypatch: pytest.Mon
     class Asked:
         subject = "the equations there"
 
-        def at(self, values: dict[str, float]) -> Asked:
-            asked.append(("at", values))
+        def with_values(self, values: dict[str, float]) -> Asked:
+            asked.append(("with_values", values))
             return self
 
         @property
@@ -80,7 +80,7 @@ def test_a_curve_is_looked_for_along_the_third_parameter(monkeypatch: pytest.Mon
     found = curves_between(motion, PLANE, connected, place(*other, SADDLE_NODE_ON_ORBIT), lambda _: None)
     assert found.omissions == ("near x = 12.5, y = 1: enough was asked",)
     assert asked == [
-        ("at", {"x": 12.5, "y": 1.0}),
+        ("with_values", {"x": 12.5, "y": 1.0}),
         ("orbits", "the equations there", "winding", "scale", "longest"),
         ("states",),
     ]

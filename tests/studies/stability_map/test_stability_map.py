@@ -208,7 +208,7 @@ def test_a_crossing_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -
     def lost(*_: Any) -> np.ndarray:
         raise RunError("Newton's method does not converge to a point at which both folds coincide")
 
-    monkeypatch.setattr(FoldPairs, "near", lost)
+    monkeypatch.setattr(FoldPairs, "nearest_pair", lost)
     result = two_pairs()
     assert result.wucht.summary["points"] == []
     assert "the crossing of two curves of folds near p = " in result.attrs["warnings"]

@@ -89,7 +89,7 @@ def test_runs_tell_of_motions_that_no_branch_has() -> None:
         ReachedMotions(-1.0, 0.0, 6, 6, (), 0), ReachedMotions(1.0, 0.0, 6, 5, (NONE,), 0),
         ReachedMotions(-1.0, 2.0, 6, 4, (), 2), ReachedMotions(1.0, 2.0, 5, 0, (), 0),
     )  # fmt: skip
-    result = of(plan(), rows=rows(("a",), ("a",), (), ()), reached=reached)
+    result = of(plan(), rows=rows(("a",), ("a",), (), ()), runs_by_place=reached)
     assert labels(result) == [
         "a", "a, modulated motion stable",
         "a motion that is neither steady nor periodic, an unidentified steady state", "no other steady state",
@@ -162,7 +162,7 @@ def test_that_part_begins_at_a_crossing_of_folds_below_it() -> None:
 
 def test_hopf_curves_and_other_folds_are_no_such_parts() -> None:
     rows_ = (orbits(2.0, SADDLE_NODE_ON_ORBIT, 0.0, 2.0),)
-    assert on_folds(of(plan(), curves=(fold(of="hopf"), fold(1.0)), orbits=rows_)) == []
+    assert on_folds(of(plan(), curves=(fold(bifurcation="hopf"), fold(1.0)), orbits=rows_)) == []
 
 
 # --- the Dataset and the report ---
@@ -176,14 +176,14 @@ def test_places_that_say_otherwise_than_their_region() -> None:
     assert warnings_of(of(plan(), rows=different, complete=False)) == ["4 places are examined; the map is not finished"]
     assert result.wucht.summary["against"] == 1
     assert STUDY.report(result)[-1] == "  checked      3 of 4 separately examined places agree with the boundaries"
-    runs = of(plan(), rows=different, reached=(ReachedMotions(-1.0, 0.0, 6, 6, (), 0),))
+    runs = of(plan(), rows=different, runs_by_place=(ReachedMotions(-1.0, 0.0, 6, 6, (), 0),))
     assert STUDY.report(runs)[-1].startswith("  checked      3 of 4 separately examined places, by 6 runs from several")
 
 
 def test_what_is_lost_is_listed_in_part() -> None:
     lost = tuple(f"lost {k}" for k in range(6))
-    assert warnings_of(of(plan(), lost=lost)) == [*lost[:4], "and 2 more"]
-    assert warnings_of(of(plan(), lost=lost[:4])) == list(lost[:4])
+    assert warnings_of(of(plan(), omissions=lost)) == [*lost[:4], "and 2 more"]
+    assert warnings_of(of(plan(), omissions=lost[:4])) == list(lost[:4])
 
 
 def test_before_the_first_place() -> None:

@@ -371,5 +371,7 @@ def test_a_sweep_is_too_fast_by_the_size_of_its_speeds(sense: float, change: flo
     settled: Any = SimpleNamespace(speed=sense * 100.0)
     last: Any = SimpleNamespace(speed=sense * (100.0 + change), modulation=0.0)
     pace = SimpleNamespace(rate=1.0, rate_unit="rad/s²")
-    plan: Any = SimpleNamespace(moved=SimpleNamespace(machine=SimpleNamespace(units=SimpleNamespace(speed="rad/s")), pace=pace))
+    plan: Any = SimpleNamespace(
+        moved_machine=SimpleNamespace(machine=SimpleNamespace(units=SimpleNamespace(speed="rad/s")), pace=pace)
+    )
     assert bool(_doubts(plan, settled, True, "at the end", [last])) is doubtful

@@ -148,7 +148,7 @@ def test_a_drive_that_runs_away_leaves_the_end_of_the_range_to_the_program() -> 
     m = machine(0.012, 0.008, drive=DC_SERIES)
     plan = STUDY.prepare(SynchronousStates(full=False), m)
     shown = STUDY.dataset(plan, list(STUDY.run(plan, Work()))[-1]).wucht.summary
-    assert plan.chosen and not shown["complete"]
+    assert plan.is_limit_chosen and not shown["complete"]
     assert shown["shown"].endswith(
         "; these are all in this range, but its upper end is the program's choice, as the drive runs away without load: "
         "study.range sets another"
@@ -181,7 +181,7 @@ def test_a_family_is_judged_by_its_members(
         return Stability(next(answers), np.array([-1.0 + 2.0j]), "")
 
     monkeypatch.setattr(FullStability, "stability", judged)
-    monkeypatch.setattr(FullStability, "why", lambda *_: None)
+    monkeypatch.setattr(FullStability, "disagreement", lambda *_: None)
     plan = STUDY.prepare(SynchronousStates(), machine(0.006, 0.006, unbalance=0.0))
     *_, findings = STUDY.run(plan, Work())
     (family,) = findings.configurations

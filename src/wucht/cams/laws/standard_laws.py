@@ -68,10 +68,10 @@ class StandardLaw:
         A jump of the derivative below, at a knot or where the law begins and ends, does not count.
         """
         return max(
-            float(np.abs(self._within(i, self._stationary(i, order), order)).max()) for i in range(len(self.polynomials))
+            float(np.abs(self._piece_values(i, self._stationary(i, order), order)).max()) for i in range(len(self.polynomials))
         )
 
-    def _within(self, i: int, u: np.ndarray, order: int) -> np.ndarray:
+    def _piece_values(self, i: int, u: np.ndarray, order: int) -> np.ndarray:
         """A derivative at places u (m,) of one piece, at its ends as from inside."""
         cosine, sine = (c[i] for c in self._wave(order))
         polynomial = np.polyval(_derivative(self.polynomials, order)[i, ::-1], u)

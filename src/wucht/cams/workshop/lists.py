@@ -88,7 +88,7 @@ def write_list(
 
 def _check(points: PointList, content: str, columns: Sequence[str]) -> None:
     if not content.strip() or "\n" in content:
-        raise InputError("what", content, "it must be a name of one line")
+        raise InputError("content", content, "it must be a name of one line")
     for column in columns:
         if column not in UNITS:
             raise InputError("columns", column, f"there is no such column; {nearest(column, UNITS)}")

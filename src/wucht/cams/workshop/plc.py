@@ -67,7 +67,7 @@ class SlaveUnit(Enum):
     DEGREE = "deg"
 
     @property
-    def per_si(self) -> float:
+    def si_factor(self) -> float:
         """Number of these units in one m, or one rad."""
         return 1e3 if self is SlaveUnit.MILLIMETRE else 1 / _DEGREE
 
@@ -136,9 +136,9 @@ def cam_table(
     acceleration five. most: the number of rows that the controller takes. Raises ``InputError``.
     """
     require_positive("tolerance", tolerance)
-    half = 0.5 * 10.0 ** -require_decimals("decimals", decimals) / unit.per_si
+    half = 0.5 * 10.0 ** -require_decimals("decimals", decimals) / unit.si_factor
     if tolerance <= half:
-        need = math.floor(-math.log10(2 * tolerance * unit.per_si)) + 1
+        need = math.floor(-math.log10(2 * tolerance * unit.si_factor)) + 1
         raise InputError("decimals", decimals, f"rounding alone spoils the tolerance: {need} decimals or more are needed")
     _check_closed(law)
     steps = _even_steps(most)
@@ -182,8 +182,8 @@ def _rounded_table(law: Law, unit: SlaveUnit, n: int, interpolation: Interpolati
     phi = np.arange(n + 1) * (_TURN / n)
 
     def rounded_values(order: int, finer: int) -> np.ndarray:
-        per_si = unit.per_si * _DEGREE**order  # derivatives stand in the file by the degree
-        values = np.round(require_finite("law", law(phi, order)) * per_si, decimals + finer) / per_si
+        si_factor = unit.si_factor * _DEGREE**order  # derivatives stand in the file by the degree
+        values = np.round(require_finite("law", law(phi, order)) * si_factor, decimals + finer) / si_factor
         values[-1] = values[0]
         return values
 
@@ -223,11 +223,14 @@ def write_cam_table(path: Path, table: CamTable, form: Form, name: str = "Cam") 
 
 def _columns(table: CamTable) -> list[tuple[str, ...]]:
     """Return the rows as texts: master, slave, and velocity and acceleration where there are any, by the degree."""
-    per_si = table.unit.per_si
-    columns = [format_decimals(table.phi / _DEGREE, MASTER_DECIMALS), format_decimals(table.position * per_si, table.decimals)]
+    si_factor = table.unit.si_factor
+    columns = [
+        format_decimals(table.phi / _DEGREE, MASTER_DECIMALS),
+        format_decimals(table.position * si_factor, table.decimals),
+    ]
     if table.velocity is not None and table.acceleration is not None:
-        columns.append(format_decimals(table.velocity * per_si * _DEGREE, table.decimals + VELOCITY_FINER))
-        columns.append(format_decimals(table.acceleration * per_si * _DEGREE**2, table.decimals + ACCELERATION_FINER))
+        columns.append(format_decimals(table.velocity * si_factor * _DEGREE, table.decimals + VELOCITY_FINER))
+        columns.append(format_decimals(table.acceleration * si_factor * _DEGREE**2, table.decimals + ACCELERATION_FINER))
     return list(zip(*columns, strict=True))
 
 
@@ -307,9 +310,9 @@ def read_cam_table(path: Path, form: Form, unit: SlaveUnit) -> CamTable:
     except ValueError as error:
         raise InputError(str(path), None, f"it holds a value that is not a number: {error}", code="no-number") from None
     _check_rows(path, values)
-    derivatives = [column / (unit.per_si * _DEGREE**order) for order, column in enumerate(values[2:], 1)] or [None, None]
+    derivatives = [column / (unit.si_factor * _DEGREE**order) for order, column in enumerate(values[2:], 1)] or [None, None]
     decimals = max(len(row[1].partition(".")[2]) for row in rows)
-    return CamTable(values[0] * _DEGREE, values[1] / unit.per_si, derivatives[0], derivatives[1], unit, decimals)
+    return CamTable(values[0] * _DEGREE, values[1] / unit.si_factor, derivatives[0], derivatives[1], unit, decimals)
 
 
 def _rows(text: str, form: Form) -> list[tuple[str, ...]]:

@@ -124,7 +124,7 @@ def _first_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage
         report = partial(work.report, share, "a run until it settles")
         run_there = partial(orbit_of_run, problem, value, settings.until, settings.longest, report)
         run = work.unit(f"run at {value!r}", run_there)
-        findings = with_result(findings, "tried", run)
+        findings = with_result(findings, "runs", run)
         yield findings
         if run.orbit is not None:
             findings = yield from _follow_branch(case, run.orbit, findings, work)
@@ -196,7 +196,7 @@ def _report_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stag
         make = partial(result_or_reason, reported_orbit, case.problem, seed, beside, value)
         one = work.unit(f"orbit {i} of branch {k} at {value!r}", make)
         missing = f"the orbit at {case.problem.path} = {value:.6g} is not reported: "
-        findings = with_result(findings, "reported", one if isinstance(one, str) else (k, one), missing)
+        findings = with_result(findings, "orbits", one if isinstance(one, str) else (k, one), missing)
         yield findings
     return findings
 

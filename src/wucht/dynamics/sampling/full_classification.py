@@ -1,4 +1,4 @@
-"""Full classification of members that do not simply come to rest: each is observed turn by turn and judged as a run-up is."""
+"""Full classification of members that have not settled: each is observed turn by turn and judged as a run-up is."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.analysis.averaged import FullMotion
+from wucht.analysis.averaged_machine import FullMotion
 from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
 from wucht.dynamics.sampling.ensemble_equations import NumberedMembers, Variants, parameters_of

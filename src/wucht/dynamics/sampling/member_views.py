@@ -50,7 +50,7 @@ class VariantFunction:
         return self.function(states, self.constants if self.constants.shape[1] == 1 else self.constants[:, variant_index])
 
 
-def residual_unbalance(weights: np.ndarray) -> VariantFunction:
+def member_residual_unbalance(weights: np.ndarray) -> VariantFunction:
     """Return the residual unbalance as a function of the phases of the bodies about the rotor. weights: complex unbalances of
     the rotor and of these bodies (V, 1 + b), of each variant."""
     bodies = range(1, weights.shape[1])

@@ -11,7 +11,7 @@ import numpy as np
 from wucht.analysis.vibration import Vibration
 from wucht.dynamics.sampling.attractors import Attractor
 from wucht.dynamics.sampling.ensemble_equations import Equations, NumberedMembers, Variants
-from wucht.dynamics.sampling.member_views import FullView, SlowView, VariantFunction, View, residual_unbalance
+from wucht.dynamics.sampling.member_views import FullView, SlowView, VariantFunction, View, member_residual_unbalance
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import weights_of
 from wucht.dynamics.verdicts.outcomes import (
@@ -221,7 +221,7 @@ class ScreeningObserver:
 
     @cached_property
     def _residual(self) -> VariantFunction:
-        return residual_unbalance(np.array([_weights(m) for m in self.variants.machines]))
+        return member_residual_unbalance(np.array([_weights(m) for m in self.variants.machines]))
 
     @cached_property
     def _free(self) -> np.ndarray:

@@ -69,4 +69,4 @@ def __getattr__(name: str) -> type[Any]:
 
 
 def __dir__() -> list[str]:
-    return sorted({*_classes(), "attachments", "bodies", "carriers", "drives", "known", "loads"})
+    return sorted({*_classes(), "attachments", "bodies", "carriers", "drives", "loads", "part_kinds"})

@@ -70,9 +70,9 @@ class Pendulum(TrackBody):
         w, relative = frame.speed(self.name), frame.speed(self.name) - frame.speed(self.about)
         body_energies = Energies(kinetic=self.axis_inertia() * w**2 / 2, dissipation=b * relative**2 / 2)
         on_axis = frame.carried_energies(m, self.moment(), self.name) + body_energies
-        return on_axis if self.suspension is None else on_axis + self._off_axis(frame)
+        return on_axis if self.suspension is None else on_axis + self._offset_energies(frame)
 
-    def _off_axis(self, frame: Frame) -> Energies:
+    def _offset_energies(self, frame: Frame) -> Energies:
         """Return the energies added by a pivot at s on ``about``: m v.p' + m p'^2/2 + m l theta' p'.n(theta), p = R(phi) s."""
         m, l, a, b = self.symbols("mass", "length", "suspension.x", "suspension.y")  # noqa: E741
         at, phi, theta = frame.axis(self.name), frame.angle(self.about), frame.angle(self.name)

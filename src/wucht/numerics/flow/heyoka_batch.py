@@ -20,9 +20,9 @@ from wucht.numerics.flow.heyoka_engine import (
     COMPACT_ABOVE,
     MAX_STEPS,
     NOT_FINITE,
-    equations,
     state_units,
     step_limit_error,
+    taylor_equations,
     translation,
 )
 from wucht.numerics.flow.program import lower
@@ -74,7 +74,7 @@ class HeyokaBatch:
         self.width, self.program, self._units = 2 * int(hy.recommended_simd_size()), program, units
         self._idle: deque[BatchIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive_batch(
-            equations(program, variables, translate, units),
+            taylor_equations(program, variables, translate, units),
             np.zeros((len(variables), self.width)),
             tol=tolerance,
             compact_mode=len(program.lines) > COMPACT_ABOVE,

@@ -140,7 +140,9 @@ def translation(program: Program, first: int = 0, units: np.ndarray | None = Non
     return variables, Translator(symbols | {s: hy.par[first + i] for i, (s, _) in enumerate(program.constants)})
 
 
-def equations(program: Program, variables: Sequence[Any], translate: Translator, units: np.ndarray) -> list[tuple[Any, Any]]:
+def taylor_equations(
+    program: Program, variables: Sequence[Any], translate: Translator, units: np.ndarray
+) -> list[tuple[Any, Any]]:
     """Pair each variable with its rate, in units (n,), as heyoka integrates them."""
     rates = translate.program(program.lines, program.results)
     return [(v, r if unit == 1 else r / unit) for v, r, unit in zip(variables, rates, units.tolist(), strict=True)]
@@ -203,7 +205,7 @@ class HeyokaEngine:
         hy.set_logger_level_critical()
         variables, translate = translation(program, units=units)
         _, translate_events = translation(event_program, len(program.constants), units)
-        system = equations(program, variables, translate, units)
+        system = taylor_equations(program, variables, translate, units)
         functions = translate_events.program(event_program.lines, event_program.results)
         direction = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
         terminal, passing, interrupting = [], [], []

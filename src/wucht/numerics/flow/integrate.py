@@ -56,13 +56,13 @@ class Integration:
         # A run may continue one that has stopped at a terminal event: it starts beyond it.
         self.fired_at = {i: time for i, e in enumerate(self.compiled_system.events) if e.terminal}
         self.integrator.forget_events()
-        self._place(time, self._in_units(self.state))
+        self._place(time, self._convert_units(self.state))
 
     def _begin_leg(self) -> None:
         """Store the values of the quadratures, and begin a leg with gains of zero."""
-        state, n = self._in_units(self.integrator.state, back=True), len(self.compiled_system.system.states)
+        state, n = self._convert_units(self.integrator.state, back=True), len(self.compiled_system.system.states)
         self.before = state[n:]
-        self._place(self.time, self._in_units(state))
+        self._place(self.time, self._convert_units(state))
 
     def _place(self, time: float, state: np.ndarray) -> None:
         self.integrator.start(time, state, np.concatenate([self._system_parameters, self.segments]))
@@ -77,7 +77,7 @@ class Integration:
         """Parameters without those of the segments."""
         return np.append(self.pars, 1 / self.unit)
 
-    def _in_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
+    def _convert_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
         """Convert states (n + m) or (n + m, N) to those with the leg's gains of the quadratures in their unit, or back."""
         n, result = len(self.compiled_system.system.states), states.copy()
         before = self.before if result.ndim == 1 else self.before[:, None]
@@ -115,7 +115,7 @@ class Integration:
     def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
         count = samples.shape[1]
         self.times.append(piece[:count])
-        self.states.append(self._in_units(samples, back=True))
+        self.states.append(self._convert_units(samples, back=True))
         self.done += count
 
     def _handle_events(self, leg: LegResult) -> None:
@@ -187,9 +187,9 @@ class Integration:
             or abs(at - time) > 1e-12 * max(1.0, abs(time))
         ):
             return
-        state = self._in_units(block[:, -1])
+        state = self._convert_units(block[:, -1])
         segments = locator.right_values(at, state, self._system_parameters, self.segments)
-        block[:, -1] = self._in_units(self._apply_jumps(at, state, before, segments), back=True)
+        block[:, -1] = self._convert_units(self._apply_jumps(at, state, before, segments), back=True)
 
     def _apply_jumps(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """Return the state with the gains of the quadratures from the change of segments."""
@@ -241,7 +241,7 @@ class Integration:
             {q.name: states[n + i] for i, q in enumerate(self.compiled_system.system.quadratures)},
             self.sample_parameters if at_sample else self.pars,
             float(times[-1]) if at_sample else self.time,
-            states[:, -1] if at_sample else self._in_units(self.integrator.state, back=True),
+            states[:, -1] if at_sample else self._convert_units(self.integrator.state, back=True),
             tuple(self.hits),
             self.stopped_by,
             failure,
@@ -261,7 +261,7 @@ def integrate(
 
     Parameters
     ----------
-    compiled : CompiledSystem
+    compiled_system : CompiledSystem
         With n states and m quadratures.
     initial : array_like, (n,) or (n + m,)
         The state; with the quadratures' values appended to continue a run.

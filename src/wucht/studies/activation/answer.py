@@ -179,8 +179,9 @@ def _pendulum_quantities(plan: Plan) -> list[Quantity]:
         "snaps": ("whether its mass goes from stop to stop", ""),
         "stays_open": ("whether it then remains open", ""),
     }
+    attributes = {part: part for part in columns} | {"after_opening": "open_speed"}
     rows = [
-        {"name": name} | {part: [getattr(s, part.removesuffix("_opening")) for s in switchings] for part in columns}
+        {"name": name} | {part: [getattr(s, attributes[part]) for s in switchings] for part in columns}
         for name, switchings in zip(plan.pendulums, zip(*plan.switching, strict=True), strict=True)
     ]
     natural = Quantity("natural_frequencies", natural_frequencies(plan.machine), "natural frequencies by mode", speed)
@@ -201,7 +202,9 @@ def _warnings(plan: Plan, results: dict[Cell, ActivationRun]) -> list[str]:
     for name, switchings in zip(plan.pendulums, zip(*plan.switching, strict=True), strict=True):
         for s in switchings:
             if s.snaps and not s.stays_open:
-                slower = f"as its mass moves out the speed falls from {s.opening:.4g} to {s.after:.4g} rad/s, and it closes"
+                slower = (
+                    f"as its mass moves out the speed falls from {s.opening:.4g} to {s.open_speed:.4g} rad/s, and it closes"
+                )
                 cure = "more frame inertia, less stiffness or a shorter stroke keep it open"
                 warnings.append(f"{name!r} may open and close repeatedly: {slower} below {s.closing:.4g} rad/s; {cure}")
     closed_runs = sum(not all(d.open_at_end) for (of, *_), d in results.items() if of in (SWITCHABLE, BALANCED_VARIANT))

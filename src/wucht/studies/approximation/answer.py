@@ -194,7 +194,7 @@ def report(result: xr.Dataset) -> list[str]:
     return lines.report(_VERDICTS[s["trusted"]])
 
 
-def _comparison_text(d: dict[str, Any], compared_bodies: str) -> str:
-    deviation_text = f"speeds of {compared_bodies} differ by {{speed}} at most, amplitudes by {{amplitude}}"
+def _comparison_text(d: dict[str, Any], bodies_text: str) -> str:
+    deviation_text = f"speeds of {bodies_text} differ by {{speed}} at most, amplitudes by {{amplitude}}"
     ends = "both {outcome}" if d["same_outcome"] else "{outcome}, averaged equations {slow_outcome}"
     return f"{'nothing in common' if d['speed'] is None else deviation_text}; {ends}"

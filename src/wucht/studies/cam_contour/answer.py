@@ -14,7 +14,7 @@ from wucht.cams.undercut import RadiusAt
 from wucht.numerics.angles import Arc
 from wucht.results.formatting import report_lines
 from wucht.results.quantities import Quantity, answer, group
-from wucht.studies.cam_contour.computation import Curves, Findings, Plan, verdict
+from wucht.studies.cam_contour.computation import Curves, Findings, Plan, contour_verdict
 from wucht.studies.cam_contour.contact_load import ContactHistory
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ _MOTIONS = ("", "_velocity", "_acceleration")
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of a cam's contour, in the plane that turns with the cam; numbers that do not apply are NaN."""
-    outcome, sentence = verdict(plan, findings)
+    outcome, sentence = contour_verdict(plan, findings)
     quantities = [
         Quantity("cam", list(plan.cams), "cam", "", "cam"),
         Quantity("cam_angle", findings.angles, "cam angle", "rad", "cam_angle"),

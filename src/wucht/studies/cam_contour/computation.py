@@ -199,7 +199,7 @@ def _points_to_mill(plan: Plan) -> tuple[dict[str, PointList], list[str]]:
     return points, notes
 
 
-def verdict(plan: Plan, findings: Findings) -> tuple[str, str]:
+def contour_verdict(plan: Plan, findings: Findings) -> tuple[str, str]:
     """Return the label (``cuttable``, ``undercut``, ``not-permitted``, ``lifts-off``) and the sentence."""
     if not plan.is_whole:
         return "undercut", f"undercut: {'; '.join(_undercut_clauses(plan))}"

@@ -31,7 +31,7 @@ from wucht.files.documents import Document, contents_digest
 from wucht.files.tables import read_table
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
-from wucht.schema import Unit, read_quantity, table
+from wucht.schema import Unit, read_quantity, require_table
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
 from wucht.studies.spec import Value
 from wucht.studies.subjects import MACHINE, Description
@@ -113,7 +113,7 @@ class MachineInFolderSubject:
     ) -> tuple[Machine | MachineInFolder, Document]:
         """Read the machine, see ``Subject``."""
         machine, facts = MACHINE.read(document, path, name, settings)
-        target = table(document, "study", "study").get("target") if "study" in document else None
+        target = require_table(document, "study", "study").get("target") if "study" in document else None
         has_target_file = isinstance(target, Mapping) and "file" in target
         return MachineInFolder(machine, path.parent) if has_target_file else machine, facts
 

@@ -260,7 +260,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     front, front_size = front_of(plan, findings)
     findings = replace(findings, front=front, front_size=front_size)
     yield findings
-    checks = {f"{k}": partial(check_candidate, plan.trials[p.bodies], p.numbers) for k, p in enumerate(front)}
+    checks = {f"{k}": partial(verify_candidate, plan.trials[p.bodies], p.numbers) for k, p in enumerate(front)}
     for name, check in work.part("front", _SEARCH, 1.0).units(checks, "check with the full equations"):
         points = list(findings.front)
         points[int(name)] = replace(points[int(name)], check=check)
@@ -276,7 +276,7 @@ def _evaluate_baseline(plan: Plan, work: Work) -> Baseline:
     if plan.one_by_one:
         activity = f"{plan.runs} run-ups at most, integrated one by one, which takes long"
     evaluation = evaluate_candidates(as_it_is, plan.spec.model, no_values[None], work.part("", 0.0, 0.5), activity)
-    ((_, check),) = work.part("", 0.5, 1.0).units({"full": partial(check_candidate, as_it_is, no_values)}, activity)
+    ((_, check),) = work.part("", 0.5, 1.0).units({"full": partial(verify_candidate, as_it_is, no_values)}, activity)
     return Baseline(evaluation, check)
 
 
@@ -285,7 +285,7 @@ def _follow_curve(plan: Plan, trials: BalancerTrials, dampings: np.ndarray, work
     return damping_curve(dampings, evaluation, work.unit("rates", partial(decay_rates, trials, dampings)))
 
 
-def check_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> FullCheck:
+def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> FullCheck:
     """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs."""
     evaluation = evaluate_batch(replace(trials, fresh_phases=True), "full", numbers[None], subprogress(report, 0.0, _RUNS))
     residuals, machine = list[float](), trials.candidate_machine(numbers.tolist())

@@ -70,9 +70,13 @@ def _front_quantities(plan: Plan, findings: Findings, check_objectives: np.ndarr
         Quantity("front_checked", check_objectives, f"by the check: {words}", "", dimensions),
         Quantity("front_outcome", outcomes, "share of the runs", "", "point outcome"),
         Quantity("front_checked_outcome", outcomes_of_check, "share, by the check", "", "point outcome"),
-        Quantity("front_undecided", _stack_attribute(search, "undecided"), _UNDECIDED_LABEL, "", "point"),
+        Quantity("front_undecided", _stack_attribute(search, "undecided_share"), _UNDECIDED_LABEL, "", "point"),
         Quantity(
-            "front_checked_undecided", _stack_attribute(check, "undecided"), f"{_UNDECIDED_LABEL}, by the check", "", "point"
+            "front_checked_undecided",
+            _stack_attribute(check, "undecided_share"),
+            f"{_UNDECIDED_LABEL}, by the check",
+            "",
+            "point",
         ),
         Quantity("front_holds", holds.astype(np.int8), "not dominated by the check", "", "point"),
     ]
@@ -91,7 +95,7 @@ def _candidate_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("tried_value", values, "values, in SI", "", "candidate variable"),
         Quantity("tried_bodies", bodies, "number of bodies", "", "candidate"),
         Quantity("tried_objective", objectives, _objective_units(plan), "", dimensions),
-        Quantity("tried_undecided", _stack_attribute(generations, "undecided"), _UNDECIDED_LABEL, "", "candidate"),
+        Quantity("tried_undecided", _stack_attribute(generations, "undecided_share"), _UNDECIDED_LABEL, "", "candidate"),
     ]
 
 
@@ -240,7 +244,9 @@ def _warnings(plan: Plan, findings: Findings, check_objectives: np.ndarray) -> l
 
 
 def _undecided_warnings(plan: Plan, findings: Findings) -> list[str]:
-    shares = _stack_attribute([findings.baseline.evaluation, *(g for _, g in findings.evaluated_generations)], "undecided")
+    shares = _stack_attribute(
+        [findings.baseline.evaluation, *(g for _, g in findings.evaluated_generations)], "undecided_share"
+    )
     if not shares.any():
         return []
     consequence = "the stated settling time is a lower bound, the capture probability an upper one"

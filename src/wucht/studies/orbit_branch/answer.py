@@ -220,7 +220,7 @@ def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
         lines.append(f"and {len(findings.omissions) - _MOST_LOST} more")
     if plan.case.no_steady_reason and findings.branches and not plan.case.no_steady_reason.startswith("equilibria"):
         lines.append(plan.case.no_steady_reason)
-    errors = [(b.whole_array("product_error"), b.whole_array("trusted")) for b in findings.branches]
+    errors = [(b.whole_array("product_error"), b.whole_array("is_trusted")) for b in findings.branches]
     wrong = np.concatenate([np.empty(0), *(error[is_trusted] for error, is_trusted in errors)])
     if (wrong > _PRODUCT).any():
         lines.append(

@@ -30,7 +30,7 @@ def orbit_quantities(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Qua
         for name in ("values", "periods", "mean", "low", "high", "least", "largest")
     )
     logarithms = join_arrays([b.whole_array("logarithms") for b in branches], n - 1)
-    is_trusted = join_arrays([b.whole_array("trusted") for b in branches]) > 0
+    is_trusted = join_arrays([b.whole_array("is_trusted") for b in branches]) > 0
     unstable, stable = (join_arrays([b.whole_array(name) for b in branches]) for name in ("unstable", "stable"))
     special = join_arrays([np.array([bool(kind) for kind in b.kinds]) for b in branches])
     numbers = np.repeat(np.arange(len(branches)), [len(b.kinds) for b in branches])

@@ -35,7 +35,7 @@ def _trajectories(value: Any) -> Any:
     if isinstance(value, list | tuple) and all(isinstance(start, Mapping) for start in value):
         return tuple(map(dict, value))
     if isinstance(value, bool) or not isinstance(value, int | float) or value != int(value) or value < 0:
-        raise ValueError("must be a number, or a list of starts: [{ STATE = VALUE, ... }, ...]")
+        raise ValueError("must be a whole number of at least 0, or a list of starts: [{ STATE = VALUE, ... }, ...]")
     return int(value)
 
 

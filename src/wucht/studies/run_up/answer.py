@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.analysis.dimensionless import numbers
+from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.observation import motion_of
@@ -194,7 +194,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, limits: _Mo
         Quantity("damper_mismatch", _mismatch(result), "relative mismatch of damper torques that are not reciprocal"),
         Quantity("resonance_speed", evidence.resonance, "speed of the largest vibration torque", speed),
         Quantity("natural_frequencies", natural_frequencies(machine), "natural frequencies by mode", speed),
-        Quantity("dimensionless", numbers(machine), "dimensionless numbers of the machine"),
+        Quantity("dimensionless", dimensionless_numbers(machine), "dimensionless numbers of the machine"),
         Quantity("advice", verdict.advice, "advice"),
         Quantity("advised_time", verdict.needed_time, "sufficient time", time),
     ]

@@ -121,8 +121,8 @@ def _appearance(i: int) -> dict[str, Any]:
 def _frame(axis: Axes, result: xr.Dataset, k: int, points: np.ndarray, whole: float) -> None:
     extremes = np.array([[points.real.min(), points.imag.min()], [points.real.max(), points.imag.max()]])
     reach = 1.25 * 0.5 * max(*np.ptp(extremes, axis=0), 0.2 * whole)
-    (left, bottom), (right, top) = extremes.mean(axis=0) - reach, extremes.mean(axis=0) + reach
-    axis.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
+    (x_low, y_low), (x_high, y_high) = extremes.mean(axis=0) - reach, extremes.mean(axis=0) + reach
+    axis.set(xlim=(x_low, x_high), ylim=(y_low, y_high), aspect="equal", xticks=[], yticks=[])
     colour, line, width, _ = _FRAMES[_frame_kind(result, k)]
     for spine in axis.spines.values():
         spine.set(visible=True, color=colour, linestyle=line, linewidth=width)
