@@ -64,7 +64,7 @@ def test_in_a_file_the_key_stays_and_the_file_is_added() -> None:
     outer = inner.with_file("study.toml")
     assert (outer.file, outer.key, outer.code) == ("base.toml", "machine.mass", "limits"), "the file that is wrong is the inner"
     assert str(outer) == "study.toml: base.toml: machine.mass: given -1; must be positive"
-    nowhere = InputError("", None, "needed is a table", code="missing").with_file("study.toml")
+    nowhere = InputError("", None, "give a table", code="missing").with_file("study.toml")
     assert (nowhere.location, nowhere.file, nowhere.key, nowhere.code) == ("study.toml", "study.toml", "", "missing")
     assert (error.file, error.location) == ("", "machine.mass"), "the error itself is as it was"
 

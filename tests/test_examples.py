@@ -85,7 +85,7 @@ def test_a_law_and_a_follower_of_our_own_are_one_class_each(wucht: Callable[...,
         assert float(result.contact_force[0, 0]) == pytest.approx(100 * math.hypot(1, e / D), rel=1e-12)
     exported = wucht("export", "out/result.nc", *imported, "-o", "mill")
     assert exported.code == 0, exported.err
-    assert float(re.search(r"leaves its law by (\S+)", exported.out)[1]) < 1e-6
+    assert float(re.search(r"deviates from its law by (\S+)", exported.out)[1]) < 1e-6
     assert len(read_list(here / "mill" / "cam.txt").position) == s["cams"]["cam"]["points_to_mill"]
     wide = wucht(*ask, "--set", contact.replace(" }", ', width = "5 mm" }'))
     assert (wide.code, "study.contact.width" in wide.err) == (2, True)

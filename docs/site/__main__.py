@@ -46,7 +46,7 @@ def main() -> None:
     )
     wanted = asked.parse_args().gallery
     if missing := [name for name in NEEDED if find_spec(name) is None]:
-        sys.exit(f"needed is {', '.join(missing)}: pip install 'wucht[docs]', or make docs")
+        sys.exit(f"missing: {', '.join(missing)}; pip install 'wucht[docs]', or make docs")
     entries = []
     for i, name in enumerate(sorted(names(), key=naturally), 1):
         print(f"[{i}/{len(names())}] {name}", flush=True)

@@ -117,14 +117,15 @@ class System:
             self._refuse_unknown(output.expression, known_symbols, f"the output {output.name}")
             self._refuse_unknown(output.jump, known_symbols, f"the jump of {output.name}")
         if not self.angles <= set(self.states):
-            raise WuchtError(f"angles {sorted(map(str, self.angles - set(self.states)))} are no states", code="no-angle")
+            raise WuchtError(f"angles {sorted(map(str, self.angles - set(self.states)))} are not states", code="no-angle")
 
     @staticmethod
     def _refuse_unknown(expression: sp.Expr, known_symbols: set[sp.Symbol], subject: str) -> None:
         unknown = sp.sympify(expression).free_symbols - known_symbols
         if unknown:
             raise WuchtError(
-                f"{subject} uses {', '.join(sorted(map(str, unknown)))}: neither state, parameter, nor defined before",
+                f"{subject} uses {', '.join(sorted(map(str, unknown)))}: neither a state nor a parameter, nor "
+                "defined before it",
                 code="unknown-symbol",
             )
 

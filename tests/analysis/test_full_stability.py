@@ -103,11 +103,11 @@ def test_a_broken_family_is_judged_across_it(monkeypatch: pytest.MonkeyPatch, gr
     n = family.neutral
     slow = Orbit(full, [1.0] * n + [1.0 - 0.00999], [0.9, -0.5])
     across = judged(monkeypatch, full, family, [-1.0 + 2.0j], slow)
-    assert (across.stable, across.reason) == (True, f"{creep}; stability is judged across it")
+    assert (across.stable, across.reason) == (True, f"{creep}; stability is judged across the family")
     assert slow.asked == [1 + n, 1 + n]
     fast = Orbit(full, [1.0] * n + [1.0 - 0.0101], [0.9, -0.5])
     along = judged(monkeypatch, full, family, [-1.0 + 2.0j], fast)
-    assert (along.stable, along.reason) == (None, f"{creep}, not much slower than perturbations decay across it")
+    assert (along.stable, along.reason) == (None, f"{creep}, not much slower than perturbations decay across the family")
     assert along.exponents.tolist() == [-1.0 + 2.0j]
     grows = judged(monkeypatch, full, family, [0.5], Orbit(full, [1.0] * (n + 1), [1.1, -0.5]))
     assert grows.stable is False and grows.reason.startswith(creep)
@@ -163,10 +163,10 @@ STEADY = "the averaged equations assume a steady vibration of the carrier"
 @pytest.mark.usefixtures("first_order")
 def test_why_the_models_disagree(full: FullStability, state: State) -> None:
     slowest = -full.torques.vibration.poles.real.max()
-    tail = f": {STEADY}, but its transients decay with no more than {slowest:.3g} 1/s, while the phases move with up to 2.5 1/s"
+    tail = f": {STEADY}, but its transients decay at no more than {slowest:.3g} 1/s, while the phases move at up to 2.5 1/s"
     slow, stable = of(2.5), of(-0.125 + 3.0j, -7.0)
     assert full.disagreement(state, slow, stable) == (
-        f"in the full equations all perturbations decay (the slowest with 0.125 1/s){tail}"
+        f"in the full equations all perturbations decay (the slowest at 0.125 1/s){tail}"
     )
     slow = of(-2.5)
     assert (
@@ -193,7 +193,7 @@ def test_without_damping_there_is_no_slowest_rate(monkeypatch: pytest.MonkeyPatc
     words = undamped.disagreement(fixed_speed_states(undamped.torques, 100.0)[0], of(-2.5), of(0.125))
     assert words is not None
     assert words.endswith(
-        "but its transients are not damped by anything outside the rotor, while the phases move with up to 2.5 1/s"
+        "but its transients are not damped by anything outside the rotor, while the phases move at up to 2.5 1/s"
     )
 
 
@@ -208,7 +208,7 @@ def test_the_next_order_may_agree(monkeypatch: pytest.MonkeyPatch, full: FullSta
     monkeypatch.setattr(module, "AveragedStability", second)
     words = replace(full).disagreement(state, of(2.5), of(-0.125))
     assert words == (
-        f"in the full equations all perturbations decay (the slowest with 0.125 1/s): {STEADY}; those of second order agree"
+        f"in the full equations all perturbations decay (the slowest at 0.125 1/s): {STEADY}; those of second order agree"
     )
     assert asked == [(full.torques, (full.torques.machine, True, 2))]
     against = replace(full).disagreement(state, of(-2.5), of(0.125))

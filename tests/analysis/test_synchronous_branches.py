@@ -146,7 +146,7 @@ def test_a_branch_begins_at_no_run_that_fails(monkeypatch: pytest.MonkeyPatch) -
 
     motions, start = steady(100.0)
     monkeypatch.setattr("wucht.analysis.synchronous_motion.integrate", lambda *_: Failed())
-    with pytest.raises(RunError, match=r"^there is no orbit: it burst$"):
+    with pytest.raises(RunError, match=r"^the orbit cannot be computed: it burst$"):
         motions.orbit_branch("drive.slope", (1e-4, 5e-4), SynchronousMotion(start, 0.0625, np.array([-1.0])))
 
 

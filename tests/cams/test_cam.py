@@ -221,4 +221,7 @@ def test_a_pressure_angle_up_to_what_is_common_is_not_told(unit, common):
 
     assert told((common - 1, 0), (common - 20, 0)) == told((common - 1e-9, 0)) == []
     (text,) = told((common - 20, 10), (common + 5, 400), (common + 1, 20))
-    assert text.startswith(f"the pressure angle reaches {common + 5}° at 40°") and f"at most {common}° is common" in text
+    assert (
+        text.startswith(f"the pressure angle reaches {common + 5}° at a cam angle of 40°")
+        and f"at most {common}° is common" in text
+    )

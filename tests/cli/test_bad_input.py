@@ -356,8 +356,8 @@ def test_a_folder_for_a_file(refused: Refused, here: Path) -> None:
     Path("folder.toml").mkdir()
     Path("folder").mkdir()
     refused("run", "folder.toml", "--json", says=("folder.toml: ", "folder"))
-    refused("run", "folder", "--json", says=("folder: ", "no file"))
-    refused("run", ".", "--json", says=("no file",))
+    refused("run", "folder", "--json", says=("folder: ", "not a file"))
+    refused("run", ".", "--json", says=("not a file",))
     refused("run", "", "--json")
 
 
@@ -530,7 +530,7 @@ USAGE = {
     "no name": (("new",), "name"),
     "list of something": (("list", "x", "y"), "y"),
     "no machine": (("equations",), "study"),
-    "app": (("app",), "not yet"),
+    "app": (("app",), "not available yet"),
 }
 
 
@@ -590,7 +590,7 @@ def test_plot_of_nothing(refused: Refused, here: Path) -> None:
     Path("folder").mkdir()
     refused("plot", "nowhere.nc", says=("nowhere.nc: ", "there is no such file"))
     refused("plot", "folder", says=("folder/result.nc: ", "there is no such file"))
-    refused("plot", os.devnull, says=(f"{os.devnull}: ", "this is no file"))
+    refused("plot", os.devnull, says=(f"{os.devnull}: ", "this is not a file"))
     refused("plot", "")
 
 

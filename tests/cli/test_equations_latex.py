@@ -14,7 +14,7 @@ from wucht.mechanics.notation import latex_name
 
 Command = Callable[..., Any]
 PARSER: MathTextParser[Any] = MathTextParser("path")
-WITHOUT_AVERAGED = "has no averaged equations"
+WITHOUT_AVERAGED = "there are no averaged equations"
 
 
 def rows(printed: str) -> Iterator[str]:

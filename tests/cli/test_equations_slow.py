@@ -73,7 +73,7 @@ REFUSED = {
     "order of the full ones": ([R1, "--order", "2"], ("--order", "only with --slow")),
     "inertia of the full ones": ([R1, "--inertia"], ("--inertia", "only with --slow")),
     "no inertia of the full ones": ([R1, "--no-inertia"], ("--inertia", "only with --slow")),
-    "slider": (["sperling-vibration/figure-7", "--slow"], ("has no averaged equations", "slides in a guide")),
+    "slider": (["sperling-vibration/figure-7", "--slow"], ("there are no averaged equations", "slides in a guide")),
     "not damped": ([R1, "--slow", "--no-inertia", "--set", "p1.damping=0"], ("--no-inertia", "not damped against its rotor")),
     "no machine": (["nothing", "--slow"], ("nothing",)),
 }

@@ -111,7 +111,7 @@ def test_a_device_is_not_read(refused: Refused, study: Study) -> None:
     """It would be read until the memory is full."""
     linear = 'kind = "linear"\nslope = "0.04 N m s"\nno_load_speed = "200 rad/s"'
     file = study(linear, 'kind = "table"\nfile = "/dev/zero"')
-    refused("run", file, says=("study.toml: machine.drive.file: given '/dev/zero'; this is no file",))
+    refused("run", file, says=("study.toml: machine.drive.file: given '/dev/zero'; this is not a file",))
     assert contents_digest(Path("/dev/zero")) == ""
 
 

@@ -100,7 +100,7 @@ def test_other_bodies_leave_them_where_they_are() -> None:
         (described(DAMPER, DAMPER), "attachments[1].name", "this name is already used"),
         (described(DAMPER | {"name": "drum"}), "attachments[0].name", "this name is already used"),
         (described(DAMPER | {"name": "carrier"}), "attachments[0].name", "this name is already used"),
-        (described(DAMPER | {"at": [0.1, 0.0]}), "attachments[0] (left).at", "allowed on a carrier that turns"),
+        (described(DAMPER | {"at": [0.1, 0.0]}), "attachments[0] (left).at", "allowed only on a carrier that turns"),
         (described(DAMPER, carrier=CARRIER | {"directions": "y"}), "attachments[0]", "does not move in the direction"),
         (described(LAYER, carrier={"directions": "fixed"}), "attachments[0]", "does not move in the direction"),
         (described(STOP | {"damping": 3.0}), "attachments[0] (buffer).restitution", "either damping or restitution"),

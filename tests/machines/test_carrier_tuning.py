@@ -44,7 +44,7 @@ def test_a_planar_carrier_on_springs_at_its_centre_of_mass() -> None:
     assert poles(machine) == pytest.approx({5.0: 0.1, 6.0: 0.05, 7.0: 0.2})
     assert machine.matrices[0][2, 2] == pytest.approx(3 + 2 * 4 * (0.3**2 + 0.1**2))
     assert machine.notes[0].startswith("carrier: stiffness 47374.1 and 68218.7 N/m, damping ")
-    assert "by frequency or damping ratio with 48 kg; rotation_stiffness " in machine.notes[0]
+    assert "from frequency or damping ratio with 48 kg; rotation_stiffness " in machine.notes[0]
 
 
 def test_mounts_share_a_frequency_alike() -> None:

@@ -38,10 +38,11 @@ def test_a_record_shorter_than_a_turn():
 def test_a_shaft_that_turns_backwards_or_stands():
     t = np.linspace(0, 1, 500)
     refused(speed_signal(channel(t, -speed_at(t))), "turns backwards (-52.3")
-    refused(speed_signal(channel(t, -speed_at(t))), "turn the sign with the key scale, as in scale = -1")
+    refused(speed_signal(channel(t, -speed_at(t))), "reverse the sign with the key scale, as in scale = -1")
     refused(angle_signal(channel(t, -angle_at(t), "rad", "angle")), "scale = -1")
     refused(
-        speed_signal(channel(t, np.zeros(500))), "the shaft stands: 0 rad/s on average, 0 turns in 1 s; are column and unit"
+        speed_signal(channel(t, np.zeros(500))),
+        "the shaft stands still: 0 rad/s on average, 0 turns in 1 s; are column and unit",
     )
     back = speed_signal(channel(t, -speed_at(t)).with_scale(-1, "rad/s"))
     assert fit_orders(back, ORDERS).speed.mean == pytest.approx(OMEGA)
@@ -65,7 +66,7 @@ def test_too_few_samples_a_turn():
     assert fit_orders(pulse_record(20, 12), ORDERS).cosine[1] == pytest.approx(2.4, abs=1e-9)
     refused(speed_record(np.linspace(0, 20 * PERIOD, 41)), "needs more than 10; are the units of time and speed right?", [5])
     t = np.linspace(0, 1.2 * PERIOD, 8)
-    refused(speed_record(t), "and these need 9 in all", [1, 2, 3])
+    refused(speed_record(t), "and these orders need 9 samples in all", [1, 2, 3])
 
 
 @pytest.mark.parametrize("unit", ["rad/s", "rpm", ""])
@@ -74,9 +75,9 @@ def test_a_sample_that_sticks_out(unit):
     factor = TURN / 60 if unit == "rpm" else 1.0
     values = speed_record(t, 0.2).values / factor
     values[1000] = 99999.0
-    refused(speed_signal(channel(t, values, unit)), f"sample 1001, at {t[1000]:.6g} s, sticks out: it is 99999")
+    refused(speed_signal(channel(t, values, unit)), f"sample 1001, at {t[1000]:.6g} s, is an outlier: it is 99999")
     values[2000] = 0.0
-    refused(speed_signal(channel(t, values, unit)), "1 others stick out, too; take such samples out")
+    refused(speed_signal(channel(t, values, unit)), "further outliers: 1; take such samples out")
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.5, 20.0])
@@ -198,8 +199,8 @@ def test_order_one_is_left_out():
     left = (OmittedOrder(1, 1.0, 0.1, 0.5),)
     (text,) = warnings_of(Harmonics.of(100.0, [0, 3]), (), np.array([]), left, QUIET)[:1]
     assert text.startswith(
-        "Order 1 is left out, but the record holds 1 % of the speed in it. If the shaft does turn so, a correction without it "
-        "leaves about 9 % of the motion as it was. An encoder off centre by 1 %"
+        "Order 1 is left out, but the record holds 1 % of the speed in it. If the shaft really turns like this, a correction "
+        "without it leaves about 9 % of the motion as it was. An encoder off centre by 1 %"
     )
     assert text.endswith("before it is left out.")
     small = (OmittedOrder(1, 0.05, 0.01, 0.5), OmittedOrder(2, 0.05, 0.01, 0.5))

@@ -39,7 +39,9 @@ def record(t, unit, said, noise=0.2, motion=None, extra=0.0):
 )
 def test_another_unit_than_the_heading_says(turns, unit, said):
     t = uneven(turns, 100 * turns)
-    sentence = f"r.csv: speed: the numbers are stated in {said}, but they repeat as if they were {unit}: give unit = '{unit}'"
+    sentence = (
+        f"r.csv: speed: the numbers are stated in {said}, but they repeat as if they were in {unit}: give unit = '{unit}'"
+    )
     refused(record(t, unit, said), sentence)
     assert suspicions(fit_orders(record(t, unit, unit), ORDERS)) == []
 
@@ -49,13 +51,13 @@ def test_a_unit_that_makes_a_multiple_of_the_speed(unit, said):
     """It is told, no more: it may be right, and a toothed wheel seen."""
     (text,) = suspicions(fit_orders(record(uneven(150, 15000), unit, said), ORDERS))
     assert text.startswith("The orders kept explain 0% of the fluctuation. ")
-    assert re.search(rf"If the numbers were {unit}, not {said}, they would explain (9\d|100)%: check the unit\.$", text)
+    assert re.search(rf"If the numbers were in {unit}, not in {said}, they would explain (9\d|100)%: check the unit\.$", text)
 
 
 @pytest.mark.parametrize("turns", [7, 30, 60])
 def test_rad_per_second_that_are_called_rpm(turns):
     """Of seven turns less than one would be left: the unit is told, not the length of the record."""
-    refused(record(uneven(turns, 100 * turns), "rad/s", "rpm"), "stated in rpm, but they repeat as if they were rad/s")
+    refused(record(uneven(turns, 100 * turns), "rad/s", "rpm"), "stated in rpm, but they repeat as if they were in rad/s")
 
 
 @pytest.mark.parametrize("unit", ["rpm", "Hz", "deg/s"])
@@ -63,7 +65,7 @@ def test_numbers_without_unit_that_are_no_rad_per_second(unit):
     t = uneven(20, 4000)
     refused(
         record(t, unit, ""),
-        f"the numbers have no unit and would be rad/s, but they repeat as if they were {unit}: write the unit into the "
+        f"the numbers have no unit and would be in rad/s, but they repeat as if they were in {unit}: write the unit into the "
         f"heading, as in speed [{unit}], or give unit = '{unit}'",
     )
     assert fit_orders(record(t, unit, unit), ORDERS).speed.mean == pytest.approx(OMEGA, rel=1e-3)
@@ -73,7 +75,7 @@ def test_numbers_without_unit_that_are_no_rad_per_second(unit):
 def test_an_angle_in_another_unit(unit, said):
     t = uneven(20, 4000)
     angles = angle_at(t) / ANGLES[unit]
-    sentence = f"stated in {said}, but they repeat as if they were {unit}: give unit = '{unit}'"
+    sentence = f"stated in {said}, but they repeat as if they were in {unit}: give unit = '{unit}'"
     refused(angle_signal(channel(t, angles, said, "angle")), sentence)
     assert suspicions(fit_orders(angle_signal(channel(t, angles, unit, "angle")), ORDERS)) == []
 
@@ -149,7 +151,9 @@ def test_a_belt_is_told():
     t = np.linspace(0, 20 * PERIOD, 6000)
     shaft = record(t, "rpm", "rpm", 0.05, extra=6 * np.cos(0.37 * OMEGA * t))
     (text,) = suspicions(fit_orders(shaft, ORDERS))
-    assert text.startswith("The orders kept explain 19 % of the fluctuation, and the rest is no noise from sample to sample")
+    assert text.startswith(
+        "The orders kept explain 19 % of the fluctuation, and the rest is neither noise from sample to sample"
+    )
     assert "Check unit and scale" in text
 
 
@@ -175,7 +179,7 @@ def test_a_sensor_of_wrong_scale(ratio, turns):
 
 def test_an_offset_is_told_in_the_unit_of_the_record():
     t = uneven(20, 1600)
-    for offset, advice in ((10.0, "take 10"), (-10.0, "add 10")):
+    for offset, advice in ((10.0, "subtract 10"), (-10.0, "add 10")):
         shaft = speed_signal(channel(t, speed_at(t) * 60 / TURN + offset, "rpm"))
         (text,) = suspicions(fit_orders(shaft, ORDERS))
         assert "the scale of the sensor is wrong, or its offset" in text

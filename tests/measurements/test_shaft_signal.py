@@ -276,7 +276,7 @@ def test_what_a_second_counts_is_told(unit):
     shaft = shaft_signal(Recording.of("f.csv", T, {"n": speed_at(T) / TURN}, {"n": unit}), "n", "speed")
     assert shaft.values == pytest.approx(speed_at(T))
     (text,) = shaft.warnings
-    assert f"{unit!r} does not say whether turns or radians, and is read as turns a second" in text
+    assert f"{unit!r} does not say whether turns or radians, and is read as turns per second" in text
     assert 'give unit = "rad/s"' in text
     assert text in fit_orders(shaft, [1, 2, 3, 5]).warnings
     radians = shaft_signal(Recording.of("f.csv", T, {"n": speed_at(T)}, {"n": unit}), "n", "speed")

@@ -117,7 +117,7 @@ def edited(wucht: Command, study: Callable[..., Path]) -> Callable[..., None]:
 
 
 EDITS: dict[str, tuple[str, Callable[[xr.Dataset], xr.Dataset]]] = {
-    "another study": ("basin: this is no complete result", lambda r: r.assign_attrs(study="basin", contents="[]")),
+    "another study": ("basin: this is not a complete result", lambda r: r.assign_attrs(study="basin", contents="[]")),
     "no study": ("nothing", lambda r: r.assign_attrs(study="nothing")),
     "a study that is a path": ("'../../x'", lambda r: r.assign_attrs(study="../../x")),
     "a study that is a number": ("study: given 3", lambda r: r.assign_attrs(study=3)),
@@ -129,8 +129,8 @@ EDITS: dict[str, tuple[str, Callable[[xr.Dataset], xr.Dataset]]] = {
        for name in ("summary", "input", "warnings", "notes", "assumed", "contents")},
     "a question without a machine": ("input: must contain the question", lambda r: r.assign_attrs(input='{"study": {}}')),
     "warnings that are no texts": ("warnings: given [1]", lambda r: r.assign_attrs(warnings="[1]")),
-    "no outcome": ("run-up: this is no complete result", lambda r: r.assign_attrs(summary="{}")),
-    "no time": ("run-up: this is no complete result", lambda r: r.isel(time=slice(0, 0))),
+    "no outcome": ("run-up: this is not a complete result", lambda r: r.assign_attrs(summary="{}")),
+    "no time": ("run-up: this is not a complete result", lambda r: r.isel(time=slice(0, 0))),
     "a variable less": ("time is missing", lambda r: r.drop_vars("time")),
     "all without a value": ("", lambda r: r.map(lambda v: v * np.nan if v.dtype.kind == "f" else v, keep_attrs=True)),
 }  # fmt: skip

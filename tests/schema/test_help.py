@@ -55,7 +55,7 @@ def test_help_is_not_the_name_in_sentences() -> None:
     ]  # fmt: skip
     for given, sentence in (
         ({"speed": -1, "blades": 2}, "Fan.speed: given -1; must be a speed greater than 0 rad/s"),
-        ({"speed": 1}, "Fan.blades: this key is missing; needed is the number of blades"),
+        ({"speed": 1}, "Fan.blades: this key is missing; give the number of blades"),
         ({"speed": 1, "blades": 2, "sense": "left"}, "Fan.sense: given 'left'; must be the sense of rotation, 1 or -1: "),
     ):
         with pytest.raises(InputError) as raised:

@@ -91,7 +91,7 @@ def test_the_usual_spellings_do_without_pint(monkeypatch):
         ("kg", "1'000 kg", "write the digits of a number together"),
         ("N/m", "2.5 * 10^5 N/m", "write powers of ten as 1e3"),
         ("N/m", "10^5 N/m", "write powers of ten as 1e3"),
-        ("kg", "2 Kg", "such as '1 kg'; 'Kg' is no known unit"),
+        ("kg", "2 Kg", "such as '1 kg'; 'Kg' is not a known unit"),
         ("N m", "2 nm", "such as '1 N m'; this one is a length"),
         ("N", "2 Nm", "this one is a torque"),
     ],
@@ -148,7 +148,7 @@ def test_an_angular_speed_counts_radians(given):
         ("50 s^-1", "does not say whether turns or radians"),
         ("50 s", "this one is a time"),
         ("50 Hz/s", "this one is a"),
-        ("50 hurz", "'hurz' is no known unit"),
+        ("50 hurz", "'hurz' is not a known unit"),
         (math.inf, "finite frequency in Hz"),
     ],
 )
@@ -209,7 +209,7 @@ def test_another_dimension_is_named(si, given, message):
 )  # fmt: skip
 def test_powers_of_powers_are_refused_and_never_computed(given, si):
     """Pint would compute 9^9^9^9."""
-    with pytest.raises(ValueError, match="is no known unit: a power in a unit is a number below 100"):
+    with pytest.raises(ValueError, match="is not a known unit: a power in a unit is a number below 100"):
         Unit(si, "mass").parse(given)
 
 

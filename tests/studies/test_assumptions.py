@@ -31,9 +31,9 @@ WITHOUT, KEPT = (f"averaged equations {word} the inertia of the balancing bodies
 MOTOR = "drum driven by its motor (linear)"
 SECOND = KEPT.replace(AVERAGED_EQUATIONS, f"{AVERAGED_EQUATIONS} of second order")
 CLOSED, DAMPING = "steady vibration of a linear carrier, in closed form", {"damping": (0.1, 1)}
-AT_ZERO = "balancing bodies start at p1 0°, p2 0° to their rotor, at rest"
+AT_ZERO = "balancing bodies start at p1 0°, p2 0° relative to their rotor, at rest"
 SCREEN, MOTORS = "practice/screen", ["e1 driven by its motor (induction); e2 driven by its motor (induction)"]
-TURNING = "balancing bodies start at r1 0°, r2 0° to their rotor"
+TURNING = "balancing bodies start at r1 0°, r2 0° relative to their rotor"
 SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
 
 
@@ -55,7 +55,7 @@ SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
         (DIMENSIONLESS, SpeedCurve(along="u", range=(1, 2)), [WITHOUT, "rotor driven with limited power"]),
         ("sperling-rollers/table-2", RunUp(until=1.0), [FULL_EQUATIONS, "drum at its given speed", TURNING]),
         (R1, RunUp(until=1.0, start={"p1": 0.3}),
-        [FULL_EQUATIONS, MOTOR, "balancing bodies start at p2 0° to their rotor, at rest"]),
+        [FULL_EQUATIONS, MOTOR, "balancing bodies start at p2 0° relative to their rotor, at rest"]),
         (R1, RunUp(until=1.0, start={"psi": 0.3}), [FULL_EQUATIONS, MOTOR]),
         (SCREEN, RunUp(until=1.0), [FULL_EQUATIONS, *MOTORS, "rotors start at e1 0°, e2 0°, at rest"]),
         (SCREEN, RunUp(until=1.0, start={"e1": 1.0}), [FULL_EQUATIONS, *MOTORS, "rotors start at e2 0°, at rest"]),
@@ -84,7 +84,7 @@ def test_it_is_said_everywhere(wucht: Callable[..., Any], study: Callable[..., P
     words = ("run", study(), "-o", "out", "--set", "study.kind=response", "--set", "study.bodies=held")
     spoken = wucht(*words).out
     document = wucht(*words, "--json").document
-    assert document["assumed"][-1] == "balancing bodies held at p1 17.19°, p2 -28.65° to their rotor"
+    assert document["assumed"][-1] == "balancing bodies held at p1 17.19°, p2 -28.65° relative to their rotor"
     assert f"  assumed      {'; '.join(document['assumed'])}\n" in spoken
     assert json.loads(Path("out/summary.json").read_text("utf-8"))["assumed"] == document["assumed"]
 

@@ -64,7 +64,7 @@ def test_a_map_of_basins() -> None:
     assert told == [
         "  map          4 x 6 cells over psi and delta",
         "  runs         24, instead of 96 with one in each cell of the finest map",
-        "  shares       ± holds in 19 of 20 cases; at most 3 % if the map resolves the borders",
+        "  shares       ± holds in 19 of 20 cases; the error is at most 3 % if the map resolves the borders",
         "  integrated   in batches",
         "  unidentified 50 % of the map, integrated until 1.5 s",
         "  failed       2 runs: see the warnings",

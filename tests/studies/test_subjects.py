@@ -142,7 +142,7 @@ def test_two_sets_of_equations_differ_by_their_structure() -> None:
 
 def test_fingerprints_are_of_what_is_known() -> None:
     assert _text(frozenset({3, 1})) == _text(frozenset({1, 3})) != _text(frozenset({1}))
-    with pytest.raises(TypeError, match="no fingerprint is known of a object"):
+    with pytest.raises(TypeError, match="no fingerprint is known for the type object"):
         _text({"a": object()})
 
 

@@ -151,7 +151,7 @@ def averaged_machine(
     try:
         equations = _equations(machine.structure, len(machine.tracks), machine.shaking, signs, inertia, order, has_fixed_speed)
     except WuchtError as error:
-        raise InputError("machine", None, f"has no such averaged equations: {error}", code=error.code) from None
+        raise InputError("machine", None, f"there are no such averaged equations: {error}", code=error.code) from None
     return AveragedMachine(machine, equations, senses, inertia, order, has_fixed_speed)
 
 
@@ -193,7 +193,7 @@ def _refuse_unsuitable(machine: Machine) -> None:
         reasons.append(("still", "nothing vibrates: the carrier is fixed"))
     if reasons:
         code, reason = reasons[0]
-        raise InputError("machine", None, f"has no averaged equations: {reason}; run the full model instead", code=code)
+        raise InputError("machine", None, f"there are no averaged equations: {reason}; run the full model instead", code=code)
 
 
 @lru_cache(maxsize=64)

@@ -159,13 +159,13 @@ class RelativeEquilibria:
             rank = len(x) - neutral
             if values[rank - 1] <= _SINGULAR * values[0]:
                 raise RunError(
-                    f"the equations are singular here: there is a family of more than {neutral} dimensions", code="singular"
+                    f"the equations are singular here: there is a family of a dimension above {neutral}", code="singular"
                 )
             step = -right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ (f / (sizes * rate))) / values[:rank])
             if np.abs(step).max() <= _TOLERANCE:
                 if np.abs(f / (sizes * rate)).max() > _FAMILY_RESIDUAL * values[0]:
                     raise RunError(
-                        f"there is no steady rotation here: near this state there is no family of {neutral} dimensions",
+                        f"there is no steady rotation here: near this state there is no family of dimension {neutral}",
                         code="no-family",
                     )
                 return self.equilibrium_at(x + step * sizes, neutral)
@@ -197,7 +197,7 @@ class RelativeEquilibria:
             explanation = f"must be a parameter of the equations: {', '.join(self.system.parameter_names)}"
             raise InputError("parameter", parameter, explanation)
         if near.neutral:
-            family = f"a family of {near.neutral} dimensions"
+            family = f"a family of dimension {near.neutral}"
             raise RunError(f"{family} has no single branch over {parameter}: follow an isolated state", code="no-single-branch")
         sizes = self.sizes(near.state).tolist()
         scale = dict(zip(self.system.state_names, sizes, strict=True)) | {parameter: bounds[1] - bounds[0]}

@@ -118,7 +118,7 @@ def _groups(together: bool | Sequence[str] | None, slow: AveragedMachine) -> lis
         if name not in bodies:
             raise InputError("study.together", name, f"must be bodies that turn about a rotor; {nearest(name, bodies)}")
     if len(chosen) < 2:
-        raise InputError("study.together", together, f"there must be at least two bodies that turn about a rotor: {bodies}")
+        raise InputError("study.together", together, f"must be at least two of the bodies that turn about a rotor: {bodies}")
     groups: dict[str, list[int]] = {}
     for i, name in enumerate(names):
         body, _, quantity = name.rpartition(".")

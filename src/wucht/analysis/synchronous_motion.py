@@ -119,7 +119,7 @@ class SynchronousMotions:
             )
         run = integrate(self.flow, near.state, machine.values, np.linspace(0.0, near.period, _SAMPLES + 1)).reraise_interrupt()
         if run.failure is not None:
-            raise RunError(f"there is no orbit: {run.failure}")
+            raise RunError(f"the orbit cannot be computed: {run.failure}")
         turning = {system.state_names[machine.row(b.coordinate.position)]: round(self.senses[b.name]) for b in machine.bodies}
         sizes = np.ptp(run.states, axis=1)
         speed = 2 * np.pi / near.period

@@ -22,7 +22,7 @@ GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)
 NUMBERS = {  # of ``Throw.numbers``: long name and unit of each
     "stroke": ("peak to peak in the direction of the largest motion", "m"),
     "throw_direction": ("direction of the largest motion, from +x", "rad"),
-    "throw_ratio": ("motion across over motion along", ""),
+    "throw_ratio": ("motion across the direction of the largest motion over that along it", ""),
     "acceleration": ("largest acceleration", "m/s^2"),
     "machine_number": ("largest acceleration over that of gravity", ""),
 }

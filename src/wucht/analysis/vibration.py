@@ -185,8 +185,8 @@ class ForcedVibration:
     def of(cls, machine: Machine, angles: np.ndarray) -> ForcedVibration:
         """The vibration with the bodies at absolute angles (n,). Raises ``InputError`` where the carrier is not linear."""
         if machine.nonlinear:
-            reason = f"has no steady vibration in closed form: {machine.nonlinear} is not linear"
-            raise InputError("machine", None, f"{reason}; study.kind = 'run-up' or 'sweep' runs it", code="not-linear")
+            reason = f"there is no steady vibration in closed form: {machine.nonlinear} is not linear"
+            raise InputError("machine", None, f"{reason}; run it with study.kind = 'run-up' or 'sweep'", code="not-linear")
         try:
             vibration = Vibration.of(machine)
         except WuchtError as error:

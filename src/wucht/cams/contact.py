@@ -192,7 +192,7 @@ def _required_effort(cam: Cam, load: FollowerLoad, speed: Speed) -> RealFunction
 def _speed(speed: Speed) -> _Function:
     omega = speed if callable(speed) else _speed_harmonics(np.asarray(speed, float))
     if not (np.isfinite(omega(GRID)) & (omega(GRID) >= 0)).all():
-        raise InputError("speed", None, "it must be a number, and nowhere negative (in rad/s)", code="negative")
+        raise InputError("speed", None, "it must be finite and nowhere negative (in rad/s)", code="negative")
     return omega
 
 
@@ -200,7 +200,7 @@ def _speed_harmonics(values: np.ndarray) -> Harmonics:
     if values.ndim == 0:
         return Harmonics.of(float(values))
     if values.ndim != 1 or len(values) < 3:
-        raise InputError("speed", None, "samples must be one row of 3 or more over a turn of the cam", code="shape")
+        raise InputError("speed", None, "must be a number, or a row of 3 samples or more over a turn of the cam", code="shape")
     return Harmonics.from_samples(values)
 
 

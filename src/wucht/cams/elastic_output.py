@@ -191,7 +191,7 @@ class ElasticOutput:
         """Return the residual vibration at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
         speeds = np.atleast_1d(np.asarray(speeds, float))
         if not speeds.size:
-            raise InputError("speeds", None, "there must be a speed")
+            raise InputError("speeds", None, "there must be at least one speed")
         deviation, acceleration = self._dwell_vibration(lever, speeds, dwells)
         orders = np.flatnonzero(_present(lever)) + 1
         resonances = self.natural_frequency / orders
@@ -201,7 +201,7 @@ class ElasticOutput:
     def _dwell_vibration(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest deviation (M,) and acceleration (M,) in the dwells at each speed."""
         if not dwells:
-            raise InputError("dwells", None, "needs a dwell in which the residual vibration is evaluated")
+            raise InputError("dwells", None, "there must be a dwell in which the residual vibration is evaluated")
         waves, k = np.stack([_waves(self.steady(lever, float(omega))) for omega in speeds]), np.arange(1, lever.count + 1)
         mean, zeros = np.full(len(speeds), lever.mean), np.zeros(len(speeds))
         deviations = [d.largest_of(mean - d.value, waves) for d in dwells]

@@ -215,7 +215,8 @@ class _Balance:
             f"no periodic motion of the cam was found at {self.omega:.6g} rad/s: after {iteration} steps of Newton's method"
         )
         raise RunError(
-            f"{message} {torque:.3g} N m were out of balance, and there may be none; {self._remedy()}", code="no-convergence"
+            f"{message} {torque:.3g} N m were out of balance, and there may be no such motion; {self._remedy()}",
+            code="no-convergence",
         )
 
     def _imbalance(self, tau: np.ndarray, u: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
@@ -265,6 +266,6 @@ def _check(drive: Harmonics, omega: float, points: int) -> None:
     slowest = 1 + drive.derivative().bounds[0]
     if not slowest > 0:
         requirement = (
-            f"the flywheel must not stand still or turn back: its speed falls to {slowest:.4g} of the mean; check that"
+            f"the flywheel must not stand still or turn back: its speed falls to {slowest:.4g} times the mean; check that"
         )
         raise InputError("drive", None, f"{requirement} the coefficients are those of an angle in rad")

@@ -121,7 +121,7 @@ class CamShaft:
         """Return the inertia ratio and the permitted one, and possible remedies, as text."""
         ratio, most = self.inertia_ratio(law), self.most_inertia_ratio(law)
         explanation = f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}; without a drive this law allows up to {most:.3g}"
-        return f"{explanation}: a larger flywheel, a smaller stroke"
+        return f"{explanation}; give a larger flywheel or a smaller stroke"
 
     def power_at_constant_speed(self, law: Law, count: int = _MOST) -> np.ndarray:
         """The power in W over tau (evenly spaced) that the output takes from a shaft that turns evenly at the mean speed."""
@@ -192,7 +192,7 @@ def _newton(
             break
         x, off, jacobian = x + step, new_off, new_jacobian
     raise RunError(
-        f"no periodic motion of the shaft was found: {remedy()}; and a drive that holds the mean speed", code="no-convergence"
+        f"no periodic motion of the shaft was found: {remedy()}, or a drive that holds the mean speed", code="no-convergence"
     )
 
 

@@ -112,9 +112,9 @@ def pressure_angle_remarks(shapes: Iterable[Shape], unit: str) -> list[str]:
     angle, common = largest_pressure_angle(shapes), COMMON[unit]
     if angle.value <= common:
         return []
-    statement = f"the pressure angle reaches {format_cam_angle(angle.value)} at {format_cam_angle(angle.phi)}"
+    statement = f"the pressure angle reaches {format_cam_angle(angle.value)} at a cam angle of {format_cam_angle(angle.phi)}"
     hint = "study.permitted finds the smallest cam for it"
-    return [f"{statement}; with a {_GUIDES[unit]} at most {format_cam_angle(common)} is common ({hint})"]
+    return [f"{statement}; with a {_GUIDES[unit]}, at most {format_cam_angle(common)} is common ({hint})"]
 
 
 def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:

@@ -45,7 +45,7 @@ def _common(
 
 def explorer() -> None:
     """The explorer in the browser."""
-    raise InputError("app", None, "not yet: the explorer comes with a later version")
+    raise InputError("app", None, "not available yet: the explorer comes with a later version")
 
 
 def register() -> None:

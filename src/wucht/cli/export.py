@@ -12,7 +12,7 @@ from wucht.errors import InputError
 
 
 def export(
-    result: Annotated[Path, typer.Argument(help="A result.nc export_files by `wucht run`, or the folder that has it.")],
+    result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`, or the folder that has it.")],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default beside the result.")] = None,
     csv: Annotated[bool, typer.Option("--csv", help="The variables of any result as CSV, with units.")] = False,
     import_: Imports = None,

@@ -186,7 +186,9 @@ def _from_model(document: Document, title: str) -> Machine:
 
 def _from_parts(document: Document, title: str) -> Machine:
     if "parameters" in document:
-        raise InputError("machine.parameters", None, "allowed only with model = ...; SI machines carry values in their parts")
+        raise InputError(
+            "machine.parameters", None, "allowed only with model = ...; machines in SI units have their values in their parts"
+        )
     description, kinds = require_table(document, "carrier", "machine.carrier"), carriers()
     directions = choice({"directions": "xy"} | description, "directions", "machine.carrier", kinds)
     carrier = validate_model(kinds[directions], description, "machine.carrier")

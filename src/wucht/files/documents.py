@@ -27,7 +27,7 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
     try:
         about = path.stat()
         if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):  # a device may never end
-            raise InputError.file_error(path, "this is no file")
+            raise InputError.file_error(path, "this is not a file")
         if about.st_size > LARGEST:
             raise InputError.file_error(
                 path, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read"

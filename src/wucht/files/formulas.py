@@ -125,7 +125,7 @@ class _Reader:
         while sign := self._accept_sign("*", "/"):
             factor = self._factor()
             if sign == "/" and factor == 0:
-                raise self._error("a division by zero")
+                raise self._error("it divides by zero")
             value = self._real(value * factor if sign == "*" else value / factor)
         return value
 

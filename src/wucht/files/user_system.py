@@ -121,7 +121,7 @@ def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:
             if apart.any():
                 rate = system.states[int(apart.any(axis=1).argmax())]
                 reason = f"the derivative of {rate} differs after {state} has made a whole turn of 2*pi"
-                raise InputError("system.angles", state.name, f"must be a state on a circle: {reason}")
+                raise InputError("system.angles", state.name, f"must be an angle: {reason}")
 
 
 def with_values(description: Document, settings: Mapping[str, Any]) -> Document:

@@ -55,7 +55,7 @@ def assemble_parts(
     _check_carrier(carrier, bodies)
     drives = _attach_to_shafts(_parts_of(Drive, drives, "drives"), bodies)
     if name := _first_duplicate(d.on for d in drives):
-        raise InputError("drives", name, "two drives act on this body; there must be at most one a body")
+        raise InputError("drives", name, "two drives act on this body; there must be at most one per body")
     loads = _attach_to_shafts(_parts_of(Load, loads, "loads"), bodies)
     if load := _first_duplicate((x.on, x.kind) for x in loads):
         raise InputError("loads", load[0], f"two {load[1]} loads act on this body; there must be at most one of each kind")
@@ -75,7 +75,7 @@ def _parts_of(family: Any, value: Any, key: str) -> tuple[Any, ...]:
         raise InputError(key, value, f"must be a list of {key}")
     for i, part in enumerate(value):
         if not isinstance(part, family):
-            raise InputError(f"{key}[{i}]", part, f"must be {key}, each of a class of wucht.parts")
+            raise InputError(f"{key}[{i}]", part, f"must be {key}, each an instance of a class of wucht.parts")
     return tuple(value)
 
 
@@ -141,7 +141,7 @@ def _attach_to_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tup
     for i, shaft in enumerate(labelled_shafts):
         place = shaft.path if shaft.on or len(shafts) == 1 else f"{shaft.group}s[{i}]"
         if not shaft.on and "on" not in shafts[i].model_fields_set:
-            raise InputError(f"{place}.on", None, "this key is missing; needed is the name of the body", code="missing")
+            raise InputError(f"{place}.on", None, "this key is missing; give the name of the body", code="missing")
         if shaft.on not in names:
             raise InputError(f"{place}.on", shaft.on, f"there is no such body; {nearest(shaft.on, names)}")
     return labelled_shafts

@@ -24,14 +24,14 @@ def check_attachments(attachments: Sequence[Attachment], carrier: Support, used_
             raise InputError(f"attachments[{i}].name", attachment.name, sentence)
         turns = carrier.reference_frame().rotation != 0
         if attachment.at is not None and not turns:
-            sentence = f"allowed on a carrier that turns in its plane, which this one, {carrier.directions!r}, does not"
+            sentence = f"allowed only on a carrier that turns in its plane, which this one, {carrier.directions!r}, does not"
             raise InputError(f"{attachment.path}.at", list(attachment.at), sentence)
         velocities = attachment.motion(
             replace(carrier.reference_frame(), axes={attachment.name: place_of(attachment, carrier)})
         )
         sensitivities = [sp.diff(v, c.velocity) for v in velocities for c in carrier.coordinates()]
         if not any(abs(attachment.number(x)) > _ACROSS for x in sensitivities):
-            hint = "; at = [x, y] is its place" if turns and attachment.at is None else ""
+            hint = "; give its place, at = [x, y]" if turns and attachment.at is None else ""
             sentence = f"a carrier {carrier.directions!r} does not move in the direction in which this part acts{hint}"
             raise InputError(f"attachments[{i}]", attachment.name, sentence)
 

@@ -116,7 +116,7 @@ class SelfBalancingRotor(Model):
     s: float = si("", "unbalance ratio, M e/(m r)", "s", gt=0)
     w: float = si("", "amplitude ratio, m r/(M* e)", "w", gt=0)
     beta_p: float = si("", "damping of the pendulums, b_r/(k J_P)", "beta_p", ge=0)
-    beta_r: float = si("", "the same on the rotor, n b_r/(k J_R), n pendulums", "beta_r", ge=0)
+    beta_r: float = si("", "damping of n pendulums on the rotor, n b_r/(k J_R)", "beta_r", ge=0)
     lambda_: float = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
     sigma: float = si("", "damping of the support, b/(2 k M*)", "sigma", ge=0)
     u: float = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)

@@ -45,8 +45,10 @@ def tracks_of(bodies: Sequence[TrackBody], frequency: Mapping[str, float], given
                     place, b.track, f"{first.name!r} of this track turns about {first.reference!r}", code="other-centre"
                 )
             if abs(b.centre_radius() - first.centre_radius()) > 1e-9 * first.centre_radius():
-                circle = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
-                raise InputError(place, b.track, f"{circle}, that of this body on {b.centre_radius():g} m", code="other-circle")
+                circle = f"the centre of {first.name!r} of this track runs on a circle of radius {first.centre_radius():g} m"
+                raise InputError(
+                    place, b.track, f"{circle}, that of this body on one of {b.centre_radius():g} m", code="other-circle"
+                )
         if len(together) > 1 and sum(angular_width(a, b) for a, b in _neighbours(together)) > 2 * math.pi:
             raise InputError(f"{first.path}.track", first.track, f"{len(together)} bodies of this size do not fit on it")
     return tuple(Track(name, tuple(ts), frequency[name], name in given_names) for name, ts in by_track.items() if len(ts) > 1)
@@ -128,7 +130,7 @@ def _offsets(track: Track, order: Sequence[TrackBody], angles: Mapping[str, floa
         ahead = apart % (2 * math.pi)
         gap = ahead - width
         if gap < -_PLAY:
-            hint = f"their centres must be {math.degrees(width):.4g} degrees apart"
+            hint = f"their centres must be at least {math.degrees(width):.4g} degrees apart"
             sentence = f"{a.name!r} and {b.name!r} of the track {track.name!r} overlap: {hint}"
             raise InputError(f"{location}.{b.name}", math.degrees(angles[b.name]), sentence)
         offsets.append(2 * math.pi * round((ahead - apart) / (2 * math.pi)) - width + (_PLAY - gap if gap < _PLAY else 0.0))

@@ -275,7 +275,9 @@ def design_chart(reference: float, noise: float, readings: float, expected_devia
         return math.log(replace(cusum, threshold=math.exp(logarithm)).mean_alarm_interval(expected_deviations) / readings)
 
     if missing(math.log(low)) > 0:
-        raise RunError("without a failure there are fewer false alarms than wanted: ask for rarer ones", code="too-few-alarms")
+        raise RunError(
+            "even the lowest threshold gives fewer false alarms than requested: request rarer ones", code="too-few-alarms"
+        )
     high = low
     while missing(math.log(high)) < 0:
         high *= 2

@@ -34,12 +34,13 @@ def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
     turns = omega * span / TURN
     if -_STANDS < turns <= 0:
         explanation = (
-            f"the shaft stands: {omega:.4g} rad/s on average, {turns:.2g} turns in {span:.4g} s; are column and unit right?"
+            f"the shaft stands still: {omega:.4g} rad/s on average, {turns:.2g} turns in {span:.4g} s; "
+            "are column and unit right?"
         )
         raise InputError(location, None, explanation, code="stands-still")
     if turns < 0:
         explanation = (
-            f"the shaft turns backwards ({omega:.4g} rad/s on average): turn the sign with the key scale, as in scale = -1"
+            f"the shaft turns backwards ({omega:.4g} rad/s on average): reverse the sign with the key scale, as in scale = -1"
         )
         raise InputError(location, None, explanation, code="turns-back")
     if turns < 1:
@@ -58,7 +59,9 @@ def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
     a_turn = (count - 1) / turns
     if a_turn < _NYQUIST * highest or count < parameters:
         requirement = (
-            f"order {highest} needs more than {2 * highest}" if count >= parameters else f"these need {parameters} in all"
+            f"order {highest} needs more than {2 * highest}"
+            if count >= parameters
+            else f"these orders need {parameters} samples in all"
         )
         units = "; are the units of time and speed right?" if a_turn < _NYQUIST else ""
         raise InputError(
@@ -76,9 +79,9 @@ def check_outliers(shaft: ShaftSignal) -> None:
     out = np.flatnonzero(deviation > max(_FAR * usual, _LARGE * abs(median)))
     if len(out):
         i = int(deviation.argmax())
-        more_outliers = f" {len(out) - 1} others stick out, too;" if len(out) > 1 else ""
+        more_outliers = f" further outliers: {len(out) - 1};" if len(out) > 1 else ""
         explanation = (
-            f"sample {i + 1}, at {shaft.time[i]:.6g} s, sticks out: it is "
+            f"sample {i + 1}, at {shaft.time[i]:.6g} s, is an outlier: it is "
             f"{shaft.format_speed(float(shaft.values[i]))}, and the "
             f"median of all is {shaft.format_speed(median)};{more_outliers} take such samples out"
         )
@@ -195,9 +198,9 @@ def unexplained_warning(
     if explained_share > _HALF or noise or omitted_share > _HALF or drift_share > _HALF:
         return ()
     return (
-        f"The orders kept explain {_percent(explained_share)} of the fluctuation, and the rest is no noise "
-        "from sample to sample, no "
-        "drift and in no other whole order: it does not repeat with the speed that the numbers give. Check unit and scale, for "
+        f"The orders kept explain {_percent(explained_share)} of the fluctuation, and the rest is neither "
+        "noise from sample to sample, nor "
+        "drift, nor in another whole order: it does not repeat with the speed that the numbers give. Check unit and scale, for "
         "pulses pulses_per_turn, and whether this is the shaft of the cam.",
     )
 
@@ -212,7 +215,8 @@ def _omitted_order_warning(order: int, share: float) -> str:
     text = f"Order {order} is left out, but the record holds {_percent(share)} of the speed in it."
     if order == 1:
         text += (
-            f" If the shaft does turn so, a correction without it leaves about {_percent(9 * share)} of the motion as it was."
+            f" If the shaft really turns like this, a correction without it leaves about {_percent(9 * share)} "
+            "of the motion as it was."
         )
     return f"{text} {_sensor_hint(order, share)} before it is left out."
 

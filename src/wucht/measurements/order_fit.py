@@ -180,7 +180,9 @@ def checked_orders(orders: Sequence[int]) -> np.ndarray:
 
 def _check_fit(shaft: ShaftSignal, model: OrderModel, fit: Fit, omega: float) -> None:
     if not fit.has_converged or not omega / 2 < fit.theta[0] < 2 * omega:
-        explanation = "these orders repeat at no speed; cut the record to a part of constant mean speed"
+        explanation = (
+            "no speed could be determined at which these orders repeat; cut the record to a part of constant mean speed"
+        )
         raise InputError(shaft.location, None, explanation)
     correlations, _ = scaled_gram(fit.gram)
     values, vectors = np.linalg.eigh(correlations)

@@ -111,7 +111,7 @@ def _common_samples(signal: Channel, shaft: ShaftSignal) -> tuple[np.ndarray, np
     """Return times and angles of the shaft within the signal's span."""
     time, angle = shaft.angle()
     if not (np.diff(angle) > 0).all():
-        explanation = "the angle must increase all the time for order tracking; smooth it, or turn the sign round"
+        explanation = "the angle must increase all the time for order tracking; smooth it, or reverse its sign"
         raise InputError(shaft.location, None, explanation, code="turns-back")
     low, high = max(time[0], signal.time[0]), min(time[-1], signal.time[-1])
     inside = (time >= low) & (time <= high)

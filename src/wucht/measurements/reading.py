@@ -200,7 +200,9 @@ def read_recording(path: Path) -> Recording:
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise InputError.file_error(
-            path, f"a record must end in one of {', '.join(_READERS)}; this ends in {path.suffix!r}", code="unknown-ending"
+            path,
+            f"the name of a record must end in one of {', '.join(_READERS)}; this ends in {path.suffix!r}",
+            code="unknown-ending",
         )
     if not path.is_file():
         raise InputError.file_error(path, _no_file(path), code="no-file")

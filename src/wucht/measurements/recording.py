@@ -132,14 +132,14 @@ def _numbers(values: object, location: str, key: str) -> np.ndarray:
     array = array.astype(float, copy=False)
     bad = np.flatnonzero(~np.isfinite(array))
     if len(bad):
-        detail = f"sample {bad[0] + 1} is {array[bad[0]]}" + (f", and {len(bad) - 1} others are none" if len(bad) > 1 else "")
+        detail = f"sample {bad[0] + 1} is {array[bad[0]]}" + (f", further ones: {len(bad) - 1}" if len(bad) > 1 else "")
         raise InputError(
             location, None, f"the {key} must be finite numbers: {detail}; take such samples out", code="not-finite"
         )
     beyond = np.flatnonzero(np.abs(array) > LARGEST)
     if len(beyond):
         detail = f"sample {beyond[0] + 1} is {array[beyond[0]]:g}"
-        raise InputError(location, None, f"the {key} must be of at most {LARGEST:g}, of either sign: {detail}")
+        raise InputError(location, None, f"the {key} must be at most {LARGEST:g} in magnitude: {detail}")
     return array
 
 

@@ -126,16 +126,18 @@ def _refusal(shaft: ShaftSignal, name: str) -> str:
         return f"the pulses repeat as if there were {name} a turn, not {shaft.per_turn}: give pulses_per_turn = {name}"
     if shaft.unit:
         remedy = f"give unit = '{name}', or correct the heading"
-        return f"the numbers are stated in {shaft.unit}, but they repeat as if they were {name}: {remedy}"
+        return f"the numbers are stated in {shaft.unit}, but they repeat as if they were in {name}: {remedy}"
     column = shaft.location.rsplit(": ", 1)[-1]
     remedy = f"write the unit into the heading, as in {column} [{name}], or give unit = '{name}'"
-    return f"the numbers have no unit and would be {_stated_unit(shaft)}, but they repeat as if they were {name}: {remedy}"
+    return (
+        f"the numbers have no unit and would be in {_stated_unit(shaft)}, but they repeat as if they were in {name}: {remedy}"
+    )
 
 
 def _condition(shaft: ShaftSignal, name: str) -> str:
     if shaft.per_turn is not None:
         return f"If the encoder gave {name} pulses a turn, not {shaft.per_turn},"
-    return f"If the numbers were {name}, not {_stated_unit(shaft)},"
+    return f"If the numbers were in {name}, not in {_stated_unit(shaft)},"
 
 
 def _stated_unit(shaft: ShaftSignal) -> str:
@@ -153,7 +155,7 @@ def _scale_sentence(shaft: ShaftSignal, mean: float, repeats: float) -> str:
     if shaft.quantity == "angle":
         return f"{summary} the scale of the sensor is wrong; {times}."
     offset = shaft.format_speed(abs(mean - repeats))
-    offset = f"take {offset} off them in the record" if ratio > 1 else f"add {offset} to them in the record"
+    offset = f"subtract {offset} from them in the record" if ratio > 1 else f"add {offset} to them in the record"
     return (
         f"{summary} the scale of the sensor is wrong, or its offset. If it is the scale, {times}; if it is the "
         f"offset, {offset}."

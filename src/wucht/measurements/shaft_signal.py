@@ -144,7 +144,10 @@ class ShaftSignal:
         index_times = self.index[(self.index >= self.time[0]) & (self.index <= self.time[-1])]
         if not len(index_times):
             raise InputError(
-                self.location, None, "the index pulse does not come in this record: record it at the same time", code="no-index"
+                self.location,
+                None,
+                "the index pulse does not occur in this record: record it at the same time",
+                code="no-index",
             )
         return self.time, angles - mean_direction(np.interp(index_times, self.time, angles))
 
@@ -162,8 +165,8 @@ def speed_signal(channel: Channel, index: Channel | None = None, hysteresis: flo
     warnings: tuple[str, ...] = ()
     if _A_SECOND.fullmatch(channel.unit):
         warnings = (
-            f"{channel.location}: {channel.unit!r} does not say whether turns or radians, and is read as turns a second, as "
-            'rotational frequencies are written; else give unit = "rad/s".',
+            f"{channel.location}: {channel.unit!r} does not say whether turns or radians, and is read as turns per second, as "
+            'rotational frequencies are written; for radians give unit = "rad/s".',
         )
         channel = replace(channel, unit="Hz")
     speed, zero = channel.to_si(SPEED_UNIT), _index(index, hysteresis)

@@ -139,11 +139,11 @@ def _line_error(source: str, lines: list[str], layout: _Layout) -> InputError:
         if empty is not None:
             return _without_value(source, lines, layout, number, empty)
         if len(cells) != len(layout.names):
-            explanation = f"line {number}: there must be {len(layout.names)} columns; these are {len(cells)}"
+            explanation = f"line {number}: there must be {len(layout.names)} columns; there are {len(cells)}"
             return InputError(source, None, explanation, code="count")
         for name, cell in zip(layout.names, cells, strict=True):
             if not _is_number(cell, layout.separator) or not math.isfinite(_float(cell, layout.separator)):
-                sentence = f"line {number}: {cell[:40]!r} is no finite number"
+                sentence = f"line {number}: {cell[:40]!r} is not a finite number"
                 return InputError(f"{source}: {name}", None, sentence, code="no-number")
     return InputError(source, None, f"the rows must be of {len(layout.names)} numbers each", code="count")
 

@@ -168,7 +168,7 @@ def small_factors(f: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> tupl
     if not is_identically_zero(rest):
         raise WuchtError(
             f"the rate of {state} is not small: without {small} it is {rest}. The standard form is x' = {small} X(x, t); "
-            "an angle becomes the independent variable, an oscillation an amplitude and a phase, before",
+            "before, make an angle the independent variable, and an oscillation an amplitude and a phase",
             code="not-small",
         )
     return once, twice

@@ -67,7 +67,7 @@ def _refuse_other_functions(e: sp.Expr, t: sp.Symbol) -> None:
     even = waves(e, t)
     for a in e.atoms(sp.sin, sp.cos):
         if t in a.free_symbols and a not in even:
-            raise NotTrigonometricError(f"the argument of {a} does not grow evenly with {t}", code="uneven-argument")
+            raise NotTrigonometricError(f"the argument of {a} is not linear in {t}", code="uneven-argument")
     if not any(isinstance(a, sp.sin | sp.cos) for a in even):
         raise NotTrigonometricError(
             f"{e} is not a polynomial in sines and cosines of {t}, and has no certain period", code="no-period"
@@ -108,11 +108,11 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], denominator: sp.Expr
         k = sp.simplify(w / base)
         if not k.is_Rational:
             raise NotTrigonometricError(
-                f"the ratio of {w} and {base}, frequencies above and below in a quotient, is not certain",
+                f"the ratio of {w} and {base}, frequencies in numerator and denominator, is not known to be rational",
                 code="frequency-ratio",
             )
         if k.is_Integer:
-            with error_context(f"the mean of a quotient cannot be computed; of its denominator {denominator}"):
+            with error_context(f"the mean of a quotient cannot be computed because of its denominator {denominator}"):
                 re, im = _moment(int(k), P)
             angle = p - k * shift
             c, s = sp.cos(angle), sp.sin(angle)

@@ -124,7 +124,7 @@ def _velocities(system: System, positions: Sequence[sp.Symbol]) -> list[sp.Symbo
     rate = dict(zip(system.states, system.derivatives, strict=True))
     unknown = [p.name for p in positions if p not in rate]
     if unknown:
-        raise WuchtError(f"{', '.join(unknown)} is no state: {', '.join(system.state_names)}", code="no-state")
+        raise WuchtError(f"{', '.join(unknown)} is not a state; known: {', '.join(system.state_names)}", code="no-state")
     velocities = [rate[p] for p in positions]
     if sorted(map(str, [*positions, *velocities])) != sorted(map(str, system.states)):
         raise WuchtError(
@@ -147,14 +147,14 @@ def _substitute_theta(e: sp.Expr, fast: sp.Symbol, subject: sp.Symbol) -> sp.Exp
                 f"{a} in the force on {subject} is not a function of {fast} t and slow quantities", code="not-fast"
             )
         if not slope.is_Integer and not (isinstance(a, sp.exp) and (slope / sp.I).is_Integer):
-            raise WuchtError(f"{a} in the force on {subject} has not the period 2 pi in {fast} t", code="other-period")
+            raise WuchtError(f"{a} in the force on {subject} does not have the period 2 pi in {fast} t", code="other-period")
         replacements[a] = a.func(slope * THETA + rest)
     result = e.xreplace(replacements)
     for a in sp.preorder_traversal(_without_slow_functions(result, fast)):
         whole = a.is_Pow and a.exp.is_Integer and a.exp.is_nonnegative
         if {fast, TIME} <= a.free_symbols and not (a.is_Add or a.is_Mul or whole or a.is_Symbol):
             raise WuchtError(
-                f"{a} in the force on {subject} may turn with {fast} t, and is no sine, cosine or exponential of it",
+                f"{a} in the force on {subject} may vary with {fast} t, and is not a sine, cosine or exponential of it",
                 code="not-trigonometric",
             )
     return result
@@ -181,7 +181,7 @@ def _refuse_large(
                 limit = "O(1), as it depends on a speed" if with_speed else f"O({fast})"
                 raise WuchtError(
                     f"the fast force on {v} grows like {fast}^{power} ({c}): it may be {limit}, or one power more with a "
-                    f"small parameter O(1/{fast}), written as a symbol. Else its motion is not small: no separation holds",
+                    f"small parameter O(1/{fast}), written as a symbol. Otherwise its motion is not small: no separation holds",
                     code="grows",
                 )
 
@@ -193,7 +193,7 @@ def _growth(c: sp.Expr, fast: sp.Symbol, subject: sp.Symbol) -> tuple[sp.Expr, s
         terms = [a.as_coeff_exponent(fast) for a in sp.Add.make_args(sp.expand(part))]
         if any(fast in a.free_symbols for a, _ in terms) or not all(p.is_real and p.is_number for _, p in terms):
             raise WuchtError(
-                f"how the fast force on {subject} grows with {fast} does not follow from {c}: powers of {fast} are allowed",
+                f"how the fast force on {subject} grows with {fast} does not follow from {c}: must be powers of {fast}",
                 code="growth-unclear",
             )
         top = max(p for _, p in terms)

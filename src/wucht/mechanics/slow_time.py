@@ -71,7 +71,7 @@ def refuse_turning_with(moving: Iterable[sp.Symbol], e: sp.Expr) -> None:
         turning = sorted(map(str, frequency.free_symbols & {*moving}))
         if turning:
             raise WuchtError(
-                f"the frequency in {wave} depends on {', '.join(turning)}: no uniform mean (3.8). "
+                f"the frequency in {wave} depends on {', '.join(turning)}: there is no uniform mean, 002 (3.8). "
                 "Make the angle itself a state, or the independent variable"
             )
 

@@ -37,7 +37,7 @@ def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
         Where the symbol is no state, does not turn, the System depends on time itself, or has an output ``time`` already.
     """
     if angle not in system.states:
-        raise WuchtError(f"{angle} is no state: {', '.join(system.state_names)}", code="no-state")
+        raise WuchtError(f"{angle} is not a state; known: {', '.join(system.state_names)}", code="no-state")
     all_outputs = (*system.outputs, *system.quadratures)
     everything = (
         *system.derivatives,
@@ -99,11 +99,11 @@ def with_amplitude_and_phase(
     """
     missing = [s.name for s in (position, velocity) if s not in system.states]
     if missing:
-        raise WuchtError(f"{', '.join(missing)} is no state: {', '.join(system.state_names)}", code="no-state")
+        raise WuchtError(f"{', '.join(missing)} is not a state; known: {', '.join(system.state_names)}", code="no-state")
     unknown = sp.sympify(frequency).free_symbols - set(system.parameters)
     if unknown:
         raise WuchtError(
-            f"the frequency {frequency} depends on {', '.join(sorted(map(str, unknown)))}: parameters alone may be in it",
+            f"the frequency {frequency} depends on {', '.join(sorted(map(str, unknown)))}: only parameters may be in it",
             code="frequency-varies",
         )
     if is_identically_zero(sp.sympify(frequency)):
@@ -143,6 +143,6 @@ def _refuse_taken_outputs(system: System, new: Sequence[str]) -> None:
     taken_names = sorted({o.name for o in (*system.outputs, *system.quadratures)} & {*new})
     if taken_names:
         raise WuchtError(
-            f"an output {', '.join(taken_names)} is in the System already, and the new System has one: rename it before",
+            f"the System has an output {', '.join(taken_names)} already, and the new System adds one: rename the old one",
             code="output-taken",
         )

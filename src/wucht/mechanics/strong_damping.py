@@ -183,12 +183,12 @@ def _linear(rates: Sequence[sp.Expr], damped_states: Sequence[sp.Symbol]) -> tup
     K = sp.ImmutableMatrix(rates).jacobian(damped_states).applyfunc(sp.simplify)
     if K.free_symbols & set(damped_states):
         raise WuchtError(
-            "without epsilon the rates of the damped states are not linear in them: there is no K as in (3.15)",
+            "without epsilon the rates of the damped states are not linear in them: there is no K as in 002 (3.15)",
             code="not-linear",
         )
     if TIME in K.free_symbols:
         raise WuchtError(
-            f"the matrix K of the damped states depends on {TIME}: its eigenvalues do not decide on its stability",
+            f"the matrix K of the damped states depends on {TIME}: its eigenvalues do not decide its stability",
             code="not-constant",
         )
     return K, [r.xreplace(dict.fromkeys(damped_states, sp.S.Zero)) for r in rates]

@@ -124,7 +124,7 @@ def harmonic_terms(e: sp.Expr, t: sp.Symbol) -> Terms:
     if isinstance(e, sp.sin | sp.cos | sp.exp):
         key = frequency_and_phase(-sp.I * e.args[0] if isinstance(e, sp.exp) else e.args[0], t)
         if key is None:
-            raise NotTrigonometricError(f"the argument of {e} does not grow evenly with {t}", code="uneven-argument")
+            raise NotTrigonometricError(f"the argument of {e} is not linear in {t}", code="uneven-argument")
         if isinstance(e, sp.exp) and {w.is_real for w in key} != {True}:
             raise NotTrigonometricError(f"{e} is neither a sine nor a cosine of {t}", code="not-trigonometric")
         return _wave(*key, *_AMPLITUDES[e.func])

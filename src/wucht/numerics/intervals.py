@@ -46,7 +46,7 @@ def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.
         return np.tanh(below), np.tanh(above)
     if isinstance(e, PiecewiseCubic):
         return cubics_of(e.args[1], enclosure(e.args[0], symbol, low, high))
-    raise WuchtError(f"no bounds are known of {e}", code="no-bounds")
+    raise WuchtError(f"no bounds are known for {e}", code="no-bounds")
 
 
 def cubics_of(pieces: Pieces, a: Interval) -> Interval:
@@ -167,7 +167,7 @@ def _function(e: sp.Expr, a: Interval) -> Interval:
     if isinstance(e, sp.tan):
         pole = np.floor(a[0] / np.pi + 0.5) != np.floor(a[1] / np.pi + 0.5)
         return np.where(pole, -np.inf, np.tan(a[0])), np.where(pole, np.inf, np.tan(a[1]))
-    raise WuchtError(f"no bounds are known of {e.func.__name__}")
+    raise WuchtError(f"no bounds are known for {e.func.__name__}")
 
 
 def _power(base: Interval, exponent: sp.Expr, e: sp.Expr) -> Interval:
@@ -175,7 +175,7 @@ def _power(base: Interval, exponent: sp.Expr, e: sp.Expr) -> Interval:
         power = power_of(base, abs(int(exponent)))
         return power if exponent > 0 else reciprocal_of(power)
     if not exponent.is_number:
-        raise WuchtError(f"no bounds are known of {e}")
+        raise WuchtError(f"no bounds are known for {e}")
     p = float(exponent)  # the base is positive: the power is monotone
     ends = base[0] ** p, base[1] ** p
     return ends if p > 0 else (ends[1], np.where(base[0] > 0, ends[0], np.inf))

@@ -63,7 +63,8 @@ class Jacobian:
         unknown = [name for name in parameter_names if name not in system.parameter_names]
         if unknown:
             raise WuchtError(
-                f"{unknown[0]} is no parameter of this System; known: {', '.join(system.parameter_names)}", code="no-parameter"
+                f"{unknown[0]} is not a parameter of this System; known: {', '.join(system.parameter_names)}",
+                code="no-parameter",
             )
         directions = [*system.states, *(system.parameters[system.parameter_names.index(name)] for name in parameter_names)]
         n = len(system.states)

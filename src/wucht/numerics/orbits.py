@@ -190,12 +190,14 @@ def _phase_states(
     n = len(system.states)
     if len(samples) != n or advance.shape != (n,) or not (np.isfinite(samples).all() and np.isfinite(advance).all()):
         raise WuchtError(
-            f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance", code="shape"
+            f"a periodic motion of {n} states needs {n} finite numbers for its start, and as many for its advance over a "
+            "period",
+            code="shape",
         )
     if not (math.isfinite(period) and period > 0):
         raise WuchtError(f"the period of a periodic motion must be positive, not {period}", code="period")
     if phase_state is not None and phase_state not in range(n):
-        raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}", code="no-state")
+        raise WuchtError(f"phase_state {phase_state} is not a state: it must be 0 to {n - 1}", code="no-state")
     if free_period and system.depends_on_time:
         raise WuchtError(
             "the period of a periodic motion is free, but the equations depend on time: give the period", code="time-dependent"

@@ -61,7 +61,7 @@ class ResultAccessor:
         attributes = result.attrs
         missing = [name for name in ("summary", "sentence", "warnings", "failure") if name not in attributes]
         if missing:
-            raise WuchtError(f"this Dataset is no result of a study: it has no attribute {missing[0]}", code="no-result")
+            raise WuchtError(f"this Dataset is not a result of a study: it has no attribute {missing[0]}", code="no-result")
         # Attributes of the runner are still missing while a study composes its answer.
         self.question: dict[str, dict[str, Any]] = json.loads(attributes.get("input", '{"study": {}, "machine": {}}'))
         self.study: str = attributes.get("study", "")

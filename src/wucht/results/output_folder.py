@@ -230,7 +230,7 @@ def load_result(path: Path) -> xr.Dataset:
     path = result_file(path)
     file = latest_file(path)
     if not file.is_file():
-        raise InputError.file_error(path, "this is no file" if path.exists() else "there is no such file")
+        raise InputError.file_error(path, "this is not a file" if path.exists() else "there is no such file")
     try:
         with h5py.File(file) as h5_file:  # where this fails, h5netcdf would leave a file half open and print to stderr
             h5_file.attrs.get("_nc3_strict")
@@ -238,7 +238,7 @@ def load_result(path: Path) -> xr.Dataset:
     except Exception as error:
         # A damaged file can cause any error in the libraries beneath: to the user they mean the same.
         lines = str(error).splitlines() or [type(error).__name__]
-        raise InputError.file_error(path, f"this is no NetCDF file that can be read: {lines[0]}") from None
+        raise InputError.file_error(path, f"this is not a readable NetCDF file: {lines[0]}") from None
     if "study" not in result.attrs:
         raise InputError.file_error(path, "this file was not written by wucht: it names no study")
     try:

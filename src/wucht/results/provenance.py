@@ -60,7 +60,7 @@ def refuse_edited_values(result: xr.Dataset) -> Iterator[None]:
         if not result.encoding.get(_NO_CHECKSUMS):
             raise
         problem = f"its values do not fit together ({type(error).__name__}: {str(error).partition(chr(10))[0]})"
-        raise InputError(result.attrs["study"], None, f"this is no complete result of this study: {problem}") from error
+        raise InputError(result.attrs["study"], None, f"this is not a complete result of this study: {problem}") from error
 
 
 def check_attributes(attributes: Mapping[str, Any]) -> None:

@@ -129,7 +129,7 @@ def locate_error(cls: type[BaseModel], error: ValidationError, table_location: s
     unit = quantity.si if quantity else ""
     long_name, in_unit = field.title or field.description or key, f" in {unit}" if unit else ""
     if kind == "missing":
-        return InputError(at, None, f"this key is missing; needed is the {long_name}{in_unit}", code=kind)
+        return InputError(at, None, f"this key is missing; give the {long_name}{in_unit}", code=kind)
     value = document.get(key, value) if isinstance(document, Mapping) else value
     if kind == "extra_forbidden":
         return InputError(at, value, f"unknown key; {nearest(key, fields)}", code="unknown-key")

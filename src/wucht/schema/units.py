@@ -152,7 +152,7 @@ def _factor(unit: str, si: str, requirement: str) -> float:
     for unit_text in (unit, si):
         if len(_POWER_SIGN.findall(unit_text)) != len(_PLAIN_POWER.findall(unit_text)) or len(unit_text) > _LONGEST:
             raise FieldError(
-                f"{requirement}; {unit_text[:_LONGEST]!r} is no known unit: a power in a unit is a number below 100",
+                f"{requirement}; {unit_text[:_LONGEST]!r} is not a known unit: a power in a unit is a number below 100",
                 code="unknown-unit",
             )
     import pint as pint_
@@ -161,13 +161,14 @@ def _factor(unit: str, si: str, requirement: str) -> float:
         pint_unit: Any = _registry().parse_units(plain)
     except Exception:
         # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user it is one error.
-        raise FieldError(f"{requirement}; {unit!r} is no known unit", code="unknown-unit") from None
+        raise FieldError(f"{requirement}; {unit!r} is not a known unit", code="unknown-unit") from None
     try:
         factor = float(_registry().Quantity(1.0, pint_unit).to(si or "dimensionless").magnitude)
     except pint_.DimensionalityError:
         raise FieldError(f"{requirement}; this one is {article(_dimension(pint_unit))}", code="dimension") from None
     except Exception:
-        raise FieldError(f"{requirement}; {unit!r} is no unit of a plain scale", code="unknown-unit") from None
+        reason = f"{unit!r} has an offset or a logarithmic scale, which cannot be used here"
+        raise FieldError(f"{requirement}; {reason}", code="unknown-unit") from None
     names = str(pint_unit)
     if si != "rad/s" and "hertz" in names:
         raise FieldError(

@@ -70,7 +70,7 @@ def _start_statements(spec: Spec, machine: Machine) -> list[str]:
         else []
     )
     bodies = (
-        [f"balancing bodies start at {format_phases(phases)} to their rotor{_rest_clause(unnamed_bodies, speeds)}"]
+        [f"balancing bodies start at {format_phases(phases)} relative to their rotor{_rest_clause(unnamed_bodies, speeds)}"]
         if unnamed_bodies
         else []
     )

@@ -60,7 +60,7 @@ def _set_key(tables: Document, path: str, value: Any) -> None:
     elif isinstance(target, dict):
         target[last] = value
     else:
-        raise InputError(path, value, f"{'.'.join(keys[:-1])} is no table")
+        raise InputError(path, value, f"{'.'.join(keys[:-1])} is not a table")
 
 
 CAM_DRIVE = CamDriveSubject()

@@ -109,7 +109,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 def _motion_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """The motion and its derivatives over the cam angle, and its harmonics."""
     unit = plan.motion.unit
-    long_names = ["motion of the output", *(f"{name} by the cam angle" for name in _NAMES[1:])]
+    long_names = ["motion of the output", *(f"{name} with respect to the cam angle" for name in _NAMES[1:])]
     derivatives = zip(_NAMES, f.derivatives, long_names, _units(plan), strict=True)
     return [
         Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
@@ -137,7 +137,7 @@ def _restriction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("restriction", [r.name for r in restrictions], "restriction", "", along),
         Quantity("restricted", [b.order for b in bands], "restricted derivative, -1: a harmonic is capped", "", along),
         Quantity("harmonic", harmonics, "capped harmonic", "", along),
-        Quantity("begin", [b.begin for b in bands], "begin of the arc", "rad", along),
+        Quantity("begin", [b.begin for b in bands], "start of the arc", "rad", along),
         Quantity("end", [b.end for b in bands], "end of the arc", "rad", along),
         Quantity("low", [b.low for b in bands], "least value allowed", "", along),
         Quantity("high", [b.high for b in bands], "greatest value allowed", "", along),

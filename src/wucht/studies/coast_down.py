@@ -60,7 +60,7 @@ class CoastDown(Spec):
     solves: ClassVar[str] = FULL_EQUATIONS
 
     until: float | None = si("s", "time", default=None, gt=0, help=(
-        "time at which the run ends; none: until it has stopped, swings, or turns at a hundredth of its speed"
+        "time at which the run ends; by default when the rotor has stopped, swings, or turns at a hundredth of its speed"
     ))  # fmt: skip
     start: Start = Field(default_factory=dict, description=(
         "initial state; rotors without a given speed start with the speed that their drive reaches, and the bodies about them "

@@ -60,7 +60,8 @@ def refuse_turns(spec: Spec, subject: Any) -> None:
         count = until * fastest / (2 * math.pi)
         if count > _MOST_TURNS:
             longest = f"{until * (_MOST_TURNS / count):.3g} {subject.units.time}".rstrip()
-            requirement = f"these are {count:.3g} {motion}, and at most {_MOST_TURNS:.3g} can be computed, here {longest}"
+            reason = f"these are {count:.3g} {motion}, and at most {_MOST_TURNS:.3g} can be computed"
+            requirement = f"must be at most {longest}: {reason}"
             raise InputError("study.until", until, requirement)
 
 

@@ -329,6 +329,6 @@ def _study_of_result(result: xr.Dataset) -> Iterator[Study]:
     contents = result.wucht.contents if "contents" in result.attrs else ["contents"]
     missing = [n for n in contents if n not in result.variables]
     if missing:
-        raise InputError(kind, None, f"this is no complete result of this study: {', '.join(missing)} is missing")
+        raise InputError(kind, None, f"this is not a complete result of this study: {', '.join(missing)} is missing")
     with refuse_edited_values(result):
         yield by_kind[kind]

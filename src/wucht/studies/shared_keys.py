@@ -56,7 +56,7 @@ def _ranges(raw: Any) -> Any:
 Ranges = Annotated[
     dict[str, tuple[float, float]],
     BeforeValidator(_ranges),
-    Field(description="ranges of the states of a system, by name, in which equilibria are searched"),
+    Field(description="ranges of the states of a system, by name, in which equilibria are searched for"),
 ]
 Names = Annotated[tuple[str, ...], BeforeValidator(_names), Field(description="names of the steady states to be kept")]
 

@@ -77,7 +77,7 @@ def _text(value: Any) -> str:
         case Iterable():
             text = ",".join(map(_text, value))
         case _:
-            raise TypeError(f"no fingerprint is known of a {type(value).__qualname__}")
+            raise TypeError(f"no fingerprint is known for the type {type(value).__qualname__}")
     return f"{type(value).__qualname__}({text})"
 
 

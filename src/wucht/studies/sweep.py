@@ -171,7 +171,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
             speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
             at_end = replace(mover, report=_share_reporter(part, _RAMP_SHARE, "settling"))
             settled_leg, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
-            doubts = _doubts(plan, settled_leg, steady, f"after the way {way}", findings.all_legs)
+            doubts = _doubts(plan, settled_leg, steady, f"after the ramp {way}", findings.all_legs)
             findings = replace(findings, warnings=findings.warnings + doubts)
             yield findings
             for jump in _jumps(mover, legs, plan.spec.jump_tolerance, part.part("jump", _JUMPS_SHARE, 1.0)):
@@ -315,7 +315,7 @@ def _ramp_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     )
     peak, residual = (max((getattr(leg, n) for leg in legs), default=None) for n in ("amplitude", "energy_residual"))
     ends = {way: {"from_speed": r[0].speed, "to_speed": r[-1].speed} for way, r in findings.ramps.items() if r}
-    parts = {"from_speed": ("speed at its begin", speed), "to_speed": ("speed at its end", speed)}
+    parts = {"from_speed": ("speed at its start", speed), "to_speed": ("speed at its end", speed)}
     readings = {
         "value": ("value", parameter.full_name, parameter.unit),
         "speed": ("speed", "mean speed", speed),

@@ -80,15 +80,15 @@ def test_an_output_that_slides():
 
 FEW = {"harmonics": 2, "objective": "least-peak-acceleration"}
 WRONG = {
-    "law.restrictions: needed are [[law.restrictions]], or coefficients": {"restrictions": []},
+    "law.restrictions: give [[law.restrictions]], or coefficients": {"restrictions": []},
     "law.harmonics: this key is missing": {"harmonics": None},
-    "law.coefficients: needed are cosine or sine": {"restrictions": [], "coefficients": {"mean": 1.0}},
+    "law.coefficients: give cosine or sine": {"restrictions": [], "coefficients": {"mean": 1.0}},
     "law.harmonics: given 0; must be between 1 and 60|a whole number from 1 to 60": {"harmonics": 0},
     "law.restrictions[0].on: given [0.0, 1.0]; give either at or on": {"restrictions": [TOP | {"on": [0, 1]}, DWELL]},
     "law.restrictions[0].equals: given '1 deg'; give either equals, or min and max": {
         "restrictions": [{"at": 0, "equals": "1 deg", "min": 0}, DWELL]
     },
-    "law.restrictions[0]: needed is equals": {"restrictions": [{"at": 0}, DWELL]},
+    "law.restrictions[0]: give equals": {"restrictions": [{"at": 0}, DWELL]},
     "law.restrictions[0].min: given 2.0; must not be greater than max": {"restrictions": [{"min": 2, "max": 1}, DWELL]},
     "law.restrictions[0].tolerance: given -1.0; must not be negative": {"restrictions": [DWELL | {"tolerance": -1}, DWELL]},
     "law.restrictions[0].on: given [0.0, 7.0]; must be an arc of at most one turn": {
@@ -96,7 +96,7 @@ WRONG = {
     },
     "law.objective: given 'flattest-dwell'; the flattest dwell needs a restriction on an arc": {"restrictions": [TOP]},
     "law.restrictions[1].tolerance: on an arc equals needs a tolerance": {"objective": "least-peak-acceleration"},
-    "law.resonance: it weighs the harmonics of": {"resonance": {"frequency": 1, "speed": 1}},
+    "law.resonance: allowed only with objective =": {"resonance": {"frequency": 1, "speed": 1}},
     "law.caps[0].harmonic: given 6; the law has 5 harmonics": {"caps": [{"harmonic": 6, "amplitude": 1}]},
     "law.caps[0].amplitude: given -1.0; must not be negative": {"caps": [{"harmonic": 2, "amplitude": -1}]},
     "law.coefficients: give either coefficients or restrictions": {"coefficients": {"cosine": [1]}},

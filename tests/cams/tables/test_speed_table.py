@@ -89,7 +89,7 @@ def test_the_hysteresis_of_pulses(tmp_path):
 @pytest.mark.parametrize(
     ("keys", "where", "sentence"),
     [
-        ({"unit": "rpmm"}, "speed.unit", "'rpmm' is no known unit"),
+        ({"unit": "rpmm"}, "speed.unit", "'rpmm' is not a known unit"),
         ({"unit": "mm"}, "speed.unit", "must be an angular speed"),
         ({"unit": ""}, "speed.unit", "unit of the column's numbers"),
         ({"scale": 0}, "speed.scale", "must not be 0"),

@@ -282,5 +282,5 @@ def test_both_halves_and_the_point_at_which_one_ends_are_one_curve(monkeypatch: 
 def test_an_orbit_that_is_not_known_begins_no_curve() -> None:
     here, there = OrbitEnding(0.2, 0.05, 0.0, NO_END), OrbitEnding(0.1, 0.05, 0.0, NO_END)
     found = ending_curves.curves_between(motion(), PLANE, here, there, lambda _: None)
-    assert found.omissions == ("near mu = 0.2, r = 0.05: the orbit's end is not known well enough to begin with",)
+    assert found.omissions == ("near mu = 0.2, r = 0.05: the orbit's end is not known well enough to start from it",)
     assert found.curves == () and found.points == ()

@@ -269,7 +269,7 @@ def test_a_further_row_is_tried_from_its_neighbour_and_then_from_runs(monkeypatc
     case, asked = row_case(monkeypatch, None, {})
     assert isinstance(case.further_row(None, given[:1]), NoOrbit) and asked == ["bad 2"]
     made = case.further_row(None, ())
-    assert made == NoOrbit(7.0, "the neighbouring motion is not followed to there")
+    assert made == NoOrbit(7.0, "the neighbouring motion cannot be followed to this value")
 
 
 def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -297,7 +297,7 @@ def test_where_bodies_keep_together_no_further_motions_are_followed(monkeypatch:
 
 def test_a_motion_that_is_followed_nowhere_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     last = further(monkeypatch, StateFindings(runs_by_place=(reached(0.4, 1.5, 3),)), lambda second, *_: NoOrbit(second, ""))
-    assert last.omissions == ("the modulated motion that runs reach, such as a run of 3, is not followed over the plane",)
+    assert last.omissions == ("the modulated motion reached by runs, such as a run of 3, is not followed over the plane",)
     assert [r.second for r in last.orbits] == [1.5]
 
 

@@ -103,7 +103,7 @@ def test_a_machine_with_contacts_is_run_up_member_by_member() -> None:
     machine = load_machine("practice/laundry-drum")
     question = EnsembleQuestion(machine, until=2.0, tolerance=1e-8)
     where = "schedule of drive.voltage; contacts on the track ring; quadratic load on drum, at standstill"
-    why = f"each must stop where a law changes ({where})"
+    why = f"each member must stop where a law changes ({where})"
     assert integration_note(question) == f"members are run up one by one, which is slower: {why}"
     found = outcomes_of(question, initial_state(machine, {})[:, None], {})
     assert labels(found) == [run_of(machine, {}, "full", until=2.0).verdict.outcome.value]
@@ -141,9 +141,9 @@ def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
 @pytest.mark.parametrize(
     ("changed", "model", "why"),
     [
-        ({"bodies": [*SMOOTH["bodies"], BESIDE]}, "full", "several of its rotors are free to turn, and may synchronise"),
-        ({"carrier": SHAKEN}, "full", "its rotors may be entrained by the vibration of the carrier"),
-        ({"carrier": SHAKEN, "drive": {"kind": "constant-speed", "speed": 5.0}}, "full", "its carrier is shaken"),
+        ({"bodies": [*SMOOTH["bodies"], BESIDE]}, "full", "several rotors are free to turn, and may synchronise"),
+        ({"carrier": SHAKEN}, "full", "rotors may be entrained by the vibration of the carrier"),
+        ({"carrier": SHAKEN, "drive": {"kind": "constant-speed", "speed": 5.0}}, "full", "the carrier is shaken"),
         ({"drive": None}, "slow", "a rotor without a drive turns as it does at the start"),
         (
             {"drive": {"kind": "constant-torque", "torque": 1.0}, "set": {"a.bearing_damping": 0.0}},
@@ -154,7 +154,7 @@ def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
         (
             {"drive": SERIES, "load": {"kind": "quadratic", "coefficient": 2e-4}},
             "full",
-            "each must stop where a law changes (quadratic load on a, at standstill)",
+            "each member must stop where a law changes (quadratic load on a, at standstill)",
         ),
     ],
     ids=lambda x: x if isinstance(x, str) else "",

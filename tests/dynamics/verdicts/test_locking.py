@@ -133,7 +133,7 @@ def test_a_run_until_settled_of_such_rotors_lasts_four_hundred_turns(until, sett
 def test_too_few_periods_take_some_times_as_long():
     found = judged(pair(), steady, steady, until=7.0)
     assert found.outcome == "unidentified"
-    assert found.advice.startswith("fewer than 5 whole periods were made in the last half")
+    assert found.advice.startswith("fewer than 5 whole periods lie in the last half of the run")
     assert found.needed_time == just_over(LONGER * 7.0)
 
 

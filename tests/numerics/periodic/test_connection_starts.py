@@ -252,7 +252,7 @@ def test_where_none_is_next_to_it_that_is_said(monkeypatch: pytest.MonkeyPatch) 
         raise RunError("none")
 
     monkeypatch.setattr("wucht.numerics.periodic.connection_starts.fold_at", lost)
-    with pytest.raises(RunError, match="there is no connection of the saddle-node"):
+    with pytest.raises(RunError, match="no connection of the saddle-node"):
         saddle_node_to_saddle(between(True, False), at)
     assert tried == pytest.approx([-1e-5, 1e-5, -1e-4, 1e-4, -1e-3, 1e-3], rel=1e-6)
 
@@ -292,7 +292,7 @@ def test_where_there_is_none() -> None:
     empty = System((X, Y), (1 + X**2, -Y + MU), (MU, R))
     connections = Connections.of(empty, ("mu", "r"), {}, RANGES[:2], TIME)
     for begin in (0.0, 0.4):
-        with pytest.raises(RunError, match="there is no equilibrium near this place"):
+        with pytest.raises(RunError, match="no equilibrium was found near this place"):
             connection_from_excursion(connections, np.array([begin, 0.0]), (0.0, 0.0))
 
 

@@ -111,7 +111,7 @@ def test_what_is_not_proved_is_said() -> None:
             high,
         )
     )
-    assert not unbounded.complete and "no bounds are known of" in unbounded.evidence
+    assert not unbounded.complete and "no bounds are known for" in unbounded.evidence
     assert unbounded.points[0].state == pytest.approx([1.0, 0.0], abs=1e-12)
 
 

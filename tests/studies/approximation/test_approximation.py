@@ -279,7 +279,7 @@ def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine, monkeypatch: 
 def test_no_order_where_the_rotor_does_not_turn_far_enough() -> None:
     """A drive that only just moves: 8 doublings of the time do not reach the angle."""
     machine = load_machine(TABLE_3_1).with_values({"u": 1e-7})
-    with pytest.raises(UnmeasuredError, match=r"at 1 epsilon the rotor does not turn by 100 rad"):
+    with pytest.raises(UnmeasuredError, match=r"at 1 epsilon the rotor does not turn through 100 rad"):
         measured(machine)
 
 

@@ -44,7 +44,7 @@ def test_reasons_not_to_trust(plan: Any) -> None:
     assert trust(plan, compared()) == (True, [])
     assert trust(plan, compared(slow_outcome="passed")) == (
         False,
-        ["the full equations end captured, the averaged ones passed"],
+        ["the full equations end as captured, the averaged ones as passed"],
     )
     assert trust(plan, compared(relative=(math.nan, math.nan))) == (False, ["the runs have no angle of the rotor in common"])
     assert trust(plan, compared(relative=(math.nan, 0.1)))[0] is False and trust(plan, compared(relative=(0.01, math.nan)))[0]
@@ -66,7 +66,7 @@ def test_what_is_not_decided(plan: Any) -> None:
     result = STUDY.dataset(plan, Findings((compared(), compared(1.0), compared(2.0, failure="no more"))))
     assert warnings_of(result) == [f"{result.value.attrs['long_name']} = 2: no more", "2 of 3 values are compared"]
     assert result.attrs["sentence"] == (
-        "not decided whether the averaged equations may be trusted: the study was interrupted before this was decided"
+        "it is not decided whether the averaged equations may be trusted: the study was interrupted before this was decided"
     )
     result = STUDY.dataset(plan, Findings((compared(failure="own"),), None, "it fails"))
     assert warnings_of(result) == ["own", "the order of the error could not be measured: it fails"]
@@ -87,7 +87,7 @@ def test_the_lines_of_the_report(plan: Any) -> None:
         f"    1              {both}both captured",
         f"    2              {both}captured, averaged equations passed",
         f"    3              {both}captured, averaged equations passed",
-        "  the models end differently from 2 to 3",
+        "  the models have different outcomes from 2 to 3",
     ]
 
 
@@ -104,7 +104,7 @@ def test_the_lines_of_several_parameters_and_of_units(plan: Any) -> None:
         "  order        the error falls with epsilon to the power 1.00",
         f"  along factor of a.b and c, up to {until:.4g} rad of the rotor's angle",
         "    2.5            nothing in common; a, averaged equations b",
-        "  the models end differently at 2.5",
+        "  the models have different outcomes at 2.5",
     ]
     one = with_answer(result, {"deviations": shaking}, along_unit="N m s", trusted=None, own=None, order_of_error=None)
     assert STUDY.report(one) == [
@@ -113,7 +113,7 @@ def test_the_lines_of_several_parameters_and_of_units(plan: Any) -> None:
         f"  along u, up to {until:.4g} rad of the rotor's angle",
         "    2.5 N m s      speeds of the rotor differ by 0.02 rad/s (0.191 rpm) at most, amplitudes by 300 mm; "
         "captured, averaged equations passed",
-        "  the models end differently at 2.5 N m s",
+        "  the models have different outcomes at 2.5 N m s",
     ]
     assert len(STUDY.report(with_answer(one, deviations=[], disagreement=[]))) == 2
 

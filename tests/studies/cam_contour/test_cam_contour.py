@@ -416,7 +416,7 @@ LEVER, SLIDES = (given.SMOOTH, given.FOLLOWER), (given.MODIFIED_SINE, given.FLAT
         (LEVER, {"contact": {"inertia": 1.0}}, "study.speed: the contact force needs the speed of the camshaft"),
         (LEVER, {"contact": {"mass": 1.0}, "speed": 1.0}, "study.contact.mass: given 1.0; the follower turns: give its"),
         (SLIDES, {"contact": {"inertia": 1.0}, "speed": 1.0}, "study.contact.inertia: given 1.0; the follower slides: give"),
-        (LEVER, {"contact": {}, "speed": 1.0}, "study.contact.inertia: this key is missing; needed is the follower's moment"),
+        (LEVER, {"contact": {}, "speed": 1.0}, "study.contact.inertia: this key is missing; give the follower's moment"),
         (LEVER, {"contact": {"inertia": 1, "preload": "3 N"}, "speed": 1}, "study.contact.preload: given '3 N'; must be a"),
         (LEVER, {"contact": {"inertia": 1, "stiffness": -1}, "speed": 1}, "study.contact.stiffness: given -1.0; must be a"),
         (LEVER, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: given '5 deg'; no cam can"),

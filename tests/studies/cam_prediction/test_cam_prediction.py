@@ -487,7 +487,7 @@ def test_the_command_draws_and_reports(wucht, tmp_path):
         "verdict: CLEAN on a shaft that fluctuates by 5.78 %",
         "of the output at most 0.113 of the shaft's",
         "original     52.36 rad/s (500 rpm), fluctuating by 5.28 %; orders above 5: 26.3 % of order 1",
-        "even speed   would need 544.8 kW at most, 52.13 kW in the mean",
+        "even speed   would need 544.8 kW at most, 52.13 kW on average",
         "drive        none: the eigenmotion saves all of this power",
         "leaves 26.3 %, 3.58 %",
         "2 turns with the corrected cam",

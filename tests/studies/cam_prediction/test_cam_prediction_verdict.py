@@ -190,7 +190,7 @@ def said(found, **corrected):
 def test_a_motion_that_is_not_stable_is_not_clean(found):
     label, sentence = said(found, multiplier=1.3)
     assert label == "not clean"
-    assert sentence.endswith("nothing in orders above 5, but this motion is not stable, a disturbance grows 1.3-fold in a turn")
+    assert sentence.endswith("nothing in orders above 5, but this motion is not stable: a disturbance grows 1.3-fold in a turn")
 
 
 def test_a_simulation_that_differs_does_not_confirm_and_the_reason_is_said(found):

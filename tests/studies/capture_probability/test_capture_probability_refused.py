@@ -167,5 +167,6 @@ def test_without_salib_the_sensitivity_is_refused_before_the_first_run(monkeypat
 
 def test_samples_that_fill_unevenly_are_warned_of() -> None:
     spec = CaptureProbability(along="drive.slope", range=[0.01, 0.02], random=PSI, samples=240)
-    assert "samples = 240 is no power of two: Sobol' points fill evenly with 128 or 256" in prepare(spec, R1).warnings
+    warning = "samples = 240 is not a power of two: Sobol' points fill the space evenly with 128 or 256"
+    assert warning in prepare(spec, R1).warnings
     assert prepare(spec.model_copy(update={"samples": 128}), R1).warnings == ()

@@ -62,9 +62,9 @@ def test_balls_of_a_track_do_not_overlap() -> None:
 @pytest.mark.parametrize(
     ("asked", "statement"),
     [
-        ({}, "balancing bodies start in steady phases: compensating, p1 112°, p2 -112° to their rotor"),
-        ({"bodies": "held"}, "balancing bodies start at p1 0°, p2 0° to their rotor"),
-        ({"start": {"p1": 0.5}}, "balancing bodies start at p1 28.65°, p2 0° to their rotor"),
+        ({}, "balancing bodies start in steady phases: compensating, p1 112°, p2 -112° relative to their rotor"),
+        ({"bodies": "held"}, "balancing bodies start at p1 0°, p2 0° relative to their rotor"),
+        ({"start": {"p1": 0.5}}, "balancing bodies start at p1 28.65°, p2 0° relative to their rotor"),
     ],
 )
 def test_what_was_assumed_is_said(asked: dict[str, Any], statement: str) -> None:

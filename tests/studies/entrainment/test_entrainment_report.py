@@ -108,7 +108,7 @@ def test_warnings(shaken: EntrainmentCase) -> None:
         "none here",
         "3 runs from the start are finished, but the search is not",
         f"from the start it is also reached outside the band: 6.5 to 6.75, 6.875 to 7 {unit}; finer points may show more",
-        f"at drive.no_load_speed = 5.75 {unit} the phase still moves at the end of the run: give a longer until",
+        f"at drive.no_load_speed = 5.75 {unit} the phase still moves at the end of the run: give a longer study.until",
     ]
     s = dataset(shaken, found).wucht.summary
     assert s["band_from_rest"] == [5.125, 6.125] and s["islands"] == [[6.5, 6.75], [6.875, 7.0]]

@@ -90,7 +90,7 @@ def test_the_lines_of_a_design(plan: Any) -> None:
     made = with_answer(made, **values)
     assert STUDY.report(made) == [
         "A machine",
-        "verdict: the spectrum is met within 12.50% of its largest amplitude, on the mean, in the full equations",
+        "verdict: the spectrum is met within 12.50% of its largest amplitude, on average, in the full equations",
         f"  signal       {made.attrs['signal']}",
         "  target       1e+06 cycles, amplitudes 1 mm to 2 mm",
         "  search       8 candidates with the averaged equations: 6 modulated, 2 steady",

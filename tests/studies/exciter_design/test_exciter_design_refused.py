@@ -50,7 +50,7 @@ CASES = {
     "few evaluations": ("reach = 16", "evaluations = 8", ("study.evaluations", "given 8", "at least 16")),
     "too many beats": ("reach = 16", "beats = 1", ("study.beats", "given 1", "from 2 to 10000")),
     "spread": ("reach = 16", "spread = 1.2", ("study.spread", "less than 1")),
-    "no pendulum": ('use = "practice/exciter"', 'use = "drozdetskaya-2020/table-3.1-laval"', ("machine", "needed are bodies")),
+    "no pendulum": ('use = "practice/exciter"', 'use = "drozdetskaya-2020/table-3.1-laval"', ("machine", "are needed")),
 }  # fmt: skip
 
 

@@ -157,7 +157,7 @@ def test_the_horizon_grows_until_it_is_known_when_it_is_seen():
     assert delay["half"] < delay["nearly_all"] < delay["horizon"] == result["alarm_time"][-1]
     assert delay["readings"] == delay["horizon"] / 0.5 and delay["probability"] == pytest.approx(0.9999, abs=1e-6)
     lines = report(result)
-    assert lines[1].endswith("which is detected 5770 s (1.6 h) later in the mean")
+    assert lines[1].endswith("which is detected 5770 s (1.6 h) later on average")
     assert not any("never" in line or "not within" in line for line in lines)
 
 
@@ -168,7 +168,7 @@ def test_a_failure_that_the_chart_does_not_see():
     sensor = {"interval": 0.5, "noise": 2.0, "false_alarm_every": 3600.0}
     result = failed(unseen, until=80.0, after=20.0, sensor=sensor)
     assert result.wucht.summary["delay"]["mean"] == pytest.approx(3600.0, rel=0.005)
-    assert any("hardly sooner than a false one" in w for w in result.wucht.warnings)
+    assert any("hardly any sooner than a false one" in w for w in result.wucht.warnings)
 
 
 def test_what_is_not_known_is_said_with_the_horizon(catalogue):
@@ -233,5 +233,5 @@ def test_figure_and_report(catalogue):
     ]  # fmt: skip
     assert all(axis.get_legend() is not None for axis in drawn.axes)
     lines = report(catalogue)
-    seen = "the specimen fails at 20.5 s, the speed changes by 105.4 rad/s, which is detected 1.793 s later in the mean"
+    seen = "the specimen fails at 20.5 s, the speed changes by 105.4 rad/s, which is detected 1.793 s later on average"
     assert lines[1] == f"verdict: {seen}"

@@ -105,9 +105,9 @@ FAILS = "the specimen fails at 4 s, the speed changes by 30 rad/s"
     ("of", "detection", "sentence"),
     [
         (seen(), None, f"{FAILS}; no control chart monitors it"),
-        (seen(), Known(), f"{FAILS}, which is detected 1.5 s later in the mean"),
-        (seen(), Known(0.0), f"{FAILS}, which is detected 0 s later in the mean"),
-        (seen(), Known(-1.5), f"{FAILS}, which is detected 1.5 s before it in the mean"),
+        (seen(), Known(), f"{FAILS}, which is detected 1.5 s later on average"),
+        (seen(), Known(0.0), f"{FAILS}, which is detected 0 s later on average"),
+        (seen(), Known(-1.5), f"{FAILS}, which is detected 1.5 s before it on average"),
         (
             seen(), Known(None),
             f"{FAILS}, which is detected within 20,000 readings, 5000 s (1.39 h) with a probability of 0.969",
@@ -118,7 +118,7 @@ FAILS = "the specimen fails at 4 s, the speed changes by 30 rad/s"
         (
             seen(None, damage=0.5), Known(),
             "the specimen does not fail: damage 0.5, the speed changes by 30 rad/s, which is detected 1.5 s after the chart "
-            "begins in the mean",
+            "begins on average",
         ),
     ],
 )  # fmt: skip
@@ -140,7 +140,7 @@ def test_no_warnings() -> None:
         (seen(), {"no_detection": "why"}, "there is no control chart: why"),
         (
             seen(), {"detection": Known(1800.5)},
-            "an alarm comes hardly sooner than a false one: the chart does not detect this failure",
+            "an alarm comes hardly any sooner than a false one: the chart does not detect this failure",
         ),
         (
             seen(), {"detection": Known(reference=15.5)},
@@ -192,14 +192,14 @@ def test_the_lines_of_a_failure() -> None:
         "  after        120 rad/s, compensated",
         "  change       30 rad/s, 24 times the standard deviation of the readings, 1.25 rad/s",
         "  chart        cumulative sum, k = 2.5, h = 9.75 rad/s",
-        "  detection    1.5 s after the failure in the mean; half of them within 1.25 s, 19 of 20 not within 3 readings, "
+        "  detection    1.5 s after the failure on average; half of them within 1.25 s, 19 of 20 not within 3 readings, "
         "5000 s (1.39 h)",
         "  damage       0.75 at the end",
         "  stiffness    0.8 of the intact specimen's at the end, its work -4 J",
         "  energy       closes to 1.0e-09",
     ]
     never = STUDY.report(result(of=seen(None), detection=Known()))
-    assert never[6].startswith("  detection    1.5 s after the chart begins in the mean; ")
+    assert never[6].startswith("  detection    1.5 s after the chart begins on average; ")
     few = STUDY.report(result(of=seen(before=None)))
     assert [line[2:12].strip() for line in few[2:]] == ["after", "stiffness", "energy"]
     unknown = with_answer(made, before={"speed": 90.0, "outcome": None})

@@ -98,7 +98,7 @@ def test_where_there_is_none_a_sentence_says_what_was_found() -> None:
     """At p < 1 the rotation stands."""
     r = run(OrbitBranch(along="p", range=(0.2, 0.8), until=200.0), own(ROTATION))
     assert not r.wucht.summary["orbits"]
-    assert "there is no modulated motion" in r.attrs["sentence"]
+    assert "no modulated motion was found" in r.attrs["sentence"]
     assert "settles in a steady state" in r.attrs["sentence"]
     assert len(figure(r).axes) == 1  # no panels of orbits that there are not
     assert report(r)

@@ -47,7 +47,7 @@ def test_before_the_first_orbit() -> None:
     made = result(branches=(), orbits=(), complete=False)
     assert made.wucht.summary["sentence"] == "the study was interrupted before the first orbit"
     assert warnings_of(made)[-1] == "the search is not finished"
-    assert result(branches=(), orbits=()).wucht.summary["sentence"].startswith("there is no modulated motion: ")
+    assert result(branches=(), orbits=()).wucht.summary["sentence"].startswith("no modulated motion was found: ")
 
 
 def test_a_whole_search_has_no_warnings() -> None:

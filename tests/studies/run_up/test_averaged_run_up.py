@@ -235,11 +235,11 @@ def test_order_2_is_nearer() -> None:
 
 REFUSED: dict[str, tuple[str, dict[str, Any], str]] = {
     "release": ("sperling-vibration/figure-4", {}, r"machine\.bodies: the averaged equations have no locks, and 'b1'"),
-    "slider": ("sperling-vibration/figure-7", {"start": {"disc": {"speed": 9.0}}}, "machine: has no averaged equations"),
+    "slider": ("sperling-vibration/figure-7", {"start": {"disc": {"speed": 9.0}}}, "machine: there are no averaged equations"),
     "second order at rest": (
         "drozdetskaya-2020/r1-u40",
         {"order": 2},
-        r"study\.order: given 2; .* not defined at rest; needed is a speed of",
+        r"study\.order: given 2; .* not defined at rest; give a speed of",
     ),
     "not damped": ("r2", {"inertia": False}, r"study\.inertia: given False; must be true"),
 }

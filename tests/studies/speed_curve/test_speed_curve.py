@@ -86,7 +86,7 @@ def test_machines_without_steady_operation_are_refused_with_the_reason() -> None
 @pytest.mark.slow
 def test_a_range_without_states_of_a_name_says_so() -> None:
     s = summary(load_machine(TABLE), along="u", range=[2.0, 5.0], only="together")
-    assert s["branches"] == [] and "there are no steady states, together, between u = 2 and 5" in s["sentence"]
+    assert s["branches"] == [] and "no steady states were found, together, between u = 2 and 5" in s["sentence"]
 
 
 @pytest.mark.slow
@@ -321,8 +321,8 @@ def test_own_equations_and_the_plane_of_two_parameters() -> None:
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
-        ({}, "needed is a pair [low, high] for u1"),
-        ({"ranges": {"u1": [0, 1]}}, "needed is a pair [low, high] for u2"),
+        ({}, "give a pair [low, high] for u1"),
+        ({"ranges": {"u1": [0, 1]}}, "give a pair [low, high] for u2"),
         ({"ranges": AB_RANGES | {"u3": [0, 1]}}, "study.ranges.u3"),
         ({"ranges": AB_RANGES, "only": "together"}, "allowed for a machine only"),
         ({"ranges": AB_RANGES, "show": "speed"}, "study.show: given 'speed'; unknown state"),

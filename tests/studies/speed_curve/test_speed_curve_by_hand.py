@@ -68,7 +68,7 @@ def test_sentences() -> None:
     }  # fmt: skip
     for sentence, branches in words.items():
         assert result(*branches).wucht.summary["sentence"] == sentence
-    assert result().wucht.summary["sentence"] == "there are no steady states, between mu = 1 and 10"
+    assert result().wucht.summary["sentence"] == "no steady states were found, between mu = 1 and 10"
     interrupted = result(complete=False)
     assert interrupted.wucht.summary["sentence"] == "the study was interrupted before the first branch"
     assert warnings_of(interrupted)[-1] == "0 branches are followed; the search is not finished"
@@ -111,8 +111,8 @@ def test_the_lines_of_families() -> None:
     )
     never = lines(result(branch(10, 1, *NEVER_ALL)))[2]
     assert never == (
-        "  branch 1     steady states (family of dimension 1), from 1 to 10: nowhere all members stable; some members stable "
-        "and others not from 1 to 5 (2 to 10), 12.5 to 25.0 % of them"
+        "  branch 1     steady states (family of dimension 1), from 1 to 10: nowhere are all members stable; some members "
+        "stable and others not from 1 to 5 (2 to 10), 12.5 to 25.0 % of them"
     )
     none = lines(result(branch(1, 10, *(0.0,) * 10)))[2]
     assert none == "  branch 1     steady states (family of dimension 1), from 1 to 10: nowhere stable"

@@ -47,7 +47,7 @@ def test_a_curve_between_places_that_differ_explains_them() -> None:
 def test_without_one_it_is_said_that_none_was_found() -> None:
     """Of both pairs side by side, once all was looked at."""
     (sentence,) = parts().omissions
-    assert sentence.startswith("between 2 pairs of neighbouring places there is no curve, such as x = 12.5, y = ")
+    assert sentence.startswith("between 2 pairs of neighbouring places that differ no curve was found, such as x = 12.5, y = ")
     assert "(ends at a saddle-node on the orbit) and 17.5, " in sentence
     assert parts(complete=False).omissions == ()
 

@@ -141,7 +141,7 @@ def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
 
 
 def test_what_was_not_sought_is_not_called_absent(cusp: Any) -> None:
-    assert cusp.attrs["sentence"].endswith("; modulated motions were not searched")
+    assert cusp.attrs["sentence"].endswith("; modulated motions were not searched for")
     assert cusp.wucht.summary["runs"] == 0
     assert not any("nothing else" in each["label"] for each in cusp.wucht.summary["regions"])
 

@@ -80,7 +80,7 @@ def test_places_have_the_names_that_are_not_stable_everywhere() -> None:
     assert result.wucht.summary["everywhere"] == ["a"]
     assert list(zip(result.place_x.values, result.place_y.values, strict=True)) == [(-1, 0), (1, 0), (-1, 2), (1, 2)]
     assert result.wucht.summary["sentence"] == (
-        "stable everywhere: a; besides no other steady state in 100 % of the plane; modulated motions were not searched"
+        "stable everywhere: a; in addition no other steady state in 100 % of the plane; modulated motions were not searched for"
     )
 
 

@@ -156,8 +156,8 @@ def test_only_what_is_shown_stable_has_the_frame_of_stable_states(rollers: xr.Da
     stable = frames(draw(rollers))[0]
     slow = run(SynchronousStates(speed=80.0, full=False), load_machine("sperling-rollers/table-1"))
     assert len({stable, *frames(draw(slow))}) == 3
-    assert draw(slow).axes[0].get_title().startswith("compensating: stable (slow)")
-    assert "stable (slow equations only)" in legends(draw(slow))
+    assert draw(slow).axes[0].get_title().startswith("compensating: stable (averaged)")
+    assert "stable (averaged equations only)" in legends(draw(slow))
     assert "stable" not in legends(draw(slow))
     jammed = draw(run(SynchronousStates(), load_machine("practice/grinder-2-balls")))
     assert stable not in frames(jammed)

@@ -75,7 +75,7 @@ def test_each_state_has_its_speed_where_that_is_not_given(result: xr.Dataset) ->
     assert told[2:] == [
         "  compensating       stable at 50 rad/s (477 rpm): b0 120.00°, b1 0.00°",
         "  compensating       stable at 100 rad/s (955 rpm): b0 120.00°, b1 0.00°",
-        "  complete     not shown: as by hand",
+        "  complete     not proved: as by hand",
     ]
 
 
@@ -99,11 +99,11 @@ def test_each_state_has_its_speed_where_that_is_not_given(result: xr.Dataset) ->
         ({"stable_slow": None, "stable_full": None}, "compensating       undecided: b0 120.00°, b1 0.00°"),
         (
             {"stable_full": False},
-            "compensating       stable in the slow, unstable in the full equations: b0 120.00°, b1 0.00°",
+            "compensating       stable in the averaged, unstable in the full equations: b0 120.00°, b1 0.00°",
         ),
         (
             {"stable_slow": None},
-            "compensating       undecided in the slow, stable in the full equations: b0 120.00°, b1 0.00°",
+            "compensating       undecided in the averaged, stable in the full equations: b0 120.00°, b1 0.00°",
         ),
     ],
 )

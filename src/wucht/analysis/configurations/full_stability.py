@@ -86,8 +86,8 @@ class FullStability:
         creep = f"the family is broken{by}: bodies creep along it, here by up to {turn:.2g} degrees a turn"
         along = np.sort(np.abs(orbit.multipliers - 1))[: 1 + state.neutral].max()
         if along > _SLOWER * float(np.abs(1 - np.abs(orbit.nontrivial(1 + state.neutral))).min(initial=np.inf)):
-            return Stability(None, across.exponents, f"{creep}, not much slower than perturbations decay across it")
-        return replace(across, reason=f"{creep}; stability is judged across it") if not across.reason else across
+            return Stability(None, across.exponents, f"{creep}, not much slower than perturbations decay across the family")
+        return replace(across, reason=f"{creep}; stability is judged across the family") if not across.reason else across
 
     @cached_property
     def _rows(self) -> list[int]:
@@ -135,9 +135,9 @@ class FullStability:
         if full.stable is None or slow.stable is None or full.stable == slow.stable or full.leading is None:
             return None
         rate, frequency = full.leading.real, abs(full.leading.imag)
-        of_time = "1/s" if self.torques.machine.units.speed else "a unit of time"
+        of_time = "1/s" if self.torques.machine.units.speed else "per unit of time"
         if full.stable:
-            exact = f"in the full equations all perturbations decay (the slowest with {-rate:.3g} {of_time})"
+            exact = f"in the full equations all perturbations decay (the slowest at {-rate:.3g} {of_time})"
         else:
             pair = frequency > 1e-6 * state.speed
             subject = f"a pair of multipliers{self._multiplier_origin(state.speed, frequency)}" if pair else "a real multiplier"
@@ -146,10 +146,10 @@ class FullStability:
             return f"{exact}: the averaged equations assume a steady vibration of the carrier; those of second order agree"
         moving, slowest = float(np.abs(slow.exponents).max(initial=0.0)), float(-self.torques.vibration.poles.real.max())
         undamped_clause = "are not damped by anything outside the rotor"
-        decay = f"decay with no more than {slowest:.3g} {of_time}" if slowest > 0 else undamped_clause
+        decay = f"decay at no more than {slowest:.3g} {of_time}" if slowest > 0 else undamped_clause
         return (
             f"{exact}: the averaged equations assume a steady vibration of the carrier, but its transients {decay}, while the "
-            f"phases move with up to {moving:.3g} {of_time}"
+            f"phases move at up to {moving:.3g} {of_time}"
         )
 
     def _multiplier_origin(self, speed: float, frequency: float) -> str:

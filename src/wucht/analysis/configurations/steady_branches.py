@@ -137,7 +137,9 @@ def steady_branches(machine: Machine) -> tuple[SteadyTorques, tuple[SteadyBranch
         reason = "balancing bodies are not on the rotor's axis, or have drive, load or bearing torques"
         raise InputError("machine.bodies", None, f"{reason}: their steady phases are not known in closed form")
     if (patterns := pattern_count(torques)) > MOST_PATTERNS:
-        raise InputError("machine.bodies", None, f"there are {patterns} ways to be in line, more than {MOST_PATTERNS}")
+        raise InputError(
+            "machine.bodies", None, f"the bodies can be in line in {patterns} ways; at most {MOST_PATTERNS} are examined"
+        )
     fixed_speed_torques = torques.with_fixed_speed(top)
     solutions: list[SteadyBranch] = [
         SteadyBranch(fixed_speed_torques, phases, dimension)

@@ -64,7 +64,7 @@ class SteadyTorques:
         """The torques from averaged equations at hand."""
         b = slow.equations.bodies
         if b.shaking is not None:
-            sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
+            sentence = "the carrier's motion is prescribed: study.kind = 'entrainment' computes whether it entrains the rotor"
             raise InputError("machine.carrier.motion", None, sentence, code="prescribed")
 
         def matrix(m: sp.ImmutableMatrix) -> np.ndarray:

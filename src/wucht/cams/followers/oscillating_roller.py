@@ -48,7 +48,7 @@ class OscillatingRoller(RollerFollower):
     counter: CounterTable | None = Field(
         None, description="lever of a counter cam, rigidly joined to this one: a table with `arm`, `roller_radius` and `angle`"
     )
-    groove: StrictBool = Field(False, description="choice of a groove, true or false")
+    groove: StrictBool = Field(False, description="groove for the roller, true or false")
 
     @model_validator(mode="after")
     def _check_exclusive(self) -> Self:

@@ -27,7 +27,7 @@ class TranslatingRoller(RollerFollower):
     distance: float = si("m", "distance of the roller's centre where the law is zero", gt=0)
     roller_radius: float = si("m", "radius of the roller", gt=0)
     offset: float = si("m", "offset of the rod's axis", default=0.0)
-    groove: StrictBool = Field(False, description="choice of a groove, true or false")
+    groove: StrictBool = Field(False, description="groove for the roller, true or false")
 
     def place(self, value: np.ndarray) -> np.ndarray:
         """See ``RollerFollower``."""

@@ -114,7 +114,7 @@ def _interior_point(p: Programme, basis: np.ndarray, unit: float) -> tuple[np.nd
     if "Solved" not in str(result.status) or np.abs(whole @ z + result.s - right_side).max() > _VIOLATION * (
         1 + np.abs(right_side).max()
     ):
-        raise RunError(f"the motion law was not found ({result.status}): {REMEDY}")
+        raise RunError(f"no motion law could be computed ({result.status}): {REMEDY}")
     return unit * basis @ z[:n], float(unit * z[n])
 
 

@@ -181,7 +181,9 @@ def _solve_by_exchange(
         if not any(len(b) for b in violations):
             return Synthesis(law, max((_needed_widening(r, law) for r in restrictions if r.is_widened), default=0.0))
         angles = [np.append(previous, new) for previous, new in zip(angles, violations, strict=True)]
-    raise RunError(f"the motion law still violates restrictions after {_MOST_EXCHANGES} exchanges: {REMEDY}")
+    raise RunError(
+        f"the motion law still violates restrictions after {_MOST_EXCHANGES} steps of the exchange algorithm: {REMEDY}"
+    )
 
 
 def _needed_widening(restriction: Restriction, law: Harmonics) -> float:

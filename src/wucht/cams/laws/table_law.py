@@ -49,7 +49,7 @@ class TableLaw:
         beyond = np.flatnonzero(np.maximum(np.abs(phi), np.abs(psi)) > LARGEST)
         if len(beyond):
             raise InputError(
-                "law.file", None, f"point {beyond[0] + 1} has a number beyond {LARGEST:g}, of either sign", code="limits"
+                "law.file", None, f"point {beyond[0] + 1} has a number above {LARGEST:g} in magnitude", code="limits"
             )
         falls = np.flatnonzero(np.diff(phi) <= 0)
         if len(falls):
@@ -65,13 +65,13 @@ class TableLaw:
                 code="too-long",
             )
         if self._is_closed and abs(psi[-1] - psi[0]) > _CLOSURE * np.ptp(psi):
-            requirement = f"the last point, a turn after the first, must have its output, {psi[0]:.9g}"
+            requirement = f"the last point, a turn after the first, must have the same output, {psi[0]:.9g}"
             raise InputError("law.file", float(psi[-1]), requirement, code="not-closed")
         if (count := len(phi) - self._is_closed) <= self.degree:
             raise InputError(
                 "law.file",
                 f"{count} points",
-                f"degree {self.degree} needs {self.degree + 1} different ones or more",
+                f"degree {self.degree} needs at least {self.degree + 1} different points",
                 code="too-few",
             )
         if not self._is_closed:

@@ -177,7 +177,9 @@ def nearest_in_cones(layout: Layout, target: complex) -> complex:
         if not len(violations):
             return centre
         phi = np.append(phi, violations)
-    raise RunError(f"the cam's size has not converged after {_MOST_EXCHANGES} exchanges: its law may jump")
+    raise RunError(
+        f"the cam's size has not converged after {_MOST_EXCHANGES} steps of the exchange algorithm: its law may jump"
+    )
 
 
 def _nearest_point(target: complex, a: np.ndarray, b: np.ndarray, size: float) -> complex:

@@ -47,7 +47,7 @@ def _point_with_curvature(layout: Layout, target: complex, centre: complex, most
     points = [_refined_point(layout, rays, between) for between in _first_points(layout, rays, centre)]
     feasible = [z for z in points if z is not None]
     if not feasible:
-        raise RunError("no cam of that least radius was found: permit a smaller one, or a larger pressure angle")
+        raise RunError("no cam of that least radius was found: permit a smaller radius, or a larger pressure angle")
     return min(feasible, key=lambda z: abs(z - target))
 
 
@@ -225,7 +225,7 @@ def _centre_around_shaft(layout: Layout, centre: complex, base: float, centre_fo
             continue
         low, high, best = (share, high, trial) if clears_shaft(trial) else (low, share, best)
     if best is None:
-        raise RunError("no cam round a shaft of that radius was found: permit a smaller one", code="no-cam")
+        raise RunError("no cam round a shaft of that radius was found: permit a smaller radius", code="no-cam")
     return best
 
 

@@ -73,9 +73,9 @@ class CamshaftDrive:
         if not self.friction or speed >= _FULL_FRICTION * self.transition or starting > self.friction:
             return ""
         explanation = (
-            f"the drive's torque of {starting:.4g} N m at standstill does not carry the load of {self.friction:.4g} N m"
+            f"the drive's torque of {starting:.4g} N m at standstill does not overcome the load of {self.friction:.4g} N m"
         )
-        return f"{explanation}: the shaft stands; give a stronger drive or a smaller load"
+        return f"{explanation}: the shaft stands still; give a stronger drive or a smaller load"
 
     def no_speed_reason(self, expected_speed: float) -> str:
         """Return why no speed is possible up to ten times the expected one in rad/s; empty where one is."""
@@ -125,7 +125,7 @@ class ElasticTable(TableModel):
             missing = "cam_inertia" if self.cam_inertia is None else "shaft_stiffness"
             raise ValueError(missing, "an elastic camshaft needs shaft_stiffness and cam_inertia")
         if self.output_frequency is None and self.output_stiffness is None and self.shaft_stiffness is None:
-            raise ValueError("output_frequency", "needed is output_frequency or output_stiffness, or shaft_stiffness")
+            raise ValueError("output_frequency", "give output_frequency or output_stiffness, or shaft_stiffness")
         return self
 
     def output(self, inertia: float, unit: str) -> ElasticOutput | None:
@@ -167,13 +167,17 @@ class ShaftTable(TableModel):
     ))  # fmt: skip
     output_mass: float | None = si("kg", "mass of the output", default=None, ge=0, help="mass of an output that slides")
     mean_speed: float | None = si("rad/s", "mean speed", default=None, gt=0, help=(
-        "mean speed: instead of a drive, that of the eigenmotion; with one, where it is expected"
+        "mean speed of the eigenmotion, without a drive; the expected mean speed, with a drive"
     ))  # fmt: skip
     drive: dict[str, Any] | None = Field(
-        None, title="drive, a table: [shaft.drive]", description="drive as of a machine, without `on`, a table: `[shaft.drive]`"
+        None,
+        title="drive, a table: [shaft.drive]",
+        description="drive with the keys of a machine's, except `on`, a table: `[shaft.drive]`",
     )
     loads: tuple[dict[str, Any], ...] = Field(
-        (), title="loads, tables: [[shaft.loads]]", description="loads as of a machine, without `on`, tables: `[[shaft.loads]]`"
+        (),
+        title="loads, tables: [[shaft.loads]]",
+        description="loads with the keys of a machine's, except `on`, tables: `[[shaft.loads]]`",
     )
     elastic: ElasticTable | None = Field(None, title="springs, a table: [shaft.elastic]", description=(
         "springs that the rigid prediction leaves out, a table: `[shaft.elastic]`"
@@ -187,7 +191,9 @@ class ShaftTable(TableModel):
     @model_validator(mode="after")
     def _check_combinations(self) -> Self:
         if self.output_inertia is None and self.output_mass is None:
-            raise ValueError("output_inertia", "needed is the output_inertia of an output that turns, or the output_mass")
+            raise ValueError(
+                "output_inertia", "give the output_inertia of an output that turns, or the output_mass of one that slides"
+            )
         if self.output_inertia is not None and self.output_mass is not None:
             raise ValueError("output_mass", "give only one: output_inertia of an output that turns, output_mass if it slides")
         cam = self.elastic.cam_inertia if self.elastic is not None else None
@@ -204,7 +210,7 @@ class ShaftTable(TableModel):
             if self.loads:
                 raise InputError("shaft.loads", None, "nothing drives the shaft against its loads: give [shaft.drive] too")
             if self.mean_speed is None:
-                raise InputError("shaft.mean_speed", None, "needed is the mean speed of the eigenmotion, or [shaft.drive]")
+                raise InputError("shaft.mean_speed", None, "give the mean speed of the eigenmotion, or [shaft.drive]")
             return None
         machine = self._machine(folder)
         if machine.internal:
@@ -220,8 +226,8 @@ class ShaftTable(TableModel):
             raise InputError("shaft.drive", self.drive.get("kind"), requirement, code="no-limit")
         if not final_speed > 0:
             requirement = (
-                f"it would turn the shaft at {final_speed:.4g} rad/s: the cam angle counts in the sense of the "
-                "shaft, above zero"
+                f"it would turn the shaft at {final_speed:.4g} rad/s: this speed must be above zero, as the cam "
+                "angle counts in the sense of the shaft"
             )
             raise InputError("shaft.drive", self.drive.get("kind"), requirement, code="turns-back")
         (inertia,) = machine.evaluate(sp.Add(*(d.reduced_inertia() for d in machine.drives)))

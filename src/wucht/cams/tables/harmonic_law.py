@@ -28,7 +28,9 @@ _FLATTEST, _LEAST_PEAK, _LEAST_SQUARE = "flattest-dwell", "least-peak-accelerati
 class RestrictionTable(TableModel):
     """Restriction of a derivative by the cam angle at an angle, on an arc, or (without either) everywhere."""
 
-    of: Literal["position", "velocity", "acceleration", "jerk"] = Field("position", description="derivative by the cam angle")
+    of: Literal["position", "velocity", "acceleration", "jerk"] = Field(
+        "position", description="derivative with respect to the cam angle"
+    )
     at: float | None = si("rad", "cam angle", default=None, help="cam angle at which it holds")
     on: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, help="arc on which it holds")
     equals: Position | None = Field(None, title="value", description="value that it must have")
@@ -64,12 +66,12 @@ class RestrictionTable(TableModel):
             is_widened = begin != end and "tolerance" not in values
             if is_widened and objective != _FLATTEST:
                 requirement = (
-                    "on an arc equals needs a tolerance: a motion of finitely many harmonics cannot stand still on one"
+                    "on an arc equals needs a tolerance: a motion of finitely many harmonics cannot be constant on an arc"
                 )
                 raise InputError(f"{location}.tolerance", None, f"{requirement}; or objective = {_FLATTEST!r}")
             low, high = values["equals"] - tolerance, values["equals"] + tolerance
         elif not values or "tolerance" in values:
-            raise InputError(location, None, "needed is equals (on an arc with a tolerance), or min, max or both")
+            raise InputError(location, None, "give equals (on an arc with a tolerance), or min, max or both")
         if low > high:
             raise InputError(f"{location}.min", self.min, "must not be greater than max")
         return Band(location, order, begin, end, low, high, is_widened)
@@ -116,10 +118,12 @@ class HarmonicTable(LawTable):
 
     harmonics: int | None = Field(None, ge=1, le=_MOST, description="number of harmonics")
     objective: Literal["flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"] = Field(
-        "flattest-dwell", description="what is made best of all motions that keep the restrictions"
+        "flattest-dwell", description="criterion by which a motion is chosen among those that keep the restrictions"
     )
     restrictions: tuple[RestrictionTable, ...] = Field(
-        (), title="restrictions", description="what the motion must be at angles or on arcs, tables: `[[law.restrictions]]`"
+        (),
+        title="restrictions",
+        description="values or limits of the motion at angles or on arcs, tables: `[[law.restrictions]]`",
     )
     caps: tuple[CapTable, ...] = Field((), description="largest amplitudes of harmonics")
     resonance: Resonance | None = Field(None, description="resonance near which orders weigh more, a table: `[law.resonance]`")
@@ -144,19 +148,21 @@ class HarmonicTable(LawTable):
             values = {w: read_output(unit, q, w) for w, q in c.quantities()}
             cosine, sine = ([v for w, v in values.items() if f".{key}[" in w] for key in ("cosine", "sine"))
             if not cosine and not sine:
-                raise InputError("law.coefficients", None, "needed are cosine or sine coefficients, the first harmonic first")
+                raise InputError("law.coefficients", None, "give cosine or sine coefficients, the first harmonic first")
             law = Harmonics.of(values["law.coefficients.mean"], cosine, sine)
             return SeriesMotion(law, unit, law.count)
         return self._synthesised_motion(unit)
 
     def _synthesised_motion(self, unit: str) -> SeriesMotion:
         if not self.restrictions:
-            raise InputError("law.restrictions", None, "needed are [[law.restrictions]], or coefficients")
+            raise InputError("law.restrictions", None, "give [[law.restrictions]], or coefficients")
         if self.harmonics is None:
-            raise InputError("law.harmonics", None, "this key is missing; needed is the number of harmonics", code="missing")
+            raise InputError("law.harmonics", None, "this key is missing; give the number of harmonics", code="missing")
         count, restrictions = self.harmonics, self._read_restrictions(unit)
         if self.resonance is not None and self.objective != _LEAST_SQUARE:
-            raise InputError("law.resonance", None, f"it weighs the harmonics of objective = {_LEAST_SQUARE!r}")
+            raise InputError(
+                "law.resonance", None, f"allowed only with objective = {_LEAST_SQUARE!r}, whose harmonics it weights"
+            )
         if self.objective == _LEAST_PEAK:
             objective = Band("law.objective", 2, 0.0, _TURN, 0.0, 0.0, is_widened=True)
             synthesis = _checked_synthesis(count, restrictions, [objective], None, unit)

@@ -40,7 +40,7 @@ class FourBarTable(LinkageTable):
     coupler: float = si("m", "length of the coupler", gt=0)
     output: float = si("m", "length of the output's arm", gt=0)
     angle: float = si("rad", "angle of the lever's arm to the ground where the law is zero")
-    branch: _Branch = Field("open", description="which of the two positions of coupler and output that fit the lever")
+    branch: _Branch = Field("open", description="position of coupler and output, of the two that fit the lever")
 
     def linkage(self) -> Linkage:
         """See ``LinkageTable``."""
@@ -57,7 +57,7 @@ class SliderCrankTable(LinkageTable):
     rod: float = si("m", "length of the rod", gt=0)
     angle: float = si("rad", "angle of the crank to the slide where the law is zero")
     offset: float = si("m", "offset of the slide", default=0.0)
-    branch: _Branch = Field("open", description="which of the two positions of rod and slide that fit the crank")
+    branch: _Branch = Field("open", description="position of rod and slide, of the two that fit the crank")
 
     def linkage(self) -> Linkage:
         """See ``LinkageTable``."""

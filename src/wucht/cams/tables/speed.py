@@ -26,7 +26,7 @@ class SpeedTable(TableModel):
     )
     sine: tuple[float, ...] | None = si("rad/s", "sine coefficient", default=None, help="sines of the speed, order 1 first")
     over: Literal["time", "angle"] = Field(
-        "time", description="what the orders are over: the time of a turn, or its angle, as order tracking gives them"
+        "time", description="variable of the orders: the time of a turn, or its angle, as order tracking gives them"
     )
     period: float | None = si("s", "time of a turn", default=None, gt=0, help="time of a turn, to check the mean")
     file: str | None = Field(None, title="file of the record", description="record of the speed, the angle or encoder pulses")
@@ -36,13 +36,13 @@ class SpeedTable(TableModel):
         "unit of the column's numbers, instead of the one that the file states"
     ))  # fmt: skip
     scale: float | None = si("", "factor for the column's numbers", default=None, help=(
-        "factor for the column's numbers; -1 where they count against the cam's turning"
+        "factor for the column's numbers; -1 where they count against the cam's rotation"
     ))  # fmt: skip
     orders: tuple[int, ...] = Field((), description="orders that are kept")
     pulses_per_turn: int | None = Field(None, ge=1, description="number of encoder pulses a turn")
     index: str | None = Field(None, description="column of the index pulse")
     hysteresis: float | None = si("", "hysteresis of the pulses as a share of their swing", default=None, ge=0, lt=0.5, help=(
-        "hysteresis of pulses that are a signal, as a share of their swing"
+        "hysteresis of pulses recorded as a signal, as a share of its swing"
     ))  # fmt: skip
 
     @classmethod
@@ -56,7 +56,7 @@ class SpeedTable(TableModel):
         if self.file is not None and coefficients:
             raise ValueError(coefficients[0], "give either a file or coefficients")
         if self.file is None and self.mean is None:
-            raise ValueError("mean", "needed is the mean speed with its coefficients, or file = RECORD")
+            raise ValueError("mean", "give the mean speed with its coefficients, or file = RECORD")
         if self.file is not None and (self.column is None or not self.orders):
             raise ValueError("column" if self.column is None else "orders", "a record needs a column, and the orders to keep")
         return self

@@ -172,8 +172,8 @@ def write_law_files(
 def _checked_file(file: WorkshopFile) -> WorkshopFile:
     if file.deviation > file.allowed_deviation * (1 + _EXACT) + 1e-15:
         message = (
-            f"it deviates by {file.deviation:.4g} {file.unit} from its reference, {file.allowed_deviation:.4g} "
-            f"{file.unit} are allowed"
+            f"it deviates by {file.deviation:.4g} {file.unit} from its reference; at most "
+            f"{file.allowed_deviation:.4g} {file.unit} is allowed"
         )
         raise RunError(f"{file.path} was written, but read back {message}", code="deviates")
     return file

@@ -139,7 +139,7 @@ def cam_table(
     half = 0.5 * 10.0 ** -require_decimals("decimals", decimals) / unit.si_factor
     if tolerance <= half:
         need = math.floor(-math.log10(2 * tolerance * unit.si_factor)) + 1
-        raise InputError("decimals", decimals, f"rounding alone spoils the tolerance: {need} decimals or more are needed")
+        raise InputError("decimals", decimals, f"rounding alone exceeds the tolerance: {need} decimals or more are needed")
     _check_closed(law)
     steps = _even_steps(most)
     count = _FEWEST
@@ -168,7 +168,10 @@ def _check_closed(law: Law) -> None:
     values = require_finite("law", law(np.linspace(0, _TURN, _SAMPLES + 1)))
     if abs(values[-1] - values[0]) > _CLOSURE * max(float(np.abs(values).max()), float(np.ptp(values))):
         raise InputError(
-            "law", None, "it must close after a turn: a lift at each turn is not a periodic cam table", code="not-periodic"
+            "law",
+            None,
+            "it must close after a turn: a motion that advances with each turn has no periodic cam table",
+            code="not-periodic",
         )
 
 
@@ -301,7 +304,7 @@ def read_cam_table(path: Path, form: Form, unit: SlaveUnit) -> CamTable:
         raise InputError(str(path), None, f"its slave is in {unit_match.group(1)}, not in {unit.value}", code="unit")
     rows, size_match = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
     if size_match and len(rows) != int(size_match.group(2)) - int(size_match.group(1)) + 1:
-        sentence = f"it declares an array of another length than its {len(rows)} rows that can be read"
+        sentence = f"it declares an array of another length than the {len(rows)} rows that can be read"
         raise InputError(str(path), None, sentence, code="count")
     if len(rows) < 3 or len({len(row) for row in rows}) != 1 or len(rows[0]) not in (2, 4):
         raise InputError(str(path), None, f"there is no cam table of the form {form.value} in it", code="no-table")

@@ -14,7 +14,7 @@ def write_ascii(path: Path, text: str) -> Path:
     """Write a text: ASCII, as controllers and old CAM programs read it. Raises ``InputError`` for other
     letters, ``RunError`` where it cannot be written."""
     if not text.isascii():
-        raise InputError(str(path), None, "names in files for the workshop must be plain ASCII letters")
+        raise InputError(str(path), None, "names in files for the workshop must be of plain ASCII characters")
     return replace_file(path, lambda beside: beside.write_text(text, encoding="ascii", newline="\n"))
 
 

@@ -70,7 +70,7 @@ class AveragedEquilibria:
         if settings.ranges is not None:
             raise InputError("study.ranges", dict(settings.ranges), "allowed for a table [system] only")
         if machine.shaken_coordinate is not None:
-            sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
+            sentence = "the carrier's motion is prescribed: study.kind = 'entrainment' computes whether it entrains the rotor"
             raise InputError("machine.carrier.motion", None, sentence)
         steady = machine_at_speed(machine, None)
         states = cls(steady, path, bounds, keeps_inertia(steady, settings.inertia), settings.show)

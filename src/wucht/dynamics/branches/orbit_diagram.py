@@ -71,7 +71,7 @@ class OrbitCase:
 def _steady(subject: Machine | UserSystem, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
     """Return the case of the steady states, or why they are not searched."""
     if not isinstance(subject, Machine) and settings.ranges is None:
-        return None, "equilibria are searched where ranges = { STATE = [low, high] } are given"
+        return None, "equilibria are searched only if ranges = { STATE = [low, high] } is given"
     only = ("together",) if settings.together else None
     branch_settings = BranchSettings(_SEARCHES, only, problem.labels.state, settings.ranges, problem.labels.inertia)
     try:

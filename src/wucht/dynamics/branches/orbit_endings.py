@@ -228,7 +228,7 @@ def connections_at(
     path, bounds: of the second parameter. value: of it there.
     """
     if end.last is None or not len(end.equilibrium):
-        raise RunError("the orbit's end is not known well enough to begin with")
+        raise RunError("the orbit's end is not known well enough to start from it")
     s, (_, cycle) = motion.subject, cycles_through(motion.subject, end.last)
     rates = motion.equilibria.evaluate(motion.equilibria.start(end.equilibrium, end.value)).eigenvalues
     time = connection_time(cycle.period, rates)

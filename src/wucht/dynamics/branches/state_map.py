@@ -221,7 +221,7 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
             findings = yield from _curves_of(case, findings, orbit_rows[k], work, _ORBITS)
         if not any(isinstance(row, OrbitRow) for row in orbit_rows.values()):
             sentence = (
-                f"the modulated motion that runs reach, such as {family_seeds[0][1].origin}, is not followed over the plane"
+                f"the modulated motion reached by runs, such as {family_seeds[0][1].origin}, is not followed over the plane"
             )
             findings = with_result(findings, "orbits", sentence)
             given_up.add(winding)

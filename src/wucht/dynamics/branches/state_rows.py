@@ -120,7 +120,7 @@ class RowCase:
     def further_row(self, near: OrbitRow | NoOrbit | None, seeds: tuple[SeedOrbit, ...]) -> OrbitRow | NoOrbit:
         """Follow the branch of a motion that runs have reached: through a seed, or through the neighbouring branch's orbit."""
         beside = self.seed_from_neighbour(near)
-        row: OrbitRow | NoOrbit = NoOrbit(self.second, "the neighbouring motion is not followed to there")
+        row: OrbitRow | NoOrbit = NoOrbit(self.second, "the neighbouring motion cannot be followed to this value")
         for seed in (*([beside] if beside is not None else []), *seeds):
             row = self.row_through(seed)
             if isinstance(row, OrbitRow):

@@ -203,7 +203,7 @@ class SystemEquilibria:
                 raise InputError(f"study.ranges.{name}", list(ranges[name]), f"unknown state; {nearest(name, names)}")
         for name in names:
             if name not in ranges:
-                requirement = f"needed is a pair [low, high] for {name}: ranges = {{ {name} = [low, high] }}"
+                requirement = f"give a pair [low, high] for {name}: ranges = {{ {name} = [low, high] }}"
                 raise InputError(
                     "study.ranges",
                     None,
@@ -267,9 +267,7 @@ class SystemEquilibria:
         solutions = deflated_solutions(equations, [value], starts).points.T
         width, turning = equations.scale[:-1], equations.turns[:-1] > 0
         inside = [x for x in solutions if ((x >= low - width) & (x <= high + width) | turning).all()]
-        evidence = (
-            f"deflated Newton's method from {_STARTS} starts within the ranges of the states: no proof that none is missing"
-        )
+        evidence = f"deflated Newton's method from {_STARTS} starts within the ranges of the states: completeness is not proved"
         return StatesAtValue(tuple(np.append(x, value) for x in inside), (), False, evidence)
 
     def is_same(self, u: np.ndarray, v: np.ndarray) -> bool:

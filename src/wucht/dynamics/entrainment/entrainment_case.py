@@ -54,7 +54,7 @@ class SweptParameter:
     def refuse(self, machine: Machine, value: float, location: str) -> None:
         """Raise ``InputError`` where a part does not allow a value."""
         if self.name == AMPLITUDE and value < 0:
-            raise InputError(location, value, "must be an amplitude from 0 on")
+            raise InputError(location, value, "must be an amplitude of at least 0")
         check_values(machine.parts, self.values(value), location, machine.values)
 
     def widest(self, machine: Machine) -> tuple[float, float] | None:
@@ -79,7 +79,7 @@ def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter
     if name is None and not machine.drives and AMPLITUDE in machine.parameters:
         name = AMPLITUDE
     if name is None:
-        requirement = "the main rotor's drive has no no_load_speed: needed is the path of a parameter"
+        requirement = "the main rotor's drive has no no_load_speed: give the path of a parameter"
         raise InputError("study.along", None, f"this key is missing; {requirement}", code="missing")
     p = parameter_of(machine, name)
     return SweptParameter(name, p.unit, p.full_name or name, p.value, {name: (0.0, 1.0)})
@@ -149,7 +149,7 @@ class EntrainmentCase:
             raise InputError(
                 "study.range",
                 None,
-                f"this key is missing; needed is a pair [low, high] of a {parameter.description}",
+                f"this key is missing; give a pair [low, high] for the {parameter.description}",
                 code="missing",
             )
         for i, value in enumerate(range or ()):
@@ -161,9 +161,9 @@ class EntrainmentCase:
             try:
                 averaged_machine(case.steady)
             except InputError as error:
-                reason = f"the averaged equations are left out: {error.explanation}"
+                reason = f"a default follows only from averaged equations, and {error.explanation}"
                 raise InputError(
-                    "study.range", None, f"this key is missing, and cannot be chosen: {reason}", code="not-chosen"
+                    "study.range", None, f"this key is missing, and has no default here: {reason}", code="not-chosen"
                 ) from None
         return case
 
@@ -177,7 +177,7 @@ def check_entrainable(machine: Machine) -> None:
     """Raise ``InputError`` for machines in which nothing can be entrained."""
     if not is_locking(machine):
         requirement = "a carrier.motion of amplitude and frequency, or two rotors or more whose speed no drive prescribes"
-        raise InputError("machine", None, f"nothing can be entrained: needed is {requirement}")
+        raise InputError("machine", None, f"nothing can be entrained: give {requirement}")
     prescribed_rotor = next((r.name for r in machine.rotors if r.coordinate.prescribed_velocity is not None), None)
     if prescribed_rotor is not None:
         raise InputError(

@@ -82,7 +82,7 @@ def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]
         raise InputError(
             "study.start", dict(start) or None,
             f"nothing turns: the machine has no drive to give {machine.rotor.name} a speed; "
-            f'needed is start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
+            f'give start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
         )  # fmt: skip
     return state
 
@@ -98,7 +98,7 @@ def place_bodies(machine: Machine, state: np.ndarray, to_rotor: Mapping[str, flo
 
 
 def phases_of_bodies(machine: Machine, state: np.ndarray) -> dict[str, float]:
-    """The angles of the balancing bodies to their rotor in a state (n,), by name."""
+    """The angles of the balancing bodies relative to their rotor in a state (n,), by name."""
     angles = angles_in(machine, state)
     return {b.name: angles[b.name] - angles[b.about] for b in machine.bodies if b.about is not None}
 
@@ -131,7 +131,7 @@ def with_steady_vibration(machine: Machine, state: np.ndarray) -> np.ndarray:
     ):
         raise InputError(
             "study.vibration", None,
-            "the machine starts at a resonance without damping, where its steady vibration has no bound; needed is another "
+            "the machine starts at a resonance without damping, where its steady vibration has no bound; give another "
             "speed in study.start, damping, or vibration = 'none' to start with the carrier at rest",
         )  # fmt: skip
     displacements, velocities = forced_vibration.vibration.instant_motion(speeds, angles)

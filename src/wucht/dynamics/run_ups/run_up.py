@@ -194,7 +194,7 @@ def prepare_start(
         raise InputError("study.speed_limit", speed_limit, "must be more than the speed that the drive prescribes")
     if not fastest and machine.shaken_coordinate is None and not machine.schedules and _is_at_rest(machine, initial):
         reason = "the machine has neither a drive nor an initial speed: nothing would turn"
-        requirement = "needed is [machine.drive] or a speed in study.start"
+        requirement = "give [machine.drive] or a speed in study.start"
         raise InputError("machine.drive", None, f"{reason}; {requirement}", code="nothing-turns")
     return machine, initial
 

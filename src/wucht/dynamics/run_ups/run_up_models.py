@@ -147,7 +147,7 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     slow = averaged_machine(machine, with_inertia, order, turning=senses)
     initial = np.append(slow.state(angles, speeds), slow.senses[main] * angles[main])
     if order > 1 and not speeds[main] and not slow.is_defined_at(initial[:-1]):
-        remedy = f"needed is a speed of {main!r} in study.start, however small, or order = 1"
+        remedy = f"give a speed of {main!r} in study.start, however small, or order = 1"
         raise InputError("study.order", order, f"the averaged equations of second order are not defined at rest; {remedy}")
     positions = zip(machine.carrier, machine.rest, strict=True)
     at_rest = {

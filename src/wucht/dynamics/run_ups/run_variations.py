@@ -91,7 +91,9 @@ def varied_quantity(machine: Machine, name: str, key: str) -> VariedQuantity:
     """Return the quantity that a name denotes on a machine. Raises ``InputError`` at ``study.<key>``."""
     states, location = start_states(machine), f"study.{key}"
     if name in states and name in machine.parameters:
-        raise InputError(location, name, "not clear: this is the name of a start state and of a parameter", code="two-meanings")
+        raise InputError(
+            location, name, "ambiguous: this is the name of both a start state and a parameter", code="two-meanings"
+        )
     prescribed_bodies = [b.name for b in machine.bodies if b.coordinate.prescribed_velocity is not None]
     if name.removesuffix(".angle").removesuffix(".speed") in prescribed_bodies and name not in machine.parameters:
         raise InputError(location, name, "not allowed: the drive prescribes this body's motion", code="prescribed")

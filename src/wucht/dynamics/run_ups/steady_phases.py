@@ -65,7 +65,7 @@ class SteadyPhases:
                 torques, branches = steady_branches(machine)
             except InputError as error:
                 if bodies == "steady":
-                    explanation = f"not known here: {error.explanation}; {HELD_HINT}"
+                    explanation = f"not possible here: {error.explanation}; {HELD_HINT}"
                     raise InputError("study.bodies", bodies, explanation, code=error.code) from None
                 reason = error.explanation
             else:
@@ -102,10 +102,10 @@ class SteadyPhases:
     def assumptions(self) -> list[str]:
         """The positions of the balancing bodies, as statements; empty without balancing bodies."""
         if self.branches:
-            return ["balancing bodies in the steady phases of each speed, stable or not by the averaged equations"]
+            return ["balancing bodies in the steady phases at each speed, stable or unstable by the averaged equations"]
         angles = dict(zip((b.name for b in self.machine.bodies), self.angles.tolist(), strict=True))
         phases = {b.name: angles[b.name] - angles[b.about] for b in self.machine.bodies if b.about is not None}
-        return [f"balancing bodies held at {format_phases(phases)} to their rotor"] if phases else []
+        return [f"balancing bodies held at {format_phases(phases)} relative to their rotor"] if phases else []
 
     @property
     def warnings(self) -> list[str]:
@@ -167,7 +167,7 @@ class BodyPhases:
         except InputError as error:
             if bodies == "steady":
                 raise InputError(
-                    "study.bodies", bodies, f"not known here: {error.explanation}; {HELD_HINT}", code="no-stable-phases"
+                    "study.bodies", bodies, f"not possible here: {error.explanation}; {HELD_HINT}", code="no-stable-phases"
                 ) from None
             return cls({}, held_reason=error.explanation)
 
@@ -190,14 +190,17 @@ class BodyPhases:
         return cls({name: senses[name] * angle for name, angle in relative_angles.items()}, *_labels(stable, speeds))
 
     def assumptions(self, phases: Mapping[str, float]) -> list[str]:
-        """Return the start of the balancing bodies as statements; none without phases. phases: to their rotor, in rad."""
+        """Return the start of the balancing bodies as statements; none without phases (rad, relative to their rotor)."""
         if not phases:
             return []
         if not self.to_rotor:
-            return [f"balancing bodies start at {format_phases(phases)} to their rotor"]
+            return [f"balancing bodies start at {format_phases(phases)} relative to their rotor"]
         count = len(self.other_labels)
         alternatives = f"; {count} other{'s' if count > 1 else ''} ({', '.join(self.other_labels)}) stable too" if count else ""
-        return [f"balancing bodies start in steady phases: {self.label}, {format_phases(phases)} to their rotor{alternatives}"]
+        return [
+            f"balancing bodies start in steady phases: {self.label}, {format_phases(phases)} relative to "
+            f"their rotor{alternatives}"
+        ]
 
 
 def _labels(stable: list[SteadyBranch], speeds: np.ndarray) -> tuple[str, tuple[str, ...]]:

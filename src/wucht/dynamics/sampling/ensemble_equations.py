@@ -31,13 +31,13 @@ def batching_obstacle(question: EnsembleQuestion) -> str | None:
     free = [r for r in machine.rotors if r.coordinate.prescribed_velocity is None]
     pieces = "; ".join(laws_in_pieces(machine))
     reasons = {
-        "several of its rotors are free to turn, and may synchronise": len(free) > 1,
-        "its rotors may be entrained by the vibration of the carrier": is_locking(machine),
-        "its carrier is shaken": machine.shaken_coordinate is not None,
+        "several rotors are free to turn, and may synchronise": len(free) > 1,
+        "rotors may be entrained by the vibration of the carrier": is_locking(machine),
+        "the carrier is shaken": machine.shaken_coordinate is not None,
         "a rotor without a drive turns as it does at the start": slow and not all(free_speed(machine, r) for r in free),
-        "nothing but a limit ends its run-up": runaway_limit(machine) is not None,
+        "nothing but a limit ends the run-up": runaway_limit(machine) is not None,
         "bodies are released on the way": bool(release_events(machine)),
-        f"each must stop where a law changes ({pieces})": bool(pieces),
+        f"each member must stop where a law changes ({pieces})": bool(pieces),
     }
     return next((reason for reason, holds in reasons.items() if holds), None)
 

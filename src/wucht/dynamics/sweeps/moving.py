@@ -79,13 +79,13 @@ def sweep_pace(machine: Machine, path: str, low: float, high: float, requested_r
             raise InputError(
                 "study.rate", requested_rate,
                 f"must be a rate from {lowest:g} to {highest:g} {unit}: a lower one takes more than "
-                f"{MOST_TURNS_AT_RATE} turns a ramp, a higher one less than a tenth of the time in which the machine answers",
+                f"{MOST_TURNS_AT_RATE} turns a ramp, a higher one less than a tenth of the time in which the machine responds",
             )  # fmt: skip
         duration = (high - low) / requested_rate
     elif duration > most:
         duration, time = most, f"{answer:.3g} {machine.units.time}".strip()
         warnings = (
-            f"the machine answers slowly (in {time}): the default rate is limited to {MOST_TURNS} turns a ramp; "
+            f"the machine responds slowly (in {time}): the default rate is limited to {MOST_TURNS} turns a ramp; "
             "give a lower rate to be sure that the sweep is quasi-static",
         )
     samples = max(8, min(SAMPLES, int(duration / (_TURNS_A_SAMPLE * turn))))

@@ -218,7 +218,7 @@ def _locking_verdict(machine: Machine, observation: Observation, verdict: Verdic
         return replace(verdict, rotors=rotors, evidence=common or verdict.evidence)
     reason, needed_time = "the phases still move", before
     if periods < FEWEST_PERIODS:
-        reason = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
+        reason = f"fewer than {FEWEST_PERIODS} whole periods lie in the last half of the run"
         needed_time = _LONGER * end
     return _undecided_verdict(machine, verdict, reason, needed_time)
 

@@ -85,7 +85,7 @@ class Body(Part):
     """A body of the machine, on the carrier or on another body (``about``)."""
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name in parameters and results")
-    release: Release | None = Field(None, description="release, { time = ... } or { speed = ... }")
+    release: Release | None = Field(None, description="release of the body, { time = ... } or { speed = ... }")
 
     @property
     def path(self) -> str:

@@ -49,7 +49,7 @@ class Carrier(Support):
 
     kind = "carrier"
 
-    mass: float = si("kg", "mass", "m", 0.0, ge=0, help="mass of the carrier, to which bodies add their own")
+    mass: float = si("kg", "mass", "m", 0.0, ge=0, help="mass of the carrier without the bodies on it")
     directions: Literal["x", "y", "xy", "fixed"] = Field(
         "xy", description='directions in which the carrier moves; `"fixed"`: the axis does not move'
     )
@@ -90,7 +90,7 @@ class Carrier(Support):
         self.check_motion()
         free = [d for d in self.labels if self.prescribed_velocity(d) is None and d != "foundation"]
         if self.stiffness is None and self.frequency is None and free:
-            raise FieldError("stiffness", "this key is missing; needed is the stiffness in N/m", code="missing")
+            raise FieldError("stiffness", "this key is missing; give the stiffness in N/m", code="missing")
         refuse_both(self, "stiffness", "frequency")
         refuse_both(self, "damping", "damping_ratio")
         keys = ("stiffness", "damping", "frequency", "damping_ratio")

@@ -24,11 +24,11 @@ class DCSeparate(Drive):
 
     nameplate: DCNameplate | None = Field(None, description="rated data of the motor, from which its constants follow")
     voltage: float = si("V", "voltage of the armature", "U", help=(
-        "voltage of the armature; a negative one reverses the motor; beside a `nameplate` the one with which it is run"
+        "voltage of the armature; a negative one reverses the motor; beside a `nameplate` the operating voltage"
     ))  # fmt: skip
     armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
     motor_constant: float = si("", "motor constant", "k_M", gt=0, help=(
-        "motor constant k_M: torque over flux and current; where a data sheet gives its product with the flux, 1"
+        "motor constant k_M: torque over flux and current; 1 where a data sheet gives only its product with the flux"
     ))  # fmt: skip
     flux: float = si("Wb", "magnetic flux of the field", "Phi_E", ge=0)
 

@@ -37,7 +37,7 @@ class EndStop(LineAttachment):
     rest: float = si("m", "displacement along the line at which the gap is measured", "s_0", 0.0, help=(
         "displacement along the line at which the gap is measured: 0 where the carrier's springs are free of force"
     ))  # fmt: skip
-    transition_speed: float = si("m/s", "speed of the transition where the motion turns", "v_c", TRANSITION, gt=0)
+    transition_speed: float = si("m/s", "speed of the transition where the motion reverses", "v_c", TRANSITION, gt=0)
 
     def check(self) -> None:
         """Check that one of damping and restitution is given."""
@@ -50,7 +50,7 @@ class EndStop(LineAttachment):
         depth = (displacement if self.sides == "one" else abs(displacement)) - self.gap
         if depth <= 0:
             return ()
-        at = f"the carrier's springs hold it at {rest:.4g} m along this line, and the gap counts from rest = {self.rest:.4g} m"
+        at = f"the carrier rests at {rest:.4g} m along this line, and the gap counts from rest = {self.rest:.4g} m"
         return (f"the end stop {self.name!r} is closed by {depth:.4g} m from the start: {at}",)
 
     def energies(self, frame: Frame) -> Energies:

@@ -61,7 +61,7 @@ class Induction(Drive):
         "resistance of the rotor at standstill and the rated frequency, where deep bars displace the current"
     ))  # fmt: skip
     magnetising_reactance: float | None = si("ohm", "magnetising reactance", "X_m", None, gt=0, help=(
-        "reactance of the magnetising current, which is left out without it, as in 002"
+        "reactance of the magnetising current; without this key there is no such current, as in 002"
     ))  # fmt: skip
     rated_frequency: float = si("Hz", "frequency at which the reactances hold", "f_r", gt=0, help=(
         "frequency at which the reactances hold, by default `frequency`; they grow in proportion to it"

@@ -20,7 +20,7 @@ class MaterialLayer(Attachment):
     kind = "material-layer"
 
     mass: float = si("kg", "mass of the material on the deck", "m", gt=0)
-    share: float = si("", "share of it that vibrates along", "kappa", ge=0, le=1)
+    share: float = si("", "share of the material that vibrates with the deck", "kappa", ge=0, le=1)
     damping: float = si("N s/m", "damping", "b", 0.0, ge=0, help="damping by the material on the deck")
 
     def energies(self, frame: Frame) -> Energies:

@@ -111,7 +111,7 @@ class DCNameplate(Nameplate):
     @model_validator(mode="after")
     def _check_consistency(self) -> DCNameplate:
         if (self.power is None) == (self.torque is None):
-            raise ValueError("power", "needed is either the rated power on the shaft or the rated torque")
+            raise ValueError("power", "give either the rated power on the shaft or the rated torque")
         if self.no_load_speed is not None and self.no_load_speed <= self.speed:
             raise ValueError("no_load_speed", "must be above the rated speed: a loaded motor is slower")
         if self.no_load_current is not None and self.current is not None and self.no_load_current >= self.current:
@@ -123,7 +123,7 @@ class DCNameplate(Nameplate):
             return self
         if self.current is None or (resistance := self.resistance) is None:
             options = "no_load_speed, or current with armature_resistance, or current with no_load_current"
-            raise ValueError("no_load_speed", f"needed is one of these: {options}")
+            raise ValueError("no_load_speed", f"give one of these: {options}")
         if not 0 < resistance * self.current < self.voltage:
             key = "armature_resistance" if self.armature_resistance is not None else "no_load_current"
             raise ValueError(key, f"does not fit power, voltage and current: the armature would have {resistance:.4g} ohm")

@@ -53,7 +53,7 @@ class PlanarCarrier(Support):
 
     kind = "carrier-xyr"
 
-    mass: float = si("kg", "mass", "m", gt=0, help="mass of the carrier, to which bodies add their own")
+    mass: float = si("kg", "mass", "m", gt=0, help="mass of the carrier without the bodies on it")
     inertia: float = si("kg m^2", "moment of inertia about the centre of mass", "J", gt=0)
     directions: Literal["xyr"] = Field("xyr", description="directions in which the carrier moves: x, y and a small rotation")
     stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None, help=(
@@ -86,7 +86,7 @@ class PlanarCarrier(Support):
             raise FieldError("mounts", "give either mounts, or stiffness with rotation_stiffness", code="either-or")
         if not self.mounts and self.stiffness is None and self.frequency is None:
             raise FieldError(
-                "stiffness", "this key is missing; needed are mounts, or stiffness and rotation_stiffness", code="missing"
+                "stiffness", "this key is missing; give mounts, or stiffness and rotation_stiffness", code="missing"
             )
         self._check_tuning()
         pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
@@ -108,14 +108,14 @@ class PlanarCarrier(Support):
         if self.frequency is not None and any(has_stiffness):
             raise FieldError(
                 "frequency",
-                "give either frequency, which all mounts share alike, or the stiffness of each mount",
+                "give either frequency, which all mounts share equally, or the stiffness of each mount",
                 code="either-or",
             )
         if self.mounts and self.frequency is not None and np.any(self.damping):
             raise ValueError("damping", "not allowed with mounts: give the damping of each mount, or damping_ratio")
         if self.frequency is None and not all(has_stiffness):
             missing = f"mounts[{has_stiffness.index(False)}] has no stiffness"
-            raise ValueError("mounts", f"{missing}; needed is that of each mount, or the carrier's frequency")
+            raise ValueError("mounts", f"{missing}; give that of each mount, or the carrier's frequency")
         if self.damping_ratio is not None and any("damping" in m.model_fields_set for m in self.mounts):
             raise FieldError(
                 "damping_ratio",

@@ -42,9 +42,7 @@ class RockingCarrier(Support):
         """Check that a free carrier has a spring."""
         self.check_motion()
         if self.rotation_stiffness is None and self.rotation_frequency is None and self.motion is None:
-            raise FieldError(
-                "rotation_stiffness", "this key is missing; needed is the rotation stiffness in N m", code="missing"
-            )
+            raise FieldError("rotation_stiffness", "this key is missing; give the rotation stiffness in N m", code="missing")
         refuse_rotation_both_ways(self)
 
     def tune_springs(self, inertia: Inertia) -> tuple[Self, str]:

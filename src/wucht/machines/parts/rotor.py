@@ -31,7 +31,7 @@ class Rotor(Body):
         """Check for one of eccentricity, unbalance and couple_unbalance, and an inertia about the axis of at least m e^2."""
         if (self.eccentricity, self.unbalance, self.couple_unbalance).count(None) != 2:
             options = "either eccentricity or unbalance (0 for a balanced rotor), or couple_unbalance on a carrier 'r'"
-            raise ValueError("eccentricity", f"needed is {options}")
+            raise ValueError("eccentricity", f"give {options}")
         e = self.eccentricity if self.eccentricity is not None else (self.unbalance or 0.0) / self.mass
         least = self.mass * e * e
         if self.inertia < least * (1 - 1e-12):

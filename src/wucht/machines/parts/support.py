@@ -141,7 +141,7 @@ def map_components(function: Callable[..., float], *values: Pair) -> Pair:
 def tuning_text(values: Mapping[str, Pair | None], inertia: str) -> str:
     """Return the values that follow from frequency and damping ratio, by key, as text. inertia: used for them, as text."""
     entries = (f"{key} {_format_pair(value)} {_UNITS[key]}" for key, value in values.items())
-    return f"{', '.join(entries)}, by frequency or damping ratio with {inertia}"
+    return f"{', '.join(entries)}, from frequency or damping ratio with {inertia}"
 
 
 def _format_pair(value: Pair | None) -> str:
@@ -199,13 +199,13 @@ class Support(Part):
     def check_body(self, body: Body) -> None:
         """Raise ``ValueError(field, sentence)`` where a body cannot be on this carrier."""
         if body.place() is not None:
-            raise ValueError("position", f"allowed on a carrier 'xyr'; this one is {self.directions!r}")
+            raise ValueError("position", f"allowed only on a carrier 'xyr'; this one is {self.directions!r}")
         self.check_couple(body)
 
     def check_couple(self, body: Body) -> None:
         """Raise ``ValueError(field, sentence)`` for a couple unbalance, which acts only on a carrier that tilts."""
         if body.couple() is not None:
-            raise ValueError("couple_unbalance", f"allowed on a carrier 'r'; this one is {self.directions!r}")
+            raise ValueError("couple_unbalance", f"allowed only on a carrier 'r'; this one is {self.directions!r}")
 
     def with_bodies(self, bodies: Iterable[Body]) -> Self:
         """Return the carrier with these bodies on it."""

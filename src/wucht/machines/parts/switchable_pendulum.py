@@ -30,8 +30,8 @@ class SwitchablePendulum(Body):
     about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass of the frame", "m", gt=0)
     length: float | None = si("m", "distance of the frame's centre of mass behind the axis", "l", None, ge=0, help=(
-        "distance of the frame's centre of mass behind the axis, by default so that the closed pendulum is balanced, but for "
-        "`permanent_unbalance`"
+        "distance of the frame's centre of mass behind the axis, by default so that the closed pendulum is balanced, except "
+        "for `permanent_unbalance`"
     ))  # fmt: skip
     inertia: float | None = si("kg m^2", "moment of inertia of the frame about the axis", "J", None, gt=0)
     damping: float = si("N m s", "damping", "b", 0.0, ge=0, help="viscous damping to the body that it turns about")
@@ -58,7 +58,7 @@ class SwitchablePendulum(Body):
         if not math.isfinite(least):
             raise ValueError("inner_stop", "must be a radius with which the frame's unbalance can still be computed")
         if self.inertia is not None and self.inertia < least * (1 - 1e-12):
-            reason = f"that of the frame's unbalance of {moment:.6g} kg m in one point, which is the default"
+            reason = f"that of the frame as a point mass with its unbalance of {moment:.6g} kg m, which is the default"
             raise ValueError("inertia", f"must be at least {least:.6g} kg m^2, {reason}")
 
     def coordinates(self) -> tuple[Coordinate, ...]:

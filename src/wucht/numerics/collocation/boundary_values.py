@@ -62,7 +62,8 @@ class EndConditions:
         b = sp.Matrix([sp.sympify(c).subs(substitutions) for c in conditions])
         if unknown_names := sorted(s.name for s in b.free_symbols - set(variables)):
             raise WuchtError(
-                f"{unknown_names[0]} is no start_value or end_value of a state and no parameter: a condition has only those",
+                f"{unknown_names[0]} is neither a start_value or end_value of a state nor a parameter: a condition "
+                "has only these",
                 code="unknown-name",
             )
         formulas = sp.lambdify([variables], [list(b), b.jacobian(variables).tolist()], "numpy", cse=True)

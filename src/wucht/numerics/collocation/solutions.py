@@ -254,7 +254,7 @@ class Solutions:
             and np.isfinite(parameters).all()
             and (np.diff(at) > 0).all()
         ):
-            raise WuchtError("samples of a solution and its parameters must be finite, and their places increase")
+            raise WuchtError("samples of a solution and its parameters must be finite, and their places must increase")
         mesh, y = mesh_from_samples(at, state_samples, problem.sizes[: problem.n], problem.mesh.degree)
         curve = Curve(replace(problem, mesh=mesh), {k - q: limits for k, limits in enumerate(self.bounds)}, self.steps)
         return Solution(*solve_near(curve, np.concatenate([y.ravel(), parameters])))

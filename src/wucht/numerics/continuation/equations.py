@@ -218,7 +218,8 @@ def _sizes(names: Sequence[str], scale: Mapping[str, float] | None) -> np.ndarra
     for name, size in (scale or {}).items():
         if not 0 < size < math.inf:
             raise WuchtError(
-                f"the scale of {name} is {size:g}: it must be a positive number, a typical large change of it", code="scale"
+                f"the scale of {name} is {size:g}: it must be a positive number, the size of a typical large change",
+                code="scale",
             )
     return np.array([(scale or {}).get(name, 1.0) for name in names])
 

@@ -276,7 +276,7 @@ class Equilibria:
                 if max(off / distance, turn / 2) < largest_angle and curve.is_within_bounds(candidate.u):
                     return candidate
             distance /= 2
-        raise RunError("near this branch point there is no point of the other branch within the bounds: adjust the scale")
+        raise RunError("near this branch point no point of the other branch was found within the bounds: adjust the scale")
 
 
 def _crossings_agree(here: Equilibrium, there: Equilibrium, special_points: Sequence[Equilibrium]) -> bool:

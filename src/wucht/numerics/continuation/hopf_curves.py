@@ -38,7 +38,7 @@ from wucht.numerics.continuation.two_parameters import HopfForm, SpecialCurves, 
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 _ROUNDING = 1e-10  # of kappa, in units of its scale
 _SHARE = 1e-8  # l1 relative to the sizes of its summands: less is rounding
-_ENDS = "it ends at a Bogdanov-Takens point: beyond it, two real eigenvalues have opposite signs"
+_ENDS = "it ends at a Bogdanov-Takens point: beyond it, two real eigenvalues of opposite signs add up to zero"
 
 
 class DoublyBorderedJacobian(NamedTuple):

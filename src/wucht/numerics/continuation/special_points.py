@@ -235,7 +235,7 @@ class BranchPoint:
         a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
         inside = b * b - a * c
         if not inside > 1e-8 * (b * b + abs(a * c)):
-            raise RunError("no two branches cross here: it is no simple branch point")
+            raise RunError("no two branches cross here: this is not a simple branch point")
         # a x^2 + 2 b x y + c y^2 = 0, each root by the formula that does not cancel.
         q = -(b + math.copysign(math.sqrt(inside), b))
         roots = np.array([(q, a), (c, q)])
@@ -265,7 +265,7 @@ def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPo
     u = _singular_solution(equations, (a.u + b.u) / 2)
     share = float((u - a.u) / equations.scale @ way / (way @ way))
     if not -0.5 <= share <= 1.5:
-        raise RunError("there is no branch point between the two points")
+        raise RunError("no branch point was found between the two points")
     return replace(BranchPoint.from_point(equations, u, b.u - a.u), share=share)
 
 

@@ -178,7 +178,7 @@ def _critical(matrix: np.ndarray, frequency: float | None) -> tuple[np.ndarray, 
     real, imaginary, left_vectors, right_vectors, info = dgeev(matrix)
     pairs = np.flatnonzero(imaginary > 0)
     if info or not len(pairs):
-        raise RunError("there is no pair of complex eigenvalues here: it is no Hopf point", code="no-pair")
+        raise RunError("there is no pair of complex eigenvalues here: this is not a Hopf point", code="no-pair")
     off = np.abs(real[pairs]) if frequency is None else np.hypot(real[pairs], imaginary[pairs] - frequency)
     i = int(pairs[off.argmin()])
     q, p = right_vectors[:, i] + 1j * right_vectors[:, i + 1], left_vectors[:, i] + 1j * left_vectors[:, i + 1]

@@ -197,7 +197,7 @@ class _Course(Generic[R]):
         record, has_settled = self._observer.update(record, times, samples)
         record, has_settled = checked_record(record, samples.shape[-1]), np.asarray(has_settled, bool)
         if has_settled.shape != samples.shape[-1:]:
-            raise RunError(f"an observer must decide of each of {samples.shape[-1]} members whether it has settled")
+            raise RunError(f"an observer must decide for each of {samples.shape[-1]} members whether it has settled")
         return (select_members(record, np.zeros(1, int)), has_settled[:1]) if count == 1 else (record, has_settled)
 
     def _stop(self, stops: Mapping[int, Stop]) -> None:

@@ -30,12 +30,12 @@ STIFF = (
     "look for a parameter that is off by a factor of thousands"
 )
 LONG = (
-    "The machine is not stiff, the time between samples is long (a step is {radians:.2g} rad of the fastest motion): ask for "
-    "more samples, or for a shorter run"
+    "The machine is not stiff, but the time between samples is long (a step is {radians:.2g} rad of the fastest motion): ask "
+    "for more samples, or for a shorter run"
 )
 UNKNOWN = (
     "If a turn or a vibration takes much longer than such a step, the machine is stiff: try engine = 'scipy-radau', or look "
-    "for a parameter that is off by a factor of thousands; else the run is long: ask for a shorter one"
+    "for a parameter that is off by a factor of thousands; otherwise the run is long: ask for a shorter one"
 )
 
 

@@ -156,7 +156,7 @@ def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) ->
             sentence = f"at {name} = {law.critical:.9g} {beyond} {description}"
             return make_end(SADDLE_CONNECTION, law.critical, law.error, here.period, sentence, *equilibrium)
     diagnosis = "no law of the period fits" if not holds else f"the period follows the law of a {law.name.replace('-', ' ')}"
-    missing = "" if not holds else ", but there is no matching equilibrium where the orbit is slowest"
+    missing = "" if not holds else ", but no matching equilibrium was found where the orbit is slowest"
     sentence = (
         f"near {name} = {here.parameter:.9g} the period grows; the end is not identified: {diagnosis}{missing} ({reason})"
     )

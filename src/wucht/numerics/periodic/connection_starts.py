@@ -59,7 +59,7 @@ def connection_from_excursion(
     matrix = equations.values(np.concatenate([saddle, parameters]))[1][:, :n] / scale[:, None] * scale
     rates, vectors = np.linalg.eig(matrix)
     if not ((rates.real > 0).sum() == 1 and (rates.real < 0).sum() == n - 1):
-        raise RunError("the equilibrium is no saddle that is left in one direction", code="no-saddle")
+        raise RunError("the equilibrium is not a saddle with one unstable direction", code="no-saddle")
     leaving = vectors[:, int(rates.real.argmax())].real
     leaving = leaving * way * np.sign(leaving[np.abs(leaving).argmax()]) / np.linalg.norm(leaving)
     run = solve_ivp(
@@ -102,7 +102,7 @@ def _equilibrium_near(equations: Equations, x: np.ndarray, parameters: np.ndarra
         x = x - change
         if np.linalg.norm(change / scale) < _ACCURATE:
             return x
-    raise RunError("there is no equilibrium near this place")
+    raise RunError("no equilibrium was found near this place")
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,7 +246,7 @@ def saddle_node_to_saddle(connections: Connections, at: Connection) -> Connectio
                     return connections.start(times, states, np.array([fold, saddle]), shifted_values.tolist())
                 except RunError:
                     continue
-    raise RunError("there is no connection of the saddle-node with a saddle of the other pair next to it")
+    raise RunError("no connection of the saddle-node with a saddle of the other pair was found next to it")
 
 
 def fold_at(equations: Equations, x: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

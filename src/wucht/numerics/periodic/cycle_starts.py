@@ -47,9 +47,9 @@ def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: flo
     try:
         cycle = cycle_from_nodes(cycles, mesh, y, period, value)
     except RunError as error:
-        raise RunError(f"there is no periodic orbit near these samples: {error}", code="no-convergence") from None
+        raise RunError(f"no periodic orbit was found near these samples: {error}", code="no-convergence") from None
     if not _extent(cycle.states, e.scale) > _AT_REST * _extent(np.asarray(states), e.scale):
-        raise RunError("there is no periodic orbit near these samples, but an equilibrium")
+        raise RunError("no periodic orbit was found near these samples, only an equilibrium")
     return cycle
 
 
@@ -70,7 +70,7 @@ def _checked_period(cycles: Cycles, times: np.ndarray, states: np.ndarray, value
     if len(times) < _FEWEST:
         raise WuchtError(f"an orbit needs at least {_FEWEST} samples of a period, not {len(times)}", code="too-few")
     if not (np.isfinite(states).all() and np.isfinite(times).all() and (np.diff(times) > 0).all()):
-        raise WuchtError("samples of an orbit are finite, and their times increase", code="not-increasing")
+        raise WuchtError("samples of an orbit must be finite, and their times must increase", code="not-increasing")
     if not _extent(np.asarray(states), e.scale) > 0:
         raise WuchtError("these samples are at rest: no state changes, as it must along an orbit", code="at-rest")
     turns_made = (np.asarray(states)[:, -1] - np.asarray(states)[:, 0]) / (2 * np.pi)

@@ -111,7 +111,7 @@ def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePo
     u, way = np.delete(with_gap, i), b.u - a.u
     share = float((u - a.u) / curve.problem.scale @ (way / curve.problem.scale)) / curve.size(way) ** 2
     if not -_FARTHEST <= share <= 1 + _FARTHEST:
-        raise RunError("there is no branch point between the two orbits")
+        raise RunError("no branch point was found between the two orbits")
     tangents = np.delete(_contours(surface, place) @ changes, i, axis=1)
     tangents /= np.array([[curve.size(t)] for t in tangents])
     along = tangents / curve.problem.scale @ (way / curve.problem.scale)
@@ -129,7 +129,7 @@ def _saddle_point(surface: _Surface) -> np.ndarray:
     options = {"xtol": _TOLERANCE, "eps": _STEP**2, "maxfev": _MOST_STEPS}
     solution = root(slopes, np.zeros(2), options=options)
     if not (solution.success or np.abs(solution.fun).max() < _TOLERANCE):
-        raise RunError("no branch point is located: Newton's method does not converge")
+        raise RunError("no branch point was located: Newton's method does not converge")
     return np.asarray(solution.x)
 
 
@@ -142,7 +142,7 @@ def _contours(surface: _Surface, place: np.ndarray) -> np.ndarray:
     a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
     inside = b * b - a * c
     if not inside > 0:
-        raise RunError("no two branches cross here: it is not a simple branch point")
+        raise RunError("no two branches cross here: this is not a simple branch point")
     # a s^2 + 2 b s x + c x^2 = 0, each root by the formula that does not cancel.
     q = -(b + math.copysign(math.sqrt(inside), b))
     return np.array([(q, a), (c, q)])

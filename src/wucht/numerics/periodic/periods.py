@@ -25,7 +25,7 @@ def with_period_unit(system: System) -> System:
     """
     if system.depends_on_time:
         raise WuchtError(
-            "these equations depend on time: make them autonomous by with_forcing_phase(system, frequency)",
+            "these equations depend on time: use with_forcing_phase(system, frequency) to make them autonomous",
             code="time-dependent",
         )
     derivatives = tuple(PERIOD * d for d in system.derivatives)
@@ -58,7 +58,7 @@ def turns_of(system: System, winding: Mapping[str, int] | None) -> np.ndarray:
     """Return the turns of each state (n,) in a period, by the states' names. Raises ``WuchtError`` for one that is no angle."""
     turns = dict(winding or {})
     if wrong := [name for name in turns if name not in {s.name for s in system.angles}]:
-        raise WuchtError(f"{wrong[0]} has a winding number but is no angle of this System", code="no-angle")
+        raise WuchtError(f"{wrong[0]} has a winding number but is not an angle of this System", code="no-angle")
     return np.array([turns.get(name, 0) for name in system.state_names])
 
 
@@ -82,7 +82,7 @@ def with_forcing_phase(system: System, frequency: str) -> System:
     """
     if frequency not in system.parameter_names:
         raise WuchtError(
-            f"{frequency} is no parameter of this System; known: {', '.join(system.parameter_names)}", code="no-parameter"
+            f"{frequency} is not a parameter of this System; known: {', '.join(system.parameter_names)}", code="no-parameter"
         )
     phase, omega = sp.Symbol(FORCING, real=True), system.parameters[system.parameter_names.index(frequency)]
     change = {TIME: phase / omega}

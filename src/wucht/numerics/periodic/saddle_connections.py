@@ -82,7 +82,7 @@ def _leaving(matrix: np.ndarray) -> np.ndarray:
     values, vectors = np.linalg.eig(matrix)
     k = int(values.real.argmax())
     if values[k].imag != 0:
-        raise RunError("the equilibrium is left in more than one direction")
+        raise RunError("the equilibrium has more than one unstable direction")
     return np.asarray(vectors[:, k].real)
 
 

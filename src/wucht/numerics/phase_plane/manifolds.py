@@ -53,7 +53,7 @@ class LocalManifold:
         values, vectors = np.linalg.eig(matrix)
         if np.iscomplexobj(values) or not values.min() < 0 < values.max():
             raise WuchtError(
-                f"the state {state} is no saddle: its eigenvalues are {values[0]:.6g} and {values[1]:.6g}", code="no-saddle"
+                f"the state {state} is not a saddle: its eigenvalues are {values[0]:.6g} and {values[1]:.6g}", code="no-saddle"
             )
         k = int(values.argmin() if stable else values.argmax())
         rate, v = float(values[k]), vectors[:, k] / np.hypot(*vectors[:, k])

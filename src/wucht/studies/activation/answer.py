@@ -131,7 +131,7 @@ def _group_quantities(plan: Plan, groups: dict[str, list[Group]], bare_run: Acti
     return [
         *(q for of, rows in groups.items() for q in table(of, rows, f"{of} pendulums by their orientation", words)),
         Quantity("none", run, "machine without pendulums", parts=words),
-        Quantity("best", best, "switchable pendulums with the least largest amplitude", parts=words),
+        Quantity("best", best, "switchable pendulums whose largest amplitude is smallest", parts=words),
     ]
 
 

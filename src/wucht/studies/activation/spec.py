@@ -41,7 +41,7 @@ class Activation(Spec):
         "number of their mean phases to the rotor, evenly spaced over a turn, with which each orientation is run"
     ))  # fmt: skip
     activation_speeds: Several = si("rad/s", "activation speed", default=(), help=(
-        'speeds at which the `"switchable"` pendulums open, by their preload; none: as they are'
+        'speeds at which the `"switchable"` pendulums open, set by their preload; by default as in the machine'
     ))  # fmt: skip
     variants: tuple[Variant, ...] = Field(("switchable", "rigid", "none"), min_length=1, title="variants", description=(
         'variants to run up: the machine with its `"switchable"` pendulums; with these `"balanced"`, without their permanent '

@@ -28,7 +28,7 @@ _AS_NUMBER = {True: 1, False: 0, None: -1}
 _ANSWERS = {
     True: "the averaged equations may be trusted for this machine",
     False: "the averaged equations are not to be trusted for this machine",
-    None: "not decided whether the averaged equations may be trusted",
+    None: "it is not decided whether the averaged equations may be trusted",
 }
 
 
@@ -151,7 +151,7 @@ def _trust_verdict(plan: Plan, findings: Findings) -> tuple[bool | None, list[st
         return None, ["the study was interrupted before this was decided"]
     nominal_run, measured_errors, reasons = findings.comparisons[0], findings.measured_errors, list[str]()
     if nominal_run.same_outcome is False:
-        reasons.append(f"the full equations end {nominal_run.outcome}, the averaged ones {nominal_run.slow_outcome}")
+        reasons.append(f"the full equations end as {nominal_run.outcome}, the averaged ones as {nominal_run.slow_outcome}")
     if math.isnan(nominal_run.relative[0]):
         reasons.append("the runs have no angle of the rotor in common")
     limits = {f"the speeds of {_compared_bodies(plan)}": SPEED_TOLERANCE, "the amplitudes": AMPLITUDE_TOLERANCE}
@@ -190,7 +190,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines.add(f"  {f'{d[key]:.6g}{unit}':<14} ", _comparison_text(d, s["speeds_of"]), d, "deviations")
     for low, high in s["disagreement"]:
         place = f"at {low:.6g}{unit}" if low == high else f"from {low:.6g} to {high:.6g}{unit}"
-        lines.add(f"the models end differently {place}", "")
+        lines.add(f"the models have different outcomes {place}", "")
     return lines.report(_VERDICTS[s["trusted"]])
 
 

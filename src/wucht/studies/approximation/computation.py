@@ -164,7 +164,7 @@ def _largest_error(model: SlowModel, flows: Flows, until_phi: float, work: Work)
             break
         span *= 2
     else:
-        raise UnmeasuredError(f"the rotor does not turn by {until_phi:.4g} rad")
+        raise UnmeasuredError(f"the rotor does not turn through {until_phi:.4g} rad")
     slow_motion = model.machine_motion(slow).states[:, inside]
     if not np.isfinite(slow_motion).all():
         raise UnmeasuredError("the averaged equations have no finite motion")

@@ -48,14 +48,14 @@ class Approximation(Spec):
 
     along: Annotated[tuple[str, ...], BeforeValidator(_paths), WithJsonSchema(_PATHS)] = Field(
         (), title="path of a parameter, or of several",
-        description="path of a parameter, or of several that are multiplied by one factor (of 002, 5.6.2: beta_p and beta_r "
-        "for b_r)",
+        description="path of a parameter, or of several that are multiplied by one factor (such as beta_p and beta_r for b_r "
+        "in 002, 5.6.2)",
     )  # fmt: skip
     range: Pair | None = Field(None, description="pair [low, high] of the parameter, or of the factor")
     values: Values = Field((), description="values of the parameter, or of the factor, instead of a range")
     points: Whole = Field(DEFAULT_POINTS, description="number of points in the range")
     spacing: Literal["linear", "log"] | None = Field(
-        None, description='spacing of the points, `"linear"` or `"log"` (the default over a decade and more)'
+        None, description='spacing of the points, `"linear"` or `"log"` (the default over a decade or more)'
     )
     until_phi: float = si("rad", "angle", default=UNTIL_PHI, gt=0, help="rotor angle up to which deviations count")
     start: Start = Field(default_factory=dict, description="initial state of the run-ups, which decide the outcomes")

@@ -164,7 +164,8 @@ def report(result: xr.Dataset) -> list[str]:
     lines = [("map", f"{first} cells over {' and '.join(s['axes'])}{refinement}"), ("runs", _runs(s))]
     if s["fractions"]:
         largest = 100 * max(s["bound"].values())
-        lines.append(("shares", f"± holds in 19 of 20 cases; at most {largest:.2g} % if the map resolves the borders"))
+        most = f"the error is at most {largest:.2g} % if the map resolves the borders"
+        lines.append(("shares", f"± holds in 19 of 20 cases; {most}"))
     if len(levels) > 1:
         for k, name in enumerate(s["fractions"]):
             shares = ", ".join(f"{100 * level['fractions'].get(name, 0.0):.4g} %" for level in levels)

@@ -21,7 +21,7 @@ def _axes(raw: Any) -> Any:
     axes = entries_by_path(raw)
     if len(axes) != 2 or axes[0][0] == axes[1][0]:
         names = [name for name, _ in axes]
-        raise InputError("study.axes", names, "there must be two axes, different start states or parameters")
+        raise InputError("study.axes", names, "there must be two axes, of two different start states or parameters")
     for name, axis in axes:
         location = f"study.axes.{name}"
         if not isinstance(axis, list | tuple) or len(axis) != 3:
@@ -51,9 +51,9 @@ class Basin(EnsembleSpec):
         "or `BODY.angle`, `BODY.speed`, `carrier.x`) or the path of a parameter. An angle over a whole turn is periodic"
     ))  # fmt: skip
     refine: common.Whole = Field(0, description=(
-        "number of halvings of the cells at the borders: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. Where the "
-        "borders run is then known to a cell of that; a basin that is narrower than a cell of `axes` and does not reach "
-        "another one's border can be missed"
+        "number of halvings of the cells at the borders: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. The "
+        "borders are then known to within a cell of that map; a basin that is narrower than a cell of `axes` and does not "
+        "reach another one's border can be missed"
     ))  # fmt: skip
 
     def check(self) -> None:

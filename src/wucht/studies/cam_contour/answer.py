@@ -89,7 +89,7 @@ def _arc_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     return [
         Quantity("arc_cam", [name for name, _, _ in arcs], "cam of an arc", "", "arc"),
         Quantity("arc_of", [event for _, event, _ in arcs], "kind of an arc: undercut, missing or lift-off", "", "arc"),
-        Quantity("arc_begin", [arc[0] for _, _, arc in arcs], "begin of an arc", "rad", "arc"),
+        Quantity("arc_begin", [arc[0] for _, _, arc in arcs], "start of an arc", "rad", "arc"),
         Quantity("arc_end", [arc[1] for _, _, arc in arcs], "end of an arc", "rad", "arc"),
     ]
 
@@ -126,7 +126,7 @@ def _layout_quantities(plan: Plan) -> list[Quantity]:
         Quantity("face_to", outline.face_to, "greatest y at which the face is touched", "m", ""),
         Quantity("face_at", outline.face_at, "face, x", "m", ""),
         Quantity("permitted_pressure_angle", limits[0], "permitted pressure angle", "rad", ""),
-        Quantity("common_pressure_angle", COMMON[plan.unit], "common pressure angle, at most", "rad", ""),
+        Quantity("common_pressure_angle", COMMON[plan.unit], "usual upper limit of the pressure angle", "rad", ""),
         Quantity("permitted_radius", limits[1], "permitted radius of curvature", "m", ""),
         Quantity("permitted_contact_pressure", limits[2], "permitted contact pressure", "Pa", ""),
         Quantity("wheel_radius", spec.wheel_radius, "radius of the grinding wheel", "m", ""),

@@ -205,7 +205,7 @@ def contour_verdict(plan: Plan, findings: Findings) -> tuple[str, str]:
         return "undercut", f"undercut: {'; '.join(_undercut_clauses(plan))}"
     violations, lift_offs = list(_violation_clauses(plan, findings)), list(_lift_off_clauses(plan, findings))
     if violations:
-        return "not-permitted", "; ".join([f"cuttable, but beyond the permitted limits: {', '.join(violations)}", *lift_offs])
+        return "not-permitted", "; ".join([f"cuttable, but outside the permitted limits: {', '.join(violations)}", *lift_offs])
     clauses = [f"cuttable: {_radius(plan)}"]
     if any(s.pressure_angle.value > 0 for s in plan.shapes.values()):
         angle = largest_pressure_angle(plan.shapes.values())

@@ -86,7 +86,7 @@ def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | 
     if inertia is None:
         quantity = "moment of inertia in kg m^2 about its pivot" if unit == "rad" else "mass in kg"
         raise InputError(
-            f"study.contact.{inertia_key}", None, f"this key is missing; needed is the follower's {quantity}", code="missing"
+            f"study.contact.{inertia_key}", None, f"this key is missing; give the follower's {quantity}", code="missing"
         )
     quantities = {key: read_quantity(of, getattr(contact, key), f"study.contact.{key}") for key, of in _UNITS[unit].items()}
     output_inertia = _output_inertia(contact, drive)

@@ -36,7 +36,7 @@ def export(result: xr.Dataset, folder: Path) -> list[str]:
 
 def _line(file: WorkshopFile) -> str:
     line = f"{file.path}  {file.content}, {file.count}: read back within {_deviation_text(file.deviation, file.unit)}"
-    return line if file.motion is None else f"{line}; a follower on it leaves its law by {file.motion:.1e}"
+    return line if file.motion is None else f"{line}; a follower on it deviates from its law by {file.motion:.1e}"
 
 
 def _deviation_text(deviation: float, unit: str) -> str:

@@ -62,7 +62,7 @@ class CamContour(Spec):
     chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0, help=(
         "largest distance between the contour and the chords of the points to mill; it determines the number of points"
     ))  # fmt: skip
-    spacing: float = si("m", "longest distance of points to mill", default=1e-3, gt=0, help=(
+    spacing: float = si("m", "greatest distance between points to mill", default=1e-3, gt=0, help=(
         "longest chord: where the contour is nearly straight, wide gaps beside narrow ones would spoil a spline through the "
         "points"
     ))  # fmt: skip

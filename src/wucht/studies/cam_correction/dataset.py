@@ -179,7 +179,7 @@ def _contour_quantities(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("hollow_radius", radius(lambda s: s.hollow), "least radius of curvature, hollow", "m", cam_dimensions),
         Quantity("largest_roller", roller, "largest roller without undercut", "m", cam_dimensions),
         Quantity("base_radius", scalars(lambda c: c.shape.base.value), "least radius of the contour", "m", cam_dimensions),
-        Quantity("common_pressure_angle", COMMON[plan.lever_unit], "common pressure angle, at most", "rad", ""),
+        Quantity("common_pressure_angle", COMMON[plan.lever_unit], "usual upper limit of the pressure angle", "rad", ""),
         Quantity("follower_x", np.array([p.real for p in places], float), "roller or face at cam angle 0, x", "m", "cam"),
         Quantity("follower_y", np.array([p.imag for p in places], float), "roller or face at cam angle 0, y", "m", "cam"),
         Quantity("roller_radius", np.array(radii, float), "radius of the roller", "m", "cam"),

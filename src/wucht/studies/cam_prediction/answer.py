@@ -27,7 +27,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of a prediction; with the residuals of elastic outputs and shafts where there are any."""
     f, predictions, unit = findings, (findings.original_cam, findings.corrected_cam), plan.motion.unit
     count = min(max(3 * plan.count, _FEWEST), _MOST)
-    descriptions = ["law of the corrected cam", *(f"{name} by the cam angle" for name in NAMES[1:])]
+    descriptions = ["law of the corrected cam", *(f"{name} with respect to the cam angle" for name in NAMES[1:])]
     law = zip(NAMES, f.cam, descriptions, (unit, f"{unit}/rad", f"{unit}/rad^2", f"{unit}/rad^3"), strict=True)
     speed = np.array([one.shaft.speed(f.tau) for one in predictions])
     torque = np.array([one.drive for one in predictions])
@@ -134,7 +134,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append((name, f"{speed(one['mean_speed'])}, fluctuating by {_share_text(one['fluctuation'])}; {residual}"))
     constant, drive = power["constant_speed"], power["corrected"]
     demand = (
-        f"{_power_text(constant['peak'])} at most, {_power_text(constant['mean_positive'])} in the mean without "
+        f"{_power_text(constant['peak'])} at most, {_power_text(constant['mean_positive'])} on average without "
         "power flowing back"
     )
     lines.append(("even speed", f"would need {demand}"))
@@ -144,14 +144,14 @@ def report(result: xr.Dataset) -> list[str]:
         saving = s["power_saved"]
         less = f"saved {_power_text(saving['peak'])} and {_power_text(saving['mean_positive'])}"
         lines.append(
-            ("drive", f"{_power_text(drive['peak'])} at most, {_power_text(drive['mean_positive'])} in the mean; {less}")
+            ("drive", f"{_power_text(drive['peak'])} at most, {_power_text(drive['mean_positive'])} on average; {less}")
         )
     if s["cut_residuals"]:
         residuals = ", ".join(_share_text(residual) for residual in s["cut_residuals"])
         lines.append(("instead", f"cutting, measuring and cutting again leaves {residuals}"))
     if (simulation := s["simulation"]) is not None:
         one = simulation["corrected"]
-        speed_clause = "it fails" if one["failure"] else f"{one['deviation']:.1e} off in speed"
+        speed_clause = "it fails" if one["failure"] else f"the speed deviates by {one['deviation']:.1e}"
         residual = "" if one["above"] is None else f", {one['above']:.1e} of order 1 above {above['orders']}"
         lines.append(("simulated", f"{simulation['turns']} turns with the corrected cam: {speed_clause}{residual}"))
     return report_lines(result, s["sentence"], [*lines, *_spring_lines(s)])

@@ -75,7 +75,7 @@ def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
     if low <= 0:
         raise InputError("study.speeds", spec.speeds and list(spec.speeds), "must be above zero")
     if output is not None and not dwells:
-        raise InputError("study.dwell", None, "the law has no dwell: give begin and end of the dwell")
+        raise InputError("study.dwell", None, "the law has no dwell: give the start and end of the dwell")
     speeds = np.linspace(low, high, spec.speed_points)
     count, turns = motion.count or spec.orders, 0 if driving is not None and driving.is_enforced else spec.simulate
     cuts = 0 if driving is not None and driving.is_enforced else spec.cuts

@@ -31,6 +31,6 @@ class CamPrediction(Spec):
         "mean speed to one and a half times it"
     ))  # fmt: skip
     speed_points: Whole = Field(160, ge=2, le=10_000, description="number of speeds in the range `speeds`")
-    dwell: Interval | None = si("rad", "begin and end of the dwell", default=None, help=(
-        "begin and end of the arc on which an elastic output is to rest; by default the dwells of the law"
+    dwell: Interval | None = si("rad", "start and end of the dwell", default=None, help=(
+        "start and end of the arc on which an elastic output is to rest; by default the dwells of the law"
     ))  # fmt: skip

@@ -171,7 +171,7 @@ def _rigid_shaft_verdict(s: dict[str, Any]) -> tuple[str, str]:
     residual = f"nothing in {orders}" if above["law"] <= _CLEAN else f"{law_share} of order 1 in {orders} as the law itself"
     grows, simulated_share = s["left_after_a_turn"]["corrected"], s["simulation"] and s["simulation"]["corrected"]["above"]
     if grows is not None and grows > 1:
-        unstable = f"but this motion is not stable, a disturbance grows {grows:.4g}-fold in a turn"
+        unstable = f"but this motion is not stable: a disturbance grows {grows:.4g}-fold in a turn"
         return "not clean", f"the corrected cam would leave {residual}, {unstable}"
     if simulated_share is not None and simulated_share > clean:
         return (
@@ -231,7 +231,7 @@ def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
     for name, turning in (("original", f.original_cam), ("corrected", f.corrected_cam)):
         if (share := unresolved_share(turning.shaft)) > _UNRESOLVED_LIMIT:
             order_clause = (
-                f"with the {name} cam the highest orders of the speed are {share:.1e} of its mean, higher ones are left out"
+                f"with the {name} cam the highest orders of the speed are {share:.1e} of its mean, and higher ones are left out"
             )
             notes.append(f"{order_clause}: the shaft nearly stands still within a turn, or the law's acceleration jumps")
     notes += [
@@ -266,5 +266,5 @@ def _twist_warnings(plan: Plan, law: float, twists: Twists) -> list[str]:
 
 
 def _instability_warning(name: str, one: ShaftPrediction) -> str:
-    grows = f"with the {name} cam this motion is not stable, a disturbance grows {one.multiplier:.4g}-fold in a turn"
-    return f"{grows}: drive less loads rise with the speed; give another mean_speed, or another drive or load"
+    grows = f"with the {name} cam this motion is not stable: a disturbance grows {one.multiplier:.4g}-fold in a turn"
+    return f"{grows}, because drive less loads rises with the speed; give another mean_speed, or another drive or load"

@@ -195,7 +195,7 @@ def _evenness_warnings(spec: CaptureProbability) -> list[str]:
     if spec.samples & (spec.samples - 1) == 0:
         return []
     fewer = 2 ** int(np.log2(spec.samples))
-    return [f"samples = {spec.samples} is no power of two: Sobol' points fill evenly with {fewer} or {2 * fewer}"]
+    return [f"samples = {spec.samples} is not a power of two: Sobol' points fill the space evenly with {fewer} or {2 * fewer}"]
 
 
 _TILE = 1024  # runs in a unit of work

@@ -77,7 +77,7 @@ def distribution_of(definition: Mapping[str, Any], unit: Unit, location: str) ->
         return Distribution("triang" if shape else "uniform", shape, low, width)
     logarithmic = kind == "log-normal"
     if logarithmic and not (numbers[0] > 0 and numbers[1] > 1):
-        within = "68 % lie between median/factor and median factor"
+        within = "68 % lie between median/factor and median*factor"
         requirement = f"must be [median, factor] with a median above 0 and a factor above 1: {within}"
         raise InputError(at, list(definition[kind]), requirement, code="factor")
     if not logarithmic and not numbers[1] > 0:

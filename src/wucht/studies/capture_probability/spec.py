@@ -50,7 +50,7 @@ def _outcomes(raw: Any) -> Any:
         if name in map(str, OPEN_OUTCOMES):
             raise ValueError(f"{name!r} cannot be counted: such a run may have any outcome, and widens the band")
         if name not in known_outcomes:
-            raise ValueError(f"{name!r} is no outcome; {nearest(str(name), known_outcomes)}")
+            raise ValueError(f"{name!r} is not an outcome; {nearest(str(name), known_outcomes)}")
     return tuple(dict.fromkeys(map(str, names)))
 
 
@@ -85,7 +85,7 @@ class CaptureProbability(EnsembleSpec):
         "counted outcomes, by default that the machine passes its resonance: `compensated` or `passed`"
     ))  # fmt: skip
     probability: Between | None = Field(None, title="target probability", description=(
-        "target probability; the smallest value of `along` from which it is reached with confidence is searched"
+        "target probability; the study looks for the smallest value of `along` from which it is reached with confidence"
     ))  # fmt: skip
     confidence: Between = Field(0.95, description="confidence of the bands")
     seed: common.Whole = Field(0, description="seed of the random numbers, which are the same at all values")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _DESCRIPTIONS = {
-    "study": "study", "machine": "machine", "outcome": "outcome", "sentence": "verdict", "failure": "reason of a failure",
+    "study": "study", "machine": "machine", "outcome": "outcome", "sentence": "verdict", "failure": "reason for a failure",
 }  # fmt: skip
 
 

@@ -27,7 +27,7 @@ _CREEP_LIMIT = 0.02  # rad: a phase that moves further in the second half of the
 
 
 def dataset(case: EntrainmentCase, findings: Findings) -> xr.Dataset:
-    """Return the Dataset. Phases of rotors are relative to the main one, its phase to the vibration, bodies to their rotor."""
+    """Return the Dataset. Phases: of rotors relative to the main one, of it to the vibration, of bodies to their rotor."""
     parameter, frequency, outcome = case.parameter, case.machine.shaking_frequency, _outcome(case, findings)
     runs = findings.runs or (() if findings.nominal_run is None else (findings.nominal_run,))
     quantities = [
@@ -206,7 +206,7 @@ def _warnings(case: EntrainmentCase, findings: Findings) -> list[str]:
     moving = next((r for r in runs if r.is_entrained and r.creep > _CREEP_LIMIT), None)
     if moving is not None:
         location = f"{parameter.name} = {moving.value:.6g}{unit}"
-        lines.append(f"at {location} the phase still moves at the end of the run: give a longer until")
+        lines.append(f"at {location} the phase still moves at the end of the run: give a longer study.until")
     return lines
 
 

@@ -26,8 +26,8 @@ class Entrainment(Spec):
         title="path of a parameter, or 'detuning': no-load speed of the second motor less the first",
         description='path of a parameter, or `"detuning"`, the no-load speed of the second rotor\'s motor less that of '
         "the first, each counted in its sense of rotation, at the same mean: positive where the second "
-        "would be faster; by default the no-load speed of the main rotor's drive; of two exciters "
-        '`"detuning"`; of a rotor without drive the amplitude of the vibration',
+        "would be faster; by default the no-load speed of the main rotor's drive; for two exciters "
+        '`"detuning"`; for a rotor without a drive the amplitude of the vibration',
     )
     range: Pair | None = Field(None, description="pair [low, high] of it; by default the band of existence with a margin")
     points: Whole = Field(DEFAULT_POINTS, description="number of runs from the start, evenly over the range")

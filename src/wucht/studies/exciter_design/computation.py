@@ -59,13 +59,13 @@ def target_spectrum(target: Target, unit: str, folder: Path | None) -> LoadCycle
     if target.table is not None:
         return _spectrum_from_rows(_table_rows(target.table, amplitude), f"{_AT}.table", None, bool(target.stepped))
     if target.largest is None or target.cycles is None:
-        raise InputError(_AT, None, "needed are largest and cycles")
+        raise InputError(_AT, None, "give largest and cycles")
     largest = read_quantity(amplitude, target.largest, f"{_AT}.largest")
     if not largest > 0:
         raise InputError(f"{_AT}.largest", target.largest, "must be an amplitude greater than 0")
     exponent = EXPONENTS[target.shape] if target.shape is not None else target.exponent
     if exponent is None:
-        raise InputError(_AT, None, "needed is a shape or an exponent")
+        raise InputError(_AT, None, "give a shape or an exponent")
     return standard_spectrum(largest, target.cycles, exponent, target.ratio or 0.0)
 
 
@@ -149,9 +149,10 @@ def prepare(spec: ExciterDesign, subject: MachineInFolder | Machine) -> Plan:
     machine, folder = (subject.machine, subject.folder) if isinstance(subject, MachineInFolder) else (subject, None)
     require_pymoo(spec.kind)
     if not any(isinstance(p, Body) for p in machine.parts):
-        raise InputError("machine.model", None, "not allowed: needed are bodies, [[machine.bodies]], whose numbers are varied")
+        raise InputError("machine.model", None, "not allowed: bodies, [[machine.bodies]], are needed, whose numbers are varied")
     if not balancer_names(machine):
-        raise InputError("machine.bodies", None, f"needed is a pendulum about {machine.rotor.name!r}: without it nothing beats")
+        requirement = f"there must be a pendulum about {machine.rotor.name!r}: without it nothing beats"
+        raise InputError("machine.bodies", None, requirement)
     if machine.schedules:
         raise InputError("machine.schedules", None, "allowed only for a machine without schedules: the beating must last")
     signal = machine_signal(machine, spec.signal, spec.direction)

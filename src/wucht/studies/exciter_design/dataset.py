@@ -26,7 +26,7 @@ _CLASSES, _MOST_ROWS = 100, 200  # of the spectrum in the summary, where it has 
 _SHARES, _FEW = 400, 120  # of the cycles, at which amplitudes are given; and a few more, evenly by their logarithm
 _QUANTILES = {"q05": 0.05, "median": 0.5, "q95": 0.95}
 _DISTANCE_MEANINGS = {
-    "amplitude": "of its largest amplitude, on the mean",
+    "amplitude": "of its largest amplitude, on average",
     "cumulative": "of the cycles, at most",
     "damage": "of the damage, at most",
 }

@@ -102,7 +102,7 @@ class ExciterDesign(common.Spec):
     metric: Literal["amplitude", "cumulative", "damage"] = Field("amplitude", description=(
         'distance between spectra: `"amplitude"`, the mean difference of the amplitudes at equal shares of the cycles; '
         '`"cumulative"`, the largest difference of those shares at equal amplitudes (that of `load-spectrum`); `"damage"`, the '
-        "same of the damage that larger amplitudes do, where N goes with S^-slope"
+        "same for the damage done by larger amplitudes, with N proportional to S^-slope"
     ))  # fmt: skip
     start: common.Start = Field(default_factory=dict, description="initial state of the exciter, by default at rest")
     reach: common.Whole = Field(128, description=(

@@ -225,7 +225,7 @@ def _sentence(s: dict[str, Any], plan: Plan) -> str:
     delay_clause = duration_in_words(abs(mean), units.time) + (" later" if mean >= 0 else " before it")
     if s["failure_time"] is None:
         delay_clause = f"{duration_in_words(mean, units.time)} after {delay_origin(s['failure_time'])}"
-    return f"{change_clause}, which is detected {delay_clause} in the mean"
+    return f"{change_clause}, which is detected {delay_clause} on average"
 
 
 def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
@@ -247,7 +247,7 @@ def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
             "study.sensor.change detects it sooner"
         )
     if s["delay"] is not None and (s["delay"]["mean"] or 0.0) > _FALSE_ALARM_SHARE * plan.spec.sensor.false_alarm_every:
-        warnings.append("an alarm comes hardly sooner than a false one: the chart does not detect this failure")
+        warnings.append("an alarm comes hardly any sooner than a false one: the chart does not detect this failure")
     if nominal_run.run.verdict.advice and s["change"] is not None:
         warnings.append(f"after the failure {nominal_run.run.verdict.advice}")
     for period, averaged_speed in zip(("before", "after"), findings.averaged_speeds or (), strict=False):
@@ -284,7 +284,7 @@ def report(result: xr.Dataset) -> list[str]:
         delay, alarm, unit = s["delay"], result["alarm_time"], result["time"].attrs["units"]
         horizon, mean = readings_in_words(alarm.size, float(alarm[-1]), unit), "not with certainty"
         if delay["mean"] is not None:
-            mean = f"{duration_in_words(delay['mean'], unit)} after {delay_origin(s['failure_time'])} in the mean"
+            mean = f"{duration_in_words(delay['mean'], unit)} after {delay_origin(s['failure_time'])} on average"
         lines.add("detection", f"{mean}; {_detection_times(delay, horizon, unit)}")
     lines.add("damage", "{damage:.5g} at the end")
     lines.add("stiffness", "{stiffness:.4g} of the intact specimen's at the end, its work {stiffness_work:.4g}")

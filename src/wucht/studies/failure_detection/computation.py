@@ -157,7 +157,7 @@ def _scheduled_fall(spec: FailureDetection, machine: Machine) -> ScheduledFall |
             )
         return None
     if not schedules:
-        reason = "this table is missing; needed is this table or a schedule of the carrier's stiffness: [[machine.schedules]]"
+        reason = "this table is missing; give it, or a schedule of the carrier's stiffness: [[machine.schedules]]"
         raise InputError("study.failure", None, reason)
     changes = [t for s in schedules for t in _changes(s.pieces)]
     if not changes:
@@ -196,7 +196,8 @@ def _check_windows(spec: FailureDetection, scheduled_fall: ScheduledFall) -> Non
     after = begin / 2 if spec.after is None else spec.after
     end = begin if spec.learning is None else after + spec.learning
     if end > begin:
-        raise InputError("study.after", spec.after, f"with study.learning it must end before the stiffness falls, {begin:g}")
+        requirement = f"study.after + study.learning must be at most the time at which the stiffness falls, {begin:g}"
+        raise InputError("study.after", spec.after, requirement)
     least = FEWEST * spec.sensor.interval
     for span, period in (
         (end - after, "before"),

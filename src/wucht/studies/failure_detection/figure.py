@@ -60,7 +60,7 @@ def _alarm(axis: Axes, result: xr.Dataset) -> None:
     if last <= _MOST_MARKED:
         axis.plot(at[:last], probability[:last], "o", color=COLOURS[0], markersize=2.5)
     if (mean := result.wucht.summary["delay"]["mean"]) is not None:
-        axis.axvline(mean, color=COLOURS[1], linestyle="--", linewidth=1.0, label="in the mean")
+        axis.axvline(mean, color=COLOURS[1], linestyle="--", linewidth=1.0, label="on average")
     axis.set_xlabel(label(result, "alarm_time"))
 
 

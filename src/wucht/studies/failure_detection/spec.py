@@ -119,11 +119,11 @@ class FailureDetection(Spec):
             failure.woehler.check("study.failure.woehler")
             ratio = sensor.interval / (failure.interval or sensor.interval)
             if abs(max(ratio, 1 / ratio) - round(max(ratio, 1 / ratio))) > 1e-9 * max(ratio, 1 / ratio):
-                requirement = f"must be a whole multiple of study.sensor.interval ({sensor.interval:g}), or a whole part of it"
+                requirement = f"must be a multiple of study.sensor.interval ({sensor.interval:g}), or an integer fraction of it"
                 raise InputError("study.failure.interval", failure.interval, requirement)
             if failure.law == "linear" and (self.learning is None or self.after is None):
                 missing = "learning" if self.after is not None else "after"
-                reason = "where the stiffness falls from the beginning, after and learning state when the speed is measured"
+                reason = "the stiffness falls from the beginning: study.after and study.learning say when to measure the speed"
                 raise InputError(f"study.{missing}", None, f"this key is missing: {reason}", code="missing")
         end = (self.after or 0.0) + (self.learning or 0.0)
         if end >= self.until:

@@ -132,7 +132,7 @@ def _damage_overflow(plan: Plan, whole: CountedLoad, damages: list[float] | None
     if plan.line is None or damages is None or math.isfinite(damages[0]):
         return None
     times = f"{whole.cycles.largest / 2 / plan.line.SD:.3g} times study.woehler.SD"
-    return f"the damage is too large for a number: the largest amplitude is {times}; check their units, and the slope k"
+    return f"the damage is too large for a number: the largest amplitude is {times}; check the units of both, and the slope k"
 
 
 def _signal_quantities(plan: Plan, findings: LoadHistory, counted_values: np.ndarray) -> list[Quantity]:

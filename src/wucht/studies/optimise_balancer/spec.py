@@ -39,7 +39,7 @@ def _bodies(value: Any) -> Any:
     return tuple(sorted(value))
 
 
-Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Field(title="what is to be small")]
+Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Field(title="quantities to minimise")]
 BodyCounts = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(title="numbers of bodies to try")]
 
 
@@ -84,7 +84,7 @@ class OptimiseBalancer(EnsembleSpec):
     seed: common.Whole = Field(1, description="seed of the random starts and of the search")
     tolerance: common.Tolerance = _TOLERANCE
     damping_curve: common.TrueOrFalse = Field(True, description=(
-        "whether the settling time over the damping of all bodies is computed too, of the machine as it is otherwise"
+        "whether the settling time is also computed over the damping of all bodies, the machine otherwise as it is"
     ))  # fmt: skip
 
     def check(self) -> None:

@@ -143,7 +143,7 @@ def _question_quantities(plan: Plan) -> list[Quantity]:
         Quantity("along", along.path, "parameter over which branches are followed"),
         Quantity("along_unit", along.unit, "its unit"),
         Quantity("range", list(plan.problem.bounds), f"range of the {along.full_name}", along.unit),
-        Quantity("inertia", problem.labels.inertia, "whether the averaged equations keep that of the balancing bodies"),
+        Quantity("inertia", problem.labels.inertia, "whether the averaged equations keep the inertia of the balancing bodies"),
         Quantity("section", problem.embedding is not None, "whether the phases of bodies are kept equal"),
     ]
 
@@ -190,7 +190,7 @@ def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchE
         if not findings.complete:
             return "the study was interrupted before the first orbit"
         results = "; ".join(t.sentence for t in findings.runs)
-        return f"there is no modulated motion: {results}" + (
+        return f"no modulated motion was found: {results}" + (
             f"; {plan.case.no_steady_reason}" if plan.case.no_steady_reason else ""
         )
     values = findings.branches[0].whole_array("values")

@@ -47,8 +47,8 @@ class OrbitBranch(Spec):
     show: str | None = Field(None, description="state of a system that is drawn")
     ranges: Ranges | None = None
     inertia: Inertia | None = Field(None, description=(
-        "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
-        "default of the dimensionless machines where all are damped"
+        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
+        "the default of the dimensionless machines where all are damped"
     ))  # fmt: skip
 
     @property

@@ -194,13 +194,14 @@ def _case_quantities(plan: Plan, case: PortraitCase, portrait: PortraitFindings)
     per, states = _rate_unit(plan), {a.name: (a.long_name, a.unit) for a in plan.axes}
     kind, stable = {"kind": ("kind", "")}, {"stable": ("whether it is stable", "")}
     point_columns = kind | stable | states | {
-        "state": ("states there", ""), "eigenvalues": ("eigenvalues", per), "transverse": ("those out of the section", per),
+        "state": ("states there", ""), "eigenvalues": ("eigenvalues", per),
+        "transverse": ("eigenvalues out of the section", per),
         "eigenvalues_phi": ("eigenvalues over the angle of the main rotor", ""),
-        "transverse_phi": ("those out of the section over this angle", ""),
+        "transverse_phi": ("eigenvalues out of the section over this angle", ""),
     }  # fmt: skip
     separatrix_columns = {
         "saddle": ("its saddle, by its number", ""), "stable": ("whether it leads to the saddle", ""),
-        "side": ("side of the saddle", ""), "end": ("reason of its end", ""), "to": ("description of its other end", ""),
+        "side": ("side of the saddle", ""), "end": ("reason for its end", ""), "to": ("description of its other end", ""),
         "fixed_point": ("fixed point at its other end", ""), "closed_curve": ("closed curve at its other end", ""),
         "gap": ("distance from that", ""), "length": ("length in windows", ""), "error": ("error of its beginning", ""),
         "state": ("states at its other end", ""),

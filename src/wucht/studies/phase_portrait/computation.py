@@ -64,17 +64,17 @@ def _refuse_section(spec: PhasePortrait, section: Section) -> None:
     listing = ", ".join(" = ".join(group) for group in groups)
     if len(groups) < 2 and spec.together and spec.speed is not None:
         advice = "leave out speed, so that the main rotor's speed is a state, or together"
-        raise InputError("study.speed", spec.speed, f"with together, one state is left, {listing}, of two: {advice}")
+        raise InputError("study.speed", spec.speed, f"with together, only one of two states is left, {listing}: {advice}")
     if len(groups) < 2:
         raise InputError(
             "study.kind",
             spec.kind,
-            f"a phase portrait has two states, and this machine's averaged equations {listing or 'none'}",
+            f"a phase portrait has two states, and this machine's averaged equations have {listing or 'none'}",
         )
     without = ", inertia = false leaves out the speeds of the bodies" if section.inertia else ""
     raise InputError(
         "study.together", spec.together,
-        f"a phase portrait has two states, and these averaged equations {len(groups)}: {listing}; "
+        f"a phase portrait has two states, and these averaged equations have {len(groups)}: {listing}; "
         f"together = true keeps the phases of the balancing bodies equal, speed holds the main rotor's speed{without}",
     )  # fmt: skip
 
@@ -203,7 +203,7 @@ def _window(
     valid_windows = [f for f in windows if f is not None]
     if not valid_windows:
         missing = next(a.name for a, x in zip(axes, low, strict=True) if math.isnan(x))
-        raise InputError("study.ranges", None, f"there is no fixed point from which to choose it: give a range of {missing}")
+        raise InputError("study.ranges", None, f"no fixed point was found from which to choose it: give a range of {missing}")
     return np.min([k[0] for k in valid_windows], axis=0), np.max([k[1] for k in valid_windows], axis=0)
 
 
@@ -227,7 +227,7 @@ def _starts(spec: PhasePortrait, plane: Plane, axes: tuple[Axis, ...]) -> np.nda
         refuse_unknown(start, [a.name for a in axes], key)
         for i, a in enumerate(axes):
             if a.name not in start:
-                raise InputError(f"{key}.{a.name}", None, f"this key is missing; needed is the {a.long_name}", code="missing")
+                raise InputError(f"{key}.{a.name}", None, f"this key is missing; give the {a.long_name}", code="missing")
             starts[i, k] = _read_start(start[a.name], a, f"{key}.{a.name}")
             if not plane.turns[i] and not plane.low[i] <= starts[i, k] <= plane.high[i]:
                 requirement = f"must be within the range of {a.name}, {plane.low[i]:g} to {plane.high[i]:g}"

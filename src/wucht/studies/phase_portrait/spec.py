@@ -62,8 +62,8 @@ class PhasePortrait(common.Spec):
     ))  # fmt: skip
     speed: float | None = si("rad/s", "speed", default=None, help="speed at which the main rotor is held")
     inertia: common.Inertia | None = Field(None, description=(
-        "whether the averaged equations keep that of the balancing bodies, by default not of dimensionless machines, nor, with "
-        "a warning, where more than two states would be left"
+        "whether the averaged equations keep the inertia of the balancing bodies, by default not of dimensionless machines, "
+        "nor, with a warning, where more than two states would be left"
     ))  # fmt: skip
     order: common.Order = 1
     trajectories: Trajectories = Field(

@@ -107,7 +107,7 @@ def _configuration_quantities(quantities_by_curve: list[list[Quantity]], pieces:
     quantities = [
         Quantity("configuration_name", names, "steady phase configuration", "", along, coordinate=True),
         Quantity("stable", stable, "stable with the rotor held at the speed", "", f"{along} speed"),
-        Quantity("overlapping", overlapping, "bodies of a track are in each other's place", "", along),
+        Quantity("overlapping", overlapping, "bodies of a track overlap", "", along),
     ]
     for k, q in enumerate(quantities_by_curve[0]):
         values = np.array([np.where(p.inside, quantities_by_curve[p.branch][k].value, np.nan) for p in pieces])

@@ -181,7 +181,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, limits: _Mo
         Quantity("min_amplitude", least, "least amplitude of the axis at the end", length),
         Quantity("max_amplitude", greatest, "greatest amplitude of the axis at the end", length),
         Quantity("amplitude_unit", length, "unit of amplitudes"),
-        Quantity("final_phases", verdict.phases, "mean phases of the bodies to their rotor at the end", "rad"),
+        Quantity("final_phases", verdict.phases, "mean phases of the bodies relative to their rotor at the end", "rad"),
         Quantity("final_residual_unbalance", verdict.residual, "residual share of the rotor's unbalance", headline=True),
         Quantity("settling_time", verdict.settling_time, "time until the speed has settled", time, headline=True),
         Quantity(

@@ -154,7 +154,7 @@ def _abscissa_kind(result: xr.Dataset) -> str:
 
 
 def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:
-    """Draw phases of bodies to their rotor, or of rotors (``rotor_phase``) to the vibration or to the first."""
+    """Draw phases of bodies relative to their rotor, or of rotors (``rotor_phase``) to the vibration or to the first."""
     reference, bodies = "the rotor", _has_phase(result[name])
     if name == "rotor_phase":
         shaken = bool(np.isfinite(float(result.vibration_frequency)))

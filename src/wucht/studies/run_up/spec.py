@@ -29,8 +29,8 @@ class RunUp(SingleRun):
     starts: common.Starts = Field((), description="several initial states: a run each, in one result")
     along: common.Path | None = Field(None, description="path of a parameter with several `values`")
     values: common.Values = Field((), description="values of the parameter `along`: a run each, in one result")
-    stored_samples: int | None = Field(None, gt=1, title="samples that are stored at most, of all runs together", description=(
-        "samples that are stored at most, of all runs together; by default a million, or as many as take 240 MB"
+    stored_samples: int | None = Field(None, gt=1, title="largest number of stored samples, of all runs together", description=(
+        "largest number of stored samples, of all runs together; by default a million, or as many as take 240 MB"
     ))  # fmt: skip
     over: Literal["time", "phi", "psi"] = Field("time", description=(
         "abscissa of the figure: `\"time\"`, `\"phi\"` (the rotor's angle) or `\"psi\"` (mean phase of its bodies)"

@@ -107,7 +107,7 @@ def _question_quantities(plan: Plan) -> list[Quantity]:
         Quantity("second_unit", of_second[1], "its unit"),
         Quantity("second_value", plane and plane.value, "second parameter where the curves begin", of_second[1] or ""),
         Quantity("show", words.state, "state that is drawn instead of the speed"),
-        Quantity("inertia", words.inertia, "whether the averaged equations keep that of the balancing bodies"),
+        Quantity("inertia", words.inertia, "whether the averaged equations keep the inertia of the balancing bodies"),
     ]
 
 
@@ -160,7 +160,7 @@ def _search_quantities(plan: Plan, searched_values: Sequence[SearchedValue]) -> 
     return [
         Quantity("searched_value", [s.value for s in searched_values], along.full_name, along.unit, "search"),
         Quantity("searched_states", np.array([s.states for s in searched_values], int), "number of states there", "", "search"),
-        Quantity("searched", values, f"{along.full_name} at which all states were searched", along.unit),
+        Quantity("searched", values, f"{along.full_name} at which all states were searched for", along.unit),
         Quantity(
             "complete", bool(searched_values) and all(s.complete for s in searched_values), "whether all states are known there"
         ),
@@ -255,7 +255,7 @@ def _sentence(plan: Plan, findings: BranchFindings, special_points: Sequence[Spe
         if not findings.complete:
             return "the study was interrupted before the first branch"
         of = f" {' or '.join(plan.case.only)}," if plan.case.only else ""
-        return f"there are no steady states,{of} between {plan.along.value_text(low, 5)} and {high:.5g}"
+        return f"no steady states were found,{of} between {plan.along.value_text(low, 5)} and {high:.5g}"
     stable = sum(bool(b.intervals(StabilityLevel.STABLE)) for b in branches)
     partly = sum(bool(b.intervals(StabilityLevel.PARTLY_STABLE)) for b in branches)
     count = count_phrase(len(branches), "branch of steady states", "branches of steady states")
@@ -292,7 +292,7 @@ def _warnings(plan: Plan, findings: BranchFindings) -> list[str]:
         location = (
             f"{path} = {at[0]:.5g}" if len(at) == 1 else f"{len(at)} values of {path} from {min(at):.5g} to {max(at):.5g}"
         )
-        lines.append(f"at {location} states could not be searched: {failure}")
+        lines.append(f"at {location} states could not be searched for: {failure}")
     lines += [*findings.omissions[:_MOST_LOST]]
     if len(findings.omissions) > _MOST_LOST:
         lines.append(f"and {len(findings.omissions) - _MOST_LOST} more states")

@@ -67,7 +67,7 @@ def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a speed curve."""
     s = result.wucht.summary
     lines = [result.attrs["title"], f"verdict: {s['sentence']}", *_branch_lines(result, s), *_point_lines(result, s)]
-    complete = "yes" if s["complete"] else "not shown"
+    complete = "yes" if s["complete"] else "not proved"
     count = count_phrase(len(s["searched"]), "value", "values")
     if s["searched"]:
         evidence = f"{s['shown']}; only branches between these values may be missing"
@@ -99,7 +99,7 @@ def _branch_lines(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
         if dimension and stable:
             verdict = f"all members stable at {along} from {stable}"
         elif dimension and partly:
-            verdict = "nowhere all members stable"
+            verdict = "nowhere are all members stable"
         shares = " and ".join(f"{100 * a:.1f} to {100 * b:.1f} %" for a, b in branch["partly_stable_shares"])
         verdict += f"; some members stable and others not from {partly}, {shares} of them" if partly else ""
         (low, high), label = (

@@ -30,8 +30,8 @@ class SpeedCurve(Spec):
     along: Path = Field(description="path of the parameter over which branches are followed")
     range: Pair
     points: Whole = Field(5, description=(
-        "number of values in the range at which, besides those near both ends, all steady states are searched; each on no "
-        "known branch is followed both ways"
+        "number of values in the range at which, besides those near both ends, all steady states are searched for; each on no "
+        "known branch is followed in both directions"
     ))  # fmt: skip
     only: Names | None = None
     second: Path | None = Field(None, description="path of another parameter; with `second_values` or `second_range`")
@@ -43,8 +43,8 @@ class SpeedCurve(Spec):
     show: str | None = Field(None, description="state that is drawn; by default the speed, of a system its first state")
     ranges: Ranges | None = None
     inertia: Inertia | None = Field(None, description=(
-        "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
-        "default of the dimensionless machines; that of others is true"
+        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
+        "the default of the dimensionless machines; of other machines the default is true"
     ))  # fmt: skip
 
     @property
@@ -65,7 +65,7 @@ class SpeedCurve(Spec):
             raise InputError(
                 "study.second",
                 None,
-                f"this key is missing; with {of_second[0]}, needed is the path of a parameter",
+                f"this key is missing; with {of_second[0]}, give the path of a parameter",
                 code="missing",
             )
         if self.second is not None and len(of_second) != 1:

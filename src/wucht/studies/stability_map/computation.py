@@ -90,8 +90,8 @@ class StatePlan(MapPlan[StateFindings]):
     def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
         """See ``MapPlan``."""
         listing = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
-        everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; besides " if parts.everywhere else "stable: "
-        left_out = "; modulated motions were not searched" if self.case.motion is None else ""
+        everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; in addition " if parts.everywhere else "stable: "
+        left_out = "; modulated motions were not searched for" if self.case.motion is None else ""
         return f"{everywhere}{listing} of the plane{left_out}"
 
     def parts(self, findings: StateFindings) -> MapParts:
@@ -255,9 +255,9 @@ class EndingPlan(MapPlan[EndingFindings]):
             return []
         first, second = pairs[0]
         return [
-            f"between {len(pairs)} pairs of neighbouring places there is no curve, such as {self.along.path} = {first.x:.4g}, "
-            f"{self.second.path} = {first.y:.4g} ({ENDINGS.get(first.kind, UNKNOWN)}) and {second.x:.4g}, {second.y:.4g} "
-            f"({ENDINGS.get(second.kind, UNKNOWN)})"
+            f"between {len(pairs)} pairs of neighbouring places that differ no curve was found, such as "
+            f"{self.along.path} = {first.x:.4g}, {self.second.path} = {first.y:.4g} "
+            f"({ENDINGS.get(first.kind, UNKNOWN)}) and {second.x:.4g}, {second.y:.4g} ({ENDINGS.get(second.kind, UNKNOWN)})"
         ]
 
     def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:

@@ -36,13 +36,13 @@ class StabilityMap(Spec):
     cells: Whole | None = Field(None, description=(
         "number of cells a side, in whose centres the motions are determined; by default 12, with `eliminate` 6"
     ))  # fmt: skip
-    orbits: TrueOrFalse = Field(True, description="whether modulated motions are searched, too")
+    orbits: TrueOrFalse = Field(True, description="whether modulated motions are searched for, too")
     together: TrueOrFalse = Field(False, description="whether equal balancing bodies keep equal phases in modulated motion")
     only: Names | None = None
     ranges: Ranges | None = None
     inertia: Inertia | None = Field(None, description=(
-        "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
-        "default of the dimensionless machines; that of others is true"
+        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
+        "the default of the dimensionless machines; of other machines the default is true"
     ))  # fmt: skip
     eliminate: Path | None = Field(None, description=(
         "path of a third parameter. The map then shows the end of the modulated motion that begins where a stable steady "

@@ -64,7 +64,7 @@ def _state_quantities(machine: Machine, entries: Sequence[Mapping[str, Any]]) ->
         "stable_slow": (int, "stable in the averaged equations", ""),
         "stable_full": (int, "stable in the full equations", ""),
         "verdict": ("U40", "stability", ""),
-        "overlapping": (int, "bodies of a track are in each other's place", ""),
+        "overlapping": (int, "bodies of a track overlap", ""),
         "family_dimension": (int, "dimension of the family of states", ""),
         "multiplicity": (int, "states that differ in equal bodies only", ""),
     }
@@ -176,7 +176,8 @@ def _warnings(plan: Plan, findings: Findings, states: Sequence[Configuration]) -
     for c in states:
         if c.full.stable is not None and c.slow.stable not in (None, c.full.stable):
             phases = ", ".join(f"{math.degrees(p):.0f}" for p in c.phases.values())
-            warnings.append(f"{c.name or 'a state'} at phases {phases} degrees: slow and full equations disagree; {c.reason}")
+            place = f"{c.name or 'a state'} at phases {phases} degrees"
+            warnings.append(f"{place}: averaged and full equations disagree; {c.reason}")
     if plan.map is not None and (rows := 0 if regions is None else len(regions.ratio)) < len(plan.map[1]):
         warnings.append(f"{rows} of {len(plan.map[1])} rows of the map are computed")
     return warnings
@@ -200,7 +201,7 @@ def report(result: xr.Dataset) -> list[str]:
             lines.add("", _throw(state))
     if len(s["states"]) > _MOST:
         lines.add(f"and {len(s['states']) - _MOST} more: see the Dataset", "")
-    lines.add("complete", f"{'yes' if s['complete'] else 'not shown'}: {s['shown']}")
+    lines.add("complete", f"{'yes' if s['complete'] else 'not proved'}: {s['shown']}")
     if s["map"] is not None:
         shares = "; ".join(f"{name} {100 * share:.0f} %" for name, share in s["map"]["stable_share"].items() if share)
         lines.add("map", f"stable: {shares}")
@@ -239,4 +240,4 @@ def _stability(state: dict[str, Any], full: bool) -> str:
         return f"{words[slow]} in the averaged equations"
     if slow == exact:
         return words[slow]
-    return f"{words[slow]} in the slow, {words[exact]} in the full equations"
+    return f"{words[slow]} in the averaged, {words[exact]} in the full equations"

@@ -82,15 +82,15 @@ def _refuse_single(machine: Machine) -> None:
     """Refuse a machine with one turning body, which has no phases. Raises ``InputError``."""
     rotor, single = machine.rotor, "a single body has no phases"
     if machine.shaken_coordinate is not None:
-        reason = f"{single}; whether the carrier's motion entrains it is study.kind = 'entrainment'"
+        reason = f"{single}; study.kind = 'entrainment' shows whether the carrier's motion entrains it"
         raise InputError("machine.carrier.motion", None, reason, code="single-body")
     if machine.sliders:
         reason = f"{machine.sliders[0].name!r} slides in a guide that turns with it, and has no separate phase"
         advice = "study.kind = 'run-up' shows its motion"
         raise InputError("machine.bodies", None, f"only {rotor.name!r} turns freely: {reason}; {advice}", code="slider")
-    advice = "at which speeds it can turn is study.kind = 'torque-balance'"
+    advice = "study.kind = 'torque-balance' shows at which speeds it can turn"
     if not machine.drives or rotor.coordinate.prescribed_velocity is not None:
-        advice = "how it makes the carrier vibrate is study.kind = 'response'"
+        advice = "study.kind = 'response' shows how it makes the carrier vibrate"
     raise InputError("machine.bodies", None, f"{single}; {advice}", code="single-body")
 
 

@@ -30,7 +30,7 @@ _REGIONS = ("#8FC7E8", "#F0B27A", "#FBE3A1", "#B7A0CF", "#C9E4CA", "#E8B7D4", "#
 # Frames by the verdict on a state: colour, line, width, label.
 _FRAMES: dict[str, tuple[str, Any, float, str]] = {
     "stable": (COLOURS[2], "-", 2.0, "stable"),
-    "slow": (COLOURS[5], (0, (5, 1.5, 1, 1.5)), 2.0, "stable (slow equations only)"),
+    "slow": (COLOURS[5], (0, (5, 1.5, 1, 1.5)), 2.0, "stable (averaged equations only)"),
     "overlapping": (COLOURS[6], (0, (1, 1.5)), 1.6, "bodies overlap"),
     "undecided": (GREY, (0, (5, 1.5, 1, 1.5)), 1.4, "undecided"),
     "unstable": (GREY, (0, (3, 3)), 0.8, "not stable"),
@@ -141,11 +141,11 @@ def _frame_kind(result: xr.Dataset, k: int) -> str:
 def _title(result: xr.Dataset, k: int) -> str:
     name = str(result["name"].values[k]) or "state"
     full, slow = int(result.stable_full[k]), int(result.stable_slow[k])
-    word = str(result.verdict.values[k]).replace("in the averaged equations only", "(slow)")
+    word = str(result.verdict.values[k]).replace("in the averaged equations only", "(averaged)")
     if _frame_kind(result, k) == "overlapping":
         word = "bodies overlap"
     elif full not in (-1, slow):
-        word = f"slow: {_WORDS[slow]}, full: {_WORDS[full]}"
+        word = f"averaged: {_WORDS[slow]}, full: {_WORDS[full]}"
     phases = np.degrees(result.phase.values[k, 1:])
     several = len(phases) > _MOST_PHASES
     angles = ", ".join(f"{round(p, 1) % 360:.1f}°" for p in phases[: _MOST_PHASES - several]) + (", ..." if several else "")

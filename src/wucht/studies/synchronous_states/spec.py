@@ -49,7 +49,7 @@ class SynchronousStates(Spec):
         "highest natural frequency where a drive runs away without load: then the states are not stated to be all"
     ))  # fmt: skip
     inertia: Inertia = Field(True, description=(
-        "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62)"
+        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62)"
     ))  # fmt: skip
     full: TrueOrFalse = Field(True, description="whether the multipliers of the full equations are computed too")
     axes: Axes | None = Field(None, title="axes of a stability map", description=(
@@ -68,7 +68,7 @@ class SynchronousStates(Spec):
             if not low < high:
                 raise InputError(key, axis, "must be a pair [low, high] with low below high", code="not-increasing")
             if low < 0:
-                raise InputError(key, axis, f"must be a {name} from 0 on", code="negative")
+                raise InputError(key, axis, f"must be a {name} of at least 0", code="negative")
             if name == "ratio" and high > _MOST_RATIO:
                 raise InputError(key, axis, f"must be a ratio up to {_MOST_RATIO:g}", code="limits")
 
