@@ -96,7 +96,7 @@ def test_other_bodies_leave_them_where_they_are() -> None:
         (described(DAMPER | {"build_up": 0}), "attachments[0] (left).build_up", "greater than 0 m"),
         (described(DAMPER | {"free_travel": "-1 mm"}), "attachments[0] (left).free_travel", "at least 0 m"),
         (described(DAMPER | {"freetravel": "1 mm"}), "attachments[0] (left).freetravel", "did you mean 'free_travel'"),
-        (described({k: v for k, v in DAMPER.items() if k != "angle"}), "attachments[0] (left).angle", "missing; needed is"),
+        (described({k: v for k, v in DAMPER.items() if k != "angle"}), "attachments[0] (left).angle", "missing; give"),
         (described(DAMPER, DAMPER), "attachments[1].name", "this name is already used"),
         (described(DAMPER | {"name": "drum"}), "attachments[0].name", "this name is already used"),
         (described(DAMPER | {"name": "carrier"}), "attachments[0].name", "this name is already used"),

@@ -306,7 +306,7 @@ def test_the_inertia_ratio_warns():
         ({"drive": {"kind": "table", "speed": [1, 2]}}, "shaft.drive.speed", "known: file, points, stator"),
         ({"drive": LINEAR, "loads": [{"kind": "table", "speed": 1}]}, "shaft.loads[0].speed", "known: file, points, trans"),
         ({"mean_speed": 50.0, "output_mass": 3.0}, "shaft.output_mass", "give only one"),
-        ({"mean_speed": 50.0, "output_inertia": None}, "shaft.output_inertia", "needed is"),
+        ({"mean_speed": 50.0, "output_inertia": None}, "shaft.output_inertia", "give the output_inertia"),
         ({"drive": {"slope": 3}}, "shaft.drive.kind", "missing"),
         ({"drive": {"kind": "lineer"}}, "shaft.drive.kind", "did you mean 'linear'"),
         ({"drive": {"kind": "table", "file": "none.csv"}}, "shaft.drive.file", "no such file"),
