@@ -1,4 +1,4 @@
-"""The walk of three numbers in docs/design.md: each stop exists, and the functions among them are called by the three commands."""
+"""The walk of three numbers in docs/design.md: each stop exists, and the three commands call the functions among them."""
 
 from __future__ import annotations
 
