@@ -1,6 +1,6 @@
 """Engines between a machine and a study: run-ups and their verdicts, branches, ensembles. They use no spec and no figure.
 
-A rotor on an elastic carrier, its equations dimensionless, with a weak motor (u = 1) and with a strong one:
+A rotor on an elastic carrier, in dimensionless form, with a soft motor (slope u = 1) and with a stiff one (u = 3):
 
 >>> import wucht
 >>> from wucht.dynamics import run_to_end
