@@ -6,8 +6,7 @@ python examples/averaging_alone.py
 import numpy as np
 import sympy as sp
 
-from wucht.mechanics.averaging import Averaging, averaged
-from wucht.mechanics.standard_form import with_amplitude_and_phase
+from wucht.mechanics import Averaging, averaged, with_amplitude_and_phase
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.system import System

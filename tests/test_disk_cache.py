@@ -260,7 +260,7 @@ def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_p
 
 RUN = """
 import sys, sympy
-import wucht.mechanics.lagrange, wucht.mechanics.averaged.averaged_system, wucht.analysis.averaged_machine
+import wucht.mechanics.lagrange, wucht.mechanics.rotating_bodies.averaged_system, wucht.analysis.averaged_machine
 def symbolic(*a, **k): raise AssertionError("symbolic work in a second process")
 if sys.argv[1] == "second":
     sympy.lambdify = wucht.mechanics.lagrange.equations_of_motion = symbolic

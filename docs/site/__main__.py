@@ -28,7 +28,8 @@ NAVIGATION: list[Any] = [
     {
         "Guide": [
             "machine-files.md", "outcomes.md", "slow-equations.md", "switchable-pendulums.md", "load-spectra.md",
-            "cam-files.md", "continuation.md", "how-the-rotating-orbit-disappears.md", "several-machines.md",
+            "fatigue.md", "cam-files.md", "continuation.md", "averaging.md", "how-the-rotating-orbit-disappears.md",
+            "several-machines.md",
             "*", {"Machines to try": "practice/*"},
         ]
     },

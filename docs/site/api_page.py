@@ -19,7 +19,7 @@ def page() -> str:
     public = {name: f"wucht{module}.{name}" for module, name in sorted(names, key=lambda n: n[1])}
     groups = {
         "Ask and answer": [n for n in _RUNNING if n in public],
-        "Machines and equations": ["load_machine", "Machine", "parts", "load_equations", "OwnEquations", "CamDrive", "Records"],
+        "Machines and equations": ["load_machine", "Machine", "parts", "load_equations", "UserSystem", "CamDrive", "Records"],
         "Questions": sorted(n for n in questions if n in public),
     }
     told = {n for within in groups.values() for n in within}

@@ -16,8 +16,8 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import has_damped_balancers
-from wucht.mechanics.averaged.solution import DISSIPATED_WORK, SUPPLIED_WORK, VIBRATION_WORK
 from wucht.mechanics.lagrange import equations_of_motion
+from wucht.mechanics.rotating_bodies.solution import DISSIPATED_WORK, SUPPLIED_WORK, VIBRATION_WORK
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator, python_function

@@ -24,7 +24,11 @@ from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study
 
 # Their blocks are run by tests of their own, which check what they compute by other means.
-ELSEWHERE = {"docs/continuation.md": "test_continuation_page"}
+ELSEWHERE = {
+    "docs/continuation.md": "test_continuation_page",
+    "docs/averaging.md": "test_averaging_page",
+    "docs/fatigue.md": "test_fatigue_page",
+}
 LANGUAGES = ("sh", "toml", "csv", "json", "python", "text", "")
 TABLES = ("title", "machine", "study", "system", "law", "follower", "linkage", "speed", "shaft")
 

@@ -123,7 +123,7 @@ def test_a_machine_from_its_energies():
 def _on_manifold(reduction, values, slow):
     """The full start for a slow state, on the manifold."""
     names = ["x", "y", "z"][: 1 + len(reduction.manifold)]
-    return full(reduction.averaged.system, names, values, np.zeros(1), np.array([[slow]]))[:, 0]
+    return full(reduction.averaging.system, names, values, np.zeros(1), np.array([[slow]]))[:, 0]
 
 
 def _errors(system, damped, which, ks):

@@ -22,11 +22,11 @@ from wucht.machines.parts.base import Body
 from wucht.machines.schedules import with_schedules
 from wucht.machines.structure import SPEED, Structure, torques_on
 from wucht.machines.tree import Tree
-from wucht.mechanics.averaged.averaged_system import AveragedSystem, averaged_equations
-from wucht.mechanics.averaged.bodies import RotatingBodies, Shaking
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, first_harmonic, linear_carrier
 from wucht.mechanics.phasors import Phasor
+from wucht.mechanics.rotating_bodies.averaged_system import AveragedSystem, averaged_equations
+from wucht.mechanics.rotating_bodies.bodies import RotatingBodies, Shaking
 from wucht.numerics.flow.program import Evaluator
 from wucht.system import System
 
@@ -138,7 +138,7 @@ def averaged_machine(
     has_fixed_speed: bool = False,
     turning: Mapping[str, int] | None = None,
 ) -> AveragedMachine:
-    """The averaged equations of a machine with a linear carrier: see ``mechanics.averaged``.
+    """The averaged equations of a machine with a linear carrier: see ``mechanics.rotating_bodies``.
 
     inertia: of the bodies that turn about a rotor; without it they are strongly damped. order: 1 or 2.
     has_fixed_speed: the main rotor turns at the parameter ``speed``, whatever its drive does. turning: the senses +1, -1 of

@@ -28,10 +28,24 @@ def format_metres(length: float) -> str:
 
 @dataclass(frozen=True)
 class Cam(ABC):
-    """A cam with its follower.
+    """A cam with its follower: the contour, its curvature and its pressure angle over the cam angle, exactly.
 
-    law: of the follower. clockwise: the sense in which the cam turns. outer: True for the outer flank of a groove.
-    part: the element of the follower that touches the contour, as one word.
+    ``follower.cams(law)`` makes them. Curves are complex numbers in m in the plane that turns with the cam.
+
+    Parameters
+    ----------
+    law : Law
+        Of the follower.
+    follower : Follower
+    clockwise : bool, optional
+        The sense in which the cam turns.
+    outer : bool, optional
+        True for the outer flank of a groove.
+
+    Attributes
+    ----------
+    part : str
+        The element of the follower that touches the contour, as one word.
     """
 
     law: Law

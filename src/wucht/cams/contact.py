@@ -31,14 +31,26 @@ _DEAD = 1e-6  # of the largest grip: less is none
 class FollowerLoad:
     """Inertia of the follower and the forces that act on it.
 
-    inertia: kg m^2 or kg. output_inertia: of what a linkage moves behind the follower, whose law is a ``LeverMotion`` then:
-    kg m^2 or kg, as the output turns or slides. stiffness: of a spring that draws the follower to where the law is zero,
-    N m/rad or N/m. preload: of this spring, the effort with which it presses the roller on the cam where the law is zero, N m
-    or N. damping: N m s/rad or N s/m. constant: an effort against the sense in which the law rises, as a weight on a rod that
-    rises, N m or N.
+    Parameters
+    ----------
+    inertia : float
+        kg m^2 of a lever, or kg.
+    stiffness : float, optional
+        Of a spring that draws the follower to where the law is zero, N m/rad or N/m.
+    preload : float, optional
+        Of this spring, the effort with which it presses the roller on the cam where the law is zero, N m or N.
+    damping : float, optional
+        N m s/rad or N s/m.
+    constant : float, optional
+        An effort against the sense in which the law rises, as a weight on a rod that rises, N m or N.
+    output_inertia : float, optional
+        Of what a linkage moves behind the follower, whose law is a ``LeverMotion`` then: kg m^2 or kg, as the output turns or
+        slides.
 
-    Raises ``InputError`` (inertia, output_inertia, stiffness, damping, preload, constant): not finite, or one of the first four
-    negative.
+    Raises
+    ------
+    InputError
+        (inertia, output_inertia, stiffness, damping, preload, constant) Not finite, or one of the first four negative.
     """
 
     inertia: float
@@ -61,11 +73,22 @@ class FollowerLoad:
 class ContactForces:
     """Loads on the contour and the camshaft, as long as the follower moves by its law.
 
-    phi (N,) in rad. force (N,): along the normal in N, positive where it presses; a negative one cannot occur: the roller
-    lifts off, or in a groove the other flank presses. effort (N,): of the contact on the follower, in the sense of the law, N m
-    or N. torque (N,): that the camshaft must be given in the sense in which it turns, N m; both have the sign of the force, and
-    where the roller lifts off do not exist either. lift_off: arcs of the cam angle in rad, (begin, end), without contact.
-    least_preload: the preload from which on there are none, N m or N; not negative.
+    Attributes
+    ----------
+    phi : numpy.ndarray, (N,)
+        In rad.
+    force : numpy.ndarray, (N,)
+        Along the normal in N, positive where it presses; a negative one cannot occur: the roller lifts off, or in a groove the
+        other flank presses.
+    effort : numpy.ndarray, (N,)
+        Of the contact on the follower, in the sense of the law, N m or N.
+    torque : numpy.ndarray, (N,)
+        That the camshaft must be given in the sense in which it turns, N m. Effort and torque have the sign of the force, and
+        where the roller lifts off do not exist either.
+    lift_off : tuple of (float, float)
+        Arcs of the cam angle in rad, (begin, end), without contact.
+    least_preload : float
+        The preload from which on there are none, N m or N; not negative.
     """
 
     phi: np.ndarray
@@ -113,11 +136,26 @@ class Material:
 
 
 def contact_forces(cam: Cam, load: FollowerLoad, speed: Speed, phi: np.ndarray) -> ContactForces:
-    """The forces at cam angles phi (N,), of a follower that moves by its law.
+    """Return the forces between a cam and a follower that moves by its law.
 
-    speed: of the camshaft in rad/s: a number; or samples (M,), evenly spaced over a turn of the cam from phi = 0; or a function
-    of the cam angle as a law is. Where it varies the acceleration is psi'' omega^2 + psi' omega omega'.
-    Raises ``InputError``: speed, negative or no number; follower, where the contact force passes through the pivot.
+    Parameters
+    ----------
+    cam : Cam
+    load : FollowerLoad
+    speed : float, numpy.ndarray (M,), or callable
+        Of the camshaft in rad/s: a number; or samples, evenly spaced over a turn of the cam from phi = 0; or a function of the
+        cam angle as a law is. Where it varies the acceleration is psi'' omega^2 + psi' omega omega'.
+    phi : numpy.ndarray, (N,)
+        Cam angles in rad.
+
+    Returns
+    -------
+    ContactForces
+
+    Raises
+    ------
+    InputError
+        speed: negative or no number; follower: where the contact force passes through the pivot.
     """
     sense, effort = _sense(cam), _required_effort(cam, load, speed)
     pressing = sense * effort(phi) + load.preload

@@ -31,9 +31,15 @@ _MOST_ORDERS = _SAMPLES // 8  # of a law: one with more of them is taken to have
 
 @dataclass(frozen=True, eq=False)
 class CorrectedLaw:
-    """The motion over the cam angle, itself a law, that on this shaft is the law over time.
+    """The motion over the cam angle, itself a law, that on a shaft is the law over time.
 
-    mounting_error: angle in rad by which the cam sits turned on its shaft.
+    Parameters
+    ----------
+    law : Law
+        Over tau, the time of a turn as an angle.
+    shaft : ShaftMotion
+    mounting_error : float, optional
+        Angle in rad by which the cam sits turned on its shaft.
     """
 
     law: Law
@@ -48,7 +54,14 @@ class CorrectedLaw:
 
 @dataclass(frozen=True, eq=False)
 class MotionOverTime:
-    """The motion over tau, itself a law, that a motion over the cam angle becomes on this shaft: 004 (1)-(3)."""
+    """The motion over tau, itself a law, that a motion over the cam angle becomes on a shaft: 004 (1)-(3).
+
+    Parameters
+    ----------
+    law : Law
+        Over the cam angle.
+    shaft : ShaftMotion
+    """
 
     law: Law
     shaft: ShaftMotion

@@ -30,7 +30,31 @@ TABLES = ("law", "follower", "linkage", "speed", "shaft")
 
 @dataclass(frozen=True, eq=False)
 class CamDrive:
-    """law: of the output over the cam angle of a shaft that turns evenly. folder: the folder of the files of records."""
+    """A cam drive: a motion law, and as far as they are known the follower, the linkage and the speed of the shaft.
+
+    ``load_machine`` makes one of a cam file.
+
+    Parameters
+    ----------
+    law : LawTable
+        Of the output over the cam angle of a shaft that turns evenly.
+    follower : Follower, optional
+        Needed for a cam.
+    linkage : LinkageTable, optional
+        Between the follower, which is a lever then, and the output.
+    speed : SpeedTable, optional
+        The speed of the shaft over a turn.
+    shaft : ShaftTable, optional
+        Inertia, drive and output of the shaft, from which its motion is predicted.
+    title : str, optional
+    folder : pathlib.Path, optional
+        The folder of the files of records.
+
+    Raises
+    ------
+    InputError
+        For a linkage whose follower is no lever.
+    """
 
     law: LawTable
     follower: Follower | None = None

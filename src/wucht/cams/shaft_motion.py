@@ -22,12 +22,20 @@ _ALIKE = 1e-9  # of the mean speed
 
 @dataclass(frozen=True, eq=False)
 class ShaftMotion:
-    """speed: phi' in rad/s over tau; its mean is omega. The cam angle phi is zero where tau is.
+    """The motion of a camshaft that does not turn evenly, over tau, the time of a turn as an angle; phi is zero where tau is.
 
     Of speed = omega + sum a_j cos j tau + b_j sin j tau it is phi = tau + sum (a_j sin j tau - b_j (cos j tau - 1))/(j omega):
     004 (4), whose coefficients are these divided by omega; a constant would only turn the blank.
 
-    Raises ``InputError`` (speed) where the shaft stands still or turns back.
+    Parameters
+    ----------
+    speed : Harmonics
+        phi' in rad/s over tau; its mean is omega.
+
+    Raises
+    ------
+    InputError
+        (speed) Where the shaft stands still or turns back.
     """
 
     speed: Harmonics

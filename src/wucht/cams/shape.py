@@ -31,14 +31,27 @@ class Extreme:
 
 @dataclass(frozen=True)
 class Shape:
-    """Lengths in m, angles in rad.
+    """Properties by which the contour of a cam is assessed; lengths in m, angles in rad.
 
-    convex, hollow: the least radius of curvature where the material bulges and where it is hollow, None where it is nowhere.
-    pressure_angle: the largest, as a magnitude. base, blank: the least and the largest distance of the contour from the cam's
-    centre. Radii: of the remaining contour. undercut: arcs on which the contour runs backwards; missing: arcs that are cut
-    away, those among them. largest_roller: with which nothing would be missing, infinite where every roller will do, None of a
-    flat face. wheel: the largest that reaches all of the contour, None where every wheel does, or some is missing.
-    part: the element of the follower that touches the contour, as one word.
+    Attributes
+    ----------
+    convex, hollow : RadiusAt or None
+        The least radius of curvature where the material bulges and where it is hollow, None where it is nowhere. These radii
+        are of the remaining contour.
+    pressure_angle : Extreme
+        The largest, as a magnitude.
+    base, blank : Extreme
+        The least and the largest distance of the contour from the cam's centre.
+    undercut : tuple of (float, float)
+        Arcs on which the contour runs backwards.
+    missing : tuple of (float, float)
+        Arcs that are cut away, those among them.
+    largest_roller : float or None
+        With which nothing would be missing, infinite where every roller will do, None of a flat face.
+    wheel : RadiusAt or None
+        The largest that reaches all of the contour, None where every wheel does, or some is missing.
+    part : str
+        The element of the follower that touches the contour, as one word.
     """
 
     convex: RadiusAt | None
@@ -54,10 +67,25 @@ class Shape:
 
 
 def shapes(cams: Mapping[str, Cam], *, allow_undercut: bool = False, wheel_radius: float | None = None) -> dict[str, Shape]:
-    """Return the shape of each cam. allow_undercut: accept a contour that is partly cut away. wheel_radius: of a grinding
-    wheel that must reach all of the contours, in m.
+    """Return the shape of each cam.
 
-    Raises ``InputError`` (follower..., wheel_radius) where one cannot be made.
+    Parameters
+    ----------
+    cams : mapping of str to Cam
+        As ``follower.cams(law)`` returns them.
+    allow_undercut : bool, optional
+        Accept a contour that is partly cut away.
+    wheel_radius : float, optional
+        Of a grinding wheel that must reach all of the contours, in m.
+
+    Returns
+    -------
+    dict of str to Shape
+
+    Raises
+    ------
+    InputError
+        (follower..., wheel_radius) Where one cannot be made.
     """
     result: dict[str, Shape] = {}
     for name, cam in cams.items():

@@ -58,8 +58,23 @@ class Cluster(Protocol):
 
 @dataclass(frozen=True)
 class Work:
-    """Part of a study's work. cluster: whose workers compute independent units; None: this process. name: prefix of the names
-    of its units. begin, end: the share of the whole study."""
+    """Part of the work of an engine: where its units are stored and computed, and to whom progress is reported.
+
+    ``Work()`` computes everything in this process, stores nothing and reports nothing.
+
+    Parameters
+    ----------
+    memory : Memory, optional
+        Store of completed units.
+    reporter : callable, optional
+        Called with the share that is done, 0 to 1, and a text.
+    cluster : Cluster, optional
+        Whose workers compute independent units; None: this process.
+    name : str, optional
+        Prefix of the names of its units.
+    begin, end : float, optional
+        The share of the whole study.
+    """
 
     memory: Memory = field(default_factory=NoMemory)
     reporter: Report | None = None

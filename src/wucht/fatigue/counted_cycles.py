@@ -11,7 +11,17 @@ _SAME = 1e-9  # of the largest range: ranges nearer to each other than that are 
 
 @dataclass(frozen=True, eq=False)
 class LoadCycles:
-    """Cycles of a load. ranges, means, counts (m,): range and mean of each cycle, and its number, 0.5 for a half cycle."""
+    """Cycles of a load, the result of all counting methods.
+
+    Parameters
+    ----------
+    ranges : numpy.ndarray, (m,)
+        The range of each cycle, twice its amplitude, in the unit of the load.
+    means : numpy.ndarray, (m,)
+        The mean of each cycle, in the same unit.
+    counts : numpy.ndarray, (m,)
+        The number of each cycle, 0.5 for a half cycle.
+    """
 
     ranges: np.ndarray
     means: np.ndarray
@@ -68,7 +78,16 @@ class LoadCycles:
 
 @dataclass(frozen=True, eq=False)
 class RangeMeanMatrix:
-    """Counts (r, m) of cycles by classes of range and of mean; edges of these classes (r + 1,), (m + 1,)."""
+    """Range-mean matrix: counts of cycles by classes of their range and of their mean.
+
+    Attributes
+    ----------
+    range_edges : numpy.ndarray, (r + 1,)
+        Edges of the classes of range, from zero on, in the unit of the load.
+    mean_edges : numpy.ndarray, (m + 1,)
+        Edges of the classes of mean.
+    counts : numpy.ndarray, (r, m)
+    """
 
     range_edges: np.ndarray
     mean_edges: np.ndarray
@@ -88,8 +107,19 @@ class RangeMeanMatrix:
 
 
 def frequency_distance(cycles: LoadCycles, reference: LoadCycles, times: float = 1.0) -> float:
-    """Return the difference of two spectra: the largest of their cumulative frequencies, as a share of the cycles of the
-    reference. times: factor on the first one, for a part of a run that represents the whole."""
+    """Return the largest difference between the cumulative frequencies of two spectra, as a share of the reference's cycles.
+
+    Parameters
+    ----------
+    cycles, reference : LoadCycles
+    times : float, optional
+        Factor on the number of ``cycles``, for a part of a run that represents the whole.
+
+    Returns
+    -------
+    float
+        0 for equal spectra; infinite where the reference alone has no cycles.
+    """
     ranges = np.concatenate([cycles.ranges, reference.ranges])
     if not reference.total:
         return 0.0 if not cycles.total else float("inf")

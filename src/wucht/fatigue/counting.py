@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -21,8 +22,23 @@ def _no_points() -> np.ndarray:
 class TurningPoints:
     """The turning points of a signal so far: its first sample, and all extremes.
 
-    time, values (m,): of these points. open_time, open_values (2 at most): the last distinct samples, whose end is the end of
-    the signal. Samples that repeat the one before count as one: a plateau is one extreme, at its begin.
+    Samples may come in parts: ``TurningPoints().update(time, values).update(...)``. Samples that repeat the one before count
+    as one: a plateau is one extreme, at its begin.
+
+    Attributes
+    ----------
+    time, values : numpy.ndarray, (m,)
+        Of these points, in s and in the unit of the signal.
+    open_time, open_values : numpy.ndarray, 2 at most
+        The last distinct samples, whose end is the end of the signal.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from wucht.fatigue import TurningPoints
+    >>> points = TurningPoints().update(np.array([0.0, 1, 2]), np.array([0.0, 4, 1]))
+    >>> points.update(np.array([3.0, 4]), np.array([-2.0, 0])).points_to_end()[1].tolist()
+    [0.0, 4.0, -2.0, 0.0]
     """
 
     time: np.ndarray = field(default_factory=_no_points)
@@ -65,8 +81,24 @@ class TurningPoints:
         return time, np.append(self.values, self.open_values[-1:] if ends else _no_points())
 
 
-def turning_points(values: np.ndarray) -> np.ndarray:
-    """Return the first value, all extremes, and the last value of a signal (n,): successive points differ, and turn back."""
+def turning_points(values: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return the first value, all extremes, and the last value of a signal.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, (n,)
+
+    Returns
+    -------
+    numpy.ndarray, (m,)
+        Successive points differ, and turn back.
+
+    Examples
+    --------
+    >>> from wucht.fatigue import turning_points
+    >>> turning_points([0, 1, 3, 3, 2, 4]).tolist()
+    [0.0, 3.0, 2.0, 4.0]
+    """
     return TurningPoints().update(np.arange(len(values), dtype=float), np.asarray(values, dtype=float)).points_to_end()[1]
 
 
@@ -82,11 +114,27 @@ def _vertices(t: np.ndarray, y: np.ndarray, at: np.ndarray) -> tuple[np.ndarray,
 Residue = Literal["half-cycles", "repeat", "drop"]
 
 
-def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> LoadCycles:
-    """Count the rainflow cycles of a signal (n,), or of its turning points.
+def rainflow(values: Sequence[float] | np.ndarray, residue: Residue = "half-cycles") -> LoadCycles:
+    """Count the rainflow cycles of a signal, or of its turning points: ASTM E1049-85, 5.4.4 and 5.4.5.
 
-    residue: the treatment of the ranges that close no cycle. ``half-cycles``: each counts one half, ASTM E1049-85, 5.4.4.
-    ``repeat``: the signal repeats, so that all cycles close, 5.4.5. ``drop``: they do not count.
+    Parameters
+    ----------
+    values : numpy.ndarray, (n,)
+    residue : {"half-cycles", "repeat", "drop"}, optional
+        The treatment of the ranges that close no cycle. ``half-cycles``: each counts one half, 5.4.4. ``repeat``: the signal
+        repeats, so that all cycles close, 5.4.5. ``drop``: they do not count.
+
+    Returns
+    -------
+    LoadCycles
+        In the order in which the cycles close; half cycles last.
+
+    Examples
+    --------
+    >>> from wucht.fatigue import rainflow
+    >>> cycles = rainflow([-2, 1, -3, 5, -1, 3, -4, 4, -2])
+    >>> cycles.ranges.tolist(), cycles.counts.tolist()
+    ([4.0, 3.0, 4.0, 8.0, 9.0, 8.0, 6.0], [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5])
     """
     points = turning_points(values)
     if residue == "repeat":
@@ -95,11 +143,21 @@ def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> LoadCycles
     return cycles if residue == "drop" else cycles.join(half_cycles(rest))
 
 
-def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> LoadCycles:
-    """Count the range pairs of a signal (n,), or of its turning points: ASTM E1049-85, 5.4.1.
+def range_pairs(values: Sequence[float] | np.ndarray, residue: Residue = "half-cycles") -> LoadCycles:
+    """Count the range pairs of a signal, or of its turning points: ASTM E1049-85, 5.4.1.
 
-    Inside of a larger range they are the rainflow cycles; of the ranges that remain each is paired with the next one, and a
-    last single one counts as half a cycle (``half-cycles``). ``repeat``, ``drop``: see ``rainflow``.
+    Inside of a larger range they are the rainflow cycles; of the ranges that remain each is paired with the next one that is
+    at least as large, and a last single one counts as half a cycle.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, (n,)
+    residue : {"half-cycles", "repeat", "drop"}, optional
+        ``half-cycles``: as above. ``repeat``, ``drop``: see ``rainflow``, which then counts the same cycles.
+
+    Returns
+    -------
+    LoadCycles
     """
     if residue != "half-cycles":
         return rainflow(values, residue)
@@ -123,12 +181,23 @@ def _pair_ranges(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def closed_cycles(points: np.ndarray) -> tuple[LoadCycles, np.ndarray]:
-    """Return the closed cycles of turning points (m,), and the points (k,) of the ranges that close none, in their order.
+    """Return the closed cycles of turning points, and the points of the ranges that close none.
 
     Counting may continue from these: followed by later turning points they give the cycles that close then.
 
     A cycle closes where a range is no larger than that before and that after it: the four-point rule, which finds the cycles of
     ASTM's rule of three points, those at the begin of the history among them.
+
+    Parameters
+    ----------
+    points : numpy.ndarray, (m,)
+        Turning points, as ``turning_points`` returns them.
+
+    Returns
+    -------
+    cycles : LoadCycles
+    open_points : numpy.ndarray, (k,)
+        In their order.
     """
     begins, ends, stack = list[float](), list[float](), list[float]()
     for point in points.tolist():
@@ -145,7 +214,16 @@ def closed_cycles(points: np.ndarray) -> tuple[LoadCycles, np.ndarray]:
 
 
 def half_cycles(points: np.ndarray) -> LoadCycles:
-    """Count the ranges between turning points (k,), one half each."""
+    """Count the ranges between turning points, one half each.
+
+    Parameters
+    ----------
+    points : numpy.ndarray, (k,)
+
+    Returns
+    -------
+    LoadCycles
+    """
     return LoadCycles.from_extremes(points[:-1], points[1:], np.full(max(len(points) - 1, 0), 0.5))
 
 
@@ -158,11 +236,22 @@ def _repeated_cycles(points: np.ndarray) -> LoadCycles:
     return cycles.join(LoadCycles.from_extremes(halves[:1], halves[1:2], np.ones(1)))
 
 
-def level_crossings(values: np.ndarray, levels: np.ndarray, reference: float | None = None) -> np.ndarray:
-    """Count how often a signal (n,) crosses each of ascending levels (k,): ASTM E1049-85, 5.1.1.
+def level_crossings(values: Sequence[float] | np.ndarray, levels: np.ndarray, reference: float | None = None) -> np.ndarray:
+    """Count how often a signal crosses each of some levels: ASTM E1049-85, 5.1.1.
 
-    Rising slopes count at levels from the reference on, falling ones below it; without a reference rising ones everywhere. A
-    slope crosses the levels above its begin, up to its end.
+    A slope crosses the levels above its begin, up to its end.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, (n,)
+    levels : numpy.ndarray, (k,)
+        Ascending, in the unit of the signal.
+    reference : float, optional
+        Rising slopes count at levels from the reference on, falling ones below it; without a reference rising ones everywhere.
+
+    Returns
+    -------
+    numpy.ndarray of int, (k,)
     """
     points = turning_points(values)
     upward = _upward_counts(points, levels)
@@ -173,9 +262,20 @@ def level_crossings(values: np.ndarray, levels: np.ndarray, reference: float | N
 
 
 def cycles_of_levels(levels: np.ndarray, counts: np.ndarray) -> LoadCycles:
-    """Return the most damaging cycles of the crossings (k,) of evenly spaced levels (k,): ASTM E1049-85, 5.1.3.
+    """Return the most damaging cycles of the crossings of evenly spaced levels: ASTM E1049-85, 5.1.3.
 
     The largest possible cycle first, then the next, until all crossings are used; each turns halfway between levels.
+
+    Parameters
+    ----------
+    levels : numpy.ndarray, (k,)
+        Ascending.
+    counts : numpy.ndarray, (k,)
+        Of their crossings, as ``level_crossings`` returns them.
+
+    Returns
+    -------
+    LoadCycles
     """
     remaining, half = np.asarray(counts, dtype=float).copy(), float(levels[1] - levels[0]) / 2 if len(levels) > 1 else 0.0
     cycles = list[tuple[float, float, float]]()
@@ -189,11 +289,22 @@ def cycles_of_levels(levels: np.ndarray, counts: np.ndarray) -> LoadCycles:
 
 
 def peaks_and_valleys(
-    values: np.ndarray, reference: float | None = None, is_repeated: bool = False
+    values: Sequence[float] | np.ndarray, reference: float | None = None, is_repeated: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the peaks and the valleys of a signal (n,), each descending: ASTM E1049-85, 5.2.1.
+    """Return the peaks and the valleys of a signal: ASTM E1049-85, 5.2.1.
 
-    With a reference only peaks above and valleys below it. Begin and end are neither, unless the signal ``is_repeated``.
+    Parameters
+    ----------
+    values : numpy.ndarray, (n,)
+    reference : float, optional
+        Only peaks above and valleys below it count.
+    is_repeated : bool, optional
+        The signal repeats. Else its begin and its end are neither peak nor valley.
+
+    Returns
+    -------
+    peaks, valleys : numpy.ndarray, (p,) and (v,)
+        Each descending.
     """
     points = turning_points(values)
     if is_repeated and len(points) > 1:
@@ -211,6 +322,16 @@ def cycles_of_peaks(peaks: np.ndarray, valleys: np.ndarray, reference: float = 0
     """Return the most damaging cycles of peaks and valleys: ASTM E1049-85, 5.2.3.
 
     The highest peak with the lowest valley, and so on; those left over are half cycles from the reference.
+
+    Parameters
+    ----------
+    peaks, valleys : numpy.ndarray, (p,) and (v,)
+        In any order.
+    reference : float, optional
+
+    Returns
+    -------
+    LoadCycles
     """
     high, low = np.sort(peaks)[::-1], np.sort(valleys)
     pair_count = min(len(high), len(low))

@@ -14,11 +14,25 @@ _PARTS, _DECADES_IN = 1000, 20  # of the cycles, by their share; and of each dec
 
 
 def standard_spectrum(largest: float, count: float, exponent: float, ratio: float = 0.0) -> LoadCycles:
-    """Return a spectrum of a standard shape with so many cycles, reversed about zero, the largest amplitude once.
+    """Return a spectrum of a standard shape, reversed about zero, the largest amplitude once.
 
-    S/S_max = p + (1 - p) (1 - ln H/ln H_0)^(1/exponent), H cycles of at least S of H_0 in all. exponent 2: ``normal``, the
-    amplitudes of a narrow-band Gaussian process, which are Rayleigh's; 1: ``straight-line``, amplitudes with an exponential
-    distribution; infinite: ``constant``. ratio: p, E. Gassner's ratio of the lowest to the largest amplitude.
+    S/S_max = p + (1 - p) (1 - ln H/ln H_0)^(1/exponent), H cycles of at least S of H_0 in all.
+
+    Parameters
+    ----------
+    largest : float
+        S_max, an amplitude.
+    count : float
+        H_0, the number of cycles.
+    exponent : float
+        2: ``normal``, the amplitudes of a narrow-band Gaussian process, which are Rayleigh's; 1: ``straight-line``, amplitudes
+        with an exponential distribution; infinite: ``constant``.
+    ratio : float, optional
+        p, E. Gassner's ratio of the lowest to the largest amplitude.
+
+    Returns
+    -------
+    LoadCycles
     """
     shares, counts = _parts(count)
     with np.errstate(divide="ignore"):
@@ -28,10 +42,22 @@ def standard_spectrum(largest: float, count: float, exponent: float, ratio: floa
 
 
 def tabulated_spectrum(amplitudes: np.ndarray, cumulative: np.ndarray, is_stepped: bool = False) -> LoadCycles:
-    """Return the spectrum of a table of ascending amplitudes (n,) and the numbers of cycles (n,) that reach each, descending.
+    """Return the spectrum of a table of amplitudes and the numbers of cycles that reach each.
 
-    Between its rows the amplitude falls as the logarithm of the cycles rises, as such spectra are drawn; ``is_stepped``: no
-    cycle lies between two of its amplitudes.
+    Parameters
+    ----------
+    amplitudes : numpy.ndarray, (n,)
+        Ascending.
+    cumulative : numpy.ndarray, (n,)
+        Cycles with at least each amplitude, descending.
+    is_stepped : bool, optional
+        No cycle lies between two of the amplitudes. Else the amplitude falls between the rows as the logarithm of the cycles
+        rises, as such spectra are drawn.
+
+    Returns
+    -------
+    LoadCycles
+        Reversed about zero.
     """
     total = float(cumulative[0])
     shares, counts = _parts(total, cumulative / total)
@@ -41,7 +67,18 @@ def tabulated_spectrum(amplitudes: np.ndarray, cumulative: np.ndarray, is_steppe
 
 
 def amplitudes_at(cycles: LoadCycles, shares: np.ndarray) -> np.ndarray:
-    """Return the amplitudes (k,) that shares (k,) of the cycles, 0 to 1, reach or exceed."""
+    """Return the amplitudes that shares of the cycles reach or exceed.
+
+    Parameters
+    ----------
+    cycles : LoadCycles
+    shares : numpy.ndarray, (k,)
+        Of the number of cycles, 0 to 1.
+
+    Returns
+    -------
+    numpy.ndarray, (k,)
+    """
     order = np.argsort(-cycles.ranges, kind="stable")
     cumulative_shares = np.cumsum(cycles.counts[order]) / cycles.total
     at = np.minimum(np.searchsorted(cumulative_shares, shares, side="left"), len(order) - 1)
@@ -60,10 +97,17 @@ def shift_spectrum(cycles: LoadCycles, target: LoadCycles, reference: LoadCycles
 def amplitude_distance(cycles: LoadCycles, reference: LoadCycles) -> float:
     """Return the mean difference between the amplitudes of two spectra over equal shares of their cycles.
 
-    It is a share of the reference's largest amplitude: the area between the two cumulative curves over a linear axis; infinite
-    if one of the two has no cycle.
+    It is Wasserstein's distance of their distributions (L. N. Vaserstein, Problemy Peredachi Informatsii 5 (1969) 64-72): the
+    area between the two cumulative curves over a linear axis.
 
-    It is Wasserstein's distance of their distributions: L. N. Vaserstein, Problemy Peredachi Informatsii 5 (1969) 64-72.
+    Parameters
+    ----------
+    cycles, reference : LoadCycles
+
+    Returns
+    -------
+    float
+        A share of the reference's largest amplitude; infinite if one of the two has no cycle.
     """
     from scipy.stats import wasserstein_distance
 

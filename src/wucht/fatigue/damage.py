@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,11 +14,27 @@ from wucht.fatigue.counting import closed_cycles, half_cycles, turning_points
 
 @dataclass(frozen=True)
 class WoehlerLine:
-    """N = ND (S/SD)^-k above the knee, with slope k2 below it; S is the amplitude, half the range.
+    """Woehler (S-N) line N = ND (S/SD)^-k above the knee, with another slope below it; S is the amplitude, half the range.
 
-    k2 is infinite for Miner's original rule (amplitudes below the knee do no damage: A. Palmgren 1924, M. A. Miner, J. Appl.
-    Mech. 12 (1945) A159), k for the elementary one, 2 k - 1 after E. Haibach, Laboratorium fuer Betriebsfestigkeit, TM 50/70
-    (1970).
+    Parameters
+    ----------
+    k : float
+        The slope above the knee.
+    ND : float
+        The number of cycles at the knee.
+    SD : float
+        The amplitude at the knee, in the unit of the load.
+    k2 : float
+        The slope below the knee. It is infinite for Miner's original rule (amplitudes below the knee do no damage: A. Palmgren
+        1924, M. A. Miner, J. Appl. Mech. 12 (1945) A159), k for the elementary one, 2 k - 1 after E. Haibach, Laboratorium fuer
+        Betriebsfestigkeit, TM 50/70 (1970): see ``slope_below``.
+
+    Examples
+    --------
+    >>> from wucht.fatigue import WoehlerLine, slope_below
+    >>> line = WoehlerLine(k=5, ND=2e6, SD=100.0, k2=slope_below(5, "haibach"))
+    >>> line.life([200.0, 100.0, 50.0]).tolist()
+    [62500.0, 2000000.0, 1024000000.0]
     """
 
     k: float
@@ -25,12 +42,12 @@ class WoehlerLine:
     SD: float
     k2: float
 
-    def life(self, amplitudes: np.ndarray) -> np.ndarray:
+    def life(self, amplitudes: Sequence[float] | np.ndarray) -> np.ndarray:
         """Return the number of cycles (m,) to failure at constant amplitudes (m,); infinite without damage."""
         with np.errstate(divide="ignore"):
             return np.asarray(1 / self.damage_of_a_cycle(amplitudes))
 
-    def damage_of_a_cycle(self, amplitudes: np.ndarray) -> np.ndarray:
+    def damage_of_a_cycle(self, amplitudes: Sequence[float] | np.ndarray) -> np.ndarray:
         """Return the damage (m,) of one cycle of each amplitude (m,)."""
         share = np.asarray(amplitudes, dtype=float) / self.SD
         below = np.zeros_like(share) if math.isinf(self.k2) else share**self.k2
@@ -42,16 +59,39 @@ class WoehlerLine:
 
 
 def slope_below(k: float, miner: str) -> float:
-    """Return the slope below the knee of a rule: ``original``, ``elementary`` or ``haibach``."""
+    """Return the slope of a Woehler line below its knee after a rule of damage accumulation.
+
+    Parameters
+    ----------
+    k : float
+        The slope above the knee.
+    miner : {"original", "elementary", "haibach"}
+
+    Returns
+    -------
+    float
+        Infinite (no damage below the knee), k, or 2 k - 1.
+
+    Raises
+    ------
+    KeyError
+        For another rule.
+    """
     return {"original": math.inf, "elementary": k, "haibach": 2 * k - 1}[miner]
 
 
 @dataclass(frozen=True, eq=False)
 class AccumulatedDamage:
-    """The damage so far.
+    """The damage so far of a load whose turning points come in parts.
 
-    closed_damage: of the closed rainflow cycles. open_points (k,): turning points of the ranges that have closed none: these
-    count one half each (ASTM E1049-85, 5.4.4), and may close later.
+    Parameters
+    ----------
+    line : WoehlerLine
+    closed_damage : float, optional
+        Of the closed rainflow cycles.
+    open_points : numpy.ndarray, (k,), optional
+        Turning points of the ranges that have closed none: these count one half each (ASTM E1049-85, 5.4.4), and may close
+        later.
     """
 
     line: WoehlerLine

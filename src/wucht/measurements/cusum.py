@@ -45,9 +45,14 @@ class SumDistribution:
 class AlarmDistribution:
     """Distribution of the reading of the alarm after a change; readings count from 0.
 
-    first (m,): the probability that it has come by each of the first readings. tail (n,): of the charts that have not alarmed
-    by then, minus the logarithm of the share that has not by each reading of a cycle of n, which from then on repeats with the
-    same shares; empty if such a cycle was not reached, and the readings after the m-th are not known.
+    Attributes
+    ----------
+    first : numpy.ndarray, (m,)
+        The probability that it has come by each of the first readings.
+    tail : numpy.ndarray, (n,)
+        Of the charts that have not alarmed by then, minus the logarithm of the share that has not by each reading of a cycle of
+        n, which from then on repeats with the same shares; empty if such a cycle was not reached, and the readings after the
+        m-th are not known.
     """
 
     first: np.ndarray
@@ -97,8 +102,25 @@ class AlarmDistribution:
 
 @dataclass(frozen=True)
 class Cusum:
-    """A two-sided chart. reference: k, half the change that is detected soonest. threshold: h. noise: the standard deviation
-    of a reading, the readings being independent and normal; all in the unit of the reading."""
+    """A two-sided cumulative sum chart of independent, normal readings; all numbers are in the unit of the reading.
+
+    Parameters
+    ----------
+    reference : float
+        k, half the change that is detected soonest.
+    threshold : float
+        h, beyond which a sum is an alarm.
+    noise : float
+        The standard deviation of a reading.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from wucht.measurements import Cusum
+    >>> chart = Cusum(reference=0.5, threshold=5.0, noise=1.0)
+    >>> print(f"an alarm in {chart.mean_alarm_interval(np.zeros(1)):.0f} readings without a change")
+    an alarm in 465 readings without a change
+    """
 
     reference: float
     threshold: float
@@ -262,9 +284,27 @@ class Cusum:
 
 
 def design_chart(reference: float, noise: float, readings: float, expected_deviations: np.ndarray) -> Cusum:
-    """Design the chart that alarms once in so many readings without a change. expected_deviations (n,): these repeat.
+    """Design the chart that alarms once in so many readings without a change.
 
-    Raises ``RunError`` where there is none.
+    Parameters
+    ----------
+    reference : float
+        k, half the change that is to be detected soonest.
+    noise : float
+        The standard deviation of a reading.
+    readings : float
+        The mean number between two false alarms.
+    expected_deviations : numpy.ndarray, (n,)
+        Of the readings from their mean without a change; these repeat.
+
+    Returns
+    -------
+    Cusum
+
+    Raises
+    ------
+    RunError
+        Where there is no such chart.
     """
     from scipy.optimize import brentq
 

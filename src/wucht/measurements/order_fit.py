@@ -47,12 +47,30 @@ _MOST_STEPS = 50
 class OrderFit:
     """The speed of a shaft: omega + sum over orders of a_j cos(j x) + b_j sin(j x), x = omega (t - origin).
 
-    location: file and column. orders (K,): those fitted, increasing. speed: in rad/s over x; its mean is omega, other orders
-    are zero. covariance (1 + 2K, 1 + 2K): of omega, a, b, if the residual is noise, independent from sample to sample. origin:
-    time in s at which x is zero. offset: C in rad of the angle
-    omega (t - origin) + C + sum (a_j sin(j x) - b_j cos(j x))/(j omega).
-    turns, samples: of the record. kept_rms, residual_rms: of the orders and of the residual, in ``unit``, that of the signal.
-    omitted_orders: those not fitted, in the residual. warnings: sentences on what to check.
+    Attributes
+    ----------
+    location : str
+        File and column.
+    orders : tuple of int, K
+        Those fitted, increasing.
+    speed : Harmonics
+        In rad/s over x; its mean is omega, other orders are zero.
+    covariance : numpy.ndarray, (1 + 2K, 1 + 2K)
+        Of omega, a, b, if the residual is noise, independent from sample to sample.
+    origin : float
+        Time in s at which x is zero.
+    offset : float
+        C in rad of the angle omega (t - origin) + C + sum (a_j sin(j x) - b_j cos(j x))/(j omega).
+    turns, samples : float and int
+        Of the record.
+    unit : str
+        Of the signal.
+    kept_rms, residual_rms : float
+        Of the orders and of the residual, in ``unit``.
+    omitted_orders : tuple of OmittedOrder
+        Those not fitted, in the residual.
+    warnings : tuple of str
+        Sentences on what to check.
     """
 
     location: str
@@ -135,14 +153,29 @@ class OrderFit:
 def fit_orders(
     shaft: ShaftSignal, orders: Sequence[int], origin: float | None = None, look_up_to: int | None = None
 ) -> OrderFit:
-    """Fit the orders chosen, with omega = 2 pi/T unknown, of a speed or an angle.
+    """Fit chosen orders of a speed or an angle by least squares, with omega = 2 pi/T unknown.
 
-    origin: the time in s at which phases are zero; by default that of the first index pulse, at which then the angle is zero
-    too, and without one 0 s of the record's clock. look_up_to: the highest order that is searched for in the residual.
+    Parameters
+    ----------
+    shaft : ShaftSignal
+    orders : sequence of int
+        Different whole numbers from 1.
+    origin : float, optional
+        The time in s at which phases are zero; by default that of the first index pulse, at which then the angle is zero too,
+        and without one 0 s of the record's clock.
+    look_up_to : int, optional
+        The highest order that is searched for in the residual.
 
-    Raises ``InputError`` for orders that are no whole numbers from 1, a record shorter than a turn, in which whole turns are
-    missing, with too few samples a turn or outliers, a shaft that stands or turns backwards, numbers that repeat
-    as if they were in another unit, and orders that cannot be distinguished.
+    Returns
+    -------
+    OrderFit
+
+    Raises
+    ------
+    InputError
+        For orders that are no whole numbers from 1, a record shorter than a turn, in which whole turns are missing, with too
+        few samples a turn or outliers, a shaft that stands or turns backwards, numbers that repeat as if they were in another
+        unit, and orders that cannot be distinguished.
     """
     chosen = checked_orders(orders)
     check_outliers(shaft)

@@ -17,7 +17,14 @@ _FINER = 2.0  # times the samples of a turn: so fine a signal is taken over angl
 
 @dataclass(frozen=True, eq=False)
 class OrderSpectrum:
-    """Spectrum over orders (k,), in steps of 1 by the number of turns. cosine, sine (k,): a, b in the unit of the signal."""
+    """Spectrum over orders, in steps of 1 by the number of turns.
+
+    Attributes
+    ----------
+    orders : numpy.ndarray, (k,)
+    cosine, sine : numpy.ndarray, (k,)
+        a, b of a cos(j phi) + b sin(j phi), in the unit of the signal.
+    """
 
     orders: np.ndarray
     cosine: np.ndarray
@@ -33,8 +40,18 @@ class OrderSpectrum:
 class AngleSamples:
     """A signal at equal steps of the angle of a shaft, over whole turns, without orders of ``per_turn``/2 and above.
 
-    location: file and channel. per_turn: M. first: the angle in rad of the first sample, whole turns. time (n,): in s,
-    n = M turns. values (n,): in the unit of the signal.
+    Attributes
+    ----------
+    location : str
+        File and channel.
+    per_turn : int
+        M.
+    first : float
+        The angle in rad of the first sample, whole turns.
+    time : numpy.ndarray, (n,)
+        In s, n = M turns.
+    values : numpy.ndarray, (n,)
+        In the unit of the signal.
     """
 
     location: str
@@ -68,12 +85,26 @@ class AngleSamples:
 
 
 def track_orders(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
-    """Resample a signal at M = per_turn angles a turn, 2 pi k/M from the shaft's zero, over all whole turns of both records.
+    """Resample a signal at equal angles of a shaft, 2 pi k/M from its zero, over all whole turns of both records.
 
     Cubic splines give t(phi) and the signal in between its samples. Orders of M/2 and above are cut off, not folded back.
 
-    Raises ``InputError`` for M below 4 or above the samples of the fastest turn, an angle that does not increase, and less than
-    a whole turn.
+    Parameters
+    ----------
+    signal : Channel
+    shaft : ShaftSignal
+        Recorded at the same time.
+    per_turn : int
+        M, 4 or more.
+
+    Returns
+    -------
+    AngleSamples
+
+    Raises
+    ------
+    InputError
+        For M below 4 or above the samples of the fastest turn, an angle that does not increase, and less than a whole turn.
     """
     from scipy.interpolate import CubicSpline
 

@@ -23,7 +23,20 @@ _TAG = b"TDSm"
 def read_sound(path: Path) -> Recording:
     """Read the channels "1", "2", ... of a sound file, time from 0 s, values between -1 and 1 in ``FULL_SCALE``.
 
-    A sound file has no units: give a channel one with ``Channel.with_scale``. Raises ``InputError`` for other files.
+    A sound file has no units: give a channel one with ``Channel.with_scale``.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    InputError
+        For other files.
     """
     from scipy.io import wavfile
 
@@ -194,8 +207,19 @@ _READERS: dict[str, Callable[[Path], Recording]] = {
 def read_recording(path: Path) -> Recording:
     """Read the recording in a file: text (CSV), sound (WAV), universal file (data set 58), TDMS or MDF.
 
-    Raises ``InputError`` for an ending that is none of these, a file that cannot be read, and one that needs a library that is
-    not installed.
+    Parameters
+    ----------
+    path : pathlib.Path
+        Its ending selects the reader.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    InputError
+        For an ending that is none of these, a file that cannot be read, and one that needs a library that is not installed.
     """
     reader = _READERS.get(path.suffix.lower())
     if reader is None:

@@ -22,11 +22,21 @@ _GRAVITY = 9.80665  # m/s^2: accelerometers state g, which elsewhere is a gram
 class Channel:
     """One measured signal.
 
-    source, name: the file and its channel. unit: of the values, as the file states it; "" if it states none. time (n,): of
-    the samples in s, increasing, in steps that may differ. values (n,).
+    Parameters
+    ----------
+    source, name : str
+        The file and its channel.
+    unit : str
+        Of the values, as the file states it; "" if it states none.
+    time : numpy.ndarray, (n,)
+        Of the samples in s, increasing, in steps that may differ.
+    values : numpy.ndarray, (n,)
 
-    Raises ``InputError`` for less than two samples, times and values of different number, a time that does not increase, and
-    numbers that are not finite, or beyond ``LARGEST``.
+    Raises
+    ------
+    InputError
+        For less than two samples, times and values of different number, a time that does not increase, and numbers that are not
+        finite, or beyond ``LARGEST``.
     """
 
     source: str
@@ -101,7 +111,17 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """The channels of a file, each loaded on demand. load: returns the channel of one of the names."""
+    """The channels of a file, each loaded on demand; ``Recording.of`` makes one of arrays.
+
+    Parameters
+    ----------
+    source : str
+        The file.
+    names : tuple of str
+        Of its channels.
+    load : callable
+        Returns the channel of one of the names.
+    """
 
     source: str
     names: tuple[str, ...]

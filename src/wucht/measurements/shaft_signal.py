@@ -36,11 +36,31 @@ def _holds_instants(channel: Channel) -> bool:
 
 
 def pulse_times(channel: Channel, level: float | None = None, hysteresis: float = HYSTERESIS, least: int = 2) -> np.ndarray:
-    """Return the instants (m,) of the pulses of a channel, in s.
+    """Return the instants of the pulses of a channel.
 
     A channel in a unit of time holds the instants themselves. Any other is a signal, square or not, whose rising crossings of a
-    level are pulses; see ``rising_crossings``. Raises ``InputError`` for fewer pulses than the least, and instants that
-    do not increase.
+    level are pulses.
+
+    Parameters
+    ----------
+    channel : Channel
+    level : float, optional
+        By default half-way between the least and the greatest value.
+    hysteresis : float, optional
+        Share of that swing by which the signal must have been below the level, and must then be above, so that noise at the
+        level is no pulse.
+    least : int, optional
+        The least number of pulses.
+
+    Returns
+    -------
+    numpy.ndarray, (m,)
+        In s, interpolated between samples.
+
+    Raises
+    ------
+    InputError
+        For fewer pulses, instants that do not increase, and a constant signal.
     """
     if _holds_instants(channel):
         times = channel.to_si(TIME_UNIT).values
@@ -101,10 +121,25 @@ def check_even(times: np.ndarray, location: str, remedy: str = "take it out") ->
 
 @dataclass(frozen=True, eq=False)
 class ShaftSignal:
-    """The speed in rad/s or the angle in rad, not wrapped, of a shaft at times (n,) in s.
+    """The speed or the angle of a shaft over time.
 
-    location: file and column. index: instants in s at which the shaft is at its zero; none without an index pulse. unit: that
-    of the numbers as they were recorded, "" if none is stated. per_turn: of pulses. warnings: sentences on what to check.
+    Attributes
+    ----------
+    location : str
+        File and column.
+    quantity : {"speed", "angle"}
+    time : numpy.ndarray, (n,)
+        In s.
+    values : numpy.ndarray, (n,)
+        The speed in rad/s or the angle in rad, not wrapped.
+    index : numpy.ndarray, (k,)
+        Instants in s at which the shaft is at its zero; none without an index pulse.
+    unit : str
+        That of the numbers as they were recorded, "" if none is stated.
+    per_turn : int or None
+        Of pulses.
+    warnings : tuple of str
+        Sentences on what to check.
     """
 
     location: str
@@ -158,9 +193,24 @@ def mean_direction(angles: np.ndarray) -> float:
 
 
 def speed_signal(channel: Channel, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
-    """Create a shaft signal of a speed, in any unit of angular speed; without one in rad/s. index: pulses, one a turn.
+    """Create a shaft signal of a speed, in any unit of angular speed; without one in rad/s.
 
-    hysteresis: of the pulses of the index. Raises ``InputError`` for a unit of another dimension.
+    Parameters
+    ----------
+    channel : Channel
+    index : Channel, optional
+        Pulses, one a turn.
+    hysteresis : float, optional
+        Of the pulses of the index: see ``pulse_times``.
+
+    Returns
+    -------
+    ShaftSignal
+
+    Raises
+    ------
+    InputError
+        For a unit of another dimension.
     """
     warnings: tuple[str, ...] = ()
     if _A_SECOND.fullmatch(channel.unit):
@@ -176,7 +226,22 @@ def speed_signal(channel: Channel, index: Channel | None = None, hysteresis: flo
 def angle_signal(channel: Channel, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
     """Create a shaft signal of an angle, in any unit of angle; without one in rad. Jumps back after whole turns are unwrapped.
 
-    Raises ``InputError`` for a unit of another dimension, an angle that stands still, and a wrapped one in too long steps.
+    Parameters
+    ----------
+    channel : Channel
+    index : Channel, optional
+        Pulses, one a turn.
+    hysteresis : float, optional
+        Of the pulses of the index: see ``pulse_times``.
+
+    Returns
+    -------
+    ShaftSignal
+
+    Raises
+    ------
+    InputError
+        For a unit of another dimension, an angle that stands still, and a wrapped one in too long steps.
     """
     angle = channel.to_si(ANGLE_UNIT)
     if np.ptp(angle.values) < _STANDS:
@@ -189,8 +254,25 @@ def angle_signal(channel: Channel, index: Channel | None = None, hysteresis: flo
 def pulse_signal(channel: Channel, per_turn: int, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
     """Create a shaft signal of an encoder's pulses: instants (a channel in a unit of time), or a signal that rises at each.
 
-    per_turn: pulses a turn. The angle is zero at the first pulse, or, with an index, there. Raises ``InputError`` for pulses
-    a turn that are no whole number, pulses missing or too many, and what ``pulse_times`` raises.
+    Parameters
+    ----------
+    channel : Channel
+    per_turn : int
+        Pulses a turn.
+    index : Channel, optional
+        Pulses, one a turn: there the angle is zero, else at the first pulse.
+    hysteresis : float, optional
+        Of pulses that are a signal: see ``pulse_times``.
+
+    Returns
+    -------
+    ShaftSignal
+        Of the angle.
+
+    Raises
+    ------
+    InputError
+        For pulses a turn that are no whole number, pulses missing or too many, and as ``pulse_times``.
     """
     if isinstance(per_turn, bool) or int(per_turn) != per_turn or per_turn < 1:
         raise InputError(channel.location, per_turn, "the pulses per turn must be a whole number, 1 or more")

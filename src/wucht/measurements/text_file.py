@@ -40,7 +40,18 @@ def read_text_file(path: Path) -> Recording:
     begins a comment. A heading names the columns and may give units, as in ``time [ms], speed (rpm)``, or in a second line;
     without one they are called "1", "2", ... A lone column is also its time: instants of events.
 
-    Raises ``InputError``, with the line, for a file that cannot be read and a row that is not of as many finite numbers.
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    InputError
+        With the line, for a file that cannot be read and a row that is not of as many finite numbers.
     """
     lines = _text(path).splitlines()
     layout = _layout(str(path), lines)

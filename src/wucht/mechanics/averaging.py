@@ -82,7 +82,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
 
     Returns
     -------
-    Averaged
+    Averaging
 
     Raises
     ------
@@ -94,6 +94,15 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
     -----
     Outputs keep their names and are those of the full states; where u is not known those of the slow ones, which at order 1
     have the same order of error. Quadratures integrate the mean of their rate: the growth without the bounded oscillation.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> from wucht.mechanics import averaged
+    >>> from wucht.system import TIME, System
+    >>> x, mu = sp.symbols("x mu", real=True)
+    >>> averaged(System((x,), (mu * (x - x**3) * sp.sin(TIME) ** 2,), (mu,)), mu).system.derivatives
+    (mu*(-x**3/2 + x/2),)
     """
     refuse_other_orders(order, "averaging")
     if small is not None:

@@ -11,9 +11,18 @@ import sympy as sp
 class AppliedForce:
     """A force or torque and the rate on which it works: the applied power is ``force * rate``.
 
-    ``energy_side`` is the side of the energy balance to which its work belongs: ``"supplied"`` (a motor) or ``"lost"`` (a
-    damper that has no dissipation function because it is not reciprocal). ``of_drive``: a loss on the way from a motor to its
-    body, which ends when the motor is switched off.
+    Parameters
+    ----------
+    force : sympy.Expr
+        In N, or N m.
+    rate : sympy.Expr
+        A combination of velocities, in m/s or rad/s.
+    name : str, optional
+    energy_side : {"supplied", "lost"}, optional
+        The side of the energy balance to which its work belongs: ``"supplied"`` (a motor) or ``"lost"`` (a damper that has no
+        dissipation function because it is not reciprocal).
+    of_drive : bool, optional
+        A loss on the way from a motor to its body, which ends when the motor is switched off.
     """
 
     force: sp.Expr
@@ -71,9 +80,23 @@ class InternalState:
 class Energies:
     """The four formulas of a part, as on paper, in coordinates, velocities and parameters.
 
-    kinetic: T. potential: V. dissipation: Rayleigh's function R, half the power lost in linear dampers.
-    applied_forces: forces with the rates on which they work. internal_states: of the part. nonlinear: its forces on the
-    carrier that are not proportional to displacements and velocities, as text; a linear carrier neglects them.
+    The energies of several parts are added with ``+``, or given as a list to ``equations_of_motion``.
+
+    Parameters
+    ----------
+    kinetic : sympy.Expr, optional
+        T, quadratic in the velocities.
+    potential : sympy.Expr, optional
+        V.
+    dissipation : sympy.Expr, optional
+        Rayleigh's function R, half the power lost in linear dampers.
+    applied_forces : tuple of AppliedForce, optional
+        Forces with the rates on which they work.
+    internal_states : tuple of InternalState, optional
+        Of the part, of first order.
+    nonlinear : str, optional
+        Its forces on the carrier that are not proportional to displacements and velocities, as text; a linear carrier neglects
+        them.
     """
 
     kinetic: sp.Expr = sp.S.Zero

@@ -19,9 +19,16 @@ from wucht.system import TIME, Output, SecondOrder, System
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A generalised coordinate and its velocity; ``angle`` if it is an angle.
+    """A generalised coordinate and its velocity.
 
-    ``prescribed_velocity`` is an expression in parameters and time, or None if the coordinate is free.
+    Parameters
+    ----------
+    position, velocity : sympy.Symbol
+        Real symbols; ``Coordinate.from_names("x", "v")`` makes them.
+    angle : bool, optional
+        True for an angle.
+    prescribed_velocity : sympy.Expr, optional
+        An expression in parameters and time; None if the coordinate is free.
     """
 
     position: sp.Symbol
@@ -50,10 +57,31 @@ class Lock:
 
 
 def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> SecondOrder:
-    """Mass matrix and forces of ``M a = F``.
+    """Derive mass matrix and forces of ``M a = F`` from energies: the Euler-Lagrange equations of the second kind.
 
-    parts: energies in the coordinates' symbols. A prescribed coordinate keeps its row: there the force still lacks the unknown
-    torque that enforces the motion. Raises ``WuchtError`` if a kinetic energy is not quadratic in the velocities.
+    Parameters
+    ----------
+    parts : sequence of Energies
+        In the coordinates' symbols.
+    coordinates : sequence of Coordinate, n
+        A prescribed one keeps its row: there the force still lacks the unknown torque that enforces the motion.
+
+    Returns
+    -------
+    SecondOrder
+
+    Raises
+    ------
+    WuchtError
+        Where a kinetic energy is not quadratic in the velocities.
+
+    Examples
+    --------
+    >>> from wucht.mechanics import Coordinate, Energies, equations_of_motion
+    >>> x = Coordinate.from_names("x", "v")
+    >>> oscillator = Energies(kinetic=x.velocity**2, potential=2 * x.position**2, dissipation=x.velocity**2 / 2)
+    >>> equations_of_motion([oscillator], [x]).forces[0]
+    -v - 4*x
     """
     q = [c.position for c in coordinates]
     v = [c.velocity for c in coordinates]
@@ -95,10 +123,31 @@ def first_order(
     locks: Sequence[Lock] = (),
     internal: Sequence[InternalState] = (),
 ) -> System:
-    """The System of a mechanism: positions, then the velocities of the free coordinates, as states; then internal ones.
+    """Solve equations of motion for the accelerations, as a System of first order.
 
-    Outputs and quadratures may use ``acceleration(c)`` of any coordinate, the velocity of any, and ``reaction(c)``, the force
-    that enforces a prescribed motion. locks: those on other coordinates' followers first.
+    Parameters
+    ----------
+    motion : SecondOrder
+        As ``equations_of_motion`` returns it.
+    coordinates : sequence of Coordinate
+        The same as there.
+    parameters : sequence of sympy.Symbol
+    outputs, quadratures : sequence of Output, optional
+        They may use ``acceleration(c)`` of any coordinate, the velocity of any, and the force ``reaction(c)`` that enforces a
+        prescribed motion.
+    locks : sequence of Lock, optional
+        Those on other coordinates' followers first.
+    internal : sequence of InternalState, optional
+
+    Returns
+    -------
+    System
+        Its states are the positions, then the velocities of the free coordinates, then the internal states.
+
+    Raises
+    ------
+    WuchtError
+        Where an expression uses a symbol that is no coordinate and no parameter, or a name has two meanings: see ``System``.
     """
     free = [i for i, c in enumerate(coordinates) if c.prescribed_velocity is None]
     accelerations = {i: sp.diff(c.prescribed_velocity, TIME) for i, c in enumerate(coordinates) if i not in free}
@@ -166,7 +215,17 @@ def _apply_lock(lock: Lock, mass: sp.Matrix, right: sp.Matrix, known_acceleratio
 
 
 def acceleration(coordinate: Coordinate) -> sp.Symbol:
-    """The symbol of a coordinate's acceleration."""
+    """Return the symbol of a coordinate's acceleration, for outputs.
+
+    Parameters
+    ----------
+    coordinate : Coordinate
+
+    Returns
+    -------
+    sympy.Symbol
+        Named ``<position>.acceleration``.
+    """
     return sp.Symbol(f"{coordinate.position.name}.acceleration", real=True)
 
 

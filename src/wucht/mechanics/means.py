@@ -208,9 +208,30 @@ def _compare(moment: sp.Expr, k: int, P: sp.Poly, poles: Sequence[sp.Expr]) -> N
 
 
 def mean(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-    """lim (1/T) int_0^T of the expression, exact.
+    """Return the mean of an expression over all of a variable's range, lim (1/T) int_0^T, exact.
 
-    Raises ``WuchtError`` with the reason where there is none, or where it cannot be computed.
+    Parameters
+    ----------
+    expression : sympy.Expr
+        A polynomial in sines and cosines of the variable, or a quotient of such.
+    variable : sympy.Symbol
+
+    Returns
+    -------
+    sympy.Expr
+
+    Raises
+    ------
+    WuchtError
+        With the reason where there is no mean, or where it cannot be computed.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> from wucht.mechanics import mean
+    >>> t = sp.Symbol("t", real=True)
+    >>> mean(sp.cos(t) ** 2 + sp.sin(3 * t), t), mean(1 / (2 + sp.cos(t)), t)
+    (1/2, sqrt(3)/3)
     """
     return mean_and_frequencies(expression, variable)[0]
 

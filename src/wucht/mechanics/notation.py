@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from wucht.mechanics.averaged.averaged_system import AveragedSystem
 from wucht.mechanics.energies import InternalState
 from wucht.mechanics.lagrange import Coordinate
+from wucht.mechanics.rotating_bodies.averaged_system import AveragedSystem
 from wucht.system import TIME, SecondOrder, needed_definitions
 
 _GREEK = (  # those with a TeX command: the others are Latin letters
@@ -26,7 +26,13 @@ _LATEX_HEADS = {"|D|^2": "\\left|D\\right|^2", "nu": "\\nu"}
 
 @dataclass(frozen=True)
 class Notation:
-    """Printed symbols of coordinates and parameters: base symbols by internal name, such as ``drum.angle`` -> ``phi``."""
+    """Printed symbols of coordinates and parameters.
+
+    Parameters
+    ----------
+    names : mapping of str to str
+        Base symbols by internal name, such as ``drum.angle`` -> ``phi``.
+    """
 
     names: Mapping[str, str]
 
@@ -71,10 +77,24 @@ def printed_equations(
     latex: bool,
     normalise: bool,
 ) -> list[str]:
-    """One equation a coordinate, ``inertia = forces``.
+    """Write the equations of motion as text or LaTeX, one equation a coordinate, ``inertia = forces``.
 
-    zero: parameters that are zero and removed. normalise: divide each equation by its inertia. A coordinate whose motion is
-    prescribed gets its velocity, and the equation of the force or torque that enforces it.
+    A coordinate whose motion is prescribed gets its velocity, and the equation of the force or torque that enforces it.
+
+    Parameters
+    ----------
+    motion : SecondOrder
+    coordinates : sequence of Coordinate
+    notation : Notation
+    zero : sequence of sympy.Symbol
+        Parameters that are zero and removed.
+    latex : bool
+    normalise : bool
+        Divide each equation by its inertia.
+
+    Returns
+    -------
+    list of str
     """
     nothing = dict.fromkeys(zero, sp.S.Zero)
     symbols = notation.symbols(coordinates, latex)

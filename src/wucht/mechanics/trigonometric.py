@@ -43,7 +43,14 @@ _SHORT = 200
 
 @dataclass(frozen=True)
 class TrigonometricPolynomial:
-    """A trigonometric polynomial in ``variable``. Its frequencies may be numbers or hold parameters, in any ratio."""
+    """A trigonometric polynomial in a variable; its frequencies may be numbers or hold parameters, in any ratio.
+
+    Attributes
+    ----------
+    variable : sympy.Symbol
+    terms : dict
+        (frequency w, phase p) -> (a, b) of ``a cos(w t + p) + b sin(w t + p)``; the frequency 0 has phase 0 and no sine.
+    """
 
     variable: sp.Symbol
     terms: Terms
@@ -87,10 +94,24 @@ def tidy(expression: sp.Expr) -> sp.Expr:
 
 
 def harmonics(expression: sp.Expr, variable: sp.Symbol) -> TrigonometricPolynomial:
-    """The expression as a trigonometric polynomial in the variable.
+    """Write an expression as a trigonometric polynomial in a variable.
 
-    Raises ``WuchtError`` where the variable occurs outside of sines and cosines (secular terms), and
-    ``NotTrigonometricError`` where it is not a polynomial in them.
+    Parameters
+    ----------
+    expression : sympy.Expr
+    variable : sympy.Symbol
+
+    Returns
+    -------
+    TrigonometricPolynomial
+        With ``mean``, ``oscillation`` and ``antiderivative``.
+
+    Raises
+    ------
+    WuchtError
+        Where the variable occurs outside of sines and cosines (secular terms).
+    NotTrigonometricError
+        Where the expression is not a polynomial in them.
     """
     terms = nonzero(harmonic_terms(sp.sympify(expression), variable))
     return TrigonometricPolynomial(

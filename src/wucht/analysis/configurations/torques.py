@@ -23,7 +23,7 @@ from wucht.analysis.working_points import Curve, curves
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.structure import SPEED
-from wucht.mechanics.averaged.bodies import absolute_torque
+from wucht.mechanics.rotating_bodies.bodies import absolute_torque
 from wucht.numerics.angles import wrap_to_pi
 
 _PARALLEL = 1e-12  # relative: below it the excitations of two bodies have one shape

@@ -165,7 +165,33 @@ SPLINES = {"cubic-spline": 3, "quintic-spline": 5}  # degree
 
 
 def standard_law(kind: str, points: Points = ()) -> StandardLaw:
-    """The law of that name, a spline through points (m, 2), see ``spline``. Raises ``InputError`` (law.kind, law.points)."""
+    """Return the law of a rise by its name, or a spline through points.
+
+    Parameters
+    ----------
+    kind : str
+        ``"3-4-5"``, ``"4-5-6-7"``, ``"inclined-sine"``, ``"modified-sine"``, ``"modified-trapezoid"``, ``"harmonic"``,
+        ``"cubic-spline"`` or ``"quintic-spline"``.
+    points : sequence of (float, float) or numpy.ndarray, (m, 2), optional
+        Of a spline: share of the arc, share of the stroke.
+
+    Returns
+    -------
+    StandardLaw
+        s(x), 0 <= x <= 1, with its largest derivatives ``Cv``, ``Ca`` and ``Cj``.
+
+    Raises
+    ------
+    InputError
+        For an unknown kind (law.kind), points of another law, or points that do not rise along the arc (law.points).
+
+    Examples
+    --------
+    >>> from wucht.cams import standard_law
+    >>> law = standard_law("3-4-5")
+    >>> print(f"{law.Cv:.4f} {law.Ca:.4f} {law.Cj:.4f}")
+    1.8750 5.7735 60.0000
+    """
     if kind in SPLINES:
         return spline(points, SPLINES[kind])
     if kind not in STANDARD_LAWS:
@@ -207,15 +233,25 @@ def _with_ends(points: Points) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class RiseAndReturn:
-    """Motion up to ``stroke`` over the arc ``rise`` of the cam angle, and back over the arc ``back``; between them it rests.
+    """Motion up to a stroke over an arc of the cam angle, and back over another; between them it rests.
 
-    law: of the rise; it returns by the same law run backwards, psi = stroke s(1 - x). stroke: in the unit of the motion,
-    negative for a motion downwards. rise, back: begin and end in rad, in the sense of the cam angle. An end below its begin is
-    one turn later: (5.8, 0.5) passes through 2 pi. Where ``back`` is not given it is the mirror image of the rise about pi (and
-    so about 0), and psi(-phi) = psi(phi).
+    Parameters
+    ----------
+    law : StandardLaw
+        Of the rise; it returns by the same law run backwards, psi = stroke s(1 - x).
+    stroke : float
+        In the unit of the motion, rad or m; negative for a motion downwards.
+    rise : (float, float)
+        Begin and end in rad, in the sense of the cam angle. An end below its begin is one turn later: (5.8, 0.5) passes through
+        2 pi.
+    back : (float, float), optional
+        Likewise. Where it is not given it is the mirror image of the rise about pi (and so about 0), and psi(-phi) = psi(phi).
 
-    Raises ``InputError`` (law.stroke, law.rise, law.return): no stroke, an arc that is none, or a turn or longer, arcs
-    that overlap. They may touch.
+    Raises
+    ------
+    InputError
+        (law.stroke, law.rise, law.return) No stroke, an arc that is none, or a turn or longer, arcs that overlap. They may
+        touch.
     """
 
     law: StandardLaw

@@ -29,10 +29,24 @@ _MOST_EXCHANGES = 40
 
 
 def equiripple(count: int, half_dwell: float, stroke: float = 1.0) -> Harmonics:
-    """The flattest motion of so many harmonics: on |phi| <= half_dwell it goes to and fro as little as possible.
+    """Return the flattest motion of so many harmonics: on |phi| <= half_dwell it goes to and fro as little as possible.
 
-    stroke T_N(u(phi))/T_N(u(pi)), with Chebyshev's polynomial and u linear in cos phi, such that |u| <= 1 on the dwell: so far
-    as stroke/T_N((3 + c)/(1 - c)), c = cos half_dwell.
+    It is stroke T_N(u(phi))/T_N(u(pi)), with Chebyshev's polynomial and u linear in cos phi, such that |u| <= 1 on the dwell:
+    so far as stroke/T_N((3 + c)/(1 - c)), c = cos half_dwell.
+
+    Parameters
+    ----------
+    count : int
+        N, the number of harmonics.
+    half_dwell : float
+        In rad, from 0 to pi.
+    stroke : float, optional
+        The motion at pi.
+
+    Returns
+    -------
+    Harmonics
+        A law.
     """
     c = math.cos(half_dwell)
     phi = 2 * math.pi * np.arange(2 * count + 1) / (2 * count + 1)
@@ -42,7 +56,22 @@ def equiripple(count: int, half_dwell: float, stroke: float = 1.0) -> Harmonics:
 
 
 def maximally_flat(count: int, stroke: float = 1.0) -> Harmonics:
-    """stroke sin^(2N)(phi/2): of its derivatives at 0 all vanish below that of order 2 N."""
+    """Return stroke sin^(2N)(phi/2), the motion of N harmonics that is flattest at 0.
+
+    Of its derivatives there all vanish below that of order 2 N.
+
+    Parameters
+    ----------
+    count : int
+        N, the number of harmonics.
+    stroke : float, optional
+        The motion at pi.
+
+    Returns
+    -------
+    Harmonics
+        A law.
+    """
     k = np.arange(count + 1)
     terms = np.array([math.comb(2 * count, count - int(i)) for i in k]) / 4**count * (-1.0) ** k
     return Harmonics.of(stroke * terms[0], 2 * stroke * terms[1:])
@@ -52,8 +81,18 @@ def maximally_flat(count: int, stroke: float = 1.0) -> Harmonics:
 class Band:
     """Bounds of a derivative on an arc: a precision point where the arc is one angle and both bounds are the same.
 
-    name: its name in messages. order: of the derivative, from 0. begin, end: of the arc, in rad; at most a turn apart.
-    low, high: in the unit of the motion, infinite where there is no bound. is_widened: by the minimised widening, both sides.
+    Parameters
+    ----------
+    name : str
+        Its name in messages.
+    order : int
+        Of the derivative, from 0.
+    begin, end : float
+        Of the arc, in rad; at most a turn apart.
+    low, high : float
+        In the unit of the motion, infinite where there is no bound.
+    is_widened : bool, optional
+        By the minimised widening, both sides.
     """
 
     name: str
@@ -101,18 +140,20 @@ class Synthesis:
 def synthesise(
     count: int, restrictions: Sequence[Restriction], weights: Sequence[float] | np.ndarray | None = None
 ) -> Synthesis:
-    """The best motion of so many harmonics.
+    """Synthesise the best motion of so many harmonics that satisfies restrictions.
 
     Parameters
     ----------
-    count : N
+    count : int
+        N, the number of harmonics.
     restrictions : sequence of Band and Cap
-    weights : (N,), optional
+    weights : numpy.ndarray, (N,), optional
         The root of the sum of (w_k A_k)^2 + (w_k B_k)^2 is minimised; without weights the widening of restrictions.
 
     Returns
     -------
     Synthesis
+        Its ``law`` is the motion, ``widening`` the amount by which restrictions are widened.
 
     Raises
     ------
@@ -120,6 +161,15 @@ def synthesise(
         Where no motion satisfies all restrictions: see ``single_relaxations``.
     RunError
         Where the solver fails.
+
+    Examples
+    --------
+    >>> import math
+    >>> from wucht.cams import Band, synthesise
+    >>> stroke = Band("stroke", 0, math.pi, math.pi, 1.0, 1.0)
+    >>> dwell = Band("dwell", 0, -1.0, 1.0, 0.0, 0.0, is_widened=True)
+    >>> print(f"{synthesise(4, [stroke, dwell]).widening:.1e}")
+    3.6e-05
     """
     few = _with_fewest_harmonics(count, restrictions) if weights is None else None
     try:

@@ -42,11 +42,18 @@ _DECADE = 10.0
 
 @dataclass(frozen=True)
 class BranchCase:
-    """Definition of a bifurcation diagram.
+    """Definition of a bifurcation diagram of steady states; ``BranchCase.of`` makes it of a machine or of user equations.
 
-    curves: the states along the parameter, for each value of a second one (None where there are no such values). plane: the
-    second parameter where it has a range. values: of the parameter, at which all states are searched. only: the names of states
-    that are followed, None for all.
+    Attributes
+    ----------
+    curves : tuple of (float or None, SteadyStates)
+        The states along the parameter, for each value of a second one (None where there are no such values).
+    plane : SecondParameter or None
+        The second parameter where it has a range.
+    values : tuple of float
+        Of the parameter, at which all states are searched.
+    only : tuple of str or None
+        The names of states that are followed, None for all.
     """
 
     curves: tuple[tuple[float | None, SteadyStates], ...]
@@ -59,9 +66,29 @@ class BranchCase:
         cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: BranchSettings,
         plane: SecondParameter | None = None, second: tuple[str, tuple[float, ...]] | None = None,
     ) -> BranchCase:  # fmt: skip
-        """Set up the states of a machine, or of user equations, over a parameter. second: another parameter and its values.
+        """Set up the states of a machine, or of user equations, over a parameter.
 
-        Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
+        Parameters
+        ----------
+        subject : Machine or UserSystem
+        path : str
+            Of the parameter, such as ``"drive.slope"``.
+        bounds : (float, float)
+            Its range, in SI.
+        settings : BranchSettings
+        plane : SecondParameter, optional
+            A second parameter with its range: folds and Hopf points are followed in both.
+        second : (str, tuple of float), optional
+            Another parameter and its values: a diagram for each.
+
+        Returns
+        -------
+        BranchCase
+
+        Raises
+        ------
+        InputError
+            Where a setting does not fit the subject, or it has no averaged equations.
         """
         bounds = ends_of(subject, parameter_of(subject, path), bounds)
         subjects: dict[float | None, Machine | UserSystem] = {None: subject} if second is None else {
@@ -140,8 +167,19 @@ class NominalState:
 class BranchFindings:
     """Branches and curves computed so far.
 
-    nominal: states at the parameter's nominal value. curves: of folds and Hopf points in two parameters. omissions: sentences
-    on what could not be followed. complete: nothing is left to do.
+    Attributes
+    ----------
+    searches : tuple of SearchedValue
+        Values at which all states were searched.
+    branches : tuple of EquilibriumBranch
+    nominal : tuple of NominalState
+        States at the parameter's nominal value.
+    curves : tuple of BifurcationCurve
+        Of folds and Hopf points in two parameters.
+    omissions : tuple of str
+        Sentences on what could not be followed.
+    complete : bool
+        True where nothing is left to do.
     """
 
     searches: tuple[SearchedValue, ...] = ()
@@ -174,7 +212,29 @@ Stage = Generator[BranchFindings, None, BranchFindings]  # each more complete th
 
 
 def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
-    """Search all states and follow their branches; yield the findings after each branch."""
+    """Search all steady states and follow their branches.
+
+    Parameters
+    ----------
+    case : BranchCase
+    work : Work
+
+    Yields
+    ------
+    BranchFindings
+        After each branch; the last ones are complete.
+
+    Examples
+    --------
+    >>> import wucht
+    >>> from wucht.dynamics import BranchCase, BranchSettings, Work, follow_branches
+    >>> machine = wucht.load_machine("drozdetskaya-2020/table-3.1-carrier")
+    >>> case = BranchCase.of(machine, "u", (0.0, 5.0), BranchSettings(points=1))
+    >>> *_, findings = follow_branches(case, Work())
+    >>> for branch in findings.branches:
+    ...     print([f"{kind} at u = {u:.4f}" for kind, u in zip(branch.kinds, branch.values) if kind])
+    ['fold at u = 2.6054', 'fold at u = 0.8937']
+    """
     findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.curves)
     for k, (second, states) in enumerate(case.curves):
         part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)

@@ -41,10 +41,20 @@ _FINE = 6000  # of a period, at which its extremes are searched
 
 @dataclass(frozen=True, eq=False)
 class OrbitCase:
-    """Definition of an orbit diagram.
+    """Definition of an orbit diagram; ``OrbitCase.of`` makes it of a machine or of user equations.
 
-    run_values: where runs search a first orbit; None: at several values, until there is one. values: of orbits that are
-    reported, None: evenly along each branch. steady: the steady states; no_steady_reason: why there are none.
+    Attributes
+    ----------
+    problem : OrbitProblem
+    settings : OrbitSettings
+    run_values : tuple of float or None
+        Where runs search a first orbit; None: at several values, until there is one.
+    values : tuple of float or None
+        Of orbits that are reported, None: evenly along each branch.
+    steady : BranchCase or None
+        The steady states.
+    no_steady_reason : str
+        Why there are none.
     """
 
     problem: OrbitProblem
@@ -61,7 +71,25 @@ class OrbitCase:
     ) -> OrbitCase:  # fmt: skip
         """Set up the orbits of a machine, or of user equations, over the parameter of a path.
 
-        Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
+        Parameters
+        ----------
+        subject : Machine or UserSystem
+        path : str
+            Of the parameter, such as ``"drive.slope"``.
+        bounds : (float, float)
+            Its range, in SI.
+        settings : OrbitSettings
+        run_values, values : tuple of float, optional
+            See ``OrbitCase``.
+
+        Returns
+        -------
+        OrbitCase
+
+        Raises
+        ------
+        InputError
+            Where a setting does not fit the subject, or it has no averaged equations.
         """
         problem = OrbitProblem.of(subject, path, bounds, settings)
         steady, no_steady_reason = _steady(subject, problem, settings)
@@ -84,10 +112,21 @@ def _steady(subject: Machine | UserSystem, problem: OrbitProblem, settings: Orbi
 
 @dataclass(frozen=True)
 class OrbitFindings:
-    """Results so far.
+    """Orbits and their branches computed so far.
 
-    steady: branches of steady states. runs: that searched a first orbit. orbits: reported ones, with the number of their
-    branch. omissions: sentences on what is missing. complete: nothing is left to do.
+    Attributes
+    ----------
+    steady : tuple of EquilibriumBranch
+        Branches of steady states.
+    runs : tuple of SettlingRun
+        That searched a first orbit.
+    branches : tuple of PeriodicBranch
+    orbits : tuple of (int, ReportedOrbit)
+        Reported ones, with the number of their branch.
+    omissions : tuple of str
+        Sentences on what is missing.
+    complete : bool
+        True where nothing is left to do.
     """
 
     steady: tuple[EquilibriumBranch, ...] = ()
@@ -102,7 +141,18 @@ Stage = Generator[OrbitFindings, None, OrbitFindings]
 
 
 def follow_orbits(case: OrbitCase, work: Work) -> Iterator[OrbitFindings]:
-    """Search first orbits and follow their branches; yield the findings after each step."""
+    """Search first periodic orbits and follow their branches.
+
+    Parameters
+    ----------
+    case : OrbitCase
+    work : Work
+
+    Yields
+    ------
+    OrbitFindings
+        After each step; the last ones are complete.
+    """
     findings = OrbitFindings()
     if case.steady is not None:
         for steady in follow_branches(case.steady, work.part("steady", 0.0, _STEADY)):

@@ -25,10 +25,24 @@ from wucht.system import System
 class OrbitSettings:
     """Settings of the equations, of the ordinate, and of how far orbits are followed.
 
-    start: the state from which a run searches a first orbit; until: its longest time. longest: the period up to which a branch
-    is followed; None: a multiple of that of its first orbit. switch: True to follow other branches from branch points and
-    period doublings. together: equal balancing bodies keep equal phases. show: the state of user equations that is drawn;
-    ranges: of their states, in which equilibria are searched. inertia: of a machine's balancing bodies.
+    Parameters
+    ----------
+    start : mapping, optional
+        The state from which a run searches a first orbit.
+    until : float, optional
+        Its longest time.
+    longest : float, optional
+        The period up to which a branch is followed; None: a multiple of that of its first orbit.
+    switch : bool
+        True to follow other branches from branch points and period doublings.
+    together : bool
+        Equal balancing bodies keep equal phases.
+    show : str, optional
+        The state of user equations that is drawn.
+    ranges : mapping of str to (float, float), optional
+        Of their states, in which equilibria are searched.
+    inertia : bool, optional
+        Of a machine's balancing bodies in the averaged equations; None: as is usual for the machine.
     """
 
     start: Mapping[str, Any] = field(default_factory=dict)

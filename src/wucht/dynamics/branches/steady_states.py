@@ -28,10 +28,18 @@ Heartbeat = Callable[[], None]
 class BranchSettings:
     """Settings of the search and continuation of steady states.
 
-    points: values in the range, besides those near both ends, at which all states are searched. only: names of states that are
-    followed, None for all. show: the state that is drawn; None: the main rotor's speed, of user equations their first state.
-    ranges: of the states of user equations, in which equilibria are searched. inertia: of a machine's balancing bodies in
-    the averaged equations; None: as is usual for the machine.
+    Parameters
+    ----------
+    points : int
+        Values in the range, besides those near both ends, at which all states are searched.
+    only : tuple of str, optional
+        Names of states that are followed, None for all.
+    show : str, optional
+        The state that is drawn; None: the main rotor's speed, of user equations their first state.
+    ranges : mapping of str to (float, float), optional
+        Of the states of user equations, in which equilibria are searched.
+    inertia : bool, optional
+        Of a machine's balancing bodies in the averaged equations; None: as is usual for the machine.
     """
 
     points: int = 5

@@ -38,10 +38,28 @@ TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 class RunSettings:
     """Settings of a run-up: its duration, equations and accuracy.
 
-    until: a time; turns: of the main rotor; without either it runs until it has settled. model: the ``"full"`` equations, the
-    averaged ones (``"slow"``), or ``"both"``; inertia, order: of the averaged ones. speed_limit: beyond it the run ends.
-    engine: None for the best that is installed. stored_samples: at most, of all ``runs`` together; None: as many as fit into
-    memory.
+    Parameters
+    ----------
+    until : float, optional
+        The end time, in the unit of time of the machine.
+    turns : float, optional
+        Of the main rotor. Without turns and end time the machine runs until it has settled.
+    model : {"full", "slow", "both"}
+        The full equations, the averaged ones, or both.
+    inertia : bool, optional
+        Of the balancing bodies, in the averaged equations; None: as is usual for the machine.
+    order : {1, 2}
+        Of the averaged equations.
+    tolerance : float
+        Of the integration.
+    speed_limit : float, optional
+        The run ends beyond it, in the unit of speed of the machine.
+    engine : str, optional
+        None for the best that is installed.
+    stored_samples : int, optional
+        At most, of all ``runs`` together; None: as many as fit into memory.
+    runs : int
+        The number of runs that share the memory.
     """
 
     until: float | None = None

@@ -70,13 +70,31 @@ _NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle 
 
 
 def initial_state(machine: Machine, start: Mapping[str, Any], location: str = "study.start") -> np.ndarray:
-    """Return the initial state (n,) of ``machine.system``.
+    """Return the initial state of a machine's System.
 
-    Angles are relative to the body turned about, speeds absolute. Bodies not named start at rest at the angle that the machine
-    gives them, else at 0; those of a track of which none is named or has an angle evenly spaced; those about a body whose
-    speed is prescribed start with that speed. The carrier
-    starts at its static position, from which ``carrier = {x, y, vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies
-    about one rotor: angles psi +- delta/2. Internal states of parts that are not named start at 0. Raises ``InputError``.
+    Bodies not named start at rest at the angle that the machine gives them, else at 0; those of a track of which none is named
+    or has an angle evenly spaced; those about a body whose speed is prescribed start with that speed. Internal states of parts
+    that are not named start at 0.
+
+    Parameters
+    ----------
+    machine : Machine
+    start : mapping
+        By body an angle in rad, or ``{"angle": ..., "speed": ...}``: angles relative to the body turned about, speeds absolute.
+        ``psi`` and ``delta`` set two bodies about one rotor: angles psi +- delta/2. ``carrier = {x, y, vx, vy}`` is measured
+        from its static position, where it starts.
+    location : str, optional
+        The table of a file, for messages.
+
+    Returns
+    -------
+    numpy.ndarray, (n,)
+        In the order of ``machine.state_names``.
+
+    Raises
+    ------
+    InputError
+        Where the start does not fit the machine.
     """
     values = _carrier(machine, start.get("carrier", {}), f"{location}.carrier")
     slider_units = {"displacement": Unit("m", "displacement"), "velocity": Unit("m/s", "velocity")}

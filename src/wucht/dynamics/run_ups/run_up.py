@@ -32,7 +32,17 @@ _NO_ACCELERATION = 1e-12
 
 @dataclass(frozen=True)
 class RunUpCase:
-    """One run of a machine. models: the equations to integrate, the full ones first, each with its initial state."""
+    """Definition of one run of a machine; ``RunUpCase.of`` makes it from a start and settings.
+
+    Attributes
+    ----------
+    machine : Machine
+    horizon : Horizon
+        Legs and end of the run.
+    models : tuple of FullModel
+        The equations to integrate, the full ones first, each with its initial state.
+    settings : RunSettings
+    """
 
     machine: Machine
     horizon: Horizon
@@ -41,7 +51,24 @@ class RunUpCase:
 
     @classmethod
     def of(cls, machine: Machine, start: Mapping[str, Any], settings: RunSettings) -> RunUpCase:
-        """Return the run of a machine from a start, as a study file states it. Raises ``InputError`` if they do not fit."""
+        """Return the run of a machine from a start, as a study file states it.
+
+        Parameters
+        ----------
+        machine : Machine
+        start : mapping
+            As for ``initial_state``.
+        settings : RunSettings
+
+        Returns
+        -------
+        RunUpCase
+
+        Raises
+        ------
+        InputError
+            Where start and settings do not fit the machine, or it has no averaged equations.
+        """
         machine, initial = prepare_start(machine, start, settings.until or 0.0, settings.speed_limit)
         models = () if settings.model == "slow" else (FullModel(machine, initial),)
         if settings.model != "full":
@@ -58,7 +85,16 @@ class RunUpCase:
 class Motion:
     """The motion of one model.
 
-    trajectory: the stored samples, of the model's System; ``machine_motion`` is the machine's. last: the last leg.
+    Attributes
+    ----------
+    case : RunUpCase
+    model : FullModel
+        The integrated equations.
+    integration : ObservedIntegration
+    trajectory : Trajectory
+        The stored samples, of the model's System; ``machine_motion`` is the machine's.
+    last : Leg
+        The last leg.
     """
 
     case: RunUpCase
@@ -100,7 +136,19 @@ def verdict_at_end(machine: Machine, observation: Observation, motion: Trajector
 
 
 def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:
-    """Yield the motions of one run, after each leg; a second model goes as far as the first did."""
+    """Yield the motions of one run, after each leg; a second model goes as far as the first did.
+
+    Parameters
+    ----------
+    case : RunUpCase
+    work : Work
+        ``Work()`` computes everything in this process.
+
+    Yields
+    ------
+    tuple of Motion
+        One for each model, the last ones until the end.
+    """
     first, *further_models = case.models
     share = _FULL_SHARE if further_models else 1.0
     for motion in _motions(case, first, case.horizon.events, None, work.part(first.name, 0.0, share)):
@@ -114,7 +162,7 @@ def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:
 
 
 def run_to_end(machine: Machine, start: Mapping[str, Any], settings: RunSettings | None = None) -> Motion:
-    """Run a machine up with one model.
+    """Run a machine up with one model until its end, and judge it.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from wucht.dynamics.run_ups.initial_state import angles_in, speeds_in
 from wucht.errors import InputError
 from wucht.machines.machine import DISSIPATED_WORK, Machine
 from wucht.machines.operation import free_speed, has_damped_balancers
-from wucht.mechanics.averaged.solution import ROTOR_ANGLE, VIBRATION_WORK
+from wucht.mechanics.rotating_bodies.solution import ROTOR_ANGLE, VIBRATION_WORK
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory

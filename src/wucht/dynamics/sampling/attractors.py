@@ -46,9 +46,23 @@ _CACHE: dict[Any, tuple[Attractor, ...]] = {}  # by what determines them in a qu
 class Attractor:
     """A motion that continues without coming to rest.
 
-    outcome: its place in ``OUTCOMES``. points: on it (P, d), in shares of sizes (d,). reach: how near to them others must stay.
-    sense: +1 or -1, in which the main rotor turns. low, high: of its speed in that sense. period: of its modulation, 0 without
-    one. square: of the largest distance of the rotor's axis.
+    Attributes
+    ----------
+    outcome : int
+        Its place in ``tuple(Outcome)``.
+    points : numpy.ndarray, (P, d)
+        On it, in shares of sizes.
+    sizes : numpy.ndarray, (d,)
+    reach : float
+        How near to its points others must stay.
+    sense : int
+        +1 or -1, in which the main rotor turns.
+    low, high : float
+        Of its speed in that sense.
+    period : float
+        Of its modulation, 0 without one.
+    square : float
+        Of the largest distance of the rotor's axis.
     """
 
     outcome: int
@@ -96,7 +110,21 @@ class Attractor:
 
 
 def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
-    """Return those on which run-ups from a few phases of the bodies end, once per question; none if parameters vary."""
+    """Return the attractors on which run-ups from a few phases of the bodies end, once per question.
+
+    Parameters
+    ----------
+    question : EnsembleQuestion
+    equations : Equations
+        Of its members: ``wucht.dynamics.sampling.ensemble_equations.member_equations``.
+    horizon : Horizon
+        Of a run-up of its machine: ``RunUpCase.of(...).horizon``.
+
+    Returns
+    -------
+    tuple of Attractor
+        Empty if parameters vary, or if all these run-ups come to rest.
+    """
     if question.varied_paths:
         return ()
     machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance, question.longest)

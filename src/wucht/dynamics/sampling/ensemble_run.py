@@ -71,21 +71,21 @@ def integration_note(question: EnsembleQuestion) -> str:
 def outcomes_of(
     question: EnsembleQuestion, starts: np.ndarray, values: Mapping[str, np.ndarray], report: Report | None = None
 ) -> MemberOutcomes:
-    """Return the outcomes of members.
+    """Return the outcomes of the members of an ensemble; that of one does not depend on the other ones.
 
     Parameters
     ----------
     question : EnsembleQuestion
-    starts : ndarray, (n, M)
-        States of the machine's System.
-    values : mapping of str to ndarray, (M,)
+    starts : numpy.ndarray, (n, M)
+        States of the machine's System: ``initial_state`` of each member.
+    values : mapping of str to numpy.ndarray, (M,)
         Of the parameters that are varied, by path.
     report : callable, optional
         Called with the share that is done, 0 to 1; may raise ``KeyboardInterrupt``.
 
-    Notes
-    -----
-    The outcome of a member does not depend on the other members.
+    Returns
+    -------
+    MemberOutcomes
 
     Raises
     ------

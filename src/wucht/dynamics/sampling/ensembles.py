@@ -28,8 +28,21 @@ def subprogress(report: Report, begin: float, share: float) -> Report:
 class EnsembleQuestion:
     """Settings with which each member of an ensemble of one machine is run up and classified.
 
-    varied_paths: of the parameters that differ from member to member. model, inertia, order: as of a run-up. until: the end
-    time of each member; None: until it has settled, at most ``longest`` turns. tolerance: of the integration.
+    Parameters
+    ----------
+    machine : Machine
+    varied_paths : tuple of str, optional
+        Of the parameters that differ from member to member.
+    model : {"full", "slow"}
+    inertia : bool, optional
+    order : {1, 2}
+        Model, inertia and order are as of a run-up.
+    until : float, optional
+        The end time of each member; None: until it has settled, at most ``longest`` turns.
+    longest : float
+        In turns of the main rotor.
+    tolerance : float
+        Of the integration.
     """
 
     machine: Machine
@@ -47,11 +60,20 @@ _ARRAYS = ("outcome", "settling_time", "peak_amplitude", "end_time")
 
 @dataclass(frozen=True)
 class MemberOutcomes:
-    """Outcomes of M members, each array (M,).
+    """Outcomes of M members; ``counts`` has the number of each.
 
-    outcome: its place in ``OUTCOMES``. settling_time: nan where it has not settled. peak_amplitude: the largest distance of the
-    main rotor's axis from its rest position. end_time: of the member's motion. failures: a sentence for each that failed, by
-    the member's index.
+    Attributes
+    ----------
+    outcome : numpy.ndarray of int, (M,)
+        Its place in ``tuple(Outcome)``.
+    settling_time : numpy.ndarray, (M,)
+        nan where the member has not settled.
+    peak_amplitude : numpy.ndarray, (M,)
+        The largest distance of the main rotor's axis from its rest position.
+    end_time : numpy.ndarray, (M,)
+        Of the member's motion.
+    failures : tuple of (int, str)
+        A sentence for each member that failed, by its index.
     """
 
     outcome: np.ndarray

@@ -24,7 +24,12 @@ FEWEST_TURNS = 6  # of a rotor that turns
 
 
 class Outcome(StrEnum):
-    """Outcome of a run, with its sentence."""
+    """Outcome of a run: its label as text, such as ``"captured"``, with its ``sentence``; the criteria are in docs/outcomes.md.
+
+    Attributes
+    ----------
+    sentence : str
+    """
 
     sentence: str
 

@@ -74,13 +74,33 @@ _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained las
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on a run.
+    """The verdict on a run: its outcome, and the numbers behind it.
 
-    assessment: of the main rotor, None if it does not turn. window: begin and end time of the last window. phases:
-    circular means over the last turn. settling_time: of speed and unbalance. amplitude_settling_time: of the vibration. These,
-    modulation, advice, needed_time: None where they do not apply; needed_time: the end time of a run that decides.
-    faster_branch: the drive could hold a higher speed as well. locking: of rotors that may be entrained. rotors: the outcome of
-    each of several.
+    Attributes
+    ----------
+    outcome : Outcome
+    evidence : Evidence
+        Truth of the criteria.
+    window : (float, float)
+        Begin and end time of the last window.
+    assessment : RotorAssessment or None
+        Of the main rotor, None if it does not turn.
+    speed : float
+        Of the main rotor.
+    settling_time : float or None
+        Of speed and unbalance.
+    amplitude_settling_time : float or None
+        Of the vibration.
+    advice : str or None
+        A sentence on how to get a verdict.
+    needed_time : float or None
+        The end time of a run that decides.
+    faster_branch : bool
+        The drive could hold a higher speed as well.
+    locking : LockingAssessment or None
+        Of rotors that may be entrained.
+    rotors : dict of str to Outcome
+        The outcome of each of several.
     """
 
     outcome: Outcome

@@ -32,17 +32,23 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from wucht.mechanics.averaged.bodies import (
+from wucht.mechanics.elimination import solve_by_elimination
+from wucht.mechanics.phasors import IMAGINARY_UNIT, Lines, Phasor
+from wucht.mechanics.rotating_bodies.bodies import (
     RotatingBodies,
     absolute_torque,
     absolute_torque_slope,
     body_symbol,
     fixed_speed_rate,
 )
-from wucht.mechanics.averaged.coupling import Coupling, Ripple, ripple
-from wucht.mechanics.averaged.solution import AveragedSolution, complex_outputs, outputs_of, with_inertia, without_inertia
-from wucht.mechanics.elimination import solve_by_elimination
-from wucht.mechanics.phasors import IMAGINARY_UNIT, Lines, Phasor
+from wucht.mechanics.rotating_bodies.coupling import Coupling, Ripple, ripple
+from wucht.mechanics.rotating_bodies.solution import (
+    AveragedSolution,
+    complex_outputs,
+    outputs_of,
+    with_inertia,
+    without_inertia,
+)
 from wucht.mechanics.slow_time import refuse_other_orders
 from wucht.system import TIME, System
 

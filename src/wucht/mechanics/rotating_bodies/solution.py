@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaged.bodies import RotatingBodies, absolute_torque, body_symbol, fixed_speed_rate
 from wucht.mechanics.elimination import solve_by_elimination
 from wucht.mechanics.phasors import IMAGINARY_UNIT, ZERO, Lines, Phasor, product
+from wucht.mechanics.rotating_bodies.bodies import RotatingBodies, absolute_torque, body_symbol, fixed_speed_rate
 from wucht.system import Output
 
 Rows = tuple[tuple[sp.Expr, sp.Expr], ...]

@@ -9,8 +9,8 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaged.bodies import RotatingBodies, absolute_torque_slope
 from wucht.mechanics.phasors import IMAGINARY_UNIT, ZERO, HarmonicResponse, Lines, Phasor, dynamic_stiffness, product
+from wucht.mechanics.rotating_bodies.bodies import RotatingBodies, absolute_torque_slope
 
 
 class Coupling:

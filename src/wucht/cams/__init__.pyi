@@ -1,0 +1,21 @@
+# The names of the package: for type checkers, and for lazy_loader.
+from .cam import Cam as Cam
+from .contact import ContactForces as ContactForces
+from .contact import FollowerLoad as FollowerLoad
+from .contact import contact_forces as contact_forces
+from .correction import CorrectedLaw as CorrectedLaw
+from .correction import MotionOverTime as MotionOverTime
+from .drive import CamDrive as CamDrive
+from .followers.flat_faced import FlatFaced as FlatFaced
+from .followers.oscillating_roller import OscillatingRoller as OscillatingRoller
+from .followers.translating_roller import TranslatingRoller as TranslatingRoller
+from .laws import Law as Law
+from .laws.standard_laws import RiseAndReturn as RiseAndReturn
+from .laws.standard_laws import standard_law as standard_law
+from .laws.synthesis import Band as Band
+from .laws.synthesis import equiripple as equiripple
+from .laws.synthesis import maximally_flat as maximally_flat
+from .laws.synthesis import synthesise as synthesise
+from .shaft_motion import ShaftMotion as ShaftMotion
+from .shape import Shape as Shape
+from .shape import shapes as shapes

@@ -1,0 +1,23 @@
+# The names of the package: for type checkers, and for lazy_loader.
+from .branches.bifurcation_diagram import BranchCase as BranchCase
+from .branches.bifurcation_diagram import BranchFindings as BranchFindings
+from .branches.bifurcation_diagram import follow_branches as follow_branches
+from .branches.orbit_diagram import OrbitCase as OrbitCase
+from .branches.orbit_diagram import OrbitFindings as OrbitFindings
+from .branches.orbit_diagram import follow_orbits as follow_orbits
+from .branches.orbit_problem import OrbitSettings as OrbitSettings
+from .branches.steady_states import BranchSettings as BranchSettings
+from .run_ups.horizon import RunSettings as RunSettings
+from .run_ups.initial_state import initial_state as initial_state
+from .run_ups.run_up import Motion as Motion
+from .run_ups.run_up import RunUpCase as RunUpCase
+from .run_ups.run_up import run_to_end as run_to_end
+from .run_ups.run_up import run_up as run_up
+from .sampling.attractors import Attractor as Attractor
+from .sampling.attractors import attractors_of as attractors_of
+from .sampling.ensemble_run import outcomes_of as outcomes_of
+from .sampling.ensembles import EnsembleQuestion as EnsembleQuestion
+from .sampling.ensembles import MemberOutcomes as MemberOutcomes
+from .verdicts.outcomes import Outcome as Outcome
+from .verdicts.verdict import Verdict as Verdict
+from .work import Work as Work

@@ -1,0 +1,21 @@
+# The names of the package: for type checkers, and for lazy_loader.
+from .counted_cycles import LoadCycles as LoadCycles
+from .counted_cycles import RangeMeanMatrix as RangeMeanMatrix
+from .counted_cycles import frequency_distance as frequency_distance
+from .counting import TurningPoints as TurningPoints
+from .counting import closed_cycles as closed_cycles
+from .counting import cycles_of_levels as cycles_of_levels
+from .counting import cycles_of_peaks as cycles_of_peaks
+from .counting import half_cycles as half_cycles
+from .counting import level_crossings as level_crossings
+from .counting import peaks_and_valleys as peaks_and_valleys
+from .counting import rainflow as rainflow
+from .counting import range_pairs as range_pairs
+from .counting import turning_points as turning_points
+from .cumulative_spectra import amplitude_distance as amplitude_distance
+from .cumulative_spectra import amplitudes_at as amplitudes_at
+from .cumulative_spectra import standard_spectrum as standard_spectrum
+from .cumulative_spectra import tabulated_spectrum as tabulated_spectrum
+from .damage import AccumulatedDamage as AccumulatedDamage
+from .damage import WoehlerLine as WoehlerLine
+from .damage import slope_below as slope_below

@@ -1,0 +1,19 @@
+# The names of the package: for type checkers, and for lazy_loader.
+from .cusum import AlarmDistribution as AlarmDistribution
+from .cusum import Cusum as Cusum
+from .cusum import design_chart as design_chart
+from .order_fit import OrderFit as OrderFit
+from .order_fit import fit_orders as fit_orders
+from .order_tracking import AngleSamples as AngleSamples
+from .order_tracking import OrderSpectrum as OrderSpectrum
+from .order_tracking import track_orders as track_orders
+from .reading import read_recording as read_recording
+from .reading import read_sound as read_sound
+from .recording import Channel as Channel
+from .recording import Recording as Recording
+from .shaft_signal import ShaftSignal as ShaftSignal
+from .shaft_signal import angle_signal as angle_signal
+from .shaft_signal import pulse_signal as pulse_signal
+from .shaft_signal import pulse_times as pulse_times
+from .shaft_signal import speed_signal as speed_signal
+from .text_file import read_text_file as read_text_file

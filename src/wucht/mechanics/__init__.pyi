@@ -1,0 +1,21 @@
+# The names of the package: for type checkers, and for lazy_loader.
+from .averaging import Averaging as Averaging
+from .averaging import averaged as averaged
+from .energies import AppliedForce as AppliedForce
+from .energies import Energies as Energies
+from .lagrange import Coordinate as Coordinate
+from .lagrange import acceleration as acceleration
+from .lagrange import equations_of_motion as equations_of_motion
+from .lagrange import first_order as first_order
+from .means import mean as mean
+from .notation import Notation as Notation
+from .notation import printed_equations as printed_equations
+from .separation import Separation as Separation
+from .separation import separated as separated
+from .standard_form import with_amplitude_and_phase as with_amplitude_and_phase
+from .standard_form import with_angle_as_time as with_angle_as_time
+from .strong_damping import StrongDamping as StrongDamping
+from .strong_damping import strongly_damped as strongly_damped
+from .trigonometric import NotTrigonometricError as NotTrigonometricError
+from .trigonometric import TrigonometricPolynomial as TrigonometricPolynomial
+from .trigonometric import harmonics as harmonics
