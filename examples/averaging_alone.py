@@ -8,8 +8,7 @@ import sympy as sp
 
 from wucht.mechanics.averaging import Averaging, averaged
 from wucht.mechanics.standard_form import with_amplitude_and_phase
-from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow import compile_system, integrate
 from wucht.system import System
 
 x, v, r, psi, mu = sp.symbols("x v r psi mu", real=True)
