@@ -30,7 +30,7 @@ from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Branch, Equilibria
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import STEPS, Cycles

@@ -12,7 +12,7 @@ from benchmarks.run_up import best
 from wucht.dynamics.run_ups.run_up import Motion, run_up
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.studies.run_up.computation import Plan, prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run

@@ -18,7 +18,7 @@ from wucht.analysis.averaged_machine import averaged_machine
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.system import System
 
 _SCRIPT = """

@@ -7,8 +7,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.mechanics import Averaging, averaged, with_amplitude_and_phase
-from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow import compile_system, integrate
 from wucht.system import System
 
 x, v, r, psi, mu = sp.symbols("x v r psi mu", real=True)

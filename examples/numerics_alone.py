@@ -6,10 +6,7 @@ python examples/numerics_alone.py
 import numpy as np
 import sympy as sp
 
-from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.integrate import integrate
-from wucht.system import System
+from wucht.numerics.flow import Event, System, compile_system, integrate
 
 
 def periods(values: tuple[float, ...] = (0.1, 1.0, 5.0)) -> list[float]:

@@ -1,10 +1,18 @@
-"""What ``import wucht`` offers: names, docstrings that can be parsed, Datasets that can be tabulated."""
+"""What ``import wucht`` and its packages offer: names, docstrings that can be parsed, examples, Datasets as tables."""
 
 from __future__ import annotations
 
+import ast
+import dataclasses
 import doctest
 import inspect
+import pkgutil
 import re
+import subprocess
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -12,6 +20,22 @@ import wucht
 
 NAMES = [n for n in wucht.__all__ if n != "__version__"]
 SECTIONS = ["Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "References", "Examples"]
+# Packages whose names others import; one without __all__ has no face yet.
+FACES = [
+    name
+    for name in (
+        "wucht.numerics.continuation",
+        "wucht.numerics.periodic",
+        "wucht.numerics.flow",
+        "wucht.fatigue",
+        "wucht.mechanics",
+        "wucht.measurements",
+        "wucht.cams",
+        "wucht.dynamics",
+    )
+    if hasattr(import_module(name), "__all__")
+]
+PUBLIC = [("wucht", n) for n in NAMES if n != "parts"] + [(face, n) for face in FACES for n in import_module(face).__all__]
 
 
 def test_the_names_are_shown_and_there() -> None:
@@ -37,10 +61,50 @@ def test_the_docstring_of_the_package_is_true() -> None:
     assert doctest.testmod(wucht).failed == 0
 
 
-@pytest.mark.parametrize("name", [n for n in NAMES if n != "parts"])
-def test_public_docstrings_have_numpys_form(name: str) -> None:
-    """Sections in NumPy's order, underlined as long as they are named; that of a function names each of its parameters."""
-    public = getattr(wucht, name)
+@pytest.mark.parametrize("face", FACES)
+def test_a_face_shows_its_names(face: str) -> None:
+    """All are there, and none is that of a module of the package, which would hide it."""
+    package = import_module(face)
+    assert dir(package) == sorted(package.__all__)
+    assert len(package.__all__) == len(set(package.__all__))
+    assert {module.name for module in pkgutil.iter_modules(package.__path__)} & set(package.__all__) == set()
+    with pytest.raises(AttributeError):
+        _ = package.nothing
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_the_example_of_a_face_needs_nothing_else_of_ours(face: str) -> None:
+    """At most ten lines, which import from the package alone, and give what they say."""
+    package = import_module(face)
+    examples = doctest.DocTestParser().get_examples(package.__doc__ or "")
+    source = "".join(example.source for example in examples)
+    assert 1 <= len((source + "".join(example.want for example in examples)).splitlines()) <= 10
+    assert _imported_of_ours(source) == {face}
+    assert doctest.testmod(package).failed == 0
+
+
+def _imported_of_ours(source: str) -> set[str]:
+    nodes = list(ast.walk(ast.parse(source)))
+    modules = {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom)}
+    modules |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    return {module for module in modules if module.split(".")[0] == "wucht"}
+
+
+def test_importing_a_face_loads_nothing_heavy() -> None:
+    """No module but those packages: their names are loaded when first used."""
+    loaded = "sorted(m for m in sys.modules if m.split('.')[0] in ('wucht', 'numpy', 'sympy'))"
+    code = f"import sys, {', '.join(FACES)}; print(*{loaded})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    packages = {".".join(face.split(".")[:k]) for face in FACES for k in range(1, 1 + len(face.split(".")))}
+    assert set(done.stdout.split()) == packages
+
+
+@pytest.mark.parametrize(("package", "name"), PUBLIC)
+def test_public_docstrings_have_numpys_form(package: str, name: str) -> None:
+    """Sections in NumPy's order, underlined as long as they are named; each parameter of a function, and each field, named."""
+    public = getattr(import_module(package), name)
+    if not callable(public):  # a number or a style
+        return
     text = inspect.getdoc(public) or ""
     lines = text.splitlines()
     assert lines and lines[0].endswith(".")
@@ -48,13 +112,36 @@ def test_public_docstrings_have_numpys_form(name: str) -> None:
     assert [lines[k] for k in sections] == [s for s in SECTIONS if s in [lines[k] for k in sections]]
     for k in sections:
         assert len(lines[k]) == len(lines[k + 1])
-    if not inspect.isfunction(public):
+    explained = _entries(lines, "Parameters") | (_entries(lines, "Attributes") if inspect.isclass(public) else set())
+    if package in FACES or not inspect.isclass(public):  # those of ``wucht`` are in a face as well, or tables of a study
+        assert _inputs(public) - explained == set()
+    if not inspect.isclass(public):
+        assert "Returns" in lines or inspect.signature(public).return_annotation == "None"
+
+
+def _inputs(public: Any) -> set[str]:
+    """The parameters of a function, or with which a dataclass is made."""
+    is_other_class = inspect.isclass(public) and not dataclasses.is_dataclass(public)
+    return set() if is_other_class else set(inspect.signature(public).parameters)
+
+
+def _entries(lines: list[str], section: str) -> set[str]:
+    """The names that a section explains."""
+    if section not in lines:
+        return set()
+    written = lines[lines.index(section) + 2 :]
+    end = next((k for k, line in enumerate(written[:-1]) if re.fullmatch("-{3,}", written[k + 1])), len(written))
+    return set(re.findall(r"\w+", " ".join(line.split(":")[0] for line in written[:end] if line and not line.startswith(" "))))
+
+
+@pytest.mark.parametrize(("package", "name"), PUBLIC)
+def test_examples_of_public_names_are_true(package: str, name: str) -> None:
+    public = getattr(import_module(package), name)
+    if isinstance(public, ModuleType) or not callable(public):
         return
-    given = list(inspect.signature(public).parameters)
-    written = lines[lines.index("Parameters") + 2 :] if given else []
-    entries = " ".join(line.split(":")[0] for line in written if line and not line.startswith(" "))
-    assert {n for n in given if not re.search(rf"\b{n}\b", entries)} == set()
-    assert "Returns" in lines or inspect.signature(public).return_annotation == "None"
+    runner = doctest.DocTestRunner()
+    for example in doctest.DocTestFinder(recurse=False).find(public, name):
+        assert runner.run(example).failed == 0
 
 
 def test_one_run_is_a_table_of_its_own_size() -> None:

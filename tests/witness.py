@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 
 TIME = sp.Symbol("time", real=True)
 

@@ -9,7 +9,7 @@ from .mechanics.averaging import averaged as averaged
 from .mechanics.separation import separated as separated
 from .mechanics.strong_damping import strongly_damped as strongly_damped
 from .numerics.flow.compiled_system import compile_system as compile_system
-from .numerics.flow.integrate import integrate as integrate
+from .numerics.flow.integration import integrate as integrate
 from .numerics.orbits import periodic_orbit as periodic_orbit
 from .plots.page import JOURNAL as JOURNAL
 from .plots.page import PRINT as PRINT

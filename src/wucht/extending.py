@@ -25,7 +25,7 @@ from wucht.machines.parts.base import Body, Drive, Frame, Load, Part, Point
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.plots.sheet import legend_below, legend_beside, new_figure, new_grid
 from wucht.plots.style import COLOURS
 from wucht.results.formatting import ReportLines, formats, label, report_lines

@@ -19,7 +19,7 @@ from wucht.machines.operation import has_damped_balancers
 from wucht.mechanics.lagrange import equations_of_motion
 from wucht.mechanics.rotating_bodies.solution import DISSIPATED_WORK, SUPPLIED_WORK, VIBRATION_WORK
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator, python_function
 
 MOUNTS = [

@@ -19,7 +19,7 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.0338}

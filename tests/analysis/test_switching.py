@@ -22,7 +22,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.machines.structure import SPEED
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 
 M, R_I, R_O, FORCE = 0.25, 0.052, 0.104, 292.5
 RAMP = 6.0

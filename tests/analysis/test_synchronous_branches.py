@@ -16,7 +16,7 @@ from wucht.analysis.synchronous_motion import SynchronousMotion, SynchronousMoti
 from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 9.75e-4}
 BALL = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "inertia": 1.69e-3, "damping": 0.169}

@@ -12,7 +12,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 
 SPEEDS = np.array([0.05, 0.5, 0.95, 1.0, 1.05, 1.5, 2.0, 10.0])
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}

@@ -35,6 +35,11 @@ def names(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, Any]:
     return known
 
 
+def test_the_page_needs_three_imports_of_ours() -> None:
+    imports = re.findall(r"^(?:from|import) (wucht\S*)", TEXT, re.MULTILINE)
+    assert imports == ["wucht.numerics.continuation", "wucht.numerics.periodic", "wucht.numerics.flow"]
+
+
 def temperature(c: float, B: float) -> float:
     return B * c / 4
 

@@ -11,7 +11,7 @@ from wucht.errors import InputError
 from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
 from wucht.files.documents import read_toml
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.studies.study_file import read_study
 
 

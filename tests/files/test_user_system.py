@@ -17,7 +17,7 @@ from wucht.files.catalogue import load_equations
 from wucht.files.formulas import formula
 from wucht.files.user_system import UserSystem, equations_from
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.system import System
 
 NAMES = {n: sp.Symbol(n, real=True) for n in ("x", "y", "lambda")}

@@ -8,7 +8,7 @@ from scipy.interpolate import PchipInterpolator
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 
 INERTIA, WEIGHT = 0.05, 2 * 9.81 * 0.1
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.1, "inertia": INERTIA}

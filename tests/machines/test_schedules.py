@@ -10,7 +10,7 @@ from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.schedules import SCHEDULE_WORK, proportional_voltage
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.piecewise import interpolated_pieces
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run

@@ -15,7 +15,7 @@ from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import ConstantTorque, LinearDrive
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run

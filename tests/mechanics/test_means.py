@@ -16,7 +16,7 @@ from wucht.mechanics.means import antiderivative, mean
 from wucht.mechanics.trigonometric import common_period, harmonics
 from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.system import TIME, System
 
 t = TIME

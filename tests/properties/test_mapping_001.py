@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 
 few = settings(
     max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),

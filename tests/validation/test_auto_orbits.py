@@ -18,7 +18,7 @@ from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.jacobian import Jacobian
 from wucht.numerics.periodic.connection_starts import connection_from_excursion
 from wucht.numerics.periodic.cycle import Cycle

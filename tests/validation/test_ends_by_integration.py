@@ -19,7 +19,7 @@ from wucht.dynamics.branches.orbit_diagram import OrbitFindings
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_document, names
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.studies.orbit_branch.computation import Plan, prepare, run
 from wucht.studies.study_file import read_study
 

@@ -25,7 +25,7 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -29,7 +29,7 @@ from wucht.dynamics.branches.orbit_endings import OrbitEnding, ending_at
 from wucht.files.catalogue import load_machine
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.recurrence import is_at_rest
 from wucht.studies.runner import run
 from wucht.studies.stability_map.computation import EndingPlan, prepare

@@ -21,7 +21,7 @@ from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.studies.runner import run
 from wucht.studies.synchronous_states.spec import SynchronousStates
 

@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_near

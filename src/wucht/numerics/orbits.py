@@ -18,7 +18,7 @@ import sympy as sp
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator, Numbers
 from wucht.numerics.periodic.closing import ClosedOrbit, Closing, close_orbit
 from wucht.numerics.periodic.exact_orbits import ExactOrbit, exact_orbit, finer_linearisation

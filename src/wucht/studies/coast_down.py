@@ -35,7 +35,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import axis_at_rest, natural_frequencies
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.plots.curves import RESIDUAL, draw_residual
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import legend_beside, new_figure

@@ -14,7 +14,7 @@ from wucht.files.building import machine_from
 from wucht.numerics.flow import compiled_system as module
 from wucht.numerics.flow.compiled_system import ArrayFunction, available_engine, compile_system
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Program, lower
 from wucht.system import System
 

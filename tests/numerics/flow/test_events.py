@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event, LegError
 from wucht.numerics.flow.heyoka_engine import HeyokaIntegrator
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.system import TIME, System
 
 x, v, w, b = sp.symbols("x v w b", real=True)
@@ -184,7 +184,7 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatc
 
 def test_more_than_a_million_events_fail_with_a_sentence(engine, monkeypatch):
     """As a ball at rest would; what was computed until then is kept."""
-    monkeypatch.setattr("wucht.numerics.flow.integrate._MOST_HITS", 10)
+    monkeypatch.setattr("wucht.numerics.flow.integration._MOST_HITS", 10)
     run = run_with(
         BALL, (Event("floor", x, -1, action=bounce),), engine, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61)
     )

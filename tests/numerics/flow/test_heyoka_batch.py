@@ -11,7 +11,7 @@ import sympy as sp
 
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.heyoka_batch import HeyokaBatch, LanesResult, compile_batch
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import lower
 from wucht.system import TIME, System
 

@@ -12,7 +12,7 @@ import sympy as sp
 
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.piecewise import PiecewiseCubic, interpolated_pieces
 from wucht.system import TIME, Output, System

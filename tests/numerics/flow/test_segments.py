@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.segments import Segmentation
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces, step
 from wucht.system import TIME, Output, System

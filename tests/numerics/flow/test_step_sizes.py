@@ -6,7 +6,7 @@ import sympy as sp
 
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.heyoka_batch import compile_batch
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import lower
 from wucht.numerics.flow.step_sizes import tanh_arguments
 from wucht.system import TIME, System

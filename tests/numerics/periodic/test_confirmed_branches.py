@@ -23,7 +23,7 @@ from wucht.numerics.continuation.curve import CURVE_IS_CLOSED, Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve

@@ -14,7 +14,7 @@ from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic import saddle_connections
 from wucht.numerics.periodic.connection import STANDSTILL, Connection
 from wucht.numerics.periodic.saddle_connections import Connections

@@ -20,7 +20,7 @@ from wucht.dynamics.run_ups import coasting as recording
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.integrate import integrate as integrated
+from wucht.numerics.flow.integration import integrate as integrated
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies import coast_down as module
 from wucht.studies.coast_down import CoastDown, prepare

@@ -26,7 +26,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import machine_at_speed, natural_frequencies
 from wucht.machines.structure import SPEED
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.runner import run

@@ -15,7 +15,7 @@ from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equilibria import HOPF
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near

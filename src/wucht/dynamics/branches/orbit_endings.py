@@ -20,7 +20,7 @@ from wucht.dynamics.branches.steady_states import Heartbeat
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic.branch_ends import (
     SADDLE_CONNECTION,
     SADDLE_NODE_ON_ORBIT,

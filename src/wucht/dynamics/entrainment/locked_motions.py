@@ -15,7 +15,7 @@ from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrap_to_pi
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 
 _SAMPLES = 256  # of a period: the mean of a periodic function over even samples is exact but for the orders above

@@ -15,7 +15,7 @@ from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.recurrence import Recurrence, is_at_rest, recurrence

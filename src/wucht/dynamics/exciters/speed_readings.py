@@ -17,7 +17,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import driven_speeds, machine_at_speed
 from wucht.measurements.cusum import AlarmDistribution, Cusum, design_chart
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.observers.records import smooth_weights
 

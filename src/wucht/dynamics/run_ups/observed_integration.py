@@ -12,7 +12,7 @@ import numpy as np
 from wucht.dynamics.verdicts.observation import fastest_speed
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import CompiledSystem
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 
 _PER_TURN, _FEWEST_SHARE = 24, 0.5  # observed samples, and the share of them that is enough

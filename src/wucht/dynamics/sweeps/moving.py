@@ -25,7 +25,7 @@ from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.compiled_system import CompiledSystem
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples, TurnObserver

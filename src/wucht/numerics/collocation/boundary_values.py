@@ -29,12 +29,32 @@ EndFunction = Callable[[np.ndarray, np.ndarray, np.ndarray], EndValues]
 
 
 def start_value(state: sp.Symbol) -> sp.Symbol:
-    """Return the symbol of a state's value at 0, for a condition."""
+    """Return the symbol of a state's value at 0, for a condition.
+
+    Parameters
+    ----------
+    state : sympy.Symbol
+        A state of the System.
+
+    Returns
+    -------
+    sympy.Symbol
+    """
     return sp.Symbol(f"{state.name}(0)", real=True)
 
 
 def end_value(state: sp.Symbol) -> sp.Symbol:
-    """Return the symbol of a state's value at 1, for a condition."""
+    """Return the symbol of a state's value at 1, for a condition.
+
+    Parameters
+    ----------
+    state : sympy.Symbol
+        A state of the System.
+
+    Returns
+    -------
+    sympy.Symbol
+    """
     return sp.Symbol(f"{state.name}(1)", real=True)
 
 
@@ -97,13 +117,31 @@ _UNEVEN = 1.25  # an interval may need so many times the mean number of mesh poi
 
 @dataclass(frozen=True, eq=False)
 class BoundaryValueProblem:
-    """The discretised problem. The unknowns u are y at the nodes of the mesh, node by node, then the parameters P.
+    """Boundary value problem y' = g(y, P) on [0, 1], discretised. ``BoundaryValueProblem.of`` builds it from formulas.
 
-    field: g. n, q: how many states and parameters. ends, integrand: the conditions; there may be none on integrals.
-    mesh: its nodes. reference: for the conditions on integrals. sizes (n+q,): a typical large change of each state and
-    parameter. winding (n,): y(1) - y(0) of a periodic solution, whose first condition on an integral fixes the
-    phase; None where it is not periodic.
-    accuracy: required within intervals, in units of sizes; at mesh points the error is about its square.
+    The unknowns u are y at the nodes of the mesh, node by node, then the parameters P.
+
+    Attributes
+    ----------
+    field : callable
+        g: (y, P) (n+q, K) -> g (n, K) and its derivatives (n, n+q, K).
+    n, q : int
+        Number of states and of parameters.
+    ends : callable
+        Conditions at the ends: y(0) (n,), y(1) (n,), P (q,) -> b (k,), and its derivatives by y(0) (k, n), y(1) (k, n) and
+        P (k, q).
+    integrand : callable or None
+        Conditions on integrals: y (n, K), P (q,), reference -> h (r, K), and its derivatives by y (r, n, K) and P (r, q, K).
+    mesh : Mesh
+    reference : Reference
+        The previous solution, for the conditions on integrals.
+    sizes : ndarray, (n+q,)
+        A typical large change of each state and parameter.
+    winding : ndarray, (n,), or None
+        y(1) - y(0) of a periodic solution, whose first condition on an integral fixes the phase; None where it is not
+        periodic.
+    accuracy : float
+        Required within intervals, in units of sizes; at mesh points the error is about its square.
     """
 
     field: Field
@@ -146,6 +184,10 @@ class BoundaryValueProblem:
             A typical large change of states and parameters, by name; 1 where none is given.
         accuracy : float
             Required, in units of scale.
+
+        Returns
+        -------
+        BoundaryValueProblem
 
         Raises
         ------

@@ -211,7 +211,15 @@ class Solution(CollocationSolution):
 class Solutions:
     """Solutions of a boundary value problem, followed over its parameters.
 
-    problem: on any mesh. bounds: (low, high) of each parameter. values: of the last parameter, at which to return solutions.
+    Parameters
+    ----------
+    problem : BoundaryValueProblem
+        On any mesh.
+    bounds : sequence of (float, float)
+        Lower and upper limit of each parameter.
+    values : sequence of float
+        Values of the last parameter at which solutions are wanted.
+    steps : Steps
     """
 
     problem: BoundaryValueProblem
@@ -232,6 +240,10 @@ class Solutions:
             At these places.
         parameters : sequence of float, (q,)
             Near those of the solution; the last one keeps its value.
+
+        Returns
+        -------
+        Solution
 
         Raises
         ------

@@ -39,9 +39,20 @@ _SAME_WAY = 0.7  # cosine between both directions there at least: steps turn by 
 class Steps:
     """Step control of a continuation. Lengths are arclengths in units of the problem's scale.
 
-    first, least, most: length of a step. turn: of the tangent from point to point, rad, and corrections: of Newton's method,
-    at which the step length is kept. points: at most. tolerance: of Newton's last correction, as a length; or, with
-    predicts_correction, of the next one, which is not made but extrapolated from the previous ones.
+    Parameters
+    ----------
+    first, least, most : float
+        Length of the first step, and the shortest and longest one.
+    turn : float
+        Turn of the tangent from point to point at which the step length is kept, rad.
+    corrections : int
+        Number of Newton's corrections at which the step length is kept.
+    points : int
+        Number of points after which a curve is left, at most.
+    tolerance : float
+        Largest length of Newton's last correction.
+    predicts_correction : bool
+        True where the tolerance is that of the next correction, which is not made but extrapolated from the previous ones.
     """
 
     first: float = 0.01
@@ -55,7 +66,18 @@ class Steps:
 
 
 class Walk(Iterator[P], Generic[P]):
-    """Iterator over points, computed one by one. end: after the last point, a sentence with the reason."""
+    """Iterator over the points of a curve, computed one by one.
+
+    Parameters
+    ----------
+    points : generator
+        Yields the points, and returns a sentence with the reason why there is no further one.
+
+    Attributes
+    ----------
+    end : str
+        That sentence, after the last point; empty before.
+    """
 
     def __init__(self, points: Generator[P, None, str]) -> None:
         self._points, self.end = points, ""
@@ -73,10 +95,33 @@ class Walk(Iterator[P], Generic[P]):
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """The solutions of a problem within bounds: (low, high) of some unknowns, by their index (-1: the last one).
+    """Curve of the solutions of a problem with one unknown more than equations.
 
-    continues: true if the second of two points of a problem is on the curve of the first one, as far as a caller can decide;
-    else a shorter step is made. names: of the unknowns, for sentences.
+    Parameters
+    ----------
+    problem : Problem
+        The equations F(u) = 0, such as a ``FunctionProblem``.
+    bounds : mapping of int to (float, float)
+        Lower and upper limit of some unknowns, by their index (-1: the last one).
+    steps : Steps
+    continues : callable, optional
+        Function of the problem and two points: true if the second is on the curve of the first one, as far as a caller can
+        decide; else a shorter step is made.
+    names : sequence of str
+        Names of the unknowns, for sentences.
+
+    Examples
+    --------
+    The unit circle, from its point on the right all around:
+
+    >>> import numpy as np
+    >>> from wucht.numerics.continuation import Curve, FunctionProblem
+    >>> circle = FunctionProblem(lambda u: (np.array([u @ u - 1]), 2 * u[None]), scale=np.ones(2))
+    >>> curve = Curve(circle)
+    >>> walk = curve.follow(curve.start(np.array([1.0, 0.0]), towards=np.array([0.0, 1.0])))
+    >>> points = np.array([point.u for _, point in walk])
+    >>> walk.end, float(points[:, 0].min().round(2))
+    ('it is closed', -1.0)
     """
 
     problem: Problem

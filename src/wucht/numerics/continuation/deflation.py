@@ -65,7 +65,20 @@ class DeflationResult:
 def random_starts(
     low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray, count: int, seed: int = 0
 ) -> np.ndarray:
-    """Draw starts (n, count) uniformly in a box [low, high], the same ones for the same seed."""
+    """Draw starts uniformly in a box, for ``disconnected_branches``.
+
+    Parameters
+    ----------
+    low, high : sequence of float, (n,)
+        Corners of the box.
+    count : int
+    seed : int
+        The same seed gives the same starts.
+
+    Returns
+    -------
+    ndarray, (n, count)
+    """
     low, high = np.asarray(low, float), np.asarray(high, float)
     return np.asarray(low[:, None] + (high - low)[:, None] * np.random.default_rng(seed).random((len(low), count)))
 
@@ -181,7 +194,19 @@ def _steepness(equations: Equations, x: np.ndarray, step: np.ndarray, solutions:
 
 
 def equilibria_at(branch: Branch, value: float) -> np.ndarray:
-    """Return the states (n, k) at which a branch passes a value of its parameter, on the curve between its points."""
+    """Compute the states at which a branch passes a value of its parameter, on the curve between its points.
+
+    Parameters
+    ----------
+    branch : Branch
+    value : float
+        The parameter's value.
+
+    Returns
+    -------
+    ndarray, (n, k)
+        A column a state; angles that differ by whole turns are one.
+    """
     equations, points, off = branch.equations, branch.points, branch.u[-1] - value
     curve, states = _curve(equations), [points[i].x for i in np.flatnonzero(off == 0)]
     for i in np.flatnonzero(np.sign(off[:-1]) * np.sign(off[1:]) < 0):
@@ -228,8 +253,42 @@ def disconnected_branches(
     """Compute the branches that pass some values of the parameter, each once, including those that touch no other.
 
     At each value the equilibria of the branches known so far are divided out; a further solution lies on a new branch,
-    which is followed to its ends. starts: (n, N), see ``deflated_solutions``; the solutions at a value serve as starts at the
-    next one too. known_branches: not returned again. A solution from which no branch can be followed is left out.
+    which is followed to its ends. That nothing is left is not proved: ``numerics.subdivision.all_zeros`` proves it in a box.
+
+    Parameters
+    ----------
+    problem : Equilibria
+    values : sequence of float
+        Of the parameter.
+    starts : ndarray, (n, N)
+        States from which Newton's method begins, as from ``random_starts``; the solutions at a value serve as starts at the
+        next one, too.
+    settings : Deflation
+        Limits of the search.
+    known_branches : sequence of Branch
+        Not returned again.
+
+    Returns
+    -------
+    tuple of Branch
+        A solution from which no branch can be followed is left out.
+
+    Raises
+    ------
+    InputError
+        For starts of another shape.
+
+    Examples
+    --------
+    The two branches of x^2 = 1 + p^2:
+
+    >>> import sympy as sp
+    >>> from wucht.numerics.continuation import Equations, Equilibria, System, disconnected_branches, random_starts
+    >>> x, p = sp.symbols("x p", real=True)
+    >>> problem = Equilibria(Equations.of(System((x,), (x**2 - 1 - p**2,), (p,)), ["p"], {}), bounds=(-1.0, 1.0))
+    >>> branches = disconnected_branches(problem, [0.5], random_starts([-3.0], [3.0], 10))
+    >>> sorted(round(float(branch.points[0].x[0]), 4) for branch in branches)
+    [-1.4142, 1.4142]
     """
     equations, branches, new_branches = problem.equations, list(known_branches), list[Branch]()
     empty = np.empty((equations.n, 0))

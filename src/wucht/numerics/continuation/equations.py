@@ -13,7 +13,7 @@ import numpy as np
 from wucht.disk_cache import derived_once
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.jacobian import Jacobian
-from wucht.system import System
+from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 Residual = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """u (n+1,) -> F (n,), dF/du (n, n+1)."""
@@ -24,9 +24,20 @@ Values = tuple[np.ndarray, np.ndarray]
 class CurvePoint:
     """A solution on a curve.
 
-    u (n+1,): the unknowns, parameters last. tangent (n+1,): du/ds, s being the arclength. jacobian: dF/du, (n, n+1) or as the
-    problem stores it. length: s. orientation: the sign of the determinant of dF/du with the tangent as its last row. bend
-    (n+1,): about d^2u/ds^2, where the previous point is known.
+    Attributes
+    ----------
+    u : ndarray, (n+1,)
+        The unknowns, parameters last.
+    tangent : ndarray, (n+1,)
+        du/ds, s being the arclength.
+    jacobian : ndarray, (n, n+1)
+        dF/du, or another object in which the problem stores it.
+    length : float
+        The arclength s.
+    orientation : int
+        Sign of the determinant of dF/du with the tangent as its last row; 0 where it is not computed.
+    bend : ndarray, (n+1,), or None
+        About d^2u/ds^2, where the previous point is known.
     """
 
     u: np.ndarray
@@ -76,7 +87,7 @@ def bordered_solution(jacobian: np.ndarray, row: np.ndarray, sides: np.ndarray) 
 
 @dataclass(frozen=True, eq=False)
 class FunctionProblem:
-    """A problem given as a function.
+    """Equations F(u) = 0 of n + 1 unknowns, given as a function, for ``Curve``.
 
     Parameters
     ----------
@@ -86,6 +97,8 @@ class FunctionProblem:
         A typical large change of each unknown.
     turns : ndarray, (n+1,), optional
         The period of unknowns that are angles, 0 of others.
+    solution : callable, optional
+        Solves the bordered linear equations [dF/du; row] x = sides, as ``bordered_solution``, where dF/du is no full matrix.
     """
 
     function: Residual
@@ -109,6 +122,8 @@ class FunctionProblem:
 @dataclass(frozen=True, eq=False)
 class Equations:
     """Equations f = 0 of n states and of the m parameters that are varied.
+
+    They are built from a System by ``Equations.of``, or from a function by ``Equations.from_function``.
 
     Attributes
     ----------
@@ -149,6 +164,10 @@ class Equations:
         scale : mapping, optional
             A typical large change of states and varied parameters, by name; 1 where none is given.
 
+        Returns
+        -------
+        Equations
+
         Raises
         ------
         WuchtError
@@ -187,9 +206,27 @@ class Equations:
         scale: Mapping[str, float] | None = None,
         angles: Sequence[str] = (),
     ) -> Equations:
-        """Build equations from a function of one u = (x, p) (n+m,) that returns f (n,) and df/du (n, n+m).
+        """Build equations from a function.
 
-        states, parameters, angles: names. scale: as of ``of``. Raises ``WuchtError`` for a name that is none of these.
+        Parameters
+        ----------
+        values : callable
+            Function of one u = (x, p) (n+m,) that returns f (n,) and df/du (n, n+m).
+        states, parameters : sequence of str
+            Names of the states and of the varied parameters, in the order of u.
+        scale : mapping, optional
+            A typical large change of each, by name; 1 where none is given.
+        angles : sequence of str
+            Names of the states that are angles.
+
+        Returns
+        -------
+        Equations
+
+        Raises
+        ------
+        WuchtError
+            For a name that is none of the states and parameters, or a size that is not positive.
         """
         names = (*states, *parameters)
         for name in (*(scale or {}), *angles):

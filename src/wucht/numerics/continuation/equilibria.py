@@ -49,7 +49,7 @@ UserFunction = Callable[[np.ndarray], float]
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """A point of a branch.
+    """Equilibrium on a branch.
 
     Attributes
     ----------
@@ -94,9 +94,18 @@ class Equilibrium:
         return float(complex_[np.abs(complex_.real).argmin()].imag) if len(complex_) else 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Branch(TracedCurve[Equilibrium]):
-    """A branch of equilibria that was followed to its ends."""
+    """A branch of equilibria that was followed to its ends.
+
+    Attributes
+    ----------
+    equations : Equations
+    points : tuple of Equilibrium
+        In order, special ones included; of a closed branch the first is the last, too.
+    ends : (str, str)
+        Sentences with the reasons why it ends, at its first and at its last point.
+    """
 
     @cached_property
     def u(self) -> np.ndarray:
@@ -113,8 +122,23 @@ class Branch(TracedCurve[Equilibrium]):
 class Equilibria:
     """Branches of the equilibria of equations with one varied parameter.
 
-    equations: f(x, p). bounds: (low, high) of the parameter. steps: see ``Steps``. limits: of some states, by their index,
-    beyond which a branch is not followed. functions: of u = (x, p) (n+1,), whose zeros are located, by name.
+    Parameters
+    ----------
+    equations : Equations
+        f(x, p) with one parameter p.
+    bounds : (float, float)
+        Lower and upper limit of the parameter.
+    steps : Steps
+    limits : mapping of int to (float, float)
+        Limits of some states, by their index, beyond which a branch is not followed.
+    functions : mapping of str to callable
+        Functions of u = (x, p) (n+1,), by name, whose zeros are located.
+
+    Raises
+    ------
+    WuchtError
+        For equations with another number of varied parameters, limits of a state that does not exist, and a function with the
+        name of a kind of special point.
     """
 
     equations: Equations
@@ -142,9 +166,26 @@ class Equilibria:
         return Curve(FunctionProblem(e.values, e.scale, e.turns), bounds, steps, self._continues, e.names)
 
     def start(self, x: Sequence[float] | np.ndarray, value: float) -> CurvePoint:
-        """Solve for the equilibrium near a state (n,) at a value of the parameter. Raises ``RunError`` where there is none.
+        """Solve for the equilibrium near a state at a value of the parameter.
 
-        Where two branches cross it is on the one along the parameter; ``switch_branch`` leads to the other.
+        Parameters
+        ----------
+        x : sequence of float, (n,)
+            State near the equilibrium.
+        value : float
+            The parameter's value.
+
+        Returns
+        -------
+        CurvePoint
+            Where two branches cross it is on the one along the parameter; ``switch_branch`` leads to the other.
+
+        Raises
+        ------
+        WuchtError
+            For a state of another length, and numbers that are not finite.
+        RunError
+            Where Newton's method does not converge to an equilibrium.
         """
         up = np.zeros(self.equations.n + 1)
         up[-1] = self.equations.scale[-1]

@@ -145,10 +145,15 @@ def _border(v: np.ndarray, w: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Fold(SpecialEquilibrium):
-    """A point of a fold curve.
+    """Fold of equilibria on a curve in two parameters.
 
-    point: u = (x, p, q) (n+2,) with tangent and derivatives. kind: ``""`` of a regular point, else ``"cusp"``,
-    ``"bogdanov-takens"`` or ``"zero-hopf"``.
+    Attributes
+    ----------
+    equations : Equations
+    point : CurvePoint
+        u = (x, p, q) (n+2,) with tangent and derivatives.
+    kind : str
+        ``""`` of a regular point, else ``"cusp"``, ``"bogdanov-takens"`` or ``"zero-hopf"``.
     """
 
     @cached_property
@@ -166,15 +171,48 @@ class Fold(SpecialEquilibrium):
 
 @dataclass(frozen=True, eq=False)
 class Folds(SpecialCurves[Fold]):
-    """Curves of folds: see ``SpecialCurves``."""
+    """Curves of folds of equilibria of equations with two varied parameters.
+
+    Parameters
+    ----------
+    equations : Equations
+        f(x, (p, q)) with two parameters.
+    bounds : sequence of (float, float)
+        Lower and upper limit of both.
+    steps : Steps
+    limits : mapping of int to (float, float)
+        Limits of some states, by their index, beyond which a curve is not followed.
+
+    Raises
+    ------
+    WuchtError
+        For equations with another number of varied parameters, and limits of a state that does not exist.
+    """
 
     def _problem(self, u: np.ndarray) -> FoldProblem:
         return FoldProblem.from_point(self.equations, u)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> CurvePoint:
-        """Solve for the fold near a state (n,) and both parameters, as of an ``Equilibrium`` of kind fold, towards greater q.
+        """Solve for the fold near a state and both parameters.
 
-        Raises ``RunError`` where Newton's method does not converge.
+        Parameters
+        ----------
+        x : sequence of float, (n,)
+            State, as of an ``Equilibrium`` of kind fold.
+        parameters : sequence of float, (2,)
+            Values of p and q there.
+
+        Returns
+        -------
+        CurvePoint
+            The curve is followed from it towards greater q.
+
+        Raises
+        ------
+        WuchtError
+            For another number of states or parameters, and numbers that are not finite.
+        RunError
+            Where Newton's method does not converge to a fold.
         """
         u = state_of(self.equations, x, parameters)
         curve = self.curve(u)

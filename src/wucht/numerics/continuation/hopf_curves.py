@@ -146,10 +146,16 @@ def _border_and_entries(
 
 @dataclass(frozen=True, eq=False)
 class HopfPoint(SpecialEquilibrium):
-    """A point of a Hopf curve.
+    """Hopf point on a curve in two parameters.
 
-    point: u = (x, p, q, kappa) (n+3,) with tangent and derivatives. kind: ``""`` of a regular point, else
-    ``"bogdanov-takens"``, ``"zero-hopf"``, ``"generalised-hopf"`` or ``"double-hopf"``.
+    Attributes
+    ----------
+    equations : Equations
+    point : CurvePoint
+        u = (x, p, q, kappa) (n+3,), kappa the square of the frequency, with tangent and derivatives.
+    kind : str
+        ``""`` of a regular point, else ``"bogdanov-takens"``, ``"zero-hopf"``,
+        ``"generalised-hopf"`` or ``"double-hopf"``.
     """
 
     @property
@@ -182,16 +188,51 @@ class HopfPoint(SpecialEquilibrium):
 
 @dataclass(frozen=True, eq=False)
 class HopfPoints(SpecialCurves[HopfPoint]):
-    """Curves of Hopf points: see ``SpecialCurves``."""
+    """Curves of Hopf points of equations with two varied parameters.
+
+    Parameters
+    ----------
+    equations : Equations
+        f(x, (p, q)) with two parameters.
+    bounds : sequence of (float, float)
+        Lower and upper limit of both.
+    steps : Steps
+    limits : mapping of int to (float, float)
+        Limits of some states, by their index, beyond which a curve is not followed.
+
+    Raises
+    ------
+    WuchtError
+        For equations with another number of varied parameters, and limits of a state that does not exist.
+    """
 
     def _problem(self, u: np.ndarray) -> HopfProblem:
         return HopfProblem.from_point(self.equations, u)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float], frequency: float | None = None) -> CurvePoint:
-        """Solve for the Hopf point near a state (n,) and both parameters, as of an ``Equilibrium`` of kind hopf.
+        """Solve for the Hopf point near a state and both parameters.
 
-        frequency: rad per unit of time, by default that of the complex pair nearest to the imaginary axis; 0 at a
-        Bogdanov-Takens point. Raises ``RunError`` where Newton's method does not converge, or to a neutral saddle.
+        Parameters
+        ----------
+        x : sequence of float, (n,)
+            State, as of an ``Equilibrium`` of kind hopf.
+        parameters : sequence of float, (2,)
+            Values of p and q there.
+        frequency : float, optional
+            In rad per unit of time, by default that of the complex pair nearest to the imaginary axis; 0 at a Bogdanov-Takens
+            point.
+
+        Returns
+        -------
+        CurvePoint
+            The curve is followed from it towards greater frequency.
+
+        Raises
+        ------
+        WuchtError
+            For another number of states or parameters, and numbers that are not finite.
+        RunError
+            Where Newton's method does not converge, or to a neutral saddle.
         """
         at = state_of(self.equations, x, parameters)
         if frequency is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -39,7 +40,7 @@ class EvaluatedPoint(Protocol):
 P = TypeVar("P", bound=EvaluatedPoint)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TracedCurve(Generic[P]):
     """A curve that was followed to its ends. points: in order, special ones included. ends: why it ends, at first and last.
 
@@ -49,6 +50,16 @@ class TracedCurve(Generic[P]):
     equations: Equations
     points: tuple[P, ...]
     ends: tuple[str, str]
+
+    def __repr__(self) -> str:
+        """Summarise the curve in one line: its points are hundreds of arrays."""
+        n, names = self.equations.n, self.equations.parameters
+        values = np.array([p.point.u[n : n + len(names)] for p in self.points]).T
+        ranges = (f"{name} from {v.min():.6g} to {v.max():.6g}" for name, v in zip(names, values, strict=True))
+        kinds = Counter(p.kind for p in self.special)
+        special = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "none"
+        ends = " and ".join(dict.fromkeys(self.ends))
+        return f"<{type(self).__name__}: {len(self.points)} points, {', '.join(ranges)}; special: {special}; ends: {ends}>"
 
     @property
     def special(self) -> tuple[P, ...]:

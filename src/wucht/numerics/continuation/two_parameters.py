@@ -140,10 +140,41 @@ class HopfForm:
 
 
 def hopf_form(equations: Equations, u: np.ndarray, frequency: float | None = None) -> HopfForm:
-    """Compute the normal form of a Hopf point u = (x, p...) (n+m,); Kuznetsov (5.39), (10.45).
+    """Compute the normal form of a Hopf point.
 
-    frequency: of the critical pair; by default the pair nearest to the imaginary axis. Raises ``RunError`` where there is no
-    complex pair.
+    Parameters
+    ----------
+    equations : Equations
+    u : ndarray, (n+m,)
+        State and parameters (x, p...) of the Hopf point.
+    frequency : float, optional
+        Imaginary part of the critical pair; by default the pair nearest to the imaginary axis.
+
+    Returns
+    -------
+    HopfForm
+
+    Raises
+    ------
+    RunError
+        Where there is no complex pair, a second eigenvalue is critical, or the equations cannot be evaluated.
+
+    References
+    ----------
+    Y. A. Kuznetsov, "Elements of Applied Bifurcation Theory", Springer 2004, (5.39) and (10.45).
+
+    Examples
+    --------
+    Van der Pol's equation x'' + x = (mu - x^2) x' at mu = 0, where soft oscillations begin:
+
+    >>> import numpy as np
+    >>> import sympy as sp
+    >>> from wucht.numerics.continuation import Equations, System, hopf_form
+    >>> x, y, mu = sp.symbols("x y mu", real=True)
+    >>> equations = Equations.of(System((x, y), (y, (mu - x**2) * y - x), (mu,)), ["mu"], {})
+    >>> form = hopf_form(equations, np.zeros(3))
+    >>> form.supercritical, round(form.frequency, 6)
+    (True, 1.0)
     """
     n = equations.n
     values, q, p, rest = _critical(equations.values(u)[1][:, :n], frequency)
@@ -229,9 +260,18 @@ class SpecialEquilibrium(ABC):
 P = TypeVar("P", bound=SpecialEquilibrium)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SpecialCurve(TracedCurve[P]):
-    """A curve of special equilibria in two parameters."""
+    """A curve of special equilibria in two parameters that was followed to its ends.
+
+    Attributes
+    ----------
+    equations : Equations
+    points : tuple of Fold or HopfPoint
+        In order, special ones included; of a closed curve the first is the last, too.
+    ends : (str, str)
+        Sentences with the reasons why it ends, at its first and at its last point.
+    """
 
     @cached_property
     def u(self) -> np.ndarray:

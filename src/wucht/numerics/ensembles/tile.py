@@ -26,7 +26,7 @@ from wucht.numerics.ensembles.members import (
 )
 from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.heyoka_batch import BatchIntegrator
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Program
 
 Check = Callable[[], None]  # raises if the work is to be stopped

@@ -19,7 +19,7 @@ from wucht.numerics.flow.events import Event, LegResult
 from wucht.numerics.flow.program import Evaluator, Numbers, Program, lower
 from wucht.numerics.flow.segments import Lookahead, Segmentations, SegmentLocator, compile_lookahead
 from wucht.piecewise import PiecewiseCubic
-from wucht.system import System
+from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 DEFAULT_TOLERANCE = 1e-12
 ENGINES = ("heyoka", "scipy", "scipy-radau")
@@ -95,7 +95,13 @@ class CompiledSystem:
 
 
 def available_engine() -> str:
-    """Return ``"heyoka"`` where it is installed, else ``"scipy"``."""
+    """Choose the engine that a System is compiled for by default.
+
+    Returns
+    -------
+    str
+        ``"heyoka"`` where it is installed, else ``"scipy"``.
+    """
     return "heyoka" if find_spec("heyoka") else "scipy"
 
 

@@ -15,11 +15,12 @@ Action = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Event:
-    """An event happens where an expression passes zero.
+    """Event of a run: an expression passes zero.
 
     Parameters
     ----------
     name : str
+        By which its hits, and a run that it stops, are labelled.
     expression : sympy.Expr
         In the System's states, parameters, definitions and time.
     direction : {0, 1, -1}

@@ -20,7 +20,8 @@ import sympy as sp
 from wucht.disk_cache import derived_once
 from wucht.errors import RunError
 from wucht.piecewise import Pieces, PiecewiseCubic
-from wucht.system import TIME, System, needed_definitions
+from wucht.system import TIME as TIME  # noqa: PLC0414 - re-exported
+from wucht.system import System, needed_definitions
 
 Numbers = Sequence[float] | np.ndarray
 # Given only a library's name, SymPy would load all of it: "from numpy import *" takes as long as ten functions.
@@ -200,7 +201,25 @@ def variable_function(
 
 @dataclass(frozen=True)
 class Evaluator:
-    """Expressions of a System as a function of arrays. The same expressions give the same evaluator back."""
+    """Expressions of a System as a function of arrays. The same expressions give the same evaluator back.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the expressions.
+    program : Program
+        The assignments that compute them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sympy as sp
+    >>> from wucht.numerics.flow import Evaluator, System
+    >>> x, v, k = sp.symbols("x v k", real=True)
+    >>> energy = Evaluator.of(System((x, v), (v, -k * x), (k,)), [(v**2 + k * x**2) / 2], ["energy"])
+    >>> energy(np.zeros(2), np.array([[1.0, 0.0], [0.0, 3.0]]), [4.0])
+    {'energy': array([2. , 4.5])}
+    """
 
     names: tuple[str, ...]
     program: Program

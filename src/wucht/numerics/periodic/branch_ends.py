@@ -47,7 +47,7 @@ _IN_A_SUBSPACE = 1e-6  # relative: smaller components do not count
 
 @dataclass(frozen=True)
 class BranchEnd:
-    """End of a branch.
+    """End of a branch of periodic orbits.
 
     Attributes
     ----------
@@ -61,6 +61,7 @@ class BranchEnd:
     period : float
         Of the last orbit.
     sentence : str
+        The end in words, with the parameter's value.
     equilibrium : ndarray, (n,)
         That the last orbits approach, empty where there is none.
     eigenvalues : ndarray of complex, (n,)
@@ -90,7 +91,7 @@ class _Saddle:
 
 
 def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], reason: str) -> BranchEnd:
-    """Identify the end of a branch.
+    """Identify the end of a branch of periodic orbits.
 
     Parameters
     ----------
@@ -102,6 +103,10 @@ def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Se
         The last ones, two or more where there are as many.
     reason : str
         The sentence with which following the branch ended (``Walk.end``).
+
+    Returns
+    -------
+    BranchEnd
     """
     here, name = last[-1], cycles.equations.parameters[-1]
     value, period = here.parameter, here.period

@@ -28,14 +28,27 @@ _ROUNDING = 1e-9  # of the largest eigenvalue: a smaller real part is not signif
 
 @dataclass(frozen=True, eq=False)
 class Connection(CollocationSolution):
-    """Orbit between equilibria.
+    """Orbit between equilibria, or back to one.
 
-    curve, point: of the continuation. time: its duration. equilibria (e, n): where it begins and ends, one where that
-    is the same. eigenvalues (e, n): there, the largest real part first. parameters: their values, in the order in which they
-    are varied. kind: ``""``, or of a special point of an orbit that returns to a saddle. ``"neutral-saddle"``: the saddle
-    quantity is zero. ``"saddle-focus"``: both slowest eigenvalues of those with which the saddle is reached are one; on one
-    side of this point they are complex. ``"three-leading"``: a complex pair is as slow as the slowest real one.
-    ``"unresolved"``: one of these lies between the point before and this one, and was not located.
+    Attributes
+    ----------
+    curve : Curve
+        With the collocation problem on the orbit's mesh.
+    point : CurvePoint
+        All unknowns.
+    time : float
+        Duration of the orbit.
+    equilibria : ndarray, (e, n)
+        Where it begins and ends, one where that is the same.
+    eigenvalues : ndarray of complex, (e, n)
+        Of the equilibria, the largest real part first.
+    parameters : ndarray
+        Their values, in the order in which they are varied.
+    kind : str
+        ``""``, or that of a special point of an orbit that returns to a saddle. ``"neutral-saddle"``: the saddle quantity is
+        zero. ``"saddle-focus"``: both slowest eigenvalues of those with which the saddle is reached are one; on one side of
+        this point they are complex. ``"three-leading"``: a complex pair is as slow as the slowest real one.
+        ``"unresolved"``: one of these lies between the point before and this one, and was not located.
     """
 
     time: float

@@ -46,6 +46,10 @@ def connection_from_excursion(
     way : int
         1 or -1, side on which the saddle is left: 1 where the state with the largest component grows.
 
+    Returns
+    -------
+    Connection
+
     Raises
     ------
     RunError

@@ -39,15 +39,31 @@ class HiddenPoint(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Cycle(Orbit):
-    """Periodic orbit of a branch.
+    """Periodic orbit on a branch in one parameter.
 
-    logarithms (n-1,): ln mu of Floquet's multipliers without the trivial one. For two states that is the integral of the
-    divergence over a period (Liouville's formula); for more they are those of the collocation, accurate near the unit circle,
-    not where mu is tiny (see ``floquet``). along: ln mu of the trivial one, 0 except for errors. product_error: difference of
-    the sum of all and the integral of the divergence. basis (n-1, n-1): of their invariant subspaces, for a neighbour.
-    kind: ``""``, ``"fold"``, ``"period-doubling"``, ``"torus"``, ``"branch-point"``, or ``"unresolved"``: a special point
-    that was not located lies between the orbit before and this one. crossing_direction: at a branch point, of all unknowns,
-    along the branch that crosses. hidden_point: of an unresolved point, its possible kind and interval.
+    Attributes
+    ----------
+    curve : Curve
+        The branch, with the collocation problem on the orbit's mesh.
+    point : CurvePoint
+        The orbit's unknowns: states at the nodes, period and parameter.
+    logarithms : ndarray of complex, (n-1,)
+        ln mu of Floquet's multipliers without the trivial one. For two states that is the integral of the divergence over a
+        period (Liouville's formula); for more they are those of the collocation, accurate near the unit circle, not where mu
+        is tiny (see ``floquet``).
+    along : float
+        ln mu of the trivial multiplier, 0 except for errors.
+    product_error : float
+        Difference of the sum of all ln mu and the integral of the divergence.
+    basis : ndarray, (n-1, n-1)
+        Basis of the invariant subspaces, for a neighbour.
+    kind : str
+        ``""``, ``"fold"``, ``"period-doubling"``, ``"torus"``, ``"branch-point"``, or ``"unresolved"``: a special point that
+        was not located lies between the orbit before and this one.
+    crossing_direction : ndarray
+        At a branch point the direction, of all unknowns, of the branch that crosses.
+    hidden_point : HiddenPoint or None
+        Possible kind and interval of an unresolved point.
     """
 
     logarithms: np.ndarray

@@ -42,7 +42,17 @@ _SYMMETRIC = 1e-3  # largest d of an orbit with the symmetry: d v is added to it
 
 @dataclass(frozen=True, eq=False)
 class CurveCycle(Orbit):
-    """Point of such a curve. n: number of the problem's states that are the orbit's, the others being its changes."""
+    """Special periodic orbit on a curve in two parameters.
+
+    Attributes
+    ----------
+    curve : Curve
+        With the collocation problem of the orbit and its changes, on the orbit's mesh.
+    point : CurvePoint
+        All unknowns.
+    n : int
+        Number of the problem's states that are the orbit's, the others being its changes.
+    """
 
     n: int
 
@@ -65,10 +75,25 @@ class CurveCycle(Orbit):
 
 @dataclass(frozen=True, eq=False)
 class CycleCurve:
-    """Curve of one kind, followed over two parameters.
+    """Curves of special periodic orbits in two parameters. ``CycleCurve.of`` sets them up.
 
-    kind: as of a ``Cycle``. equations: of y and v; varied are T, c or theta where there is one, and both parameters. n: states
-    of y. winding (n,): of y. bounds: of both parameters. periods: (low, high). steps, accuracy, degree: as of ``Cycles``.
+    Attributes
+    ----------
+    kind : str
+        ``"fold"``, ``"period-doubling"``, ``"torus"`` or ``"branch-point"``: that of all its orbits.
+    equations : Equations
+        Of the orbit y and its change v; varied are T, c or theta where there is one, and both parameters.
+    n : int
+        Number of states of y.
+    winding : ndarray, (n,)
+        Turns of each angle in a period, 0 of other states.
+    bounds : tuple of two (float, float)
+        Lower and upper limit of both parameters.
+    periods : (float, float)
+        Limits of T.
+    steps : Steps
+    accuracy : float
+        Required between mesh points, in units of scale.
     """
 
     kind: str
@@ -95,9 +120,30 @@ class CycleCurve:
         steps: Steps | None = None,
         accuracy: float = 1e-7,
     ) -> CycleCurve:
-        """Set up a curve of an autonomous System; arguments as of ``Cycles.of``.
+        """Set up the curves of one kind of an autonomous System.
 
-        Raises ``WuchtError`` for another kind, and as ``Cycles.of``.
+        Parameters
+        ----------
+        kind : {"fold", "period-doubling", "torus", "branch-point"}
+            As of a ``Cycle``.
+        system : System
+        parameters : (str, str)
+            Names of both varied ones.
+        fixed_values : mapping
+            Values of all others.
+        bounds : tuple of two (float, float)
+            Of both parameters.
+        winding, scale, periods, steps, accuracy
+            As of ``Cycles.of``.
+
+        Returns
+        -------
+        CycleCurve
+
+        Raises
+        ------
+        WuchtError
+            For another kind, one parameter given twice, and as ``Cycles.of``.
         """
         if kind not in _COLUMNS:
             raise WuchtError(f"{kind}: curves of orbits are of the kinds {', '.join(_COLUMNS)}", code="unknown-kind")

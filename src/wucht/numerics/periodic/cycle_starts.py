@@ -35,6 +35,10 @@ def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: flo
     value : float
         Of the parameter.
 
+    Returns
+    -------
+    Cycle
+
     Raises
     ------
     WuchtError
@@ -94,6 +98,10 @@ def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
     value : float
         Of the parameter, approximate: the computed orbit may have another value where ``orbit`` is not exactly one.
 
+    Returns
+    -------
+    Cycle
+
     Raises
     ------
     WuchtError
@@ -117,9 +125,24 @@ def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
 
 
 def cycles_with(cycles: Cycles, branch: Sequence[Cycle], value: float) -> tuple[Cycle, ...]:
-    """Return the orbits of a branch with a value of the parameter: one between each two neighbours that enclose it.
+    """Compute the orbits of a branch with a value of the parameter: one between each two neighbours that enclose it.
 
-    branch: in order, as from ``Cycles.walk``. Raises ``RunError`` where the branch cannot be computed between two.
+    Parameters
+    ----------
+    cycles : Cycles
+    branch : sequence of Cycle
+        In order, as from ``Cycles.walk``.
+    value : float
+        Of the parameter.
+
+    Returns
+    -------
+    tuple of Cycle
+
+    Raises
+    ------
+    RunError
+        Where the branch cannot be computed between two neighbours.
     """
     crossings = list[Cycle]()
     for here, there in pairwise(branch):
@@ -147,9 +170,24 @@ def cycle_from_nodes(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, v
 
 
 def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) -> Cycle:
-    """Compute the first orbit of the branch that begins at a Hopf point. amplitude: of its states, by their sizes.
+    """Compute the first orbit of the branch that begins at a Hopf point.
 
-    Raises ``RunError`` where Newton's method does not converge.
+    Parameters
+    ----------
+    cycles : Cycles
+    hopf : Equilibrium
+        The Hopf point, on a branch of equilibria in the same parameter.
+    amplitude : float
+        Root mean square of the states along the orbit, in units of scale.
+
+    Returns
+    -------
+    Cycle
+
+    Raises
+    ------
+    RunError
+        Where Newton's method does not converge.
     """
     e, n = cycles.equations, cycles.equations.n
     values, vectors = np.linalg.eig(hopf.point.jacobian[:, :n])
@@ -167,7 +205,27 @@ def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) ->
 
 
 def doubled_branch(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles, Cycle]:
-    """Return the branch of twice the period that begins at a period doubling, and its first orbit. Raises ``RunError``."""
+    """Compute the branch of twice the period that begins at a period doubling, and its first orbit.
+
+    Parameters
+    ----------
+    cycles : Cycles
+        The branch that was followed.
+    at : Cycle
+        Its orbit of kind ``"period-doubling"``.
+    amplitude : float
+        Distance of the first orbit from the period doubling, in units of scale.
+
+    Returns
+    -------
+    doubled : Cycles
+    first : Cycle
+
+    Raises
+    ------
+    RunError
+        Where Newton's method does not converge.
+    """
     mesh, n = at.problem.mesh, at.problem.n
     twice = Mesh(np.concatenate([mesh.edges / 2, (1 + mesh.edges[1:]) / 2]), mesh.degree)
     y = at.states.T
@@ -187,7 +245,26 @@ def doubled_branch(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[
 
 
 def crossing_branch(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycle, Cycle]:
-    """Return first orbits of the other branch through a branch point, one on either side. Raises ``RunError``."""
+    """Compute first orbits of the other branch through a branch point, one on either side.
+
+    Parameters
+    ----------
+    cycles : Cycles
+        The branch that was followed; the other one belongs to the same problem.
+    at : Cycle
+        Its orbit of kind ``"branch-point"``.
+    amplitude : float
+        Distance of both orbits from the branch point, in units of scale.
+
+    Returns
+    -------
+    tuple of two Cycle
+
+    Raises
+    ------
+    RunError
+        Where Newton's method does not converge.
+    """
     curve, direction = at.curve, at.crossing_direction
     first, second = (
         with_exact_tolerance(curve).start(at.point.u + s * amplitude * direction, s * direction) for s in (1.0, -1.0)

@@ -16,8 +16,12 @@ from functools import partial
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem as BoundaryValueProblem  # noqa: PLC0414 - re-exported
+from wucht.numerics.collocation.boundary_values import EndValues, Reference
+from wucht.numerics.collocation.boundary_values import end_value as end_value  # noqa: PLC0414 - re-exported
+from wucht.numerics.collocation.boundary_values import start_value as start_value  # noqa: PLC0414 - re-exported
 from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.collocation.solutions import Solutions as Solutions  # noqa: PLC0414 - re-exported
 from wucht.numerics.collocation.solutions import refine_on_common_mesh
 from wucht.numerics.continuation.curve import CURVE_IS_CLOSED, Curve, Steps, Walk
 from wucht.numerics.continuation.equations import CurvePoint, Equations
@@ -38,7 +42,7 @@ from wucht.numerics.periodic.floquet import collocated_multipliers
 from wucht.numerics.periodic.hopf_ends import SHRINKS, VANISHES, hopf_point
 from wucht.numerics.periodic.orbit_branch_points import orbit_branch_point
 from wucht.numerics.periodic.periods import PERIOD, refuse_empty, turns_of, with_period_unit
-from wucht.system import System
+from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 _STEERING = 1e-10  # relative accuracy of the multipliers used to detect special points
 _LOCATING = 1e-9  # accuracy of the mesh when they are located
@@ -55,11 +59,23 @@ STEPS = Steps(most=0.5, turn=0.35, corrections=4, tolerance=1e-7, predicts_corre
 
 @dataclass(frozen=True, eq=False)
 class Cycles:
-    """Periodic orbits of a System, followed over one of its parameters.
+    """Branches of periodic orbits of a System in one of its parameters. ``Cycles.of`` sets them up.
 
-    equations: y' = T f(y, p); varied are the period T and the parameter. bounds: of the parameter. periods: (low, high) of T.
-    winding (n,): turns of each angle in a period, 0 of other states. accuracy: see ``BoundaryValueProblem``. degree: of the
-    polynomials.
+    Attributes
+    ----------
+    equations : Equations
+        y' = T f(y, p); varied are the period T and the parameter.
+    bounds : (float, float)
+        Lower and upper limit of the parameter.
+    periods : (float, float)
+        Limits of T.
+    winding : ndarray, (n,)
+        Turns of each angle in a period, 0 of other states.
+    steps : Steps
+    accuracy : float
+        Required between mesh points, in units of scale: see ``BoundaryValueProblem``.
+    degree : int
+        Degree of the polynomials of an interval.
     """
 
     equations: Equations
@@ -102,15 +118,21 @@ class Cycles:
             Typical changes of states and the parameter, by name; 1 where not given.
         periods : (float, float)
             Range of periods within which the branch is followed.
-        steps, accuracy, degree
-            See ``Steps``, ``BoundaryValueProblem``, ``Mesh``.
+        steps : Steps, optional
+        accuracy : float
+            Required between mesh points, in units of scale.
+        degree : int
+            Degree of the polynomials of an interval.
+
+        Returns
+        -------
+        Cycles
 
         Raises
         ------
         WuchtError
             As ``Equations.of``, for a winding of a state that is no angle, for bounds without a range between them, and for
-            equations that depend on time: see
-            ``with_forcing_phase``.
+            equations that depend on time: see ``with_forcing_phase``.
         """
         refuse_empty(parameter, bounds)
         refuse_empty("the period", periods)

@@ -18,7 +18,7 @@ from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.condensation import CollocationJacobian
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.jacobian import variational_system
 from wucht.system import System

@@ -75,6 +75,10 @@ def with_forcing_phase(system: System, frequency: str) -> System:
     frequency : str
         Name of its parameter that is the frequency of the forcing, rad per unit of time.
 
+    Returns
+    -------
+    System
+
     Raises
     ------
     WuchtError

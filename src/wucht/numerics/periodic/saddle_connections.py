@@ -88,11 +88,25 @@ def _leaving(matrix: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Connections:
-    """Connections of equilibria each of which is left in one direction.
+    """Curves of connections of equilibria each of which is left in one direction. ``Connections.of`` sets them up.
 
-    rates: f(x, p), by x and the varied parameters. time: T, at least. winding (n,). bounds: of the parameters. folds: True for
-    those of the one or two equilibria that are saddle-nodes. longest: time up to which orbits of saddles are extended where
-    their ends do not come near to them.
+    Attributes
+    ----------
+    rates : Equations
+        f(x, p), p being the varied parameters.
+    time : float
+        Duration T of the orbit, at least.
+    winding : ndarray, (n,)
+        Turns of each angle along the orbit, 0 of other states.
+    bounds : tuple of (float, float)
+        Lower and upper limits of the parameters.
+    folds : tuple of bool
+        True for those of the one or two equilibria that are saddle-nodes.
+    steps : Steps
+    accuracy : float
+        Required between mesh points, in units of scale.
+    longest : float
+        Time up to which orbits of saddles are extended where their ends do not come near to them.
     """
 
     rates: Equations
@@ -141,6 +155,10 @@ class Connections:
         longest : float
             An orbit of saddles is extended beyond ``time``, up to this, where its ends are not yet near them: the error of
             the parameters is about the square of that distance. An orbit of a saddle-node is not: it comes near only as 1/time.
+
+        Returns
+        -------
+        Connections
 
         Raises
         ------

@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.phase_plane.plane import Plane
 

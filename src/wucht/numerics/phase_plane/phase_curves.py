@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve, Lap, closed_curve, last_lap
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoint
 from wucht.numerics.phase_plane.plane import PASSED_TIME, Plane

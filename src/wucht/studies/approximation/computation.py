@@ -25,7 +25,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import has_damped_balancers, operating_speed
 from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.schema import Parameter, Unit, read_quantity
 from wucht.studies.approximation.spec import Approximation

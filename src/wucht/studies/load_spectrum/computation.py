@@ -42,7 +42,15 @@ _SI = ("m/s^2", "N", "N m", "Pa", "m", "m/s", "rad", "rad/s", "V", "A", "W", "kg
 
 @dataclass(frozen=True)
 class Records:
-    """The folder in which a study's records lie."""
+    """The records of a study: measured signals in the files of a folder.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where the files lie.
+    title : str
+        The name of the records in results.
+    """
 
     folder: Path = field(default_factory=Path)
     title: str = "Record"

@@ -19,7 +19,7 @@ from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.machines.operation import has_damped_balancers, machine_at_speed
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoints, fixed_points, window_around
 from wucht.numerics.phase_plane.manifolds import Manifold, manifold

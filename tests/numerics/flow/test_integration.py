@@ -12,7 +12,7 @@ from tests.refusals import failed
 
 from wucht.errors import RunError
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integrate import Integration, integrate
+from wucht.numerics.flow.integration import Integration, integrate
 from wucht.system import TIME, Output, System
 
 x, y, v = sp.symbols("x y v", real=True)
