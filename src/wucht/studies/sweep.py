@@ -59,17 +59,19 @@ class Sweep(Spec):
 
     along: Path = Field(description="path of the parameter that is swept")
     range: Pair
-    rate: Value | None = Field(None, title="rate of the parameter", description=(
+    rate: Value | None = Field(default=None, title="rate of the parameter", description=(
         "rate of the parameter, in its unit per unit of time; by default the range takes a thousand times as long as the "
         "response of the machine"
     ))  # fmt: skip
     direction: Literal["both", "up", "down"] = Field(
-        "both", description='direction of the sweep: `"both"` (up, then down again), `"up"` or `"down"`'
+        default="both", description='direction of the sweep: `"both"` (up, then down again), `"up"` or `"down"`'
     )
     start: Start = Field(default_factory=dict, description=(
         "initial state; the machine starts there with the parameter at its first value, and settles"
     ))  # fmt: skip
-    jump_tolerance: float = Field(JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values of jumps")
+    jump_tolerance: float = Field(
+        default=JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values of jumps"
+    )
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 

@@ -8,7 +8,7 @@ import sympy as sp
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
-from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.base import SI, Drive, si
 from wucht.machines.parts.nameplate import DCNameplate, read_nameplate, required_without
 
 _LINE = ("armature_resistance", "motor_constant", "flux")  # the keys that follow from a nameplate
@@ -22,15 +22,15 @@ class DCSeparate(Drive):
 
     kind = "dc-separate"
 
-    nameplate: DCNameplate | None = Field(None, description="rated data of the motor, from which its constants follow")
-    voltage: float = si("V", "voltage of the armature", "U", help=(
+    nameplate: DCNameplate | None = Field(default=None, description="rated data of the motor, from which its constants follow")
+    voltage: SI[float] = si("V", "voltage of the armature", "U", help=(
         "voltage of the armature; a negative one reverses the motor; beside a `nameplate` the one with which it is run"
     ))  # fmt: skip
-    armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
-    motor_constant: float = si("", "motor constant", "k_M", gt=0, help=(
+    armature_resistance: SI[float] = si("ohm", "resistance of the armature", "R_A", gt=0)
+    motor_constant: SI[float] = si("", "motor constant", "k_M", gt=0, help=(
         "motor constant k_M: torque over flux and current; where a data sheet gives its product with the flux, 1"
     ))  # fmt: skip
-    flux: float = si("Wb", "magnetic flux of the field", "Phi_E", ge=0)
+    flux: SI[float] = si("Wb", "magnetic flux of the field", "Phi_E", ge=0)
 
     @model_validator(mode="before")
     @classmethod

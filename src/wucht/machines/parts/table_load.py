@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import Load, Parameter, si
+from wucht.machines.parts.base import SI, Load, Parameter, si
 from wucht.machines.parts.characteristic import Points, curve
 from wucht.machines.parts.coulomb_load import TRANSITION
 from wucht.piecewise import PiecewiseCubic
@@ -24,7 +24,7 @@ class TableLoad(Load):
     kind = "table"
 
     points: Points
-    transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_c", TRANSITION, gt=0)
+    transition_speed: SI[float] = si("rad/s", "speed of the transition at standstill", "w_c", default=TRANSITION, gt=0)
 
     def friction(self) -> float:
         """Return the torque T_0 in N m with which the curve begins at speed 0."""

@@ -50,7 +50,7 @@ class Basin(EnsembleSpec):
         "{name = [lo, hi, cells]}, two of them, cell-centred: each a start state as in `start` (`psi`, `delta`, a body's name "
         "or `BODY.angle`, `BODY.speed`, `carrier.x`) or the path of a parameter. An angle over a whole turn is periodic"
     ))  # fmt: skip
-    refine: common.Whole = Field(0, description=(
+    refine: common.Whole = Field(default=0, description=(
         "number of halvings of the cells at the borders: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. Where the "
         "borders run is then known to a cell of that; a basin that is narrower than a cell of `axes` and does not reach "
         "another one's border can be missed"

@@ -29,20 +29,22 @@ class SpeedCurve(Spec):
 
     along: Path = Field(description="path of the parameter over which branches are followed")
     range: Pair
-    points: Whole = Field(5, description=(
+    points: Whole = Field(default=5, description=(
         "number of values in the range at which, besides those near both ends, all steady states are searched; each on no "
         "known branch is followed both ways"
     ))  # fmt: skip
     only: Names | None = None
-    second: Path | None = Field(None, description="path of another parameter; with `second_values` or `second_range`")
-    second_values: Values | None = Field(None, description="values of the second parameter, whose branches share one figure")
-    second_range: Pair | None = Field(None, description=(
+    second: Path | None = Field(default=None, description="path of another parameter; with `second_values` or `second_range`")
+    second_values: Values | None = Field(
+        default=None, description="values of the second parameter, whose branches share one figure"
+    )
+    second_range: Pair | None = Field(default=None, description=(
         "pair [low, high] of the second parameter, over which the curves of folds and Hopf points in both parameters are "
         "followed"
     ))  # fmt: skip
-    show: str | None = Field(None, description="state that is drawn; by default the speed, of a system its first state")
+    show: str | None = Field(default=None, description="state that is drawn; by default the speed, of a system its first state")
     ranges: Ranges | None = None
-    inertia: Inertia | None = Field(None, description=(
+    inertia: Inertia | None = Field(default=None, description=(
         "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
         "default of the dimensionless machines; that of others is true"
     ))  # fmt: skip

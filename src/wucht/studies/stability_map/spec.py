@@ -33,22 +33,24 @@ class StabilityMap(Spec):
     range: Pair = Field(description="pair [low, high] of the first parameter")
     second: Path = Field(description="path of the second parameter of the plane")
     second_range: Pair = Field(description="pair [low, high] of the second parameter")
-    cells: Whole | None = Field(None, description=(
+    cells: Whole | None = Field(default=None, description=(
         "number of cells a side, in whose centres the motions are determined; by default 12, with `eliminate` 6"
     ))  # fmt: skip
-    orbits: TrueOrFalse = Field(True, description="whether modulated motions are searched, too")
-    together: TrueOrFalse = Field(False, description="whether equal balancing bodies keep equal phases in modulated motion")
+    orbits: TrueOrFalse = Field(default=True, description="whether modulated motions are searched, too")
+    together: TrueOrFalse = Field(
+        default=False, description="whether equal balancing bodies keep equal phases in modulated motion"
+    )
     only: Names | None = None
     ranges: Ranges | None = None
-    inertia: Inertia | None = Field(None, description=(
+    inertia: Inertia | None = Field(default=None, description=(
         "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
         "default of the dimensionless machines; that of others is true"
     ))  # fmt: skip
-    eliminate: Path | None = Field(None, description=(
+    eliminate: Path | None = Field(default=None, description=(
         "path of a third parameter. The map then shows the end of the modulated motion that begins where a stable steady "
         "state is lost, as this parameter changes further: the question that 002, section 5.2, leaves open"
     ))  # fmt: skip
-    eliminate_range: Pair | None = Field(None, description="pair [low, high] of the third parameter, `eliminate`")
+    eliminate_range: Pair | None = Field(default=None, description="pair [low, high] of the third parameter, `eliminate`")
 
     @property
     def settings(self) -> BranchSettings:
