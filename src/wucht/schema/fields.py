@@ -21,15 +21,13 @@ RawT = TypeVar("RawT")
 if TYPE_CHECKING:
 
     class Conversion(Generic[T, RawT]):
-        """Type of a field that is a T in its table, and may also be given as a RawT, which its validator converts.
-
-        Type checkers take what a descriptor can be set to as the type of the parameter.
-        """
+        """A descriptor: type checkers take what it can be set to as the type of the parameter."""
 
         def __get__(self, table: Any, owner: Any) -> T: ...
         def __set__(self, table: Any, value: T | RawT) -> None: ...
 
     SI = Conversion[T, str | Sequence[float | str]]
+    Composite = Conversion[T, Sequence[Any] | Mapping[str, Any]]
 else:
 
     class Conversion:
@@ -39,15 +37,18 @@ else:
             return types[0]
 
     class SI:
-        """Type of a quantity, which may also be given as a text with a unit: ``SI[float]`` is ``float``."""
+        """Type of a quantity made by ``si``, which may also be given as a text with a unit: ``SI[float]`` is ``float``."""
 
         def __class_getitem__(cls, number: Any) -> Any:
             return number
 
+    class Composite(SI):
+        """Type of tuples and tables made by ``composite``, which may also be given as lists and tables of a file."""
 
-def key(default: Any = ..., **settings: Any) -> Any:
-    """A field of any type, as pydantic's ``Field``, whose default may be of another type than a ``Conversion``."""
-    return Field(default, **settings)
+
+def composite(**settings: Any) -> Any:
+    """A field of the type ``Composite``, with the settings of pydantic's ``Field``: its default may be of another type."""
+    return Field(**settings)
 
 
 def si(
@@ -132,7 +133,7 @@ else:
     _Metaclass = type(BaseModel)
 
 
-@dataclass_transform(kw_only_default=True, field_specifiers=(Field, si, key))
+@dataclass_transform(kw_only_default=True, field_specifiers=(Field, si, composite))
 class _TableMeta(_Metaclass):
     """Classes whose call raises ``InputError`` instead of pydantic's error, and which show their fields.
 

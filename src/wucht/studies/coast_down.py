@@ -42,7 +42,7 @@ from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, mark_levels
 from wucht.results.formatting import ReportLines, abscissa_label
 from wucht.results.quantities import Quantity, answer
-from wucht.schema import SI, si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
 
@@ -62,7 +62,7 @@ class CoastDown(Spec):
     until: SI[float | None] = si("s", "time", default=None, gt=0, help=(
         "time at which the run ends; none: until it has stopped, swings, or turns at a hundredth of its speed"
     ))  # fmt: skip
-    start: Start = Field(default_factory=dict, description=(
+    start: Composite[Start] = composite(default_factory=dict, description=(
         "initial state; rotors without a given speed start with the speed that their drive reaches, and the bodies about them "
         "turn along"
     ))  # fmt: skip

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from wucht.errors import InputError
 from wucht.fatigue.damage import WoehlerLine, slope_below
-from wucht.schema import SI, TableModel, Unit, read_quantity, refuse_unknown, si, validate_model
+from wucht.schema import SI, Composite, TableModel, Unit, composite, read_quantity, refuse_unknown, si, validate_model
 from wucht.studies import spec as common
 from wucht.studies.spec import Value
 
@@ -68,7 +68,9 @@ class EnsembleSpec(common.Spec):
     tiled: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
 
-    start: common.Start = Field(default_factory=dict, description="common initial state, except for the varied quantities")
+    start: Composite[common.Start] = composite(
+        default_factory=dict, description="common initial state, except for the varied quantities"
+    )
     model: Literal["full", "slow"] = Field(default="full", description='the `"full"` equations or the averaged ones (`"slow"`)')
     inertia: common.Inertia | None = None
     order: common.Order = 1

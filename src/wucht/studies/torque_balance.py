@@ -29,7 +29,7 @@ from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_co
 from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, answer, table
-from wucht.schema import SI, si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
@@ -58,7 +58,9 @@ class TorqueBalance(Spec):
         "number of speeds, evenly spaced over the range; more are added to resolve resonances and breakdown"
     ))  # fmt: skip
     bodies: BalancingBodies = None
-    start: Start = Field(default_factory=dict, description="phases of balancing bodies that are held, and of other rotors")
+    start: Composite[Start] = composite(
+        default_factory=dict, description="phases of balancing bodies that are held, and of other rotors"
+    )
 
     def turning(self) -> str:
         """See ``Spec``."""

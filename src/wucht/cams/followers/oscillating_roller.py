@@ -18,7 +18,7 @@ from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, check_length, smallest_roller_cam, tangents_of
 from wucht.errors import InputError
 from wucht.numerics.angles import TURN, valleys
-from wucht.schema import SI, TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 
 _DEAD = 1e-9  # sin sin: so near to zero a roller cannot drive the lever
 
@@ -45,7 +45,7 @@ class OscillatingRoller(RollerFollower):
     arm: SI[float] = si("m", "arm of the lever", gt=0)
     roller_radius: SI[float] = si("m", "radius of the roller", gt=0)
     angle: SI[float] = si("rad", "angle of the lever where the law is zero")
-    counter: CounterTable | None = Field(
+    counter: Composite[CounterTable | None] = composite(
         default=None,
         description="lever of a counter cam, rigidly joined to this one: a table with `arm`, `roller_radius` and `angle`",
     )

@@ -22,7 +22,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, shaft_torques
 from wucht.machines.parts import drives, loads
 from wucht.machines.parts.base import ShaftPart
-from wucht.schema import SI, TableModel, Unit, fields_of, read_quantity, refuse_unknown, si
+from wucht.schema import SI, Composite, TableModel, Unit, composite, fields_of, read_quantity, refuse_unknown, si
 
 _STIFFNESS = {"rad": Unit("N m/rad", "rotational stiffness"), "m": Unit("N/m", "stiffness")}
 _DAMPING = {"rad": Unit("N m s/rad", "rotational damping"), "m": Unit("N s/m", "damping")}
@@ -169,17 +169,17 @@ class ShaftTable(TableModel):
     mean_speed: SI[float | None] = si("rad/s", "mean speed", default=None, gt=0, help=(
         "mean speed: instead of a drive, that of the eigenmotion; with one, where it is expected"
     ))  # fmt: skip
-    drive: dict[str, Any] | None = Field(
+    drive: Composite[dict[str, Any] | None] = composite(
         default=None,
         title="drive, a table: [shaft.drive]",
         description="drive as of a machine, without `on`, a table: `[shaft.drive]`",
     )
-    loads: tuple[dict[str, Any], ...] = Field(
+    loads: Composite[tuple[dict[str, Any], ...]] = composite(
         default=(),
         title="loads, tables: [[shaft.loads]]",
         description="loads as of a machine, without `on`, tables: `[[shaft.loads]]`",
     )
-    elastic: ElasticTable | None = Field(default=None, title="springs, a table: [shaft.elastic]", description=(
+    elastic: Composite[ElasticTable | None] = composite(default=None, title="springs, a table: [shaft.elastic]", description=(
         "springs that the rigid prediction leaves out, a table: `[shaft.elastic]`"
     ))  # fmt: skip
 

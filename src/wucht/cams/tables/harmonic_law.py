@@ -16,7 +16,7 @@ from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotion, read_
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.zeros_and_peaks import fewest_where
-from wucht.schema import SI, TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 
 _ORDERS = ("position", "velocity", "acceleration", "jerk")
 _TURN = 2 * math.pi
@@ -88,10 +88,12 @@ class Coefficients(TableModel):
     """A series that is known: mean + sum of cosine_k cos k phi + sine_k sin k phi, the first harmonic first."""
 
     mean: Position = Field(default=0.0, title="mean value", description="mean value of the motion")
-    cosine: tuple[Position, ...] = Field(
+    cosine: Composite[tuple[Position, ...]] = composite(
         default=(), title="cosine coefficients", description="cosines, the first harmonic first"
     )
-    sine: tuple[Position, ...] = Field(default=(), title="sine coefficients", description="sines, the first harmonic first")
+    sine: Composite[tuple[Position, ...]] = composite(
+        default=(), title="sine coefficients", description="sines, the first harmonic first"
+    )
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
@@ -122,16 +124,16 @@ class HarmonicTable(LawTable):
     objective: Literal["flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"] = Field(
         default="flattest-dwell", description="what is made best of all motions that keep the restrictions"
     )
-    restrictions: tuple[RestrictionTable, ...] = Field(
+    restrictions: Composite[tuple[RestrictionTable, ...]] = composite(
         default=(),
         title="restrictions",
         description="what the motion must be at angles or on arcs, tables: `[[law.restrictions]]`",
     )
-    caps: tuple[CapTable, ...] = Field(default=(), description="largest amplitudes of harmonics")
-    resonance: Resonance | None = Field(
+    caps: Composite[tuple[CapTable, ...]] = composite(default=(), description="largest amplitudes of harmonics")
+    resonance: Composite[Resonance | None] = composite(
         default=None, description="resonance near which orders weigh more, a table: `[law.resonance]`"
     )
-    coefficients: Coefficients | None = Field(
+    coefficients: Composite[Coefficients | None] = composite(
         default=None,
         description="coefficients of a motion that is known, instead of restrictions, a table: `[law.coefficients]`",
     )

@@ -16,7 +16,7 @@ from wucht.cams.laws.table_law import TableLaw
 from wucht.cams.tables.motion_law import UNITS, LawTable, MotionLaw, Position, RiseMotion, read_output
 from wucht.errors import InputError
 from wucht.files.tables import read_table
-from wucht.schema import SI, Unit, si
+from wucht.schema import SI, Composite, Unit, composite, si
 
 _CAM_ANGLE = Unit("rad", "cam angle")
 
@@ -47,7 +47,7 @@ class RiseTable(LawTable):
 class StandardTable(RiseTable):
     """A standard law by its name."""
 
-    points: tuple[tuple[float, float], ...] = Field(
+    points: Composite[tuple[tuple[float, float], ...]] = composite(
         default=(), description="points of a spline: shares of the rise and of the stroke"
     )
 
@@ -63,7 +63,7 @@ class PointsTable(LawTable):
 
     kind: ClassVar[str] = "table"
 
-    points: tuple[tuple[float, float], ...] = Field(description="points: cam angle and output")
+    points: Composite[tuple[tuple[float, float], ...]] = composite(description="points: cam angle and output")
     degree: Literal[3, 5] = Field(default=5, description="degree of the spline through the points")
     unit: Literal["rad", "m"] = Field(default="rad", description="unit of the output, of an angle or a length")
 

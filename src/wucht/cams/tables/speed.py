@@ -14,7 +14,7 @@ from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Recording
 from wucht.measurements.shaft_signal import ShaftSignal, shaft_signal
 from wucht.numerics.harmonics import Harmonics
-from wucht.schema import SI, TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 
 
 class SpeedTable(TableModel):
@@ -40,7 +40,7 @@ class SpeedTable(TableModel):
     scale: SI[float | None] = si("", "factor for the column's numbers", default=None, help=(
         "factor for the column's numbers; -1 where they count against the cam's turning"
     ))  # fmt: skip
-    orders: tuple[int, ...] = Field(default=(), description="orders that are kept")
+    orders: Composite[tuple[int, ...]] = composite(default=(), description="orders that are kept")
     pulses_per_turn: int | None = Field(default=None, ge=1, description="number of encoder pulses a turn")
     index: str | None = Field(default=None, description="column of the index pulse")
     hysteresis: SI[float | None] = si(

@@ -15,7 +15,7 @@ from wucht.machines.parts.release import Release
 from wucht.machines.parts.transmission import Transmission
 from wucht.mechanics.energies import AppliedForce, Energies, StateDescription
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import SI, Parameter, TableModel, si
+from wucht.schema import SI, Composite, Parameter, TableModel, composite, si
 
 __all__ = ["SI", "Body", "Drive", "Frame", "Load", "Parameter", "Part", "Point", "Release", "ShaftPart", "TableModel", "si"]
 
@@ -85,7 +85,7 @@ class Body(Part):
     """A body of the machine, on the carrier or on another body (``about``)."""
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name in parameters and results")
-    release: Release | None = Field(default=None, description="release, { time = ... } or { speed = ... }")
+    release: Composite[Release | None] = composite(default=None, description="release, { time = ... } or { speed = ... }")
 
     @property
     def path(self) -> str:
@@ -184,7 +184,7 @@ class Drive(ShaftPart):
     stator: Literal["foundation", "carrier"] = Field(
         default="foundation", description="base of the stator, which bears its reaction"
     )
-    transmission: Transmission | None = Field(
+    transmission: Composite[Transmission | None] = composite(
         default=None, description="gear or belt, { ratio = ..., inertia = ..., efficiency = ... }"
     )
 

@@ -23,7 +23,7 @@ from wucht.machines.parts.support import (
 )
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import TableModel
+from wucht.schema import Composite, TableModel, composite
 
 
 class Foundation(TableModel):
@@ -72,7 +72,7 @@ class Carrier(Support):
         default=None,
         help="damping ratio with all bodies on the carrier, from which the damping follows",
     )
-    foundation: Foundation | None = Field(
+    foundation: Composite[Foundation | None] = composite(
         default=None, description="mass on springs under the carrier's springs of one direction"
     )
 

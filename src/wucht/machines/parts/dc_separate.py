@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import sympy as sp
-from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic import GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from wucht.machines.parts.base import SI, Drive, si
 from wucht.machines.parts.nameplate import DCNameplate, read_nameplate, required_without
+from wucht.schema import Composite, composite
 
 _LINE = ("armature_resistance", "motor_constant", "flux")  # the keys that follow from a nameplate
 
@@ -22,7 +23,9 @@ class DCSeparate(Drive):
 
     kind = "dc-separate"
 
-    nameplate: DCNameplate | None = Field(default=None, description="rated data of the motor, from which its constants follow")
+    nameplate: Composite[DCNameplate | None] = composite(
+        default=None, description="rated data of the motor, from which its constants follow"
+    )
     voltage: SI[float] = si("V", "voltage of the armature", "U", help=(
         "voltage of the armature; a negative one reverses the motor; beside a `nameplate` the one with which it is run"
     ))  # fmt: skip

@@ -20,7 +20,7 @@ from wucht.machines.parts.equivalent_circuit import (
     largest_resistance,
 )
 from wucht.machines.parts.nameplate import InductionNameplate, read_nameplate, required_without
-from wucht.schema import Unit
+from wucht.schema import Composite, Unit, composite
 
 # The keys that follow from a nameplate, and those beside it: operating point, and a resistance that was measured.
 _CIRCUIT = (
@@ -49,7 +49,7 @@ class Induction(Drive):
 
     kind = "induction"
 
-    nameplate: InductionNameplate | None = Field(
+    nameplate: Composite[InductionNameplate | None] = composite(
         default=None, description="rated data of the motor, from which its circuit follows"
     )
     voltage: SI[float] = si("V", "voltage of a phase", "U_1")

@@ -28,7 +28,7 @@ from wucht.machines.parts.support import (
     tuning_text,
 )
 from wucht.mechanics.energies import Energies
-from wucht.schema import TableModel
+from wucht.schema import Composite, TableModel, composite
 
 
 class Mount(TableModel):
@@ -85,7 +85,7 @@ class PlanarCarrier(Support):
         "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0
     )
     rotation_damping_ratio: SI[float | None] = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
-    mounts: tuple[Mount, ...] = Field(
+    mounts: Composite[tuple[Mount, ...]] = composite(
         default=(),
         title="mounts",
         description="springs and dampers at places on the carrier, tables: `[[machine.carrier.mounts]]`",

@@ -14,7 +14,7 @@ from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, Part, Point
 from wucht.mechanics.lagrange import Coordinate
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces
-from wucht.schema import SI, Parameter, TableModel, Unit, is_pairs, si
+from wucht.schema import SI, Composite, Parameter, TableModel, Unit, composite, is_pairs, si
 from wucht.system import TIME
 
 SHAKING = sp.symbols("carrier.motion.amplitude carrier.motion.frequency", real=True)
@@ -41,7 +41,7 @@ class PrescribedMotion(TableModel):
     frequency: SI[float | None] = si(
         "rad/s", "angular frequency", "Omega", default=None, gt=0, help="frequency of a harmonic motion"
     )
-    points: tuple[tuple[float, float], ...] | None = Field(
+    points: Composite[tuple[tuple[float, float], ...] | None] = composite(
         default=None,
         min_length=4,
         title="points (time, displacement)",
@@ -160,7 +160,9 @@ class Support(Part):
 
     gravity: SI[float] = si("m/s^2", "acceleration of gravity", "g", default=0.0, ge=-_STRONGEST, le=_STRONGEST)
     directions: str = Field(default="xy", description="directions in which the carrier moves")
-    motion: PrescribedMotion | None = Field(default=None, description="prescribed motion, a table: `[machine.carrier.motion]`")
+    motion: Composite[PrescribedMotion | None] = composite(
+        default=None, description="prescribed motion, a table: `[machine.carrier.motion]`"
+    )
 
     @property
     def path(self) -> str:

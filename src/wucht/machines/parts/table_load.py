@@ -8,6 +8,7 @@ from wucht.machines.parts.base import SI, Load, Parameter, si
 from wucht.machines.parts.characteristic import Points, curve
 from wucht.machines.parts.coulomb_load import TRANSITION
 from wucht.piecewise import PiecewiseCubic
+from wucht.schema import Composite
 
 
 class TableLoad(Load):
@@ -23,7 +24,7 @@ class TableLoad(Load):
 
     kind = "table"
 
-    points: Points
+    points: Composite[Points]
     transition_speed: SI[float] = si("rad/s", "speed of the transition at standstill", "w_c", default=TRANSITION, gt=0)
 
     def friction(self) -> float:

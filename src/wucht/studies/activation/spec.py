@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import SI, si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, Start, Tolerance, Whole
 
 MOST_RUNS = 5000
@@ -43,11 +43,17 @@ class Activation(Spec):
     activation_speeds: SI[Several] = si("rad/s", "activation speed", default=(), help=(
         'speeds at which the `"switchable"` pendulums open, by their preload; none: as they are'
     ))  # fmt: skip
-    variants: tuple[Variant, ...] = Field(default=("switchable", "rigid", "none"), min_length=1, title="variants", description=(
-        'variants to run up: the machine with its `"switchable"` pendulums; with these `"balanced"`, without their permanent '
-        'unbalances; with the same `"rigid"`, their masses at the outer stops; with `"none"`, their masses on the rotor'
-    ))  # fmt: skip
-    start: Start = Field(default_factory=dict, description="rest of the initial state")
+    variants: Composite[tuple[Variant, ...]] = composite(
+        default=("switchable", "rigid", "none"),
+        min_length=1,
+        title="variants",
+        description=(
+            'variants to run up: the machine with its `"switchable"` pendulums; with these `"balanced"`, without their '
+            'permanent unbalances; with the same `"rigid"`, their masses at the outer stops; with `"none"`, their masses on '
+            "the rotor"
+        ),
+    )
+    start: Composite[Start] = composite(default_factory=dict, description="rest of the initial state")
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 

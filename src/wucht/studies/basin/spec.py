@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import FieldError, InputError
+from wucht.schema import Composite, composite
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import EnsembleSpec, entries_by_path
 
@@ -46,7 +47,7 @@ class Basin(EnsembleSpec):
     from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "axes")
 
-    axes: Axes = Field(description=(
+    axes: Composite[Axes] = composite(description=(
         "{name = [lo, hi, cells]}, two of them, cell-centred: each a start state as in `start` (`psi`, `delta`, a body's name "
         "or `BODY.angle`, `BODY.speed`, `carrier.x`) or the path of a parameter. An angle over a whole turn is periodic"
     ))  # fmt: skip

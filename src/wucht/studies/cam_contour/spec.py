@@ -8,7 +8,7 @@ from pydantic import Field
 
 from wucht.cams.sizing.size_limits import CamLimits, Size
 from wucht.errors import InputError
-from wucht.schema import SI, TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 from wucht.studies.spec import Spec, TrueOrFalse, Value, Whole
 
 
@@ -82,10 +82,12 @@ class CamContour(Spec):
     speed: SI[float | None] = si("rad/s", "speed of the camshaft", default=None, gt=0, help=(
         "speed of the camshaft, for the contact; by default that of the table [speed]"
     ))  # fmt: skip
-    contact: Contact | None = Field(
+    contact: Composite[Contact | None] = composite(
         default=None, description="loads of the contact, a table `[study.contact]`; without it no forces"
     )
-    permitted: CamLimits | None = Field(default=None, description="limits that the cam must keep, a table `[study.permitted]`")
+    permitted: Composite[CamLimits | None] = composite(
+        default=None, description="limits that the cam must keep, a table `[study.permitted]`"
+    )
     smallest: Size = Field(default="base", description=(
         'radius to be minimised for the smallest cam, that of the base circle ("base") or the largest one ("blank")'
     ))  # fmt: skip

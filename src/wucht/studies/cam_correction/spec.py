@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from wucht.schema import SI, TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 from wucht.studies.spec import Spec, Whole
 
 _MOST_ORDERS = 250
@@ -52,7 +52,7 @@ class CamCorrection(Spec):
         title="number of orders shown",
         description="number of orders shown; by default three times those of the law",
     )
-    acceleration: Acceleration | None = Field(
+    acceleration: Composite[Acceleration | None] = composite(
         default=None, description="record of the output's acceleration to compare with, a table `[study.acceleration]`"
     )
     chord_tolerance: SI[float] = si("m", "chord tolerance", default=1e-6, gt=0, help=(

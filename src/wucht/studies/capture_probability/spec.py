@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, RESONANCE_PASSED, Outcome
 from wucht.errors import InputError, nearest
+from wucht.schema import Composite, composite
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import REPLICATES, check_form
 from wucht.studies.shared_keys import EnsembleSpec
@@ -70,8 +71,8 @@ class CaptureProbability(EnsembleSpec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("parameter", "estimate"),)
 
     along: common.Path = Field(description="path of the parameter over which the probability is computed")
-    range: common.Pair
-    random: Random = Field(
+    range: Composite[common.Pair]
+    random: Composite[Random] = composite(
         description="{name = {distribution}}, independent of each other: start states as in `start` (`psi`, `delta`, "
         "a body's name or `BODY.angle`, `BODY.speed`, `carrier.x`) or paths of parameters. Distributions: "
         "`uniform = [low, high]`, `normal = [mean, deviation]`, `log-normal = [median, factor]`, "
@@ -81,7 +82,7 @@ class CaptureProbability(EnsembleSpec):
     samples: common.Whole = Field(default=256, description=(
         "number of runs at each value, a multiple of 16; best is a power of two, which Sobol' points need to fill evenly"
     ))  # fmt: skip
-    outcome: Outcomes = Field(default=tuple(map(str, RESONANCE_PASSED)), description=(
+    outcome: Composite[Outcomes] = composite(default=tuple(map(str, RESONANCE_PASSED)), description=(
         "counted outcomes, by default that the machine passes its resonance: `compensated` or `passed`"
     ))  # fmt: skip
     probability: Between | None = Field(default=None, title="target probability", description=(

@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.errors import InputError
-from wucht.schema import SI, si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Pair, Path, Spec, Start, Value, Whole
 
 DEFAULT_POINTS = 25
@@ -29,12 +29,12 @@ class Entrainment(Spec):
         "would be faster; by default the no-load speed of the main rotor's drive; of two exciters "
         '`"detuning"`; of a rotor without drive the amplitude of the vibration',
     )
-    range: Pair | None = Field(
+    range: Composite[Pair | None] = composite(
         default=None, description="pair [low, high] of it; by default the band of existence with a margin"
     )
     points: Whole = Field(default=DEFAULT_POINTS, description="number of runs from the start, evenly over the range")
     resolution: Value | None = Field(default=None, description="resolution of the edges, in the parameter's unit")
-    start: Start = Field(default_factory=dict)
+    start: Composite[Start] = composite(default_factory=dict)
     until: SI[float | None] = si(
         "s", "time", default=None, gt=0, help="least duration of a run; by default from the averaged equations"
     )

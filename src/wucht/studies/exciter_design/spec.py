@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import SI, TableModel, is_pairs, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, is_pairs, si, validate_model
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import Vary
 from wucht.studies.spec import Value
@@ -35,9 +35,11 @@ class Target(TableModel):
     largest: Value | None = Field(default=None, title="largest amplitude", description="largest amplitude S_max")
     cycles: SI[float | None] = si("cycles", "number of cycles", default=None, gt=1, help="number of cycles H_0, in all")
     ratio: SI[float | None] = si("", "ratio of the lowest amplitude to the largest", default=None, ge=0, lt=1)
-    table: tuple[tuple[Value, Value], ...] | None = Field(default=None, title="amplitudes and cumulative cycles", description=(
-        "pairs of an amplitude and the number of cycles with at least this amplitude"
-    ))  # fmt: skip
+    table: Composite[tuple[tuple[Value, Value], ...] | None] = composite(
+        default=None,
+        title="amplitudes and cumulative cycles",
+        description="pairs of an amplitude and the number of cycles with at least this amplitude",
+    )
     file: str | None = Field(default=None, min_length=1, title="file of amplitudes and cumulative cycles", description=(
         "file with these two columns, amplitudes and cumulative cycles"
     ))  # fmt: skip
@@ -91,10 +93,10 @@ class ExciterDesign(common.Spec):
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "target", "vary", "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("share", "amplitude_full"),)
 
-    target: Annotated[Target, BeforeValidator(_target)] = Field(
+    target: Composite[Annotated[Target, BeforeValidator(_target)]] = composite(
         title="target spectrum", description="target spectrum, a table `[study.target]`"
     )
-    vary: Vary = Field(
+    vary: Composite[Vary] = composite(
         description="{PATH = [low, high]} as in `optimise-balancer`; a wide range (tenfold) is searched by its logarithm"
     )
     signal: Literal["displacement", "bearing-force", "acceleration"] = Field(
@@ -106,7 +108,9 @@ class ExciterDesign(common.Spec):
         '`"cumulative"`, the largest difference of those shares at equal amplitudes (that of `load-spectrum`); `"damage"`, the '
         "same of the damage that larger amplitudes do, where N goes with S^-slope"
     ))  # fmt: skip
-    start: common.Start = Field(default_factory=dict, description="initial state of the exciter, by default at rest")
+    start: Composite[common.Start] = composite(
+        default_factory=dict, description="initial state of the exciter, by default at rest"
+    )
     reach: common.Whole = Field(default=128, description=(
         "random points of the ranges at which the modulated motion is computed; the best form the first generation"
     ))  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import SI, TableModel, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, si, validate_model
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 
@@ -31,7 +31,7 @@ class Failure(TableModel):
     ))  # fmt: skip
     signal: MachineSignalName = Field(default="displacement", description="load of the specimen")
     direction: Literal["x", "y", "r"] | None = Field(default=None, description="direction of the load")
-    woehler: Annotated[Woehler, woehler_validator("study.failure.woehler")] = Field(
+    woehler: Composite[Annotated[Woehler, woehler_validator("study.failure.woehler")]] = composite(
         title="Woehler line", description="Woehler line of the specimen, a table"
     )
     interval: SI[float | None] = si("s", "time between two updates of the damage", default=None, gt=0, help=(
@@ -82,12 +82,14 @@ class FailureDetection(Spec):
     from_start: ClassVar[bool] = True
 
     until: SI[float] = si("s", "time", gt=0, help="time at which the run ends")
-    start: Start = Field(default_factory=dict)
-    failure: Annotated[Failure | None, _FAILURE] = Field(
+    start: Composite[Start] = composite(default_factory=dict)
+    failure: Composite[Annotated[Failure | None, _FAILURE]] = composite(
         default=None,
         description="failure by the damage of a load, a table `[study.failure]`; without it by a schedule of the machine",
     )
-    sensor: Annotated[Sensor, _SENSOR] = Field(title="sensor of the speed", description="sensor of the speed: `[study.sensor]`")
+    sensor: Composite[Annotated[Sensor, _SENSOR]] = composite(
+        title="sensor of the speed", description="sensor of the speed: `[study.sensor]`"
+    )
     after: SI[float | None] = si("s", "time from which on the speed is measured", default=None, ge=0, help=(
         "time from which on the speed before the failure is measured; by default the second half of the time before it"
     ))  # fmt: skip
@@ -98,10 +100,10 @@ class FailureDetection(Spec):
         "path of a parameter over which the signal at the failure (change of speed over the standard deviation of the "
         "readings) and its largest value are computed"
     ))  # fmt: skip
-    range: Pair | None = Field(default=None, description="pair [low, high] of the parameter `along`")
+    range: Composite[Pair | None] = composite(default=None, description="pair [low, high] of the parameter `along`")
     points: Whole = Field(default=21, ge=2, le=MOST_POINTS, description="number of values of the parameter `along`")
     second: Path | None = Field(default=None, description="path of another parameter, beside `along`")
-    second_range: Pair | None = Field(default=None, description="pair [low, high] of the second parameter")
+    second_range: Composite[Pair | None] = composite(default=None, description="pair [low, high] of the second parameter")
     second_points: Whole = Field(default=5, ge=2, le=MOST_POINTS, description="number of values of the second parameter")
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None

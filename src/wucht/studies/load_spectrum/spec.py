@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.fatigue.counting import Residue
-from wucht.schema import SI, TableModel, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, si, validate_model
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Value
@@ -49,7 +49,7 @@ class LoadSpectrum(SingleRun):
     meaning: ClassVar[tuple[str, ...]] = (*SingleRun.meaning, "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cumulative", "range"),)
 
-    signal: Annotated[MachineSignalName | RecordColumn, BeforeValidator(_signal)] = Field(
+    signal: Composite[Annotated[MachineSignalName | RecordColumn, BeforeValidator(_signal)]] = composite(
         default="displacement",
         title="signal",
         description='`"displacement"` of the carrier, `"spring-force"`, `"bearing-force"` (of the bodies on it) or '
@@ -75,7 +75,7 @@ class LoadSpectrum(SingleRun):
     class_width: Value | None = Field(default=None, title="width of the classes", description=(
         "width of the classes of range and level; by default there are no classes as long as the different ranges are few"
     ))  # fmt: skip
-    woehler: Annotated[Woehler | None, woehler_validator("study.woehler")] = Field(
+    woehler: Composite[Annotated[Woehler | None, woehler_validator("study.woehler")]] = composite(
         default=None, description="Woehler line for the damage, a table"
     )
 

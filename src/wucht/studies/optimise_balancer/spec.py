@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError, nearest
-from wucht.schema import SI, si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import EnsembleSpec, Vary
 
@@ -56,13 +56,13 @@ class OptimiseBalancer(EnsembleSpec):
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "vary", "objectives")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("damping", "settling_time"),)
 
-    vary: Vary = Field(
+    vary: Composite[Vary] = composite(
         description="{KEY = [low, high]} of a key of the balancing bodies (`damping`, `mass`, `length`, "
         "`track_radius`), which is then the same for all of them; {KEY = {of = [BODY, ...], range = [low, "
         "high]}} for some; {BODY.KEY = [low, high]}, or any other path, for one. A wide range (tenfold) "
         "is searched by its logarithm. A pendulum's inertia keeps its ratio to m l^2"
     )
-    objectives: Objectives | None = Field(default=None, description=(
+    objectives: Composite[Objectives | None] = composite(default=None, description=(
         "some of `settling-time` (median time until a run has passed and its bodies are at rest relative to the rotor; a run "
         "without a verdict takes at least as long as it was followed), `residual` (least unbalance that the bodies can leave, "
         "at the worse end of `unbalance`), `peak` (largest amplitude of all runs on the way to the speed), "
@@ -70,7 +70,7 @@ class OptimiseBalancer(EnsembleSpec):
         "them). By default all, but `peak` for a rotor whose speed is held from the beginning. Without the last one, none may "
         "be captured more often than the machine as it is"
     ))  # fmt: skip
-    bodies: BodyCounts | None = Field(
+    bodies: Composite[BodyCounts | None] = composite(
         default=None, description="numbers of bodies to try, each like the first one of the machine"
     )
     unbalance: SI[common.Interval | None] = si("kg m", "unbalance", default=None, help=(

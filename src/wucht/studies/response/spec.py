@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.errors import InputError
-from wucht.schema import SI, si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
 
@@ -29,7 +29,9 @@ class Response(Spec):
         "number of speeds, evenly spaced over the range, to which those that resolve the resonances are added"
     ))  # fmt: skip
     bodies: BalancingBodies = None
-    start: Start = Field(default_factory=dict, description="phases of balancing bodies that are held, and of other rotors")
+    start: Composite[Start] = composite(
+        default_factory=dict, description="phases of balancing bodies that are held, and of other rotors"
+    )
 
     def check(self) -> None:
         """Refuse negative speeds."""

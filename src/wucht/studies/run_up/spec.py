@@ -9,7 +9,7 @@ from pydantic import Field
 
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
-from wucht.schema import SI, si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies import spec as common
 from wucht.studies.single_run import SingleRun
 
@@ -26,9 +26,11 @@ class RunUp(SingleRun):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("time", "amplitude"))
     without_inertia: ClassVar[bool] = True
 
-    starts: common.Starts = Field(default=(), description="several initial states: a run each, in one result")
+    starts: Composite[common.Starts] = composite(default=(), description="several initial states: a run each, in one result")
     along: common.Path | None = Field(default=None, description="path of a parameter with several `values`")
-    values: common.Values = Field(default=(), description="values of the parameter `along`: a run each, in one result")
+    values: Composite[common.Values] = composite(
+        default=(), description="values of the parameter `along`: a run each, in one result"
+    )
     stored_samples: int | None = Field(
         default=None,
         gt=1,

@@ -9,6 +9,7 @@ from pydantic import Field
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
+from wucht.schema import Composite, composite
 from wucht.studies.shared_keys import Names, Ranges
 from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, TrueOrFalse, Whole
 
@@ -30,9 +31,9 @@ class StabilityMap(Spec):
     )  # fmt: skip
 
     along: Path = Field(description="path of the first parameter of the plane")
-    range: Pair = Field(description="pair [low, high] of the first parameter")
+    range: Composite[Pair] = composite(description="pair [low, high] of the first parameter")
     second: Path = Field(description="path of the second parameter of the plane")
-    second_range: Pair = Field(description="pair [low, high] of the second parameter")
+    second_range: Composite[Pair] = composite(description="pair [low, high] of the second parameter")
     cells: Whole | None = Field(default=None, description=(
         "number of cells a side, in whose centres the motions are determined; by default 12, with `eliminate` 6"
     ))  # fmt: skip
@@ -40,8 +41,8 @@ class StabilityMap(Spec):
     together: TrueOrFalse = Field(
         default=False, description="whether equal balancing bodies keep equal phases in modulated motion"
     )
-    only: Names | None = None
-    ranges: Ranges | None = None
+    only: Composite[Names | None] = composite(default=None)
+    ranges: Composite[Ranges | None] = composite(default=None)
     inertia: Inertia | None = Field(default=None, description=(
         "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
         "default of the dimensionless machines; that of others is true"
@@ -50,7 +51,9 @@ class StabilityMap(Spec):
         "path of a third parameter. The map then shows the end of the modulated motion that begins where a stable steady "
         "state is lost, as this parameter changes further: the question that 002, section 5.2, leaves open"
     ))  # fmt: skip
-    eliminate_range: Pair | None = Field(default=None, description="pair [low, high] of the third parameter, `eliminate`")
+    eliminate_range: Composite[Pair | None] = composite(
+        default=None, description="pair [low, high] of the third parameter, `eliminate`"
+    )
 
     @property
     def settings(self) -> BranchSettings:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import SI, Unit, read_quantity, refuse_unknown, si
+from wucht.schema import SI, Composite, Unit, composite, read_quantity, refuse_unknown, si
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Inertia, Interval, Spec, TrueOrFalse, Value
 
 MOST_CELLS = 400
@@ -52,7 +52,7 @@ class SynchronousStates(Spec):
         "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62)"
     ))  # fmt: skip
     full: TrueOrFalse = Field(default=True, description="whether the multipliers of the full equations are computed too")
-    axes: Axes | None = Field(default=None, title="axes of a stability map", description=(
+    axes: Composite[Axes | None] = composite(default=None, title="axes of a stability map", description=(
         "a stability map over given speeds, {speed = [lo, hi, cells], ratio = [lo, hi, cells]}, cell-centred; ratio: of the "
         "unbalance of all balancing bodies together to that of the rotor, which is changed for it"
     ))  # fmt: skip
