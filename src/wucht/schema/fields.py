@@ -57,7 +57,8 @@ def si(
     """A field that holds a physical quantity: its SI unit, long name, symbol in equations and limits (gt, ge).
 
     help: an explanation where the name alone is not enough. As of every field, the name is its title and the help its
-    description; a field with a description alone uses that for both.
+    description; a field with a description alone uses that for both. Type checkers accept a text with a unit where the
+    field is annotated by ``SI``, as ``SI[float]``, and a field that is not given where its ``default`` is given by name.
     """
     return Field(
         default,

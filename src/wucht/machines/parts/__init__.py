@@ -1,4 +1,4 @@
-"""The parts of a machine: one class a file, each with its formulas. A new part is a new file here and nothing else.
+"""The parts of a machine: one class a file, each with its formulas. A new part is a new file here, and its name below.
 
 ``wucht.parts`` in Python: every class of a part, and of the tables inside parts, is an attribute by its name.
 
@@ -18,7 +18,7 @@ from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
 from wucht.schema import models_in
 
-if TYPE_CHECKING:  # of what ``__getattr__`` loads, type checkers know these names
+if TYPE_CHECKING:  # the names that ``__getattr__`` loads, for type checkers
     from wucht.machines.parts.carrier import Carrier as Carrier
     from wucht.machines.parts.carrier import Foundation as Foundation
     from wucht.machines.parts.constant_speed import ConstantSpeed as ConstantSpeed
