@@ -13,7 +13,7 @@ from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws import Law
 from wucht.cams.laws.standard_laws import StandardLaw, polynomial_law
 from wucht.cams.tables.kinds_of_law import RiseTable
-from wucht.schema import si
+from wucht.schema import SI, si
 
 
 class Cubic(RiseTable):
@@ -33,8 +33,8 @@ class KnifeEdge(RollerFollower):
     placing: ClassVar[tuple[str, ...]] = ("distance", "offset")
     roller_radius: ClassVar[float] = 0.0
 
-    distance: float = si("m", "distance of the edge from the cam's centre, along x, where the law is zero", gt=0)
-    offset: float = si("m", "offset of the rod's axis", default=0.0)
+    distance: SI[float] = si("m", "distance of the edge from the cam's centre, along x, where the law is zero", gt=0)
+    offset: SI[float] = si("m", "offset of the rod's axis", default=0.0)
 
     def place(self, value: np.ndarray) -> np.ndarray:
         """Return the position of the edge for a value of the law."""

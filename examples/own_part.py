@@ -8,7 +8,7 @@ from typing import ClassVar
 import sympy as sp
 
 from wucht import RunUp, parts
-from wucht.extending import Drive, Machine, run, si
+from wucht.extending import SI, Drive, Machine, run, si
 
 
 class QuadraticDrive(Drive):
@@ -16,8 +16,8 @@ class QuadraticDrive(Drive):
 
     kind: ClassVar[str] = "quadratic"
 
-    stall_torque: float = si("N m", "torque at standstill", "T_0", gt=0)
-    no_load_speed: float = si("rad/s", "no-load speed", "omega_0", gt=0)
+    stall_torque: SI[float] = si("N m", "torque at standstill", "T_0", gt=0)
+    no_load_speed: SI[float] = si("rad/s", "no-load speed", "omega_0", gt=0)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """The motor's torque at a speed."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from wucht.extending import (
     COLOURS,
+    SI,
     InputError,
     Machine,
     Quantity,
@@ -38,7 +39,7 @@ class Poles(Spec):
 
     kind: ClassVar[str] = "poles"
 
-    below: float | None = si("rad/s", "speed", default=None, gt=0, help="only poles of a smaller angular frequency")
+    below: SI[float | None] = si("rad/s", "speed", default=None, gt=0, help="only poles of a smaller angular frequency")
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from inspect import cleandoc
 from typing import Any
 
 from wucht.cams.drive import followers, laws, linkages
@@ -15,7 +14,7 @@ from wucht.machines.parts import GROUP, part_kinds
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
-from wucht.schema import Key, keys_of
+from wucht.schema import Key, keys_of, prose_of
 from wucht.studies.registry import Study, studies
 
 from .gallery import Entry
@@ -122,10 +121,10 @@ def _cells(key: Key) -> tuple[str, ...]:
 
 
 def _first(cls: type[Any]) -> str:
-    return (cls.__doc__ or "").strip().partition("\n")[0]
+    return prose_of(cls).partition("\n")[0]
 
 
 def _prose(cls: type[Any]) -> list[str]:
     """The docstring of a class as paragraphs of Markdown."""
-    paragraphs = cleandoc(cls.__doc__ or "").split("\n\n")
+    paragraphs = prose_of(cls).split("\n\n")
     return "\n\n".join(" ".join(p.split()).replace("``", "`") for p in paragraphs).splitlines()

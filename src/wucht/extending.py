@@ -30,12 +30,13 @@ from wucht.plots.sheet import legend_below, legend_beside, new_figure, new_grid
 from wucht.plots.style import COLOURS
 from wucht.results.formatting import ReportLines, formats, label, report_lines
 from wucht.results.quantities import Quantity, answer, table
-from wucht.schema import si
+from wucht.schema import SI, si
 from wucht.studies.runner import draw, export, load, report, run
 from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolerance, Values, Whole
 
 __all__ = [
     "COLOURS",
+    "SI",
     "Attachment",
     "Body",
     "Drive",

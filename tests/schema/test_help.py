@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from wucht.cli.list import kinds
 from wucht.errors import InputError
 from wucht.files.equal_bodies import keys_in_files
-from wucht.schema import TableModel, keys_of, models_in, si
+from wucht.schema import TableModel, keys_of, models_in, prose_of, si
 from wucht.studies.registry import studies
 
 EVERY = {f"{cls.__module__}.{cls.__name__}": cls for of_kind in kinds().values() for cls in of_kind.values()}
@@ -38,7 +38,7 @@ def test_every_key_has_help(name: str) -> None:
 def test_no_docstring_describes_keys(name: str) -> None:
     for cls in _with_tables(EVERY[name]):
         keys = "|".join(map(re.escape, cls.model_fields)) or "(?!)"
-        assert re.findall(rf"(?:^|[.;:,] |`)((?:{keys})`*: )", " ".join((cls.__doc__ or "").split())) == [], cls
+        assert re.findall(rf"(?:^|[.;:,] |`)((?:{keys})`*: )", " ".join(prose_of(cls).split())) == [], cls
 
 
 class Fan(TableModel):

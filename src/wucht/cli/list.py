@@ -58,7 +58,9 @@ def kinds() -> dict[str, Mapping[str, type]]:
 
 
 def _first_lines(kinds: Mapping[str, type]) -> dict[str, str]:
-    return {name: (cls.__doc__ or "").strip().splitlines()[0] for name, cls in kinds.items()}
+    from wucht.schema import prose_of
+
+    return {name: prose_of(cls).partition("\n")[0] for name, cls in kinds.items()}
 
 
 _TABLES = {
@@ -72,9 +74,8 @@ _TABLES = {
 
 def _list_one(name: str, as_json: bool) -> None:
     """Print all keys of each study or part with this name: a drive and a load may share one, as both kinds ``table`` do."""
-    from inspect import getdoc
-
     from wucht.files.equal_bodies import keys_in_files
+    from wucht.schema import prose_of
     from wucht.studies.registry import studies
 
     kinds_by_title: dict[str, Mapping[str, Any]] = {**kinds(), "studies": studies()}
@@ -87,7 +88,7 @@ def _list_one(name: str, as_json: bool) -> None:
     for title, one in matches.items():
         cls = one.spec if title == "studies" else one
         descriptions.append(
-            (_TABLES[title].format(name), getdoc(cls) or "", keys_in_files(cls), getattr(cls, "internal_states", ()))
+            (_TABLES[title].format(name), prose_of(cls), keys_in_files(cls), getattr(cls, "internal_states", ()))
         )
     if as_json:
         tables = [

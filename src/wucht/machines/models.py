@@ -18,7 +18,7 @@ from typing import ClassVar
 import sympy as sp
 
 from wucht.machines.parts import part_kinds
-from wucht.machines.parts.base import Frame, Part, Point, si
+from wucht.machines.parts.base import SI, Frame, Part, Point, si
 from wucht.mechanics.energies import AppliedForce, Energies
 from wucht.mechanics.lagrange import Coordinate
 
@@ -78,10 +78,10 @@ class RotorOnCarrier(Model):
     equations = "002 (3.33)-(3.34)"
     directions = "x"
 
-    epsilon: float = si("", "unbalance over inertia, M e^2/J", "epsilon", gt=0)
-    sigma: float = si("", "damping of the support, b/(2 M k)", "sigma", ge=0)
-    lambda_: float = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
-    u: float = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
+    epsilon: SI[float] = si("", "unbalance over inertia, M e^2/J", "epsilon", gt=0)
+    sigma: SI[float] = si("", "damping of the support, b/(2 M k)", "sigma", ge=0)
+    lambda_: SI[float] = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
+    u: SI[float] = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
 
     def energies(self, frame: Frame) -> Energies:
         """T = xi'^2/2 + phi' n(phi) + phi'^2/(2 epsilon); motor u (lambda - phi')."""
@@ -111,15 +111,15 @@ class SelfBalancingRotor(Model):
     equations = "002 (4.11)-(4.20)"
     bodies: ClassVar[ModelBodies] = (("rotor", "rotor", None), ("p1", "pendulum", "rotor"), ("p2", "pendulum", "rotor"))
 
-    epsilon: float = si("", "unbalance over inertia, M e^2/J_R", "epsilon", gt=0)
-    mu: float = si("", "pendulum mass ratio, p m/M*", "mu", gt=0)
-    s: float = si("", "unbalance ratio, M e/(m r)", "s", gt=0)
-    w: float = si("", "amplitude ratio, m r/(M* e)", "w", gt=0)
-    beta_p: float = si("", "damping of the pendulums, b_r/(k J_P)", "beta_p", ge=0)
-    beta_r: float = si("", "damping of n pendulums on the rotor, n b_r/(k J_R)", "beta_r", ge=0)
-    lambda_: float = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
-    sigma: float = si("", "damping of the support, b/(2 k M*)", "sigma", ge=0)
-    u: float = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
+    epsilon: SI[float] = si("", "unbalance over inertia, M e^2/J_R", "epsilon", gt=0)
+    mu: SI[float] = si("", "pendulum mass ratio, p m/M*", "mu", gt=0)
+    s: SI[float] = si("", "unbalance ratio, M e/(m r)", "s", gt=0)
+    w: SI[float] = si("", "amplitude ratio, m r/(M* e)", "w", gt=0)
+    beta_p: SI[float] = si("", "damping of the pendulums, b_r/(k J_P)", "beta_p", ge=0)
+    beta_r: SI[float] = si("", "damping of n pendulums on the rotor, n b_r/(k J_R)", "beta_r", ge=0)
+    lambda_: SI[float] = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
+    sigma: SI[float] = si("", "damping of the support, b/(2 k M*)", "sigma", ge=0)
+    u: SI[float] = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
 
     def energies(self, frame: Frame) -> Energies:
         """See the head of this file."""

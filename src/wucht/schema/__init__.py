@@ -24,12 +24,13 @@ from wucht.schema.checking import (
     unit_of,
     validate_model,
 )
-from wucht.schema.fields import Parameter, TableModel, full_name, si
+from wucht.schema.fields import SI, Composite, Conversion, Parameter, TableModel, composite, full_name, si
 from wucht.schema.keys import Key, keys_of
+from wucht.schema.signature import prose_of
 from wucht.schema.units import LARGEST, SMALLEST, Unit, article
 
 __all__ = [
-    "LARGEST", "SMALLEST", "Key", "Parameter", "TableModel", "Unit", "article", "choice", "fields_of", "full_name", "is_pairs",
-    "keys_of", "locate_error", "models_in", "read_quantity", "refuse_unknown", "require_table", "si", "text", "unit_of",
-    "validate_model",
+    "LARGEST", "SI", "SMALLEST", "Composite", "Conversion", "Key", "Parameter", "TableModel", "Unit", "article", "choice",
+    "composite", "fields_of", "full_name", "is_pairs", "keys_of", "locate_error", "models_in", "prose_of", "read_quantity",
+    "refuse_unknown", "require_table", "si", "text", "unit_of", "validate_model",
 ]  # fmt: skip

@@ -5,14 +5,50 @@ Parts of machines and specs of studies are such tables. Built from a file or in 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, dataclass_transform
 
 from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationInfo, field_validator
 from pydantic_core import CoreSchema
 
-from wucht.schema.checking import fields_of, unit_of, validate_model
+from wucht.schema.checking import unit_of, validate_model
+from wucht.schema.signature import docstring_of, parameter_names, prose_of, signature_of
+
+T = TypeVar("T")
+RawT = TypeVar("RawT")
+
+if TYPE_CHECKING:
+
+    class Conversion(Generic[T, RawT]):
+        """A descriptor: type checkers take what it can be set to as the type of the parameter."""
+
+        def __get__(self, table: Any, owner: Any) -> T: ...
+        def __set__(self, table: Any, value: T | RawT) -> None: ...
+
+    SI = Conversion[T, str | Sequence[float | str]]
+    Composite = Conversion[T, Sequence[Any] | Mapping[str, Any]]
+else:
+
+    class Conversion:
+        """Type of a field that is a T in its table, and may also be given as a RawT: ``Conversion[T, RawT]`` is T."""
+
+        def __class_getitem__(cls, types: tuple[Any, Any]) -> Any:
+            return types[0]
+
+    class SI:
+        """Type of a quantity made by ``si``, which may also be given as a text with a unit: ``SI[float]`` is ``float``."""
+
+        def __class_getitem__(cls, number: Any) -> Any:
+            return number
+
+    class Composite(SI):
+        """Type of tuples and tables made by ``composite``, which may also be given as lists and tables of a file."""
+
+
+def composite(**settings: Any) -> Any:
+    """A field of the type ``Composite``, with the settings of pydantic's ``Field``: its default may be of another type."""
+    return Field(**settings)
 
 
 def si(
@@ -21,7 +57,8 @@ def si(
     """A field that holds a physical quantity: its SI unit, long name, symbol in equations and limits (gt, ge).
 
     help: an explanation where the name alone is not enough. As of every field, the name is its title and the help its
-    description; a field with a description alone uses that for both.
+    description; a field with a description alone uses that for both. Type checkers accept a text with a unit where the
+    field is annotated by ``SI``, as ``SI[float]``, and a field that is not given where its ``default`` is given by name.
     """
     return Field(
         default,
@@ -97,16 +134,27 @@ else:
     _Metaclass = type(BaseModel)
 
 
-class _ValidatingMeta(_Metaclass):
-    """Classes whose call raises ``InputError`` instead of pydantic's error."""
+@dataclass_transform(kw_only_default=True, field_specifiers=(Field, si, composite))
+class _TableMeta(_Metaclass):
+    """Classes whose call raises ``InputError`` instead of pydantic's error, and which show their fields.
 
-    def __call__(self: Any, *values: Any, **fields: Any) -> Any:
-        return validate_model(
-            self, dict(zip(fields_of(self, settable_only=True), values, strict=False)) | fields, self.error_location()
-        )
+    ``inspect.signature``, ``help`` and completion see the fields as parameters; type checkers do by ``dataclass_transform``.
+    """
+
+    if not TYPE_CHECKING:
+
+        def __call__(self, *values: Any, **fields: Any) -> Any:
+            keys = parameter_names(self)
+            given_fields = dict(zip(keys, values, strict=False)) | fields
+            document = {keys.get(name, name): value for name, value in given_fields.items()}
+            return validate_model(self, document, self.error_location())
+
+        # Made when they are read, as hundreds of tables are imported. Pydantic sets a signature with addresses of objects.
+        __signature__ = property(signature_of, lambda cls, signature: None)
+        __doc__ = property(docstring_of, type.__dict__["__doc__"].__set__)
 
 
-class TableModel(BaseModel, metaclass=_ValidatingMeta):
+class TableModel(BaseModel, metaclass=_TableMeta):
     """A table of a file, or the same built in Python: its quantities are numbers in SI, or strings with a unit.
 
     Raises ``InputError`` for invalid values. Its JSON schema admits strings with a unit.
@@ -135,6 +183,9 @@ class TableModel(BaseModel, metaclass=_ValidatingMeta):
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         table_schema = handler.resolve_ref_schema(handler(schema))
+        table_schema.pop("description", None)  # with the section of the parameters, which are its properties
+        if prose := prose_of(cls):
+            table_schema["description"] = prose
         properties = table_schema.get("properties", {})
         properties |= {name: _with_unit_strings(field) for name, field in properties.items() if "unit" in field}
         return table_schema

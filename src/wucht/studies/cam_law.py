@@ -37,8 +37,10 @@ class CamLaw(Spec):
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "position"), ("cam_angle", "acceleration"))
 
-    points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles of the law, evenly spaced over a turn")
-    orders: Whole = Field(20, ge=1, le=500, description="number of harmonics shown of a law with infinitely many")
+    points: Whole = Field(
+        default=720, ge=16, le=1_000_000, description="number of cam angles of the law, evenly spaced over a turn"
+    )
+    orders: Whole = Field(default=20, ge=1, le=500, description="number of harmonics shown of a law with infinitely many")
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,7 @@ from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, mark_levels
 from wucht.results.formatting import ReportLines, abscissa_label
 from wucht.results.quantities import Quantity, answer
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
 
@@ -59,19 +59,19 @@ class CoastDown(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("speed", "amplitude"))
     solves: ClassVar[str] = FULL_EQUATIONS
 
-    until: float | None = si("s", "time", default=None, gt=0, help=(
+    until: SI[float | None] = si("s", "time", default=None, gt=0, help=(
         "time at which the run ends; by default when the rotor has stopped, swings, or turns at a hundredth of its speed"
     ))  # fmt: skip
-    start: Start = Field(default_factory=dict, description=(
+    start: Composite[Start] = composite(default_factory=dict, description=(
         "initial state; rotors without a given speed start with the speed that their drive reaches, and the bodies about them "
         "turn along"
     ))  # fmt: skip
-    bodies: BalancingBodies = Field(None, description=(
+    bodies: BalancingBodies = Field(default=None, description=(
         'where balancing bodies start: `"steady"`, in a stable steady configuration of that speed (one that compensates before '
         'others); or `"held"`, at the phases of `start`, by default at 0. By default steady where `start` names none of them '
         "and these phases are known, else held, with a warning if this key is not given"
     ))  # fmt: skip
-    vibration: Literal["steady", "none"] | None = Field(None, description=(
+    vibration: Literal["steady", "none"] | None = Field(default=None, description=(
         'vibration of the carrier at the start: `"steady"`, the vibration while all bodies turn with their speeds and '
         'phases at the start; or `"none"`, at rest, so that a transient comes first. If `start` gives the motion of the '
         "carrier, it starts with that"

@@ -21,7 +21,7 @@ from types import ModuleType
 from typing import Any
 
 from wucht.errors import InputError, WuchtError
-from wucht.schema import Key, choice, keys_of
+from wucht.schema import Key, choice, keys_of, prose_of
 from wucht.studies.spec import Spec
 
 GROUP = "wucht.studies"
@@ -75,7 +75,7 @@ class Study:
     def line(self) -> str:
         """The study in one line, or the reason why it cannot be loaded."""
         try:
-            return (self.spec.__doc__ or "").strip().partition("\n")[0]
+            return prose_of(self.spec).partition("\n")[0]
         except WuchtError as error:
             return str(error).partition("\n")[0]
 
@@ -176,7 +176,7 @@ use = "practice/laundry-drum"    # a name from `wucht list`, a file, or the tabl
 
 def template_from_keys(spec: type[Spec]) -> str:
     """A commented study file with all keys of a spec, commented out with ``#``."""
-    heading = wrap(" ".join((spec.__doc__ or spec.kind).split("\n\n")[0].split()), 126)
+    heading = wrap(" ".join((prose_of(spec) or spec.kind).split("\n\n")[0].split()), 126)
     lines = ["A study file of wucht. Run it:   wucht run THIS-FILE -o results", *heading]
     machine = _MACHINE if spec.subject == Spec.subject else ""
     keys = "\n".join(_line(key) for key in keys_of(spec))

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from wucht.errors import InputError
 from wucht.fatigue.damage import WoehlerLine, slope_below
-from wucht.schema import TableModel, Unit, read_quantity, refuse_unknown, si, validate_model
+from wucht.schema import SI, Composite, TableModel, Unit, composite, read_quantity, refuse_unknown, si, validate_model
 from wucht.studies import spec as common
 from wucht.studies.spec import Value
 
@@ -68,11 +68,13 @@ class EnsembleSpec(common.Spec):
     tiled: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
 
-    start: common.Start = Field(default_factory=dict, description="common initial state, except for the varied quantities")
-    model: Literal["full", "slow"] = Field("full", description='the `"full"` equations or the averaged ones (`"slow"`)')
+    start: Composite[common.Start] = composite(
+        default_factory=dict, description="common initial state, except for the varied quantities"
+    )
+    model: Literal["full", "slow"] = Field(default="full", description='the `"full"` equations or the averaged ones (`"slow"`)')
     inertia: common.Inertia | None = None
     order: common.Order = 1
-    until: float | None = si("s", "time", default=None, gt=0, help="duration of each run, by default until it has settled")
+    until: SI[float | None] = si("s", "time", default=None, gt=0, help="duration of each run, by default until it has settled")
     tolerance: common.Tolerance = _TOLERANCE
 
     @model_validator(mode="before")
@@ -132,14 +134,14 @@ Vary = Annotated[dict[str, dict[str, Any]], BeforeValidator(_vary), Field(title=
 class Woehler(TableModel):
     """A Woehler line N = ND (S/SD)^-k of amplitudes S, half the range."""
 
-    k: float = si("", "slope of the Woehler line", gt=0, le=_STEEPEST)
-    ND: float = si("cycles", "number of cycles at the knee", gt=0)
+    k: SI[float] = si("", "slope of the Woehler line", gt=0, le=_STEEPEST)
+    ND: SI[float] = si("cycles", "number of cycles at the knee", gt=0)
     SD: Value = Field(title="amplitude at the knee", description="amplitude at the knee, in the signal's unit")
-    miner: Literal["original", "elementary", "haibach"] | None = Field(None, description=(
+    miner: Literal["original", "elementary", "haibach"] | None = Field(default=None, description=(
         'damage by amplitudes below the knee: `"original"` none, `"elementary"` the line continues, `"haibach"` with the slope '
         "2 k - 1"
     ))  # fmt: skip
-    k2: float | None = si(
+    k2: SI[float | None] = si(
         "", "slope below the knee", default=None, gt=0, le=_STEEPEST, help="slope below the knee, instead of `miner`"
     )
 

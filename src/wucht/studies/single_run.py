@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
-from wucht.schema import refuse_unknown, si
+from wucht.schema import SI, Composite, Conversion, composite, refuse_unknown, si
 from wucht.studies import spec as common
 
 _ENDS = ("until", "turns", "settled")
@@ -22,17 +22,25 @@ class SingleRun(common.Spec):
     horizon: ClassVar[tuple[str, ...]] = _ENDS
     from_start: ClassVar[bool] = True
 
-    until: float | None = si("s", "time", default=None, gt=0, help="end of the run; or `turns`, or `settled`, the default")
-    turns: float | None = si("", "number of turns", default=None, gt=0, help="turns of the main rotor until the end of the run")
-    settled: common.TrueOrFalse | None = Field(
-        None, description="whether the run ends when the machine has settled, the default without a time or turns"
+    until: Conversion[float | None, str | Mapping[str, Any]] = si(
+        "s", "time", default=None, gt=0, help="end of the run; or `turns`, or `settled`, the default"
     )
-    start: common.Start = Field(default_factory=dict)
-    model: Literal["full", "slow", "both"] = Field("full", description='equations: `"full"`, averaged (`"slow"`), or `"both"`')
+    turns: SI[float | None] = si(
+        "", "number of turns", default=None, gt=0, help="turns of the main rotor until the end of the run"
+    )
+    settled: common.TrueOrFalse | None = Field(
+        default=None, description="whether the run ends when the machine has settled, the default without a time or turns"
+    )
+    start: Composite[common.Start] = composite(default_factory=dict)
+    model: Literal["full", "slow", "both"] = Field(
+        default="full", description='equations: `"full"`, averaged (`"slow"`), or `"both"`'
+    )
     inertia: common.Inertia | None = None
     order: common.Order = 1
     tolerance: common.Tolerance = common.DEFAULT_TOLERANCE
-    speed_limit: float | None = si("rad/s", "speed", default=None, gt=0, help="speed beyond which the run ends as `runaway`")
+    speed_limit: SI[float | None] = si(
+        "rad/s", "speed", default=None, gt=0, help="speed beyond which the run ends as `runaway`"
+    )
     engine: common.Engine | None = None
 
     @model_validator(mode="before")

@@ -37,7 +37,7 @@ from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, line_style
 from wucht.results.formatting import ReportLines, label, parameter_in_words, printed_unit, with_unit
 from wucht.results.quantities import Quantity, answer, table
-from wucht.schema import Parameter, Unit, read_quantity
+from wucht.schema import Composite, Parameter, Unit, composite, read_quantity
 from wucht.studies.motion_variables import parameter_values
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Value
 
@@ -58,18 +58,20 @@ class Sweep(Spec):
     from_start: ClassVar[bool] = True
 
     along: Path = Field(description="path of the parameter that is swept")
-    range: Pair
-    rate: Value | None = Field(None, title="rate of the parameter", description=(
+    range: Composite[Pair]
+    rate: Value | None = Field(default=None, title="rate of the parameter", description=(
         "rate of the parameter, in its unit per unit of time; by default the range takes a thousand times as long as the "
         "response of the machine"
     ))  # fmt: skip
     direction: Literal["both", "up", "down"] = Field(
-        "both", description='direction of the sweep: `"both"` (up, then down again), `"up"` or `"down"`'
+        default="both", description='direction of the sweep: `"both"` (up, then down again), `"up"` or `"down"`'
     )
-    start: Start = Field(default_factory=dict, description=(
+    start: Composite[Start] = composite(default_factory=dict, description=(
         "initial state; the machine starts there with the parameter at its first value, and settles"
     ))  # fmt: skip
-    jump_tolerance: float = Field(JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values of jumps")
+    jump_tolerance: float = Field(
+        default=JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values of jumps"
+    )
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 

@@ -29,7 +29,7 @@ from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_co
 from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, answer, table
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
@@ -46,19 +46,21 @@ class TorqueBalance(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "drive_torque"), ("speed", "surplus_torque"))
     solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 
-    range: Interval | None = si("rad/s", "speed", default=None, help=(
+    range: SI[Interval | None] = si("rad/s", "speed", default=None, help=(
         "lowest and highest speed, signed; by default from 0 to 1.2 times the speed that the drive reaches without vibration; "
         "if it reaches none, or one beyond 20 times the highest natural frequency (and 3000 rad/s), to 3 times that "
         "frequency, and to 1.2 times the fastest working point up to there"
     ))  # fmt: skip
-    on: str | None = Field(None, title="rotor", description=(
+    on: str | None = Field(default=None, title="rotor", description=(
         "name of the rotor whose shaft is balanced, by default the main one; other rotors turn with it at the same speed"
     ))  # fmt: skip
-    points: Whole = Field(1200, ge=2, le=100_000, description=(
+    points: Whole = Field(default=1200, ge=2, le=100_000, description=(
         "number of speeds, evenly spaced over the range; more are added to resolve resonances and breakdown"
     ))  # fmt: skip
     bodies: BalancingBodies = None
-    start: Start = Field(default_factory=dict, description="phases of balancing bodies that are held, and of other rotors")
+    start: Composite[Start] = composite(
+        default_factory=dict, description="phases of balancing bodies that are held, and of other rotors"
+    )
 
     def turning(self) -> str:
         """See ``Spec``."""

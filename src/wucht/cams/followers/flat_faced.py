@@ -24,7 +24,7 @@ from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, check_length
 from wucht.cams.undercut import NEAREST, CutAway, is_on_arcs, least_radius, plane_coordinates, signed_angle
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import GRID, STEP, arcs_below_zero, refine_minima, valleys
-from wucht.schema import si
+from wucht.schema import SI, si
 
 _ROWS = 256  # cam angles at a time that are held against all faces
 
@@ -35,7 +35,7 @@ class FlatFaced(Follower):
     kind: ClassVar[str] = "flat-faced"
     placing: ClassVar[tuple[str, ...]] = ("distance",)
 
-    distance: float = si("m", "distance of the face from the cam's centre where the law is zero", gt=0)
+    distance: SI[float] = si("m", "distance of the face from the cam's centre where the law is zero", gt=0)
 
     def cams(self, law: Law) -> dict[str, Cam]:
         """See ``Follower``."""

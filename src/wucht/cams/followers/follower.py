@@ -41,7 +41,7 @@ class Follower(TableModel, ABC):
     unit: ClassVar[str] = "m"
     placing: ClassVar[tuple[str, ...]] = ()
 
-    clockwise: StrictBool = Field(False, description="sense of rotation of the cam, true for clockwise")
+    clockwise: StrictBool = Field(default=False, description="sense of rotation of the cam, true for clockwise")
 
     @classmethod
     def error_location(cls) -> str:

@@ -18,7 +18,7 @@ from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, check_length, smallest_roller_cam, tangents_of
 from wucht.errors import InputError
 from wucht.numerics.angles import TURN, valleys
-from wucht.schema import TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 
 _DEAD = 1e-9  # sin sin: so near to zero a roller cannot drive the lever
 
@@ -26,9 +26,9 @@ _DEAD = 1e-9  # sin sin: so near to zero a roller cannot drive the lever
 class CounterTable(TableModel):
     """The lever of the counter cam, rigidly joined to that of the cam."""
 
-    arm: float = si("m", "arm of the lever", gt=0)
-    roller_radius: float = si("m", "radius of the roller", gt=0)
-    angle: float = si("rad", "angle of the lever where the law is zero")
+    arm: SI[float] = si("m", "arm of the lever", gt=0)
+    roller_radius: SI[float] = si("m", "radius of the roller", gt=0)
+    angle: SI[float] = si("rad", "angle of the lever where the law is zero")
 
 
 class OscillatingRoller(RollerFollower):
@@ -41,14 +41,15 @@ class OscillatingRoller(RollerFollower):
     unit: ClassVar[str] = "rad"
     placing: ClassVar[tuple[str, ...]] = ("pivot", "angle")
 
-    pivot: float = si("m", "distance of the lever's pivot from the cam's centre", gt=0)
-    arm: float = si("m", "arm of the lever", gt=0)
-    roller_radius: float = si("m", "radius of the roller", gt=0)
-    angle: float = si("rad", "angle of the lever where the law is zero")
-    counter: CounterTable | None = Field(
-        None, description="lever of a counter cam, rigidly joined to this one: a table with `arm`, `roller_radius` and `angle`"
+    pivot: SI[float] = si("m", "distance of the lever's pivot from the cam's centre", gt=0)
+    arm: SI[float] = si("m", "arm of the lever", gt=0)
+    roller_radius: SI[float] = si("m", "radius of the roller", gt=0)
+    angle: SI[float] = si("rad", "angle of the lever where the law is zero")
+    counter: Composite[CounterTable | None] = composite(
+        default=None,
+        description="lever of a counter cam, rigidly joined to this one: a table with `arm`, `roller_radius` and `angle`",
     )
-    groove: StrictBool = Field(False, description="groove for the roller, true or false")
+    groove: StrictBool = Field(default=False, description="groove for the roller, true or false")
 
     @model_validator(mode="after")
     def _check_exclusive(self) -> Self:

@@ -13,7 +13,7 @@ from wucht.cams.laws import Law
 from wucht.cams.sizing.layout import Layout
 from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, smallest_roller_cam, tangents_of
-from wucht.schema import si
+from wucht.schema import SI, si
 
 
 class TranslatingRoller(RollerFollower):
@@ -24,10 +24,10 @@ class TranslatingRoller(RollerFollower):
     kind: ClassVar[str] = "translating-roller"
     placing: ClassVar[tuple[str, ...]] = ("distance", "offset")
 
-    distance: float = si("m", "distance of the roller's centre where the law is zero", gt=0)
-    roller_radius: float = si("m", "radius of the roller", gt=0)
-    offset: float = si("m", "offset of the rod's axis", default=0.0)
-    groove: StrictBool = Field(False, description="groove for the roller, true or false")
+    distance: SI[float] = si("m", "distance of the roller's centre where the law is zero", gt=0)
+    roller_radius: SI[float] = si("m", "radius of the roller", gt=0)
+    offset: SI[float] = si("m", "offset of the rod's axis", default=0.0)
+    groove: StrictBool = Field(default=False, description="groove for the roller, true or false")
 
     def place(self, value: np.ndarray) -> np.ndarray:
         """See ``RollerFollower``."""

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
-from wucht.schema import TableModel, si
+from wucht.schema import SI, TableModel, si
 
 Size = Literal["base", "blank"]
 LARGEST_ANGLE = math.radians(89)
@@ -23,14 +23,14 @@ class CamLimits(TableModel):
     as well, in any case with a base circle that is not negative.
     """
 
-    pressure_angle: float | None = si("rad", "largest pressure angle", default=None, gt=0)
-    least_radius: float | None = si(
+    pressure_angle: SI[float | None] = si("rad", "largest pressure angle", default=None, gt=0)
+    least_radius: SI[float | None] = si(
         "m", "least radius of curvature", default=None, ge=0, help="least radius of curvature where the contour is convex"
     )
-    shaft_radius: float | None = si("m", "radius of the shaft or hub", default=None, ge=0, help=(
+    shaft_radius: SI[float | None] = si("m", "radius of the shaft or hub", default=None, ge=0, help=(
         "radius of the shaft or the hub, which the base circle must not be smaller than"
     ))  # fmt: skip
-    contact_pressure: float | None = si("Pa", "largest contact pressure", default=None, gt=0)
+    contact_pressure: SI[float | None] = si("Pa", "largest contact pressure", default=None, gt=0)
 
     @model_validator(mode="after")
     def _check_pressure_angle(self) -> Self:

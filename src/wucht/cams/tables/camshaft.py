@@ -22,7 +22,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, shaft_torques
 from wucht.machines.parts import drives, loads
 from wucht.machines.parts.base import ShaftPart
-from wucht.schema import TableModel, Unit, fields_of, read_quantity, refuse_unknown, si
+from wucht.schema import SI, Composite, TableModel, Unit, composite, fields_of, read_quantity, refuse_unknown, si
 
 _STIFFNESS = {"rad": Unit("N m/rad", "rotational stiffness"), "m": Unit("N/m", "stiffness")}
 _DAMPING = {"rad": Unit("N m s/rad", "rotational damping"), "m": Unit("N s/m", "damping")}
@@ -88,25 +88,25 @@ class CamshaftDrive:
 class ElasticTable(TableModel):
     """Springs that the rigid prediction leaves out."""
 
-    output_frequency: float | None = si("rad/s", "natural frequency of the output", default=None, gt=0, help=(
+    output_frequency: SI[float | None] = si("rad/s", "natural frequency of the output", default=None, gt=0, help=(
         "natural frequency of the output on the spring between it and the cam's lever, the lever held; or `output_stiffness`"
     ))  # fmt: skip
-    output_stiffness: _OutputQuantity | None = Field(None, title="stiffness between lever and output", description=(
+    output_stiffness: _OutputQuantity | None = Field(default=None, title="stiffness between lever and output", description=(
         "stiffness between lever and output, in N m/rad or N/m, instead of `output_frequency`"
     ))  # fmt: skip
-    output_damping_ratio: float | None = si("", "damping ratio of the output", default=None, ge=0, lt=1, help=(
+    output_damping_ratio: SI[float | None] = si("", "damping ratio of the output", default=None, ge=0, lt=1, help=(
         "damping ratio of the output, by default 0.02; or `output_damping`"
     ))  # fmt: skip
-    output_damping: _OutputQuantity | None = Field(None, title="damping between lever and output", description=(
+    output_damping: _OutputQuantity | None = Field(default=None, title="damping between lever and output", description=(
         "damping between lever and output, in N m s/rad or N s/m, instead of `output_damping_ratio`"
     ))  # fmt: skip
-    shaft_stiffness: float | None = si("N m/rad", "stiffness of the camshaft", default=None, gt=0, help=(
+    shaft_stiffness: SI[float | None] = si("N m/rad", "stiffness of the camshaft", default=None, gt=0, help=(
         "stiffness of the camshaft between the flywheel and the cam"
     ))  # fmt: skip
-    shaft_damping: float = si("N m s/rad", "damping of the camshaft", default=0.0, ge=0, help=(
+    shaft_damping: SI[float] = si("N m s/rad", "damping of the camshaft", default=0.0, ge=0, help=(
         "damping of the camshaft between the flywheel and the cam"
     ))  # fmt: skip
-    cam_inertia: float | None = si("kg m^2", "moment of inertia of the cam", default=None, gt=0, help=(
+    cam_inertia: SI[float | None] = si("kg m^2", "moment of inertia of the cam", default=None, gt=0, help=(
         "moment of inertia of the cam alone, a part of `shaft.inertia`, where the camshaft is elastic"
     ))  # fmt: skip
 
@@ -161,25 +161,25 @@ def _read_output_quantity(quantity: Unit, value: float | str, location: str, uni
 class ShaftTable(TableModel):
     """The camshaft with what drives and loads it, from which its speed is predicted."""
 
-    inertia: float = si("kg m^2", "moment of inertia", gt=0, help="moment of inertia of what turns with the cam")
-    output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0, help=(
+    inertia: SI[float] = si("kg m^2", "moment of inertia", gt=0, help="moment of inertia of what turns with the cam")
+    output_inertia: SI[float | None] = si("kg m^2", "moment of inertia of the output", default=None, ge=0, help=(
         "moment of inertia of what moves with the output, where that turns"
     ))  # fmt: skip
-    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0, help="mass of an output that slides")
-    mean_speed: float | None = si("rad/s", "mean speed", default=None, gt=0, help=(
+    output_mass: SI[float | None] = si("kg", "mass of the output", default=None, ge=0, help="mass of an output that slides")
+    mean_speed: SI[float | None] = si("rad/s", "mean speed", default=None, gt=0, help=(
         "mean speed of the eigenmotion, without a drive; the expected mean speed, with a drive"
     ))  # fmt: skip
-    drive: dict[str, Any] | None = Field(
-        None,
+    drive: Composite[dict[str, Any] | None] = composite(
+        default=None,
         title="drive, a table: [shaft.drive]",
         description="drive with the keys of a machine's, except `on`, a table: `[shaft.drive]`",
     )
-    loads: tuple[dict[str, Any], ...] = Field(
-        (),
+    loads: Composite[tuple[dict[str, Any], ...]] = composite(
+        default=(),
         title="loads, tables: [[shaft.loads]]",
         description="loads with the keys of a machine's, except `on`, tables: `[[shaft.loads]]`",
     )
-    elastic: ElasticTable | None = Field(None, title="springs, a table: [shaft.elastic]", description=(
+    elastic: Composite[ElasticTable | None] = composite(default=None, title="springs, a table: [shaft.elastic]", description=(
         "springs that the rigid prediction leaves out, a table: `[shaft.elastic]`"
     ))  # fmt: skip
 

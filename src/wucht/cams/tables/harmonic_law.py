@@ -16,7 +16,7 @@ from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotion, read_
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.zeros_and_peaks import fewest_where
-from wucht.schema import TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 
 _ORDERS = ("position", "velocity", "acceleration", "jerk")
 _TURN = 2 * math.pi
@@ -29,14 +29,14 @@ class RestrictionTable(TableModel):
     """Restriction of a derivative by the cam angle at an angle, on an arc, or (without either) everywhere."""
 
     of: Literal["position", "velocity", "acceleration", "jerk"] = Field(
-        "position", description="derivative with respect to the cam angle"
+        default="position", description="derivative with respect to the cam angle"
     )
-    at: float | None = si("rad", "cam angle", default=None, help="cam angle at which it holds")
-    on: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, help="arc on which it holds")
-    equals: Position | None = Field(None, title="value", description="value that it must have")
-    min: Position | None = Field(None, title="least value", description="least value that it may have")
-    max: Position | None = Field(None, title="greatest value", description="greatest value that it may have")
-    tolerance: Position | None = Field(None, description="tolerance of equals on an arc")
+    at: SI[float | None] = si("rad", "cam angle", default=None, help="cam angle at which it holds")
+    on: SI[tuple[float, float] | None] = si("rad", "arc of the cam angle", default=None, help="arc on which it holds")
+    equals: Position | None = Field(default=None, title="value", description="value that it must have")
+    min: Position | None = Field(default=None, title="least value", description="least value that it may have")
+    max: Position | None = Field(default=None, title="greatest value", description="greatest value that it may have")
+    tolerance: Position | None = Field(default=None, description="tolerance of equals on an arc")
 
     def quantities(self, location: str) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
@@ -87,9 +87,13 @@ class CapTable(TableModel):
 class Coefficients(TableModel):
     """A series that is known: mean + sum of cosine_k cos k phi + sine_k sin k phi, the first harmonic first."""
 
-    mean: Position = Field(0.0, title="mean value", description="mean value of the motion")
-    cosine: tuple[Position, ...] = Field((), title="cosine coefficients", description="cosines, the first harmonic first")
-    sine: tuple[Position, ...] = Field((), title="sine coefficients", description="sines, the first harmonic first")
+    mean: Position = Field(default=0.0, title="mean value", description="mean value of the motion")
+    cosine: Composite[tuple[Position, ...]] = composite(
+        default=(), title="cosine coefficients", description="cosines, the first harmonic first"
+    )
+    sine: Composite[tuple[Position, ...]] = composite(
+        default=(), title="sine coefficients", description="sines, the first harmonic first"
+    )
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
@@ -101,9 +105,9 @@ class Coefficients(TableModel):
 class Resonance(TableModel):
     """The resonance of the elastic output: orders near it weigh more."""
 
-    frequency: float = si("rad/s", "natural frequency", gt=0, help="natural frequency of the elastic output")
-    damping_ratio: float = si("", "damping ratio", default=0.02, gt=0, lt=1, help="damping ratio of the elastic output")
-    speed: float = si("rad/s", "mean speed of the cam", gt=0)
+    frequency: SI[float] = si("rad/s", "natural frequency", gt=0, help="natural frequency of the elastic output")
+    damping_ratio: SI[float] = si("", "damping ratio", default=0.02, gt=0, lt=1, help="damping ratio of the elastic output")
+    speed: SI[float] = si("rad/s", "mean speed of the cam", gt=0)
 
     def magnification(self, count: int) -> np.ndarray:
         """|H| (N,) of orders 1 to N."""
@@ -116,19 +120,22 @@ class HarmonicTable(LawTable):
 
     kind: ClassVar[str] = "harmonic"
 
-    harmonics: int | None = Field(None, ge=1, le=_MOST, description="number of harmonics")
+    harmonics: int | None = Field(default=None, ge=1, le=_MOST, description="number of harmonics")
     objective: Literal["flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"] = Field(
-        "flattest-dwell", description="criterion by which a motion is chosen among those that keep the restrictions"
+        default="flattest-dwell", description="criterion by which a motion is chosen among those that keep the restrictions"
     )
-    restrictions: tuple[RestrictionTable, ...] = Field(
-        (),
+    restrictions: Composite[tuple[RestrictionTable, ...]] = composite(
+        default=(),
         title="restrictions",
         description="values or limits of the motion at angles or on arcs, tables: `[[law.restrictions]]`",
     )
-    caps: tuple[CapTable, ...] = Field((), description="largest amplitudes of harmonics")
-    resonance: Resonance | None = Field(None, description="resonance near which orders weigh more, a table: `[law.resonance]`")
-    coefficients: Coefficients | None = Field(
-        None, description="coefficients of a motion that is known, instead of restrictions, a table: `[law.coefficients]`"
+    caps: Composite[tuple[CapTable, ...]] = composite(default=(), description="largest amplitudes of harmonics")
+    resonance: Composite[Resonance | None] = composite(
+        default=None, description="resonance near which orders weigh more, a table: `[law.resonance]`"
+    )
+    coefficients: Composite[Coefficients | None] = composite(
+        default=None,
+        description="coefficients of a motion that is known, instead of restrictions, a table: `[law.coefficients]`",
     )
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:

@@ -16,7 +16,7 @@ from wucht.cams.laws.table_law import TableLaw
 from wucht.cams.tables.motion_law import UNITS, LawTable, MotionLaw, Position, RiseMotion, read_output
 from wucht.errors import InputError
 from wucht.files.tables import read_table
-from wucht.schema import Unit, si
+from wucht.schema import SI, Composite, Unit, composite, si
 
 _CAM_ANGLE = Unit("rad", "cam angle")
 
@@ -25,8 +25,8 @@ class RiseTable(LawTable):
     """A law that rises by a stroke, rests, and returns."""
 
     stroke: Position = Field(title="stroke", description="stroke of the output between its two rests")
-    rise: tuple[float, float] = si("rad", "arc of the cam angle", help="arc on which the output rises, [begin, end]")
-    back: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, alias="return", help=(
+    rise: SI[tuple[float, float]] = si("rad", "arc of the cam angle", help="arc on which the output rises, [begin, end]")
+    back: SI[tuple[float, float] | None] = si("rad", "arc of the cam angle", default=None, alias="return", help=(
         "arc of the cam angle on which the output returns, `[begin, end]`"
     ))  # fmt: skip
 
@@ -47,7 +47,9 @@ class RiseTable(LawTable):
 class StandardTable(RiseTable):
     """A standard law by its name."""
 
-    points: tuple[tuple[float, float], ...] = Field((), description="points of a spline: shares of the rise and of the stroke")
+    points: Composite[tuple[tuple[float, float], ...]] = composite(
+        default=(), description="points of a spline: shares of the rise and of the stroke"
+    )
 
     standard: ClassVar[str] = ""
 
@@ -61,9 +63,9 @@ class PointsTable(LawTable):
 
     kind: ClassVar[str] = "table"
 
-    points: tuple[tuple[float, float], ...] = Field(description="points: cam angle and output")
-    degree: Literal[3, 5] = Field(5, description="degree of the spline through the points")
-    unit: Literal["rad", "m"] = Field("rad", description="unit of the output, of an angle or a length")
+    points: Composite[tuple[tuple[float, float], ...]] = composite(description="points: cam angle and output")
+    degree: Literal[3, 5] = Field(default=5, description="degree of the spline through the points")
+    unit: Literal["rad", "m"] = Field(default="rad", description="unit of the output, of an angle or a length")
 
     @classmethod
     def with_file_contents(cls, entries: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from wucht.cams.linkages.closure import Linkage
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
-from wucht.schema import TableModel, si
+from wucht.schema import SI, TableModel, si
 
 _Branch = Literal["open", "crossed"]
 _SIGN = {"open": +1, "crossed": -1}
@@ -35,12 +35,12 @@ class FourBarTable(LinkageTable):
 
     kind: ClassVar[str] = "four-bar"
 
-    ground: float = si("m", "distance of the pivots", gt=0)
-    input: float = si("m", "length of the lever's arm", gt=0)
-    coupler: float = si("m", "length of the coupler", gt=0)
-    output: float = si("m", "length of the output's arm", gt=0)
-    angle: float = si("rad", "angle of the lever's arm to the ground where the law is zero")
-    branch: _Branch = Field("open", description="position of coupler and output, of the two that fit the lever")
+    ground: SI[float] = si("m", "distance of the pivots", gt=0)
+    input: SI[float] = si("m", "length of the lever's arm", gt=0)
+    coupler: SI[float] = si("m", "length of the coupler", gt=0)
+    output: SI[float] = si("m", "length of the output's arm", gt=0)
+    angle: SI[float] = si("rad", "angle of the lever's arm to the ground where the law is zero")
+    branch: _Branch = Field(default="open", description="position of coupler and output, of the two that fit the lever")
 
     def linkage(self) -> Linkage:
         """See ``LinkageTable``."""
@@ -53,11 +53,11 @@ class SliderCrankTable(LinkageTable):
     kind: ClassVar[str] = "slider-crank"
     unit: ClassVar[str] = "m"
 
-    crank: float = si("m", "length of the lever's arm", gt=0)
-    rod: float = si("m", "length of the rod", gt=0)
-    angle: float = si("rad", "angle of the crank to the slide where the law is zero")
-    offset: float = si("m", "offset of the slide", default=0.0)
-    branch: _Branch = Field("open", description="position of rod and slide, of the two that fit the crank")
+    crank: SI[float] = si("m", "length of the lever's arm", gt=0)
+    rod: SI[float] = si("m", "length of the rod", gt=0)
+    angle: SI[float] = si("rad", "angle of the crank to the slide where the law is zero")
+    offset: SI[float] = si("m", "offset of the slide", default=0.0)
+    branch: _Branch = Field(default="open", description="position of rod and slide, of the two that fit the crank")
 
     def linkage(self) -> Linkage:
         """See ``LinkageTable``."""

@@ -14,36 +14,43 @@ from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Recording
 from wucht.measurements.shaft_signal import ShaftSignal, shaft_signal
 from wucht.numerics.harmonics import Harmonics
-from wucht.schema import TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 
 
 class SpeedTable(TableModel):
     """The speed of the camshaft over one turn: by coefficients, or from a record."""
 
-    mean: float | None = si("rad/s", "mean speed", default=None, gt=0, help="mean speed of the camshaft, order 0")
-    cosine: tuple[float, ...] | None = si(
+    mean: SI[float | None] = si("rad/s", "mean speed", default=None, gt=0, help="mean speed of the camshaft, order 0")
+    cosine: SI[tuple[float, ...] | None] = si(
         "rad/s", "cosine coefficient", default=None, help="coefficients of the cosines of the speed, order 1 first"
     )
-    sine: tuple[float, ...] | None = si("rad/s", "sine coefficient", default=None, help="sines of the speed, order 1 first")
+    sine: SI[tuple[float, ...] | None] = si("rad/s", "sine coefficient", default=None, help="sines of the speed, order 1 first")
     over: Literal["time", "angle"] = Field(
-        "time", description="variable of the orders: the time of a turn, or its angle, as order tracking gives them"
+        default="time", description="variable of the orders: the time of a turn, or its angle, as order tracking gives them"
     )
-    period: float | None = si("s", "time of a turn", default=None, gt=0, help="time of a turn, to check the mean")
-    file: str | None = Field(None, title="file of the record", description="record of the speed, the angle or encoder pulses")
-    column: str | None = Field(None, description="column of the record")
-    quantity: Literal["speed", "angle", "pulses"] | None = Field(None, description="what the column is a record of")
-    unit: str | None = Field(None, min_length=1, title="unit of the column's numbers", description=(
+    period: SI[float | None] = si("s", "time of a turn", default=None, gt=0, help="time of a turn, to check the mean")
+    file: str | None = Field(
+        default=None, title="file of the record", description="record of the speed, the angle or encoder pulses"
+    )
+    column: str | None = Field(default=None, description="column of the record")
+    quantity: Literal["speed", "angle", "pulses"] | None = Field(default=None, description="what the column is a record of")
+    unit: str | None = Field(default=None, min_length=1, title="unit of the column's numbers", description=(
         "unit of the column's numbers, instead of the one that the file states"
     ))  # fmt: skip
-    scale: float | None = si("", "factor for the column's numbers", default=None, help=(
+    scale: SI[float | None] = si("", "factor for the column's numbers", default=None, help=(
         "factor for the column's numbers; -1 where they count against the cam's rotation"
     ))  # fmt: skip
-    orders: tuple[int, ...] = Field((), description="orders that are kept")
-    pulses_per_turn: int | None = Field(None, ge=1, description="number of encoder pulses a turn")
-    index: str | None = Field(None, description="column of the index pulse")
-    hysteresis: float | None = si("", "hysteresis of the pulses as a share of their swing", default=None, ge=0, lt=0.5, help=(
-        "hysteresis of pulses recorded as a signal, as a share of its swing"
-    ))  # fmt: skip
+    orders: Composite[tuple[int, ...]] = composite(default=(), description="orders that are kept")
+    pulses_per_turn: int | None = Field(default=None, ge=1, description="number of encoder pulses a turn")
+    index: str | None = Field(default=None, description="column of the index pulse")
+    hysteresis: SI[float | None] = si(
+        "",
+        "hysteresis of the pulses as a share of their swing",
+        default=None,
+        ge=0,
+        lt=0.5,
+        help="hysteresis of pulses recorded as a signal, as a share of its swing",
+    )
 
     @classmethod
     def error_location(cls) -> str:

@@ -1,4 +1,4 @@
-"""The parts of a machine: one class a file, each with its formulas. A new part is a new file here and nothing else.
+"""The parts of a machine: one class a file, each with its formulas. A new part is a new file here, and its name below.
 
 ``wucht.parts`` in Python: every class of a part, and of the tables inside parts, is an attribute by its name.
 
@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from wucht.errors import nearest
 from wucht.kinds import classes_of, kinds_of
@@ -17,6 +17,40 @@ from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
 from wucht.schema import models_in
+
+if TYPE_CHECKING:  # the names that ``__getattr__`` loads, for type checkers
+    from wucht.machines.parts.carrier import Carrier as Carrier
+    from wucht.machines.parts.carrier import Foundation as Foundation
+    from wucht.machines.parts.constant_speed import ConstantSpeed as ConstantSpeed
+    from wucht.machines.parts.constant_torque import ConstantTorque as ConstantTorque
+    from wucht.machines.parts.coulomb_load import CoulombLoad as CoulombLoad
+    from wucht.machines.parts.dc_separate import DCSeparate as DCSeparate
+    from wucht.machines.parts.dc_series import DCSeries as DCSeries
+    from wucht.machines.parts.dc_shunt import DCShunt as DCShunt
+    from wucht.machines.parts.end_stop import EndStop as EndStop
+    from wucht.machines.parts.friction_damper import FrictionDamper as FrictionDamper
+    from wucht.machines.parts.induction import Induction as Induction
+    from wucht.machines.parts.inverter import Inverter as Inverter
+    from wucht.machines.parts.linear_drive import LinearDrive as LinearDrive
+    from wucht.machines.parts.material_layer import MaterialLayer as MaterialLayer
+    from wucht.machines.parts.nameplate import DCNameplate as DCNameplate
+    from wucht.machines.parts.nameplate import InductionNameplate as InductionNameplate
+    from wucht.machines.parts.pendulum import Pendulum as Pendulum
+    from wucht.machines.parts.planar_carrier import Mount as Mount
+    from wucht.machines.parts.planar_carrier import PlanarCarrier as PlanarCarrier
+    from wucht.machines.parts.quadratic_load import QuadraticLoad as QuadraticLoad
+    from wucht.machines.parts.release import Release as Release
+    from wucht.machines.parts.rocking_carrier import RockingCarrier as RockingCarrier
+    from wucht.machines.parts.roller import Roller as Roller
+    from wucht.machines.parts.rotor import Rotor as Rotor
+    from wucht.machines.parts.slider import Slider as Slider
+    from wucht.machines.parts.support import PrescribedMotion as PrescribedMotion
+    from wucht.machines.parts.switchable_pendulum import SwitchablePendulum as SwitchablePendulum
+    from wucht.machines.parts.synchronous import Synchronous as Synchronous
+    from wucht.machines.parts.table_drive import TableDrive as TableDrive
+    from wucht.machines.parts.table_load import TableLoad as TableLoad
+    from wucht.machines.parts.transmission import Transmission as Transmission
+    from wucht.machines.parts.viscous_load import ViscousLoad as ViscousLoad
 
 GROUP = "wucht.parts"
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Frame, Part, si
+from wucht.machines.parts.base import SI, Frame, Part, si
 
 
 class Attachment(Part):
     """A part between the carrier and the ground, or on the carrier."""
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name in parameters and results")
-    at: tuple[float, float] | None = si("m", "place on the carrier, from its centre of mass", "a", None, help=(
+    at: SI[tuple[float, float] | None] = si("m", "place on the carrier, from its centre of mass", "a", default=None, help=(
         "place on a carrier that turns, from its centre of mass"
     ))  # fmt: skip
 
@@ -34,7 +34,7 @@ class Attachment(Part):
 class LineAttachment(Attachment):
     """An attachment that acts along a line: on the small displacement of its place on the carrier in direction ``angle``."""
 
-    angle: float = si("rad", "direction of its line, counter-clockwise from +x", "gamma")
+    angle: SI[float] = si("rad", "direction of its line, counter-clockwise from +x", "gamma")
 
     def line_motion(self, frame: Frame) -> tuple[sp.Expr, sp.Expr]:
         """Return displacement and velocity of its place on the carrier along the line."""

@@ -15,9 +15,9 @@ from wucht.machines.parts.release import Release
 from wucht.machines.parts.transmission import Transmission
 from wucht.mechanics.energies import AppliedForce, Energies, StateDescription
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import Parameter, TableModel, si
+from wucht.schema import SI, Composite, Parameter, TableModel, composite, si
 
-__all__ = ["Body", "Drive", "Frame", "Load", "Parameter", "Part", "Point", "Release", "ShaftPart", "TableModel", "si"]
+__all__ = ["SI", "Body", "Drive", "Frame", "Load", "Parameter", "Part", "Point", "Release", "ShaftPart", "TableModel", "si"]
 
 
 class Part(TableModel, ABC):
@@ -85,7 +85,9 @@ class Body(Part):
     """A body of the machine, on the carrier or on another body (``about``)."""
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name in parameters and results")
-    release: Release | None = Field(None, description="release of the body, { time = ... } or { speed = ... }")
+    release: Composite[Release | None] = composite(
+        default=None, description="release of the body, { time = ... } or { speed = ... }"
+    )
 
     @property
     def path(self) -> str:
@@ -146,8 +148,8 @@ class Body(Part):
 class ShaftPart(Part):
     """A part that acts on the shaft of one body: a torque that depends on its speed."""
 
-    on: str = Field("", title="name of the body", description="name of the body, by default the machine's only rotor")
-    label: str = Field("", exclude=True)
+    on: str = Field(default="", title="name of the body", description="name of the body, by default the machine's only rotor")
+    label: str = Field(default="", exclude=True)
     group: ClassVar[str] = ""
 
     @property
@@ -181,9 +183,11 @@ class Drive(ShaftPart):
     """A drive of one body. Its stator rests on the foundation, or on the carrier, which then bears its reaction."""
 
     group: ClassVar[str] = "drive"
-    stator: Literal["foundation", "carrier"] = Field("foundation", description="base of the stator, which bears its reaction")
-    transmission: Transmission | None = Field(
-        None, description="gear or belt, { ratio = ..., inertia = ..., efficiency = ... }"
+    stator: Literal["foundation", "carrier"] = Field(
+        default="foundation", description="base of the stator, which bears its reaction"
+    )
+    transmission: Composite[Transmission | None] = composite(
+        default=None, description="gear or belt, { ratio = ..., inertia = ..., efficiency = ... }"
     )
 
     @model_validator(mode="after")

@@ -9,7 +9,7 @@ import sympy as sp
 from pydantic import Field
 
 from wucht.errors import FieldError
-from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.base import SI, Frame, si
 from wucht.machines.parts.support import (
     Inertia,
     Pair,
@@ -23,16 +23,18 @@ from wucht.machines.parts.support import (
 )
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import TableModel
+from wucht.schema import Composite, TableModel, composite
 
 
 class Foundation(TableModel):
     """A mass on springs and dampers, on which the carrier's springs of one direction rest: 000, end of section 5."""
 
     direction: Literal["x", "y"] = Field(title="direction", description="direction in which the foundation moves")
-    mass: float = si("kg", "mass", "m_f", gt=0, help="mass of the foundation")
-    stiffness: float = si("N/m", "stiffness", "c_f", gt=0, help="stiffness of the springs under the foundation")
-    damping: float = si("N s/m", "damping", "b_f", 0.0, ge=0, help="viscous damping of the springs under the foundation")
+    mass: SI[float] = si("kg", "mass", "m_f", gt=0, help="mass of the foundation")
+    stiffness: SI[float] = si("N/m", "stiffness", "c_f", gt=0, help="stiffness of the springs under the foundation")
+    damping: SI[float] = si(
+        "N s/m", "damping", "b_f", default=0.0, ge=0, help="viscous damping of the springs under the foundation"
+    )
 
     def energies(self, at: Coordinate, gravity: sp.Expr) -> Energies:
         """T = m v^2/2, V = c z^2/2 + m g z (in y), R = b v^2/2."""
@@ -49,24 +51,30 @@ class Carrier(Support):
 
     kind = "carrier"
 
-    mass: float = si("kg", "mass", "m", 0.0, ge=0, help="mass of the carrier without the bodies on it")
+    mass: SI[float] = si("kg", "mass", "m", default=0.0, ge=0, help="mass of the carrier without the bodies on it")
     directions: Literal["x", "y", "xy", "fixed"] = Field(
-        "xy", description='directions in which the carrier moves; `"fixed"`: the axis does not move'
+        default="xy", description='directions in which the carrier moves; `"fixed"`: the axis does not move'
     )
-    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None, help=(
+    stiffness: SI[float | tuple[float, float] | None] = si("N/m", "stiffness", "c", default=None, help=(
         "stiffness of the springs, one number (isotropic) or a pair [x, y]; or give `frequency`"
     ))  # fmt: skip
-    damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0, help=(
+    damping: SI[float | tuple[float, float]] = si("N s/m", "damping", "b", default=0.0, help=(
         "viscous damping of the carrier, one number (isotropic) or a pair [x, y]; or give `damping_ratio`"
     ))  # fmt: skip
-    frequency: float | tuple[float, float] | None = si(
-        "rad/s", "natural frequency with all bodies on it", "omega_0", None,
+    frequency: SI[float | tuple[float, float] | None] = si(
+        "rad/s", "natural frequency with all bodies on it", "omega_0", default=None,
         help="natural frequency with all bodies on the carrier, from which the stiffness follows",
     )  # fmt: skip
-    damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None, help=(
-        "damping ratio with all bodies on the carrier, from which the damping follows"
-    ))  # fmt: skip
-    foundation: Foundation | None = Field(None, description="mass on springs under the carrier's springs of one direction")
+    damping_ratio: SI[float | tuple[float, float] | None] = si(
+        "",
+        "damping ratio with all bodies on it",
+        "D",
+        default=None,
+        help="damping ratio with all bodies on the carrier, from which the damping follows",
+    )
+    foundation: Composite[Foundation | None] = composite(
+        default=None, description="mass on springs under the carrier's springs of one direction"
+    )
 
     @property
     def labels(self) -> tuple[str, ...]:

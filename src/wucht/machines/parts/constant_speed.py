@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.base import SI, Drive, si
 
 
 class ConstantSpeed(Drive):
@@ -12,8 +12,8 @@ class ConstantSpeed(Drive):
 
     kind = "constant-speed"
 
-    speed: float = si("rad/s", "speed", "Omega", help="speed with which the body turns, signed")
-    angle: float = si("rad", "angle at t = 0", "phi_0", 0.0)
+    speed: SI[float] = si("rad/s", "speed", "Omega", help="speed with which the body turns, signed")
+    angle: SI[float] = si("rad", "angle at t = 0", "phi_0", default=0.0)
 
     def prescribed_speed(self) -> sp.Expr:
         """The speed."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.base import SI, Drive, si
 
 
 class ConstantTorque(Drive):
@@ -13,7 +13,7 @@ class ConstantTorque(Drive):
     kind = "constant-torque"
 
     # The key is ``torque``, which in Python is the method.
-    level: float = si("N m", "torque", "T", alias="torque", help="torque on the body; a negative one turns backwards")
+    level: SI[float] = si("N m", "torque", "T", alias="torque", help="torque on the body; a negative one turns backwards")
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """002 (2.81)."""

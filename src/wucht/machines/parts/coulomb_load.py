@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import Load, si
+from wucht.machines.parts.base import SI, Load, si
 
 TRANSITION = 0.1  # rad/s: below any speed of interest, above what an integrator would take for a jump
 
@@ -18,8 +18,8 @@ class CoulombLoad(Load):
     kind = "coulomb"
 
     # The key is ``torque``, which in Python is the method.
-    level: float = si("N m", "friction torque", "T_c", alias="torque", ge=0, help="friction torque against the speed")
-    transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_c", TRANSITION, gt=0)
+    level: SI[float] = si("N m", "friction torque", "T_c", alias="torque", ge=0, help="friction torque against the speed")
+    transition_speed: SI[float] = si("rad/s", "speed of the transition at standstill", "w_c", default=TRANSITION, gt=0)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """T tanh(speed/transition_speed)."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import sympy as sp
-from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic import GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
-from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.base import SI, Drive, si
 from wucht.machines.parts.nameplate import DCNameplate, read_nameplate, required_without
+from wucht.schema import Composite, composite
 
 _LINE = ("armature_resistance", "motor_constant", "flux")  # the keys that follow from a nameplate
 
@@ -22,15 +23,17 @@ class DCSeparate(Drive):
 
     kind = "dc-separate"
 
-    nameplate: DCNameplate | None = Field(None, description="rated data of the motor, from which its constants follow")
-    voltage: float = si("V", "voltage of the armature", "U", help=(
+    nameplate: Composite[DCNameplate | None] = composite(
+        default=None, description="rated data of the motor, from which its constants follow"
+    )
+    voltage: SI[float] = si("V", "voltage of the armature", "U", help=(
         "voltage of the armature; a negative one reverses the motor; beside a `nameplate` the operating voltage"
     ))  # fmt: skip
-    armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
-    motor_constant: float = si("", "motor constant", "k_M", gt=0, help=(
+    armature_resistance: SI[float] = si("ohm", "resistance of the armature", "R_A", gt=0)
+    motor_constant: SI[float] = si("", "motor constant", "k_M", gt=0, help=(
         "motor constant k_M: torque over flux and current; 1 where a data sheet gives only its product with the flux"
     ))  # fmt: skip
-    flux: float = si("Wb", "magnetic flux of the field", "Phi_E", ge=0)
+    flux: SI[float] = si("Wb", "magnetic flux of the field", "Phi_E", ge=0)
 
     @model_validator(mode="before")
     @classmethod

@@ -7,18 +7,20 @@ from typing import Literal
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.base import SI, Drive, si
 
 
 class SelfExcited(Drive):
     """A DC motor that makes its field itself."""
 
-    voltage: float = si("V", "voltage", "U", help="voltage of the source, whose sign does not matter")
-    armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
-    field_resistance: float = si("ohm", "resistance of the field winding", "R_E", ge=0)
-    field_inductance: float = si("H", "inductance of the field winding", "L_E", gt=0)
-    motor_constant: float = si("", "motor constant", "k_M", gt=0, help="motor constant k_M: torque over flux and current")
-    sense: Literal[1, -1] = Field(1, description="sense of rotation; -1: the field is reconnected, the motor turns backwards")
+    voltage: SI[float] = si("V", "voltage", "U", help="voltage of the source, whose sign does not matter")
+    armature_resistance: SI[float] = si("ohm", "resistance of the armature", "R_A", gt=0)
+    field_resistance: SI[float] = si("ohm", "resistance of the field winding", "R_E", ge=0)
+    field_inductance: SI[float] = si("H", "inductance of the field winding", "L_E", gt=0)
+    motor_constant: SI[float] = si("", "motor constant", "k_M", gt=0, help="motor constant k_M: torque over flux and current")
+    sense: Literal[1, -1] = Field(
+        default=1, description="sense of rotation; -1: the field is reconnected, the motor turns backwards"
+    )
 
     def circuit(self) -> tuple[sp.Symbol, ...]:
         """U, R_A, R_E, L_E, k_M."""

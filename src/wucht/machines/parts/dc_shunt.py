@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import si
+from wucht.machines.parts.base import SI, si
 from wucht.machines.parts.dc_series import SelfExcited
 
 
@@ -17,7 +17,7 @@ class DCShunt(SelfExcited):
 
     kind = "dc-shunt"
 
-    field_resistance: float = si("ohm", "resistance of the field circuit", "R_E", gt=0)
+    field_resistance: SI[float] = si("ohm", "resistance of the field circuit", "R_E", gt=0)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """002 (2.99)."""

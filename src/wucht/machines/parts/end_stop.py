@@ -8,7 +8,7 @@ import sympy as sp
 from pydantic import Field
 
 from wucht.machines.parts.attachment import LineAttachment
-from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.base import SI, Frame, si
 from wucht.machines.parts.stop import buffer, contact_indicator
 from wucht.mechanics.energies import AppliedForce, Energies
 from wucht.piecewise import CLAMP_TO_ONE, PiecewiseCubic
@@ -27,17 +27,21 @@ class EndStop(LineAttachment):
 
     kind = "end-stop"
 
-    gap: float = si("m", "gap", "s", ge=0, help="gap between the carrier and the spring, counted from `rest`")
-    stiffness: float = si("N/m", "stiffness", "c", gt=0, help="stiffness of the spring behind the gap")
-    damping: float | None = si("N s/m", "damping", "b", None, ge=0, help="viscous damping of the stop; or `restitution`")
-    restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1, help=(
+    gap: SI[float] = si("m", "gap", "s", ge=0, help="gap between the carrier and the spring, counted from `rest`")
+    stiffness: SI[float] = si("N/m", "stiffness", "c", gt=0, help="stiffness of the spring behind the gap")
+    damping: SI[float | None] = si(
+        "N s/m", "damping", "b", default=None, ge=0, help="viscous damping of the stop; or `restitution`"
+    )
+    restitution: SI[float | None] = si("", "coefficient of restitution", "e", default=None, ge=0.01, le=1, help=(
         "coefficient of restitution: the speed after a contact over that before it"
     ))  # fmt: skip
-    sides: Literal["one", "both"] = Field("one", description='sides of the stop; `"both"`: against its line, too')
-    rest: float = si("m", "displacement along the line at which the gap is measured", "s_0", 0.0, help=(
+    sides: Literal["one", "both"] = Field(default="one", description='sides of the stop; `"both"`: against its line, too')
+    rest: SI[float] = si("m", "displacement along the line at which the gap is measured", "s_0", default=0.0, help=(
         "displacement along the line at which the gap is measured: 0 where the carrier's springs are free of force"
     ))  # fmt: skip
-    transition_speed: float = si("m/s", "speed of the transition where the motion reverses", "v_c", TRANSITION, gt=0)
+    transition_speed: SI[float] = si(
+        "m/s", "speed of the transition where the motion reverses", "v_c", default=TRANSITION, gt=0
+    )
 
     def check(self) -> None:
         """Check that one of damping and restitution is given."""

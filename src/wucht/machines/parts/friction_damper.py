@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from wucht.machines.parts.attachment import LineAttachment
-from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.base import SI, Frame, si
 from wucht.mechanics.energies import AppliedForce, Energies, InternalState, StateDescription
 from wucht.piecewise import Pieces, PiecewiseCubic
 
@@ -25,9 +25,9 @@ class FrictionDamper(LineAttachment):
     kind = "friction-damper"
     internal_states = (StateDescription("lining", "m", "lining travel", "z"),)
 
-    force: float = si("N", "friction force", "F", ge=0, help="friction force of the lining that slips")
-    build_up: float = si("m", "travel over which the force builds up", "d", BUILD_UP, gt=0)
-    free_travel: float | None = si("m", "free travel to either side", "g", None, ge=0)
+    force: SI[float] = si("N", "friction force", "F", ge=0, help="friction force of the lining that slips")
+    build_up: SI[float] = si("m", "travel over which the force builds up", "d", default=BUILD_UP, gt=0)
+    free_travel: SI[float | None] = si("m", "free travel to either side", "g", default=None, ge=0)
 
     def energies(self, frame: Frame) -> Energies:
         """V = F y^2/(2 d), the loss f (v - z') = f^2 |v|/F, with f = F y/d; y: the part of z beyond the free travel."""

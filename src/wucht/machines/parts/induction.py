@@ -10,7 +10,7 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from wucht.errors import FieldError, code_of
-from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.base import SI, Drive, si
 from wucht.machines.parts.equivalent_circuit import (
     EquivalentCircuit,
     displacement,
@@ -20,7 +20,7 @@ from wucht.machines.parts.equivalent_circuit import (
     largest_resistance,
 )
 from wucht.machines.parts.nameplate import InductionNameplate, read_nameplate, required_without
-from wucht.schema import Unit
+from wucht.schema import Composite, Unit, composite
 
 # The keys that follow from a nameplate, and those beside it: operating point, and a resistance that was measured.
 _CIRCUIT = (
@@ -49,24 +49,33 @@ class Induction(Drive):
 
     kind = "induction"
 
-    nameplate: InductionNameplate | None = Field(None, description="rated data of the motor, from which its circuit follows")
-    voltage: float = si("V", "voltage of a phase", "U_1")
-    frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
-    pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
-    stator_resistance: float = si("ohm", "resistance of the stator", "R_1", ge=0)
-    rotor_resistance: float = si("ohm", "resistance of the rotor", "R_2", gt=0)
-    stator_reactance: float = si("ohm", "leakage reactance of the stator", "X_1", ge=0)
-    rotor_reactance: float = si("ohm", "leakage reactance of the rotor", "X_2", ge=0)
-    standstill_resistance: float | None = si("ohm", "resistance of the rotor at standstill", "R_2s", None, gt=0, help=(
-        "resistance of the rotor at standstill and the rated frequency, where deep bars displace the current"
-    ))  # fmt: skip
-    magnetising_reactance: float | None = si("ohm", "magnetising reactance", "X_m", None, gt=0, help=(
+    nameplate: Composite[InductionNameplate | None] = composite(
+        default=None, description="rated data of the motor, from which its circuit follows"
+    )
+    voltage: SI[float] = si("V", "voltage of a phase", "U_1")
+    frequency: SI[float] = si("Hz", "frequency of the mains", "f", ge=0)
+    pole_pairs: SI[float] = si("", "number of pole pairs", "p", ge=1)
+    stator_resistance: SI[float] = si("ohm", "resistance of the stator", "R_1", ge=0)
+    rotor_resistance: SI[float] = si("ohm", "resistance of the rotor", "R_2", gt=0)
+    stator_reactance: SI[float] = si("ohm", "leakage reactance of the stator", "X_1", ge=0)
+    rotor_reactance: SI[float] = si("ohm", "leakage reactance of the rotor", "X_2", ge=0)
+    standstill_resistance: SI[float | None] = si(
+        "ohm",
+        "resistance of the rotor at standstill",
+        "R_2s",
+        default=None,
+        gt=0,
+        help="resistance of the rotor at standstill and the rated frequency, where deep bars displace the current",
+    )
+    magnetising_reactance: SI[float | None] = si("ohm", "magnetising reactance", "X_m", default=None, gt=0, help=(
         "reactance of the magnetising current; without this key there is no such current, as in 002"
     ))  # fmt: skip
-    rated_frequency: float = si("Hz", "frequency at which the reactances hold", "f_r", gt=0, help=(
+    rated_frequency: SI[float] = si("Hz", "frequency at which the reactances hold", "f_r", gt=0, help=(
         "frequency at which the reactances hold, by default `frequency`; they grow in proportion to it"
     ))  # fmt: skip
-    sense: Literal[1, -1] = Field(1, description="sense of rotation; -1: two phases are exchanged, the motor turns backwards")
+    sense: Literal[1, -1] = Field(
+        default=1, description="sense of rotation; -1: two phases are exchanged, the motor turns backwards"
+    )
 
     @model_validator(mode="before")
     @classmethod

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from wucht.machines.parts.base import Drive, Frame, si
+from wucht.machines.parts.base import SI, Drive, Frame, si
 from wucht.mechanics.energies import Energies, InternalState, StateDescription
 from wucht.piecewise import CLAMP_TO_ONE, Pieces, PiecewiseCubic, step
 
@@ -25,12 +25,19 @@ class Inverter(Drive):
     kind = "inverter"
     internal_states = (StateDescription("integral", "N m", "integral part", "tau"),)
 
-    set_speed: float = si("rad/s", "set speed", "omega_s", help="speed that the controller keeps; a schedule of it is the ramp")
-    gain: float = si("N m s", "gain of the controller", "K", gt=0)
-    integral_time: float = si("s", "integral time", "T_i", gt=0, help="integral time of the controller")
-    torque_limit: float = si("N m", "torque limit", "T_m", gt=0, help="largest torque in either sense")
-    power_limit: float | None = si(
-        "W", "power limit", "P", None, gt=0, help="largest power, which limits the torque at high speed: field weakening"
+    set_speed: SI[float] = si(
+        "rad/s", "set speed", "omega_s", help="speed that the controller keeps; a schedule of it is the ramp"
+    )
+    gain: SI[float] = si("N m s", "gain of the controller", "K", gt=0)
+    integral_time: SI[float] = si("s", "integral time", "T_i", gt=0, help="integral time of the controller")
+    torque_limit: SI[float] = si("N m", "torque limit", "T_m", gt=0, help="largest torque in either sense")
+    power_limit: SI[float | None] = si(
+        "W",
+        "power limit",
+        "P",
+        default=None,
+        gt=0,
+        help="largest power, which limits the torque at high speed: field weakening",
     )
 
     def no_load_path(self) -> str:

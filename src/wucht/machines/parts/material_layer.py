@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from wucht.machines.parts.attachment import Attachment
-from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.base import SI, Frame, si
 from wucht.mechanics.energies import Energies
 
 
@@ -19,9 +19,9 @@ class MaterialLayer(Attachment):
 
     kind = "material-layer"
 
-    mass: float = si("kg", "mass of the material on the deck", "m", gt=0)
-    share: float = si("", "share of the material that vibrates with the deck", "kappa", ge=0, le=1)
-    damping: float = si("N s/m", "damping", "b", 0.0, ge=0, help="damping by the material on the deck")
+    mass: SI[float] = si("kg", "mass of the material on the deck", "m", gt=0)
+    share: SI[float] = si("", "share of the material that vibrates with the deck", "kappa", ge=0, le=1)
+    damping: SI[float] = si("N s/m", "damping", "b", default=0.0, ge=0, help="damping by the material on the deck")
 
     def energies(self, frame: Frame) -> Energies:
         """T = kappa m v^2/2, V = m g y: in the mean the deck bears all of the weight; R = b v^2/2."""

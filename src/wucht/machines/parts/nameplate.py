@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
 
-from wucht.schema import Parameter, TableModel, si
+from wucht.schema import SI, Parameter, TableModel, si
 
 LARGE = 0.1  # of a value: a larger misfit gives a warning
 _MOST_SLIP = 0.3  # a larger one indicates a wrong speed, frequency or number of poles
@@ -82,18 +82,20 @@ class DCNameplate(Nameplate):
     or ``current`` with ``no_load_current``, from which the losses give the resistance.
     """
 
-    voltage: float = si("V", "rated voltage", "U_n", gt=0, help="rated voltage of the armature")
-    speed: float = si("rad/s", "rated speed", "n_n", gt=0, help="rated speed of the shaft")
-    power: float | None = si("W", "rated power on the shaft", "P_n", None, gt=0, help="rated power on the shaft; or `torque`")
-    torque: float | None = si("N m", "rated torque", "T_n", None, gt=0, help="rated torque, instead of `power`")
-    current: float | None = si("A", "rated current of the armature", "I_n", None, gt=0, help=(
+    voltage: SI[float] = si("V", "rated voltage", "U_n", gt=0, help="rated voltage of the armature")
+    speed: SI[float] = si("rad/s", "rated speed", "n_n", gt=0, help="rated speed of the shaft")
+    power: SI[float | None] = si(
+        "W", "rated power on the shaft", "P_n", default=None, gt=0, help="rated power on the shaft; or `torque`"
+    )
+    torque: SI[float | None] = si("N m", "rated torque", "T_n", default=None, gt=0, help="rated torque, instead of `power`")
+    current: SI[float | None] = si("A", "rated current of the armature", "I_n", default=None, gt=0, help=(
         "rated current of the armature, beside `armature_resistance` or `no_load_current`"
     ))  # fmt: skip
-    no_load_speed: float | None = si(
-        "rad/s", "no-load speed", "n_0", None, gt=0, help="no-load speed at the rated voltage; or give `current`"
+    no_load_speed: SI[float | None] = si(
+        "rad/s", "no-load speed", "n_0", default=None, gt=0, help="no-load speed at the rated voltage; or give `current`"
     )
-    no_load_current: float | None = si("A", "no-load current of the armature", "I_0", None, ge=0)
-    armature_resistance: float | None = si("ohm", "resistance of the armature", "R_A", None, gt=0)
+    no_load_current: SI[float | None] = si("A", "no-load current of the armature", "I_0", default=None, ge=0)
+    armature_resistance: SI[float | None] = si("ohm", "resistance of the armature", "R_A", default=None, gt=0)
 
     @property
     def shaft_torque(self) -> float:
@@ -169,19 +171,19 @@ class InductionNameplate(Nameplate):
     resistance of the stator.
     """
 
-    power: float = si("W", "rated power on the shaft", "P_n", gt=0)
-    speed: float = si("rad/s", "rated speed", "n_n", gt=0, help="rated speed of the shaft")
-    voltage: float = si("V", "rated voltage between two lines", "U_n", gt=0)
-    connection: Literal["star", "delta"] = Field("star", description="connection of the windings")
-    frequency: float = si("Hz", "rated frequency", "f_n", gt=0, help="rated frequency of the mains")
-    poles: float | None = si(
-        "", "number of poles", "2p", None, ge=2, help="number of poles, by default the one that fits the rated speed"
+    power: SI[float] = si("W", "rated power on the shaft", "P_n", gt=0)
+    speed: SI[float] = si("rad/s", "rated speed", "n_n", gt=0, help="rated speed of the shaft")
+    voltage: SI[float] = si("V", "rated voltage between two lines", "U_n", gt=0)
+    connection: Literal["star", "delta"] = Field(default="star", description="connection of the windings")
+    frequency: SI[float] = si("Hz", "rated frequency", "f_n", gt=0, help="rated frequency of the mains")
+    poles: SI[float | None] = si(
+        "", "number of poles", "2p", default=None, ge=2, help="number of poles, by default the one that fits the rated speed"
     )
-    breakdown_torque_ratio: float = si("", "breakdown torque over rated torque", "T_b/T_n", gt=1)
-    starting_torque_ratio: float | None = si("", "starting torque over rated torque", "T_s/T_n", None, gt=0)
-    efficiency: float | None = si("", "efficiency at the rated point", "eta", None, gt=0, lt=1)
-    power_factor: float | None = si("", "power factor at the rated point", "cos phi", None, gt=0, lt=1)
-    current: float | None = si("A", "rated current of a line", "I_n", None, gt=0)
+    breakdown_torque_ratio: SI[float] = si("", "breakdown torque over rated torque", "T_b/T_n", gt=1)
+    starting_torque_ratio: SI[float | None] = si("", "starting torque over rated torque", "T_s/T_n", default=None, gt=0)
+    efficiency: SI[float | None] = si("", "efficiency at the rated point", "eta", default=None, gt=0, lt=1)
+    power_factor: SI[float | None] = si("", "power factor at the rated point", "cos phi", default=None, gt=0, lt=1)
+    current: SI[float | None] = si("A", "rated current of a line", "I_n", default=None, gt=0)
 
     @property
     def pole_pairs(self) -> float:

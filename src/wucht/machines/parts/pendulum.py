@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.base import SI, Frame, si
 from wucht.machines.parts.track import TrackBody
 from wucht.mechanics.energies import Energies
 
@@ -17,12 +17,16 @@ class Pendulum(TrackBody):
 
     kind = "pendulum"
 
-    length: float = si("m", "length", "l", gt=0, help="distance of the centre of mass from the axis or pivot")
-    inertia: float | None = si("kg m^2", "moment of inertia about its axis of rotation", "J", None, gt=0)
-    damping: float = si("N m s", "damping", "b", 0.0, ge=0, help="viscous damping to the body that it turns about")
-    suspension: tuple[float, float] | None = si("m", "pivot in the frame of the body turned about", "s", None, help=(
-        "pivot in the frame of the body turned about, by default its axis"
-    ))  # fmt: skip
+    length: SI[float] = si("m", "length", "l", gt=0, help="distance of the centre of mass from the axis or pivot")
+    inertia: SI[float | None] = si("kg m^2", "moment of inertia about its axis of rotation", "J", default=None, gt=0)
+    damping: SI[float] = si("N m s", "damping", "b", default=0.0, ge=0, help="viscous damping to the body that it turns about")
+    suspension: SI[tuple[float, float] | None] = si(
+        "m",
+        "pivot in the frame of the body turned about",
+        "s",
+        default=None,
+        help="pivot in the frame of the body turned about, by default its axis",
+    )
 
     def check(self) -> None:
         """Check that the inertia is at least m l^2, its default, and that a track has a diameter and no suspension."""

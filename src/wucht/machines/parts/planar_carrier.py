@@ -11,7 +11,7 @@ import sympy as sp
 from pydantic import Field
 
 from wucht.errors import FieldError
-from wucht.machines.parts.base import Body, Frame, si
+from wucht.machines.parts.base import SI, Body, Frame, si
 from wucht.machines.parts.support import (
     NO_TUNING,
     Inertia,
@@ -28,18 +28,18 @@ from wucht.machines.parts.support import (
     tuning_text,
 )
 from wucht.mechanics.energies import Energies
-from wucht.schema import TableModel
+from wucht.schema import Composite, TableModel, composite
 
 
 class Mount(TableModel):
     """A spring and damper at a place on the carrier, measured from its centre of mass."""
 
-    at: tuple[float, float] = si("m", "place", "a", help="place on the carrier, measured from its centre of mass")
-    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None, help=(
+    at: SI[tuple[float, float]] = si("m", "place", "a", help="place on the carrier, measured from its centre of mass")
+    stiffness: SI[float | tuple[float, float] | None] = si("N/m", "stiffness", "c", default=None, help=(
         "stiffness of the spring, one for x and y, or a pair; without it a share of the stiffness that `frequency` requires"
     ))  # fmt: skip
-    damping: float | tuple[float, float] = si(
-        "N s/m", "damping", "b", (0.0, 0.0), help="viscous damping of the mount, one for x and y, or a pair"
+    damping: SI[float | tuple[float, float]] = si(
+        "N s/m", "damping", "b", default=(0.0, 0.0), help="viscous damping of the mount, one for x and y, or a pair"
     )
 
 
@@ -53,30 +53,42 @@ class PlanarCarrier(Support):
 
     kind = "carrier-xyr"
 
-    mass: float = si("kg", "mass", "m", gt=0, help="mass of the carrier without the bodies on it")
-    inertia: float = si("kg m^2", "moment of inertia about the centre of mass", "J", gt=0)
-    directions: Literal["xyr"] = Field("xyr", description="directions in which the carrier moves: x, y and a small rotation")
-    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None, help=(
+    mass: SI[float] = si("kg", "mass", "m", gt=0, help="mass of the carrier without the bodies on it")
+    inertia: SI[float] = si("kg m^2", "moment of inertia about the centre of mass", "J", gt=0)
+    directions: Literal["xyr"] = Field(
+        default="xyr", description="directions in which the carrier moves: x, y and a small rotation"
+    )
+    stiffness: SI[float | tuple[float, float] | None] = si("N/m", "stiffness", "c", default=None, help=(
         "stiffness of springs at the centre of mass, one number or a pair [x, y]; or give `mounts`"
     ))  # fmt: skip
-    damping: float | tuple[float, float] = si(
-        "N s/m", "damping", "b", 0.0, help="viscous damping at the centre of mass, one number or a pair [x, y]"
+    damping: SI[float | tuple[float, float]] = si(
+        "N s/m", "damping", "b", default=0.0, help="viscous damping at the centre of mass, one number or a pair [x, y]"
     )
-    rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0, help="stiffness against rotation")
-    rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0, help="viscous damping of the rotation")
-    frequency: float | tuple[float, float] | None = si(
-        "rad/s", "natural frequency with all bodies on it", "omega_0", None,
+    rotation_stiffness: SI[float | None] = si(
+        "N m", "rotation stiffness", "c_r", default=None, ge=0, help="stiffness against rotation"
+    )
+    rotation_damping: SI[float] = si(
+        "N m s", "rotation damping", "b_r", default=0.0, ge=0, help="viscous damping of the rotation"
+    )
+    frequency: SI[float | tuple[float, float] | None] = si(
+        "rad/s", "natural frequency with all bodies on it", "omega_0", default=None,
         help="natural frequency in x or y alone with all bodies on the carrier, from which the stiffness follows",
     )  # fmt: skip
-    damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None, help=(
-        "damping ratio in x or y alone with all bodies on the carrier, from which the damping follows"
-    ))  # fmt: skip
-    rotation_frequency: float | None = si(
+    damping_ratio: SI[float | tuple[float, float] | None] = si(
+        "",
+        "damping ratio with all bodies on it",
+        "D",
+        default=None,
+        help="damping ratio in x or y alone with all bodies on the carrier, from which the damping follows",
+    )
+    rotation_frequency: SI[float | None] = si(
         "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0
     )
-    rotation_damping_ratio: float | None = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
-    mounts: tuple[Mount, ...] = Field(
-        (), title="mounts", description="springs and dampers at places on the carrier, tables: `[[machine.carrier.mounts]]`"
+    rotation_damping_ratio: SI[float | None] = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
+    mounts: Composite[tuple[Mount, ...]] = composite(
+        default=(),
+        title="mounts",
+        description="springs and dampers at places on the carrier, tables: `[[machine.carrier.mounts]]`",
     )
 
     def check(self) -> None:

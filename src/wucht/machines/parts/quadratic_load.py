@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import Load, si
+from wucht.machines.parts.base import SI, Load, si
 from wucht.piecewise import Pieces, PiecewiseCubic
 
 # w |w|, with the breakpoint of its second derivative taken exactly.
@@ -16,7 +16,7 @@ class QuadraticLoad(Load):
 
     kind = "quadratic"
 
-    coefficient: float = si("N m s^2", "coefficient of the load", "k_2", ge=0)
+    coefficient: SI[float] = si("N m s^2", "coefficient of the load", "k_2", ge=0)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """Return a torque proportional to the square of the speed, against it."""

@@ -10,7 +10,7 @@ import sympy as sp
 from pydantic import Field
 
 from wucht.errors import FieldError
-from wucht.machines.parts.base import Body, Frame, si
+from wucht.machines.parts.base import SI, Body, Frame, si
 from wucht.machines.parts.support import NO_TUNING, Inertia, Support, refuse_rotation_both_ways, tuned_rotation, tuning_text
 from wucht.mechanics.energies import Energies
 
@@ -25,18 +25,22 @@ class RockingCarrier(Support):
 
     kind = "carrier-r"
 
-    directions: Literal["r"] = Field("r", description="directions in which the carrier moves: it turns")
-    mass: float = si("kg", "mass (it rests: the carrier only turns)", "m", 0.0, ge=0)
-    inertia: float = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0, help=(
+    directions: Literal["r"] = Field(default="r", description="directions in which the carrier moves: it turns")
+    mass: SI[float] = si("kg", "mass (it rests: the carrier only turns)", "m", default=0.0, ge=0)
+    inertia: SI[float] = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0, help=(
         "moment of inertia about the axis of turning, with the share of rotors that have a couple unbalance"
     ))  # fmt: skip
-    rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0, help="torsion spring's stiffness")
-    rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0, help="viscous damping of the rotation")
-    rotation_frequency: float | None = si(
+    rotation_stiffness: SI[float | None] = si(
+        "N m", "rotation stiffness", "c_r", default=None, ge=0, help="torsion spring's stiffness"
+    )
+    rotation_damping: SI[float] = si(
+        "N m s", "rotation damping", "b_r", default=0.0, ge=0, help="viscous damping of the rotation"
+    )
+    rotation_frequency: SI[float | None] = si(
         "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0
     )
-    rotation_damping_ratio: float | None = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
-    tilting: bool = Field(False, exclude=True)
+    rotation_damping_ratio: SI[float | None] = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
+    tilting: bool = Field(default=False, exclude=True)
 
     def check(self) -> None:
         """Check that a free carrier has a spring."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.base import SI, Frame, si
 from wucht.machines.parts.track import TrackBody
 from wucht.mechanics.energies import Energies
 
@@ -18,10 +18,12 @@ class Roller(TrackBody):
 
     kind = "roller"
 
-    track_radius: float = si("m", "track radius", "R", gt=0, help="radius of the track on which it rolls")
-    radius: float = si("m", "radius", "r", gt=0, help="radius of the ball or roller")
-    shape_factor: float = si("", "shape factor (2/5 ball, 1/2 cylinder, 1 tube)", "mu", 0.4, ge=0, le=1)
-    damping: float = si("N m s", "damping", "beta", 0.0, ge=0, help="viscous damping to the body that it turns about")
+    track_radius: SI[float] = si("m", "track radius", "R", gt=0, help="radius of the track on which it rolls")
+    radius: SI[float] = si("m", "radius", "r", gt=0, help="radius of the ball or roller")
+    shape_factor: SI[float] = si("", "shape factor (2/5 ball, 1/2 cylinder, 1 tube)", "mu", default=0.4, ge=0, le=1)
+    damping: SI[float] = si(
+        "N m s", "damping", "beta", default=0.0, ge=0, help="viscous damping to the body that it turns about"
+    )
 
     def check(self) -> None:
         """Check that the roller fits into its track, and that its diameter is twice its radius."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from wucht.machines.parts.base import Body, Frame, si
+from wucht.machines.parts.base import SI, Body, Frame, si
 from wucht.mechanics.energies import Energies
 
 
@@ -15,17 +15,28 @@ class Rotor(Body):
 
     kind = "rotor"
 
-    mass: float = si("kg", "mass", "M", gt=0, help="mass of the rotor with its unbalance")
-    eccentricity: float | None = si(
-        "m", "eccentricity", "e", None, ge=0, help="distance of the centre of mass from the axis; or give `unbalance`"
+    mass: SI[float] = si("kg", "mass", "M", gt=0, help="mass of the rotor with its unbalance")
+    eccentricity: SI[float | None] = si(
+        "m", "eccentricity", "e", default=None, ge=0, help="distance of the centre of mass from the axis; or give `unbalance`"
     )
-    unbalance: float | None = si("kg m", "unbalance", "U", None, ge=0, help="mass times eccentricity, given directly")
-    couple_unbalance: float | None = si(
-        "kg m^2", "couple unbalance", "D", None, ge=0, help="couple unbalance m e a of 001 (10), on a carrier that only turns"
+    unbalance: SI[float | None] = si(
+        "kg m", "unbalance", "U", default=None, ge=0, help="mass times eccentricity, given directly"
     )
-    inertia: float = si("kg m^2", "moment of inertia about its axis of rotation", "J", gt=0)
-    bearing_damping: float = si("N m s", "bearing damping", "b_L", 0.0, ge=0, help="viscous damping of the bearings")
-    position: tuple[float, float] | None = si("m", "position", "a", None, help="position of its axis on a carrier that turns")
+    couple_unbalance: SI[float | None] = si(
+        "kg m^2",
+        "couple unbalance",
+        "D",
+        default=None,
+        ge=0,
+        help="couple unbalance m e a of 001 (10), on a carrier that only turns",
+    )
+    inertia: SI[float] = si("kg m^2", "moment of inertia about its axis of rotation", "J", gt=0)
+    bearing_damping: SI[float] = si(
+        "N m s", "bearing damping", "b_L", default=0.0, ge=0, help="viscous damping of the bearings"
+    )
+    position: SI[tuple[float, float] | None] = si(
+        "m", "position", "a", default=None, help="position of its axis on a carrier that turns"
+    )
 
     def check(self) -> None:
         """Check for one of eccentricity, unbalance and couple_unbalance, and an inertia about the axis of at least m e^2."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Body, Frame, si
+from wucht.machines.parts.base import SI, Body, Frame, si
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 
@@ -19,11 +19,13 @@ class Slider(Body):
     kind = "slider"
 
     about: str = Field(description="name of the body with the guide")
-    mass: float = si("kg", "mass", "m", gt=0, help="mass of the slider")
-    angle: float = si("rad", "angle of the guide", "a", 0.0, help="angle of the guide in the frame of the body that has it")
-    radius: float = si("m", "radius", "R", ge=0, help="radius at which the spring is free of force")
-    stiffness: float = si("N/m", "stiffness", "c", gt=0, help="stiffness of its spring")
-    damping: float = si("N s/m", "damping", "b", 0.0, ge=0, help="damping of the damper beside the spring")
+    mass: SI[float] = si("kg", "mass", "m", gt=0, help="mass of the slider")
+    angle: SI[float] = si(
+        "rad", "angle of the guide", "a", default=0.0, help="angle of the guide in the frame of the body that has it"
+    )
+    radius: SI[float] = si("m", "radius", "R", ge=0, help="radius at which the spring is free of force")
+    stiffness: SI[float] = si("N/m", "stiffness", "c", gt=0, help="stiffness of its spring")
+    damping: SI[float] = si("N s/m", "damping", "b", default=0.0, ge=0, help="damping of the damper beside the spring")
 
     def turns(self) -> bool:
         """False: it has a displacement, not an angle."""

@@ -14,7 +14,7 @@ from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, Part, Point
 from wucht.mechanics.lagrange import Coordinate
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces
-from wucht.schema import Parameter, TableModel, Unit, is_pairs, si
+from wucht.schema import SI, Composite, Parameter, TableModel, Unit, composite, is_pairs, si
 from wucht.system import TIME
 
 SHAKING = sp.symbols("carrier.motion.amplitude carrier.motion.frequency", real=True)
@@ -35,10 +35,17 @@ class PrescribedMotion(TableModel):
     """
 
     direction: Literal["x", "y", "r"] = Field(title="direction", description="direction of the motion, r: of the rotation")
-    amplitude: float | None = si("m", "amplitude", "x_0", None, help="amplitude of a harmonic motion, in direction r an angle")
-    frequency: float | None = si("rad/s", "angular frequency", "Omega", None, gt=0, help="frequency of a harmonic motion")
-    points: tuple[tuple[float, float], ...] | None = Field(
-        None, min_length=4, title="points (time, displacement)", description="points (time, displacement) of a measured motion"
+    amplitude: SI[float | None] = si(
+        "m", "amplitude", "x_0", default=None, help="amplitude of a harmonic motion, in direction r an angle"
+    )
+    frequency: SI[float | None] = si(
+        "rad/s", "angular frequency", "Omega", default=None, gt=0, help="frequency of a harmonic motion"
+    )
+    points: Composite[tuple[tuple[float, float], ...] | None] = composite(
+        default=None,
+        min_length=4,
+        title="points (time, displacement)",
+        description="points (time, displacement) of a measured motion",
     )
 
     @field_validator("*", mode="before")
@@ -151,9 +158,11 @@ def _format_pair(value: Pair | None) -> str:
 class Support(Part):
     """A carrier: the coordinates of the support of the bodies, and the positions of their axes."""
 
-    gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0, ge=-_STRONGEST, le=_STRONGEST)
-    directions: str = Field("xy", description="directions in which the carrier moves")
-    motion: PrescribedMotion | None = Field(None, description="prescribed motion, a table: `[machine.carrier.motion]`")
+    gravity: SI[float] = si("m/s^2", "acceleration of gravity", "g", default=0.0, ge=-_STRONGEST, le=_STRONGEST)
+    directions: str = Field(default="xy", description="directions in which the carrier moves")
+    motion: Composite[PrescribedMotion | None] = composite(
+        default=None, description="prescribed motion, a table: `[machine.carrier.motion]`"
+    )
 
     @property
     def path(self) -> str:

@@ -8,7 +8,7 @@ import sympy as sp
 from pydantic import Field
 
 from wucht.errors import FieldError
-from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.base import SI, Drive, si
 
 
 class Synchronous(Drive):
@@ -19,10 +19,10 @@ class Synchronous(Drive):
 
     kind = "synchronous"
 
-    frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
-    pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
-    angle: float = si("rad", "angle at t = 0", "phi_0", 0.0)
-    sense: Literal[1, -1] = Field(1, description="sense of rotation; -1 turns the body backwards")
+    frequency: SI[float] = si("Hz", "frequency of the mains", "f", ge=0)
+    pole_pairs: SI[float] = si("", "number of pole pairs", "p", ge=1)
+    angle: SI[float] = si("rad", "angle at t = 0", "phi_0", default=0.0)
+    sense: Literal[1, -1] = Field(default=1, description="sense of rotation; -1 turns the body backwards")
 
     def check(self) -> None:
         """Check for a whole number of pole pairs."""

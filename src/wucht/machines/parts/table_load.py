@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import Load, Parameter, si
+from wucht.machines.parts.base import SI, Load, Parameter, si
 from wucht.machines.parts.characteristic import Points, curve
 from wucht.machines.parts.coulomb_load import TRANSITION
 from wucht.piecewise import PiecewiseCubic
+from wucht.schema import Composite
 
 
 class TableLoad(Load):
@@ -23,8 +24,8 @@ class TableLoad(Load):
 
     kind = "table"
 
-    points: Points
-    transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_c", TRANSITION, gt=0)
+    points: Composite[Points]
+    transition_speed: SI[float] = si("rad/s", "speed of the transition at standstill", "w_c", default=TRANSITION, gt=0)
 
     def friction(self) -> float:
         """Return the torque T_0 in N m with which the curve begins at speed 0."""

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import FieldError
 from wucht.machines.parts.base import Body
-from wucht.schema import Unit, si
+from wucht.schema import SI, Unit, si
 
 RESTITUTION = 0.5
 
@@ -27,14 +27,14 @@ Start = Annotated[float | None, BeforeValidator(_angle)]
 class TrackBody(Body):
     """A body that turns about another, and may share a circular track with others. Without ``track`` it can pass them."""
 
-    track: str | None = Field(None, pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name of the track", description=(
+    track: str | None = Field(default=None, pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name of the track", description=(
         "name of the track that bodies share; without one a body can pass the others"
     ))  # fmt: skip
-    diameter: float | None = si("m", "diameter", "d", None, gt=0, help="diameter of the body on its track")
-    restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1)
-    start: Start = Field(None, description="angle at the start in rad, from the body turned about")
+    diameter: SI[float | None] = si("m", "diameter", "d", default=None, gt=0, help="diameter of the body on its track")
+    restitution: SI[float | None] = si("", "coefficient of restitution", "e", default=None, ge=0.01, le=1)
+    start: Start = Field(default=None, description="angle at the start in rad, from the body turned about")
     about: str = Field(description="name of the body turned about")
-    mass: float = si("kg", "mass", "m", gt=0, help="mass of the body")
+    mass: SI[float] = si("kg", "mass", "m", gt=0, help="mass of the body")
 
     @abstractmethod
     def centre_radius(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from wucht.piecewise import ABSOLUTE, PiecewiseCubic
-from wucht.schema import TableModel, si
+from wucht.schema import SI, TableModel, si
 
 TRANSITION = 0.1  # rad/s, as in the load of dry friction
 
@@ -13,16 +13,16 @@ TRANSITION = 0.1  # rad/s, as in the load of dry friction
 class Transmission(TableModel):
     """A rigid gear or belt: the motor turns ``ratio`` times as fast as the body."""
 
-    ratio: float = si(
+    ratio: SI[float] = si(
         "", "speed of the motor over that of the body", "i", gt=0, help="speed of the motor over that of the body"
     )
-    inertia: float = si("kg m^2", "moment of inertia on the motor's side", "J_M", 0.0, ge=0, help=(
+    inertia: SI[float] = si("kg m^2", "moment of inertia on the motor's side", "J_M", default=0.0, ge=0, help=(
         "moment of inertia of what turns with the motor"
     ))  # fmt: skip
-    efficiency: float | None = si("", "efficiency", "eta", None, gt=0, le=1, help=(
+    efficiency: SI[float | None] = si("", "efficiency", "eta", default=None, gt=0, le=1, help=(
         "part of the power that arrives on the other side, whichever way it flows; without it nothing is lost"
     ))  # fmt: skip
-    transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_t", TRANSITION, gt=0)
+    transition_speed: SI[float] = si("rad/s", "speed of the transition at standstill", "w_t", default=TRANSITION, gt=0)
 
     def loss_torque(self, path: str, torque: sp.Expr, speed: sp.Expr) -> sp.Expr:
         """Return the loss torque of the transmission on the body, against its speed. torque: of the motor, on the body's side.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.parts.base import Load, si
+from wucht.machines.parts.base import SI, Load, si
 
 
 class ViscousLoad(Load):
@@ -12,7 +12,7 @@ class ViscousLoad(Load):
 
     kind = "viscous"
 
-    coefficient: float = si("N m s", "coefficient of the load", "k_1", ge=0)
+    coefficient: SI[float] = si("N m s", "coefficient of the load", "k_1", ge=0)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """Proportional to the speed."""

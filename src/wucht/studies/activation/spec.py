@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, Start, Tolerance, Whole
 
 MOST_RUNS = 5000
@@ -32,22 +32,28 @@ class Activation(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("curve_speed", "curve_amplitude"),)
     solves: ClassVar[str] = FULL_EQUATIONS
 
-    until: float = si("s", "time", gt=0, help="time of each run")
-    orientations: Several = si("rad", "orientation", default=_ORIENTATIONS, help=(
+    until: SI[float] = si("s", "time", gt=0, help="time of each run")
+    orientations: SI[Several] = si("rad", "orientation", default=_ORIENTATIONS, help=(
         "angle from each switchable pendulum to the next at the start; at 0 only symmetry keeps equal ones together, and "
         "rounding errors decide the motion"
     ))  # fmt: skip
-    phases: Whole = Field(4, ge=1, le=360, description=(
+    phases: Whole = Field(default=4, ge=1, le=360, description=(
         "number of their mean phases to the rotor, evenly spaced over a turn, with which each orientation is run"
     ))  # fmt: skip
-    activation_speeds: Several = si("rad/s", "activation speed", default=(), help=(
+    activation_speeds: SI[Several] = si("rad/s", "activation speed", default=(), help=(
         'speeds at which the `"switchable"` pendulums open, set by their preload; by default as in the machine'
     ))  # fmt: skip
-    variants: tuple[Variant, ...] = Field(("switchable", "rigid", "none"), min_length=1, title="variants", description=(
-        'variants to run up: the machine with its `"switchable"` pendulums; with these `"balanced"`, without their permanent '
-        'unbalances; with the same `"rigid"`, their masses at the outer stops; with `"none"`, their masses on the rotor'
-    ))  # fmt: skip
-    start: Start = Field(default_factory=dict, description="rest of the initial state")
+    variants: Composite[tuple[Variant, ...]] = composite(
+        default=("switchable", "rigid", "none"),
+        min_length=1,
+        title="variants",
+        description=(
+            'variants to run up: the machine with its `"switchable"` pendulums; with these `"balanced"`, without their '
+            'permanent unbalances; with the same `"rigid"`, their masses at the outer stops; with `"none"`, their masses on '
+            "the rotor"
+        ),
+    )
+    start: Composite[Start] = composite(default_factory=dict, description="rest of the initial state")
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 

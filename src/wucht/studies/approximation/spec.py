@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.spec import (
     AVERAGED_EQUATIONS,
     DEFAULT_TOLERANCE,
@@ -46,20 +46,24 @@ class Approximation(Spec):
     from_start: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
 
-    along: Annotated[tuple[str, ...], BeforeValidator(_paths), WithJsonSchema(_PATHS)] = Field(
-        (), title="path of a parameter, or of several",
+    along: Composite[Annotated[tuple[str, ...], BeforeValidator(_paths), WithJsonSchema(_PATHS)]] = composite(
+        default=(), title="path of a parameter, or of several",
         description="path of a parameter, or of several that are multiplied by one factor (such as beta_p and beta_r for b_r "
         "in 002, 5.6.2)",
     )  # fmt: skip
-    range: Pair | None = Field(None, description="pair [low, high] of the parameter, or of the factor")
-    values: Values = Field((), description="values of the parameter, or of the factor, instead of a range")
-    points: Whole = Field(DEFAULT_POINTS, description="number of points in the range")
-    spacing: Literal["linear", "log"] | None = Field(
-        None, description='spacing of the points, `"linear"` or `"log"` (the default over a decade or more)'
+    range: Composite[Pair | None] = composite(default=None, description="pair [low, high] of the parameter, or of the factor")
+    values: Composite[Values] = composite(
+        default=(), description="values of the parameter, or of the factor, instead of a range"
     )
-    until_phi: float = si("rad", "angle", default=UNTIL_PHI, gt=0, help="rotor angle up to which deviations count")
-    start: Start = Field(default_factory=dict, description="initial state of the run-ups, which decide the outcomes")
-    until: float | None = si(
+    points: Whole = Field(default=DEFAULT_POINTS, description="number of points in the range")
+    spacing: Literal["linear", "log"] | None = Field(
+        default=None, description='spacing of the points, `"linear"` or `"log"` (the default over a decade or more)'
+    )
+    until_phi: SI[float] = si("rad", "angle", default=UNTIL_PHI, gt=0, help="rotor angle up to which deviations count")
+    start: Composite[Start] = composite(
+        default_factory=dict, description="initial state of the run-ups, which decide the outcomes"
+    )
+    until: SI[float | None] = si(
         "s", "time", default=None, gt=0, help="time at which the run-ups end, by default when the machine has settled"
     )
     inertia: Inertia | None = None

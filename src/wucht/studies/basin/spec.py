@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import FieldError, InputError
+from wucht.schema import Composite, composite
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import EnsembleSpec, entries_by_path
 
@@ -46,11 +47,11 @@ class Basin(EnsembleSpec):
     from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "axes")
 
-    axes: Axes = Field(description=(
+    axes: Composite[Axes] = composite(description=(
         "{name = [lo, hi, cells]}, two of them, cell-centred: each a start state as in `start` (`psi`, `delta`, a body's name "
         "or `BODY.angle`, `BODY.speed`, `carrier.x`) or the path of a parameter. An angle over a whole turn is periodic"
     ))  # fmt: skip
-    refine: common.Whole = Field(0, description=(
+    refine: common.Whole = Field(default=0, description=(
         "number of halvings of the cells at the borders: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. The "
         "borders are then known to within a cell of that map; a basin that is narrower than a cell of `axes` and does not "
         "reach another one's border can be missed"

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from wucht.schema import TableModel, si
+from wucht.schema import SI, Composite, TableModel, composite, si
 from wucht.studies.spec import Spec, Whole
 
 _MOST_ORDERS = 250
@@ -20,18 +20,18 @@ class Acceleration(TableModel):
     column: str = Field(min_length=1, title="column of the record", description=(
         "column of the record; without a unit it is in rad/s^2, or m/s^2 of an output that slides"
     ))  # fmt: skip
-    unit: str | None = Field(None, min_length=1, title="unit of the column's numbers", description=(
+    unit: str | None = Field(default=None, min_length=1, title="unit of the column's numbers", description=(
         "unit of the column's numbers, instead of the one that the file states"
     ))  # fmt: skip
-    scale: float | None = si(
+    scale: SI[float | None] = si(
         "", "factor for the column's numbers", default=None, help="factor for the column's numbers, such as -1"
     )
-    orders: Count | None = Field(None, title="number of orders", description="number of orders fitted to the record")
-    cam: Literal["original", "corrected"] = Field("original", description="cam of the measurement")
-    zero: float | None = si("s", "time at which the cam angle is zero", default=None, help=(
+    orders: Count | None = Field(default=None, title="number of orders", description="number of orders fitted to the record")
+    cam: Literal["original", "corrected"] = Field(default="original", description="cam of the measurement")
+    zero: SI[float | None] = si("s", "time at which the cam angle is zero", default=None, help=(
         "time on the record's clock at which the cam angle is zero; by default that of the record of the speed, or 0 s"
     ))  # fmt: skip
-    radius: float | None = si("m", "distance of the sensor from the output's axis", default=None, gt=0, help=(
+    radius: SI[float | None] = si("m", "distance of the sensor from the output's axis", default=None, gt=0, help=(
         "distance of the sensor from the output's axis, where it measures along a circle about this axis"
     ))  # fmt: skip
 
@@ -44,19 +44,21 @@ class CamCorrection(Spec):
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "moved"), ("cam_angle", "pressure_angle"))
 
-    points: Whole = Field(1440, ge=36, le=20_000, description=(
+    points: Whole = Field(default=1440, ge=36, le=20_000, description=(
         "number of cam angles, evenly spaced over a turn, at which cam table and contours are given"
     ))  # fmt: skip
     orders: Count | None = Field(
-        None, title="number of orders shown", description="number of orders shown; by default three times those of the law"
+        default=None,
+        title="number of orders shown",
+        description="number of orders shown; by default three times those of the law",
     )
-    acceleration: Acceleration | None = Field(
-        None, description="record of the output's acceleration to compare with, a table `[study.acceleration]`"
+    acceleration: Composite[Acceleration | None] = composite(
+        default=None, description="record of the output's acceleration to compare with, a table `[study.acceleration]`"
     )
-    chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0, help=(
+    chord_tolerance: SI[float] = si("m", "chord tolerance", default=1e-6, gt=0, help=(
         "chord tolerance of lists for the workshop: the residual with chords between their points is computed"
     ))  # fmt: skip
-    decimals: Whole = Field(5, ge=0, le=12, description=(
+    decimals: Whole = Field(default=5, ge=0, le=12, description=(
         "number of decimals in mm of lists for the workshop: the residual with coordinates rounded so is computed"
     ))  # fmt: skip
 

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, RESONANCE_PASSED, Outcome
 from wucht.errors import InputError, nearest
+from wucht.schema import Composite, composite
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import REPLICATES, check_form
 from wucht.studies.shared_keys import EnsembleSpec
@@ -70,33 +71,34 @@ class CaptureProbability(EnsembleSpec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("parameter", "estimate"),)
 
     along: common.Path = Field(description="path of the parameter over which the probability is computed")
-    range: common.Pair
-    random: Random = Field(
+    range: Composite[common.Pair]
+    random: Composite[Random] = composite(
         description="{name = {distribution}}, independent of each other: start states as in `start` (`psi`, `delta`, "
         "a body's name or `BODY.angle`, `BODY.speed`, `carrier.x`) or paths of parameters. Distributions: "
         "`uniform = [low, high]`, `normal = [mean, deviation]`, `log-normal = [median, factor]`, "
         "`triangular = [low, mode, high]`; `between = [low, high]` cuts a normal or log-normal one off"
     )
-    points: common.Whole = Field(11, description="number of values of the parameter, evenly spaced, with a probability")
-    samples: common.Whole = Field(256, description=(
+    points: common.Whole = Field(default=11, description="number of values of the parameter, evenly spaced, with a probability")
+    samples: common.Whole = Field(default=256, description=(
         "number of runs at each value, a multiple of 16; best is a power of two, which Sobol' points need to fill evenly"
     ))  # fmt: skip
-    outcome: Outcomes = Field(tuple(map(str, RESONANCE_PASSED)), description=(
+    outcome: Composite[Outcomes] = composite(default=tuple(map(str, RESONANCE_PASSED)), description=(
         "counted outcomes, by default that the machine passes its resonance: `compensated` or `passed`"
     ))  # fmt: skip
-    probability: Between | None = Field(None, title="target probability", description=(
+    probability: Between | None = Field(default=None, title="target probability", description=(
         "target probability; the study looks for the smallest value of `along` from which it is reached with confidence"
     ))  # fmt: skip
-    confidence: Between = Field(0.95, description="confidence of the bands")
-    seed: common.Whole = Field(0, description="seed of the random numbers, which are the same at all values")
+    confidence: Between = Field(default=0.95, description="confidence of the bands")
+    seed: common.Whole = Field(default=0, description="seed of the random numbers, which are the same at all values")
     sensitivity: common.TrueOrFalse = Field(
-        False, description="whether the influence of each random quantity is computed (Sobol' indices), `at` a value of `along`"
+        default=False,
+        description="whether the influence of each random quantity is computed (Sobol' indices), `at` a value of `along`",
     )
-    at: common.Value | None = Field(None, title="value of the parameter for the sensitivity", description=(
+    at: common.Value | None = Field(default=None, title="value of the parameter for the sensitivity", description=(
         "value of the parameter `along` for the sensitivity"
     ))  # fmt: skip
     sensitivity_samples: common.Whole | None = Field(
-        None, description="number of runs for the index of each random quantity; twice as many are added"
+        default=None, description="number of runs for the index of each random quantity; twice as many are added"
     )
 
     @property

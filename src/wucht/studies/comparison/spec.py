@@ -8,10 +8,11 @@ from itertools import product
 from math import prod
 from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator
 
 from wucht.errors import InputError
 from wucht.file_names import printable
+from wucht.schema import Composite, composite
 from wucht.studies import spec as common
 
 MOST_VARIED, MOST_VARIANTS = 2, 500
@@ -71,15 +72,15 @@ class Comparison(common.Spec):
     subject: ClassVar[str] = "wucht.studies.comparison.variants:VARIANTS"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
 
-    of: Annotated[tuple[str, ...], BeforeValidator(_sources)] = Field(
+    of: Composite[Annotated[tuple[str, ...], BeforeValidator(_sources)]] = composite(
         title="compared files", description="study files, catalogue names, and folders of existing results"
     )
-    set: Annotated[dict[str, Any], BeforeValidator(_table)] = Field(
+    set: Composite[Annotated[dict[str, Any], BeforeValidator(_table)]] = composite(
         default_factory=dict,
         title="keys set in all variants",
         description="keys set in all variants, by path; those of the study begin with `study.`",
     )
-    vary: Annotated[dict[str, tuple[Any, ...]], BeforeValidator(_lists)] = Field(
+    vary: Composite[Annotated[dict[str, tuple[Any, ...]], BeforeValidator(_lists)]] = composite(
         default_factory=dict,
         title="values of varied keys",
         description="values of one or two keys; every combination is a variant of each file",

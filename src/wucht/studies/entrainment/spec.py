@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.errors import InputError
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Pair, Path, Spec, Start, Value, Whole
 
 DEFAULT_POINTS = 25
@@ -22,18 +22,20 @@ class Entrainment(Spec):
     from_start: ClassVar[bool] = True
 
     along: Path | None = Field(
-        None,
+        default=None,
         title="path of a parameter, or 'detuning': no-load speed of the second motor less the first",
         description='path of a parameter, or `"detuning"`, the no-load speed of the second rotor\'s motor less that of '
         "the first, each counted in its sense of rotation, at the same mean: positive where the second "
         "would be faster; by default the no-load speed of the main rotor's drive; for two exciters "
         '`"detuning"`; for a rotor without a drive the amplitude of the vibration',
     )
-    range: Pair | None = Field(None, description="pair [low, high] of it; by default the band of existence with a margin")
-    points: Whole = Field(DEFAULT_POINTS, description="number of runs from the start, evenly over the range")
-    resolution: Value | None = Field(None, description="resolution of the edges, in the parameter's unit")
-    start: Start = Field(default_factory=dict)
-    until: float | None = si(
+    range: Composite[Pair | None] = composite(
+        default=None, description="pair [low, high] of it; by default the band of existence with a margin"
+    )
+    points: Whole = Field(default=DEFAULT_POINTS, description="number of runs from the start, evenly over the range")
+    resolution: Value | None = Field(default=None, description="resolution of the edges, in the parameter's unit")
+    start: Composite[Start] = composite(default_factory=dict)
+    until: SI[float | None] = si(
         "s", "time", default=None, gt=0, help="least duration of a run; by default from the averaged equations"
     )
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import TableModel, is_pairs, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, is_pairs, si, validate_model
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import Vary
 from wucht.studies.spec import Value
@@ -28,20 +28,24 @@ _LIMITS = {
 class Target(TableModel):
     """Target spectrum: amplitude over cumulative cycles."""
 
-    shape: Shape | None = Field(None, title="shape of the spectrum", description="shape of the spectrum, or `exponent`")
-    exponent: float | None = si(
+    shape: Shape | None = Field(default=None, title="shape of the spectrum", description="shape of the spectrum, or `exponent`")
+    exponent: SI[float | None] = si(
         "", "exponent of the shape", default=None, gt=0, help="exponent of another shape, H = H_0^(1 - (S/S_max)^exponent)"
     )
-    largest: Value | None = Field(None, title="largest amplitude", description="largest amplitude S_max")
-    cycles: float | None = si("cycles", "number of cycles", default=None, gt=1, help="number of cycles H_0, in all")
-    ratio: float | None = si("", "ratio of the lowest amplitude to the largest", default=None, ge=0, lt=1)
-    table: tuple[tuple[Value, Value], ...] | None = Field(None, title="amplitudes and cumulative cycles", description=(
-        "pairs of an amplitude and the number of cycles with at least this amplitude"
-    ))  # fmt: skip
-    file: str | None = Field(None, min_length=1, title="file of amplitudes and cumulative cycles", description=(
+    largest: Value | None = Field(default=None, title="largest amplitude", description="largest amplitude S_max")
+    cycles: SI[float | None] = si("cycles", "number of cycles", default=None, gt=1, help="number of cycles H_0, in all")
+    ratio: SI[float | None] = si("", "ratio of the lowest amplitude to the largest", default=None, ge=0, lt=1)
+    table: Composite[tuple[tuple[Value, Value], ...] | None] = composite(
+        default=None,
+        title="amplitudes and cumulative cycles",
+        description="pairs of an amplitude and the number of cycles with at least this amplitude",
+    )
+    file: str | None = Field(default=None, min_length=1, title="file of amplitudes and cumulative cycles", description=(
         "file with these two columns, amplitudes and cumulative cycles"
     ))  # fmt: skip
-    stepped: common.TrueOrFalse | None = Field(None, description="true if no cycle lies between two amplitudes of a table")
+    stepped: common.TrueOrFalse | None = Field(
+        default=None, description="true if no cycle lies between two amplitudes of a table"
+    )
 
     def check(self) -> None:
         """Check that one form is given, with the keys that it needs."""
@@ -89,40 +93,44 @@ class ExciterDesign(common.Spec):
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "target", "vary", "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("share", "amplitude_full"),)
 
-    target: Annotated[Target, BeforeValidator(_target)] = Field(
+    target: Composite[Annotated[Target, BeforeValidator(_target)]] = composite(
         title="target spectrum", description="target spectrum, a table `[study.target]`"
     )
-    vary: Vary = Field(
+    vary: Composite[Vary] = composite(
         description="{PATH = [low, high]} as in `optimise-balancer`; a wide range (tenfold) is searched by its logarithm"
     )
     signal: Literal["displacement", "bearing-force", "acceleration"] = Field(
-        "displacement", description="counted signal, as in `load-spectrum`"
+        default="displacement", description="counted signal, as in `load-spectrum`"
     )
-    direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the signal, as in `load-spectrum`")
-    metric: Literal["amplitude", "cumulative", "damage"] = Field("amplitude", description=(
+    direction: Literal["x", "y", "r"] | None = Field(default=None, description="direction of the signal, as in `load-spectrum`")
+    metric: Literal["amplitude", "cumulative", "damage"] = Field(default="amplitude", description=(
         'distance between spectra: `"amplitude"`, the mean difference of the amplitudes at equal shares of the cycles; '
         '`"cumulative"`, the largest difference of those shares at equal amplitudes (that of `load-spectrum`); `"damage"`, the '
         "same for the damage done by larger amplitudes, with N proportional to S^-slope"
     ))  # fmt: skip
-    start: common.Start = Field(default_factory=dict, description="initial state of the exciter, by default at rest")
-    reach: common.Whole = Field(128, description=(
+    start: Composite[common.Start] = composite(
+        default_factory=dict, description="initial state of the exciter, by default at rest"
+    )
+    reach: common.Whole = Field(default=128, description=(
         "random points of the ranges at which the modulated motion is computed; the best form the first generation"
     ))  # fmt: skip
-    evaluations: common.Whole = Field(320, description="candidates of the search that follows")
-    population: common.Whole = Field(16, description="candidates of a generation")
-    polish: common.Whole = Field(200, description="evaluations of a local search from the best candidate")
-    candidates: common.Whole = Field(3, description="number of candidates computed with the full equations, over `beats` beats")
-    beats: common.Whole = Field(40, description="number of beats counted with the full equations")
-    corrections: common.Whole = Field(
-        2, description="number of corrections of the design by the deviation of the full from the averaged equations"
+    evaluations: common.Whole = Field(default=320, description="candidates of the search that follows")
+    population: common.Whole = Field(default=16, description="candidates of a generation")
+    polish: common.Whole = Field(default=200, description="evaluations of a local search from the best candidate")
+    candidates: common.Whole = Field(
+        default=3, description="number of candidates computed with the full equations, over `beats` beats"
     )
-    spread: float = si("", "spread of the parameters", default=0.02, ge=0, lt=1, help=(
+    beats: common.Whole = Field(default=40, description="number of beats counted with the full equations")
+    corrections: common.Whole = Field(
+        default=2, description="number of corrections of the design by the deviation of the full from the averaged equations"
+    )
+    spread: SI[float] = si("", "spread of the parameters", default=0.02, ge=0, lt=1, help=(
         "spread of all variables, half the width relative to the value, for `samples` exciters within tolerances"
     ))  # fmt: skip
-    samples: common.Whole = Field(64, description="number of exciters within tolerances, see `spread`")
-    slope: float = si("", "slope of the Woehler line", default=5.0, gt=0, help='slope of the line of the metric `"damage"`')
-    seed: common.Whole = Field(1, description="seed of the random points and of the search")
-    inertia: common.Inertia = Field(True, description="true if the averaged equations keep the bodies' inertia")
+    samples: common.Whole = Field(default=64, description="number of exciters within tolerances, see `spread`")
+    slope: SI[float] = si("", "slope of the Woehler line", default=5.0, gt=0, help='slope of the line of the metric `"damage"`')
+    seed: common.Whole = Field(default=1, description="seed of the random points and of the search")
+    inertia: common.Inertia = Field(default=True, description="true if the averaged equations keep the bodies' inertia")
     tolerance: common.Tolerance = common.DEFAULT_TOLERANCE
 
     def check(self) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import TableModel, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, si, validate_model
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 
@@ -21,20 +21,20 @@ T = TypeVar("T", bound=TableModel)
 class Failure(TableModel):
     """Fall of the stiffness with the damage of a load."""
 
-    parameter: Path = Field(STIFFNESS, description="path of the falling parameter, the specimen's stiffness")
-    remaining: float = si(
+    parameter: Path = Field(default=STIFFNESS, description="path of the falling parameter, the specimen's stiffness")
+    remaining: SI[float] = si(
         "", "remaining share of the stiffness", ge=0, lt=1, help="remaining share of the stiffness after the failure"
     )
-    law: Literal["drop", "linear"] = Field("drop", description=(
+    law: Literal["drop", "linear"] = Field(default="drop", description=(
         "how the stiffness falls with Miner's sum D, `\"drop\"`: nothing until D = 1, then at once; `\"linear\"`: by the share "
         "D of the total loss, until D = 1"
     ))  # fmt: skip
-    signal: MachineSignalName = Field("displacement", description="load of the specimen")
-    direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the load")
-    woehler: Annotated[Woehler, woehler_validator("study.failure.woehler")] = Field(
+    signal: MachineSignalName = Field(default="displacement", description="load of the specimen")
+    direction: Literal["x", "y", "r"] | None = Field(default=None, description="direction of the load")
+    woehler: Composite[Annotated[Woehler, woehler_validator("study.failure.woehler")]] = composite(
         title="Woehler line", description="Woehler line of the specimen, a table"
     )
-    interval: float | None = si("s", "time between two updates of the damage", default=None, gt=0, help=(
+    interval: SI[float | None] = si("s", "time between two updates of the damage", default=None, gt=0, help=(
         "time between two updates of damage and stiffness; by default the interval of the sensor"
     ))  # fmt: skip
 
@@ -42,15 +42,15 @@ class Failure(TableModel):
 class Sensor(TableModel):
     """Slow counter of turns, and its control chart."""
 
-    interval: float = si("s", "time between two readings", gt=0, help=(
+    interval: SI[float] = si("s", "time between two readings", gt=0, help=(
         "time between two readings, over which each is the mean speed of the main rotor"
     ))  # fmt: skip
-    noise: float = si("rad/s", "standard deviation of a reading", gt=0)
-    false_alarm_every: float = si("s", "mean time between two false alarms", gt=0)
-    change: float | None = si("rad/s", "change of speed to be detected soonest", default=None, gt=0, help=(
+    noise: SI[float] = si("rad/s", "standard deviation of a reading", gt=0)
+    false_alarm_every: SI[float] = si("s", "mean time between two false alarms", gt=0)
+    change: SI[float | None] = si("rad/s", "change of speed to be detected soonest", default=None, gt=0, help=(
         "change of speed to be detected soonest; by default the standard deviation of the readings, beating included"
     ))  # fmt: skip
-    seed: Whole = Field(0, ge=0, title="seed of the noise", description="seed of the noise in the stored readings")
+    seed: Whole = Field(default=0, ge=0, title="seed of the noise", description="seed of the noise in the stored readings")
 
 
 def _table_validator(cls: type[T], key: str, example: str) -> BeforeValidator:
@@ -81,27 +81,30 @@ class FailureDetection(Spec):
     solves: ClassVar[str] = FULL_EQUATIONS
     from_start: ClassVar[bool] = True
 
-    until: float = si("s", "time", gt=0, help="time at which the run ends")
-    start: Start = Field(default_factory=dict)
-    failure: Annotated[Failure | None, _FAILURE] = Field(
-        None, description="failure by the damage of a load, a table `[study.failure]`; without it by a schedule of the machine"
+    until: SI[float] = si("s", "time", gt=0, help="time at which the run ends")
+    start: Composite[Start] = composite(default_factory=dict)
+    failure: Composite[Annotated[Failure | None, _FAILURE]] = composite(
+        default=None,
+        description="failure by the damage of a load, a table `[study.failure]`; without it by a schedule of the machine",
     )
-    sensor: Annotated[Sensor, _SENSOR] = Field(title="sensor of the speed", description="sensor of the speed: `[study.sensor]`")
-    after: float | None = si("s", "time from which on the speed is measured", default=None, ge=0, help=(
+    sensor: Composite[Annotated[Sensor, _SENSOR]] = composite(
+        title="sensor of the speed", description="sensor of the speed: `[study.sensor]`"
+    )
+    after: SI[float | None] = si("s", "time from which on the speed is measured", default=None, ge=0, help=(
         "time from which on the speed before the failure is measured; by default the second half of the time before it"
     ))  # fmt: skip
-    learning: float | None = si("s", "time over which the speed before the failure is measured", default=None, gt=0, help=(
+    learning: SI[float | None] = si("s", "time over which the speed before the failure is measured", default=None, gt=0, help=(
         "time over which the speed before the failure is measured; by default until the stiffness begins to fall"
     ))  # fmt: skip
-    along: Path | None = Field(None, description=(
+    along: Path | None = Field(default=None, description=(
         "path of a parameter over which the signal at the failure (change of speed over the standard deviation of the "
         "readings) and its largest value are computed"
     ))  # fmt: skip
-    range: Pair | None = Field(None, description="pair [low, high] of the parameter `along`")
-    points: Whole = Field(21, ge=2, le=MOST_POINTS, description="number of values of the parameter `along`")
-    second: Path | None = Field(None, description="path of another parameter, beside `along`")
-    second_range: Pair | None = Field(None, description="pair [low, high] of the second parameter")
-    second_points: Whole = Field(5, ge=2, le=MOST_POINTS, description="number of values of the second parameter")
+    range: Composite[Pair | None] = composite(default=None, description="pair [low, high] of the parameter `along`")
+    points: Whole = Field(default=21, ge=2, le=MOST_POINTS, description="number of values of the parameter `along`")
+    second: Path | None = Field(default=None, description="path of another parameter, beside `along`")
+    second_range: Composite[Pair | None] = composite(default=None, description="pair [low, high] of the second parameter")
+    second_points: Whole = Field(default=5, ge=2, le=MOST_POINTS, description="number of values of the second parameter")
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 

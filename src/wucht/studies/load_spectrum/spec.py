@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.fatigue.counting import Residue
-from wucht.schema import TableModel, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, si, validate_model
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Value
@@ -24,13 +24,13 @@ class RecordColumn(TableModel):
     """A record of a load."""
 
     file: str = Field(min_length=1, description="file of the record")
-    column: str | None = Field(None, min_length=1, title="column of the record", description=(
+    column: str | None = Field(default=None, min_length=1, title="column of the record", description=(
         "column of the record, which may be left out where there is only one"
     ))  # fmt: skip
-    unit: str | None = Field(None, min_length=1, title="unit of the column's numbers", description=(
+    unit: str | None = Field(default=None, min_length=1, title="unit of the column's numbers", description=(
         "unit of the column's numbers, instead of the one that the file states"
     ))  # fmt: skip
-    scale: float | None = si("", "factor for the column's numbers", default=None)
+    scale: SI[float | None] = si("", "factor for the column's numbers", default=None)
 
 
 def _signal(value: Any) -> Any:
@@ -49,33 +49,34 @@ class LoadSpectrum(SingleRun):
     meaning: ClassVar[tuple[str, ...]] = (*SingleRun.meaning, "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cumulative", "range"),)
 
-    signal: Annotated[MachineSignalName | RecordColumn, BeforeValidator(_signal)] = Field(
-        "displacement",
+    signal: Composite[Annotated[MachineSignalName | RecordColumn, BeforeValidator(_signal)]] = composite(
+        default="displacement",
         title="signal",
         description='`"displacement"` of the carrier, `"spring-force"`, `"bearing-force"` (of the bodies on it) or '
         '`"acceleration"` in a `direction`, or a record, with its file and column',
     )
     direction: Literal["x", "y", "r"] | None = Field(
-        None, description="direction of the signal, by default the first that the machine has"
+        default=None, description="direction of the signal, by default the first that the machine has"
     )
-    after: float | None = si("s", "time from which counting starts", default=None, ge=0, help=(
+    after: SI[float | None] = si("s", "time from which counting starts", default=None, ge=0, help=(
         "time from which counting starts, so that the run-up itself can be left out"
     ))  # fmt: skip
     counting: Literal["rainflow", "range-pair", "level-crossing", "peaks"] = Field(
-        "rainflow", description='counting method: `"rainflow"`, `"range-pair"`, `"level-crossing"` or `"peaks"` (ASTM E1049)'
+        default="rainflow",
+        description='counting method: `"rainflow"`, `"range-pair"`, `"level-crossing"` or `"peaks"` (ASTM E1049)',
     )
-    residue: Residue = Field("half-cycles", description=(
+    residue: Residue = Field(default="half-cycles", description=(
         'treatment of ranges that close no cycle: `"half-cycles"`, `"repeat"` (the history is repeated) or '
         '`"drop"`'
     ))  # fmt: skip
-    reference: Value | None = Field(None, title="reference of level crossings and peaks", description=(
+    reference: Value | None = Field(default=None, title="reference of level crossings and peaks", description=(
         "reference of level crossings and peaks; without one all rising crossings and all peaks count"
     ))  # fmt: skip
-    class_width: Value | None = Field(None, title="width of the classes", description=(
+    class_width: Value | None = Field(default=None, title="width of the classes", description=(
         "width of the classes of range and level; by default there are no classes as long as the different ranges are few"
     ))  # fmt: skip
-    woehler: Annotated[Woehler | None, woehler_validator("study.woehler")] = Field(
-        None, description="Woehler line for the damage, a table"
+    woehler: Composite[Annotated[Woehler | None, woehler_validator("study.woehler")]] = composite(
+        default=None, description="Woehler line for the damage, a table"
     )
 
     @property

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError, nearest
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import EnsembleSpec, Vary
 
@@ -56,13 +56,13 @@ class OptimiseBalancer(EnsembleSpec):
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "vary", "objectives")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("damping", "settling_time"),)
 
-    vary: Vary = Field(
+    vary: Composite[Vary] = composite(
         description="{KEY = [low, high]} of a key of the balancing bodies (`damping`, `mass`, `length`, "
         "`track_radius`), which is then the same for all of them; {KEY = {of = [BODY, ...], range = [low, "
         "high]}} for some; {BODY.KEY = [low, high]}, or any other path, for one. A wide range (tenfold) "
         "is searched by its logarithm. A pendulum's inertia keeps its ratio to m l^2"
     )
-    objectives: Objectives | None = Field(None, description=(
+    objectives: Composite[Objectives | None] = composite(default=None, description=(
         "some of `settling-time` (median time until a run has passed and its bodies are at rest relative to the rotor; a run "
         "without a verdict takes at least as long as it was followed), `residual` (least unbalance that the bodies can leave, "
         "at the worse end of `unbalance`), `peak` (largest amplitude of all runs on the way to the speed), "
@@ -70,20 +70,22 @@ class OptimiseBalancer(EnsembleSpec):
         "them). By default all, but `peak` for a rotor whose speed is held from the beginning. Without the last one, none may "
         "be captured more often than the machine as it is"
     ))  # fmt: skip
-    bodies: BodyCounts | None = Field(None, description="numbers of bodies to try, each like the first one of the machine")
-    unbalance: common.Interval | None = si("kg m", "unbalance", default=None, help=(
+    bodies: Composite[BodyCounts | None] = composite(
+        default=None, description="numbers of bodies to try, each like the first one of the machine"
+    )
+    unbalance: SI[common.Interval | None] = si("kg m", "unbalance", default=None, help=(
         "unbalance of the rotor, [low, high]: the runs of a candidate are spread evenly over it, both ends included; by "
         "default that of the machine"
     ))  # fmt: skip
-    samples: common.Whole = Field(16, description="number of runs of a candidate, from the same random phases for all")
-    evaluations: common.Whole = Field(192, description="number of candidates in all")
-    population: common.Whole = Field(16, description="number of candidates of each generation")
-    points: common.Whole = Field(12, description=(
+    samples: common.Whole = Field(default=16, description="number of runs of a candidate, from the same random phases for all")
+    evaluations: common.Whole = Field(default=192, description="number of candidates in all")
+    population: common.Whole = Field(default=16, description="number of candidates of each generation")
+    points: common.Whole = Field(default=12, description=(
         "number of points of the front, at most, that are checked with the full equations, from other random phases"
     ))  # fmt: skip
-    seed: common.Whole = Field(1, description="seed of the random starts and of the search")
+    seed: common.Whole = Field(default=1, description="seed of the random starts and of the search")
     tolerance: common.Tolerance = _TOLERANCE
-    damping_curve: common.TrueOrFalse = Field(True, description=(
+    damping_curve: common.TrueOrFalse = Field(default=True, description=(
         "whether the settling time is also computed over the damping of all bodies, the machine otherwise as it is"
     ))  # fmt: skip
 

@@ -8,13 +8,16 @@ from pydantic import BeforeValidator, Field
 
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.errors import InputError
-from wucht.schema import si
+from wucht.schema import SI, Composite, Conversion, composite, si
 from wucht.studies.shared_keys import Ranges
 from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
 
 
 def _ensure_list(value: Any) -> Any:
     return value if isinstance(value, list | tuple) else [value]
+
+
+_SeveralValues = Annotated[Values | None, BeforeValidator(_ensure_list)]
 
 
 class OrbitBranch(Spec):
@@ -31,22 +34,26 @@ class OrbitBranch(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "period"), ("value", "mean_speed"))
 
     along: Path = Field(description="path of the parameter over which branches are followed")
-    range: Pair
-    at: Annotated[Values | None, BeforeValidator(_ensure_list)] = Field(None, description=(
+    range: Composite[Pair]
+    at: Conversion[_SeveralValues, float | str | list[Any]] = composite(default=None, description=(
         "values at which a run searches for a first orbit, from `start`; by default several, until there is one, and then the "
         "Hopf points of the steady states"
     ))  # fmt: skip
-    start: Start = Field(default_factory=dict)
-    until: float | None = si("s", "time", default=None, gt=0, help="longest time of such a run")
-    values: Values | None = Field(None, description="values with orbits and exact exponents; by default ten along each branch")
-    longest: float | None = si("s", "period", default=None, gt=0, help=(
+    start: Composite[Start] = composite(default_factory=dict)
+    until: SI[float | None] = si("s", "time", default=None, gt=0, help="longest time of such a run")
+    values: Composite[Values | None] = composite(
+        default=None, description="values with orbits and exact exponents; by default ten along each branch"
+    )
+    longest: SI[float | None] = si("s", "period", default=None, gt=0, help=(
         "period up to which a branch is followed; by default twenty times that of the first orbit"
     ))  # fmt: skip
-    switch: TrueOrFalse = Field(False, description="whether branches from branch points and period doublings are followed")
-    together: TrueOrFalse = Field(False, description="whether equal balancing bodies keep equal phases")
-    show: str | None = Field(None, description="state of a system that is drawn")
-    ranges: Ranges | None = None
-    inertia: Inertia | None = Field(None, description=(
+    switch: TrueOrFalse = Field(
+        default=False, description="whether branches from branch points and period doublings are followed"
+    )
+    together: TrueOrFalse = Field(default=False, description="whether equal balancing bodies keep equal phases")
+    show: str | None = Field(default=None, description="state of a system that is drawn")
+    ranges: Composite[Ranges | None] = composite(default=None)
+    inertia: Inertia | None = Field(default=None, description=(
         "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
         "the default of the dimensionless machines where all are damped"
     ))  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies import spec as common
 
 MOST_PORTRAITS, MOST_TRAJECTORIES = 60, 400
@@ -54,26 +54,26 @@ class PhasePortrait(common.Spec):
     kind: ClassVar[str] = "phase-portrait"
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
 
-    ranges: Ranges = Field(default_factory=dict, title="ranges of the states", description=(
+    ranges: Composite[Ranges] = composite(default_factory=dict, title="ranges of the states", description=(
         "ranges of the states, by name: the window; of an angle its range in the figure"
     ))  # fmt: skip
-    together: Together | None = Field(None, title="bodies that keep equal phases", description=(
+    together: Composite[Together | None] = composite(default=None, title="bodies that keep equal phases", description=(
         "true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true); refused where they would not"
     ))  # fmt: skip
-    speed: float | None = si("rad/s", "speed", default=None, help="speed at which the main rotor is held")
-    inertia: common.Inertia | None = Field(None, description=(
+    speed: SI[float | None] = si("rad/s", "speed", default=None, help="speed at which the main rotor is held")
+    inertia: common.Inertia | None = Field(default=None, description=(
         "whether the averaged equations keep the inertia of the balancing bodies, by default not of dimensionless machines, "
         "nor, with a warning, where more than two states would be left"
     ))  # fmt: skip
     order: common.Order = 1
-    trajectories: Trajectories = Field(
-        24, title="trajectories", description="starts of trajectories, or their number, from places that the seed gives"
+    trajectories: Composite[Trajectories] = composite(
+        default=24, title="trajectories", description="starts of trajectories, or their number, from places that the seed gives"
     )
-    seed: common.Whole = Field(0, ge=0, title="seed of their starts", description="seed of the starts of trajectories")
-    nullclines: common.TrueOrFalse = Field(False, description="whether nullclines are drawn")
-    along: common.Path | None = Field(None, description="path of a parameter, for a portrait for each of its `values`")
-    values: common.Values = Field((), description="values of the parameter `along`, a portrait for each")
-    length: float = si("", "length of a curve, in windows", default=40.0, gt=0, le=1000, help=(
+    seed: common.Whole = Field(default=0, ge=0, title="seed of their starts", description="seed of the starts of trajectories")
+    nullclines: common.TrueOrFalse = Field(default=False, description="whether nullclines are drawn")
+    along: common.Path | None = Field(default=None, description="path of a parameter, for a portrait for each of its `values`")
+    values: Composite[common.Values] = composite(default=(), description="values of the parameter `along`, a portrait for each")
+    length: SI[float] = si("", "length of a curve, in windows", default=40.0, gt=0, le=1000, help=(
         "length of a curve, in windows, at which it is stopped"
     ))  # fmt: skip
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.errors import InputError
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
 
@@ -21,15 +21,17 @@ class Response(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "amplitude"), ("speed", "required_torque"))
     solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 
-    range: Interval | None = si("rad/s", "speed", default=None, help=(
+    range: SI[Interval | None] = si("rad/s", "speed", default=None, help=(
         "lowest and highest speed, not negative; by default from 0.02 to 3 times the highest natural frequency, or to 1.5 "
         "times the speed that the drive reaches without vibration where that is more"
     ))  # fmt: skip
-    points: Whole = Field(600, ge=2, le=100_000, description=(
+    points: Whole = Field(default=600, ge=2, le=100_000, description=(
         "number of speeds, evenly spaced over the range, to which those that resolve the resonances are added"
     ))  # fmt: skip
     bodies: BalancingBodies = None
-    start: Start = Field(default_factory=dict, description="phases of balancing bodies that are held, and of other rotors")
+    start: Composite[Start] = composite(
+        default_factory=dict, description="phases of balancing bodies that are held, and of other rotors"
+    )
 
     def check(self) -> None:
         """Refuse negative speeds."""

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
-from wucht.schema import si
+from wucht.schema import SI, Composite, composite, si
 from wucht.studies import spec as common
 from wucht.studies.single_run import SingleRun
 
@@ -26,16 +26,21 @@ class RunUp(SingleRun):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("time", "amplitude"))
     without_inertia: ClassVar[bool] = True
 
-    starts: common.Starts = Field((), description="several initial states: a run each, in one result")
-    along: common.Path | None = Field(None, description="path of a parameter with several `values`")
-    values: common.Values = Field((), description="values of the parameter `along`: a run each, in one result")
-    stored_samples: int | None = Field(None, gt=1, title="largest number of stored samples, of all runs together", description=(
-        "largest number of stored samples, of all runs together; by default a million, or as many as take 240 MB"
-    ))  # fmt: skip
-    over: Literal["time", "phi", "psi"] = Field("time", description=(
+    starts: Composite[common.Starts] = composite(default=(), description="several initial states: a run each, in one result")
+    along: common.Path | None = Field(default=None, description="path of a parameter with several `values`")
+    values: Composite[common.Values] = composite(
+        default=(), description="values of the parameter `along`: a run each, in one result"
+    )
+    stored_samples: int | None = Field(
+        default=None,
+        gt=1,
+        title="largest number of stored samples, of all runs together",
+        description="largest number of stored samples, of all runs together; by default a million, or as many as take 240 MB",
+    )
+    over: Literal["time", "phi", "psi"] = Field(default="time", description=(
         "abscissa of the figure: `\"time\"`, `\"phi\"` (the rotor's angle) or `\"psi\"` (mean phase of its bodies)"
     ))  # fmt: skip
-    deck: float | None = si("rad", "inclination of the deck", default=None, gt=-1.5, lt=1.5, help=(
+    deck: SI[float | None] = si("rad", "inclination of the deck", default=None, gt=-1.5, lt=1.5, help=(
         "inclination of a screen's deck, counter-clockwise from +x, for its throw number"
     ))  # fmt: skip
 

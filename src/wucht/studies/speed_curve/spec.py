@@ -8,6 +8,7 @@ from pydantic import Field
 
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
+from wucht.schema import Composite, composite
 from wucht.studies.shared_keys import Names, Ranges
 from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, Values, Whole
 
@@ -28,21 +29,23 @@ class SpeedCurve(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
 
     along: Path = Field(description="path of the parameter over which branches are followed")
-    range: Pair
-    points: Whole = Field(5, description=(
+    range: Composite[Pair]
+    points: Whole = Field(default=5, description=(
         "number of values in the range at which, besides those near both ends, all steady states are searched for; each on no "
         "known branch is followed in both directions"
     ))  # fmt: skip
-    only: Names | None = None
-    second: Path | None = Field(None, description="path of another parameter; with `second_values` or `second_range`")
-    second_values: Values | None = Field(None, description="values of the second parameter, whose branches share one figure")
-    second_range: Pair | None = Field(None, description=(
+    only: Composite[Names | None] = composite(default=None)
+    second: Path | None = Field(default=None, description="path of another parameter; with `second_values` or `second_range`")
+    second_values: Composite[Values | None] = composite(
+        default=None, description="values of the second parameter, whose branches share one figure"
+    )
+    second_range: Composite[Pair | None] = composite(default=None, description=(
         "pair [low, high] of the second parameter, over which the curves of folds and Hopf points in both parameters are "
         "followed"
     ))  # fmt: skip
-    show: str | None = Field(None, description="state that is drawn; by default the speed, of a system its first state")
-    ranges: Ranges | None = None
-    inertia: Inertia | None = Field(None, description=(
+    show: str | None = Field(default=None, description="state that is drawn; by default the speed, of a system its first state")
+    ranges: Composite[Ranges | None] = composite(default=None)
+    inertia: Inertia | None = Field(default=None, description=(
         "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
         "the default of the dimensionless machines; of other machines the default is true"
     ))  # fmt: skip

@@ -9,6 +9,7 @@ from pydantic import Field
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
+from wucht.schema import Composite, composite
 from wucht.studies.shared_keys import Names, Ranges
 from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, TrueOrFalse, Whole
 
@@ -30,25 +31,29 @@ class StabilityMap(Spec):
     )  # fmt: skip
 
     along: Path = Field(description="path of the first parameter of the plane")
-    range: Pair = Field(description="pair [low, high] of the first parameter")
+    range: Composite[Pair] = composite(description="pair [low, high] of the first parameter")
     second: Path = Field(description="path of the second parameter of the plane")
-    second_range: Pair = Field(description="pair [low, high] of the second parameter")
-    cells: Whole | None = Field(None, description=(
+    second_range: Composite[Pair] = composite(description="pair [low, high] of the second parameter")
+    cells: Whole | None = Field(default=None, description=(
         "number of cells a side, in whose centres the motions are determined; by default 12, with `eliminate` 6"
     ))  # fmt: skip
-    orbits: TrueOrFalse = Field(True, description="whether modulated motions are searched for, too")
-    together: TrueOrFalse = Field(False, description="whether equal balancing bodies keep equal phases in modulated motion")
-    only: Names | None = None
-    ranges: Ranges | None = None
-    inertia: Inertia | None = Field(None, description=(
+    orbits: TrueOrFalse = Field(default=True, description="whether modulated motions are searched for, too")
+    together: TrueOrFalse = Field(
+        default=False, description="whether equal balancing bodies keep equal phases in modulated motion"
+    )
+    only: Composite[Names | None] = composite(default=None)
+    ranges: Composite[Ranges | None] = composite(default=None)
+    inertia: Inertia | None = Field(default=None, description=(
         "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
         "the default of the dimensionless machines; of other machines the default is true"
     ))  # fmt: skip
-    eliminate: Path | None = Field(None, description=(
+    eliminate: Path | None = Field(default=None, description=(
         "path of a third parameter. The map then shows the end of the modulated motion that begins where a stable steady "
         "state is lost, as this parameter changes further: the question that 002, section 5.2, leaves open"
     ))  # fmt: skip
-    eliminate_range: Pair | None = Field(None, description="pair [low, high] of the third parameter, `eliminate`")
+    eliminate_range: Composite[Pair | None] = composite(
+        default=None, description="pair [low, high] of the third parameter, `eliminate`"
+    )
 
     @property
     def settings(self) -> BranchSettings:

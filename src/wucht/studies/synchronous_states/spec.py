@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import Unit, read_quantity, refuse_unknown, si
+from wucht.schema import SI, Composite, Unit, composite, read_quantity, refuse_unknown, si
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Inertia, Interval, Spec, TrueOrFalse, Value
 
 MOST_CELLS = 400
@@ -40,19 +40,19 @@ class SynchronousStates(Spec):
 
     kind: ClassVar[str] = "synchronous-states"
 
-    speed: float | None = si("rad/s", "speed", default=None, help=(
+    speed: SI[float | None] = si("rad/s", "speed", default=None, help=(
         "speed of the main rotor, signed; by default the one prescribed by its drive, else all at which the drive and the "
         "vibration balance, searched over `range`"
     ))  # fmt: skip
-    range: Interval | None = si("rad/s", "speed", default=None, help=(
+    range: SI[Interval | None] = si("rad/s", "speed", default=None, help=(
         "lowest and highest speed of the search, by default up to the highest speed without vibration, or three times the "
         "highest natural frequency where a drive runs away without load: then the states are not stated to be all"
     ))  # fmt: skip
-    inertia: Inertia = Field(True, description=(
+    inertia: Inertia = Field(default=True, description=(
         "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62)"
     ))  # fmt: skip
-    full: TrueOrFalse = Field(True, description="whether the multipliers of the full equations are computed too")
-    axes: Axes | None = Field(None, title="axes of a stability map", description=(
+    full: TrueOrFalse = Field(default=True, description="whether the multipliers of the full equations are computed too")
+    axes: Composite[Axes | None] = composite(default=None, title="axes of a stability map", description=(
         "a stability map over given speeds, {speed = [lo, hi, cells], ratio = [lo, hi, cells]}, cell-centred; ratio: of the "
         "unbalance of all balancing bodies together to that of the rotor, which is changed for it"
     ))  # fmt: skip
