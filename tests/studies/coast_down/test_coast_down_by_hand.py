@@ -274,5 +274,6 @@ def test_the_figure_of_one_that_turns_back(plan: Plan) -> None:
     speed, _ = drawn("coast-down", answered(plan, still)).axes
     shown = lines_of(speed)
     assert shown["turns back"] == ([6.5], [0.0]) and shown["speed"][1] == still.rows["speed"].tolist()
+    assert [0.0, 0.0] in [list(x.get_ydata()) for x in speed.get_lines()], "a line at standstill"
     after = [x for x in speed.get_lines() if list(x.get_xdata()) == [6.5, 7.0, 7.5, 8.0]]
     assert [list(x.get_ydata()) for x in after] == [still.rows["speed"][13:].tolist()]

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import drawn, titled
+from tests.hand_made import drawn, titled, warnings_of
 from tests.refusals import refused
 
 import wucht
 from wucht.dynamics.exciters.design_trials import Candidates, CheckedCandidate, LocalOptimum
 from wucht.dynamics.exciters.slow_beats import MOTIONS, Beat
+from wucht.errors import InputError
+from wucht.studies.exciter_design import computation
 from wucht.studies.exciter_design.computation import Findings
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.registry import study_of
@@ -253,3 +256,32 @@ def test_tables_on_the_border(machine: wucht.Machine) -> None:
     with refused("study.target.largest", given="0 mm"):
         target(machine, shape="normal", largest="0 mm", cycles=1e6)
     assert target(machine, shape="constant", largest="2 mm", cycles=1e6).ranges == pytest.approx(4e-3)
+
+
+def test_few_cycles_are_resolved_by_their_logarithm(result: xr.Dataset) -> None:
+    """Below a quarter of a percent the shares are evenly spaced by their logarithm, from one cycle on."""
+    few = result.share.values[result.share.values < 1 / 400]
+    assert few[1:] / few[:-1] == pytest.approx(np.full(len(few) - 1, 1e6 ** (1 / 119)), rel=1e-9)
+
+
+@pytest.mark.parametrize(("count", "warned"), [(990.0, False), (1010.0, True)])
+def test_many_missed_cycles_are_warned_of(machine: wucht.Machine, count: float, warned: bool) -> None:
+    """A thousandth of a million."""
+    table = {"table": [["1 mm", 1e6], ["2 mm", count]], "stepped": True}
+    plan = STUDY.prepare(ExciterDesign(target=table, vary=RANGES), machine)
+    made = STUDY.dataset(plan, Findings(full_runs=(checked(plan, 0.1, 0.1, 0.1),), complete=True))
+    assert any("exceed the largest reached amplitude" in w for w in warnings_of(made)) is warned
+
+
+@pytest.mark.parametrize("bad", [2e-4, 3e-3])
+def test_both_ends_of_a_range_must_be_allowed(plan: Any, bad: float) -> None:
+    def candidate_machine(numbers: np.ndarray) -> None:
+        asked.append(numbers.tolist())
+        if numbers[0] == bad:
+            raise InputError("drive.slope", bad, "must be another")
+
+    asked: list[list[float]] = []
+    trials: Any = SimpleNamespace(variables=plan.trials.variables, candidate_machine=candidate_machine)
+    with refused("study.vary.drive.slope", given=bad):
+        computation._check_ends(trials, plan.numbers)
+    assert all(other == plan.numbers[1] for _, other in asked), "with nominal values otherwise"
