@@ -1,0 +1,406 @@
+"""A correction whose findings are made by hand: every quantity of the Dataset, verdicts beside their limits, the report."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from known_cam import LAW, SHAFT
+from tests.hand_made import drawn, titled
+
+from wucht.cams.correction import AccelerationComparison, Residual
+from wucht.cams.drive import drive_from
+from wucht.cams.shape import Extreme, Shape
+from wucht.cams.undercut import RadiusAt
+from wucht.measurements.order_checks import OmittedOrder
+from wucht.measurements.order_fit import OrderFit
+from wucht.numerics.harmonics import Harmonics
+from wucht.studies.cam_correction import prepare as preparing
+from wucht.studies.cam_correction import run as running
+from wucht.studies.cam_correction.dataset import dataset, sentence
+from wucht.studies.cam_correction.prepare import MeasuredAcceleration, Plan, prepare
+from wucht.studies.cam_correction.report import report
+from wucht.studies.cam_correction.run import Contour, Findings, LeftOut, Proof
+from wucht.studies.cam_correction.spec import CamCorrection
+
+LAW_TABLE = {"kind": "harmonic", "coefficients": {"mean": LAW.mean, "cosine": [*LAW.cosine], "sine": [*LAW.sine]}}
+SPEED = {"mean": SHAFT.mean, "cosine": [*SHAFT.speed.cosine], "sine": [*SHAFT.speed.sine]}
+LEVER = {"kind": "oscillating-roller", "pivot": 0.12, "arm": 0.07, "roller_radius": 0.01, "angle": "-135 deg",
+         "counter": {"arm": 0.07, "roller_radius": 0.012, "angle": "110 deg"}}  # fmt: skip
+W2 = SHAFT.mean**2
+ANGLES = 2 * math.pi * np.arange(36) / 36
+TAU = np.linspace(0.0, 2 * math.pi, 13)
+NAMES = ("cam", "counter")
+
+
+@pytest.fixture(scope="module")
+def bare() -> Plan:
+    """Without a record: N = 5, 15 orders."""
+    return prepare(CamCorrection(points=36), drive_from({"law": LAW_TABLE, "follower": LEVER, "speed": SPEED}, "Two", None))
+
+
+FIT = OrderFit(
+    "record", (2, 4), Harmonics.of(SHAFT.mean, [0.0, 3.0, 0.0, 1.0], [0.0, 4.0, 0.0, 0.0]),
+    np.diag(np.array([0.5, 0.1, 0.2, 0.3, 0.4]) ** 2), 0.25, 0.0, 7.5, 6000, "rad/s", 4.0, 0.05,
+    (OmittedOrder(3, 0.75, 0.01, 0.5), OmittedOrder(6, 0.25, 0.02, 0.25)), (),
+)  # fmt: skip
+MEASURED = MeasuredAcceleration(
+    SimpleNamespace(time=np.linspace(0.0, 1.0, 11), values=np.arange(11.0)),  # type: ignore[arg-type]
+    AccelerationComparison(
+        Harmonics.of(5.0, [30.0, 0.0, 8.0], [40.0, 20.0, 6.0]), Harmonics.of(0.0, [40.0, 10.0], [30.0, 0.0]), 0.8
+    ),
+    "corrected", 10.0, 6.5, (),
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def plan(bare: Plan) -> Plan:
+    return replace(bare, fit=FIT, measurement=MEASURED, zero=0.125, delay=(0.05, 0.95))
+
+
+def shape(k: int) -> Shape:
+    return Shape(
+        RadiusAt(0.010 + k / 1000, 1.0 + k), None if k == 2 else RadiusAt(0.080 + k / 1000, 2.0 + k),
+        Extreme(0.5 + k / 100, 3.0 + k), Extreme(0.03 + k / 1000, 0.1), Extreme(0.07 + k / 1000, 0.2), (),
+        ((1.0, 1.0 + 0.01 * k),) if k else (), 0.02 + k / 1000, RadiusAt(0.07 + k / 1000, 5.0), "roller",
+    )  # fmt: skip
+
+
+def contour(k: int) -> Contour:
+    points = (0.04 + k / 100) * np.exp(1j * ANGLES)
+    return Contour(
+        points, np.exp(1j * (ANGLES + k)), 20.0 + k + np.cos(ANGLES), 0.1 * k + 0.1 * np.sin(ANGLES), k + ANGLES,
+        1e-3 * (k - 4) * np.cos(ANGLES), 1e-6 * k, shape(k),
+    )  # fmt: skip
+
+
+def made(**other: Any) -> Findings:
+    spectra = (
+        Harmonics.of(0.0, [0.3, 0.0, 0.0, 0.0, 0.0, 0.1], [0.4, 0.2]),
+        Harmonics.of(0.0, [0.5, 0.25, 0.0, 0.0, 0.125, 0.0]),
+    )
+    common = {
+        "tau": TAU, "output": (1 + TAU, 2 + TAU), "acceleration": (100 * np.cos(TAU) - 300, 100 * np.sin(TAU) - 50),
+        "spectrum": spectra, "impurity": (0.56, 3e-13), "angles": ANGLES,
+        "table": tuple(np.stack([10 * v + k + ANGLES for k in range(4)]) for v in range(2)),
+        "lever": tuple(np.stack([100 + 10 * v + k + ANGLES for k in range(4)]) for v in range(2)),
+        "contours": ({"cam": contour(0), "counter": contour(1)}, {"cam": contour(2), "counter": contour(3)}),
+        "proofs": {
+            "cam": Proof(Harmonics.of(0.0, [0.5, 0, 0, 0, 0, 1e-12]), Harmonics.of(0.0, [0.5, 0, 0, 0, 0, 5e-7]), ()),
+            "counter": Proof(Harmonics.of(0.0, [0.4, 0, 0, 0, 0, 2e-11]), None, ()),
+        },
+        "residuals": (Residual("order 2 left out of the correction", 0.5), Residual("off by 1°", 0.02)), "from_errors": 0.004,
+        "left_out": (LeftOut(3, 0.75, 0.01, 0.003), LeftOut(6, 0.25, 0.02, 0.004)),
+        "samples": (np.array([0.5, 1.5]), np.array([7.0, 8.0])), "notes": ("a note",),
+    }  # fmt: skip
+    return Findings(**common | other)
+
+
+@pytest.fixture(scope="module")
+def result(plan: Plan) -> xr.Dataset:
+    return titled(dataset(plan, made()))
+
+
+# --- the Dataset ---
+
+
+def test_motions_of_both_cams(plan: Plan, result: xr.Dataset) -> None:
+    assert result.version.values.tolist() == ["original", "corrected"] and result.cam.values.tolist() == list(NAMES)
+    assert result.time.values == pytest.approx(TAU / SHAFT.mean)
+    a, b, j = SHAFT.speed.cosine, SHAFT.speed.sine, np.arange(1, 6)
+    x = np.outer(TAU, j)
+    assert result.shaft_speed.values == pytest.approx(SHAFT.mean + np.cos(x) @ a + np.sin(x) @ b)
+    assert result.shaft_angle.values == pytest.approx(TAU + (np.sin(x) * a - (np.cos(x) - 1) * b) @ (1 / (j * SHAFT.mean)))
+    assert result.output_over_time.values == pytest.approx(np.stack([1 + TAU, 2 + TAU]))
+    assert result.acceleration.values == pytest.approx(np.stack([100 * np.cos(TAU) - 300, 100 * np.sin(TAU) - 50]))
+    for k, suffix in enumerate(("", "_velocity", "_acceleration", "_jerk")):
+        assert result[f"output{suffix}"].values == pytest.approx(np.stack([k + ANGLES, 10 + k + ANGLES]))
+        assert result[f"follower{suffix}"].values == pytest.approx(np.stack([100 + k + ANGLES, 110 + k + ANGLES]))
+        assert result[f"output{suffix}"].attrs["units"] == "rad" + ("", "/rad", "/rad^2", "/rad^3")[k]
+
+
+def test_orders_are_times_the_square_of_the_speed(result: xr.Dataset) -> None:
+    assert result.order.values.tolist() == list(range(1, 16))
+    cosine, sine, amplitude = (result[name].values / W2 for name in ("cosine", "sine", "amplitude"))
+    assert cosine[:, :6] == pytest.approx(np.array([[0.3, 0, 0, 0, 0, 0.1], [0.5, 0.25, 0, 0, 0.125, 0]]))
+    assert sine[:, :2] == pytest.approx(np.array([[0.4, 0.2], [0.0, 0.0]]))
+    assert amplitude[:, :6] == pytest.approx(np.array([[0.5, 0.2, 0, 0, 0, 0.1], [0.5, 0.25, 0, 0, 0.125, 0]]))
+    assert np.isnan(amplitude[:, 6:]).all()
+    assert result.recovered.values[:, [0, 5]] / W2 == pytest.approx(np.array([[0.5, 1e-12], [0.4, 2e-11]]))
+    assert result.rounded.values[0, [0, 5]] / W2 == pytest.approx([0.5, 5e-7]) and np.isnan(result.rounded.values[1]).all()
+    s = result.wucht.summary
+    assert s["orders_before"] == pytest.approx([W2 * x for x in (0.5, 0.2, 0, 0, 0, 0.1)])
+    assert s["orders_after"] == pytest.approx([W2 * x for x in (0.5, 0.25, 0, 0, 0.125, 0)])
+
+
+def test_orders_of_the_speed_with_their_errors(result: xr.Dataset) -> None:
+    assert result.speed_order.values.tolist() == [1, 2, 3, 4, 5]
+    assert result.speed_cosine.values.tolist() == SPEED["cosine"] and result.speed_sine.values.tolist() == SPEED["sine"]
+    assert result.speed_amplitude.values == pytest.approx(np.hypot(SPEED["cosine"], SPEED["sine"]))
+    nan = math.nan
+    assert result.speed_cosine_error.values == pytest.approx([nan, 0.1, nan, 0.2, nan], nan_ok=True)
+    assert result.speed_sine_error.values == pytest.approx([nan, 0.3, nan, 0.4, nan], nan_ok=True)
+    assert result.speed_error.values == pytest.approx([nan, 0.3, nan, 0.4, nan], nan_ok=True), "the greatest in any phase"
+    assert result.left_out_order.values.tolist() == [3, 6] and result.left_out_amplitude.values.tolist() == [0.75, 0.25]
+    assert result.left_out_error.values.tolist() == [0.01, 0.02]
+
+
+def test_contours_of_both_cams_and_versions(plan: Plan, result: xr.Dataset) -> None:
+    for v in range(2):
+        for c in range(2):
+            of, k = contour(2 * v + c), 2 * v + c
+            expected = {
+                "contour_x": of.points.real, "contour_y": of.points.imag, "normal_x": of.normals.real,
+                "normal_y": of.normals.imag,
+                "curvature": of.curvature, "pressure_angle": of.pressure_angle, "uncut": of.uncut,
+            }  # fmt: skip
+            for name, values in expected.items():
+                assert result[name].values[v, c] == pytest.approx(values), name
+            sizes = [float(result[n].values[v, c]) for n in ("least_radius", "hollow_radius", "largest_roller", "base_radius")]
+            hollow = math.nan if k == 2 else 0.080 + k / 1000
+            assert sizes == pytest.approx([0.010 + k / 1000, hollow, 0.02 + k / 1000, 0.03 + k / 1000], nan_ok=True)
+    assert result.moved.values == pytest.approx(1e-3 * np.stack([-2 * np.cos(ANGLES), -np.cos(ANGLES)]))
+    assert result.roller_radius.values == pytest.approx([0.010, 0.012])
+    assert float(result.common_pressure_angle) == pytest.approx(math.pi / 4)
+    centres = result.follower_x.values + 1j * result.follower_y.values
+    assert np.abs(centres - 0.12) == pytest.approx(0.07), "on the arms of the lever about its pivot"
+
+
+def test_the_measured_acceleration(result: xr.Dataset) -> None:
+    """About its mean; amplitudes of its orders beside the computed ones."""
+    wave = 30 * np.cos(TAU) + 40 * np.sin(TAU) + 20 * np.sin(2 * TAU) + 8 * np.cos(3 * TAU) + 6 * np.sin(3 * TAU)
+    assert result.measured_acceleration.values == pytest.approx(wave)
+    assert result.measured_amplitude.values[:4] == pytest.approx([50.0, 20.0, 10.0, math.nan], nan_ok=True)
+    assert result.computed_amplitude.values[:3] == pytest.approx([50.0, 10.0, math.nan], nan_ok=True)
+    assert result.sample_tau.values.tolist() == [0.5, 1.5] and result.sample_acceleration.values.tolist() == [7.0, 8.0]
+    m, power = result.wucht.summary["measured"], (2500 + 400 + 100) / 2
+    assert m["rms"] == pytest.approx(math.sqrt(power + 100)) and m["noise_rms"] == 10.0
+    assert m["explained"] == pytest.approx(0.8 * power / (power + 100)) and m["explained_orders"] == 0.8
+    assert (m["cam"], m["turns"], m["orders"], m["zero"]) == ("corrected", 6.5, 3, 0.125)
+    assert (m["delay"], m["explained_without_delay"]) == (0.05, 0.95)
+
+
+def test_the_summary(plan: Plan, result: xr.Dataset) -> None:
+    s = result.wucht.summary
+    speed = SHAFT.speed(np.linspace(0, 2 * math.pi, 100_001))
+    assert (s["unit"], s["harmonics"], s["reference_order"], s["points"], s["decimals"]) == ("rad", 5, 1, 36, 5)
+    assert (s["before"], s["after"]) == (0.56, 3e-13)
+    assert s["recovered"] == pytest.approx({"cam": 2e-12, "counter": 5e-11}) and s["rounded"] == pytest.approx({"cam": 1e-6})
+    assert s["peak_before"] == pytest.approx(400.0) and s["peak_after"] == pytest.approx(150.0), "of either sign"
+    assert s["mean_speed"] == pytest.approx(SHAFT.mean) and s["period"] == pytest.approx(2 * math.pi / SHAFT.mean)
+    assert (s["min_speed"], s["max_speed"]) == pytest.approx((speed.min(), speed.max()), rel=1e-6)
+    assert s["fluctuation"] == pytest.approx((speed.max() - speed.min()) / SHAFT.mean, rel=1e-6)
+    assert s["min_curvature_radius"] == pytest.approx(0.012) and s["max_pressure_angle"] == pytest.approx(0.53)
+    assert s["undercut"] is False and [r["share"] for r in s["residuals"]] == [0.5, 0.02]
+    r = s["record"]
+    assert (r["orders"], r["turns"], r["samples"], r["residual_rms"], r["unit"]) == ([2, 4], 7.5, 6000, 0.05, "rad/s")
+    assert r["mean_error"] == 0.5 and r["zero"] == 0.25 and r["left_by_errors"] == 0.004
+    assert r["left_by_left_out"] == pytest.approx(0.005), "the root of the sum of squares"
+    assert r["left_out"][1] == {"order": 6, "amplitude": 0.25, "error": 0.02, "share": 0.004}
+    assert r["explained"] == pytest.approx(FIT.explained_share)
+
+
+def test_sizes_of_each_cam(result: xr.Dataset) -> None:
+    for c, name in enumerate(NAMES):
+        group = result.wucht.summary["contours"][name]
+        for v, version in enumerate(("original", "corrected")):
+            k = 2 * v + c
+            assert group[version] == pytest.approx({
+                "max_pressure_angle": 0.5 + k / 100, "max_pressure_angle_at": 3.0 + k, "largest_roller": 0.02 + k / 1000,
+                "min_curvature_radius": 0.010 + k / 1000, "min_hollow_radius": None if k == 2 else 0.080 + k / 1000,
+                "largest_wheel": 0.07 + k / 1000,
+            })  # fmt: skip
+        assert group["moved"] == pytest.approx((2e-3, 1e-3)[c]) and group["chord"] == pytest.approx((2e-6, 3e-6)[c])
+        assert group["missing_before"] == pytest.approx((0.0, 0.01 / (2 * math.pi))[c])
+        assert group["roller_radius"] == pytest.approx((0.010, 0.012)[c])
+
+
+def test_without_records_and_cams_there_are_no_numbers(bare: Plan) -> None:
+    some = dataset(bare, made(left_out=(), samples=(np.empty(0), np.empty(0))))
+    s = some.wucht.summary
+    assert (s["record"], s["measured"]) == (None, None) and np.isnan(some.speed_error.values).all()
+    assert np.isnan(some.measured_acceleration.values).all() and np.isnan(some.measured_amplitude.values).all()
+    law = dataset(replace(bare, before={}, after={}), made(contours=({}, {}), proofs={}))
+    s = law.wucht.summary
+    assert (s["undercut"], s["min_curvature_radius"], s["max_pressure_angle"], s["contours"]) == (None, None, None, {})
+    assert law.contour_x.shape == (2, 0, 36) and law.recovered.shape == (0, 15)
+
+
+# --- the verdict ---
+
+
+@pytest.mark.parametrize(("after", "begin"), [
+    (9e-13, "CLEAN: orders above 5 are below 1e-12 of order 1 (before: 0.56)"),
+    (1.1e-12, "CLEAN: orders above 5 are 1.1e-12 of order 1 (before: 0.56)"),
+    (9e-10, "CLEAN: orders above 5 are 9e-10 of order 1"), (1.1e-9, "NOT CLEAN: orders above 5 are 1.1e-09 of order 1"),
+])  # fmt: skip
+def test_what_is_clean(bare: Plan, after: float, begin: str) -> None:
+    assert sentence(bare, made(impurity=(0.56, after))).startswith(begin)
+
+
+def test_what_points_and_orders_that_are_left_out_leave(bare: Plan) -> None:
+    exact = sentence(bare, made(left_out=(LeftOut(3, 1.0, 0.1, 0.006), LeftOut(6, 1.0, 0.1, 0.0079))))
+    assert exact.endswith("; from 36 points of the contour 5e-11"), "the worse of both cams"
+    coarse = {"cam": Proof(Harmonics.of(0.0, [0.5, 0, 0, 0, 0, 1e-9]), None, ()), "counter": Proof(None, None, ("no",))}
+    said = sentence(bare, made(proofs=coarse, left_out=(LeftOut(3, 1.0, 0.1, 0.006), LeftOut(6, 1.0, 0.1, 0.0081))))
+    assert said.endswith(
+        "; from 36 points of the contour 2e-09, which more points reduce; but orders of the record that are not corrected "
+        "leave about 0.01"
+    )
+    assert "points" not in sentence(bare, made(proofs={"cam": Proof(None, None, ())}, left_out=()))
+    endless = replace(bare, purity=replace(bare.purity, count=None, reference=2))
+    text = sentence(endless, made(proofs={}, left_out=()))
+    assert text == "CLEAN: orders differ from the law's by less than 1e-12 of order 2 (before: 0.56)"
+
+
+# --- the report ---
+
+
+def test_the_lines_of_the_report(result: xr.Dataset) -> None:
+    s, d = result.wucht.summary, math.degrees
+    rpm = 30 / math.pi
+    told = report(result)[2:]
+    explained, share = f"{FIT.explained_share:.2%}", f"{0.8 * 1500 / 1600:.1%}"
+    three, six = (f"{_rounded(100 * x / SHAFT.mean)} %" for x in (0.75, 0.25))
+    assert told[0].endswith(f"a turn in 120 ms; it fluctuates by {s['fluctuation']:.2%} in orders 2, 3, 4, 5")
+    assert told[1].startswith(
+        f"  record       7.5 turns, 6000 samples, orders explain {explained}, {0.05 * rpm:.3g} rpm rms left"
+    )
+    assert told[1].endswith("; the noise leaves about 0.4 %, the orders left out about 0.5 %")
+    assert told[2].startswith(f"  left out     order 3 ({0.75 * rpm:.3g} rpm, {three} of the speed), which leaves 0.3 %; ")
+    assert told[2].endswith(f"; order 6 ({0.25 * rpm:.3g} rpm, {six} of the speed), which leaves 0.4 %")
+    assert told[3:7] == [
+        "  acceleration at most 150 rad/s^2; of the original cam 400 rad/s^2",
+        "  from points  cam 2e-12, counter 5e-11 of order 1; rounded to 5 decimals of a mm 1e-06",
+        "  left if          2 %  off by 1°",
+        "  left if      an order of the speed is left out: 50 % (2)",
+    ]
+    least = ", least radius of curvature 12 mm (10 mm)"
+    assert told[7] == f"  cam          pressure angle at most {d(0.52):.3g}° at {d(5):.4g}° (original {d(0.5):.3g}°){least}"
+    assert told[8] == "               moved by 2 mm at most, not undercut, largest roller 22 mm, largest grinding wheel 72 mm"
+    assert told[9].startswith(f"  counter cam  pressure angle at most {d(0.53):.3g}° at {d(6):.4g}° (original {d(0.51):.3g}°)")
+    assert told[11].startswith(
+        f"  measured     6.5 turns: {share} explained by the computed motion of the corrected cam (80.0% of"
+    )
+    assert told[11].endswith("(80.0% of its 3 orders; 10 of 40 rad/s^2 rms lie outside these)")
+    late = f"it comes {d(0.05):.3g}° ({50 / SHAFT.mean:.3g} ms) later than computed"
+    assert told[12].endswith(f"{late}; without it 95.0% of its orders would be explained")
+
+
+def _rounded(value: float) -> str:
+    return f"{float(f'{value:.2g}'):g}"
+
+
+# --- parts of the run ---
+
+
+def test_a_displacement_is_positive_outside() -> None:
+    circle = lambda phi, order=0: np.exp(1j * np.asarray(phi)) * (1j) ** order  # noqa: E731
+    normals = np.exp(1j * ANGLES)
+    for by in (0.02, -0.03):
+        assert running._displacement(circle, (1 + by) * normals, normals) == pytest.approx(np.full(36, by), abs=1e-9)
+
+
+def test_the_residual_of_errors_is_the_root_of_squares(plan: Plan, bare: Plan) -> None:
+    """That of an order times its error over its amplitude: 0.5 times 0.3/5 and 0.2 times 0.4/1."""
+    given = (Residual("order 2 left out", 0.5), Residual("order 4 left out", 0.2), Residual("off by 1°", 9.0))
+    assert running._residual_of_errors(plan, given) == pytest.approx(math.hypot(0.5 * 0.3 / 5, 0.2 * 0.4))
+    assert running._residual_of_errors(plan, given[:1]) == pytest.approx(0.5 * 0.3 / 5)
+    assert running._residual_of_errors(bare, given) is None
+
+
+def test_which_orders_of_a_record_are_examined(monkeypatch: pytest.MonkeyPatch, bare: Plan) -> None:
+    """Six of the largest, if above three standard errors; those that leave a ten-thousandth or less do not matter."""
+    orders = tuple(
+        OmittedOrder(k, 0.1 * k, 0.0333 * k if k == 10 else 0.0334 * k if k == 11 else 0.01, 0.0) for k in range(3, 12)
+    )
+    asked: list[int] = []
+
+    def share(law: Any, count: Any, shaft: Any, order: int, amplitude: float) -> float:
+        asked.append(order)
+        return 1e-4 if order == 8 else 1.1e-4
+
+    monkeypatch.setattr(running, "residual_of_extra_order", share)
+    found = running._left_out(replace(bare, fit=replace(FIT, omitted_orders=orders)))
+    assert asked == [10, 9, 8, 7, 6, 5] and [one.order for one in found] == [10, 9, 7, 6, 5]
+    assert found[0] == LeftOut(10, 1.0, pytest.approx(0.333), 1.1e-4)
+
+
+def test_notes_on_contours(bare: Plan) -> None:
+    cams = {"cam": contour(1), "counter": contour(3)}
+    tight = replace(bare, spec=bare.spec.model_copy(update={"chord_tolerance": 2.9e-6}))
+    cut, chords = running._notes(tight, {"cam": contour(0), "counter": contour(50)}, cams)
+    share = 0.5 / (2 * math.pi)
+    assert cut == f"The follower cuts {share:.1%} of the original contour (counter) away; the corrected one is intact."
+    assert chords.startswith(
+        "Chords between 36 points leave the contour by 3 um, more than the tolerance of 2.9 um: take points = 37"
+    )
+    loose = replace(bare, spec=bare.spec.model_copy(update={"chord_tolerance": 3e-6}))
+    assert running._notes(loose, {"cam": contour(0)}, cams) == [] == running._notes(loose, {}, {})
+
+
+def test_a_delay_counts_where_it_explains_more_and_most(bare: Plan) -> None:
+    def record(share: float, best: float, noise: float = 0.0) -> Any:
+        comparison = SimpleNamespace(share=share, best_delay=(0.1, best), measured_orders=Harmonics.of(0.0, [2.0]))
+        return SimpleNamespace(comparison=comparison, noise=noise)
+
+    assert preparing._delay(record(0.6, 0.606)) == (0.1, 0.606) and preparing._delay(record(0.6, 0.604)) is None
+    assert preparing._delay(record(0.2, 0.49)) is None and preparing._delay(record(0.2, 0.51)) == (0.1, 0.51)
+    assert preparing._delay(record(0.2, 0.9, noise=math.sqrt(2))) is None, "of the whole record only 45 %"
+
+
+@pytest.mark.parametrize(("by", "words"), [(0.05, "later"), (-0.05, "earlier")])
+def test_what_removes_a_delay(by: float, words: str) -> None:
+    record: Any = SimpleNamespace(cam="original")
+    (note,) = preparing._delay_notes(record, (by, 0.95), 50.0, 0.2)
+    assert note.startswith(
+        f"The measured acceleration comes 2.86° (1 ms) {words} than that computed for the original cam; without "
+    )
+    assert note.endswith(f'study.acceleration.zero = "{0.2 + by / 50:.6g} s" removes it.')
+    assert preparing._delay_notes(record, None, 50.0, 0.2) == []
+
+
+@pytest.mark.parametrize(("share", "ratio", "begins"), [
+    (0.5, 1.0, []), (0.49, 1.0, ["The motion computed for the original cam explains 49%"]),
+    (-0.2, 1.0, ["The motion computed for the original cam explains 0%"]),
+    (0.9, 1.0009, []), (0.9, 0.9989, ["The measured acceleration repeats at 0.9989 times"]),
+])  # fmt: skip
+def test_notes_on_a_measured_acceleration(share: float, ratio: float, begins: list[str]) -> None:
+    comparison: Any = SimpleNamespace(share=share)
+    notes = preparing._notes(comparison, "original", ratio)
+    assert len(notes) == len(begins) and all(n.startswith(b) for n, b in zip(notes, begins, strict=True))
+
+
+# --- the figure ---
+
+
+def test_the_lines_of_the_figure(result: xr.Dataset) -> None:
+    axes = drawn("cam-correction", result).axes
+    history, spectrum, speed, orders, contours, moved, pressure, radius, measured, _ = axes
+    ms = 1e3 * TAU / SHAFT.mean
+    for k, line in enumerate(history.get_lines()[:2]):
+        assert line.get_xdata() == pytest.approx(ms) and line.get_ydata() == pytest.approx(result.acceleration.values[k])
+    dots = next(x for x in spectrum.get_lines() if str(x.get_label()) == "corrected, from its points")
+    assert dots.get_ydata()[:6] == pytest.approx(W2 * np.array([0.5, *[5e-13] * 4, 2e-11])), "the larger of both cams"
+    assert speed.get_lines()[0].get_ydata() == pytest.approx(30 / math.pi * result.shaft_speed.values)
+    bars = [(b.get_x() + b.get_width() / 2, b.get_height()) for b in orders.patches]
+    assert bars[:5] == [pytest.approx((k + 1, a)) for k, a in enumerate(result.speed_amplitude.values)]
+    assert bars[5:] == [pytest.approx((3.0, 0.75)), pytest.approx((6.0, 0.25))]
+    shown = [x for x in contours.get_lines() if len(x.get_xdata()) == 37]
+    assert [x.get_xdata()[0] for x in shown] == pytest.approx([40.0, 60.0, 50.0, 70.0]), "original and corrected, cam by cam"
+    for line, row in zip(moved.get_lines()[1:], result.moved.values, strict=True):
+        assert line.get_xdata() == pytest.approx(np.degrees(ANGLES)) and line.get_ydata() == pytest.approx(1e3 * row)
+    for axis, values in ((pressure, np.degrees(result.pressure_angle.values)), (radius, 1e3 / result.curvature.values)):
+        for line, (c, v) in zip(axis.get_lines(), ((0, 0), (0, 1), (1, 0), (1, 1)), strict=False):
+            assert line.get_ydata() == pytest.approx(values[v, c]) and line.get_xdata() == pytest.approx(np.degrees(ANGLES))
+    limits = [x.get_ydata()[0] for x in pressure.get_lines() if x.get_linestyle() == ":"]
+    assert limits == pytest.approx([45.0, -45.0])
+    computed = next(x for x in measured.get_lines() if x.get_linewidth() == 2.6)
+    assert computed.get_ydata() == pytest.approx(result.acceleration.values[1]), "of the cam that was measured"
+    samples = measured.get_lines()[0]
+    assert samples.get_xdata() == pytest.approx(np.array([0.5, 1.5]) / SHAFT.mean * 1e3)
