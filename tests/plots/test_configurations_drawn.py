@@ -36,10 +36,10 @@ def drawn(names: list[str], stable: list[list[int]], overlapping: list[int] | No
     return lines
 
 
-def test_a_configuration_is_solid_where_stable_and_dashed_from_there_on() -> None:
+def test_a_configuration_is_solid_where_stable_and_dashed_from_its_last_stable_point_on() -> None:
     first, second, third, legend = drawn(["apart", "together"], [[0, 0, 0, 0], [1, 1, 0, 0]])
     assert first == ("together", COLOURS[0], "-", [11.0, 12.0]), "what is stable somewhere has the first colour"
-    assert second == ("", COLOURS[0], "--", [13.0, 14.0])
+    assert second == ("", COLOURS[0], "--", [12.0, 13.0, 14.0])
     assert third == ("apart", COLOURS[3], "--", [1.0, 2.0, 3.0, 4.0])
     assert legend[0] == "not stable" and legend[2:] == ("--", [])
 
