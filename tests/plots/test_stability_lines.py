@@ -14,7 +14,7 @@ from wucht.plots.stability_lines import (
     draw_kinds,
     draw_region,
     equal_stretches,
-    extend_backwards,
+    extend_both_ways,
     field,
     kind_entries,
     smooth_curve,
@@ -62,12 +62,14 @@ def test_runs_of_equal_values(kinds: list[int], expected: list[tuple[int, int]])
 def test_a_dashed_line_begins_where_the_solid_one_ends() -> None:
     axis = Figure().add_subplot()
     x, stable = np.arange(6.0), np.array([True, True, False, False, True, True])
-    assert extend_backwards(~stable).tolist() == [False, False, True, True, True, False]
+    assert extend_both_ways(np.array([True, False, False])).tolist() == [True, True, False]
+    assert extend_both_ways(np.zeros(0, bool)).tolist() == []
+    assert extend_both_ways(~stable).tolist() == [False, True, True, True, True, False]
     draw_by_stability(axis, x, 2 * x, stable, "load", color="black")
     solid, dashed = axis.get_lines()
     assert (solid.get_label(), dashed.get_label(), dashed.get_linestyle()) == ("load", "load, unstable", "--")
     at = [np.flatnonzero(np.isfinite(np.asarray(line.get_ydata(), float))).tolist() for line in (solid, dashed)]
-    assert at == [[0, 1, 4, 5], [2, 3, 4]]
+    assert at == [[0, 1, 4, 5], [1, 2, 3, 4]]
 
 
 def test_what_is_stable_throughout_has_one_line() -> None:

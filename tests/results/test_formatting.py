@@ -2,9 +2,26 @@
 
 from __future__ import annotations
 
-import pytest
+import math
 
-from wucht.results.formatting import percent, value_in_words
+import pytest
+import xarray as xr
+
+from wucht.results.formatting import (
+    ReportLines,
+    abscissa_label,
+    bodies_in_words,
+    formats,
+    label,
+    parameter_in_words,
+    percent,
+    report_lines,
+    unit_in_print,
+    value_in_words,
+    with_unit,
+    wrap_text,
+)
+from wucht.results.quantities import answer
 
 
 @pytest.mark.parametrize(
@@ -25,3 +42,107 @@ def test_as_many_decimals_as_the_uncertainty_is_worth(share: float, off: float, 
 def test_several_numbers_are_printed_by_the_same_factor() -> None:
     assert value_in_words([0.001, 0.0025], 1e3, "mm") == "[1, 2.5] mm"
     assert value_in_words(0.001, 1e3, "mm") == "1 mm" and value_in_words(True, 1e3, "mm") == "True"
+
+
+def result(dimensionless: bool = False) -> xr.Dataset:
+    return xr.Dataset(attrs={"dimensionless": int(dimensionless)})
+
+
+@pytest.mark.parametrize(
+    ("speed", "words"),
+    [
+        (0.5 * math.pi, "1.5708 rad/s (15 rpm)"),
+        (math.pi / 4, "0.7854 rad/s (7.5 rpm)"),
+        (-math.pi / 4, "-0.7854 rad/s (-7.5 rpm)"),
+        (-100 * math.pi / 3, "-104.72 rad/s (-1000 rpm)"),
+        (None, "none"),
+    ],
+)
+def test_a_speed_is_stated_in_both_units(speed: float | None, words: str) -> None:
+    assert formats(result())[0](speed) == words
+
+
+@pytest.mark.parametrize(
+    ("length", "words"),
+    [
+        (1.5e-3, "1.5 mm"),
+        (1e-5, "0.01 mm"),
+        (9e-6, "9 um"),
+        (-2e-3, "-2 mm"),
+        (-9e-6, "-9 um"),
+        (0.0, "0 um"),
+        (2.0, "2000 mm"),
+    ],
+)
+def test_a_length_is_in_millimetres_and_a_very_small_one_in_micrometres(length: float, words: str) -> None:
+    assert formats(result())[1](length) == words
+
+
+def test_amplitudes_that_are_angles_are_in_degrees_and_without_units_all_are_bare() -> None:
+    assert formats(result(), "rad")[1](math.pi / 8) == "22.5°"
+    assert [f(1.23456789) for f in formats(result(True), "rad")] == ["1.2346"] * 2
+
+
+def test_labels_have_their_unit_in_brackets_and_powers_raised() -> None:
+    data = xr.Dataset({"a": ("n", [1.0], {"long_name": "acceleration", "units": "m/s^2"}), "b": ("n", [1.0])})
+    assert label(data, "a") == "acceleration (m/s²)" and label(data, "a", "mm") == "acceleration (mm)"
+    assert (label(data, "b"), label(data, "a", "")) == ("b", "acceleration")
+    assert with_unit("jerk", "m/s^3") == "jerk (m/s³)"
+    assert (unit_in_print("m"), unit_in_print("m/s"), unit_in_print("")) == ((1e3, "mm"), (1.0, "m/s"), (1.0, ""))
+
+
+def test_an_abscissa_without_a_unit_has_a_symbol() -> None:
+    data = xr.Dataset({n: (n, [1.0], {"long_name": f"the {n}", "units": ""}) for n in ("time", "speed", "course_time")})
+    assert abscissa_label(data, "time") == "time $\\tau$" and abscissa_label(data, "speed") == "speed $\\omega$"
+    assert abscissa_label(data, "course_time", "time") == "time $\\tau$"
+    data.course_time.attrs["units"] = "s"
+    assert abscissa_label(data, "course_time", "time") == "the course_time (s)"
+
+
+@pytest.mark.parametrize(
+    ("path", "name", "words"),
+    [("u", "u", "u"), ("u", "parameter u", "u"), ("u", "drive", "u: drive"), ("drive.slope", "slope, drive", "slope, drive")],
+)
+def test_a_parameter_in_words(path: str, name: str, words: str) -> None:
+    assert parameter_in_words(path, name) == words
+
+
+def test_a_unit_in_brackets_is_not_broken() -> None:
+    assert wrap_text("torque of the drive (N m s)", 20) == ["torque of the drive", "(N\xa0m\xa0s)"]
+    assert wrap_text("one\n\ntwo three", 5) == ["one", "", "two", "three"]
+    assert wrap_text("unbreakable-word", 4) == ["unbreakable-word"]
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "form", "words", "bare"),
+    [
+        (2.0, "m", "", "2000 mm", "2"),
+        (2.0, "m/rad^2", "", "2000 mm/rad²", "2"),
+        (math.pi, "rad", "", "180°", "180°"),
+        (0.125, "", "%", "12.5 %", "12.5 %"),
+        (0.123461, "", ".4%", "12.35 %", "12.35 %"),
+        (1.23456, "N m", "", "1.235 N m", "1.2346"),
+        (1.23456, "m", ".2f", "1.23 m", "1.23"),
+        ({}, "m", "", "none", "none"),
+        (None, "m", "", None, None),
+        ("as it is", "m", "", "as it is", "as it is"),
+    ],
+)
+def test_a_number_with_the_unit_of_its_quantity(
+    value: object, unit: str, form: str, words: str | None, bare: str | None
+) -> None:
+    for dimensionless, expected in ((0, words), (1, bare)):
+        made = answer([], "fine").assign_attrs(title="A title", dimensionless=dimensionless)
+        assert ReportLines(made).format_value(value, unit, form) == expected
+
+
+def test_counts_and_lists_in_words() -> None:
+    assert [bodies_in_words(n) for n in (0, 1, 2)] == ["0 bodies", "1 body", "2 bodies"]
+    assert report_lines(xr.Dataset(attrs={"title": "A machine"}), "FINE", [("speed", "1"), ("", "2")]) == [
+        "A machine",
+        "verdict: FINE",
+        "  speed        1",
+        "               2",
+    ]
+    assert value_in_words(0.0123456789, 1e3, "mm") == "12.3457 mm" and value_in_words("high", 1e3, "mm") == "high"
+    assert value_in_words(2, 1.0, "") == "2"

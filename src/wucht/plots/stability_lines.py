@@ -84,9 +84,9 @@ def equal_stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairwise(edges.tolist()) if b > a]
 
 
-def extend_backwards(mask: np.ndarray) -> np.ndarray:
-    """Extend the stretches of a mask (N,) by one point backwards, so that their line meets the preceding one."""
-    return np.asarray(mask | np.concatenate([[False], mask[:-1]]))
+def extend_both_ways(mask: np.ndarray) -> np.ndarray:
+    """Extend the stretches of a mask (N,) by one point at either end, so that their line meets those before and behind."""
+    return np.asarray(mask | np.concatenate([[False], mask[:-1]]) | np.concatenate([mask[1:], [False]]))
 
 
 def smooth_curve(points: np.ndarray, panel: tuple[float, float], begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +110,7 @@ def draw_by_stability(axis: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarr
     """Draw a curve (N,), dashed where it is not stable (N,); both kinds of line have a name."""
     axis.plot(x, np.where(stable, y, np.nan), label=name, **look)
     if not stable.all():
-        axis.plot(x, np.where(extend_backwards(~stable), y, np.nan), label=f"{name}, unstable", **look | {"linestyle": "--"})
+        axis.plot(x, np.where(extend_both_ways(~stable), y, np.nan), label=f"{name}, unstable", **look | {"linestyle": "--"})
 
 
 def draw_configurations(axis: Axes, result: Any, values: np.ndarray, width: float = 1.2) -> None:
@@ -128,7 +128,7 @@ def draw_configurations(axis: Axes, result: Any, values: np.ndarray, width: floa
     for k in np.argsort([ordered_names.index(n) if n in ordered_names else len(ordered_names) for n in names], kind="stable"):
         line: dict[str, Any] = {"linewidth": width, "color": colours.get(names[k], GREY)}
         name, thin = names[k] if names[k] in colours else "others", {"linestyle": "--", "linewidth": _THINNER * width}
-        parts = [(stable[k], name, line), (extend_backwards(~stable[k]), name, line | thin)]
+        parts = [(stable[k], name, line), (extend_both_ways(~stable[k]), name, line | thin)]
         if over[k]:
             parts = [(~stable[k], OVERLAPPING, {"linestyle": ":", "linewidth": _THINNER, "color": GREY})]
         for mask, text, style in parts:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from wucht.plots.scales import name_speeds, parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
-from wucht.plots.stability_lines import draw_classes, extend_backwards
+from wucht.plots.stability_lines import draw_classes, extend_both_ways
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import with_unit
 from wucht.studies.entrainment.answer import band_in_words
@@ -130,7 +130,7 @@ def _stability_part(
     """Return the stable or unstable part of a branch, with gaps elsewhere; a phase that wraps continues at the border."""
     chosen = stable == draws_stable
     if not draws_stable:  # so that the two kinds of line meet, at both ends
-        chosen = extend_backwards(chosen) | extend_backwards(chosen[::-1])[::-1]
+        chosen = extend_both_ways(chosen)
     k = np.flatnonzero(np.abs(np.diff(y)) > math.pi) + 1  # the points after a wrap
     upward = y[k - 1] > y[k]
     leaving, entering = np.where(upward, top, top - 2 * math.pi), np.where(upward, top - 2 * math.pi, top)

@@ -1,0 +1,167 @@
+"""Scales, points, ranges and sentences of torque balances that are made by hand, in both senses of rotation."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from tests.hand_made import drawn
+from tests.refusals import refused
+
+from wucht.analysis.working_points import WorkingPoint
+from wucht.studies import torque_balance
+from wucht.studies.torque_balance import Findings
+
+SPEED = np.linspace(0.0, 100.0, 5)
+
+
+def balanced(
+    drive: list[float],
+    vibration: list[float],
+    load: float = 0.0,
+    points: tuple[tuple[float, float, int], ...] = (),
+    sense: int = 1,
+) -> xr.Dataset:
+    """points: speed, torque of the drive and stability of each. sense: -1 for a drive that turns clockwise."""
+    order = slice(None, None, sense)
+    curves = {"drive_torque": drive, "load_torque": [load] * 5, "vibration_torque": vibration}
+    variables = {
+        n: ("speed", sense * np.array(v, float)[order], {"units": "N m", "long_name": "torque"}) for n, v in curves.items()
+    }
+    of_points = np.array(points, float).reshape(-1, 3).T * np.array([[sense], [sense], [1]])
+    columns = dict(zip(("point_speed", "point_torque", "point_stable"), of_points, strict=True))
+    result = xr.Dataset(
+        {**variables, "stable": ("speed", [1, 1, 0, 0, 1][order]), "free_speed": ((), sense * 90.0, {"units": "rad/s"}),
+         **{n: ("point", v, {"units": ""}) for n, v in columns.items()}, "natural_frequency": ("mode", [40.0])},
+        coords={"speed": ("speed", sense * SPEED[order], {"units": "rad/s", "long_name": "speed"})},
+    )  # fmt: skip
+    summary = {"summary": "{}", "sentence": "as by hand", "warnings": "[]", "failure": ""}
+    return result.assign_attrs(title="A machine", dimensionless=0, **summary)
+
+
+def limits(result: xr.Dataset, points: list[float] | None = None) -> tuple[float, float]:
+    """The limits of the ordinate without the margins: 5 % of the height below, 8 % above."""
+    axis = Figure().subplots()
+    torque_balance._ordinate(axis, result, result.drive_torque.values, np.array(points or []))
+    assert axis.get_ylabel() == "torque (N m)"
+    low, high = axis.get_ylim()
+    height = (high - low) / 1.13
+    return low + 0.05 * height, high - 0.08 * height
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize(
+    ("drive", "vibration", "points", "low", "high"),
+    [
+        # 2.5 times the drive's largest torque, however high the resonance
+        ([10, 8, 5, 2, 0], [0, 1000, 20, 5, 1], [], 0.0, 25.0),
+        # three times what opposes a motor that starts strongly
+        ([500, 80, 5, 2, 0], [0, 4, 2, 1, 1], [], 0.0, 12.0),
+        # half of it on the other side: a drive that brakes beyond its no-load speed
+        ([10, 8, 5, 2, -30], [0, 20, 20, 5, 1], [], -5.0, 20.0),
+        # all working points are inside
+        ([500, 80, 5, 2, 0], [0, 4, 2, 1, 1], [13.0, -1.0], -1.0, 13.0),
+        # nothing opposes
+        ([10, 8, 5, 2, 0], [0, 0, 0, 0, 0], [], 0.0, 10.0),
+        # a resonance without an end
+        ([10, 8, 5, 2, 0], [0, np.inf, 2, np.nan, 1], [], 0.0, 6.0),
+    ],
+)
+def test_the_drive_is_visible_however_high_the_resonance(
+    sense: int, drive: list[float], vibration: list[float], points: list[float], low: float, high: float
+) -> None:
+    """Clockwise the same upside down."""
+    expected = (low, high) if sense > 0 else (-high, -low)
+    assert limits(balanced(drive, vibration, sense=sense), [sense * p for p in points]) == pytest.approx(expected)
+
+
+def test_working_points_are_drawn_at_the_torque_of_the_drive_and_in_the_second_panel_less_the_load() -> None:
+    points = ((12.5, 9.0, 1), (110.0, 3.0, 0))
+    upper, lower = drawn("torque-balance", balanced([10, 8, 6, 4, 2], [0, 4, 2, 1, 1], 2.0, points)).axes[:2]
+    for axis, heights in ((upper, (9.0, 3.0)), (lower, (7.0, 1.0))):
+        of_name = {str(x.get_label()): x for x in axis.get_lines()}
+        for name, point, height in zip(("stable", "not stable"), points, heights, strict=True):
+            line = of_name[f"working point, {name}"]
+            assert (np.asarray(line.get_xdata()).tolist(), np.asarray(line.get_ydata()).tolist()) == ([point[0]], [height])
+    of_upper = {str(x.get_label()): np.asarray(x.get_ydata(), float) for x in upper.get_lines()}
+    assert of_upper["load and vibration"] == pytest.approx([2.0, 6.0, np.nan, np.nan, 3.0], nan_ok=True)
+    assert of_upper["load and bearings"].tolist() == [2.0] * 5 and of_upper["drive"].tolist() == [10, 8, 6, 4, 2]
+    of_lower = {str(x.get_label()): np.asarray(x.get_ydata(), float) for x in lower.get_lines()}
+    assert of_lower["drive less load"].tolist() == [8, 6, 4, 2, 0]
+    assert of_lower["vibration, unstable"] == pytest.approx([np.nan, 4.0, 2.0, 1.0, 1.0], nan_ok=True)
+    assert lower.get_xlim() == (0.0, 110.0), "a point beyond the range is shown"
+
+
+def test_points_of_overlapping_bodies_are_crosses() -> None:
+    made = balanced([10, 8, 6, 4, 2], [0, 4, 2, 1, 1], 0.0, ((10.0, 9.0, 1), (20.0, 8.0, 1), (30.0, 7.0, 0)))
+    made["point_overlapping"] = "point", [0, 1, 0]
+    (axis,) = drawn("torque-balance", made).axes
+    at = {x.get_marker(): np.asarray(x.get_xdata()).tolist() for x in axis.get_lines() if x.get_marker() == "x"}
+    circles = {str(x.get_label()): np.asarray(x.get_xdata()).tolist() for x in axis.get_lines() if x.get_marker() == "o"}
+    assert at == {"x": [20.0]}
+    assert circles == {"working point, stable": [10.0], "working point, not stable": [30.0]}
+    assert "drive" in {str(x.get_label()) for x in axis.get_lines()}
+
+
+def sentence(*points: bool, over: tuple[bool, ...] = (), names: tuple[str, ...] = (), runaway: bool = False) -> str:
+    made = tuple(WorkingPoint(1.0, 1.0, stable, False, 0.0, 0.0, None) for stable in points)
+    configurations: Any = tuple(SimpleNamespace(overlapping=o) for o in over)
+    search: Any = object() if over or names else None
+    return torque_balance._sentence(Findings(made, configurations, search), list(names), runaway)
+
+
+def test_sentences() -> None:
+    away = "without vibration the drive's torque never meets the load: the rotor would run away"
+    nowhere = "drive, load and vibration do not balance anywhere in the range"
+    assert sentence(True) == "one working point, stable" and sentence(False) == "one working point, not stable"
+    assert sentence(True, False, True) == "3 working points, 2 of them stable"
+    assert sentence() == nowhere
+    assert sentence(runaway=True) == away
+    assert sentence(True, runaway=True) == f"{away}; with it is one working point, stable"
+    assert sentence(True, False, runaway=True) == f"{away}; with it are 2 working points, 1 of them stable"
+    steady = sentence(True, True, False, True, over=(False, True, False, False), names=("a", "b", "c", "a"))
+    assert steady == "3 working points, 2 of them stable: a; 1 more with overlapping bodies of a track"
+    assert sentence(True, over=(True,), names=("a",)) == f"{nowhere} in any steady phases of the balancing bodies"
+
+
+def test_warnings_of_touching_curves_and_of_several_rotors() -> None:
+    def told(rotors: int, *tangential: bool) -> list[str]:
+        made: Any = SimpleNamespace(
+            steady=SimpleNamespace(machine=SimpleNamespace(rotors=[None] * rotors)),
+            curves=(SimpleNamespace(rotor=SimpleNamespace(name="second")),),
+        )
+        points = tuple(WorkingPoint(1.0, 1.0, False, t, 0.0, 0.0, None) for t in tangential)
+        return torque_balance._warnings(made, Findings(points))
+
+    assert told(1, False) == told(1) == []
+    (touching,) = told(1, False, True)
+    assert "only touch" in touching
+    assert told(2) == ["all rotors are assumed to turn as fast as 'second', in the phases of the start"]
+
+
+@pytest.mark.parametrize(
+    ("sense", "speeds", "expected"),
+    [
+        (1.0, (10.0, 50.0), (10.0, 50.0)),
+        (-1.0, (-50.0, -10.0), (10.0, 50.0)),
+        (1.0, (0.0, 50.0), (torque_balance.LOWEST * 50.0, 50.0)),
+        (-1.0, (-50.0, 0.0), (torque_balance.LOWEST * 50.0, 50.0)),
+        (1.0, (-1.0, 50.0), None),
+        (1.0, (-50.0, 0.0), None),
+        (-1.0, (10.0, 50.0), None),
+    ],
+)
+def test_steady_phases_are_searched_in_the_sense_of_the_drive(
+    sense: float, speeds: tuple[float, float], expected: tuple[float, float] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(torque_balance, "sense_of", lambda machine, rotor: sense)
+    steady: Any = SimpleNamespace(machine=SimpleNamespace(rotor=None))
+    if expected is None:
+        with refused("study.range", given=list(speeds)):
+            torque_balance._search_range(steady, speeds)
+    else:
+        assert torque_balance._search_range(steady, speeds) == pytest.approx(expected)
