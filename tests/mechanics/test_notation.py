@@ -129,8 +129,8 @@ def test_one_rotor_is_phi_and_several_have_an_index() -> None:
 
 def test_a_parameter_has_an_index_where_two_have_its_symbol() -> None:
     names = names_of(ROTOR | {"name": "a"}, BALL | {"name": "p"}, BALL | {"name": "q"})
-    assert (names["p.mass"], names["q.mass"]) == ("m_p", "m_q")
-    assert names_of(ROTOR | {"name": "a"}, BALL | {"name": "p"})["p.mass"] == "m"
+    assert (names["p.length"], names["q.length"]) == ("l_p", "l_q")
+    assert names_of(ROTOR | {"name": "a"}, BALL | {"name": "p"})["p.length"] == "l"
     assert len(set(names.values())) == len(names)
 
 
