@@ -231,3 +231,18 @@ def test_no_run_ends_below_all_resonances() -> None:
     assert highest_speed(stiff) == pytest.approx(20 * math.sqrt(4e5 / TOTAL))
     assert highest_speed(soft) == pytest.approx(3000.0)
     assert highest_speed(load_machine("drozdetskaya-2020/table-3.1-laval")) == math.inf
+
+
+@SENSES
+def test_a_carrier_that_only_turns_has_an_angle_as_amplitude(sense: float) -> None:
+    """A rotor at 0.2 m from the pivot: psi'' (I + m a^2) + d psi' + k psi = a U w^2 sin(phi)."""
+    rocking = {"directions": "r", "inertia": 1.0, "rotation_stiffness": 900.0, "rotation_damping": 3.0}
+    drive = {"kind": "linear", "on": "drum", "slope": 0.05, "no_load_speed": sense * 200.0}
+    made = machine_from({"carrier": rocking, "bodies": [ROTOR | {"position": [0.2, 0.0]}], "drive": drive})
+    forced = ForcedVibration.of(made, np.array([0.7]))
+    amplitude = 0.2 * UNBALANCE * SPEEDS**2 / np.abs(900 - (1 + 2 * 0.04) * SPEEDS**2 + 3j * SPEEDS)
+    assert forced.amplitude(SPEEDS)[0] == pytest.approx(amplitude, rel=1e-9)
+    assert forced.minor_amplitude(SPEEDS) == pytest.approx(np.zeros(5), abs=1e-15)
+    assert steady_throw(made, forced, 90.0) is None
+    torque = 3 * SPEEDS * amplitude**2 / 2
+    assert forced.torque(SPEEDS)[0] == pytest.approx(torque, rel=1e-9)
