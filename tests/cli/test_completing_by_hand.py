@@ -77,11 +77,15 @@ def test_what_may_follow(line: str, expected: list[str]) -> None:
     assert completing.words(line) == expected
 
 
-def test_values_of_options_are_no_studies() -> None:
-    assert completing._studies(["a.toml", "--out", "folder", "b.toml"]) == ["a.toml", "b.toml"]
-    assert completing._studies(["--set", "u=1", "a.toml"]) == ["a.toml"]
-    assert completing._studies(["-o", "folder"]) == []
-    assert completing._studies([]) == []
+def test_values_of_options_are_no_studies_but_what_follows_a_flag_is_one() -> None:
+    options = KNOWN["commands"]["run"]
+    assert completing._studies(["a.toml", "--out", "folder", "b.toml"], options) == ["a.toml", "b.toml"]
+    assert completing._studies(["--set", "u=1", "a.toml"], options) == ["a.toml"]
+    assert completing._studies(["--json", "a.toml"], options) == ["a.toml"]
+    assert completing._studies(["--set=u=1", "a.toml"], options) == ["a.toml"]
+    assert completing._studies(["-o", "folder"], options) == []
+    assert completing._studies([], options) == []
+    assert completing.words("wucht run --json fan.toml --set m") == ["mu="]
 
 
 def test_files_of_a_folder_keep_its_path() -> None:
