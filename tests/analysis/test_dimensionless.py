@@ -129,11 +129,12 @@ def test_the_inertia_of_a_geared_motor_counts_with_the_square_of_its_ratio():
         (LINEAR, {"directions": "fixed", "mass": None, "stiffness": None, "damping": None}, ()),
         (LINEAR, {"directions": "xyr", "inertia": 1.0, "rotation_stiffness": 50.0}, ()),
         (LINEAR, {"stiffness": [2e3, 2.1e3]}, ()),
+        (LINEAR, {"stiffness": 0.0}, ()),
         (LINEAR, {}, (ROTOR | {"name": "e"},)),
         (LINEAR, {}, ({"kind": "slider", "name": "s", "about": "d", "mass": 0.1, "radius": 0.1, "stiffness": 1e3},)),
         (LINEAR, {"motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}, ()),
     ],
-    ids=["fixed", "rocking", "unlike", "two rotors", "slider", "shaken"],
+    ids=["fixed", "rocking", "unlike", "free", "two rotors", "slider", "shaken"],
 )
 def test_machines_that_have_none(drive, carrier, more):
     held = {

@@ -167,10 +167,13 @@ def test_slip_and_breakdown_of_an_induction_motor(gear):
     ({"kind": "constant-torque", "torque": 0.5}, [FAN], False),
     ({"kind": "constant-torque", "torque": 0.5}, [{"kind": "coulomb", "torque": 0.4}], True),
     ({"kind": "constant-torque", "torque": 0.5}, [{"kind": "coulomb", "torque": 0.6}], False),
+    (None, [], False),
+    (None, [FAN], False),
     (LINEAR, [], False),
 ])  # fmt: skip
 def test_a_runaway_is_a_torque_that_no_load_ever_takes(drive, loads, away):
-    assert balance(1.0, 50.0, drive=drive, loads=loads).runaway is away
+    parts = {"drive": drive} if drive else {}
+    assert balance(1.0, 50.0, loads=loads, **parts).runaway is away
 
 
 @pytest.mark.parametrize("gear", [1.0, 2.0])
@@ -211,3 +214,21 @@ def test_the_scale_of_energies_is_that_of_all_bodies_in_operation(sense):
     """J w^2/2 of rotor and ball at the no-load speed, without bearing; 1 J where nothing turns."""
     turning = machine([ROTOR | {"bearing_damping": 0.0}, BALL], drive=LINEAR | {"no_load_speed": sense * FREE})
     assert energy_scale(turning) == pytest.approx((0.1 + 0.1 * 0.1**2) * FREE**2 / 2, rel=1e-9)
+
+
+@pytest.mark.parametrize("excess", [5e-10, -5e-10])
+def test_curves_that_cross_by_next_to_nothing_do_not_also_touch(excess):
+    """A hump that is that much higher than the load: two points beside its top, or its top alone."""
+    bump = {"kind": "table", "points": [[-50, 0], [0, 0], [20, 1 + excess], [40, 0], [60, 0]]}
+    load = {"kind": "table", "points": [[-1, 1.0], [0, 1.0], [60, 1.0]]}
+    points = balance(1.0, 50.0, drive=bump, loads=[load]).working_points
+    assert [p.tangential for p in points] == ([False, False] if excess > 0 else [True])
+    assert [p.speed for p in points] == pytest.approx([20.0] * len(points), abs=1e-2)
+    assert [p.stable for p in points] == ([False, True] if excess > 0 else [False])
+
+
+@pytest.mark.parametrize("share", [0.9999, 1.0])
+def test_an_end_of_the_range_at_which_the_torques_balance_is_a_working_point(share):
+    """Of a straight characteristic without load: its no-load speed."""
+    points = balance(1.0, share * FREE, drive=LINEAR).working_points
+    assert [p.speed for p in points] == ([] if share < 1 else [FREE])
