@@ -36,10 +36,17 @@ def test_a_section_has_the_rates_of_the_whole(inertia: bool, count: int) -> None
     assert np.abs(own).max() > 1e-3
 
 
-def test_bodies_that_differ_do_not_keep_together_with_inertia_either() -> None:
-    slow = averaged_machine(machine_at_speed(load_machine(R2, {"p2.mass": 0.13}), None))
+@pytest.mark.parametrize("inertia", [True, False])
+@pytest.mark.parametrize("change", [{"p2.mass": 0.13}, {"p1.mass": 0.13}, {"p1.damping": 0.2}, {"p2.damping": 0.2}])
+def test_bodies_that_differ_do_not_keep_together(change: dict[str, float], inertia: bool) -> None:
+    slow = averaged_machine(machine_at_speed(load_machine(R2, change), None), inertia)
     with refused("study.together", "p1", "p2", code="phases-part"):
         section_of(slow, True)
+
+
+def test_angles_of_a_section_are_its_phases() -> None:
+    assert {s.name for s in section_of(without_inertia(), True).system.angles} == {"psi"}
+    assert {s.name for s in section_of(without_inertia(), None).system.angles} == {"p1", "p2"}
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
