@@ -14,6 +14,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.assembly import shaft_labels
 from wucht.machines.changes import leader_of, release_events
 from wucht.machines.machine import Machine
+from wucht.machines.operation import sense_of
 from wucht.machines.tracks import angular_width, arrange_contacts, even_start_angles, starts
 
 CARRIER = {"mass": 3.0, "stiffness": 2e4, "damping": 5.0}
@@ -195,7 +196,7 @@ def test_starts_are_as_given_or_even() -> None:
 
 @pytest.mark.parametrize(
     ("angles", "order"),
-    [((0.0, 1.0, 2.0), ("k0", "k1", "k2")), ((0.0, 2.0, 1.0), ("k0", "k2", "k1")), ((5.0, 0.2, 20.0), ("k0", "k1", "k2")),
+    [((0.0, 1.0, 2.0), ("k0", "k1", "k2")), ((0.0, 2.0, 1.0), ("k0", "k2", "k1")), ((1.0, 0.2, 8.0), ("k0", "k2", "k1")), ((5.0, 0.2, 20.0), ("k0", "k1", "k2")),
      ((0.0, -1.0, -2.0), ("k0", "k2", "k1"))],
 )  # fmt: skip
 def test_neighbours_are_those_counter_clockwise_whatever_the_turns(angles: tuple[float, ...], order: tuple[str, ...]) -> None:
@@ -232,3 +233,28 @@ def test_bodies_that_overlap_at_the_start_are_named() -> None:
     arrange_contacts(made, {"a": 0.0, "k0": 0.0, "k1": width, "k2": 3.0})
     with refused("study.start.k1", "k0", f"{math.degrees(width):.4g}", given=10.0):
         arrange_contacts(made, {"a": 0.0, "k0": 0.0, "k1": math.radians(10.0), "k2": 3.0})
+
+
+@pytest.mark.parametrize("nearer", [0.0, 5e-10, -5e-10])
+def test_bodies_that_just_touch_get_a_clearance(nearer: float) -> None:
+    """Of 1e-9 rad, if they are nearer than that, and if rounding makes them overlap by less."""
+    width = math.acos(1 - 0.025**2 / (2 * 0.1**2))
+    made = arrange_contacts(on_track(None, None, None), {"a": 0.0, "k0": 0.0, "k1": width - nearer, "k2": 3.0})
+    gap = width - nearer + made.values["tracks.t.offset_1"]
+    assert gap == pytest.approx(1e-9, abs=1e-14)
+
+
+@pytest.mark.parametrize("speed", [0.5, -0.5])
+def test_a_rotor_that_turns_slowly_has_a_sense_too(speed: float) -> None:
+    made = machine(rotor("a"), ball("p", 0.05), drive={"kind": "linear", "slope": 0.1, "no_load_speed": speed})
+    assert [sense_of(made, b) for b in made.bodies] == [np.sign(speed)] * 2
+
+
+def test_a_locked_body_follows_the_one_it_turns_about_on_any_carrier() -> None:
+    """The index of a lock counts the carrier's coordinates first; the outermost body is locked first."""
+    held = {"release": {"time": 1.0}}
+    made = machine(rotor("b"), rotor("a"), ball("p", 0.05, **held), ball("q", 0.02, "p", **held))
+    locks = made.structure.locks()
+    names = [c.position.name for c in made.coordinates]
+    assert [(names[lock.index], names[lock.about or 0]) for lock in locks] == [("q.angle", "p.angle"), ("p.angle", "a.angle")]
+    assert [lock.switch.name for lock in locks] == ["q.locked", "p.locked"]
