@@ -196,7 +196,8 @@ def test_starts_are_as_given_or_even() -> None:
 
 @pytest.mark.parametrize(
     ("angles", "order"),
-    [((0.0, 1.0, 2.0), ("k0", "k1", "k2")), ((0.0, 2.0, 1.0), ("k0", "k2", "k1")), ((1.0, 0.2, 8.0), ("k0", "k2", "k1")), ((5.0, 0.2, 20.0), ("k0", "k1", "k2")),
+    [((0.0, 1.0, 2.0), ("k0", "k1", "k2")), ((0.0, 2.0, 1.0), ("k0", "k2", "k1")), ((1.0, 0.2, 8.0), ("k0", "k2", "k1")),
+     ((5.0, 0.2, 20.0), ("k0", "k1", "k2")),
      ((0.0, -1.0, -2.0), ("k0", "k2", "k1"))],
 )  # fmt: skip
 def test_neighbours_are_those_counter_clockwise_whatever_the_turns(angles: tuple[float, ...], order: tuple[str, ...]) -> None:
