@@ -29,14 +29,16 @@ class Ellipse:
         roller: float | None = 0.01,
         largest: float = 0.02,
         hollow: RadiusAt | None = HOLLOW,
+        sense: float = 1.0,
     ) -> None:
+        self.sense = sense
         self.roller_radius, self.cut, self.checked = roller, CutAway(NONE, missing, CONVEX, hollow, largest), False
 
     def contour(self, phi: np.ndarray) -> np.ndarray:
         return 0.05 * np.cos(phi) + 0.03j * np.sin(phi)
 
     def pressure_angle(self, phi: np.ndarray) -> np.ndarray:
-        return 0.1 - 0.6 * np.cos(phi - 1.0)
+        return self.sense * (0.1 - 0.6 * np.cos(phi - 1.0))
 
     def cut_away(self) -> CutAway:
         return self.cut
@@ -53,8 +55,10 @@ def shape_of(cam: Ellipse, **options: Any) -> Any:
     return shapes({"cam": cam}, **options)["cam"]  # type: ignore[dict-item]
 
 
-def test_of_a_contour_that_is_all_there() -> None:
-    shape = shape_of(Ellipse())
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_of_a_contour_that_is_all_there(sense: float) -> None:
+    """A pressure angle counts by its magnitude."""
+    shape = shape_of(Ellipse(sense=sense))
     assert shape.base.value == pytest.approx(0.03)
     assert shape.base.phi % math.pi == pytest.approx(math.pi / 2, abs=1e-6)
     assert shape.blank.value == pytest.approx(0.05)

@@ -20,7 +20,7 @@ SPEED = 3.0 + 2.5 * TIME**2  # of a driven coordinate: its acceleration is 5 t
 def mechanism(
     locks: list[Lock], on: tuple[bool, ...], driven: int | None
 ) -> tuple[np.ndarray, np.ndarray, dict[sp.Symbol, float]]:
-    """Mass matrix and forces of four coordinates at random, and the values of all definitions at t = 0.4, some locks being on."""
+    """Mass matrix and forces of four coordinates at random, and the values of all definitions at t = 0.4 with some locks on."""
     random = np.random.default_rng(5)
     root = random.normal(size=(COUNT, COUNT))
     mass, forces = root @ root.T + COUNT * np.eye(COUNT), random.normal(size=COUNT)
