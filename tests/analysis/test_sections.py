@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.refusals import refused
+from tests.refusals import Refusal, refused
 
-from wucht.analysis.averaged_machine import averaged_machine, keeps_inertia
+from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.sections import section_of
 from wucht.files.catalogue import load_machine
 from wucht.machines.operation import machine_at_speed
@@ -36,10 +36,17 @@ def test_a_section_has_the_rates_of_the_whole(inertia: bool, count: int) -> None
     assert np.abs(own).max() > 1e-3
 
 
-def test_bodies_that_differ_do_not_keep_together_with_inertia_either() -> None:
-    slow = averaged_machine(machine_at_speed(load_machine(R2, {"p2.mass": 0.13}), None))
+@pytest.mark.parametrize("inertia", [True, False])
+@pytest.mark.parametrize("change", [{"p2.mass": 0.13}, {"p1.mass": 0.13}, {"p1.damping": 0.2}, {"p2.damping": 0.2}])
+def test_bodies_that_differ_do_not_keep_together(change: dict[str, float], inertia: bool) -> None:
+    slow = averaged_machine(machine_at_speed(load_machine(R2, change), None), inertia)
     with refused("study.together", "p1", "p2", code="phases-part"):
         section_of(slow, True)
+
+
+def test_angles_of_a_section_are_its_phases() -> None:
+    assert {s.name for s in section_of(without_inertia(), True).system.angles} == {"psi"}
+    assert {s.name for s in section_of(without_inertia(), None).system.angles} == {"p1", "p2"}
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -51,3 +58,84 @@ def test_a_speed_that_a_drive_prescribes_is_that_of_the_section(sense: float) ->
     made = section_of(slow, None)
     assert made.turning == -1 and made.speed == pytest.approx(sense * given)
     assert made.rotor_speed(np.zeros((len(made.axes), 3))) == pytest.approx(np.full(3, sense * given))
+
+
+def without_inertia(sense: float = 1.0, **values: float) -> AveragedMachine:
+    machine = load_machine(R2, {"drive.no_load_speed": sense * 200.0} | values)
+    return averaged_machine(machine_at_speed(machine, None), False)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_axes_of_phases_and_of_the_speed(sense: float) -> None:
+    """Of the speed from a fiftieth of that without vibration to 15 % above it, the lower end first in both senses."""
+    phase, speed = section_of(without_inertia(sense), True).axes
+    assert (phase.name, phase.unit, phase.low, phase.high) == ("psi", "rad", 0.0, 2 * np.pi)
+    assert phase.long_name == "phase of p1, p2"
+    assert (speed.name, speed.long_name, speed.unit) == ("speed", "speed of drum", "rad/s")
+    assert (speed.low, speed.high) == pytest.approx(sorted((sense * 4.0, sense * 230.0)))
+    every = section_of(without_inertia(sense), None).axes
+    assert [a.name for a in every] == ["p1", "p2", "speed"]
+    assert [a.long_name for a in every] == ["phase of p1", "phase of p2", "speed of drum"]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_section_has_the_machines_senses(sense: float) -> None:
+    """Clockwise its states are those of the averaged equations with the other sign; its rotor's speed is signed."""
+    slow = without_inertia(sense)
+    made = section_of(slow, True)
+    assert np.abs(made.embedding).sum(axis=0).tolist() == [2, 1]
+    assert np.unique(made.embedding).tolist() == sorted({0.0, sense})
+    states = np.array([[0.4, 2.0], [sense * 90.0, sense * 50.0]])
+    assert made.rotor_speed(states).tolist() == [sense * 90.0, sense * 50.0]
+    here = Evaluator.of_rates(made.system).array(np.zeros(2), states, made.system.values(made.values))
+    whole = Evaluator.of_rates(made.whole).array(np.zeros(2), made.embedding @ states, made.whole.values(made.values))
+    assert made.embedding @ here == pytest.approx(whole, rel=1e-9)
+
+
+def test_a_section_of_clockwise_motion_is_the_mirror_image() -> None:
+    one, other = (section_of(without_inertia(sense), True) for sense in (1.0, -1.0))
+    states = np.array([[0.4, 2.0], [90.0, 50.0]])
+    rates = [
+        Evaluator.of_rates(s.system).array(np.zeros(2), sign * states, s.system.values(s.values))
+        for s, sign in ((one, 1.0), (other, -1.0))
+    ]
+    assert rates[1] == pytest.approx(-rates[0], rel=1e-9)
+
+
+def test_directions_out_of_a_section_are_those_of_unequal_phases() -> None:
+    """The Jacobian of the whole, by differences, along p1 against p2: its only direction without inertia."""
+    made = section_of(without_inertia(), True)
+    state, h = np.array([0.4, 90.0]), 1e-6
+    at, out = made.embedding @ state, np.array([1.0, -1.0, 0.0]) / np.sqrt(2)
+    (phases,) = np.nonzero(made.embedding[:, 0])
+    out = np.zeros(3)
+    out[phases] = np.array([1.0, -1.0]) / np.sqrt(2)
+    moved = np.stack([at + h * out, at - h * out], axis=1)
+    rates = Evaluator.of_rates(made.whole).array(np.zeros(2), moved, made.whole.values(made.values))
+    assert made.transverse(state) == pytest.approx([out @ (rates[:, 0] - rates[:, 1]) / (2 * h)], rel=1e-5)
+    assert len(section_of(without_inertia(), None).transverse(np.array([0.4, 0.5, 90.0]))) == 0
+
+
+@pytest.mark.parametrize(
+    ("together", "refusal"),
+    [
+        (["p1", "p3"], refused("study.together", "p2", given="p3")),
+        (["drum", "p1"], refused("study.together", given="drum")),
+        (["p1"], refused("study.together", "p1", "p2", given=["p1"])),
+    ],
+)
+def test_bodies_that_stay_together_are_two_or_more_about_a_rotor(together: list[str], refusal: Refusal) -> None:
+    with refusal:
+        section_of(without_inertia(), together)
+
+
+def test_a_speed_that_is_fixed_is_in_the_rotors_sense() -> None:
+    """A parameter of the equations, positive in that sense; the speed of the section is signed."""
+    for sense in (1.0, -1.0):
+        machine = machine_at_speed(load_machine(R2, {"drive.no_load_speed": sense * 200.0}), None)
+        slow = averaged_machine(machine, False, has_fixed_speed=True)
+        made = section_of(slow, True, sense * 75.0)
+        assert made.values["speed"] == 75.0
+        assert made.turning == -1
+        assert made.rotor_speed(np.zeros((1, 2))).tolist() == [sense * 75.0] * 2
+        assert [a.name for a in made.axes] == ["psi"]

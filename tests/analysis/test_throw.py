@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.analysis.throw import GRAVITY, Throw
+from wucht.analysis.throw import GRAVITY, NUMBERS, Throw
 
 MAJOR, MINOR, SPEED = 3e-3, 0.4e-3, 150.0
 
@@ -64,3 +64,36 @@ def test_a_line_a_circle_and_rest() -> None:
     assert Throw.from_harmonic(np.array([1e-3, -1e-3j]), 100.0).ratio == pytest.approx(1.0)
     rest = Throw.from_samples(np.arange(5.0), np.zeros((2, 5)), np.zeros((2, 5)))
     assert (rest.stroke, rest.ratio, rest.acceleration) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("deck", [0.3, -0.4])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_bounce_that_is_larger_to_one_side(deck: float, sense: float) -> None:
+    """x = a (cos w t + 0.3 cos 2 w t): from 1.3 a to -0.7 a - ...; accelerations of 2.2 a w^2 outward at one end."""
+    time = np.linspace(0.0, 4 * math.pi / SPEED, 801)
+    phase, way = SPEED * time, np.array([math.cos(0.5), math.sin(0.5)])
+    along = sense * MAJOR * (np.cos(phase) + 0.3 * np.cos(2 * phase))
+    rate = -sense * MAJOR * SPEED * (np.sin(phase) + 0.6 * np.sin(2 * phase))
+    throw = Throw.from_samples(time, np.outer(way, along), np.outer(way, rate), deck)
+    assert throw.stroke == pytest.approx(np.ptp(along), rel=1e-4)
+    assert throw.across == pytest.approx(0.0, abs=1e-12)
+    assert throw.direction == pytest.approx(0.5, abs=1e-9)
+    assert throw.acceleration == pytest.approx(2.2 * MAJOR * SPEED**2, rel=1e-3)
+    assert throw.normal == pytest.approx(2.2 * MAJOR * SPEED**2 * abs(math.sin(0.5 - deck)), rel=1e-3)
+
+
+def test_the_numbers_of_a_summary() -> None:
+    throw = Throw(stroke=4e-3, across=1e-3, direction=0.4, acceleration=39.2266)
+    assert throw.numbers == {
+        "stroke": 4e-3, "throw_direction": 0.4, "throw_ratio": 0.25, "acceleration": 39.2266,
+        "machine_number": pytest.approx(4.0),
+    }  # fmt: skip
+    assert throw.numbers.keys() == NUMBERS.keys()
+    assert Throw(0.0, 0.0, 0.4, 0.0).numbers["throw_direction"] is None
+
+
+@pytest.mark.parametrize("angle", [-math.pi / 2, math.pi / 2, 0.4, 0.4 + math.pi, 0.4 - 3 * math.pi])
+def test_a_direction_is_that_of_a_line(angle: float) -> None:
+    line = Throw.from_harmonic(np.array([math.cos(angle), math.sin(angle)], complex), 100.0)
+    exact = math.pi / 2 if abs(math.cos(angle)) < 1e-9 else 0.4
+    assert line.direction == pytest.approx(exact, abs=1e-9) or abs(line.direction) == pytest.approx(exact, abs=1e-9)

@@ -330,3 +330,22 @@ def test_a_lever_in_line_with_the_cam_cannot_be_driven():
 def test_bad_input_is_refused_by_its_sentence(make, refusal):
     with refusal:
         make()
+
+
+def test_three_samples_of_a_speed_are_enough_and_two_are_not():
+    """Mean, cosine and sine of order 1: 50 + 3 cos phi - 2 sin phi."""
+    cam, load = CAMS["lever"]
+    three = 50 + 3 * np.cos(TURN * np.arange(3) / 3) - 2 * np.sin(TURN * np.arange(3) / 3)
+    by_function = contact_forces(cam, load, Harmonics.of(50.0, [3.0], [-2.0]), PHI)
+    assert contact_forces(cam, load, three, PHI).force == pytest.approx(by_function.force, rel=1e-9)
+    with refused("speed", code="shape"):
+        contact_forces(cam, load, three[:2], PHI)
+
+
+def test_a_shaft_at_rest_has_the_forces_of_springs_alone_and_none_turns_backwards():
+    cam, load = CAMS["rod"]
+    at_rest = contact_forces(cam, load, 0.0, PHI)
+    assert at_rest.effort == pytest.approx(load.stiffness * LIFT(PHI) + load.preload + load.constant)
+    for speed in (-1e-9, math.nan, math.inf):
+        with refused("speed", code="negative"):
+            contact_forces(cam, load, speed, PHI)

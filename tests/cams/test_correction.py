@@ -10,6 +10,7 @@ from tests.refusals import refused
 from wucht.cams.correction import (
     CorrectedLaw,
     MotionOverTime,
+    Purity,
     compare_with_measurement,
     orders,
     residual_of_extra_order,
@@ -166,3 +167,50 @@ def test_a_record_without_orders_is_no_acceleration(mean):
     rounding = 1e-14 * mean * np.ones(15)
     with refused("acceleration", code="constant"):
         compare_with_measurement(Harmonics(mean, rounding, rounding), LAW, shaft())
+
+
+def harmonics(*amplitudes):
+    """Orders 1, 2 and so on, as cosines and sines by turns."""
+    a = np.array(amplitudes, float)
+    odd = np.arange(len(a)) % 2 == 0
+    return Harmonics(0.0, np.where(odd, a, 0.0), np.where(odd, 0.0, -a))
+
+
+def test_a_share_is_of_the_first_order_or_of_another():
+    acceleration = harmonics(2.0, 5.0, 0.4, 0.1, 0.3)
+    assert share_above_order(acceleration, 2) == pytest.approx(0.2)
+    assert share_above_order(acceleration, 3) == pytest.approx(0.15)
+    assert share_above_order(acceleration, 2, 2) == pytest.approx(0.08)
+    assert share_above_order(acceleration, 5) == 0.0
+
+
+def test_a_law_of_few_orders_is_measured_above_its_last_by_its_lowest():
+    """Orders 2 and 3 of the motion: the reference is order 2, and N is 3; accelerations are j^2 times as large."""
+    purity = Purity.from_law(Harmonics.of(0.4, [0.0, 0.3, 0.0], [0.0, 0.0, 0.1]))
+    assert (purity.count, purity.reference) == (3, 2)
+    assert purity.target.amplitudes[[1, 2]] == pytest.approx([4 * 0.3, 9 * 0.1])
+    assert purity.share(harmonics(9.0, 2.0, 7.0, 0.5, 0.1)) == pytest.approx(0.25)
+    assert Purity.from_law(Harmonics.of(0.0, [0.3, 0.2]), 1).share(harmonics(2.0, 0.5)) == pytest.approx(0.25)
+    with refused("law", given=None):
+        Purity.from_law(Harmonics.of(1.0, [0.0]))
+
+
+def test_a_law_without_an_end_is_measured_by_the_largest_deviation():
+    """A kink of the motion: orders beyond 256."""
+    law = StandardLaw()
+    purity = Purity.from_law(law)
+    assert purity.count is None
+    assert purity.share(purity.target) == 0.0
+    cosine, sine = purity.target.cosine.copy(), purity.target.sine.copy()
+    cosine[4] += 0.3
+    sine[4] -= 0.4
+    first = float(np.hypot(cosine[0], sine[0]))
+    assert purity.share(Harmonics(0.0, cosine[:9], sine[:9])) == pytest.approx(0.5 / first)
+
+
+class StandardLaw:
+    """An acceleration that jumps: 1 on a quarter of a turn, else a constant that makes its mean zero."""
+
+    def __call__(self, phi, order=0):
+        assert order == 2
+        return np.where(np.mod(phi, 2 * np.pi) < np.pi / 2, 1.0, -1 / 3)

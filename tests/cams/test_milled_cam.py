@@ -14,7 +14,7 @@ from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.linkages.closure import LeverMotion
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar
-from wucht.cams.milled_cam import MilledCam
+from wucht.cams.milled_cam import MilledCam, MilledContour, dot
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics, even_angles
 
@@ -83,3 +83,19 @@ def test_what_cannot_be_is_a_sentence():
     small = 0.001 * np.exp(-1j * even_angles(100))
     with failed("no-contact"):
         MilledCam(small, LEVER).motion(np.zeros(1), np.zeros(1))
+
+
+def test_ten_points_are_a_contour_and_nine_are_not():
+    """A circle about 2 + 1j: the spline of fifth degree, its derivative by the number of the point, and the nearest ones."""
+    points = 2 + 1j + 3 * np.exp(2j * np.pi * np.arange(10) / 10)
+    contour = MilledContour(points)
+    at = np.array([0.0, 2.5, 7.0, 9.5])
+    assert contour(at) == pytest.approx(2 + 1j + 3 * np.exp(2j * np.pi * at / 10), abs=1e-3)
+    assert contour(at, 1) == pytest.approx(3 * 2j * np.pi / 10 * np.exp(2j * np.pi * at / 10), abs=2e-3)
+    assert contour.nearest(np.array([2 + 5j, -9 + 1j, 6 + 1j])).tolist() in ([2.0, 5.0, 0.0], [3.0, 5.0, 0.0])
+    with refused("points", "10", given=9):
+        MilledContour(points[:9])
+
+
+def test_a_scalar_product():
+    assert dot(np.array([1 + 2j, 1j]), np.array([3 - 1j, 1.0])).tolist() == [1.0, 0.0]

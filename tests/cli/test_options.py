@@ -8,6 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests import refusals
+
+from wucht.cli.list import _cells, _rows
+from wucht.cli.options import Format, parse_lists, parse_settings, unique_formats
+from wucht.cli.surroundings import check_environment
+from wucht.files.documents import DEEPEST
+from wucht.schema import Key
 
 Refused = Callable[..., str]
 
@@ -80,3 +87,104 @@ def test_what_cannot_be_imported_is_refused(refused: Refused, here: Path, given:
 def test_a_refusal_of_the_module_is_told_as_it_is(refused: Refused, here: Path) -> None:
     write("own_refusal.py", "from wucht.errors import InputError\nraise InputError('key', 3, 'must be 4')")
     assert refused("run", "--import", "own_refusal.py", "nothing.toml") == "wucht: key: given 3; must be 4\n"
+
+
+@pytest.mark.parametrize(
+    ("written", "values"),
+    [
+        (["u=1.5"], {"u": 1.5}),
+        ([" drive.slope = 0.02 N m s "], {"drive.slope": "0.02 N m s"}),
+        (["a=b=c"], {"a": "b=c"}),
+        (["a=1", "a=2"], {"a": 2.0}),
+        (["a=true", "b=false", "c=True"], {"a": True, "b": False, "c": "True"}),
+        (['a="1"', "b=[1, 2.5]", "c={x = 1}", 'd={"x": 1}'], {"a": "1", "b": [1, 2.5], "c": {"x": 1}, "d": {"x": 1}}),
+        (["a=[1, oops"], {"a": "[1, oops"}),
+        (["a=-1e-3", "b=1 kg"], {"a": -1e-3, "b": "1 kg"}),
+        ([], {}),
+    ],
+)
+def test_settings_are_numbers_tables_or_texts(written: list[str], values: dict[str, Any]) -> None:
+    settings = parse_settings(written)
+    assert settings == values
+    assert [type(v) for v in settings.values()] == [type(v) for v in values.values()]
+
+
+@pytest.mark.parametrize("written", ["u", "u=", "=1", " =1", "u= ", ""])
+def test_a_setting_is_a_key_and_a_value(written: str) -> None:
+    with refusals.refused("--set", given=written):
+        parse_settings(["a=1", written])
+
+
+@pytest.mark.parametrize(("opening", "closing"), [("[", "]"), ('{"a":', "}")])
+def test_values_and_keys_are_as_deep_as_tables_may_be(opening: str, closing: str) -> None:
+    deep = f"{opening * DEEPEST}1{closing * DEEPEST}"
+    (value,) = parse_settings([f"a={deep}"]).values()
+    assert value != deep
+    with refusals.refused("--set a", str(DEEPEST)):
+        parse_settings([f"a={opening}{deep}{closing}"])
+    assert parse_settings([f"a={'[1],' * 99}"]) == {"a": "[1]," * 99}, "many, but not in one another"
+    key = ".".join("k" * DEEPEST)
+    assert list(parse_settings([f"{key}=1"])) == [key]
+    with refusals.refused("--set", str(DEEPEST), given=f"{key}.k"):
+        parse_settings([f"{key}.k=1"])
+
+
+@pytest.mark.parametrize(
+    ("written", "values"),
+    [("a=1", [1.0]), ("a=1, 2 ,3", [1.0, 2.0, 3.0]), ("a=[1,2],[3,4]", [[1, 2], [3, 4]]), ("a=x,true", ["x", True]),
+     ("a={x=[1,2],y=3},5", [{"x": [1, 2], "y": 3}, 5.0]), ("a=1],2", ["1]", 2.0])],
+)  # fmt: skip
+def test_values_of_a_list_are_split_outside_brackets(written: str, values: list[Any]) -> None:
+    assert parse_lists([written]) == {"a": values}
+
+
+@pytest.mark.parametrize("written", ["a=1,,2", "a=,1", "a=1,", "a", "=1,2"])
+def test_a_list_without_one_of_its_values_is_refused(written: str) -> None:
+    with refusals.refused("--vary", given=written):
+        parse_lists([written])
+
+
+def test_a_key_is_varied_once() -> None:
+    with refusals.refused("--vary", "a", given="a = 3", code="given-twice"):
+        parse_lists(["a=1,2", "b=1", "a = 3"])
+
+
+def test_each_format_is_written_once_in_the_order_given() -> None:
+    pdf, png = Format.PDF, Format.PNG
+    assert unique_formats([pdf, png, pdf]) == [pdf, png]
+    assert unique_formats(None) == unique_formats([]) == [png]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "taken"),
+    [("0", True), ("1700000000", True), ("253402300799", True), ("253402300800", False), ("", False), ("abc", False),
+     ("-1", False), ("1.5", False), (" 1", False), ("٣", False), ("9" * 5000, False)],
+)  # fmt: skip
+def test_the_date_of_files_is_within_the_calendar(monkeypatch: pytest.MonkeyPatch, seconds: str, taken: bool) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", seconds)
+    if taken:
+        check_environment()
+    else:
+        with refusals.refused("SOURCE_DATE_EPOCH", given=seconds):
+            check_environment()
+    monkeypatch.delenv("SOURCE_DATE_EPOCH")
+    check_environment()
+
+
+def test_rows_of_a_table_are_as_wide_as_their_column() -> None:
+    """The widest has 44 characters at most; blanks at the end are left out."""
+    assert _rows([("key", "unit", ""), ("mass", "kg", "x"), ("m", "", "")]) == ["  key   unit", "  mass  kg    x", "  m"]
+    (row,) = _rows([("k" * 50, "kg")])
+    assert row == f"  {'k' * 50}  kg"
+    assert _rows([("k" * 50, "kg"), ("m", "kg")])[1] == f"  m{' ' * 43}  kg"
+
+
+@pytest.mark.parametrize(
+    ("default", "needed", "text"),
+    [(None, False, ""), (None, True, "needed"), (0.5, False, "0.5"), ("even", False, "even"), (True, False, "true"),
+     ([1, 2], False, "[1, 2]"), (0, False, "0")],
+)  # fmt: skip
+def test_cells_of_a_key(default: Any, needed: bool, text: str) -> None:
+    key = Key("mass", "number", "kg", needed, default, "> 0", "mass of the body")
+    assert _cells(key) == ("mass", "number", "kg", text, "> 0")
+    assert _cells(Key("law", "word", None, needed, default, "", ""))[2] == ""

@@ -13,7 +13,17 @@ from tests import refusals
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_equations, load_machine
-from wucht.files.documents import LARGEST, changed_title, contents_digest, read_text, read_toml, refuse_bare_frequencies
+from wucht.files.documents import (
+    DEEPEST,
+    LARGEST,
+    changed_title,
+    contents_digest,
+    flatten,
+    read_text,
+    read_toml,
+    refuse_bare_frequencies,
+    settings_in,
+)
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study
 
@@ -129,6 +139,10 @@ def test_a_file_larger_than_what_is_read(tmp_path: Path) -> None:
     with refusals.refused("", "1 GB", given=None, file="large"):
         read_text(large)
     with large.open("wb") as file:
+        file.truncate(5 * LARGEST // 2)
+    with refusals.refused("", "2.5 GB", "1 GB", given=None, file="large"):
+        read_text(large)
+    with large.open("wb") as file:
         file.write(b"1,2\n")
     assert read_text(large) == "1,2\n"
     assert len(contents_digest(large)) == 64
@@ -179,3 +193,40 @@ def test_the_frequency_of_the_mains_is_bare_in_one_drive_and_in_each_of_several(
     refuse_bare_frequencies({"machine": {"drive": {"frequency": 50}, "drives": [{"frequency": 50}, {"frequency": 60.0}]}})
     with refusals.refused("machine.mounts[1].frequency", given=3):
         refuse_bare_frequencies({"machine": {"mounts": [{"frequency": "3 Hz"}, {"frequency": 3}]}})
+
+
+@pytest.mark.parametrize(("opening", "closing"), [("[", "]"), ("{a = ", "}")])
+def test_tables_and_lists_may_be_nested_as_deep_as_is_said(tmp_path: Path, opening: str, closing: str) -> None:
+    """The document itself is the outermost table."""
+    file, deepest = tmp_path / "study.toml", DEEPEST - 1
+    file.write_text(f"b = 1\nx = {opening * deepest}1{closing * deepest}\n")
+    assert read_toml(file)["b"] == 1
+    file.write_text(f"b = 1\nx = {opening * (deepest + 1)}1{closing * (deepest + 1)}\n")
+    with refusals.refused("x", str(DEEPEST), given=None, file="study.toml"):
+        read_toml(file)
+
+
+@pytest.mark.parametrize(("text", "line"), [("a = 1\n\nb = {}\n", "3"), ("b = {}\n", "1"), ("\nb = -{}", "2")])
+def test_a_number_of_thousands_of_digits_is_located(tmp_path: Path, text: str, line: str) -> None:
+    (tmp_path / "study.toml").write_text(text.format("7" * 5000))
+    with refusals.refused("", f"line {line}", given=None, file="study.toml"):
+        read_toml(tmp_path / "study.toml")
+
+
+def test_settings_are_flattened_and_taken_out() -> None:
+    description: dict[str, Any] = {"set": {"drive": {"slope": 1, "gear": {"ratio": 2}}, "a.b": 3, "c": {}}, "title": "T"}
+    assert settings_in(description) == {"drive.slope": 1, "drive.gear.ratio": 2, "a.b": 3, "c": {}}
+    assert description == {"title": "T"}
+    assert settings_in(description) == {}
+    assert flatten({"slope": 1}, "drive.") == {"drive.slope": 1}
+    with refusals.refused("system.set", given=[1]):
+        settings_in({"set": [1]}, "system")
+
+
+def test_a_value_in_the_title_is_replaced_with_its_sign_and_others_are_added() -> None:
+    assert changed_title("Fan, u = -2.5e-3 and w = 1", {"u": 0.75}) == "Fan, u = 0.75 (changed from -2.5e-3) and w = 1"
+    assert changed_title("Fan, u = 2", {"w": 1, "u": 3}) == "Fan, u = 3 (changed from 2) (changed: w = 1)"
+    assert changed_title("Fan", dict.fromkeys("abc", 1)) == "Fan (changed: a = 1, b = 1, c = 1)"
+    assert changed_title("Fan", dict.fromkeys("abcd", 1)) == "Fan (changed: a = 1, b = 1, c = 1 and 1 more)"
+    assert changed_title("Fan", {"a": [1, 2]}) == "Fan (changed: a = ...)"
+    assert changed_title("Fan", {}) == "Fan"

@@ -109,7 +109,7 @@ def test_all_are_set_by_their_common_name_and_one_by_its_own():
         ({"count": 3, "mass": "2 mm"}, refused("machine.bodies[1] (b).mass", given="2 mm", code="dimension")),
         (
             {"count": 3, "kind": "slider"},
-            refused("machine.bodies[1] (b).count", given=3, code="not-allowed"),
+            refused("machine.bodies[1] (b).count", "pendulum, roller", given=3, code="not-allowed"),
         ),
         ({"seed": 3}, refused("machine.bodies[1] (b).seed", code="unknown-key")),
         ({"start": "even"}, refused("machine.bodies[1] (b).start", code="no-quantity")),

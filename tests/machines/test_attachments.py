@@ -142,3 +142,38 @@ def test_equations_show_the_states_of_their_own(wucht, here) -> None:
     assert "left.free_travel: free travel to either side" in text
     listed = wucht("list").out
     assert all(f"  {kind} " in listed for kind in ("friction-damper", "end-stop", "material-layer", "inverter"))
+
+
+@pytest.mark.parametrize("angle", [0.0, "180 deg", "135 deg", "-60 deg"])
+def test_a_line_may_point_either_way_along_the_carriers_motion(angle: object) -> None:
+    machine = machine_from(described(DAMPER | {"angle": angle}, carrier=CARRIER | {"directions": "x"}))
+    assert machine.without_contacts[-1].applied_forces
+
+
+@pytest.mark.parametrize(("at", "hint"), [(None, True), ([0.5, 0.0], False)])
+def test_on_a_carrier_that_only_turns_a_part_needs_a_place_off_its_axis_of_motion(at: object, hint: bool) -> None:
+    """Along the line from the pivot to its place nothing moves, and at the pivot neither."""
+    rocking = {"directions": "r", "inertia": 4.0, "rotation_stiffness": 2e3}
+    place = {} if at is None else {"at": at}
+    with refused("machine.attachments[0]", given="left") as error:
+        machine_from(described(DAMPER | place, carrier=rocking))
+    assert ("at = [x, y]" in error.value.explanation) is hint
+    upright = machine_from(described(DAMPER | {"at": [0.5, 0.0], "angle": "-90 deg"}, carrier=rocking))
+    assert "left.force" in upright.values
+
+
+def test_on_a_carrier_that_does_not_turn_no_place_is_asked_for() -> None:
+    with refused("machine.attachments[0]", given="left") as error:
+        machine_from(described(DAMPER | {"angle": "90 deg"}, carrier=CARRIER | {"directions": "x"}))
+    assert "at = [x, y]" not in error.value.explanation
+
+
+def test_of_several_stops_the_pressed_one_is_doubted_where_the_carrier_rests() -> None:
+    """Under its weight the carrier of 5 kg hangs 6.1 mm below: a stop below with a gap of 5 mm is pressed, one of 7 mm not."""
+    stop = STOP | {"angle": "-90 deg"}
+    made = machine_from(
+        described(stop | {"gap": "7 mm"}, stop | {"name": "near", "gap": "5 mm"}, carrier=CARRIER | {"gravity": 9.81})
+    )
+    assert made.rest == pytest.approx([0.0, -5 * 9.81 / 8e3])
+    (doubt,) = [w for w in made.warnings if "near" in w or "buffer" in w]
+    assert "near" in doubt

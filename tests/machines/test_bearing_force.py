@@ -112,3 +112,15 @@ def test_one_rotor_has_one_bearing_force():
     body = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
     machine = machine_from({"carrier": {"mass": 3.0, "stiffness": 2e4}, "bodies": [body]})
     assert [o.name for o in machine.system.outputs if o.name.startswith("bearing")] == ["bearing_force_x", "bearing_force_y"]
+
+
+def test_what_turns_a_carrier_is_a_moment_and_its_motion_an_angle():
+    body = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05, "position": [0.2, 0.0]}
+    rocking = {"directions": "r", "inertia": 1.0, "rotation_stiffness": 900.0}
+    turning = machine_from({"carrier": rocking, "bodies": [body]}).system
+    assert (turning.output("bearing_force_r").unit, turning.output("orbit.r").unit) == ("N m", "rad")
+    assert turning.output("bearing_force_r").long_name == "bearing moment on the carrier in r"
+    planar = {"directions": "xyr", "mass": 3.0, "inertia": 1.0, "stiffness": 1e4, "rotation_stiffness": 900.0}
+    moving = machine_from({"carrier": planar, "bodies": [body]}).system
+    units = [moving.output(f"bearing_force_{d}").unit for d in "xyr"]
+    assert (units, moving.output("orbit.y").unit) == (["N", "N", "N m"], "m")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed
 
-from wucht.measurements.cusum import Cusum, design_chart
+from wucht.measurements.cusum import AlarmDistribution, Cusum, design_chart
 
 NONE = np.zeros(1)
 # D. C. Montgomery, Introduction to Statistical Quality Control, table 9.3, after J. M. Lucas: average run lengths of the
@@ -136,3 +136,67 @@ def test_beating_far_beyond_the_noise():
 def test_no_such_chart():
     with failed("too-few-alarms"):
         design_chart(5.0, 1.0, 2.0, NONE)
+
+
+# --- the reading of the alarm, of shares that are known ---
+
+
+def cycles_of(rates, early):
+    """Charts that alarm with a rate at each reading of a cycle, for ever; of the first ones by ``early``."""
+    return AlarmDistribution(np.array(early), np.cumsum(rates))
+
+
+def by_brute_force(rates, early, count=20_000):
+    """The probability of an alarm by each reading."""
+    left = (1 - early[-1]) * np.exp(-np.cumsum(np.resize(rates, count)))
+    return np.concatenate([early, 1 - left])
+
+
+RATES, EARLY = [0.02, 0.1, 0.004], [0.0, 0.05, 0.3]
+
+
+def test_the_mean_reading_of_the_alarm():
+    """The sum over all readings of the charts that have not alarmed by then."""
+    exact = (1 - by_brute_force(RATES, EARLY)).sum()
+    assert cycles_of(RATES, EARLY).mean() == pytest.approx(exact, rel=1e-12)
+    unknown = AlarmDistribution(np.array([0.1, 0.3, 0.4]), np.empty(0))
+    assert unknown.mean() == pytest.approx((0 * 0.1 + 1 * 0.2 + 2 * 0.1) / 0.4)
+
+
+@pytest.mark.parametrize("probability", [0.0, 0.05, 0.051, 0.3, 0.31, 0.35, 0.36, 0.3766, 0.39, 0.5, 0.9, 0.999999])
+def test_the_reading_by_which_an_alarm_has_come(probability):
+    exact = np.flatnonzero(by_brute_force(RATES, EARLY) >= probability)[0]
+    assert cycles_of(RATES, EARLY).quantile(probability) == exact
+
+
+def test_readings_that_are_not_known():
+    for tail in (np.empty(0), np.zeros(3)):
+        some = AlarmDistribution(np.array(EARLY), tail)
+        assert not some.is_certain
+        assert some.quantile(0.3) == 2
+        assert some.quantile(0.31) is None
+        assert some.curve(0.9, 10)[0].tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("probability", [0.5, 0.95])
+def test_a_curve_goes_on_to_the_end_of_the_cycle_in_which_the_probability_is_reached(probability):
+    exact, alarms = by_brute_force(RATES, EARLY), cycles_of(RATES, EARLY)
+    readings, shares = alarms.curve(probability, 7)
+    assert readings[:3].tolist() == [0, 1, 2]
+    assert (np.diff(readings) > 0).all()
+    assert ((readings[3:] - 2) % 3 == 0).all(), "the last of a cycle each"
+    assert shares == pytest.approx(exact[readings.astype(int)], rel=1e-12)
+    last = alarms.quantile(probability)
+    assert last <= readings[-1] < last + 3
+    assert len(readings) <= 3 + 7
+    early = alarms.curve(0.2, 7)
+    assert early[0].tolist() == [0, 1, 2]
+    assert early[1].tolist() == EARLY
+
+
+def test_the_first_alarm_of_charts_on_either_side():
+    """k = 1, h = 3: of readings 3, 3 the upper sum is 2, then 4; of -5 the lower one is 4 at once; small ones never are."""
+    charts = Cusum(1.0, 3.0, 1.0)
+    readings = np.array([[3.0, 3.0, 0.0, 0.0], [-5.0, 0.0, 0.0, 0.0], [1.0, -1.0, 1.0, -1.0], [3.0, -9.0, 0.0, 0.0],
+                         [4.0, 1.0, 1.0, 1.1]])  # fmt: skip
+    assert charts.first_alarms(readings).tolist() == [1, 0, 4, 1, 3]

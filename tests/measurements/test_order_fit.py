@@ -23,7 +23,8 @@ from known_motion import (
 )
 from tests.refusals import refused
 
-from wucht.measurements.order_fit import fit_orders
+from wucht.measurements.order_checks import OmittedOrder
+from wucht.measurements.order_fit import OrderFit, fit_orders
 from wucht.measurements.shaft_signal import ShaftSignal, angle_signal, pulse_signal, speed_signal
 from wucht.numerics.harmonics import Harmonics
 
@@ -289,3 +290,41 @@ def test_an_angle_gives_its_offset():
     t = uneven(TURNS, 800)
     fit = fit_orders(angle_signal(channel(t, angle_at(t) + 0.77, "rad", "angle")), ORDERS)
     assert fit.offset == pytest.approx(0.77, abs=1e-10)
+
+
+def fit_of(covariance, kept=3.0, rest=4.0, omitted=()):
+    """Orders 2 and 5 at 10 rad/s, worked out by nobody."""
+    speed = Harmonics.of(10.0, [0.0, 3.0, 0.0, 0.0, -1.0], [0.0, 4.0, 0.0, 0.0, 2.0])
+    return OrderFit("r", (2, 5), speed, covariance, 0.0, 0.0, 7.0, 100, "rad/s", kept, rest, omitted, ())
+
+
+def test_errors_are_roots_of_the_covariance():
+    """Order 2: independent errors of 0.3 and 0.2; order 5: of 0.5 each, which go together: sqrt(0.25 + 0.2) along a = b."""
+    covariance = np.diag([0.04, 0.09, 0.25, 0.04, 0.25])
+    covariance[2, 4] = covariance[4, 2] = 0.2
+    fit = fit_of(covariance)
+    assert fit.cosine.tolist() == [3.0, -1.0]
+    assert fit.sine.tolist() == [4.0, 2.0]
+    assert fit.standard_errors == pytest.approx([0.2, 0.3, 0.5, 0.2, 0.5])
+    assert fit.amplitude_errors == pytest.approx([0.3, 0.45**0.5])
+
+
+def test_a_share_is_one_of_mean_squares():
+    assert fit_of(np.eye(5)).explained_share == pytest.approx(9 / 25)
+    assert fit_of(np.eye(5), 0.0, 0.0).explained_share == 1.0
+    orders = tuple(OmittedOrder(j, 1.0, 0.1, share) for j, share in ((1, 0.05), (3, 0.2), (4, 0.051)))
+    assert [o.order for o in fit_of(np.eye(5), omitted=orders).notable()] == [3, 4]
+    assert [o.order for o in fit_of(np.eye(5), omitted=orders).notable(0.1)] == [3]
+
+
+@pytest.mark.parametrize(("orders", "look_up_to", "last"), [((1, 2, 3, 5), None, 20), ((5, 13), None, 26), ((1, 2), 7, 7)])
+def test_orders_left_out_are_searched_for_up_to_twenty_or_twice_the_highest(orders, look_up_to, last):
+    fit = fit_orders(RECORDS["speed"](1.0), orders, look_up_to=look_up_to)
+    assert [o.order for o in fit.omitted_orders] == [j for j in range(1, last + 1) if j not in orders]
+
+
+def test_orders_left_out_are_searched_for_as_far_as_the_samples_hold_them():
+    """15.5 samples a turn hold the seventh order."""
+    t = np.arange(156) / 155 * 10 * PERIOD
+    fit = fit_orders(speed_record(t, 0.1), [1, 2, 3])
+    assert [o.order for o in fit.omitted_orders] == [4, 5, 6, 7]

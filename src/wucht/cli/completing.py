@@ -51,7 +51,7 @@ def _next_words(before: list[str], current: str, vocabulary: dict[str, Any]) -> 
     if options.get(last):  # the value of this option
         settings = last in ("--set", "--vary")
         return (
-            _settings(_studies(before[before.index(command) + 1 :]), current, vocabulary)
+            _settings(_studies(before[before.index(command) + 1 :], options), current, vocabulary)
             if settings
             else vocabulary["values"].get(last, [])
         )
@@ -79,9 +79,9 @@ def _files(current: str) -> list[str]:
     return []
 
 
-def _studies(after: list[str]) -> list[str]:
-    """The studies that a command names."""
-    return [word for k, word in enumerate(after) if not word.startswith("-") and (k == 0 or not after[k - 1].startswith("-"))]
+def _studies(after: list[str], options: dict[str, bool]) -> list[str]:
+    """The studies that a command names. options: those of the command, and whether they take a value."""
+    return [word for k, word in enumerate(after) if not word.startswith("-") and (k == 0 or not options.get(after[k - 1]))]
 
 
 def _settings(studies: list[str], current: str, vocabulary: dict[str, Any]) -> list[str]:

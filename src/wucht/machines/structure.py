@@ -124,12 +124,13 @@ class Structure(Bodies):
         inertial = alone.mass * sp.Matrix([lagrange.acceleration(c) for c in self.carrier]) if self.carrier else []
         for label, inertia, force in zip(self.labels, inertial, alone.forces, strict=True):
             # The bodies load the carrier with the residual of its equation of motion without them.
-            long_name = f"bearing {'moment' if label == 'r' else 'force'} on the carrier in {label}"
-            outputs.append(Output(f"bearing_force_{label}", inertia - force, u.force, long_name))
+            word, unit = ("moment", u.torque) if label == "r" else ("force", u.force)
+            outputs.append(Output(f"bearing_force_{label}", inertia - force, unit, f"bearing {word} on the carrier in {label}"))
         if len(self.rotors) > 1:
             outputs += [output for rotor in self.rotors for output in self._bearing_of(rotor)]
         for name, (position, velocity) in self.orbit.items():
-            outputs += [Output(f"orbit.{name}", position, u.length), Output(f"orbit.v{name}", velocity, "")]
+            unit = "rad" if name == "r" else u.length
+            outputs += [Output(f"orbit.{name}", position, unit), Output(f"orbit.v{name}", velocity, "")]
         return outputs
 
     def _bearing_of(self, rotor: RotatingBody) -> list[Output]:

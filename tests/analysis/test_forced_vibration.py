@@ -1,0 +1,248 @@
+"""Forced vibration beside forces, orbits and torques written out over a turn: both senses, several bodies, no damping."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.analysis.throw import largest_of, steady_throw
+from wucht.analysis.time_constants import highest_speed
+from wucht.analysis.vibration import ForcedVibration, Vibration, moments_along_guides, unbalance_scale, unbalances
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+
+TOTAL, STIFFNESS, DAMPING, UNBALANCE = 5.0, (2e4, 8e4), (30.0, 50.0), 0.02
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "unbalance": UNBALANCE, "inertia": 0.05}
+BALL = {"kind": "pendulum", "name": "ball", "about": "drum", "mass": 0.1, "length": 0.08, "damping": 0.1}
+SPEEDS = np.array([20.0, 60.0, 90.0, 125.0, 300.0])  # the resonances are at 63 and 126 rad/s
+SENSES = pytest.mark.parametrize("sense", [1.0, -1.0])
+
+
+def machine(sense: float = 1.0, bodies: tuple[dict[str, object], ...] = (ROTOR,), **carrier: object) -> Machine:
+    """Unlike in x and y; of 5 kg with the rotor alone."""
+    held = {"mass": 3.0, "stiffness": list(STIFFNESS), "damping": list(DAMPING)} | carrier
+    drive = {"kind": "linear", "on": "drum", "slope": 0.05, "no_load_speed": sense * 200.0}
+    return machine_from({"carrier": held, "bodies": list(bodies), "drive": drive})
+
+
+def turn(w: float) -> np.ndarray:
+    """Times of a turn."""
+    return np.arange(7200) / 7200 * 2 * math.pi / w
+
+
+def motion(w: float, sense: float, bodies: list[tuple[float, float]], total: float = TOTAL) -> tuple[np.ndarray, np.ndarray]:
+    """Place (2, N) of the axis over a turn, and z (2,); bodies: unbalance and angle at time zero of each."""
+    force = np.zeros(2, complex)
+    for u, angle in bodies:
+        # cos(angle + sense w t) and sin(angle + sense w t) as real parts of f exp(i w t).
+        force += u * w**2 * np.array([np.exp(1j * sense * angle), -1j * sense * np.exp(1j * sense * angle)])
+    z = force / (np.array(STIFFNESS) - total * w**2 + 1j * w * np.array(DAMPING))
+    return (z[:, None] * np.exp(1j * w * turn(w))).real, z
+
+
+@SENSES
+def test_the_orbit_has_the_axes_of_what_is_run_through_in_a_turn(sense: float) -> None:
+    """Between the two resonances it runs against the rotor: the minor semi-axis is negative."""
+    forced = ForcedVibration.of(machine(sense), np.array([0.7]))
+    axes, minor = forced.amplitude(SPEEDS)[0], forced.minor_amplitude(SPEEDS)
+    for w, z, major, small in zip(SPEEDS.tolist(), forced.displacement(SPEEDS)[0], axes, minor, strict=True):
+        (x, y), expected = motion(w, sense, [(UNBALANCE, 0.7)])
+        assert z == pytest.approx(expected, rel=1e-9)
+        distance = np.hypot(x, y)
+        assert major == pytest.approx(distance.max(), rel=1e-5)
+        assert abs(small) == pytest.approx(distance.min(), rel=1e-3)
+        area = float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())  # positive counter-clockwise
+        assert np.sign(small) == sense * np.sign(area)
+    assert np.sign(minor).tolist() == [1, 1, -1, -1, 1]
+
+
+@SENSES
+def test_slopes_are_central_differences(sense: float) -> None:
+    forced, h = ForcedVibration.of(machine(sense), np.array([0.7])), 1e-3
+    for curve in (forced.amplitude, forced.displacement, forced.torque):
+        assert curve(SPEEDS)[1] == pytest.approx((curve(SPEEDS + h)[0] - curve(SPEEDS - h)[0]) / (2 * h), rel=1e-5)
+
+
+def test_slopes_where_the_phases_change_with_the_speed() -> None:
+    """Of two bodies: the one by 0.01 rad a rad/s, the other by its square root."""
+    bodies = (ROTOR, BALL)
+
+    def law(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([0.01 * w, np.sqrt(w)]), np.array([0.01 + 0 * w, 0.5 / np.sqrt(w)])
+
+    fixed = ForcedVibration.of(machine(bodies=bodies), np.zeros(2))
+    forced, h = ForcedVibration(fixed.vibration, law, fixed.axis, fixed.sense), 1e-3
+    curves = (forced.displacement, forced.torque, lambda w: forced.torque_on(w, [0]), lambda w: forced.torque_on(w, [1]))
+    for curve in curves:
+        assert curve(SPEEDS)[1] == pytest.approx((curve(SPEEDS + h)[0] - curve(SPEEDS - h)[0]) / (2 * h), rel=2e-5)
+
+
+@SENSES
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_the_centre_of_mass_is_beside_the_axis(sense: float, angle: float) -> None:
+    """Of the rotor, at its angle: the largest distance in a turn."""
+    forced, e = ForcedVibration.of(machine(sense), np.array([angle])), 1e-3
+    for w, actual in zip(SPEEDS.tolist(), forced.centre_distance(SPEEDS, e, angle), strict=True):
+        (x, y), _ = motion(w, sense, [(UNBALANCE, angle)])
+        phi = angle + sense * w * turn(w)
+        assert actual == pytest.approx(np.hypot(x + e * np.cos(phi), y + e * np.sin(phi)).max(), rel=1e-5)
+
+
+@SENSES
+def test_the_torque_on_each_body_is_that_of_the_carriers_acceleration(sense: float) -> None:
+    """U (x'' sin phi - y'' cos phi) turns the body counter-clockwise; on average, and against its sense."""
+    angles, moments = np.array([0.7, 2.5]), (UNBALANCE, 0.1 * 0.08)
+    forced = ForcedVibration.of(machine(sense, (ROTOR, BALL)), angles)
+    every = forced.torque(SPEEDS)[0]
+    on_each = [forced.torque_on(SPEEDS, [k])[0] for k in (0, 1)]
+    assert on_each[0] + on_each[1] == pytest.approx(every, rel=1e-9)
+    assert forced.torque_on(SPEEDS, [1, 0])[0] == pytest.approx(every, rel=1e-9)
+    for k, (angle, u) in enumerate(zip(angles, moments, strict=True)):
+        for w, actual in zip(SPEEDS.tolist(), on_each[k], strict=True):
+            (x, y), _ = motion(w, sense, list(zip(moments, angles, strict=True)), TOTAL + 0.1)
+            phi = angle + sense * w * turn(w)
+            driving = (-(w**2) * u * (x * np.sin(phi) - y * np.cos(phi))).mean()
+            assert actual == pytest.approx(-sense * driving, rel=1e-9)
+
+
+@SENSES
+def test_bodies_at_speeds_of_their_own_move_the_carrier_together(sense: float) -> None:
+    """At one moment: the sum of the places, and of the velocities, that each alone would have."""
+    vibration = Vibration.of(machine(sense, (ROTOR, BALL)))
+    speeds, phases = np.array([90.0, 70.0]), np.array([0.4, -1.1])
+    place, velocity = vibration.instant_motion(speeds, phases)
+    expected = np.zeros((2, 2))
+    for w, phase, u in zip(speeds, phases, (UNBALANCE, 0.1 * 0.08), strict=True):
+        _, z = motion(float(w), sense, [(u, sense * float(phase))], TOTAL + 0.1)
+        expected += np.array([z.real, (1j * w * z).real])
+    assert place == pytest.approx(expected[0], rel=1e-9)
+    assert velocity == pytest.approx(expected[1], rel=1e-9)
+
+
+def test_the_force_is_zero_where_unbalances_cancel_and_for_each_speed() -> None:
+    heavy = BALL | {"length": 0.2}
+    forced = ForcedVibration.of(machine(bodies=(ROTOR, heavy)), np.array([0.3, 0.3 + math.pi]))
+    assert forced.force(SPEEDS).shape == (len(SPEEDS), 2)
+    assert not forced.force(SPEEDS).any()
+    together = ForcedVibration.of(machine(bodies=(ROTOR, heavy)), np.array([0.3, 0.3])).force(SPEEDS)
+    assert np.abs(together) == pytest.approx(np.full((len(SPEEDS), 2), 2 * UNBALANCE))
+
+
+def test_the_grid_is_dense_at_the_resonances_and_within_its_ends() -> None:
+    grid = ForcedVibration.of(machine(), np.zeros(1)).grid(50.0, 100.0, 11)
+    natural = math.sqrt(STIFFNESS[0] / TOTAL)
+    assert (grid[0], grid[-1]) == (50.0, 100.0)
+    assert (np.diff(grid) > 0).all()
+    assert np.isin(np.linspace(50, 100, 11), grid).all()
+    assert np.abs(grid - natural).min() < 1e-9
+    width = DAMPING[0] / (2 * TOTAL)  # the decay is half the damping over the mass
+    assert np.diff(grid[np.abs(grid - natural) < width]).max() < width / 5
+    assert ((grid > 95) & (grid < 100)).sum() < 10
+
+
+def test_equal_directions_have_one_pole() -> None:
+    one = ForcedVibration.of(machine(stiffness=2e4, damping=30.0), np.zeros(1)).poles
+    assert one == pytest.approx([complex(-3.0, math.sqrt(2e4 / TOTAL - 9.0))], rel=1e-9)
+    assert len(ForcedVibration.of(machine(), np.zeros(1)).poles) == 2
+
+
+def test_a_resonance_without_damping_in_the_range_and_excited() -> None:
+    natural = [math.sqrt(k / TOTAL) for k in STIFFNESS]
+    undamped = ForcedVibration.of(machine(damping=[0.0, 0.0]), np.zeros(1))
+    assert undamped.undamped_resonances(10.0, 200.0) == pytest.approx(natural)
+    assert undamped.undamped_resonances(10.0, 100.0) == pytest.approx(natural[:1])
+    assert undamped.undamped_resonances(100.0, 200.0) == pytest.approx(natural[1:])
+    half = ForcedVibration.of(machine(damping=[30.0, 0.0]), np.zeros(1))
+    assert half.undamped_resonances(10.0, 200.0) == pytest.approx(natural[1:])
+    assert ForcedVibration.of(machine(), np.zeros(1)).undamped_resonances(10.0, 200.0) == []
+    balanced = ForcedVibration.of(machine(bodies=(ROTOR, BALL | {"length": 0.2}), damping=[0.0, 0.0]), np.array([0, math.pi]))
+    assert balanced.undamped_resonances(10.0, 200.0) == []
+
+
+@SENSES
+def test_the_throw_of_the_steady_vibration(sense: float) -> None:
+    made = machine(sense)
+    for speed in (90.0, -90.0):
+        throw = steady_throw(made, ForcedVibration.of(made, np.array([0.2])), speed)
+        assert throw is not None
+        (x, y), _ = motion(90.0, sense, [(UNBALANCE, 0.2)])
+        assert throw.stroke == pytest.approx(2 * np.hypot(x, y).max(), rel=1e-5)
+        assert throw.acceleration == pytest.approx(90.0**2 * np.hypot(x, y).max(), rel=1e-5)
+
+
+def test_the_throw_along_y_alone_is_upright() -> None:
+    made = machine(directions="y", stiffness=STIFFNESS[1], damping=DAMPING[1])
+    throw = steady_throw(made, ForcedVibration.of(made, np.zeros(1)), 90.0)
+    assert throw is not None
+    assert throw.direction == pytest.approx(math.pi / 2)
+    z = UNBALANCE * 90**2 / abs(STIFFNESS[1] - TOTAL * 90**2 + 90j * DAMPING[1])
+    assert throw.stroke == pytest.approx(2 * z, rel=1e-9)
+
+
+def test_no_throw_without_units_a_moving_carrier_or_an_end() -> None:
+    without_units = load_machine("drozdetskaya-2020/table-3.1-laval")
+    assert steady_throw(without_units, ForcedVibration.of(without_units, np.zeros(1)), 1.5) is None
+    fixed = machine_from({"carrier": {"directions": "fixed"}, "bodies": [ROTOR]})
+    assert steady_throw(fixed, ForcedVibration.of(fixed, np.zeros(1)), 90.0) is None
+
+
+def test_unbalances_of_pivots_off_the_axis() -> None:
+    """A pivot adds its mass to the body it turns with, where it sits."""
+    off = BALL | {"suspension": [0.03, 0.04]}
+    made = machine(bodies=(ROTOR, off))
+    assert unbalances(made) == pytest.approx([UNBALANCE + 0.1 * (0.03 + 0.04j), 0.1 * 0.08])
+    assert unbalance_scale(made, made.rotor) == pytest.approx(abs(UNBALANCE + 0.1 * (0.03 + 0.04j)))
+
+
+def test_the_scale_of_unbalances_without_one_of_the_rotor() -> None:
+    light, heavy = BALL | {"name": "a"}, BALL | {"name": "b", "length": 0.3}
+    balanced = machine(bodies=(ROTOR | {"unbalance": 0.0}, light, heavy))
+    assert unbalance_scale(balanced, balanced.rotor) == pytest.approx(0.1 * 0.3)
+    none = machine(bodies=(ROTOR | {"unbalance": 0.0},))
+    assert unbalance_scale(none, none.rotor) == 1.0
+
+
+def test_a_mass_that_slides_outward_changes_the_unbalance_of_its_body_alone() -> None:
+    switchable = {
+        "kind": "switchable-pendulum", "name": "p", "about": "drum", "mass": 0.3, "damping": 0.02, "moving_mass": 0.2,
+        "inner_stop": 0.05, "outer_stop": 0.09, "stiffness": 300.0, "preload": 20.0,
+    }  # fmt: skip
+    assert moments_along_guides(machine(bodies=(ROTOR, BALL, switchable))).tolist() == [0.0, 0.0, 0.2]
+    assert moments_along_guides(load_machine("drozdetskaya-2020/table-3.1-laval")).tolist() == [0.0]
+
+
+def test_the_largest_of_a_vector_that_is_sampled_seldom() -> None:
+    """Ten samples a turn of an ellipse, none at its end; on a line through nothing and at rest."""
+    t = 2 * np.pi * (np.arange(40) + 0.5) / 10
+    x, y = 3.0 * np.cos(t), 0.5 * np.sin(t)
+    turned = np.array([x * math.cos(2.0) - y * math.sin(2.0), x * math.sin(2.0) + y * math.cos(2.0)])
+    assert np.hypot(*turned).max() < 2.87
+    assert largest_of(turned) == pytest.approx(3.0, rel=0.01)
+    assert largest_of(np.array([np.zeros(5), [0, -1, -4, -1, 0.0]])) == pytest.approx(4.0)
+    assert largest_of(np.zeros((2, 5))) == 0.0
+
+
+def test_no_run_ends_below_all_resonances() -> None:
+    """20 times the highest natural frequency, of 126 rad/s; at least 3000 rad/s; without units nowhere."""
+    stiff, soft = machine(stiffness=[2e4, 4e5]), machine(stiffness=[2e2, 2e2])
+    assert highest_speed(stiff) == pytest.approx(20 * math.sqrt(4e5 / TOTAL))
+    assert highest_speed(soft) == pytest.approx(3000.0)
+    assert highest_speed(load_machine("drozdetskaya-2020/table-3.1-laval")) == math.inf
+
+
+@SENSES
+def test_a_carrier_that_only_turns_has_an_angle_as_amplitude(sense: float) -> None:
+    """A rotor at 0.2 m from the pivot: psi'' (I + m a^2) + d psi' + k psi = a U w^2 sin(phi)."""
+    rocking = {"directions": "r", "inertia": 1.0, "rotation_stiffness": 900.0, "rotation_damping": 3.0}
+    drive = {"kind": "linear", "on": "drum", "slope": 0.05, "no_load_speed": sense * 200.0}
+    made = machine_from({"carrier": rocking, "bodies": [ROTOR | {"position": [0.2, 0.0]}], "drive": drive})
+    forced = ForcedVibration.of(made, np.array([0.7]))
+    amplitude = 0.2 * UNBALANCE * SPEEDS**2 / np.abs(900 - (1 + 2 * 0.04) * SPEEDS**2 + 3j * SPEEDS)
+    assert forced.amplitude(SPEEDS)[0] == pytest.approx(amplitude, rel=1e-9)
+    assert forced.minor_amplitude(SPEEDS) == pytest.approx(np.zeros(5), abs=1e-15)
+    assert steady_throw(made, forced, 90.0) is None
+    torque = 3 * SPEEDS * amplitude**2 / 2
+    assert forced.torque(SPEEDS)[0] == pytest.approx(torque, rel=1e-9)

@@ -1,0 +1,94 @@
+"""Cycles, their classes by range and by mean, and the distance of two spectra: small cases by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.fatigue.counted_cycles import LoadCycles, RangeMeanMatrix, frequency_distance
+
+
+def cycles(*rows: tuple[float, float, float]) -> LoadCycles:
+    """Range, mean and number of each."""
+    return LoadCycles(*np.array(rows, float).reshape(-1, 3).T)
+
+
+def test_a_cycle_between_two_values() -> None:
+    made = LoadCycles.from_extremes(np.array([-1.0, 5.0]), np.array([3.0, -2.0]), np.array([1, 2]))
+    assert made.ranges.tolist() == [4.0, 7.0]
+    assert made.means.tolist() == [1.0, 1.5]
+    assert made.total == 3
+    assert made.largest == 7
+    joined = made.join(cycles((2.0, -4.0, 0.5)))
+    assert joined.ranges.tolist() == [4.0, 7.0, 2.0]
+    assert joined.means.tolist() == [1.0, 1.5, -4.0]
+    assert joined.counts.tolist() == [1.0, 2.0, 0.5]
+
+
+def test_no_cycles_are_none_everywhere() -> None:
+    none = LoadCycles.empty()
+    rows, row = none.group_by_range(1.0)
+    assert (none.total, none.largest, len(rows.ranges), len(row)) == (0.0, 0.0, 0, 0)
+    assert none.cumulative_frequency(np.array([0.0, 1.0])).tolist() == [0.0, 0.0]
+    matrix = RangeMeanMatrix.of(none, 4)
+    assert matrix.range_edges.tolist() == matrix.mean_edges.tolist() == [0, 0.25, 0.5, 0.75, 1]
+    assert not matrix.counts.any()
+
+
+def test_how_many_cycles_are_at_least_so_large() -> None:
+    """The range itself counts, to rounding; above the largest there is none."""
+    some = cycles((3.0, 0.0, 1.0), (1.0, 0.0, 4.0), (2.0, 0.0, 0.5))
+    at = np.array([0.0, 1.0, 1.1, 2.0, 3.0 * (1 + 1e-12), 3.1])
+    assert some.cumulative_frequency(at).tolist() == [5.5, 5.5, 1.5, 1.5, 1.0, 0.0]
+
+
+def test_ranges_of_one_class_are_one_cycle_of_their_mean() -> None:
+    """Classes of width 2: 0 to 2, 2 to 4, 6 to 8; the one from 4 to 6 is empty. A range on an edge is in the class above it."""
+    some = cycles((7.0, 5.0, 1.0), (1.0, 2.0, 3.0), (2.0, 1.0, 1.0), (1.8, 6.0, 1.0), (3.0, 4.0, 3.0))
+    rows, row = some.group_by_range(2.0)
+    assert row.tolist() == [2, 0, 1, 0, 1]
+    assert rows.ranges.tolist() == pytest.approx([(3 * 1.0 + 1.8) / 4, (2.0 + 3 * 3.0) / 4, 7.0])
+    assert rows.means.tolist() == pytest.approx([(3 * 2.0 + 6.0) / 4, (1.0 + 3 * 4.0) / 4, 5.0])
+    assert rows.counts.tolist() == [4.0, 4.0, 1.0]
+
+
+def test_equal_ranges_are_one_cycle_whatever_their_means() -> None:
+    rows, row = cycles((2.0, 1.0, 1.0), (5.0, 0.0, 1.0), (2.0, -3.0, 3.0)).group_by_range()
+    assert row.tolist() == [0, 1, 0]
+    assert rows.ranges.tolist() == [2.0, 5.0]
+    assert rows.means.tolist() == [-2.0, 0.0]
+
+
+def test_a_matrix_of_ranges_and_means() -> None:
+    """Ranges in classes from 0 to the largest, 8; means from the lowest, -1, to the highest, 3; outer edges belong to it."""
+    some = cycles((8.0, -1.0, 1.0), (0.5, 3.0, 2.0), (5.0, 0.5, 4.0), (2.0, -0.2, 8.0), (7.9, 2.5, 0.5))
+    matrix = RangeMeanMatrix.of(some, 4)
+    assert matrix.range_edges.tolist() == [0, 2, 4, 6, 8]
+    assert matrix.mean_edges.tolist() == [-1, 0, 1, 2, 3]
+    assert matrix.counts.tolist() == [[0, 0, 0, 2], [8, 0, 0, 0], [0, 4, 0, 0], [1, 0, 0, 0.5]]
+
+
+@pytest.mark.parametrize("mean", [4.0, -4.0, 0.0])
+def test_a_matrix_of_one_mean_has_classes_above_it(mean: float) -> None:
+    """Edges must differ: by a billionth of the mean in all, or by 1 about zero."""
+    matrix = RangeMeanMatrix.of(cycles((2.0, mean, 3.0), (1.0, mean, 1.0)), 2)
+    assert matrix.counts.tolist() == [[0, 0], [4, 0]]
+    assert matrix.mean_edges[0] == mean
+    assert np.ptp(matrix.mean_edges) == pytest.approx(4e-9 if mean else 1.0, rel=1e-5)
+
+
+def test_the_distance_of_spectra_is_a_share_of_the_reference() -> None:
+    """At 2 and above: 6 against 1; at 4: 1 against 1. As a share of the 4 of the one and of the 8 of the other."""
+    one, other = cycles((4.0, 0.0, 1.0), (1.0, 0.0, 3.0)), cycles((4.0, 0.0, 1.0), (2.0, 0.0, 5.0), (1.0, 0.0, 2.0))
+    assert frequency_distance(other, one) == pytest.approx(5 / 4)
+    assert frequency_distance(one, other) == pytest.approx(5 / 8)
+    assert frequency_distance(one, other, times=2.0) == pytest.approx(4 / 8)
+
+
+def test_the_distance_from_no_cycles() -> None:
+    one, none = cycles((4.0, 0.0, 1.0)), LoadCycles.empty()
+    assert frequency_distance(none, none) == 0
+    assert frequency_distance(one, none) == math.inf
+    assert frequency_distance(none, one) == 1
