@@ -287,3 +287,29 @@ def test_the_averaged_state_of_a_state_of_the_machine(sense: float) -> None:
     )
     assert equations.wrap_phases(np.where(equations.phases, -math.pi, 9.0)).max() == 9.0
     assert abs(equations.wrap_phases(np.where(equations.phases, -math.pi, 9.0)).min()) == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_near_an_edge_the_slower_of_two_decays_counts(sense: float) -> None:
+    """There both are real."""
+    width, inertia = TORQUE / SLOPE, machine(5.0).values["rotor.inertia"]
+    cosine = 0.1 * SLOPE**2 / (4 * inertia * TORQUE)
+    found = existing(sense * (W + width * math.sqrt(1 - cosine**2)), sense)
+    roots = np.roots([inertia, SLOPE, TORQUE * cosine])
+    assert not roots.imag.any()
+    assert found.slowest_rate == pytest.approx(-roots.real.max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("backward", [False, True])
+@pytest.mark.parametrize("begin", range(8))
+def test_the_edges_of_a_closed_branch_do_not_depend_on_where_it_begins(begin: int, backward: bool) -> None:
+    """Also where it begins, and ends, right beside a fold."""
+    values, stable = [3.0, 4.0, 5.0, 4.0, 3.0, 2.0, 1.0, 2.0], [True, True, True, False, False, False, True, True]
+    order = np.roll(np.arange(8)[:: -1 if backward else 1], begin)
+    if order[0] in (2, 6):
+        return  # it begins at a regular point
+    order = np.append(order, order[0])
+    kinds = {k: "fold" for k, i in enumerate(order.tolist()) if i in (2, 6)}
+    one = branch_of([values[i] for i in order], [stable[i] for i in order], kinds, closed=True)
+    (range_,) = following().stable_ranges([one])
+    assert (range_.low, range_.high) == (Edge(1.0, "fold"), Edge(5.0, "fold"))
