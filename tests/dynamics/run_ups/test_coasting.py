@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups import coasting
 from wucht.dynamics.run_ups.coasting import (
     ROW,
     CarrierStart,
@@ -20,6 +22,7 @@ from wucht.dynamics.run_ups.coasting import (
     carrier_start,
     phases_of_bodies,
     place_bodies,
+    reduce_leg,
     state_at_start,
     with_steady_vibration,
     without_drives,
@@ -27,6 +30,8 @@ from wucht.dynamics.run_ups.coasting import (
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.errors import InputError
 from wucht.files.building import machine_from
+from wucht.machines.machine import DISSIPATED_WORK
+from wucht.numerics.flow.trajectory import Trajectory
 
 MASS, UNBALANCE, STIFFNESS, DAMPING, SPEED = 10.0, 9e-3, 1e5, 400.0, 80.0
 
@@ -118,17 +123,17 @@ def test_bodies_are_placed_from_the_rotor_outwards() -> None:
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_it_starts_at_the_speed_of_its_drive_with_its_bodies(sense: float) -> None:
     of = machine(drive={"on": "d", "kind": "linear", "slope": 0.1, "no_load_speed": sense * SPEED})
-    coasting = without_drives(of)
+    undriven = without_drives(of)
 
     def speeds(start: dict[str, Any]) -> list[float]:
-        state = state_at_start(of, coasting, start)
-        return [float(state[coasting.row(b.coordinate.velocity)]) for b in coasting.bodies]
+        state = state_at_start(of, undriven, start)
+        return [float(state[undriven.row(b.coordinate.velocity)]) for b in undriven.bodies]
 
     assert speeds({}) == pytest.approx([sense * SPEED] * 2)
     assert speeds({"d": {"speed": 30.0}}) == [30.0, 30.0]
     assert speeds({"d": {"speed": 30.0}, "p": {"speed": 20.0}}) == [30.0, 20.0]
     with pytest.raises(InputError) as raised:
-        state_at_start(coasting, coasting, {})
+        state_at_start(undriven, undriven, {})
     assert raised.value.location == "study.start"
 
 
@@ -136,9 +141,9 @@ def test_after_schedules_it_starts_at_the_speed_at_which_they_last_drive_it() ->
     """The no-load speed falls from 80 through 60 to 0 rad/s."""
     ramp = {"parameter": "drive.no_load_speed", "points": [[0.0, 80.0], [1.0, 60.0], [2.0, 0.0]]}
     of = machine(schedules=[ramp])
-    coasting = without_drives(of)
-    state = state_at_start(of, coasting, {})
-    assert state[coasting.row(coasting.rotor.coordinate.velocity)] == pytest.approx(60.0)
+    undriven = without_drives(of)
+    state = state_at_start(of, undriven, {})
+    assert state[undriven.row(undriven.rotor.coordinate.velocity)] == pytest.approx(60.0)
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -180,3 +185,61 @@ def test_how_the_carrier_starts() -> None:
     assert carrier_start(of, {"carrier": {"x": 1.0}}, None) == (CarrierStart.GIVEN, "")
     assert carrier_start(of, {}, None) == carrier_start(of, {}, "steady") == (CarrierStart.STEADY, "")
     assert carrier_start(of, {}, "none") == (CarrierStart.REST, "")
+
+
+def reduced(monkeypatch: pytest.MonkeyPatch, time: np.ndarray, speed: np.ndarray, before: Record, stored: Any = 0.0) -> Descent:
+    """A leg whose axis has the peaks 1, 2, 3, ..., and whose losses are ten times the time."""
+    coordinate = SimpleNamespace(position=SimpleNamespace(name="phi"), velocity=SimpleNamespace(name="omega"))
+    of: Any = SimpleNamespace(rotor=SimpleNamespace(coordinate=coordinate))
+    angle = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(time))])
+    rows = {"phi": angle, "omega": speed, "stored_energy": stored + 0 * time}
+    monkeypatch.setattr(coasting, "rows_of", lambda *_: rows)
+    monkeypatch.setattr(coasting, "advance_balance", lambda balance, *_: (balance, 1e-9 * time))
+    peaks = SimpleNamespace(peaks=1.0 + np.arange(len(time)))
+    monkeypatch.setattr(coasting.AxisMotion, "of", lambda *_: peaks)
+    hits = tuple(SimpleNamespace(name=name, time=t) for name, t in (("reversal", 1.5), ("other", 1.6)))
+    trajectory: Any = SimpleNamespace(time=time, quadratures={DISSIPATED_WORK: 10 * time}, hits=hits)
+    end = Trajectory(time[-1:], np.zeros((1, 1)), {}, np.zeros(0), float(time[-1]), np.zeros(1))
+    trajectory.tail = lambda count: end
+    return reduce_leg(of, {}, None, before, trajectory)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("legs", [0, 1])
+def test_rows_end_with_each_stride_and_the_leg(monkeypatch: pytest.MonkeyPatch, legs: int) -> None:
+    """A row covers the samples since the row before, both ends included; the very first sample is a row of the first leg."""
+    time = np.arange(8.0)
+    speed = np.array([-9.0, 7.0, -3.0, 5.0, 2.0, 8.0, -1.0, 4.0])
+    before = Record(end=None, start_speed=1e6, stride=3.0, legs=legs)  # type: ignore[arg-type]
+    leg = reduced(monkeypatch, time, speed, before)
+    first = slice(1 if legs else 0, None)
+    assert (
+        leg.rows["time"].tolist() == [0.0, 3.0, 6.0, 7.0][first] and leg.rows["speed"].tolist() == [-9.0, 5.0, -1.0, 4.0][first]
+    )
+    assert leg.rows["min_speed"].tolist() == [-9.0, -9.0, -1.0, -1.0][first]
+    assert leg.rows["max_speed"].tolist() == [-9.0, 7.0, 8.0, 4.0][first]
+    assert leg.rows["amplitude"].tolist() == [1.0, 4.0, 7.0, 8.0][first]
+    assert leg.rows["dissipated_work"].tolist() == [0.0, 30.0, 60.0, 70.0][first]
+    assert leg.rows["energy_residual"] == pytest.approx(np.array([0.0, 3e-9, 6e-9, 7e-9])[first])
+    assert leg.reversals == (1.5,)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_speed_averaged_over_turns_and_its_half(monkeypatch: pytest.MonkeyPatch, sense: float) -> None:
+    """From 100 rad/s it falls by 10 rad/s a second: to half after 5 s."""
+    time = np.linspace(0.0, 8.0, 4001)
+    leg = reduced(monkeypatch, time, sense * (100 - 10 * time), Record(end=None, start_speed=sense * 100.0, stride=1.0))  # type: ignore[arg-type]
+    assert leg.turns[1] == pytest.approx(sense * (100 - 10 * leg.turns[0]), rel=1e-6)
+    turns = (100 * 8 - 5 * 8**2) / (2 * math.pi)
+    assert leg.turns.shape[1] == int(turns), "one each turn"
+    record = Record(end=None, start_speed=sense * 100.0, stride=1.0).update(leg)  # type: ignore[arg-type]
+    assert record.half_time == pytest.approx(5.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_without_a_turn_the_speed_itself_halves(monkeypatch: pytest.MonkeyPatch, sense: float) -> None:
+    time = np.linspace(0.0, 1.0, 101)
+    before = Record(end=None, start_speed=sense, stride=1.0)  # type: ignore[arg-type]
+    record = before.update(reduced(monkeypatch, time, sense * np.exp(-time), before))
+    assert record.half_time == pytest.approx(math.log(2.0), abs=1e-6)
+    later = before.update(reduced(monkeypatch, time, sense * np.exp(-time / 9), before))
+    assert later.half_time is None and later.halving.shape == (2, 2)

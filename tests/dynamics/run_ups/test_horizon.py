@@ -120,3 +120,11 @@ def test_what_ends_a_run_without_an_end_time(settled: bool) -> None:
     assert not turns.is_decided(verdict)
     for outcome in (Outcome.STOPPED, Outcome.OSCILLATING):
         assert turns.is_decided(SimpleNamespace(outcome=outcome))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_prescribed_speed_that_rises_later_is_expected(sense: float) -> None:
+    held = {"on": "d", "kind": "constant-speed", "speed": sense * 150.0}
+    ramp = {"parameter": "drive.speed", "points": [[0.0, sense * 150.0], [1.0, sense * 400.0]]}
+    machine = driven(0.0, drive=held, schedules=[ramp])
+    assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)
