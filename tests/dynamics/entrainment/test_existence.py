@@ -313,3 +313,47 @@ def test_the_edges_of_a_closed_branch_do_not_depend_on_where_it_begins(begin: in
     one = branch_of([values[i] for i in order], [stable[i] for i in order], kinds, closed=True)
     (range_,) = following().stable_ranges([one])
     assert (range_.low, range_.high) == (Edge(1.0, "fold"), Edge(5.0, "fold"))
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_equations_along_the_parameter(sense: float) -> None:
+    """J p'' = k (W - w - p') - T sin(p), scaled: by the motor's speed k, by the phase -T cos(p)."""
+    case = case_of(5.0)
+    equations = existence(case, not_entrained(case), {"rotor": sense}, Work()).equations
+    assert equations is not None
+    inertia, state = machine(5.0).values["rotor.inertia"], np.array([0.5, 6.0])
+    phase, speed = (int(np.flatnonzero(equations.phases)[0]), int(np.flatnonzero(~equations.phases)[0]))
+    state = state if phase == 0 else state[::-1]
+    rate, jacobian, by_value = equations._linearisation(state[:, None], np.array([sense * 7.0]))
+    scale = equations.pace * equations.sizes
+    assert equations.pace == pytest.approx(W) and equations.sizes[phase] == 1.0 and equations.sizes[speed] == pytest.approx(W)
+    torque = SLOPE * (7.0 - 6.0) - TORQUE * math.sin(0.5)
+    assert rate[phase, 0] * scale[phase] == pytest.approx(6.0 - W)
+    assert rate[speed, 0] * scale[speed] == pytest.approx(torque / inertia)
+    assert jacobian[0, speed, phase] * scale[speed] == pytest.approx(-TORQUE * math.cos(0.5) / inertia)
+    assert jacobian[0, speed, speed] == pytest.approx(-SLOPE / inertia / equations.pace)
+    assert by_value[0, speed] * scale[speed] / equations.unit == pytest.approx(sense * SLOPE / inertia)
+    roots = np.roots([inertia, SLOPE, TORQUE * math.cos(0.5)])
+    assert sorted(equations.eigenvalues(state, 7.0).real) == pytest.approx(sorted(roots.real))
+    assert equations.is_turning(state) and not equations.is_turning(np.where(equations.phases, 0.5, -6.0))
+
+
+def test_all_rotors_must_turn_in_their_senses() -> None:
+    made: Any = SimpleNamespace(phases=np.array([True, False, False]))
+    turning = existence_module.AveragedEquations.is_turning
+    assert turning(made, np.array([-1.0, 2.0, 3.0])) and not turning(made, np.array([1.0, 2.0, -3.0]))
+
+
+def test_starts_lie_around_the_circle_at_speeds_up_to_that_of_the_fastest_motor(monkeypatch: pytest.MonkeyPatch) -> None:
+    from wucht.dynamics.entrainment import averaged_equations as module
+
+    rotors = ["a", "b", "c"]
+    of: Any = SimpleNamespace(
+        phases=np.array([True, False]), n=2, pace=7.0, machine=SimpleNamespace(shaken_coordinate=None, rotors=rotors)
+    )
+    monkeypatch.setattr(module, "free_speed", lambda _, rotor: {"a": 9.0, "b": -12.0, "c": None}[rotor])
+    phases, speeds = module.AveragedEquations.starts(of)
+    assert np.unique(np.round(speeds, 9)) == pytest.approx(sorted([*np.linspace(3.6, 13.2, 9), 10.5]))
+    assert np.diff(np.unique(phases)) == pytest.approx([2 * math.pi / 12] * 11) and len(phases) == 12 * 10
+    of.machine.shaken_coordinate = object()
+    assert module.AveragedEquations.starts(of)[1].tolist() == [7.0] * 12
