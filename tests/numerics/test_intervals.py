@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.refusals import rejected
 
-from wucht.numerics.intervals import enclosure
+from wucht.numerics.flow.program import lower
+from wucht.numerics.intervals import bounds, enclosure
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces
+from wucht.system import System
 
 X = sp.Symbol("x", real=True)
 
@@ -62,3 +64,50 @@ def test_bounds_of_an_inner_function() -> None:
     below, above = enclosure(2 - PiecewiseCubic(2 * X, squared), X, np.array([-1.0, 1.0]), np.array([0.5, np.inf]))
     assert below == pytest.approx([1.0, -np.inf])
     assert above == pytest.approx([6.0, np.inf])
+
+
+def bounds_of(expression: sp.Expr, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    program = lower(System((X,), (expression,)), (expression,))
+    below, above = bounds(program, np.zeros(len(program.constants)), low[None], high[None])
+    return below[0], above[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "least"),
+    [
+        ("sin(x)", -7.0), ("cos(x)", -7.0), ("tan(x)", -7.0), ("cosh(x)", -3.0), ("sinh(x)", -3.0), ("tanh(x)", -3.0),
+        ("exp(x)", -3.0), ("log(x)", 0.1), ("atan(x)", -3.0), ("asin(x/9)", -7.0), ("sqrt(x)", 0.0), ("x**(-3/2)", 0.1),
+        ("x**2", -3.0), ("x**3", -3.0), ("x**4", -3.0), ("x**(-2)", -3.0), ("x**(-3)", -3.0), ("1/x", -3.0),
+    ],
+)  # fmt: skip
+def test_bounds_of_one_function_are_its_range(text: str, least: float) -> None:
+    """Against values close together, on intervals of many lengths; infinite where there is a pole."""
+    rng = np.random.default_rng(1)
+    low = rng.uniform(least, 6.0, 300)
+    high = np.minimum(low + rng.uniform(0.0, 1.0, 300) * rng.choice([0.1, 1.0, 4.0, 9.0], 300), 8.0)
+    low = np.minimum(low, high)
+    expression = sp.sympify(text, locals={"x": X})
+    below, above = bounds_of(expression, low, high)
+    inside = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, 2001)
+    values = sp.lambdify(X, expression)(inside)
+    if text == "tan(x)":
+        has_pole = (np.diff(values, axis=1) < 0).any(axis=1)
+    else:
+        has_pole = (low <= 0) & (high >= 0) & ("x**(-" in text or text == "1/x")
+    assert np.isinf(above[has_pole]).all() and (np.isinf(below) == has_pole).sum() >= 300 - has_pole.sum()
+    regular = ~has_pole
+    size = 1 + np.abs(values[regular]).max(axis=1)
+    assert (below[regular] <= values[regular].min(axis=1) + 1e-12 * size).all()
+    assert (above[regular] >= values[regular].max(axis=1) - 1e-12 * size).all()
+    assert (below[regular] >= values[regular].min(axis=1) - 1e-4 * size).all()
+    assert (above[regular] <= values[regular].max(axis=1) + 1e-4 * size).all()
+
+
+@pytest.mark.parametrize(("low", "high"), [(-1.0, 0.0), (0.0, 1.0), (0.0, 0.0), (-1.0, 1.0)])
+def test_a_pole_at_an_end_counts(low: float, high: float) -> None:
+    at = np.array([low]), np.array([high])
+    for power in (1, 2, 3):
+        below, above = enclosure(X**-power, X, *at)
+        assert np.isinf(above if high > 0 or power == 2 else below).all()
+        assert below[0] <= above[0]
+    assert bounds_of(1 / X, *at)[0] <= bounds_of(1 / X, *at)[1]

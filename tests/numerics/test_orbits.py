@@ -16,7 +16,7 @@ from witness import machine_from
 from wucht.errors import RunError
 from wucht.numerics import orbits
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.orbits import periodic_orbit
+from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 from wucht.piecewise import Pieces, PiecewiseCubic, step
 from wucht.system import TIME, Output, System
 
@@ -397,3 +397,25 @@ def test_collocation_begins_with_a_run_from_a_state_or_with_the_samples_that_are
     equations = Equations(SimpleNamespace(system=None), np.zeros(0), 0.0)
     assert equations.close_orbit(given, motion, closing, 25) == ("orbit", closing)
     assert len(begun) == 1 and begun[0] is (ran if run else motion)
+
+
+def test_the_trivial_multipliers_are_those_nearest_to_one() -> None:
+    """0.3 is nearer to 1 than 1.9 is, though its logarithm is not; exponents are logarithms over the period."""
+    logs = np.log(np.array([1.9, 0.3, -0.95, 0.0 + 1e-9]).astype(complex))
+    zero = np.zeros(4)
+    orbit = PeriodicOrbit(0.0, zero, 4.0, zero, logs, np.eye(4), zero, 0.0)
+    assert orbit.nontrivial(1) == pytest.approx([1.9, -0.95, 1e-9]) and orbit.nontrivial(2) == pytest.approx([-0.95, 1e-9])
+    assert orbit.nontrivial(0) == pytest.approx(orbit.multipliers) and orbit.multipliers == pytest.approx(
+        [1.9, 0.3, -0.95, 1e-9]
+    )
+    assert orbit.exponents == pytest.approx(logs / 4.0)
+    assert orbit.nontrivial_logarithms(1) == pytest.approx(logs[[0, 2, 3]])
+
+
+def test_the_creep_is_the_part_of_the_gap_along_neutral_directions() -> None:
+    """An oblique projection: along (1, 1) with the multiplier 1, and (1, -3) with 0.5."""
+    vectors = np.array([[1.0, 1.0], [1.0, -3.0]])
+    monodromy = vectors @ np.diag([1.0, 0.5]) @ np.linalg.inv(vectors)
+    gap = 2 * vectors[:, 0] + 7 * vectors[:, 1]
+    orbit = PeriodicOrbit(0.0, np.zeros(2), 1.0, np.zeros(2), np.zeros(2, complex), monodromy, gap, 0.0)
+    assert orbit.creep(1) == pytest.approx([2.0, 2.0]) and orbit.creep(2) == pytest.approx(gap)

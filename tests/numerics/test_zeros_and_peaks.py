@@ -10,9 +10,11 @@ from wucht.numerics.zeros_and_peaks import (
     crossings,
     envelope,
     extremes,
+    fewest_where,
     first_where,
     interval_maxima,
     interval_peaks,
+    stretches,
     values_at_passages,
 )
 
@@ -99,6 +101,7 @@ def test_a_signal_without_a_peak_between_keeps_its_larger_neighbour():
 def test_extremes_are_exact_for_parabolas_and_at_the_ends():
     t = np.linspace(-1, 1.05, 30)
     assert extremes(3 - (t - 0.1) ** 2) == pytest.approx((3 - 1.1**2, 3.0), abs=1e-12)
+    assert extremes((t - 0.1) ** 2 - 3) == pytest.approx((-3.0, 1.1**2 - 3), abs=1e-12)
     assert extremes(t) == (t[0], t[-1])
 
 
@@ -199,3 +202,22 @@ def test_the_envelope_of_a_vibration_that_is_sampled_more_densely_later():
 @pytest.mark.parametrize("n", [0, 1])
 def test_the_envelope_of_hardly_anything(n):
     assert envelope(np.zeros(n), np.ones(n), np.ones(n)).tolist() == [1.0] * n
+
+
+@pytest.mark.parametrize("holds", [[], [False], [True], [True, False, True, True], [False, True, True, False], [True] * 3])
+def test_stretches_are_those_of_a_loop(holds: list[bool]) -> None:
+    begun, expected = None, []
+    for i, one in enumerate([*holds, False]):
+        if one and begun is None:
+            begun = i
+        if not one and begun is not None:
+            expected.append((begun, i))
+            begun = None
+    assert stretches(np.array(holds, bool)) == expected
+
+
+@pytest.mark.parametrize("border", [0.3, 1.0, 7.25])
+def test_the_first_number_from_which_a_condition_holds(border: float) -> None:
+    assert first_where(lambda x: x >= border, 0.0, 10.0) == border
+    assert first_where(lambda x: x > border, 0.0, 10.0) == np.nextafter(border, 10.0)
+    assert [fewest_where(lambda n, least=least: n >= least, 0, 9) for least in (1, 2, 5, 9)] == [1, 2, 5, 9]

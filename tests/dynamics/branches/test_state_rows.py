@@ -88,3 +88,18 @@ def test_beyond_the_point_where_it_is_lost_a_state_is_not_stable() -> None:
     lost = EquilibriumBranch(u, np.array([[-1.0, 0.0, 1.0]], complex), ("", "hopf", ""), ("range", "range"))
     row = steady_row(3.0, [lost, EquilibriumBranch(u, everywhere, ("", "", ""), ("range", "range"))], np.array([0.5, 1.5]))
     assert row.stable == (("2 stable states",), ("one stable state",))
+
+
+@pytest.mark.parametrize(("value", "state"), [(0.05, 0), (0.06, 2), (0.24, 2), (0.26, 1), (0.6, 1), (0.65, 0), (0.7, 0)])
+def test_a_branch_of_orbits_has_none_at_its_ends_and_beyond(row: OrbitRow, value: float, state: int) -> None:
+    assert row.state_at(value) == state
+    assert row.has_orbit(value, np.array([1, 0])) is (state == 2) and not row.has_orbit(value, np.array([0, 0]))
+
+
+def test_steady_states_at_a_point_of_a_branch_and_beside_it() -> None:
+    """Between two points both must be stable; a value at a point lies in both pieces beside it."""
+    exponents = np.array([[-1.0, -1.0, 1.0, 1.0, -1.0, -1.0]], complex)
+    branch = EquilibriumBranch(np.array([np.zeros(6), np.arange(6.0)]), exponents, ("",) * 6, ("", ""))
+    found = steady_row(7.0, [branch], np.array([0.0, 0.5, 1.0, 1.5, 2.5, 3.5, 4.5, 5.0, 5.5]))
+    counts = [len(one) for one in found.stable]
+    assert counts == [1, 1, 1, 0, 0, 0, 1, 1, 0] and found.second == 7.0

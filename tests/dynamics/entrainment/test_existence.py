@@ -224,3 +224,136 @@ def test_an_equilibrium_lies_on_a_branch_between_its_points() -> None:
     assert not on.passes(one, np.array([-1.31]), 2.25) and not on.passes(one, np.array([-1.75]), 2.25)
     assert on.passes(one, np.array([0.0]), 1.0) and not on.passes(one, np.array([0.0]), 0.99)
     assert on.passes(one, np.array([-2.0]), 3.0)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_below_the_band_the_decay_is_that_well_inside(sense: float) -> None:
+    beyond, width = existing(1.0 * sense, sense), TORQUE / SLOPE
+    assert beyond.slowest_rate == pytest.approx(existing((W - 0.8 * width) * sense, sense).slowest_rate, rel=1e-6)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_values_at_which_equilibria_are_searched(sense: float) -> None:
+    """The nominal one and the speed of the vibration in the rotor's sense; of a given range nine values besides."""
+    case = case_of(5.0)
+    assert existence_module._values(case, {"rotor": sense}) == [5.0, sense * W]
+    given: Any = SimpleNamespace(machine=case.machine, parameter=case.parameter, limits=(4.0, 8.0), range=(4.0, 8.0))
+    expected = [5.0, *([W] if sense > 0 else []), 4.0, 4.5, 5.5, 6.0, 6.5, 7.0, 7.5, 8.0]
+    assert existence_module._values(given, {"rotor": sense}) == pytest.approx(expected)
+    shaken = SimpleNamespace(name=SHAKEN, nominal_value=2.0)
+    along: Any = SimpleNamespace(machine=case.machine, parameter=shaken, limits=(0.0, 10.0), range=None)
+    assert existence_module._values(along, {"rotor": sense}) == [2.0, 4.0, 8.0]
+    detuned: Any = SimpleNamespace(
+        machine=case.machine, parameter=SimpleNamespace(name="detuning", nominal_value=3.0), limits=(-5.0, 5.0), range=None
+    )
+    assert existence_module._values(detuned, {"rotor": sense}) == [3.0, 0.0]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_motors_need_no_torque_at_the_mean_speed_of_the_others(sense: float) -> None:
+    """Three exciters, of which the first one's no-load speed is swept: the others turn at 9 and 11 rad/s, in magnitude."""
+    rotors = [SimpleNamespace(name=name) for name in "abc"]
+    machine: Any = SimpleNamespace(
+        rotors=rotors, rotor=rotors[0], shaking_frequency=None, values={"a.v": 7.0, "b.v": 9.0, "c.v": -11.0}
+    )
+    case: Any = SimpleNamespace(
+        machine=machine, parameter=SimpleNamespace(name="a.v", nominal_value=7.0), limits=(-50.0, 50.0), range=None
+    )
+    patch = pytest.MonkeyPatch()
+    with patch.context() as context:
+        context.setattr(existence_module, "no_load_speed", lambda _, rotor: f"{rotor.name}.v")
+        assert existence_module._values(case, {"a": sense, "b": 1.0, "c": -1.0}) == [7.0, sense * 10.0]
+        context.setattr(existence_module, "no_load_speed", lambda _, rotor: "a.v" if rotor is rotors[0] else None)
+        machine.rotors = rotors[:1]
+        assert existence_module._values(case, {"a": -sense}) == list(dict.fromkeys([7.0, -sense * 7.0]))
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_averaged_state_of_a_state_of_the_machine(sense: float) -> None:
+    """The phase is sigma phi less that of the vibration at this time."""
+    case = case_of(5.0)
+    equations = existence(case, not_entrained(case), {"rotor": sense}, Work()).equations
+    assert equations is not None
+    of, state = case.machine, np.zeros(len(case.machine.state_names))
+    state[of.row(of.rotor.coordinate.position)] = sense * (W * 3.0 + 0.5)
+    averaged = dict(zip(equations.names, equations.state_at(of, 3.0, state, 6.0).tolist(), strict=True))
+    assert {name: value for name, value in averaged.items() if name.endswith("phase")} == {"rotor.phase": pytest.approx(0.5)}
+    assert averaged["rotor.speed"] == pytest.approx(6.0)
+    states = np.array([[0.5, 0.1], [6.0, 7.0]])
+    ordered = states if equations.names[0].endswith("phase") else states[::-1]
+    assert equations.speed(ordered).tolist() == [6.0, 7.0]
+    assert equations.wrap_phases(np.where(equations.phases, 3 * math.pi + 0.5, 9.0)).tolist() == pytest.approx(
+        np.where(equations.phases, -math.pi + 0.5, 9.0).tolist()
+    )
+    assert equations.wrap_phases(np.where(equations.phases, -math.pi, 9.0)).max() == 9.0
+    assert abs(equations.wrap_phases(np.where(equations.phases, -math.pi, 9.0)).min()) == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_near_an_edge_the_slower_of_two_decays_counts(sense: float) -> None:
+    """There both are real."""
+    width, inertia = TORQUE / SLOPE, machine(5.0).values["rotor.inertia"]
+    cosine = 0.1 * SLOPE**2 / (4 * inertia * TORQUE)
+    found = existing(sense * (W + width * math.sqrt(1 - cosine**2)), sense)
+    roots = np.roots([inertia, SLOPE, TORQUE * cosine])
+    assert not roots.imag.any()
+    assert found.slowest_rate == pytest.approx(-roots.real.max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("backward", [False, True])
+@pytest.mark.parametrize("begin", range(8))
+def test_the_edges_of_a_closed_branch_do_not_depend_on_where_it_begins(begin: int, backward: bool) -> None:
+    """Also where it begins, and ends, right beside a fold."""
+    values, stable = [3.0, 4.0, 5.0, 4.0, 3.0, 2.0, 1.0, 2.0], [True, True, True, False, False, False, True, True]
+    order = np.roll(np.arange(8)[:: -1 if backward else 1], begin)
+    if order[0] in (2, 6):
+        return  # it begins at a regular point
+    order = np.append(order, order[0])
+    kinds = {k: "fold" for k, i in enumerate(order.tolist()) if i in (2, 6)}
+    one = branch_of([values[i] for i in order], [stable[i] for i in order], kinds, closed=True)
+    (range_,) = following().stable_ranges([one])
+    assert (range_.low, range_.high) == (Edge(1.0, "fold"), Edge(5.0, "fold"))
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_equations_along_the_parameter(sense: float) -> None:
+    """J p'' = k (W - w - p') - T sin(p), scaled: by the motor's speed k, by the phase -T cos(p)."""
+    case = case_of(5.0)
+    equations = existence(case, not_entrained(case), {"rotor": sense}, Work()).equations
+    assert equations is not None
+    inertia, state = machine(5.0).values["rotor.inertia"], np.array([0.5, 6.0])
+    phase, speed = (int(np.flatnonzero(equations.phases)[0]), int(np.flatnonzero(~equations.phases)[0]))
+    state = state if phase == 0 else state[::-1]
+    rate, jacobian, by_value = equations._linearisation(state[:, None], np.array([sense * 7.0]))
+    scale = equations.pace * equations.sizes
+    assert equations.pace == pytest.approx(W) and equations.sizes[phase] == 1.0 and equations.sizes[speed] == pytest.approx(W)
+    torque = SLOPE * (7.0 - 6.0) - TORQUE * math.sin(0.5)
+    assert rate[phase, 0] * scale[phase] == pytest.approx(6.0 - W)
+    assert rate[speed, 0] * scale[speed] == pytest.approx(torque / inertia)
+    assert jacobian[0, speed, phase] * scale[speed] == pytest.approx(-TORQUE * math.cos(0.5) / inertia)
+    assert jacobian[0, speed, speed] == pytest.approx(-SLOPE / inertia / equations.pace)
+    assert by_value[0, speed] * scale[speed] / equations.unit == pytest.approx(sense * SLOPE / inertia)
+    roots = np.roots([inertia, SLOPE, TORQUE * math.cos(0.5)])
+    assert sorted(equations.eigenvalues(state, 7.0).real) == pytest.approx(sorted(roots.real))
+    assert equations.is_turning(state) and not equations.is_turning(np.where(equations.phases, 0.5, -6.0))
+
+
+def test_all_rotors_must_turn_in_their_senses() -> None:
+    made: Any = SimpleNamespace(phases=np.array([True, False, False]))
+    turning = existence_module.AveragedEquations.is_turning
+    assert turning(made, np.array([-1.0, 2.0, 3.0])) and not turning(made, np.array([1.0, 2.0, -3.0]))
+
+
+def test_starts_lie_around_the_circle_at_speeds_up_to_that_of_the_fastest_motor(monkeypatch: pytest.MonkeyPatch) -> None:
+    from wucht.dynamics.entrainment import averaged_equations as module
+
+    rotors = ["a", "b", "c"]
+    of: Any = SimpleNamespace(
+        phases=np.array([True, False]), n=2, pace=7.0, machine=SimpleNamespace(shaken_coordinate=None, rotors=rotors)
+    )
+    monkeypatch.setattr(module, "free_speed", lambda _, rotor: {"a": 9.0, "b": -12.0, "c": None}[rotor])
+    phases, speeds = module.AveragedEquations.starts(of)
+    assert np.unique(np.round(speeds, 9)) == pytest.approx(sorted([*np.linspace(3.6, 13.2, 9), 10.5]))
+    assert np.diff(np.unique(phases)) == pytest.approx([2 * math.pi / 12] * 11) and len(phases) == 12 * 10
+    of.machine.shaken_coordinate = object()
+    assert module.AveragedEquations.starts(of)[1].tolist() == [7.0] * 12

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from wucht.dynamics.run_ups.horizon import SAMPLES_PER_TURN, Horizon, RunSettings
+from wucht.dynamics.run_ups.horizon import (
+    SAMPLES_PER_TURN,
+    SPEED_LIMIT,
+    TURNS_DONE,
+    Horizon,
+    RunSettings,
+    numbers_per_sample,
+)
 from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.files.building import machine_from
 
 
@@ -24,3 +34,97 @@ def test_samples_are_as_dense_as_the_faster_of_rotor_and_shaking_asks(shaking: f
     horizon = Horizon.of(machine, RunSettings(until=100 * turn), initial_state(machine, {}))
     assert horizon.step == pytest.approx(turn / SAMPLES_PER_TURN, rel=1e-3)
     assert horizon.vibration == shaking
+
+
+def driven(speed: float, **more: Any) -> Any:
+    return machine_from(
+        {
+            "carrier": {"directions": "x", "stiffness": 4e4, "damping": 10.0},
+            "bodies": [{"kind": "rotor", "name": "d", "mass": 4.0, "unbalance": 0.01, "inertia": 0.1}],
+            "drive": {"on": "d", "kind": "linear", "slope": 0.1, "no_load_speed": speed},
+        }
+        | more
+    )
+
+
+def horizon(machine: Any, start: dict[str, Any] | None = None, **settings: Any) -> Horizon:
+    return Horizon.of(machine, RunSettings(**settings), initial_state(machine, start or {}))
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize(("turns", "short"), [(9.9, True), (10.1, False)])
+def test_less_than_ten_turns_are_no_verdict(sense: int, turns: float, short: bool) -> None:
+    """The warning states the time of ten turns."""
+    warnings = horizon(driven(sense * 200.0), until=turns * 2 * math.pi / 200.0).warnings
+    assert len(warnings) == short and (not short or f"({20 * math.pi / 200:.3g} s)" in warnings[0])
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_events_fire_whichever_way_the_rotor_turns(sense: int) -> None:
+    """After three turns from the angle of the start, or at 150 rad/s, their functions rise through zero."""
+    machine, start = driven(sense * 200.0), {"d": {"angle": 0.5}}
+    events = {e.name: e for e in horizon(machine, start, turns=3.0, speed_limit=150.0).events}
+    rotor = machine.rotor.coordinate
+    for angle, done in ((0.5 + sense * 5.9 * math.pi, False), (0.5 + sense * 6.1 * math.pi, True)):
+        assert (events[TURNS_DONE].expression.subs(rotor.position, angle) > 0) == done
+    for speed, fast in ((sense * 149.0, False), (sense * 151.0, True)):
+        assert (events[SPEED_LIMIT].expression.subs(rotor.velocity, speed) > 0) == fast
+    assert all(e.terminal and e.direction == 1 for e in events.values())
+
+
+def test_samples_are_shared_by_all_runs() -> None:
+    machine = driven(200.0)
+    assert horizon(machine, stored_samples=6000, runs=3).most == 2000
+    assert horizon(machine, stored_samples=3, runs=3).most == 2
+    alone, among = horizon(machine).most, horizon(machine, runs=10).most
+    assert alone == min(1_000_000, 30_000_000 // numbers_per_sample(machine)) and among == alone // 10
+    assert horizon(machine, runs=10**9).most == 2000
+
+
+def test_a_run_without_end_doubles_until_25000_turns() -> None:
+    """Eight doublings of 100 turns; and each keeps half as many samples again as fit, where fewer do."""
+    machine = driven(200.0)
+    open_ended, ended = horizon(machine), horizon(machine, until=1.0)
+    assert open_ended.samples == pytest.approx(open_ended.first / open_ended.step * 2 ** math.log2(250), rel=1e-9)
+    assert ended.samples == pytest.approx(1.0 / ended.step)
+    few = horizon(machine, stored_samples=1000)
+    assert few.samples == pytest.approx(1000 * (1 + math.log2(250) / 2))
+
+
+@pytest.mark.parametrize("speed", [50.0, -50.0, 500.0])
+def test_time_scales_of_a_run(speed: float) -> None:
+    """The natural frequency is 100 rad/s: the faster of both sets the step and the span, the slower one the first leg."""
+    of, fast, slow = horizon(driven(speed)), max(100.0, abs(speed)), min(100.0, abs(speed))
+    assert of.vibration == pytest.approx(100.0)
+    assert of.span == pytest.approx(2 * math.pi / fast)
+    assert of.first == pytest.approx(max(100 * 2 * math.pi / fast, 40 * math.pi / slow))
+    assert of.step == pytest.approx(2 * math.pi / fast / SAMPLES_PER_TURN, rel=1e-2)
+
+
+@pytest.mark.parametrize(("speed", "fastest"), [(900.0, 900.0), (1100.0, 1000.0), (-1100.0, 1000.0)])
+def test_a_span_is_no_shorter_than_a_tenth_of_a_vibration(speed: float, fastest: float) -> None:
+    assert horizon(driven(speed)).span == pytest.approx(2 * math.pi / fastest)
+
+
+@pytest.mark.parametrize("speed", [400.0, -400.0])
+def test_a_prescribed_speed_is_expected(speed: float) -> None:
+    machine = driven(0.0, drive={"on": "d", "kind": "constant-speed", "speed": speed})
+    assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)
+
+
+@pytest.mark.parametrize("settled", [True, False])
+def test_what_ends_a_run_without_an_end_time(settled: bool) -> None:
+    verdict: Any = SimpleNamespace(outcome=Outcome.PASSED, settled_within=lambda width: settled and width == 1e-5)
+    assert horizon(driven(200.0)).is_decided(verdict) is settled
+    turns = horizon(driven(200.0), turns=30.0)
+    assert not turns.is_decided(verdict)
+    for outcome in (Outcome.STOPPED, Outcome.OSCILLATING):
+        assert turns.is_decided(SimpleNamespace(outcome=outcome))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_prescribed_speed_that_rises_later_is_expected(sense: float) -> None:
+    held = {"on": "d", "kind": "constant-speed", "speed": sense * 150.0}
+    ramp = {"parameter": "drive.speed", "points": [[0.0, sense * 150.0], [1.0, sense * 400.0]]}
+    machine = driven(0.0, drive=held, schedules=[ramp])
+    assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)

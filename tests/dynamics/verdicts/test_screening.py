@@ -93,3 +93,26 @@ def test_a_modulation_is_not_told_from_samples() -> None:
     assert not rest.evidence.is_modulated.is_known.any()
     whole = replace(rest.evidence, has_settled=np.ones(2, bool), resonance=np.full(2, 0.7))
     assert [OUTCOMES[i] for i in classify_each(whole)] == [Outcome.UNIDENTIFIED] * 2
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize(("turns", "expected"), [(5.9, False), (6.1, True)])
+def test_six_turns_are_needed(turns: float, expected: bool, sense: int) -> None:
+    speed = sense * turns * 2 * np.pi / 400.0
+    assert (screen(of(np.full(len(TIMES), speed))).has_settled == expected).all()
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("driven", [1, -1])
+def test_the_free_speed_counts_in_the_sense_in_which_the_rotor_turns(sense: int, driven: int) -> None:
+    evidence = screen(of(np.full(len(TIMES), float(sense))), free=float(driven)).evidence
+    assert (evidence.is_at_speed.yes == (sense == driven)).all()
+    assert (np.asarray(evidence.free_speed) == sense * driven).all()
+
+
+@pytest.mark.parametrize(("depth", "rises"), [(0.3, 0), (0.7, 20)])
+def test_a_rise_goes_from_a_quarter_below_the_middle_to_a_quarter_above(depth: float, rises: int) -> None:
+    """20 waves of a smaller depth than that of the first one, which goes from 0.5 to 1.5."""
+    wave = np.sin(2 * np.pi * TIMES / 20.0)
+    speed = 1 + 0.5 * np.where(TIMES < 20.0, wave, depth * wave)
+    assert (abs(screen(of(speed)).rises - rises) <= 1).all()

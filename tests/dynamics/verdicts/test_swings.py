@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from motions import DECAYS, END, FIXED, LONGER, ROTOR, W, approaching, beyond, growing, judged, just_over, machine, seen, tenth
 
-from wucht.dynamics.verdicts.swings import swing_of
+from wucht.dynamics.verdicts.swings import mean_turning_evidence, swing_of
 
 STOP = 100.0
 
@@ -205,3 +205,28 @@ def test_what_turns_over_ever_less_is_given_its_time_until_it_only_swings():
     assert found.outcome == "unidentified"
     last = math.exp(-90 / 600)
     assert found.needed_time == pytest.approx((100 + 600 * math.log(last / 0.45)), rel=0.015)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize(("turns", "turning"), [(12.0, False), (12.6, True)])
+def test_a_rotor_that_turns_back_in_each_turn_turns_in_its_sense(sense, turns, turning):
+    """It turns back each second, and makes six turns or not in the half of the run that counts, less a second."""
+    speed = turns * W / STOP
+
+    def angle(t):
+        return sense * (speed * t + 0.1 * np.sin(W * t))
+
+    of = beyond()
+    found = mean_turning_evidence(of, seen(of, STOP, angle), sense * W)
+    assert (found is not None) is turning
+    if found is not None:
+        assert found.free_speed == pytest.approx(W) and found.mean_speed == pytest.approx((speed, speed), rel=0.05)
+        backward = mean_turning_evidence(of, seen(of, STOP, angle), -sense * W)
+        assert backward.free_speed == pytest.approx(-W)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize(("range_", "swings"), [(0.99, True), (1.01, False)])
+def test_what_goes_through_more_than_a_turn_does_not_swing(sense, range_, swings):
+    found = swing_of(braked(), seen(braked(), STOP, lambda t: sense * range_ * np.pi * np.sin(W * t)))
+    assert (found is not None) is swings

@@ -262,3 +262,42 @@ def test_a_sample_that_two_parts_of_a_motion_share_counts_once(overlap):
     whole = motion.part(slice(5 - overlap, None)).with_previous(motion.part(slice(5)))
     for name, values in vars(motion).items():
         assert np.array_equal(getattr(whole, name), values), name
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_middle_of_a_turn_lies_half_its_time_before_its_end(sense):
+    """Turns of 2 s, eight averages each."""
+    time = np.linspace(0.0, 9.0, 901)
+    _, turns = TurnObserver().update(Samples.of(time, (sense * np.pi * time, np.full(901, sense * np.pi))))
+    assert turns.middle == pytest.approx(turns.time - 1.0) and turns.speed == pytest.approx(
+        np.full(len(turns.time), sense * np.pi)
+    )
+    assert turns.count == pytest.approx(len(turns.time) / 8)
+
+
+def of_bodies():
+    """Three bodies whose angles, speeds and moments are known by their numbers."""
+    base = np.arange(3.0)[:, None] + np.zeros(2)
+    return replace(Samples.of(np.array([0.0, 1.0]), *zip(base, 10 + base, strict=True)), moments=100 + base)
+
+
+@pytest.mark.parametrize(("body", "order"), [(0, [0, 1, 2]), (1, [1, 0, 2]), (2, [2, 0, 1])])
+def test_samples_relative_to_a_body(body, order):
+    found = of_bodies().relative_to(body)
+    assert found.angles[:, 0].tolist() == order
+    assert found.speeds[:, 0].tolist() == [10 + i for i in order] and found.moments[:, 0].tolist() == [100 + i for i in order]
+    one = of_bodies().only_body(body)
+    assert (one.angles[:, 0].tolist(), one.speeds[:, 0].tolist(), one.moments[:, 0].tolist()) == (
+        [body],
+        [10 + body],
+        [100 + body],
+    )
+
+
+def test_samples_with_another_leading_motion():
+    angle, speed = np.array([7.0, 8.0]), np.array([0.5, 0.25])
+    put = of_bodies().with_reference(angle, speed)
+    assert put.angles.tolist() == [[7.0, 8.0], [0, 0], [1, 1], [2, 2]] and put.speeds[:2].tolist() == [[0.5, 0.25], [10, 10]]
+    assert put.moments.tolist() == [[0, 0], [100, 100], [101, 101], [102, 102]], "it has no weight"
+    replaced = of_bodies().with_leading(angle, speed)
+    assert replaced.angles.tolist() == [[7.0, 8.0], [1, 1], [2, 2]] and replaced.speeds[:2].tolist() == [[0.5, 0.25], [11, 11]]

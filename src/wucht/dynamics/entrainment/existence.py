@@ -143,9 +143,10 @@ def _edge(b: ExistenceBranch, inside: int, outside: int | None) -> Edge:
     """Return where stability is lost between a stable point and its neighbour: at the special point between them."""
     if outside is None:
         return Edge(float(b.values[inside]), RANGE)
-    forward = (outside - inside) % len(b.values) <= len(b.values) // 2 if b.is_closed else outside > inside
+    count = len(b.values) - b.is_closed  # the last point of a closed branch is its first
+    forward = (outside - inside) % count <= count // 2 if b.is_closed else outside > inside
     step = 1 if forward else -1
-    beside = (inside + step) % len(b.values)
+    beside = (inside + step) % count
     if kind := b.kinds[beside]:
         return Edge(float(b.values[beside]), kind)
     # No special point was located between them.

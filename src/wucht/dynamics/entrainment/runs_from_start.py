@@ -110,7 +110,7 @@ class RunsFromStart:
         if means is None:
             half = observation.main.last(0.5)
             window = float(half.time[0]), float(half.time[-1])
-            return replace(run, window=window, mean_speed=float(np.ptp(half.angle[[0, -1]])) / (window[1] - window[0]))
+            return replace(run, window=window, mean_speed=float(half.angle[-1] - half.angle[0]) / (window[1] - window[0]))
         # A phase that creeps past a bottleneck beyond the band is not locked, even if no longer run is made.
         steady = means.evidence.is_locked is True and means.creep < _STEADY
         is_entrained = steady and (

@@ -1,0 +1,134 @@
+"""The averaged model of a run-up in either sense, what it leaves out of the start, and the signals that are compared."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.dynamics.run_ups.deviations import compared_bodies, compared_motion
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
+from wucht.files.building import machine_from
+from wucht.machines.machine import DISSIPATED_WORK
+from wucht.mechanics.averaged.solution import VIBRATION_WORK
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.trajectory import Trajectory
+
+SLOPE, FREE = 0.01, 200.0
+
+
+def machine(sense: float = 1.0, drive: bool = True, **more: Any) -> Any:
+    table = {
+        "carrier": {"mass": 1.0, "directions": "x", "stiffness": 1e4, "damping": 5.0},
+        "bodies": [
+            {"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.01},
+            {"kind": "pendulum", "name": "p", "about": "a", "mass": 0.05, "length": 0.1, "damping": 0.01},
+        ],
+    }
+    motor = {"on": "a", "kind": "linear", "slope": SLOPE, "no_load_speed": sense * FREE}
+    return machine_from(table | ({"drive": motor} if drive else {}) | more)
+
+
+def model(of: Any, **start: Any) -> Any:
+    return slow_model(of, initial_state(of, start), None, 1)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_angle_is_positive_in_the_sense_of_the_rotor(sense: float) -> None:
+    of = machine(sense)
+    start = {"a": {"angle": sense * 3.0, "speed": sense * 40.0}, "p": {"angle": sense * 0.5, "speed": sense * 40.0}}
+    slow = model(of, **start)
+    states = dict(zip([s.name for s in slow.system.states], slow.initial.tolist(), strict=True))
+    assert slow.slow.senses["a"] == sense and slow.initial[-1] == pytest.approx(3.0)
+    assert states["a.speed"] == pytest.approx(40.0) and states["p.phase"] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_rotor_without_a_drive_turns_as_it_starts(sense: float) -> None:
+    of = machine(drive=False)
+    slow = model(of, a={"speed": sense * 40.0}, p={"speed": sense * 40.0})
+    assert slow.slow.senses["a"] == sense
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_events_are_those_of_the_machine(sense: float) -> None:
+    of = machine(sense)
+    c = of.rotor.coordinate
+    (event,) = model(of).events((Event("e", 2 * c.position + 3 * c.velocity, 1),))
+    symbols = {s.name: s for s in event.expression.free_symbols}
+    angle = next(s for name, s in symbols.items() if s is not c.velocity)
+    assert float(event.expression.subs({angle: 5.0, c.velocity: 7.0})) == sense * (2 * 5.0 + 3 * 7.0)
+
+
+@pytest.mark.parametrize("entry", ["x", "vx"])
+@pytest.mark.parametrize("way", [1e-3, -1e-3])
+def test_a_carrier_that_does_not_start_at_rest_is_left_out(entry: str, way: float) -> None:
+    of = machine()
+    moved = [w for w in model(of, carrier={entry: way}).warnings if "its start is left out" in w]
+    assert len(moved) == 1
+    assert not [w for w in model(of).warnings if "its start is left out" in w]
+
+
+def trajectory(slow: Any, speed: float) -> Trajectory:
+    """Two instants at a steady speed (positive in the rotor's sense), the phase at rest."""
+    time = np.array([0.0, 0.01])
+    names = [s.name for s in slow.system.states]
+    rows = {"a.speed": np.full(2, speed), "p.phase": np.full(2, 0.5)}
+    states = np.array([rows.get(n, speed * time) for n in names])
+    works = {q.name: np.array([0.0, k + 1.0]) for k, q in enumerate(slow.system.quadratures)}
+    return Trajectory(time, states, works, np.array(slow.values), 0.01, states[:, -1])
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_torques_and_works_of_the_averaged_motion(sense: float) -> None:
+    """k (W - w) with the sign of its axis, times the speed a power; and all losses together."""
+    of = machine(sense)
+    slow = model(of)
+    motion = trajectory(slow, 150.0)
+    whole = slow.machine_motion(motion)
+    assert (
+        whole.quadratures[DISSIPATED_WORK].tolist()
+        == (motion.quadratures[DISSIPATED_WORK] + motion.quadratures[VIBRATION_WORK]).tolist()
+    )
+    assert VIBRATION_WORK not in whole.quadratures
+    rows = slow.rows(motion, whole)
+    torque = sense * SLOPE * (FREE - 150.0)
+    assert rows["motor_torque"] == pytest.approx([torque] * 2) and rows["drive_torque"] == pytest.approx([torque] * 2)
+
+    speed = rows[of.rotor.coordinate.velocity.name]
+    assert np.sign(speed).tolist() == [sense] * 2 and rows["motor_power"] == pytest.approx(torque * speed)
+    assert rows[of.rotor.coordinate.position.name] == pytest.approx(sense * motion.states[-1], abs=1e-3)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_signals_that_are_compared_are_positive_in_the_sense_of_the_rotor(sense: float) -> None:
+    of = machine()
+    time = np.linspace(0.0, 1.0, 5)
+    a, p, v = of.rotor.coordinate.position.name, of.body("p").coordinate.position.name, of.rotor.coordinate.velocity.name
+    rows = {a: sense * (1 + 9 * time), p: sense * (1 + 9 * time - 0.25), v: sense * 9 + 0 * time, "orbit.x": 0.5 + 0 * time}
+    full = FullModel(of, initial_state(of, {}))
+    assert full.events(()) == ()
+    rest = SimpleNamespace(time=time)
+    names = {f"orbit.{k}{n}": 0 * time for n in of.orbit for k in ("", "v")}
+    motion: Any = SimpleNamespace(case=SimpleNamespace(machine=of), rows=names | rows, machine_motion=rest)
+    found = compared_motion(motion)
+    assert found.angle == pytest.approx(1 + 9 * time) and found.speed == pytest.approx(np.full((1, 5), 9.0))
+    assert found.phase == pytest.approx(np.full(5, -0.25))
+    assert found.radius == pytest.approx(np.full(5, 0.5), abs=1e-3)
+
+
+def test_which_speeds_are_compared() -> None:
+    """The main rotor's, or of one whose speed is prescribed those of its bodies."""
+    assert [b.name for b in compared_bodies(machine())] == ["a"]
+    held = machine_from({
+        "carrier": {"mass": 1.0, "directions": "x", "stiffness": 1e4, "damping": 5.0},
+        "bodies": [
+            {"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.01},
+            *({"kind": "pendulum", "name": n, "about": "a", "mass": 0.05, "length": 0.1, "damping": 0.01} for n in "pq"),
+        ],
+        "drive": {"on": "a", "kind": "constant-speed", "speed": 50.0},
+    })  # fmt: skip
+    assert [b.name for b in compared_bodies(held)] == ["p", "q"]
