@@ -13,7 +13,7 @@ from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK
-from wucht.mechanics.averaged.solution import VIBRATION_WORK
+from wucht.mechanics.rotating_bodies.solution import VIBRATION_WORK
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.trajectory import Trajectory
 
