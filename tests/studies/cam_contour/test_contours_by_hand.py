@@ -341,4 +341,5 @@ def test_the_arrow_turns_as_the_cam_does(result: xr.Dataset, clockwise: bool) ->
     (arrow,) = (t for t in axis.texts if not t.get_text())
     begin, end = np.array(arrow.xyann), np.array(arrow.xy)
     assert begin[1] > 0 and end[1] == pytest.approx(begin[1])
-    assert (begin[0] * end[1] - begin[1] * end[0] > 0) is not clockwise
+    assert bool(begin[0] * end[1] - begin[1] * end[0] > 0) is not clockwise
+    assert [np.hypot(*begin), np.hypot(*end)] == pytest.approx([9.0, 9.0]), "three tenths of the base circle"

@@ -381,7 +381,7 @@ def test_notes_on_a_measured_acceleration(share: float, ratio: float, begins: li
 
 def test_the_lines_of_the_figure(result: xr.Dataset) -> None:
     axes = drawn("cam-correction", result).axes
-    history, spectrum, speed, orders, contours, moved, pressure, radius, measured, _ = axes
+    history, spectrum, speed, orders, contours, moved, pressure, radius, measured, beside = axes
     ms = 1e3 * TAU / SHAFT.mean
     for k, line in enumerate(history.get_lines()[:2]):
         assert line.get_xdata() == pytest.approx(ms) and line.get_ydata() == pytest.approx(result.acceleration.values[k])
@@ -404,3 +404,6 @@ def test_the_lines_of_the_figure(result: xr.Dataset) -> None:
     assert computed.get_ydata() == pytest.approx(result.acceleration.values[1]), "of the cam that was measured"
     samples = measured.get_lines()[0]
     assert samples.get_xdata() == pytest.approx(np.array([0.5, 1.5]) / SHAFT.mean * 1e3)
+    tops = [(b.get_x() + b.get_width() / 2, b.get_y() + b.get_height()) for b in beside.patches if np.isfinite(b.get_height())]
+    assert tops[:2] == [pytest.approx((k - 0.2, a)) for k, a in ((1, 50.0), (2, 10.0))], "computed"
+    assert tops[2:] == [pytest.approx((k + 0.2, a)) for k, a in ((1, 50.0), (2, 20.0), (3, 10.0))], "measured"

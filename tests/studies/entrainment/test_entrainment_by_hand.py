@@ -370,3 +370,15 @@ def test_a_phase_that_wraps_downwards_goes_to_the_border() -> None:
     share = (math.pi - 2.5) / (2 * math.pi - 5.5)
     assert at == pytest.approx([0.0, share, share, share, 1.0, 2.0])
     assert shown == pytest.approx([-2.5, -math.pi, math.nan, math.pi, 3.0, 2.0], nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("stable", "goes_on"), [([True, True, False], True), ([False, True, True], False), ([True, False, True], False)]
+)
+def test_a_line_goes_to_the_border_only_where_both_points_beside_it_are_drawn(stable: list[bool], goes_on: bool) -> None:
+    x, y = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
+    at, shown = figure._stability_part(x, y, np.array(stable), True, math.pi)
+    assert at == pytest.approx([0.0, 0.5, 0.5, 0.5, 1.0, 2.0])
+    border = [math.pi, math.nan, -math.pi] if goes_on else [math.nan] * 3
+    assert shown[1:4] == pytest.approx(border, nan_ok=True)
+    assert np.isfinite(shown[[0, 4, 5]]).tolist() == stable
