@@ -15,7 +15,9 @@ from tests.hand_made import titled, warnings_of, with_answer
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.work import Work
 from wucht.files.user_system import equations_from
+from wucht.studies.orbit_branch import answer as orbit_answer
 from wucht.studies.orbit_branch.answer import _orbit_entry as orbit_entry
+from wucht.studies.orbit_branch.orbit_tables import rotor_periods
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.registry import study_of
 
@@ -143,3 +145,66 @@ def test_exponents_of_a_rotor_per_angle_are_those_per_time_over_its_speed() -> N
     rotating: Any = SimpleNamespace(problem=SimpleNamespace(shows_rotor_speed=True), along=plan.along)
     entry = orbit_entry(rotating, branch, replace(one, period=2.0, period_phi=4.0, exponents=np.array([-0.5 + 1.0j])))
     assert entry["exponents"] == [[-0.5, 1.0]] and entry["exponents_phi"] == [[-0.25, 0.5]]
+
+
+@pytest.mark.parametrize(
+    ("stable", "special", "expected"),
+    [
+        ([1, 1, 0, 1], [0, 0, 0, 0], [(0, 2), (3, 4)]),
+        ([0, 1, 0, 0], [1, 0, 1, 0], [(0, 3)]),  # with the special orbits at its ends
+        ([0, 0, 0, 1], [0, 1, 0, 0], [(3, 4)]),  # a special orbit alone is none
+        ([0, 0], [0, 0], []),
+        ([], [], []),
+    ],
+)
+def test_stable_stretches_reach_to_special_orbits(stable: list[int], special: list[int], expected: Any) -> None:
+    assert orbit_answer._stretches(np.array(stable, bool), np.array(special, bool)) == expected
+
+
+def entry_of(stable: list[int], end: str = "range", backward: bool = True, last: float = 6.0) -> dict[str, Any]:
+    """Of a branch over 3, 1, 2, 5, 4, which ends at 0.5 before its first orbit and at ``last`` behind its last."""
+    arrays = {"values": np.array([3.0, 1.0, 2.0, 5.0, 4.0]), "stable": np.array(stable, bool)}
+    branch = SimpleNamespace(
+        whole_array=arrays.__getitem__, kinds=[""] * 5, seed=SimpleNamespace(origin="a run", winding=None),
+        onward=SimpleNamespace(end=SimpleNamespace(parameter=last, kind=end)),
+        backward=SimpleNamespace(end=SimpleNamespace(parameter=0.5)) if backward else None,
+    )  # fmt: skip
+    plan: Any = SimpleNamespace(problem=SimpleNamespace(turns=lambda winding: {}))
+    (entry,) = orbit_answer._branch_entries(plan, SimpleNamespace(branches=[branch]))  # type: ignore[arg-type]
+    return entry
+
+
+def test_ranges_of_stable_orbits_go_to_the_ends_of_the_branch() -> None:
+    assert entry_of([1, 1, 0, 1, 1]) == {
+        "begun": "a run",
+        "range": [1.0, 5.0],
+        "winding": {},
+        "stable": [[0.5, 3.0], [4.0, 6.0]],
+    }
+    assert entry_of([0, 1, 1, 1, 0])["stable"] == [[1.0, 5.0]]
+    assert entry_of([1, 0, 0, 0, 0], backward=False)["stable"] == [[3.0, 3.0]]
+    assert entry_of([1, 1, 0, 1, 1], orbit_answer.CLOSED_BRANCH, False)["stable"] == [[1.0, 6.0]], "on either side of the first"
+    assert entry_of([1, 0, 1, 1, 0], orbit_answer.CLOSED_BRANCH, False)["stable"] == [[3.0, 3.0], [2.0, 5.0]]
+    assert entry_of([0, 1, 0, 1, 1], orbit_answer.CLOSED_BRANCH, False)["stable"] == [[1.0, 1.0], [4.0, 6.0]]
+    assert entry_of([1, 1, 0, 1, 1], orbit_answer.CLOSED_BRANCH, False, 0.25)["stable"] == [[0.25, 5.0]]
+
+
+def test_the_rotor_turns_through_a_positive_angle_in_a_period() -> None:
+    for rotor, expected in ((True, [6.0, 10.0]), (False, [np.nan, np.nan])):
+        plan: Any = SimpleNamespace(problem=SimpleNamespace(shows_rotor_speed=rotor))
+        assert rotor_periods(plan, np.array([2.0, 5.0]), np.array([3.0, -2.0])) == pytest.approx(expected, nan_ok=True)
+
+
+def test_every_orbit_of_the_circles_in_closed_form() -> None:
+    """Radius sqrt mu, once round at the speed 2 + mu, exponent -2 mu: of the whole branch and of the reported orbits."""
+    made = result()
+    for prefix, value in (("", "value"), ("orbit_", "orbit_value")):
+        mu = made[value].values
+        assert made[f"{prefix}period"].values == pytest.approx(2 * np.pi / (2 + mu), rel=1e-4)
+        assert np.isnan(made[f"{prefix}period_phi"].values).all()
+        assert made[f"{prefix}max_speed"].values == pytest.approx(np.sqrt(mu), rel=1e-3, abs=1e-6)
+        assert made[f"{prefix}min_speed"].values == pytest.approx(-np.sqrt(mu), rel=1e-3, abs=1e-6)
+        assert made[f"{prefix}exponent_re"].values[0] == pytest.approx(-2 * mu, rel=1e-3, abs=1e-6)
+    assert (
+        made.orbit_time.values[:, -1] == pytest.approx(made.orbit_period.values) and (made.orbit_time.values[:, 0] == 0).all()
+    )
