@@ -147,7 +147,7 @@ def test_periods_that_are_none_are_refused():
     system = System((x,), (epsilon * sp.cos(TIME),), (epsilon, A))
     assert averaged(system, epsilon, period=4 * sp.pi).period == 4 * sp.pi
     assert averaged(system, epsilon, period=2 * math.pi).period == approx(2 * math.pi)
-    for wrong in (sp.pi, 3.0, A):
+    for wrong in (sp.pi, 3.0, 5.0, 12.0, A):
         with rejected("other-period"):
             averaged(system, epsilon, period=wrong)
     for wrong in (0, -2 * sp.pi, sp.oo, sp.I):
