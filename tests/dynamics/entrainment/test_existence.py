@@ -357,3 +357,19 @@ def test_starts_lie_around_the_circle_at_speeds_up_to_that_of_the_fastest_motor(
     assert np.diff(np.unique(phases)) == pytest.approx([2 * math.pi / 12] * 11) and len(phases) == 12 * 10
     of.machine.shaken_coordinate = object()
     assert module.AveragedEquations.starts(of)[1].tolist() == [7.0] * 12
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_state_of_an_entrained_run_has_a_speed_without_sign(monkeypatch: pytest.MonkeyPatch, sense: float) -> None:
+    case, given = case_of(sense * 5.0), list[tuple[float, float]]()
+    of = existence_module.AveragedEquations
+    original = of.state_at
+
+    def state_at(self: Any, machine: Machine, time: float, state: np.ndarray, speed: float) -> np.ndarray:
+        given.append((time, speed))
+        return original(self, machine, time, state, speed)
+
+    monkeypatch.setattr(of, "state_at", state_at)
+    run = RunFromStart(5.0, 1.0, 3.0, case.initial, is_entrained=True, mean_speed=sense * W)
+    existence(case, run, {"rotor": sense}, Work())
+    assert given == [(3.0, W)]

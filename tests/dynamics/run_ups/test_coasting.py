@@ -146,11 +146,12 @@ def test_after_schedules_it_starts_at_the_speed_at_which_they_last_drive_it() ->
     assert state[undriven.row(undriven.rotor.coordinate.velocity)] == pytest.approx(60.0)
 
 
+@pytest.mark.parametrize("driven", [1.0, -1.0])
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("angle", [0.0, 0.75])
-def test_the_steady_vibration_at_the_start(sense: float, angle: float) -> None:
+def test_the_steady_vibration_at_the_start(sense: float, angle: float, driven: float) -> None:
     """x = Re u W^2 e^(i sigma phi)/(c - M W^2 + i d W) of all unbalances u, and its velocity, beside the rest position."""
-    of = machine()
+    of = machine(drive={"on": "d", "kind": "linear", "slope": 0.1, "no_load_speed": driven * SPEED})
     state = initial_state(
         of, {"d": {"angle": sense * angle, "speed": sense * 90.0}, "p": {"angle": 2.0, "speed": sense * 90.0}}
     )
@@ -243,3 +244,14 @@ def test_without_a_turn_the_speed_itself_halves(monkeypatch: pytest.MonkeyPatch,
     assert record.half_time == pytest.approx(math.log(2.0), abs=1e-6)
     later = before.update(reduced(monkeypatch, time, sense * np.exp(-time / 9), before))
     assert later.half_time is None and later.halving.shape == (2, 2)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_ripple_within_a_turn_does_not_halve_the_speed(monkeypatch: pytest.MonkeyPatch, sense: float) -> None:
+    """It falls from 100 to 60 rad/s, but within each turn to 20 rad/s at last."""
+    time = np.linspace(0.0, 4.0, 8001)
+    speed = 100 - 10 * time
+    angle = 100 * time - 5 * time**2
+    before = Record(end=None, start_speed=sense * 100.0, stride=1.0)  # type: ignore[arg-type]
+    record = before.update(reduced(monkeypatch, time, sense * (speed - 0.65 * speed * np.cos(angle)), before))
+    assert record.averages > 8 and record.half_time is None

@@ -251,3 +251,10 @@ def test_the_last_leg_at_which_it_stays_is_sought_twice_as_far_back_each_time() 
     assert last(9.0) == ("held at 9.0", None, legs[9]) and last(8.5) == ("held at 8.0", None, legs[8])
     assert last(7.9) == ("held at 6.0", None, legs[6]) and last(5.0) == ("held at 2.0", None, legs[2])
     assert last(0.0) == ("held at 0.0", None, legs[0]) and last(-1.0) == ("held at 0.0", 5.0, legs[9])
+
+
+@pytest.mark.parametrize(("driven", "signal"), [(True, 5.0), (False, 0.25)])
+def test_the_signal_is_the_speed_or_where_that_is_prescribed_the_amplitude(driven: bool, signal: float) -> None:
+    moved: Any = Settling([], driven).moved_machine
+    leg: Any = SimpleNamespace(speed=5.0, amplitude=0.25)
+    assert Mover(moved, None, lambda _: None).signal(leg) == signal  # type: ignore[arg-type]

@@ -166,3 +166,11 @@ def test_the_residual_is_the_largest_of_the_last_turns() -> None:
     found = stands(of, lambda t: W * t, lambda t: W * t + math.pi + 0.2 * np.sin(W * t / 3))
     assert found.residual == pytest.approx(2 * math.sin(0.1) * 0.83, rel=0.1), "of means over a turn, 0.83 of the swing"
     assert found.unrest > 0.5
+
+
+def test_a_compensated_rotor_has_the_resonance_of_its_unbalance() -> None:
+    """The ball leaves nothing that could excite a vibration; the rotor alone has one at half of its speed."""
+    of = machine({"mass": 6.0, "stiffness": 10 * (W / 2) ** 2, "damping": 0.1}, with_balls("p"))
+    compensated = stands(of, lambda t: W * t, lambda t: W * t + math.pi)
+    assert compensated.residual == pytest.approx(0.0, abs=1e-9)
+    assert compensated.evidence.resonance == pytest.approx(W / 2, rel=1e-2)
