@@ -194,5 +194,11 @@ def test_attributes_of_a_result_that_was_edited() -> None:
         check_attributes(whole | {"notes": "[[]]"})
     with refused("title", "another type", given=3):
         check_attributes(whole | {"title": 3})
+    check_attributes(whole | {"quantities": '{"a": {"headline": ["b"], "parts": {"b": {"unit": "m"}}}}'})
+    for damaged in ("x", "[]", '{"a": 3}', '{"a": {"parts": []}}', '{"a": {"parts": {"b": 3}}}', '{"a": {"headline": 3}}'):
+        with refused("quantities", given=damaged):
+            check_attributes(whole | {"quantities": damaged})
+    with refused("quantities", "another type", given=3):
+        check_attributes(whole | {"quantities": 3})
     with refused("title", "is missing", given=None):
         check_attributes({k: v for k, v in whole.items() if k != "title"})

@@ -73,11 +73,23 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
     question = _parsed_attribute(attributes, "input", dict)
     if not all(isinstance(question.get(part), dict) for part in ("study", "machine")):
         raise InputError("input", None, "must contain the question and the machine")
+    if "quantities" in attributes:  # results of earlier versions lack it
+        quantities = _parsed_attribute(attributes, "quantities", dict)
+        if not all(map(_is_quantity, quantities.values())):
+            raise InputError("quantities", attributes["quantities"], "must contain a table for each quantity")
     for name in ("warnings", "notes", "assumed", "contents"):
         if name == "warnings" or name in attributes:  # results of earlier versions lack the others
             lines = _parsed_attribute(attributes, name, list)
             if not all(isinstance(line, str) for line in lines):
                 raise InputError(name, lines, "must be a list of texts")
+
+
+def _is_quantity(facts: Any) -> bool:
+    """True if the facts of a quantity have the form in which ``ResultAccessor`` reads them."""
+    if not isinstance(facts, dict) or not isinstance(parts := facts.get("parts", {}), dict):
+        return False
+    headline = facts.get("headline", False)
+    return all(isinstance(part, dict) for part in parts.values()) and isinstance(headline, bool | list)
 
 
 def _typed_attribute(attributes: Mapping[str, Any], name: str, types: type | tuple[type, ...]) -> Any:
