@@ -12,9 +12,9 @@ import numpy as np
 
 from wucht.cams.demands import require_decimals, require_positive
 from wucht.cams.workshop.points import FEWEST, PointList
-from wucht.cams.workshop.textfiles import format_decimals, write_ascii
 from wucht.errors import InputError, nearest
 from wucht.files.documents import read_text
+from wucht.results.store import replace_file
 
 _FINER = 3  # decimals that angles and normals have more than coordinates: 1 um on a radius of 1 m is 6e-5 deg
 _TITLE = "wucht point list"
@@ -141,3 +141,16 @@ def _list_from_columns(
         tolerance=tolerance,
         decimals=decimals,
     )
+
+
+def write_ascii(path: Path, text: str) -> Path:
+    """Write a text: ASCII, as controllers and old CAM programs read it. Raises ``InputError`` for other
+    letters, ``RunError`` where it cannot be written."""
+    if not text.isascii():
+        raise InputError(str(path), None, "names in files for the workshop must be of plain ASCII characters")
+    return replace_file(path, lambda beside: beside.write_text(text, encoding="ascii", newline="\n"))
+
+
+def format_decimals(values: np.ndarray, decimals: int) -> list[str]:
+    """Return numbers (N,) with so many decimals; never a minus before a zero."""
+    return [f"{v:.{decimals}f}" for v in np.round(values, decimals) + 0.0]

@@ -39,7 +39,7 @@ import numpy as np
 
 from wucht.cams.demands import require_decimals, require_finite, require_positive
 from wucht.cams.laws import Law
-from wucht.cams.workshop.textfiles import format_decimals, write_ascii
+from wucht.cams.workshop.lists import format_decimals, write_ascii
 from wucht.errors import InputError
 from wucht.files.documents import read_text
 

@@ -3,7 +3,7 @@
 import numpy as np
 from tests.refusals import failed, refused
 
-from wucht.cams.workshop.textfiles import format_decimals, write_ascii
+from wucht.cams.workshop.lists import format_decimals, write_ascii
 
 
 def test_a_text_comes_back(tmp_path):
