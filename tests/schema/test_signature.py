@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 from pydantic import Field
+from tests.refusals import refused
 
 import wucht
 from wucht.cli.list import kinds
@@ -232,6 +233,16 @@ wucht.parts.Rotor(name="drum", mass="9 kg")
 text: str = rotor.mass
 Motor(on="drum", stal=2)
 """
+
+
+def test_no_value_by_position_is_dropped() -> None:
+    """Neither a surplus one nor one that is given by name too."""
+    assert wucht.RunUp(20.0).until == wucht.RunUp(until=20.0).until
+    with refused("study", "by position", given=99, code="too-many"):
+        wucht.RunUp(*[1.0] * 99)
+    first = next(iter(inspect.signature(wucht.parts.Rotor).parameters))
+    with refused(f"rotor.{first}", "by position", code="given-twice"):
+        wucht.parts.Rotor("drum", **{first: "other"}, mass=1.0, eccentricity=0.0, inertia=1.0)
 
 
 @pytest.mark.slow

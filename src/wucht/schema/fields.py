@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, dataclass_tra
 from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationInfo, field_validator
 from pydantic_core import CoreSchema
 
+from wucht.errors import InputError
 from wucht.schema.checking import unit_of, validate_model
 from wucht.schema.signature import docstring_of, parameter_names, prose_of, signature_of
 
@@ -144,10 +145,16 @@ class _TableMeta(_Metaclass):
     if not TYPE_CHECKING:
 
         def __call__(self, *values: Any, **fields: Any) -> Any:
-            keys = parameter_names(self)
-            given_fields = dict(zip(keys, values, strict=False)) | fields
-            document = {keys.get(name, name): value for name, value in given_fields.items()}
-            return validate_model(self, document, self.error_location())
+            keys, location = parameter_names(self), self.error_location()
+            if len(values) > len(keys):
+                raise InputError(location, len(values), f"at most {len(keys)} values can be given by position", code="too-many")
+            by_position = dict(zip(keys, values, strict=False))
+            if twice := [name for name in by_position if name in fields]:
+                raise InputError(
+                    f"{location}.{twice[0]}", fields[twice[0]], "this key is also given by position", code="given-twice"
+                )
+            document = {keys.get(name, name): value for name, value in (by_position | fields).items()}
+            return validate_model(self, document, location)
 
         # Made when they are read, as hundreds of tables are imported. Pydantic sets a signature with addresses of objects.
         __signature__ = property(signature_of, lambda cls, signature: None)
