@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
 from wucht.analysis.configurations.search import StateSearch, all_states
@@ -28,7 +28,7 @@ from wucht.plots.sheet import new_figure
 from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_configurations
 from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import ReportLines, with_unit
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
@@ -152,7 +152,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     search = work.unit(
         "search", lambda: all_states(torques, *plan.search_range, partial(work.report, 0.0, "working points"), prove=False)
     )
-    describer = ConfigurationDescriber(AveragedStability(torques, averaged_machine(torques.machine)))
+    describer = ConfigurationDescriber(AveragedStability(torques, averaged_equations_of(torques.machine)))
     configurations = sorted((describer.describe(state, _FULL_UNDECIDED) for state in search.states), key=lambda c: c.speed)
     points = (plan.curves[0].point(c.speed, c.slow.stable is True) for c in configurations)
     yield Findings(tuple(points), tuple(configurations), search)
@@ -163,7 +163,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     labels = [_label(plan, c) for c in findings.configurations]
     sentence = _sentence(findings, labels, plan.curves[0].runaway)
     quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings, labels), *_machine_quantities(plan)]
-    return answer(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumptions)
+    return result_dataset(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumptions)
 
 
 def _curve_quantities(plan: Plan) -> list[Quantity]:
