@@ -228,13 +228,13 @@ def _required_effort(cam: Cam, load: FollowerLoad, speed: Speed) -> RealFunction
 
 
 def _speed(speed: Speed) -> _Function:
-    omega = speed if callable(speed) else _speed_harmonics(np.asarray(speed, float))
+    omega = speed if callable(speed) else _speed_series(np.asarray(speed, float))
     if not (np.isfinite(omega(GRID)) & (omega(GRID) >= 0)).all():
         raise InputError("speed", None, "it must be finite and nowhere negative (in rad/s)", code="negative")
     return omega
 
 
-def _speed_harmonics(values: np.ndarray) -> FourierSeries:
+def _speed_series(values: np.ndarray) -> FourierSeries:
     if values.ndim == 0:
         return FourierSeries.of(float(values))
     if values.ndim != 1 or len(values) < 3:
