@@ -340,12 +340,12 @@ def test_the_equations_along_the_parameter(sense: float) -> None:
 
 def test_all_rotors_must_turn_in_their_senses() -> None:
     made: Any = SimpleNamespace(phases=np.array([True, False, False]))
-    turning = existence_module.AveragedEquations.is_turning
+    turning = existence_module.EntrainmentEquations.is_turning
     assert turning(made, np.array([-1.0, 2.0, 3.0])) and not turning(made, np.array([1.0, 2.0, -3.0]))
 
 
 def test_starts_lie_around_the_circle_at_speeds_up_to_that_of_the_fastest_motor(monkeypatch: pytest.MonkeyPatch) -> None:
-    from wucht.dynamics.entrainment import averaged_equations as module
+    from wucht.dynamics.entrainment import entrainment_equations as module
 
     rotors = ["a", "b", "c"]
     of: Any = SimpleNamespace(
@@ -362,7 +362,7 @@ def test_starts_lie_around_the_circle_at_speeds_up_to_that_of_the_fastest_motor(
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_the_state_of_an_entrained_run_has_a_speed_without_sign(monkeypatch: pytest.MonkeyPatch, sense: float) -> None:
     case, given = case_of(sense * 5.0), list[tuple[float, float]]()
-    of = existence_module.AveragedEquations
+    of = existence_module.EntrainmentEquations
     original = of.state_at
 
     def state_at(self: Any, machine: Machine, time: float, state: np.ndarray, speed: float) -> np.ndarray:

@@ -22,7 +22,7 @@ WHOLE, PLACE = 50.0, 2.0
 
 @dataclass(frozen=True)
 class Waiting:
-    parameters: np.ndarray
+    parameter_values: np.ndarray
 
 
 def motion(stiffness: float = WHOLE, time: tuple[float, ...] = (0.0, 0.5, 1.0), **works: Any) -> Trajectory:
