@@ -26,8 +26,8 @@ import sympy as sp
 from wucht.files.catalogue import load_machine
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.deflation import deflated_solutions, random_starts
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Branch, Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import Branch, EquilibriumContinuation
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -92,19 +92,19 @@ def _planar() -> tuple[System, Mapping[str, float]]:
     return made.system, made.values
 
 
-def _equations(system: System, values: Mapping[str, float], *varied: str) -> Equations:
-    made = Equations.of(system, varied, {name: v for name, v in values.items() if name not in varied})
+def _equations(system: System, values: Mapping[str, float], *varied: str) -> EquilibriumEquations:
+    made = EquilibriumEquations.from_system(system, varied, {name: v for name, v in values.items() if name not in varied})
     made.values(np.ones(len(made.scale)))
     return made
 
 
 def _of_equilibria(
-    system: System, values: Mapping[str, float], equations: Equations, both: Equations
+    system: System, values: Mapping[str, float], equations: EquilibriumEquations, both: EquilibriumEquations
 ) -> Iterator[tuple[str, str]]:
-    problem = Equilibria(equations, (0.05, 20.0))
+    problem = EquilibriumContinuation(equations, (0.05, 20.0))
     states = deflated_solutions(equations, [1.0], random_starts([-math.pi, 0.4], [math.pi, 2.0], 60)).points
     start = problem.start(states[:, states[1].argmin()], 1.0)
-    taken, branch = least(lambda: problem.branch(start), 100)
+    taken, branch = least(lambda: problem.follow_branch(start), 100)
     (fold,) = branch.special
     points = len(branch.points)
     yield f"equilibria, u from 0.05 to the fold and back, {points} points, a point", f"{1e6 * taken / points:.0f} us"
@@ -116,7 +116,7 @@ def _of_equilibria(
     yield "SciPy, times ours, a point", f"{slow / count / (taken / points):.1f}"
     folds = Folds(both, [(0.1, 20.0), (1e-3, 0.5)])
     first = folds.start(fold.x, (fold.parameter, values["sigma"]))
-    taken, curve = least(lambda: folds.branch(first), 50)
+    taken, curve = least(lambda: folds.follow_curve(first), 50)
     points = len(curve.points)
     yield f"fold curve in (u, sigma), {points} points, a point", f"{1e6 * taken / points:.0f} us"
     yield "the same curve, times AUTO's stated time", f"{taken / AUTO['folds']:.2f}"

@@ -24,7 +24,7 @@ def measure() -> Iterator[tuple[str, str]]:
     run(asked, machine)
     plan = prepare(asked, machine)
     motion, case = _motion(plan), plan.cases[0].run
-    initial, values, grid = case.models[0].initial, case.models[0].values, motion.trajectory.time
+    initial, values, grid = case.models[0].initial, case.models[0].parameter_values, motion.trajectory.time
     alone = best(lambda: integrate(motion.compiled_system, initial, values, grid, None, case.horizon.energy), 9)
     yield "integration alone", f"{1e3 * alone:8.2f} ms"
     watched = best(lambda: _legs(motion, plan), 25) / best(lambda: _unwatched(motion, plan), 25)
@@ -37,7 +37,7 @@ def measure() -> Iterator[tuple[str, str]]:
 
 def _legs(motion: Motion, plan: Plan) -> None:
     model, watched = plan.cases[0].run.models[0], motion.integration
-    leg = watched.begin(model.initial, model.values)
+    leg = watched.begin(model.initial, model.parameter_values)
     for grid, _, _ in plan.cases[0].run.horizon.legs():
         leg = watched.leg(leg, grid)
     watched.observation(leg)
@@ -45,10 +45,10 @@ def _legs(motion: Motion, plan: Plan) -> None:
 
 def _unwatched(motion: Motion, plan: Plan) -> None:
     model, horizon = plan.cases[0].run.models[0], plan.cases[0].run.horizon
-    state, values = model.initial, model.values
+    state, values = model.initial, model.parameter_values
     for grid, _, _ in horizon.legs():
         leg = integrate(motion.compiled_system, state, values, grid, None, horizon.energy)
-        state, values = leg.end_state, leg.parameter_values
+        state, values = leg.end_state, leg.final_parameter_values
 
 
 def _motion(plan: Plan) -> Motion:

@@ -88,7 +88,7 @@ class Motion:
         self.case, (model,), horizon = case, case.models, case.horizon
         compiled = compile_system(model.system, horizon.tolerance, model.events(horizon.events))
         self.watched = ObservedIntegration(case.observer, compiled, model.machine_motion, horizon.vibration, horizon.energy)
-        self.leg: Leg = self.watched.begin(model.initial, model.values)
+        self.leg: Leg = self.watched.begin(model.initial, model.parameter_values)
         self.seen = self.watched.observation(self.leg)
 
     @property

@@ -51,7 +51,7 @@ def answered(
         return Quantity(name, value, name, units.get(name, ""), parts=parts)
 
     quantities = [stated(name, value) for name, value in summary.items() if name != "sentence"]
-    return StudyResult(quantities, sentence or summary.get("sentence", ""), warnings, (), failure).dataset(result)
+    return StudyResult(quantities, sentence or summary.get("sentence", ""), warnings, (), failure).to_dataset(result)
 
 
 def variable(dimensions: str, values: Any, long_name: str, units: str = "") -> tuple[tuple[str, ...], Any, dict[str, str]]:

@@ -157,8 +157,8 @@ def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -
     assert fitted.sine == pytest.approx(module.SINE, abs=0.01)
     milled = MilledCam(read_list(tmp_path / "mill" / "cam.txt").position, drive.follower)
     phi = truth.angle(even_angles(1024))
-    motion = FourierSeries.from_samples(milled.motion(phi, CorrectedLaw(drive.motion_law.law, drive.shaft_motion)(phi)))
+    motion = FourierSeries.from_samples(milled.motion(phi, CorrectedLaw(drive.motion_law.function, drive.shaft_motion)(phi)))
     acceleration = motion.derivative(2).amplitudes
     assert acceleration[5:30].max() < 5e-3 * acceleration[0]
-    assert share_above_order(orders(MotionOverTime(drive.motion_law.law, truth)), 5) > 0.5
+    assert share_above_order(orders(MotionOverTime(drive.motion_law.function, truth)), 5) > 0.5
     assert (tmp_path / "cam-correction.png").exists()

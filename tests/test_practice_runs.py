@@ -46,7 +46,7 @@ def test_the_carton_pusher_gives_what_its_notes_say() -> None:
     assert s["above"]["original"] == pytest.approx(0.0735, abs=1e-4)
     assert s["above"]["corrected"] < 1e-12
     assert s["simulation"]["corrected"]["deviation"] < 1e-9
-    cam = study.subject.cams(study.subject.motion_law.law)["cam"]
+    cam = study.subject.make_cams(study.subject.motion_law.function)["cam"]
     assert math.degrees(np.abs(cam.pressure_angle(even_angles(3600))).max()) == pytest.approx(42.0, abs=0.3)
 
 

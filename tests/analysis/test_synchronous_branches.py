@@ -47,7 +47,7 @@ def test_orbits_of_an_isotropic_machine_fold_where_its_relative_equilibria_do() 
     motions, near = captured(True)
     assert motions.relative is not None and near.equilibrium is not None
     equilibria = motions.relative.branches_over("drive.slope", (SLOPE, 3 * SLOPE), near.equilibrium)
-    (fold,) = equilibria.branch(equilibria.start(near.equilibrium.state, SLOPE)).special
+    (fold,) = equilibria.follow_branch(equilibria.start(near.equilibrium.state, SLOPE)).special
     cycles, first = motions.orbit_branch("drive.slope", (SLOPE, 3 * SLOPE), near)
     np.testing.assert_allclose(np.sort(first.logarithms.real)[-4:] / near.period, np.sort(near.exponents.real)[-4:], rtol=1e-6)
     (same,) = [c for c in cycles.walk(first) if c.kind]

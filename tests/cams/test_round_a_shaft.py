@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from wucht.cams.laws.programs import InfeasibleError
+from wucht.cams.laws.cone_programme import InfeasibleError
 from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, _centre_around_shaft
 from wucht.errors import RunError
 

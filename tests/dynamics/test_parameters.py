@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tests.refusals import refused
 
-from wucht.dynamics.parameters import ends_of, parameter_of, values_of, with_parameters
+from wucht.dynamics.parameters import checked_range, parameter_of, values_of, with_parameters
 from wucht.errors import InputError
 from wucht.files.catalogue import load_equations, load_machine
 
@@ -15,13 +15,13 @@ OWN = load_equations("drozdetskaya-2020/figure-2.13")
 
 def test_the_ends_of_a_range() -> None:
     """A support damps by at least 0; the parameters of one's own equations are any numbers."""
-    assert ends_of(MACHINE, parameter_of(MACHINE, "sigma"), (0.0, 1.0)) == (0.0, 1.0)
-    assert ends_of(OWN, parameter_of(OWN, "mu"), (-1.0, 1.0)) == (-1.0, 1.0)
+    assert checked_range(MACHINE, parameter_of(MACHINE, "sigma"), (0.0, 1.0)) == (0.0, 1.0)
+    assert checked_range(OWN, parameter_of(OWN, "mu"), (-1.0, 1.0)) == (-1.0, 1.0)
     with refused("study.second_range[0]", code="limits") as raised:
-        ends_of(MACHINE, parameter_of(MACHINE, "sigma"), (-1.0, 1.0), "second_range")
+        checked_range(MACHINE, parameter_of(MACHINE, "sigma"), (-1.0, 1.0), "second_range")
     assert raised.value.location == "study.second_range[0]"
     with refused("study.range", given=[1.0, -1.0]) as raised:
-        ends_of(OWN, parameter_of(OWN, "mu"), (1.0, -1.0))
+        checked_range(OWN, parameter_of(OWN, "mu"), (1.0, -1.0))
     assert raised.value.location == "study.range"
 
 

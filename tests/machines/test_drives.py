@@ -10,7 +10,7 @@ from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.machines.parts import drives
-from wucht.schema import validate_model
+from wucht.schema import validate_table
 
 few = settings(max_examples=40, deadline=None, derandomize=True)
 INDUCTION = {
@@ -38,7 +38,7 @@ DESCRIBED = {
 def drive(kind, **changes):
     """A drive as a study file describes it."""
     described = {**DESCRIBED.get(kind, {"on": "m"}), **changes}
-    return validate_model(drives()[kind], {k: v for k, v in described.items() if v is not None}, "machine.drive")
+    return validate_table(drives()[kind], {k: v for k, v in described.items() if v is not None}, "machine.drive")
 
 
 def values(part):

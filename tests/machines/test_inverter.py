@@ -15,7 +15,7 @@ from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import drives
-from wucht.schema import validate_model
+from wucht.schema import validate_table
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -182,7 +182,7 @@ def test_a_ramp_of_the_set_speed_is_followed() -> None:
 
 
 def test_the_line_through_its_working_point_is_upright() -> None:
-    made = validate_model(
+    made = validate_table(
         drives()["inverter"], {"on": "drum"} | {k: v for k, v in DRIVE.items() if k != "kind"}, "machine.drive"
     )
     assert made.linearisation(SET) == (math.inf, SET)

@@ -11,7 +11,7 @@ from tests.refusals import refused
 from wucht.machines.parts import loads
 from wucht.machines.parts.base import Frame
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import validate_model
+from wucht.schema import validate_table
 
 few = settings(max_examples=40, deadline=None, derandomize=True)
 
@@ -26,7 +26,7 @@ SPEEDS = st.floats(-200, 200)
 
 def load(kind, **changes):
     """A load as a study file describes it."""
-    return validate_model(loads()[kind], {"on": "m", **DESCRIBED[kind], **changes}, "machine.loads[0]")
+    return validate_table(loads()[kind], {"on": "m", **DESCRIBED[kind], **changes}, "machine.loads[0]")
 
 
 def values(part):

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from known_orbits import SQUARE, P, X, Y, Z, bent
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.periodic.cycle import DOUBLING, TORUS, Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import STEPS, Cycles
@@ -52,8 +52,8 @@ def test_no_period_doubles_in_many_planes(system: System, most: float) -> None:
 
 
 def assert_no_multiplier_is_negative(system: System, most: float) -> None:
-    equilibria = Equilibria(Equations.of(system, ["p"], {}), (-0.5, 0.5), Steps(most=0.05))
-    hopf = next(p for p in equilibria.branch(equilibria.start([0.0, 0.0], -0.3)).special if p.kind == "hopf")
+    equilibria = EquilibriumContinuation(EquilibriumEquations.from_system(system, ["p"], {}), (-0.5, 0.5), Steps(most=0.05))
+    hopf = next(p for p in equilibria.follow_branch(equilibria.start([0.0, 0.0], -0.3)).special if p.kind == "hopf")
     cycles = Cycles.of(
         system, "p", {}, (-1.0, 1.0), periods=(0.0, 60.0), steps=Steps(**(vars(STEPS) | {"most": most, "points": 60}))
     )

@@ -120,7 +120,7 @@ def test_a_group_is_a_table_of_quantities_that_may_be_tables() -> None:
 
 def test_an_answer_may_describe_a_dataset_that_has_its_variables() -> None:
     base = xr.Dataset({"x": ("time", [1.0])}, attrs={"old": 1})
-    result = StudyResult([Quantity("share", 0.5, "share")], "done", failure="cut off").dataset(base)
+    result = StudyResult([Quantity("share", 0.5, "share")], "done", failure="cut off").to_dataset(base)
     assert (set(result.data_vars), result.wucht.failure, "old" in result.attrs) == ({"x"}, "cut off", False)
     assert base.attrs == {"old": 1}
 

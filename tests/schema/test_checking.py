@@ -9,7 +9,7 @@ from pydantic import Field
 from tests.refusals import Refusal, refused
 
 from wucht.errors import InputError
-from wucht.schema import TableModel, Unit, choice, is_pairs, read_quantity, refuse_unknown, require_table, validate_model
+from wucht.schema import TableModel, Unit, choice, is_pairs, read_quantity, refuse_unknown, require_table, validate_table
 from wucht.schema.checking import text
 from wucht.schema.fields import si
 
@@ -70,7 +70,7 @@ SPRING = {"stiffness": "2 kN/m"}
 )
 def test_what_is_wrong_is_at_its_key(document: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        validate_model(Part, document, "part")
+        validate_table(Part, document, "part")
 
 
 def test_a_table_in_python_is_located_by_its_class() -> None:
@@ -83,7 +83,7 @@ def test_a_table_in_python_is_located_by_its_class() -> None:
 
 def test_without_a_location_the_key_stands_alone() -> None:
     with refused("mass", given=None, code="missing"):
-        validate_model(Part, {}, "")
+        validate_table(Part, {}, "")
     with refused("b", "a", given=1, code="unknown-key"):
         refuse_unknown({"a": 0, "b": 1}, ["a"], "")
     refuse_unknown({"a": 0}, ["a", "b"], "part")

@@ -12,7 +12,7 @@ from wucht.schema import LARGEST, Unit, units
     "given", ["50 Hz", 50, 50.0, "50", "3000 rpm", "314.1592653589793 rad/s", "0.05 kHz", "18000 deg/s", "50 turn/s"]
 )
 def test_a_frequency_counts_turns(given):
-    assert Unit("Hz", "frequency").parse(given) == pytest.approx(50, rel=1e-14)
+    assert Unit("Hz", "frequency").parse_quantity(given) == pytest.approx(50, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -23,8 +23,8 @@ def test_a_frequency_counts_turns(given):
     ],
 )  # fmt: skip
 def test_turns_a_minute_as_loggers_write_them(unit):
-    assert Unit("rad/s", "speed").parse(f"3000 {unit}") == pytest.approx(100 * math.pi, rel=1e-14)
-    assert Unit("Hz", "frequency").parse(f"3000 {unit}") == pytest.approx(50, rel=1e-14)
+    assert Unit("rad/s", "speed").parse_quantity(f"3000 {unit}") == pytest.approx(100 * math.pi, rel=1e-14)
+    assert Unit("Hz", "frequency").parse_quantity(f"3000 {unit}") == pytest.approx(50, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_turns_a_minute_as_loggers_write_them(unit):
 )
 def test_turns_and_degrees_as_loggers_write_them(given, si, value):
     """To Pint a U is an enzyme unit, and a Grad 1e9 rad."""
-    assert Unit(si, "quantity").parse(given) == pytest.approx(value, rel=1e-14)
+    assert Unit(si, "quantity").parse_quantity(given) == pytest.approx(value, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -72,13 +72,13 @@ def test_turns_and_degrees_as_loggers_write_them(given, si, value):
 def test_units_as_people_write_them(si, factor, spellings):
     """To Pint ``Nm`` is the fineness of a yarn, ``grad`` a gradian, and most of the others nothing."""
     for spelling in spellings:
-        assert Unit(si, "quantity").parse(f"2 {spelling}") == pytest.approx(2 * factor, rel=1e-14), spelling
+        assert Unit(si, "quantity").parse_quantity(f"2 {spelling}") == pytest.approx(2 * factor, rel=1e-14), spelling
 
 
 def test_the_usual_spellings_do_without_pint(monkeypatch):
     monkeypatch.setattr(units, "_registry", lambda: pytest.fail("Pint is loaded"))
     for si, unit in (("N m", "Nm"), ("N s/m", "Ns/m"), ("N m s", "Nms"), ("kg m^2", "kgm²"), ("rad", "°"), ("rad/s", "1/min")):
-        assert Unit(si, "quantity").parse(f"3 {unit}") > 0
+        assert Unit(si, "quantity").parse_quantity(f"3 {unit}") > 0
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_the_usual_spellings_do_without_pint(monkeypatch):
 )
 def test_what_is_refused_says_what_to_write(si, given, sentence):
     with pytest.raises(ValueError, match=sentence):
-        Unit(si, "quantity").parse(given)
+        Unit(si, "quantity").parse_quantity(given)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_what_is_refused_says_what_to_write(si, given, sentence):
 )
 def test_turns_are_no_other_quantity(si, given):
     with pytest.raises(ValueError, match="must be a quantity"):
-        Unit(si, "quantity").parse(given)
+        Unit(si, "quantity").parse_quantity(given)
 
 
 @pytest.mark.parametrize(
@@ -133,12 +133,12 @@ def test_article(noun, written):
 def test_common_units_have_the_bits_of_pint(unit, si, monkeypatch):
     known = units.COMMON[unit, si]
     monkeypatch.setattr(units, "COMMON", {})
-    assert Unit(si, "quantity").parse(f"1 {unit}") == known
+    assert Unit(si, "quantity").parse_quantity(f"1 {unit}") == known
 
 
 @pytest.mark.parametrize("given", ["50 Hz", "3000 rpm", "314.1592653589793 rad/s", 100 * math.pi])
 def test_an_angular_speed_counts_radians(given):
-    assert Unit("rad/s", "speed").parse(given) == pytest.approx(100 * math.pi, rel=1e-14)
+    assert Unit("rad/s", "speed").parse_quantity(given) == pytest.approx(100 * math.pi, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_an_angular_speed_counts_radians(given):
 )
 def test_a_frequency_that_is_none_is_refused(given, message):
     with pytest.raises(ValueError, match=message):
-        Unit("Hz", "frequency").parse(given)
+        Unit("Hz", "frequency").parse_quantity(given)
 
 
 @pytest.mark.parametrize(
@@ -178,7 +178,7 @@ def test_a_frequency_that_is_none_is_refused(given, message):
     ],
 )
 def test_electrical_units(si, given, value):
-    assert Unit(si, "quantity").parse(given) == pytest.approx(value, rel=1e-14)
+    assert Unit(si, "quantity").parse_quantity(given) == pytest.approx(value, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_electrical_units(si, given, value):
 )
 def test_another_dimension_is_named(si, given, message):
     with pytest.raises(ValueError, match=message):
-        Unit(si, "quantity").parse(given)
+        Unit(si, "quantity").parse_quantity(given)
 
 
 @pytest.mark.parametrize(
@@ -210,24 +210,24 @@ def test_another_dimension_is_named(si, given, message):
 def test_powers_of_powers_are_refused_and_never_computed(given, si):
     """Pint would compute 9^9^9^9."""
     with pytest.raises(ValueError, match="is not a known unit: a power in a unit is a number below 100"):
-        Unit(si, "mass").parse(given)
+        Unit(si, "mass").parse_quantity(given)
 
 
 @pytest.mark.parametrize(("given", "value"), [("2 kg^1 m^2 m^-2", 2.0), ("3 kg^(1.0)", 3.0), ("4 g**1", 0.004)])
 def test_other_powers_are_read(given, value):
-    assert Unit("kg", "mass").parse(given) == pytest.approx(value)
+    assert Unit("kg", "mass").parse_quantity(given) == pytest.approx(value)
 
 
 @pytest.mark.parametrize("si", ["N/m", "rad", "", "Hz"])
 def test_what_is_beyond_all_physics_is_refused(si):
     """Products of several quantities are numbers still."""
     unit = Unit(si, "quantity")
-    assert unit.parse(LARGEST) == LARGEST
+    assert unit.parse_quantity(LARGEST) == LARGEST
     for given in (1.01e30, 1e308, f"1e300 {si}"):
         with pytest.raises(ValueError, match=rf"must be a quantity of at most 1e\+30( {re.escape(si)})?$"):
-            unit.parse(given)
+            unit.parse_quantity(given)
     with pytest.raises(ValueError, match=r"must be a quantity of at least -1e\+30"):
-        unit.parse(-1e31)
+        unit.parse_quantity(-1e31)
     assert unit.accepts(1e31) and not unit.accepts("1 parsec per fortnight")
 
 
@@ -258,9 +258,9 @@ def test_what_is_divided_by_is_not_all_but_nothing():
 )
 def test_every_refusal_says_what_to_write(si, given, message):
     with pytest.raises(ValueError, match=message):
-        Unit(si, "quantity").parse(given)
+        Unit(si, "quantity").parse_quantity(given)
 
 
 @pytest.mark.parametrize(("si", "given"), [("1/s", "5 1/s"), ("1/s", "5 s^-1"), ("rad/s", "5 rad/s"), ("Hz", "5 Hz")])
 def test_beside_them_what_is_clear_is_read(si, given):
-    assert Unit(si, "quantity").parse(given) == pytest.approx(5.0, rel=1e-14)
+    assert Unit(si, "quantity").parse_quantity(given) == pytest.approx(5.0, rel=1e-14)

@@ -168,7 +168,7 @@ def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one(monkeypatch: py
     both = join_models(motions, [full, slow])  # type: ignore[arg-type]
     assert both.warnings == ["w", "averaged equations: it burst"]
     assert both.attributes == {"model": "both"}
-    result = both.dataset()
+    result = both.to_dataset()
     assert result.slow_speed.values[0, :2].tolist() == [5.0, 6.0]
     assert np.isnan(result.slow_speed.values[0, 2])
     assert result.slow_radius.dims == ("time",)

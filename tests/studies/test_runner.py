@@ -35,7 +35,7 @@ from wucht.studies.synchronous_states.spec import SynchronousStates
 class Numbers:
     """A subject that is no machine: a list of numbers."""
 
-    def read(self, document: Any, path: Path, name: str, settings: Any) -> Any:
+    def from_document(self, document: Any, path: Path, name: str, settings: Any) -> Any:
         return document["numbers"], {"numbers": document["numbers"]}
 
     def describe(self, subject: Any) -> Description:

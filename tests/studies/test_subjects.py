@@ -151,6 +151,6 @@ def test_subjects_are_machines_or_equations(tmp_path: Path) -> None:
         MACHINE.describe("drum")
     either = MachineOrSystemSubject()
     with refused("machine", given=None):
-        either.read({"study": {}}, tmp_path, "a", {})
+        either.from_document({"study": {}}, tmp_path, "a", {})
     with refused("system", given=None):
-        either.read({"study": {}, "system": {}, "machine": {}}, tmp_path, "a", {})
+        either.from_document({"study": {}, "system": {}, "machine": {}}, tmp_path, "a", {})

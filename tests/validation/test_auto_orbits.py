@@ -15,8 +15,8 @@ from auto_demos import CIR, LORENZ, PEN, PP2
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.catalogue import load_machine
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import Equilibrium, EquilibriumContinuation
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.jacobian import Jacobian
@@ -31,8 +31,8 @@ from wucht.system import System
 
 
 def hopf(system: System, parameter: str, bounds: tuple[float, float], state: list[float], value: float) -> Equilibrium:
-    equilibria = Equilibria(Equations.of(system, [parameter], {}), bounds, Steps(most=1.0))
-    return next(p for p in equilibria.branch(equilibria.start(state, value)).special if p.kind == "hopf")
+    equilibria = EquilibriumContinuation(EquilibriumEquations.from_system(system, [parameter], {}), bounds, Steps(most=1.0))
+    return next(p for p in equilibria.follow_branch(equilibria.start(state, value)).special if p.kind == "hopf")
 
 
 def at(cycles: Cycles, points: list[Cycle], value: float) -> Cycle:

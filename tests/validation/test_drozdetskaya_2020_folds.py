@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.system import System
 
@@ -35,21 +35,21 @@ def together() -> System:
 
 @pytest.fixture(scope="module")
 def problem() -> Folds:
-    return Folds(Equations.of(together(), ["u", "sigma"], {}), [(0, 20), (0.01, 1)])
+    return Folds(EquilibriumEquations.from_system(together(), ["u", "sigma"], {}), [(0, 20), (0.01, 1)])
 
 
 def test_both_folds_over_the_damping(problem: Folds) -> None:
     for (x, values), u in ((FIRST, 5.8600817), (SECOND, 2.6739155)):
         start = problem.start(x, values)
         np.testing.assert_allclose(start.unknowns, [*x, *values], rtol=1e-7)
-        lighter = Folds(problem.equations, [(0, 20), (0.05, 0.1)]).branch(start)
+        lighter = Folds(problem.equations, [(0, 20), (0.05, 0.1)]).follow_curve(start)
         (at,) = [p.parameter_values[0] for p in lighter.points if p.parameter_values[1] == 0.05]
         assert at == pytest.approx(u, rel=2e-8)
 
 
 def test_both_folds_need_the_same_motor_at_one_damping(problem: Folds) -> None:
     """The curves cross in the plane (u, sigma): the states differ, it is no cusp."""
-    curves = [problem.branch(problem.start(*at)) for at in (FIRST, SECOND)]
+    curves = [problem.follow_curve(problem.start(*at)) for at in (FIRST, SECOND)]
     assert [c.special for c in curves] == [(), ()]
 
     def fold(curve: int, sigma: float) -> np.ndarray:
@@ -73,7 +73,7 @@ def test_every_point_is_a_fold(problem: Folds) -> None:
     f = sp.lambdify(unknowns, system.derivatives, "numpy")
     A = sp.lambdify(unknowns, list(sp.Matrix(system.derivatives).jacobian((OMEGA, PSI))), "numpy")
     for at in (FIRST, SECOND):
-        curve = problem.branch(problem.start(*at))
+        curve = problem.follow_curve(problem.start(*at))
         assert len(curve.points) > 80
         a, b, c, d = A(*curve.unknowns)
         assert np.abs(f(*curve.unknowns)).max() < 1e-13

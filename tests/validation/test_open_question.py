@@ -27,7 +27,7 @@ from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDL
 from wucht.dynamics.branches.ending_map import EndingMapCase
 from wucht.dynamics.branches.orbit_endings import OrbitEnding, ending_at
 from wucht.files.catalogue import load_machine
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.recurrence import is_at_rest
@@ -49,10 +49,10 @@ def _planar() -> tuple[Any, dict[str, float]]:
 
 
 @cache
-def _equations() -> Equations:
+def _equations() -> EquilibriumEquations:
     system, values = _planar()
     fixed = {n: v for n, v in values.items() if n not in ("u", "beta_r", "sigma")}
-    return Equations.of(system, ("u", "beta_r", "sigma"), fixed)
+    return EquilibriumEquations.from_system(system, ("u", "beta_r", "sigma"), fixed)
 
 
 def _fold(near: tuple[float, float], u: float, sigma: float) -> np.ndarray:

@@ -21,8 +21,8 @@ from wucht.analysis.configurations.search import all_states
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.relative_equilibria import RelativeEquilibria, RelativeEquilibrium
 from wucht.files.catalogue import load_machine
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Branch, Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import Branch, EquilibriumContinuation
 
 TABLE_5_1, R1 = "drozdetskaya-2020/table-5.1", "drozdetskaya-2020/r1"
 
@@ -43,7 +43,7 @@ def near(name: str, speed: float, **given: float) -> tuple[FullStability, State,
 def branch(parameter: str, low: float, high: float, name: str, speed: float, **given: float) -> Branch:
     _, _, relative, found = near(name, speed, **given)
     problem = relative.branches_over(parameter, (low, high), found)
-    return problem.branch(problem.start(found.state, relative.machine.values[parameter]))
+    return problem.follow_branch(problem.start(found.state, relative.machine.values[parameter]))
 
 
 @pytest.mark.parametrize(
@@ -99,8 +99,10 @@ def test_where_compensation_is_lost_over_the_no_load_speed() -> None:
         judged, state, _, _ = near(TABLE_5_1, 2.0, **sizes)
         averaged_equations = averaged_equations_of(judged.torques.machine, inertia=False)
         fixed = {n: judged.machine.values[n] for n in averaged_equations.system.parameter_names if n != "lambda"}
-        problem = Equilibria(Equations.of(averaged_equations.system, ["lambda"], fixed), (0.9, 3.0))
-        (averaged,) = problem.branch(problem.start(averaged_equations.steady_state(2.0, state.phases), 2.0)).special
+        problem = EquilibriumContinuation(
+            EquilibriumEquations.from_system(averaged_equations.system, ["lambda"], fixed), (0.9, 3.0)
+        )
+        (averaged,) = problem.follow_branch(problem.start(averaged_equations.steady_state(2.0, state.phases), 2.0)).special
         assert full.kind == averaged.kind == "hopf"
         assert averaged.parameter == pytest.approx(0.9902122, abs=1e-7)
         differences.append(full.parameter - averaged.parameter)

@@ -25,7 +25,7 @@ from wucht.machines.tree import Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, first_harmonic, linear_carrier
 from wucht.mechanics.phasors import Phasor
-from wucht.mechanics.rotating_bodies.averaged_system import AveragedSystem, averaged_system
+from wucht.mechanics.rotating_bodies.averaged_system import AveragedSystem, derive_averaged_system
 from wucht.mechanics.rotating_bodies.bodies import RotatingBodies, Shaking
 from wucht.numerics.flow.program import Evaluator
 from wucht.system import System
@@ -255,7 +255,7 @@ def _equations(
         fixed_speed=SPEED if has_fixed_speed else None if main_speed is None else sign[0] * main_speed,
         shaking=Shaking(structure.carrier.index(shaken), *shaking) if shaken is not None and shaking is not None else None,
     )
-    return averaged_system(bodies, inertia, order)
+    return derive_averaged_system(bodies, inertia, order)
 
 
 def _weight(energies: Sequence[Energies], angle: sp.Symbol, sense: int) -> Phasor:

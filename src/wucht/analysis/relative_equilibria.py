@@ -23,8 +23,8 @@ from wucht.machines.operation import sense_of
 from wucht.machines.structure import Structure
 from wucht.mechanics.corotating import Turning, corotating, refuse_oriented
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.jacobian import Jacobian
 from wucht.system import System
 
@@ -187,7 +187,7 @@ class RelativeEquilibria:
 
     def branches_over(
         self, parameter: str, bounds: tuple[float, float], near: RelativeEquilibrium, steps: Steps | None = None
-    ) -> Equilibria:
+    ) -> EquilibriumContinuation:
         """The branches of relative equilibria over a parameter (its path), with folds and Hopf points of the full equations.
 
         bounds: lowest and highest value. near: one of them, whose sizes scale the states. Raises ``InputError`` for an
@@ -202,7 +202,9 @@ class RelativeEquilibria:
         sizes = self.sizes(near.state).tolist()
         scale = dict(zip(self.system.state_names, sizes, strict=True)) | {parameter: bounds[1] - bounds[0]}
         fixed_values = {name: value for name, value in self.values.items() if name != parameter}
-        return Equilibria(Equations.of(self.system, [parameter], fixed_values, scale), bounds, steps or Steps())
+        return EquilibriumContinuation(
+            EquilibriumEquations.from_system(self.system, [parameter], fixed_values, scale), bounds, steps or Steps()
+        )
 
 
 def without_contacts(machine: Machine) -> Machine:

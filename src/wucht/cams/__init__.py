@@ -5,7 +5,7 @@ A rod with a roller that rises by 10 mm over 90 degrees of the cam and returns o
 >>> import numpy as np
 >>> from wucht.cams import RiseAndReturn, TranslatingRoller, shapes, standard_law
 >>> law = RiseAndReturn(standard_law("3-4-5"), stroke=0.01, rise=(0.0, np.pi / 2))
->>> cams = TranslatingRoller(distance="40 mm", roller_radius="8 mm").cams(law)
+>>> cams = TranslatingRoller(distance="40 mm", roller_radius="8 mm").make_cams(law)
 >>> shape = shapes(cams)["cam"]
 >>> print(f"largest pressure angle {np.degrees(shape.pressure_angle.value):.1f} deg, radius {1e3 * shape.convex.radius:.1f} mm")
 largest pressure angle 14.9 deg, radius 25.4 mm

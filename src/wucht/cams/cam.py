@@ -30,7 +30,7 @@ def format_metres(length: float) -> str:
 class Cam(ABC):
     """A cam with its follower: the contour, its curvature and its pressure angle over the cam angle, exactly.
 
-    ``follower.cams(law)`` makes them. Curves are complex numbers in m in the plane that turns with the cam.
+    ``follower.make_cams(law)`` makes them. Curves are complex numbers in m in the plane that turns with the cam.
 
     Parameters
     ----------

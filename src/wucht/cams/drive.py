@@ -22,7 +22,7 @@ from wucht.files.documents import contents_digest
 from wucht.kinds import kinds_of
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.schema import choice, require_table, validate_model
+from wucht.schema import choice, require_table, validate_table
 
 GROUP = "wucht.cams"
 TABLES = ("law", "follower", "linkage", "speed", "shaft")
@@ -76,25 +76,25 @@ class CamDrive:
         """Motion law of the output. Raises ``InputError`` where there is no such law."""
         output_table = self.linkage or self.follower
         unit = output_table.unit if output_table is not None else self.law.stated_unit
-        return self.law.motion_law(unit_of_output(self.law.output_values(), unit))
+        return self.law.make_motion_law(unit_of_output(self.law.output_values(), unit))
 
     @cached_property
     def closure(self) -> Linkage | None:
         """The linkage. Raises ``InputError`` where it does not close."""
         return None if self.linkage is None else self.linkage.linkage()
 
-    def lever(self, output: Law) -> Law:
-        """The follower's law for a law of the output. Raises ``InputError`` where the linkage cannot make it."""
+    def follower_law(self, output: Law) -> Law:
+        """Return the follower's law for a law of the output. Raises ``InputError`` where the linkage cannot make it."""
         return output if self.closure is None else LeverMotion(output, self.closure)
 
-    def cams(self, output: Law) -> dict[str, Cam]:
-        """The cams, by name, for a law of the output: ``cam``, with a counter cam ``counter``, in a groove ``outer``.
+    def make_cams(self, output: Law) -> dict[str, Cam]:
+        """Make the cams, by name, for a law of the output: ``cam``, with a counter cam ``counter``, in a groove ``outer``.
 
         Raises ``InputError`` where there is no follower, or the lever would lose its cams.
         """
         if self.follower is None:
             raise InputError("follower", None, "the table [follower] is missing", code="missing")
-        return self.follower.cams(self.lever(output))
+        return self.follower.make_cams(self.follower_law(output))
 
     @cached_property
     def speed_fit(self) -> OrderFit | None:
@@ -122,7 +122,7 @@ class CamDrive:
         shaft = self.shaft.camshaft(driving, self.motion_law.unit)
         if driving is not None and driving.is_enforced:
             return ShaftMotion(FourierSeries.of(shaft.mean_speed))
-        return shaft.motion_with_corrected_cam(self.motion_law.law)
+        return shaft.motion_with_corrected_cam(self.motion_law.function)
 
     @property
     def facts(self) -> Mapping[str, Any]:
@@ -157,7 +157,7 @@ def linkages() -> dict[str, type[LinkageTable]]:
     return kinds_of(LinkageTable, GROUP)
 
 
-def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDrive:
+def cam_drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDrive:
     """Return the drive that the tables of a cam file describe. Raises ``InputError``: the key, its value, the allowed ones."""
     tables = {name: dict(require_table(dict(document), name, name)) for name in TABLES if name in document}
     if "law" not in tables:
@@ -175,5 +175,5 @@ def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDriv
         if name == "law":
             output_table = arguments.get("linkage") or arguments.get("follower")
             entries = cls.with_file_contents(entries, folder, output_table.unit if output_table is not None else None)
-        arguments[name] = validate_model(cls, entries, name)
+        arguments[name] = validate_table(cls, entries, name)
     return CamDrive(**arguments, title=title, folder=folder)

@@ -72,7 +72,7 @@ def shapes(cams: Mapping[str, Cam], *, allow_undercut: bool = False, wheel_radiu
     Parameters
     ----------
     cams : mapping of str to Cam
-        As ``follower.cams(law)`` returns them.
+        As ``follower.make_cams(law)`` returns them.
     allow_undercut : bool, optional
         Accept a contour that is partly cut away.
     wheel_radius : float, optional

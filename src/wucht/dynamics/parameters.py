@@ -40,8 +40,13 @@ def values_of(
     return tuple(values)
 
 
-def ends_of(subject: Machine | UserSystem, along: Parameter, pair: Sequence[Value], key: str = "range") -> tuple[float, float]:
-    """Return ``range_of`` a parameter. Raises ``InputError`` also at ``study.<key>[i]`` for an end that is not allowed."""
+def checked_range(
+    subject: Machine | UserSystem, along: Parameter, pair: Sequence[Value], key: str = "range"
+) -> tuple[float, float]:
+    """Return low and high of a range of a parameter, in SI, both allowed by the machine.
+
+    Raises ``InputError`` as ``range_of``, and at ``study.<key>[i]`` for an end that is not allowed.
+    """
     ends = range_of(Unit(along.unit, along.long_name), pair, key)
     for i, value in enumerate(ends):
         _refuse_if_not_allowed(subject, along, value, f"study.{key}[{i}]")

@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.models import models
 from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 from wucht.machines.parts import bodies as body_kinds
-from wucht.schema import choice, fields_of, models_in, refuse_unknown, require_table, text, validate_model
+from wucht.schema import choice, fields_of, models_in, refuse_unknown, require_table, text, validate_table
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
 MACHINE_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
@@ -180,7 +180,7 @@ def _from_model(document: Document, title: str) -> Machine:
     name = choice(document, "model", "machine", models())
     if beside := [key for key in _PARTS if key in document]:
         raise InputError(f"machine.{beside[0]}", None, MODEL_CONFLICT.format(name))
-    model = validate_model(models()[name], require_table(document, "parameters", "machine.parameters"), "machine.parameters")
+    model = validate_table(models()[name], require_table(document, "parameters", "machine.parameters"), "machine.parameters")
     return _build_machine(document, model, title=title, places={})
 
 
@@ -191,7 +191,7 @@ def _from_parts(document: Document, title: str) -> Machine:
         )
     description, kinds = require_table(document, "carrier", "machine.carrier"), carriers()
     directions = choice({"directions": "xy"} | description, "directions", "machine.carrier", kinds)
-    carrier = validate_model(kinds[directions], description, "machine.carrier")
+    carrier = validate_table(kinds[directions], description, "machine.carrier")
     bodies, places = _read_parts(document, "bodies", body_kinds())
     attached_parts, at_attached = _read_parts(document, "attachments", attachments())
     drive_parts, at_drives = _shafts(document, "drive", drives())
@@ -228,7 +228,7 @@ def _shafts(document: Document, group: str, kinds: dict[str, type[Any]]) -> tupl
 def _read_part(kinds: Mapping[str, type[Any]], description: Document, location: str) -> Any:
     """A part from its table, which names its kind."""
     kind = choice(description, "kind", location, kinds)
-    return validate_model(kinds[kind], {k: v for k, v in description.items() if k != "kind"}, location)
+    return validate_table(kinds[kind], {k: v for k, v in description.items() if k != "kind"}, location)
 
 
 def _build_machine(document: Document, *parts: Any, places: Mapping[str, str], **options: Any) -> Machine:

@@ -15,7 +15,7 @@ from wucht.files.documents import Document
 from wucht.machines.parts import bodies as body_kinds
 from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import angular_width
-from wucht.schema import Key, TableModel, Unit, choice, keys_of, validate_model
+from wucht.schema import Key, TableModel, Unit, choice, keys_of, validate_table
 
 _KEYS = ("count", "start", "seed")
 
@@ -24,7 +24,7 @@ def _read_start(value: Any) -> Any:
     return (
         value
         if value in ("even", "random")
-        else Unit("rad", "position at the start: 'even', 'random', or an angle").parse(value)
+        else Unit("rad", "position at the start: 'even', 'random', or an angle").parse_quantity(value)
     )
 
 
@@ -118,8 +118,8 @@ def _expand_group(description: Document, location: str) -> list[Document]:
         allowed_kinds = ", ".join(kind for kind, of_kind in kinds.items() if issubclass(of_kind, TrackBody))
         explanation = f"not allowed for this kind of body; allowed for: {allowed_kinds}"
         raise InputError(f"{location}.count", description["count"], explanation, code="not-allowed")
-    equal = validate_model(EqualBodies, {key: description[key] for key in _KEYS if key in description}, location)
-    body = validate_model(cls, {key: value for key, value in one.items() if key != "kind"}, location)
+    equal = validate_table(EqualBodies, {key: description[key] for key in _KEYS if key in description}, location)
+    body = validate_table(cls, {key: value for key, value in one.items() if key != "kind"}, location)
     width = 0.0 if body.track is None else angular_width(body, body)
     if equal.count * width > 2 * math.pi:
         explanation = f"must be at most {int(2 * math.pi / width)}: more do not fit on the track"

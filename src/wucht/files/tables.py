@@ -42,7 +42,7 @@ def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
                 raise FieldError(
                     f"{first_cell} is not a finite number; write units beside the names: {example}", code="heading-twice"
                 )
-            row = [u.parse(n * f) for n, f, u in zip(_row(line, units), scale, units, strict=True)]
+            row = [u.parse_quantity(n * f) for n, f, u in zip(_row(line, units), scale, units, strict=True)]
             if rows and row[0] <= rows[-1][0]:
                 raise FieldError(f"the {units[0].long_name} does not increase", code="not-increasing")
         except ValueError as error:
@@ -157,9 +157,9 @@ def _scales(line: str, units: tuple[Unit, Unit]) -> list[float]:
             raise FieldError(sentence, code="exchanged")
         in_words = _UNIT_IN_WORDS.fullmatch(parts[1])
         if parts[2] is not None or parts[3] is not None:
-            factors.append(unit.parse(f"1 {parts[2] or parts[3] or '?'}"))
+            factors.append(unit.parse_quantity(f"1 {parts[2] or parts[3] or '?'}"))
         else:
-            factors.append(unit.parse(f"1 {in_words[1]}") if in_words else _unit_at_the_end(parts[1], unit))
+            factors.append(unit.parse_quantity(f"1 {in_words[1]}") if in_words else _unit_at_the_end(parts[1], unit))
     return factors
 
 
@@ -168,7 +168,7 @@ def _unit_at_the_end(heading: str, unit: Unit) -> float:
     words = heading.split()
     for first in range(len(words)):
         try:
-            return unit.parse(f"1 {' '.join(words[first:]).removeprefix('/').strip()}")
+            return unit.parse_quantity(f"1 {' '.join(words[first:]).removeprefix('/').strip()}")
         except ValueError:
             continue
     return 1.0

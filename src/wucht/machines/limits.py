@@ -8,7 +8,7 @@ from typing import Any
 
 from wucht.errors import InputError
 from wucht.machines.parts.base import Part
-from wucht.schema import fields_of, validate_model
+from wucht.schema import fields_of, validate_table
 
 
 def check_values(
@@ -45,7 +45,7 @@ def _fault(part: Part, values: Mapping[str, float], prefix: str) -> InputError |
     table = part.model_dump(mode="json", by_alias=True)
     _set_values(part, table, values, prefix)
     try:
-        validate_model(type(part), table, "")
+        validate_table(type(part), table, "")
     except InputError as error:
         return error
     return None

@@ -10,7 +10,7 @@ from typing import Any
 from wucht.machines.assembly import assemble_parts, with_tracks
 from wucht.machines.attaching import doubts_at_rest
 from wucht.machines.mechanism import Mechanism
-from wucht.machines.models import DimensionlessModel
+from wucht.machines.models import DimensionlessMachine
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
@@ -78,7 +78,7 @@ class Machine(Mechanism):
 
     def __init__(
         self,
-        carrier: Support | DimensionlessModel,
+        carrier: Support | DimensionlessMachine,
         bodies: Sequence[Body] = (),
         drives: Sequence[Drive] = (),
         loads: Sequence[Load] = (),

@@ -25,7 +25,7 @@ from wucht.mechanics.lagrange import Coordinate
 ModelBodies = tuple[tuple[str, str, str | None], ...]  # name, kind, about which it turns
 
 
-class DimensionlessModel(Part):
+class DimensionlessMachine(Part):
     """A dimensionless machine as one part: its parameters have bare names (``u``), its bodies are named as in SI machines."""
 
     equations: ClassVar[str] = ""
@@ -71,7 +71,7 @@ def _excess(frame: Frame, body: str) -> sp.Expr:
     return -frame.centre.vx * sp.sin(a) + frame.centre.vy * sp.cos(a)
 
 
-class RotorOnCarrier(DimensionlessModel):
+class RotorOnCarrier(DimensionlessMachine):
     """An unbalanced rotor on a carrier that moves in x: 002 (3.33)-(3.34)."""
 
     kind = "rotor-on-carrier"
@@ -101,7 +101,7 @@ class LavalRotor(RotorOnCarrier):
     directions = "xy"
 
 
-class SelfBalancingRotor(DimensionlessModel):
+class SelfBalancingRotor(DimensionlessMachine):
     """An unbalanced rotor with two balancing pendulums: 002 (4.11)-(4.20).
 
     In (4.8) the 2 of M* = M + 2 m and of beta_r = 2 b_r/(k J_R) is the number n of pendulums.
@@ -176,6 +176,6 @@ class Exciter(SelfBalancingRotor):
     bodies = SelfBalancingRotor.bodies[:2]
 
 
-def models() -> dict[str, type[DimensionlessModel]]:
+def models() -> dict[str, type[DimensionlessMachine]]:
     """Return the dimensionless machines by name, of wucht and of the user's packages."""
-    return part_kinds(DimensionlessModel)
+    return part_kinds(DimensionlessMachine)

@@ -88,7 +88,7 @@ class Channel:
         if (self.unit, unit.si) == ("g", "m/s^2"):
             return _GRAVITY
         try:
-            return unit.parse(f"1 {self.unit}")
+            return unit.parse_quantity(f"1 {self.unit}")
         except ValueError as error:
             explanation = (
                 f"{error}; if the file is wrong, give the unit of its numbers with the key unit, as in unit = '{unit.si}'"

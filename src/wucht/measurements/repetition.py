@@ -90,8 +90,8 @@ def _alternative_readings(shaft: ShaftSignal) -> dict[float, str]:
     unit, names = (
         (SPEED_UNIT, ("rad/s", "rpm", "Hz", "deg/s")) if shaft.quantity == "speed" else (ANGLE_UNIT, ("rad", "deg", "rev"))
     )
-    unit_factor = unit.parse(f"1 {shaft.unit}") if shaft.unit else 1.0
-    ratios = {unit.parse(f"1 {name}") / unit_factor: name for name in names}
+    unit_factor = unit.parse_quantity(f"1 {shaft.unit}") if shaft.unit else 1.0
+    ratios = {unit.parse_quantity(f"1 {name}") / unit_factor: name for name in names}
     return {ratio: name for ratio, name in ratios.items() if abs(ratio - 1) > _NEAR}
 
 

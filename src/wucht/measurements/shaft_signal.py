@@ -155,7 +155,7 @@ class ShaftSignal:
         """Format a speed in rad/s in the unit of the record, for sentences."""
         if self.quantity != "speed" or not self.unit:
             return f"{speed:.5g} rad/s"
-        return f"{speed / SPEED_UNIT.parse(f'1 {self.unit}'):.5g} {self.unit}"
+        return f"{speed / SPEED_UNIT.parse_quantity(f'1 {self.unit}'):.5g} {self.unit}"
 
     def speed(self) -> tuple[np.ndarray, np.ndarray]:
         """Return times in s and the speed in rad/s: as measured, or from differences of the angle, midway between samples."""
@@ -321,7 +321,7 @@ def _quantity(channel: Channel) -> Quantity:
     for unit, quantity in units:
         try:
             if channel.unit:
-                unit.parse(f"1 {channel.unit}")
+                unit.parse_quantity(f"1 {channel.unit}")
                 return quantity
         except ValueError:
             continue

@@ -116,7 +116,7 @@ def _is_unit(text: str) -> bool:
     """True if a text is a unit in which motions are recorded."""
     for unit in _KNOWN_UNITS:
         try:
-            unit.parse(f"1 {text}")
+            unit.parse_quantity(f"1 {text}")
         except ValueError:
             continue
         return True

@@ -153,8 +153,8 @@ class StudyResult:
         """The summary of the contract."""
         return {"sentence": self.sentence} | {name: quantity.value for name, quantity in self._keys.items()}
 
-    def dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
-        """The Dataset; given one with the variables, a copy of it with the attributes.
+    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
+        """Return the Dataset; given one with the variables, a copy of it with the attributes.
 
         They are texts and numbers, so that ``to_netcdf`` writes them; the accessor ``wucht`` reads them.
         """
@@ -181,7 +181,7 @@ def result_dataset(
     **attributes: Any,
 ) -> xr.Dataset:
     """Build the Dataset of a result: see ``StudyResult``."""
-    return StudyResult(quantities, sentence, warnings, assumptions, failure, attributes).dataset()
+    return StudyResult(quantities, sentence, warnings, assumptions, failure, attributes).to_dataset()
 
 
 def dataset_from_quantities(quantities: Iterable[Quantity]) -> xr.Dataset:

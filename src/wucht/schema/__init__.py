@@ -22,7 +22,7 @@ from wucht.schema.checking import (
     require_table,
     text,
     unit_of,
-    validate_model,
+    validate_table,
 )
 from wucht.schema.fields import SI, Composite, Conversion, Parameter, TableModel, composite, full_name, si
 from wucht.schema.keys import Key, keys_of
@@ -32,5 +32,5 @@ from wucht.schema.units import LARGEST, SMALLEST, Unit, article
 __all__ = [
     "LARGEST", "SI", "SMALLEST", "Composite", "Conversion", "Key", "Parameter", "TableModel", "Unit", "article", "choice",
     "composite", "fields_of", "full_name", "is_pairs", "keys_of", "locate_error", "models_in", "prose_of", "read_quantity",
-    "refuse_unknown", "require_table", "si", "text", "unit_of", "validate_model",
+    "refuse_unknown", "require_table", "si", "text", "unit_of", "validate_table",
 ]  # fmt: skip

@@ -48,8 +48,8 @@ def unit_of(field: FieldInfo | None) -> Unit | None:
     return Unit(str(extra["unit"]), field.title or "", str(extra["symbol"]))
 
 
-def validate_model(cls: type[ModelT], document: Mapping[str, Any], location: str) -> ModelT:
-    """Build a pydantic model. Raises ``InputError`` for the first fault."""
+def validate_table(cls: type[ModelT], document: Mapping[str, Any], location: str) -> ModelT:
+    """Build the instance of a class that a table describes. Raises ``InputError`` for the first fault."""
     refuse_unknown(document, fields_of(cls, settable_only=True), location)
     try:
         return cls.model_validate(dict(document))
@@ -60,7 +60,7 @@ def validate_model(cls: type[ModelT], document: Mapping[str, Any], location: str
 def read_quantity(unit: Unit, value: object, location: str) -> float:
     """A number in SI, or a text with a unit, as a number in SI. Raises ``InputError``."""
     try:
-        return unit.parse(value)
+        return unit.parse_quantity(value)
     except ValueError as error:
         raise InputError(location, value, str(error), code=code_of(error)) from None
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, Validat
 from pydantic_core import CoreSchema
 
 from wucht.errors import InputError
-from wucht.schema.checking import unit_of, validate_model
+from wucht.schema.checking import unit_of, validate_table
 from wucht.schema.signature import docstring_of, parameter_names, prose_of, signature_of
 
 T = TypeVar("T")
@@ -154,7 +154,7 @@ class _TableMeta(_Metaclass):
                     f"{location}.{twice[0]}", fields[twice[0]], "this key is also given by position", code="given-twice"
                 )
             document = {keys.get(name, name): value for name, value in (by_position | fields).items()}
-            return validate_model(self, document, location)
+            return validate_table(self, document, location)
 
         # Made when they are read, as hundreds of tables are imported. Pydantic sets a signature with addresses of objects.
         __signature__ = property(signature_of, lambda cls, signature: None)
@@ -184,7 +184,7 @@ class TableModel(BaseModel, metaclass=_TableMeta):
         if unit is None or value is None:
             return value
         positive = any(getattr(limit, "gt", None) == 0 for limit in field.metadata)
-        parse = unit.parse_positive if positive else unit.parse
+        parse = unit.parse_positive if positive else unit.parse_quantity
         return [parse(g) for g in value] if isinstance(value, list | tuple) else parse(value)
 
     @classmethod

@@ -33,8 +33,8 @@ class Unit:
     long_name: str
     symbol: str = ""
 
-    def parse(self, raw_value: object) -> float:
-        """A number (already SI) or a string with a unit, as an SI float.
+    def parse_quantity(self, raw_value: object) -> float:
+        """Return a number (already SI) or a string with a unit as an SI float.
 
         Raises ``ValueError`` with a sentence: not a number, a wrong dimension, an unknown unit, NaN, infinity, or beyond
         ``LARGEST``.
@@ -56,8 +56,11 @@ class Unit:
         return True
 
     def parse_positive(self, raw_value: object) -> float:
-        """Parse as ``parse`` does; a positive value must be at least ``SMALLEST``, since other numbers are divided by it."""
-        value = self.parse(raw_value)
+        """Parse as ``parse_quantity`` does.
+
+        A positive value must be at least ``SMALLEST``, since other numbers are divided by it.
+        """
+        value = self.parse_quantity(raw_value)
         if 0 < value < SMALLEST:
             raise FieldError(
                 f"must be {article(self.long_name)} greater than {self.value_text(0)}, and of at least "

@@ -31,7 +31,7 @@ def steady_branch_quantities(
     ordinate_words, unit, length = words
     numbers = np.repeat(np.arange(len(branches)), [b.unknowns.shape[1] for b in branches])
     return [
-        Quantity(f"{before}value", join_arrays([b.values for b in branches]), along.full_name, along.unit, dimension),
+        Quantity(f"{before}value", join_arrays([b.parameter_values for b in branches]), along.full_name, along.unit, dimension),
         Quantity(f"{before}speed", join_arrays([s.speed for s in ordinates]), ordinate_words, unit, dimension),
         Quantity(
             f"{before}amplitude", join_arrays([s.amplitude for s in ordinates]), "amplitude of the axis", length, dimension

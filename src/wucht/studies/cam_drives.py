@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from wucht.cams.drive import TABLES, CamDrive, drive_from
+from wucht.cams.drive import TABLES, CamDrive, cam_drive_from
 from wucht.errors import InputError, nearest
 from wucht.file_names import printable
 from wucht.files.catalogue import ABOUT
@@ -20,7 +20,9 @@ from wucht.studies.subjects import Description
 class CamDriveSubject:
     """The cam drive of a study file."""
 
-    def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[CamDrive, Document]:
+    def from_document(
+        self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
+    ) -> tuple[CamDrive, Document]:
         """See ``Subject``."""
         refuse_unknown(document, (*ABOUT, *TABLES), "")
         tables = {key: copy.deepcopy(document[key]) for key in TABLES if key in document}
@@ -31,7 +33,7 @@ class CamDriveSubject:
             differing |= {key: value} if tables != before else {}
         refuse_bare_frequencies(tables)
         title = changed_title(str(document.get("title", printable(path.stem))), differing)
-        return drive_from(tables, title, path.parent), tables
+        return cam_drive_from(tables, title, path.parent), tables
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""

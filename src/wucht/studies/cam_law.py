@@ -79,7 +79,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     work.report(0.0, "motion law")
     motion_law = plan.motion_law
     angles = np.linspace(0, 2 * np.pi, plan.points + 1)
-    derivatives = np.array([motion_law.law(angles, order) for order in range(4)])
+    derivatives = np.array([motion_law.function(angles, order) for order in range(4)])
     complete_series = motion_law.fourier_series()
     series = FourierSeries(complete_series.mean, complete_series.cosine[: plan.orders], complete_series.sine[: plan.orders])
     least, greatest = motion_law.bounds(0)

@@ -188,7 +188,9 @@ def _leg(plan: Plan, flow: CompiledSystem, before: Record, work: Work) -> Descen
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
-    t = integrate(flow, last.end_state, last.parameter_values, grid, lambda time: work.report(time / plan.limit), plan.energy)
+    t = integrate(
+        flow, last.end_state, last.final_parameter_values, grid, lambda time: work.report(time / plan.limit), plan.energy
+    )
     return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
 
 

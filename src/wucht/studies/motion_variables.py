@@ -26,8 +26,11 @@ _TORQUES = {
 }
 
 
-def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: float) -> list[Quantity]:
-    """The variables of a run. row: states and outputs of the machine's System, (N,) each. largest: largest amplitude."""
+def motion_quantities(machine: Machine, row: Rows, trajectory: Trajectory, largest: float) -> list[Quantity]:
+    """Return the quantities of a run, the variables of its Dataset.
+
+    row: states and outputs of the machine's System, (N,) each. largest: largest amplitude.
+    """
     ways, rotors = [d for d in "xy" if d in machine.labels], [r.name for r in machine.rotors]
     of_rotors, of_sliders = list[Quantity](), list[Quantity]()
     if ways and len(rotors) > 1:

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from wucht.errors import InputError
 from wucht.fatigue.damage import WoehlerLine, slope_below
-from wucht.schema import SI, Composite, TableModel, Unit, composite, read_quantity, refuse_unknown, si, validate_model
+from wucht.schema import SI, Composite, TableModel, Unit, composite, read_quantity, refuse_unknown, si, validate_table
 from wucht.studies import spec as common
 from wucht.studies.spec import Value
 
@@ -46,7 +46,7 @@ def _ranges(raw: Any) -> Any:
     for name, pair in raw.items():
         if not isinstance(pair, list | tuple) or len(pair) != 2 or any(isinstance(x, bool) for x in pair):
             raise ValueError(f"must give a pair [low, high] for {name}")
-        low, high = (Unit("", f"end of the range of {name}").parse(x) for x in pair)
+        low, high = (Unit("", f"end of the range of {name}").parse_quantity(x) for x in pair)
         if not low < high:
             raise ValueError(f"must give a pair [low, high] with low below high for {name}")
         ranges[str(name)] = low, high
@@ -156,7 +156,7 @@ def woehler_validator(location: str) -> BeforeValidator:
 
     def read_line(raw: Any) -> Any:
         if isinstance(raw, Mapping):
-            return validate_model(Woehler, raw, location)
+            return validate_table(Woehler, raw, location)
         if raw is not None and not isinstance(raw, Woehler):
             raise ValueError("must be a table: woehler = { k = SLOPE, ND = CYCLES, SD = AMPLITUDE }")
         return raw

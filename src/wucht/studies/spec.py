@@ -187,7 +187,9 @@ BalancingBodies = Annotated[Literal["steady", "held"] | None, Field(description=
 ))]  # fmt: skip
 TrueOrFalse = Annotated[bool, _validator(_is_bool, "must be true or false")]
 Tolerance = Annotated[
-    float, BeforeValidator(Unit("", "tolerance").parse), Field(ge=1e-16, le=1e-2, description="tolerance of the integration")
+    float,
+    BeforeValidator(Unit("", "tolerance").parse_quantity),
+    Field(ge=1e-16, le=1e-2, description="tolerance of the integration"),
 ]
 Engine = Annotated[
     Literal["heyoka", "scipy", "scipy-radau"], Field(description="engine of the integration, by default the best installed")

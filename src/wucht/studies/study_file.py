@@ -73,7 +73,7 @@ def _read_document(
     dropped_keys += omitted_keys
     spec = requested_study(study_table).spec
     of_subject = {k: v for k, v in settings.items() if not k.startswith("study.")}
-    subject, tables = subject_of(spec).read(document | {"study": study_table}, path, name, of_subject)
+    subject, tables = subject_of(spec).from_document(document | {"study": study_table}, path, name, of_subject)
     changes_kind = study_table["kind"] != document.get("study", {"kind": DEFAULT_KIND}).get("kind")
     return StudyFile(path, spec.from_table(study_table), subject, {"study": study_table, **tables}, changes_kind)
 

@@ -98,7 +98,7 @@ class Description:
 class Subject(Protocol):
     """A kind of subject."""
 
-    def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Any, Document]:
+    def from_document(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Any, Document]:
         """Read the subject from a study file, and its tables with all settings. Raises ``InputError``."""
         ...
 
@@ -110,7 +110,7 @@ class Subject(Protocol):
 class MachineSubject:
     """The machine of the table ``[machine]``."""
 
-    def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
+    def from_document(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
         """See ``Subject``."""
         if "system" in document and "machine" not in document:
             raise InputError("system", None, "the subject of this study must be a machine: give a table [machine]")
@@ -134,14 +134,14 @@ class MachineSubject:
 class MachineOrSystemSubject:
     """The machine of the table ``[machine]``, or the user equations of the table ``[system]``."""
 
-    def read(
+    def from_document(
         self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
     ) -> tuple[Machine | UserSystem, Document]:
         """See ``Subject``."""
         if "system" not in document:
             if "machine" not in document:
                 raise InputError("machine", None, "give a table [machine], or the equations of a table [system]")
-            return MACHINE.read(document, path, name, settings)
+            return MACHINE.from_document(document, path, name, settings)
         if "machine" in document:
             raise InputError("system", None, "a study has one subject: give either [machine] or [system]")
         refuse_unknown(document, (*ABOUT, "system"), "")

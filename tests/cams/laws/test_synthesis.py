@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from wucht.cams.laws.programs import InfeasibleError
+from wucht.cams.laws.cone_programme import InfeasibleError
 from wucht.cams.laws.synthesis import Band, Cap, equiripple, maximally_flat, single_relaxations, synthesise
 from wucht.numerics.fourier_series import FourierSeries
 

@@ -6,12 +6,12 @@ from tests.refusals import refused
 
 import wucht
 from wucht.cams.tables.camshaft import CamshaftDrive, ElasticTable, ShaftTable
-from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.harmonic_law import HarmonicLawTable
 
 HELD = {"kind": "constant-speed", "speed": 100.0}
 
 
-LAW = HarmonicTable(harmonics=2, coefficients={"mean": 0.1, "cosine": [-0.1]})
+LAW = HarmonicLawTable(harmonics=2, coefficients={"mean": 0.1, "cosine": [-0.1]})
 
 
 def test_the_motion_for_which_a_cam_is_corrected() -> None:

@@ -7,7 +7,7 @@ import pytest
 from tests.refusals import refused
 
 from wucht.cams.laws.synthesis import band_extremes, equiripple
-from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.cams.tables.motion_law import unit_of_output
 from wucht.errors import InputError
 
@@ -18,29 +18,29 @@ PHI = np.linspace(0, 2 * math.pi, 2001)
 
 
 def law(*restrictions, unit="rad", **more):
-    return HarmonicTable(**{"harmonics": 5, "restrictions": list(restrictions)} | more).motion_law(unit)
+    return HarmonicLawTable(**{"harmonics": 5, "restrictions": list(restrictions)} | more).make_motion_law(unit)
 
 
 def test_the_flattest_dwell():
     found = law(TOP, DWELL)
     ripple = math.radians(24) * 243 / 29525
-    assert band_extremes(found.restrictions[1], found.law) == pytest.approx((-ripple, ripple), rel=1e-6)
+    assert band_extremes(found.restrictions[1], found.function) == pytest.approx((-ripple, ripple), rel=1e-6)
     assert found.dwells == found.restrictions[1:]
-    assert found.law(PHI) == pytest.approx(equiripple(5, math.radians(120), math.radians(24))(PHI), abs=1e-6)
+    assert found.function(PHI) == pytest.approx(equiripple(5, math.radians(120), math.radians(24))(PHI), abs=1e-6)
     assert found.count == 5
     assert [r.name for r in found.restrictions] == ["law.restrictions[0]", "law.restrictions[1]"]
 
 
 def test_an_arc_whose_end_is_below_its_begin_goes_through_a_turn():
     there = law(TOP, {"on": ["240 deg", "120 deg"], "equals": 0})
-    assert there.law(PHI) == pytest.approx(law(TOP, DWELL).law(PHI), abs=1e-6)
+    assert there.function(PHI) == pytest.approx(law(TOP, DWELL).function(PHI), abs=1e-6)
 
 
 def test_objectives_are_least_in_what_they_say():
     peak, square = (law(TOP, LIMITED, objective=f"least-{o}-acceleration") for o in ("peak", "mean-square"))
     flattest = law(TOP, DWELL)
-    peaks = [found.law.derivative(2).peak for found in (peak, square, flattest)]
-    squares = [float((found.law.derivative(2).amplitudes ** 2).sum()) for found in (square, peak, flattest)]
+    peaks = [found.function.derivative(2).peak for found in (peak, square, flattest)]
+    squares = [float((found.function.derivative(2).amplitudes ** 2).sum()) for found in (square, peak, flattest)]
     assert peaks[0] < min(peaks[1:])
     assert squares[0] < min(squares[1:])
 
@@ -49,33 +49,33 @@ def test_objectives_are_least_in_what_they_say():
     ("of", "order", "unit"), [("velocity", 1, "deg/rad"), ("acceleration", 2, "deg/rad^2"), ("jerk", 3, "deg / rad^3")]
 )
 def test_bounds_of_derivatives_by_the_cam_angle(of, order, unit):
-    free = law(TOP, DWELL).law.derivative(order).peak
+    free = law(TOP, DWELL).function.derivative(order).peak
     bound = 0.97 * math.degrees(free)
     limited = {"of": of, "min": f"{-bound} {unit}", "max": f"{bound} {unit}"}
-    assert law(TOP, DWELL, limited).law.derivative(order).peak == pytest.approx(0.97 * free, rel=1e-5)
+    assert law(TOP, DWELL, limited).function.derivative(order).peak == pytest.approx(0.97 * free, rel=1e-5)
 
 
 def test_caps_and_a_resonance():
     square = {"objective": "least-mean-square-acceleration", "harmonics": 8}
-    free = law(TOP, LIMITED, **square).law.amplitudes
+    free = law(TOP, LIMITED, **square).function.amplitudes
     cap = {"harmonic": 4, "amplitude": f"{0.9 * math.degrees(free[3])} deg"}
-    assert law(TOP, LIMITED, **square, caps=[cap]).law.amplitudes[3] == pytest.approx(0.9 * free[3], rel=1e-5)
+    assert law(TOP, LIMITED, **square, caps=[cap]).function.amplitudes[3] == pytest.approx(0.9 * free[3], rel=1e-5)
     near = {"frequency": "1900 rpm", "speed": "500 rpm", "damping_ratio": 0.01}
-    assert law(TOP, LIMITED, **square, resonance=near).law.amplitudes[3] < 0.9 * free[3]
+    assert law(TOP, LIMITED, **square, resonance=near).function.amplitudes[3] < 0.9 * free[3]
 
 
 def test_coefficients_that_are_known():
     coefficients = {"mean": "12 deg", "cosine": ["-12 deg", "1 deg"], "sine": ["0 deg", "0 deg", "2 deg"]}
     found = law(coefficients=coefficients, harmonics=None)
-    assert np.degrees(found.law.mean) == pytest.approx(12)
-    assert np.degrees(found.law.cosine) == pytest.approx([-12, 1, 0])
-    assert np.degrees(found.law.sine) == pytest.approx([0, 0, 2])
+    assert np.degrees(found.function.mean) == pytest.approx(12)
+    assert np.degrees(found.function.cosine) == pytest.approx([-12, 1, 0])
+    assert np.degrees(found.function.sine) == pytest.approx([0, 0, 2])
     assert found.count == 3
 
 
 def test_an_output_that_slides():
     restrictions = [{"at": "180 deg", "equals": "10 mm"}, {"on": ["-90 deg", "90 deg"], "equals": "0 mm"}]
-    assert law(*restrictions, unit="m").law(math.pi) == pytest.approx(0.01)
+    assert law(*restrictions, unit="m").function(math.pi) == pytest.approx(0.01)
 
 
 FEW = {"harmonics": 2, "objective": "least-peak-acceleration"}
@@ -150,7 +150,7 @@ def test_contradictions_are_recognised_whatever_their_size(harmonics, bound):
 
 def test_more_harmonics_than_a_dwell_can_use_are_zero():
     """Of 40 harmonics rounding hides how flat it is: the fewest with which it is flat to 1e-9 of the stroke are taken."""
-    found = HarmonicTable(harmonics=40, restrictions=[TOP, DWELL]).motion_law("rad").law
+    found = HarmonicLawTable(harmonics=40, restrictions=[TOP, DWELL]).make_motion_law("rad").function
     assert found.bounds == pytest.approx((0.0, math.radians(24)), abs=1e-9)
     used = np.flatnonzero(found.amplitudes)[-1] + 1
     assert used == 20  # T_20((3 + c)/(1 - c)) is the first of them above 1e9, c = cos 120 deg
@@ -159,18 +159,18 @@ def test_more_harmonics_than_a_dwell_can_use_are_zero():
 
 @pytest.mark.parametrize(("on", "told"), [(["120 deg", "-120 deg"], True), (["-120 deg", "120 deg"], False)])
 def test_a_point_on_the_arc_that_is_to_be_flat_is_told(on, told):
-    asked = HarmonicTable(harmonics=5, restrictions=[TOP, {"on": on, "equals": 0}])
+    asked = HarmonicLawTable(harmonics=5, restrictions=[TOP, {"on": on, "equals": 0}])
     if not told:
-        assert asked.motion_law("rad").count == 5
+        assert asked.make_motion_law("rad").count == 5
         return
     with refused("law.restrictions[0]", "law.restrictions[1]", given=None):
-        asked.motion_law("rad")
+        asked.make_motion_law("rad")
 
 
 @pytest.mark.parametrize("begin", [400, 760, -320])
 def test_an_arc_may_begin_in_any_turn(begin):
     there = law(TOP, {"on": [f"{begin + 200} deg", f"{begin + 80} deg"], "equals": 0})
-    assert there.law(PHI) == pytest.approx(law(TOP, DWELL).law(PHI), abs=1e-6)
+    assert there.function(PHI) == pytest.approx(law(TOP, DWELL).function(PHI), abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ def test_folds_of_the_speed_of_a_rotor_on_a_carrier() -> None:
     case = BranchCase.of(load_machine("drozdetskaya-2020/table-3.1-carrier"), "u", (0.0, 5.0), BranchSettings())
     *_, findings = follow_branches(case, Work())
     (branch,) = findings.branches
-    folds = [branch.values[i] for i, kind in enumerate(branch.kinds) if kind == FOLD]
+    folds = [branch.parameter_values[i] for i, kind in enumerate(branch.kinds) if kind == FOLD]
     assert sorted(folds) == pytest.approx([0.8937191, 2.6053860], rel=1e-6)
     assert findings.complete
     assert any(

@@ -75,9 +75,9 @@ def test_it_is_followed_at_the_speed_without_vibration() -> None:
     """Once, though it is met at each value that is searched; with the dimension 1."""
     _, branch = family_of(*SLOPE)
     assert (branch.kind.name, branch.dimension, branch.ends) == ("compensating", 1, ("the range ends",) * 2)
-    assert branch.values[[0, -1]] == pytest.approx([1e-4, 0.05]) and (np.diff(branch.values) > 0).all()
+    assert branch.parameter_values[[0, -1]] == pytest.approx([1e-4, 0.05]) and (np.diff(branch.parameter_values) > 0).all()
     np.testing.assert_allclose(
-        branch.unknowns[3:-1], np.broadcast_to(speed_at(branch.values), (4, len(branch.values))), rtol=1e-9
+        branch.unknowns[3:-1], np.broadcast_to(speed_at(branch.parameter_values), (4, len(branch.parameter_values))), rtol=1e-9
     )
     stages = diagram(*SLOPE)[2]
     assert [count for _, count in stages][-1] == 1 and stages[0] == (1, 0)
@@ -124,9 +124,11 @@ def test_at_a_value_the_family_is_recognised_by_speed_and_dimension() -> None:
 def test_it_ends_where_the_polygon_does_not_close() -> None:
     """Three times 0.01 kg m compensate 9 kg up to e = 1/300 m."""
     family, branch = family_of(*ECCENTRICITY)
-    assert branch.values[[0, -1]] == pytest.approx([0.002, 0.03 / 9], rel=1e-8)
+    assert branch.parameter_values[[0, -1]] == pytest.approx([0.002, 0.03 / 9], rel=1e-8)
     assert branch.ends == ("the range ends", "beyond, the unbalances cannot compensate each other")
-    assert branch.unknowns[3] == pytest.approx(np.full(len(branch.values), float(speed_at(np.array(0.01)))), rel=1e-12)
+    assert branch.unknowns[3] == pytest.approx(
+        np.full(len(branch.parameter_values), float(speed_at(np.array(0.01)))), rel=1e-12
+    )
     with pytest.raises(RunError, match="the unbalances do not compensate each other here"):
         family._members(0.0034, 178.0)
     assert family._closes(0.0033) and not family._closes(0.0034)
@@ -138,7 +140,7 @@ def test_a_family_that_cannot_be_followed_is_said(monkeypatch: pytest.MonkeyPatc
     def lost(*_: Any) -> None:
         raise RunError("it does not turn")
 
-    monkeypatch.setattr(FamilyCurve, "branch", lost)
+    monkeypatch.setattr(FamilyCurve, "follow_branch", lost)
     case = diagram(*ECCENTRICITY)[0]
     *_, last = follow_branches(replace(case, values=(0.002,)), Work())
     assert last.branches == () and last.omissions == ("a state at drum.eccentricity = 0.002 is not followed: it does not turn",)

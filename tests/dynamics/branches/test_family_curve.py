@@ -24,7 +24,7 @@ def followed(monkeypatch: pytest.MonkeyPatch, low: float, high: float, at: float
     """From a state at a value, on a branch of speeds over 0, 1, ... 9; the unbalances compensate from low to high."""
     equilibria = SimpleNamespace(
         equations=SimpleNamespace(scale=np.array([100.0, 9.0])),
-        branch=lambda _: SimpleNamespace(points=[point(float(value)) for value in range(10)]),
+        follow_branch=lambda _: SimpleNamespace(points=[point(float(value)) for value in range(10)]),
         start=lambda x, value: point(value, float(x[0])),
         evaluate=lambda start: start,
     )
@@ -37,25 +37,25 @@ def followed(monkeypatch: pytest.MonkeyPatch, low: float, high: float, at: float
     )
     curve = FamilyCurve(slow)
     curve.__dict__["equilibria"] = equilibria
-    return curve.branch(State(50.0, np.zeros(3), 1), at)
+    return curve.follow_branch(State(50.0, np.zeros(3), 1), at)
 
 
 @pytest.mark.parametrize("at", [3.0, 4.2, 6.0])
 def test_it_ends_where_they_cannot_either_way(monkeypatch: pytest.MonkeyPatch, at: float) -> None:
     branch = followed(monkeypatch, 2.25, 6.625, at)
-    assert branch.values == pytest.approx([2.25, 3, 4, 5, 6, 6.625], abs=1e-12)
+    assert branch.parameter_values == pytest.approx([2.25, 3, 4, 5, 6, 6.625], abs=1e-12)
     assert branch.ends == (OPEN, OPEN)
 
 
 @pytest.mark.parametrize("at", [0.0, 5.0, 9.0])
 def test_it_has_all_of_a_branch_on_which_they_always_can(monkeypatch: pytest.MonkeyPatch, at: float) -> None:
     branch = followed(monkeypatch, -1.0, 10.0, at)
-    assert branch.values.tolist() == list(range(10))
+    assert branch.parameter_values.tolist() == list(range(10))
     assert branch.ends == ("the low end", "the high end")
 
 
 def test_one_side_may_be_open_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     below = followed(monkeypatch, -1.0, 1.5, 0.0)
-    assert below.values == pytest.approx([0, 1, 1.5], abs=1e-12) and below.ends == ("the low end", OPEN)
+    assert below.parameter_values == pytest.approx([0, 1, 1.5], abs=1e-12) and below.ends == ("the low end", OPEN)
     above = followed(monkeypatch, 7.5, 10.0, 9.0)
-    assert above.values == pytest.approx([7.5, 8, 9], abs=1e-12) and above.ends == (OPEN, "the high end")
+    assert above.parameter_values == pytest.approx([7.5, 8, 9], abs=1e-12) and above.ends == (OPEN, "the high end")

@@ -16,7 +16,7 @@ from wucht.dynamics.branches.orbit_endings import connection_time, follow_to_end
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.numerics.periodic.periods import PERIOD
 from wucht.system import System
@@ -32,7 +32,9 @@ def test_the_time_in_which_both_ends_come_near_to_a_saddle() -> None:
 
 def test_the_places_where_an_orbit_is_slow() -> None:
     """x' = x at nodes of these speeds: least and slower than 0.3 of the fastest, round the orbit too, the slowest first."""
-    equations = Equations.of(System((X,), (PERIOD * (X + 0 * P),), (PERIOD, P)), (PERIOD.name, "p"), {}, {"x": 2.0})
+    equations = EquilibriumEquations.from_system(
+        System((X,), (PERIOD * (X + 0 * P),), (PERIOD, P)), (PERIOD.name, "p"), {}, {"x": 2.0}
+    )
     cycles: Any = SimpleNamespace(equations=equations)
     speeds = [0.6, 1.0, 5.0, 10.0, 1.5, 2.9, 0.5, 0.8, 9.0, 4.0, 8.0, 2.0, 1.0]
     cycle: Any = SimpleNamespace(states=np.array([[*speeds, 0.6]]), parameter=0.3, problem=SimpleNamespace(n=1))

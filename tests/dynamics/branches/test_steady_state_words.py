@@ -66,7 +66,7 @@ def test_a_phase_with_units_is_in_radians() -> None:
     show = next(n for n in AveragedEquilibria.of(machine, "drive.slope", (0.01, 0.02), BranchSettings()).names if "phase" in n)
     states = AveragedEquilibria.of(machine, "drive.slope", (0.01, 0.02), BranchSettings(show=show))
     assert (states.labels.unit, states.labels.ordinate) == ("rad", "phase of ball")
-    none = AveragedEquilibria.of(machine, "drive.no_load_speed", (-100.0, 200.0), BranchSettings()).states_at(0.0)
+    none = AveragedEquilibria.of(machine, "drive.no_load_speed", (-100.0, 200.0), BranchSettings()).find_equilibria(0.0)
     assert none.points == () and none.families == () and "nothing drives the machine there" in str(none)
 
 

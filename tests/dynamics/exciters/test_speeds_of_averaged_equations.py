@@ -62,7 +62,7 @@ def test_where_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "averaged_equations_of", none)
     found = averaged_speed(MACHINE, 95.0, False, np.empty(0), (1.0, 1.0), 1e-10, None)
     assert found == AveragedSpeed(None, reason="machine: has none")
-    model = SimpleNamespace(system=None, initial=None, values=None)
+    model = SimpleNamespace(system=None, initial=None, parameter_values=None)
     monkeypatch.setattr(module, "slow_model", lambda *_: model)
     monkeypatch.setattr(module, "compile_system", lambda *_: None)
     monkeypatch.setattr(module, "integrate", lambda *_: SimpleNamespace(failure="it burst"))

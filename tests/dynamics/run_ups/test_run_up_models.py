@@ -79,7 +79,7 @@ def trajectory(slow: Any, speed: float) -> Trajectory:
     rows = {"a.speed": np.full(2, speed), "p.phase": np.full(2, 0.5)}
     states = np.array([rows.get(n, speed * time) for n in names])
     works = {q.name: np.array([0.0, k + 1.0]) for k, q in enumerate(slow.system.quadratures)}
-    return Trajectory(time, states, works, np.array(slow.values), 0.01, states[:, -1])
+    return Trajectory(time, states, works, np.array(slow.parameter_values), 0.01, states[:, -1])
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

@@ -7,13 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 import sympy as sp
 
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 
 X, P, Q = sp.symbols("x p q", real=True)
 Pair = tuple[np.ndarray, np.ndarray]
 
 
-def by_hand(rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol] = (P,)) -> Equations:
+def by_hand(
+    rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol] = (P,)
+) -> EquilibriumEquations:
     """Of expressions, without compiling them."""
     given = [*states, *parameters]
     f = sp.lambdify(given, list(rates), "numpy")
@@ -23,4 +25,4 @@ def by_hand(rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], parameters: S
         with np.errstate(all="ignore"):
             return np.array(f(*unknowns), float), np.array(derivatives(*unknowns), float)
 
-    return Equations.from_function(values, [s.name for s in states], [p.name for p in parameters])
+    return EquilibriumEquations.from_function(values, [s.name for s in states], [p.name for p in parameters])

@@ -13,40 +13,40 @@ from tests.refusals import failed, rejected
 
 from auto_demos import AB
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
 from wucht.system import System
 
 
 def test_starts_at_bounds_and_beyond() -> None:
-    problem = Equilibria(by_hand([P - X], [X]), (-1, 1))
-    found = problem.branch(problem.start([1.0], 1.0))
+    problem = EquilibriumContinuation(by_hand([P - X], [X]), (-1, 1))
+    found = problem.follow_branch(problem.start([1.0], 1.0))
     assert found.unknowns[-1].tolist() == sorted(set(found.unknowns[-1].tolist())) and found.unknowns[-1, [0, -1]].tolist() == [
         -1,
         1,
     ]
     with failed("out-of-range", "p = 3", "-1", "1"):
-        problem.branch(problem.start([3.0], 3.0))
-    wrong = Equilibria(problem.equations, (1, -1))
+        problem.follow_branch(problem.start([3.0], 3.0))
+    wrong = EquilibriumContinuation(problem.equations, (1, -1))
     with failed("empty-range", "1", "-1"):
-        wrong.branch(wrong.start([0.0], 0.0))
+        wrong.follow_branch(wrong.start([0.0], 0.0))
 
 
 def test_what_a_user_gets_wrong_is_told_in_a_sentence() -> None:
     one, two = by_hand([P - X**2], [X]), by_hand([P - sp.sqrt(X) + Q], [X], [P, Q])
     with rejected("one-parameter", "p", "q"):
-        Equilibria(two, (-1, 1))
+        EquilibriumContinuation(two, (-1, 1))
     for x in ([0.5, 0.3], 0.5):
         with rejected("shape", "1"):
-            Equilibria(one, (-1, 1)).start(x, 0.25)  # type: ignore[arg-type]
+            EquilibriumContinuation(one, (-1, 1)).start(x, 0.25)  # type: ignore[arg-type]
     with rejected("not-finite", "0.5"):
-        Equilibria(one, (-1, 1)).start([0.5], math.nan)
+        EquilibriumContinuation(one, (-1, 1)).start([0.5], math.nan)
     with rejected("no-state", "5"):
-        Equilibria(one, (-1, 1), limits={5: (0, 1)})
+        EquilibriumContinuation(one, (-1, 1), limits={5: (0, 1)})
     with rejected("name-taken"):
-        Equilibria(one, (-1, 1), functions={"fold": lambda unknowns: unknowns[0]})
+        EquilibriumContinuation(one, (-1, 1), functions={"fold": lambda unknowns: unknowns[0]})
     with failed("not-evaluated", "x = -1", "p = 0", "q = 0"):
         Folds(two, [(-1, 1), (-1, 1)]).start([-1.0], (0, 0))
     with failed("not-evaluated", "x = -1"):
@@ -54,9 +54,9 @@ def test_what_a_user_gets_wrong_is_told_in_a_sentence() -> None:
     with rejected("scale", "x", "0"):
         one.with_scale(np.array([0.0, 1.0]))
     with rejected("no-states"):
-        Equations.of(System((), (), (P,)), ["p"], {})
+        EquilibriumEquations.from_system(System((), (), (P,)), ["p"], {})
     with rejected("given-twice"):
-        Equations.of(AB, ["p1", "p1"], {"p2": 1.0})
+        EquilibriumEquations.from_system(AB, ["p1", "p1"], {"p2": 1.0})
 
 
 def test_a_function_that_raises_beyond_its_region_ends_the_branch_there() -> None:
@@ -65,8 +65,8 @@ def test_a_function_that_raises_beyond_its_region_ends_the_branch_there() -> Non
             raise ValueError("outside")
         return np.array([unknowns[1] - unknowns[0]]), np.array([[-1.0, 1.0]])
 
-    problem = Equilibria(Equations.from_function(values, ["x"], ["p"]), (-1, 1))
-    found = problem.branch(problem.start([0.0], 0.0))
+    problem = EquilibriumContinuation(EquilibriumEquations.from_function(values, ["x"], ["p"]), (-1, 1))
+    found = problem.follow_branch(problem.start([0.0], 0.0))
     assert found.ends[0].startswith("no further point could be computed") and found.unknowns[-1, 0] == pytest.approx(
         -0.5, abs=1e-6
     )
@@ -80,19 +80,19 @@ def test_why_it_ends_names_an_interruption_and_what_ran_away() -> None:
             raise KeyboardInterrupt
         return np.array([unknowns[1] - unknowns[0]]), np.array([[-1.0, 1.0]])
 
-    problem = Equilibria(Equations.from_function(interrupted, ["x"], ["p"]), (-1, 1))
+    problem = EquilibriumContinuation(EquilibriumEquations.from_function(interrupted, ["x"], ["p"]), (-1, 1))
     walk = problem.walk(problem.start([0.0], 0.0))
     with pytest.raises(KeyboardInterrupt):
         list(walk)
     assert walk.end == "it was interrupted: KeyboardInterrupt"
-    pole = Equilibria(by_hand([P * X - 1], [X]), (0, 1), steps=Steps(points=300, most=1))
-    ends = pole.branch(pole.start([1.0], 1.0)).ends
+    pole = EquilibriumContinuation(by_hand([P * X - 1], [X]), (0, 1), steps=Steps(points=300, most=1))
+    ends = pole.follow_branch(pole.start([1.0], 1.0)).ends
     assert ends[0].startswith("it has reached the maximum number of points, 300; x changed from 1 to 2")
 
 
 def test_a_branch_can_be_kept_in_a_file() -> None:
-    problem = Equilibria(Equations.of(AB, ["p1"], {"p2": 15.0}), (0, 0.3))
-    whole = problem.branch(problem.start([0, 0], 0.0))
+    problem = EquilibriumContinuation(EquilibriumEquations.from_system(AB, ["p1"], {"p2": 15.0}), (0, 0.3))
+    whole = problem.follow_branch(problem.start([0, 0], 0.0))
     again = pickle.loads(pickle.dumps(whole))
     np.testing.assert_array_equal(again.unknowns, whole.unknowns)
     for kept, own in zip(
@@ -103,18 +103,18 @@ def test_a_branch_can_be_kept_in_a_file() -> None:
 
 def test_a_branch_is_shown_in_one_line() -> None:
     """Not with all its points, which are arrays."""
-    circle = Equilibria(by_hand([X**2 + P**2 - 1], [X]), (-2, 2))
-    closed = circle.branch(circle.start([1.0], 0.1))
+    circle = EquilibriumContinuation(by_hand([X**2 + P**2 - 1], [X]), (-2, 2))
+    closed = circle.follow_branch(circle.start([1.0], 0.1))
     assert repr(closed) == f"<Branch: {len(closed.points)} points, p from -1 to 1; special: 2 fold; ends: it is closed>"
-    line = Equilibria(by_hand([P - X], [X]), (-1, 1))
-    straight = line.branch(line.start([0.0], 0.0))
+    line = EquilibriumContinuation(by_hand([P - X], [X]), (-1, 1))
+    straight = line.follow_branch(line.start([0.0], 0.0))
     ends = "it leaves the range at p = -1 and it leaves the range at p = 1"
     assert repr(straight) == f"<Branch: {len(straight.points)} points, p from -1 to 1; special: none; ends: {ends}>"
 
 
 def test_a_curve_of_two_parameters_is_shown_in_one_line() -> None:
     folds = Folds(by_hand([P + (Q - 1) * X - X**3], [X], [P, Q]), [(-2.0, 2.0), (-3.0, 4.0)])
-    curve = folds.branch(folds.start([1.0], [-2.0, 4.0]))
+    curve = folds.follow_curve(folds.start([1.0], [-2.0, 4.0]))
     ends = "it leaves the range at p = 2 and it leaves the range at p = -2"
     ranges = "p from -2 to 2, q from 1 to 4"
     assert repr(curve) == f"<SpecialCurve: {len(curve.points)} points, {ranges}; special: 1 cusp; ends: {ends}>"

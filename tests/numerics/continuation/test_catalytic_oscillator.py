@@ -14,8 +14,8 @@ import sympy as sp
 
 from symbolic_forms import tensor_lyapunov
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import Equilibrium, EquilibriumContinuation
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
 from wucht.numerics.continuation.two_parameters import fold_form, hopf_form
@@ -39,14 +39,14 @@ MATCONT = [  # x, y, s, q2, coefficient
 
 
 @pytest.fixture(scope="module")
-def equations() -> Equations:
-    return Equations.of(SYSTEM, ["q2", "k"], {})
+def equations() -> EquilibriumEquations:
+    return EquilibriumEquations.from_system(SYSTEM, ["q2", "k"], {})
 
 
 @pytest.fixture(scope="module")
 def located() -> tuple[Equilibrium, ...]:
-    problem = Equilibria(Equations.of(SYSTEM, ["q2"], {"k": 0.4}), (0.5, 2), STEPS)
-    return tuple(sorted(problem.branch(problem.start([0.016, 0.524, 0.328], 1.0516)).special, key=lambda p: p.x[0]))
+    problem = EquilibriumContinuation(EquilibriumEquations.from_system(SYSTEM, ["q2"], {"k": 0.4}), (0.5, 2), STEPS)
+    return tuple(sorted(problem.follow_branch(problem.start([0.016, 0.524, 0.328], 1.0516)).special, key=lambda p: p.x[0]))
 
 
 def solved(conditions: list[sp.Expr], near: np.ndarray) -> np.ndarray:
@@ -62,7 +62,7 @@ def characteristic() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 
 def test_what_one_parameter_shows(located: tuple[Equilibrium, ...]) -> None:
-    one = Equations.of(SYSTEM, ["q2"], {"k": 0.4})
+    one = EquilibriumEquations.from_system(SYSTEM, ["q2"], {"k": 0.4})
     assert [p.kind for p in located] == [kind for kind, _, _ in MATCONT]
     for point, (kind, unknowns, coefficient) in zip(located, MATCONT, strict=True):
         np.testing.assert_allclose(point.unknowns, unknowns, rtol=0, atol=5e-6)
@@ -72,10 +72,10 @@ def test_what_one_parameter_shows(located: tuple[Equilibrium, ...]) -> None:
         assert got == pytest.approx(coefficient, rel=3e-4)
 
 
-def test_the_fold_curve(equations: Equations, located: tuple[Equilibrium, ...]) -> None:
+def test_the_fold_curve(equations: EquilibriumEquations, located: tuple[Equilibrium, ...]) -> None:
     """Two Bogdanov-Takens points, c0 = c1 = 0, and a cusp: c0 = 0 = <w, B(v, v)>, w and v from the adjugate matrix."""
     problem = Folds(equations, BOUNDS, STEPS)
-    curve = problem.branch(problem.start(located[1].x, (located[1].parameter, 0.4)))
+    curve = problem.follow_curve(problem.start(located[1].x, (located[1].parameter, 0.4)))
     assert sorted(p.kind for p in curve.special) == ["bogdanov-takens", "bogdanov-takens", "cusp"]
     A = sp.Matrix(RATES).jacobian((X, Y, S))
     v, w = A.adjugate()[:, 0], A.adjugate()[0, :]
@@ -86,12 +86,12 @@ def test_the_fold_curve(equations: Equations, located: tuple[Equilibrium, ...]) 
         np.testing.assert_allclose(point.unknowns, solved([c0, second], point.unknowns), rtol=0, atol=1e-10)
 
 
-def test_the_hopf_curve(equations: Equations, located: tuple[Equilibrium, ...]) -> None:
+def test_the_hopf_curve(equations: EquilibriumEquations, located: tuple[Equilibrium, ...]) -> None:
     """c1 c2 = c0 from one Bogdanov-Takens point to the other, through both Hopf points of k = 0.4."""
     problem = HopfPoints(equations, BOUNDS, STEPS)
     c0, c1, c2 = characteristic()
     numbers = sp.lambdify(STATES, (c0, c1, c2), "numpy")
-    curve = problem.branch(problem.start(located[0].x, (located[0].parameter, 0.4), located[0].frequency))
+    curve = problem.follow_curve(problem.start(located[0].x, (located[0].parameter, 0.4), located[0].frequency))
     c0s, c1s, c2s = numbers(*curve.unknowns)
     np.testing.assert_allclose(c1s * c2s, c0s, rtol=0, atol=1e-11)  # rounding: 2e-12
     np.testing.assert_allclose([p.frequency**2 for p in curve.points], c1s, rtol=0, atol=1e-12)

@@ -14,8 +14,8 @@ from wucht.numerics.continuation.deflation import (
     equilibria_at,
     random_starts,
 )
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.subdivision import all_zeros
 from wucht.system import System
 
@@ -23,8 +23,8 @@ X, Y, P, T = sp.symbols("x y p theta", real=True)
 UNFOLDED = System((X,), (P * X - X**3 + sp.Rational(1, 100),), (P,))
 
 
-def equations(system: System) -> Equations:
-    return Equations.of(system, ["p"], {})
+def equations(system: System) -> EquilibriumEquations:
+    return EquilibriumEquations.from_system(system, ["p"], {})
 
 
 def test_one_start_leads_to_all_four() -> None:
@@ -75,8 +75,8 @@ def test_as_many_as_subdivision_proves() -> None:
 
 def test_the_branch_that_does_not_touch() -> None:
     """x^3 = p x + 0.01: the pitchfork's other half has a fold at p = 3 (0.01 / 2)^(2/3), x = -(0.01 / 2)^(1/3)."""
-    problem = Equilibria(equations(UNFOLDED), (-1, 1))
-    first = problem.branch(problem.start([-0.01], -1.0))
+    problem = EquilibriumContinuation(equations(UNFOLDED), (-1, 1))
+    first = problem.follow_branch(problem.start([-0.01], -1.0))
     assert first.special == () and first.unknowns[0, -1] > 0.9
     both = disconnected_branches(problem, [-0.5, 0.0, 0.5], np.array([[-0.3]]))
     assert len(both) == 2
@@ -89,13 +89,13 @@ def test_the_branch_that_does_not_touch() -> None:
 
 
 def test_a_value_on_the_bounds_is_no_trap() -> None:
-    problem = Equilibria(equations(UNFOLDED), (-1, 1))
+    problem = EquilibriumContinuation(equations(UNFOLDED), (-1, 1))
     assert len(disconnected_branches(problem, [-1.0, 1.0], random_starts([-1.5], [1.5], 6))) == 2
 
 
 def test_what_is_known_at_one_value_is_a_start_at_the_next() -> None:
     """x^3 = p x: zero is a solution for all p, from which the other two are found where p > 0."""
-    problem = Equilibria(equations(System((X,), (P * X - X**3,), (P,))), (-1, 1))
+    problem = EquilibriumContinuation(equations(System((X,), (P * X - X**3,), (P,))), (-1, 1))
     trivial, other = disconnected_branches(problem, [-0.5, 0.5], np.array([[0.0]]))
     assert np.abs(trivial.unknowns[0]).max() < 1e-12
     np.testing.assert_allclose(other.unknowns[1], other.unknowns[0] ** 2, atol=1e-12)

@@ -13,15 +13,17 @@ from tests.refusals import failed, rejected
 
 from auto_demos import AB, LORENZ, PP2
 from wucht.numerics.continuation.curve import Curve, Steps
-from wucht.numerics.continuation.equations import Equations, FunctionProblem
-from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
+from wucht.numerics.continuation.equations import EquilibriumEquations, FunctionProblem
+from wucht.numerics.continuation.equilibria import Equilibrium, EquilibriumContinuation
 from wucht.system import System
 
 X, Y, P, Q = sp.symbols("x y p q", real=True)
 
 
-def equilibria(system: System, varied: str, fixed: Mapping[str, float], low: float, high: float, **more: object) -> Equilibria:
-    return Equilibria(Equations.of(system, [varied], fixed), (low, high), **more)  # type: ignore[arg-type]
+def equilibria(
+    system: System, varied: str, fixed: Mapping[str, float], low: float, high: float, **more: object
+) -> EquilibriumContinuation:
+    return EquilibriumContinuation(EquilibriumEquations.from_system(system, [varied], fixed), (low, high), **more)  # type: ignore[arg-type]
 
 
 def kinds(points: tuple[Equilibrium, ...] | list[Equilibrium]) -> list[tuple[str, float]]:
@@ -35,7 +37,7 @@ def test_ab_hopf_and_folds() -> None:
         18.0: [("hopf", 0.11115348), ("fold", 0.11156508), ("fold", 0.09957414), ("hopf", 0.18383461)],
     }.items():
         problem = equilibria(AB, "p1", {"p2": p2}, 0, 0.5)
-        branch = problem.branch(problem.start([0, 0], 0.0))
+        branch = problem.follow_branch(problem.start([0, 0], 0.0))
         assert [k for k, _ in kinds(list(branch.special))] == [k for k, _ in expected]
         np.testing.assert_allclose([v for _, v in kinds(list(branch.special))], [v for _, v in expected], rtol=5e-8)
         assert branch.ends == ("it leaves the range at p1 = 0", "it leaves the range at p1 = 0.5")
@@ -44,7 +46,7 @@ def test_ab_hopf_and_folds() -> None:
 def test_located_points_satisfy_their_defining_equations() -> None:
     """Residual, and: determinant zero at a fold, a purely imaginary pair at a Hopf point."""
     problem = equilibria(AB, "p1", {"p2": 18.0}, 0, 0.5)
-    for point in problem.branch(problem.start([0, 0], 0.0)).special:
+    for point in problem.follow_branch(problem.start([0, 0], 0.0)).special:
         f, derivatives = problem.equations.values(point.unknowns)
         assert np.abs(f).max() < 1e-12
         assert (
@@ -56,7 +58,7 @@ def test_located_points_satisfy_their_defining_equations() -> None:
 def test_lorenz_pitchfork_and_hopf_on_both_sides() -> None:
     """rho = 1; Hopf at 470/19 (sigma = 10, beta = 8/3)."""
     problem = equilibria(LORENZ, "rho", {}, -1, 30, steps=Steps(most=1.0))
-    trivial = problem.branch(problem.start([0, 0, 0], 0.3))
+    trivial = problem.follow_branch(problem.start([0, 0, 0], 0.3))
     (pitchfork,) = trivial.special
     assert pitchfork.kind == "branch-point" and pitchfork.parameter == pytest.approx(1.0, abs=1e-10)
     for first in problem.switch_branch(pitchfork):
@@ -69,9 +71,9 @@ def test_lorenz_pitchfork_and_hopf_on_both_sides() -> None:
 def test_pp2_branch_points_fold_and_hopf() -> None:
     """AUTO-07p, demo pp2."""
     problem = equilibria(PP2, "q", {}, 0, 1.5, limits={0: (-0.1, 2), 1: (-0.1, 5)})
-    trivial = problem.branch(problem.start([0, 0], 0.0))
+    trivial = problem.follow_branch(problem.start([0, 0], 0.0))
     assert kinds(list(trivial.special)) == [("branch-point", pytest.approx(0.6, abs=1e-10))]
-    prey = problem.branch(problem.start([1, 0], 0.0))
+    prey = problem.follow_branch(problem.start([1, 0], 0.0))
     named = dict(kinds(list(prey.special)))
     assert named["fold"] == pytest.approx(0.83292932223, rel=1e-10)
     second = next(p for p in prey.special if p.kind == "branch-point" and p.parameter > 0.7)
@@ -85,7 +87,7 @@ def test_a_branch_around_a_circle_of_an_angle_is_closed() -> None:
     theta = sp.Symbol("theta", real=True)
     system = System((theta,), (P - sp.sin(theta),), (P,), angles=frozenset({theta}))
     problem = equilibria(system, "p", {}, -2, 2)
-    branch = problem.branch(problem.start([0.3], math.sin(0.3)))
+    branch = problem.follow_branch(problem.start([0.3], math.sin(0.3)))
     assert branch.is_closed
     assert branch.unknowns[:, -1] == pytest.approx(
         branch.unknowns[:, 0] + [2 * math.pi * np.sign(branch.unknowns[0, 5] - 0.3), 0]
@@ -98,13 +100,13 @@ def test_an_isola_is_closed() -> None:
     """x^2 + p^2 = 1."""
     system = System((X,), (X**2 + P**2 - 1,), (P,))
     problem = equilibria(system, "p", {}, -2, 2)
-    branch = problem.branch(problem.start([1.0], 0.1))
+    branch = problem.follow_branch(problem.start([1.0], 0.1))
     assert branch.is_closed and [round(v, 12) for _, v in kinds(list(branch.special))] in ([1, -1], [-1, 1])
 
 
 def test_a_function_of_the_user_is_zero_where_it_says() -> None:
     problem = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, functions={"half": lambda unknowns: unknowns[0] - 0.5})
-    (half,) = [p for p in problem.branch(problem.start([0, 0], 0.0)).special if p.kind == "half"]
+    (half,) = [p for p in problem.follow_branch(problem.start([0, 0], 0.0)).special if p.kind == "half"]
     assert half.x[0] == pytest.approx(0.5, abs=1e-10)
     assert np.abs(problem.equations.values(half.unknowns)[0]).max() < 1e-12
 
@@ -123,28 +125,28 @@ def test_two_hopf_points_within_a_step_do_not_hide_each_other() -> None:
     z, w = sp.symbols("z w", real=True)
     rates = (P * X - Y, X + P * Y, (P - 0.01) * z - 2 * w, 2 * z + (P - 0.01) * w)
     problem = equilibria(System((X, Y, z, w), rates, (P,)), "p", {}, -1, 1, steps=Steps(first=0.13, most=0.2))
-    found = problem.branch(problem.start([0, 0, 0, 0], -0.9)).special
+    found = problem.follow_branch(problem.start([0, 0, 0, 0], -0.9)).special
     assert kinds(found) == [("hopf", pytest.approx(0, abs=1e-9)), ("hopf", pytest.approx(0.01, abs=1e-9))]
 
 
 def test_a_neutral_saddle_is_no_hopf_point() -> None:
     """Eigenvalues 1 and p: their sum is zero at p = -1, where nothing happens."""
     problem = equilibria(System((X, Y), (X, P * Y), (P,)), "p", {}, -2, -0.5)
-    assert problem.branch(problem.start([0, 0], -1.5)).special == ()
+    assert problem.follow_branch(problem.start([0, 0], -1.5)).special == ()
 
 
 def test_rounding_of_the_tangent_is_no_fold() -> None:
     """exp(-x) = p: the parameter ceases to change as x grows."""
     problem = equilibria(System((X,), (P - sp.exp(-X),), (P,)), "p", {}, -1, 1, limits={0: (-1, 60)}, steps=Steps(most=1))
-    branch = problem.branch(problem.start([0.0], 1.0))
+    branch = problem.follow_branch(problem.start([0.0], 1.0))
     assert branch.special == () and 60 in (branch.points[0].x[0], branch.points[-1].x[0])
 
 
 def test_why_a_branch_ends() -> None:
     few = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, steps=Steps(points=4))
-    assert few.branch(few.start([0, 0], 0.0)).ends[1] == "it has reached the maximum number of points, 4"
+    assert few.follow_branch(few.start([0, 0], 0.0)).ends[1] == "it has reached the maximum number of points, 4"
     ending = equilibria(System((X,), (X - sp.sqrt(P),), (P,)), "p", {}, -1, 1)
-    branch = ending.branch(ending.start([0.5], 0.25))
+    branch = ending.follow_branch(ending.start([0.5], 0.25))
     assert branch.ends[0].startswith("no further point could be computed") and branch.unknowns[-1, 0] < 1e-5
 
 
@@ -156,11 +158,11 @@ def test_a_user_gives_residual_and_jacobian() -> None:
     points = [p for _, p in walk]
     assert walk.end == "it is closed"
     assert max(abs(p.unknowns @ p.unknowns - 1) for p in points) < 1e-12
-    by_hand = Equations.from_function(
+    by_hand = EquilibriumEquations.from_function(
         lambda unknowns: (np.array([unknowns @ unknowns - 1]), 2 * unknowns[None, :]), ["x"], ["p"]
     )
-    branch = Equilibria(by_hand, (-2, 2))
-    assert len(branch.branch(branch.start([1.0], 0.1)).special) == 2
+    branch = EquilibriumContinuation(by_hand, (-2, 2))
+    assert len(branch.follow_branch(branch.start([1.0], 0.1)).special) == 2
 
 
 def test_functions_of_angles_and_of_other_sizes() -> None:
@@ -169,20 +171,22 @@ def test_functions_of_angles_and_of_other_sizes() -> None:
     def values(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.array([unknowns[1] - 1e-3 * math.sin(unknowns[0])]), np.array([[-1e-3 * math.cos(unknowns[0]), 1.0]])
 
-    problem = Equilibria(Equations.from_function(values, ["theta"], ["p"], {"p": 1e-3}, ["theta"]), (-1, 1))
-    branch = problem.branch(problem.start([0.3], 1e-3 * math.sin(0.3)))
+    problem = EquilibriumContinuation(
+        EquilibriumEquations.from_function(values, ["theta"], ["p"], {"p": 1e-3}, ["theta"]), (-1, 1)
+    )
+    branch = problem.follow_branch(problem.start([0.3], 1e-3 * math.sin(0.3)))
     assert branch.is_closed and sorted(v for _, v in kinds(list(branch.special))) == pytest.approx([-1e-3, 1e-3], abs=1e-15)
     with rejected("unknown-name", "q", "p"):
-        Equations.from_function(values, ["theta"], ["p"], {"q": 1.0})
+        EquilibriumEquations.from_function(values, ["theta"], ["p"], {"q": 1.0})
 
 
 def test_bad_input_is_told() -> None:
     with rejected("no-parameter"):
-        Equations.of(AB, ["p3"], {"p1": 1.0, "p2": 1.0})
+        EquilibriumEquations.from_system(AB, ["p3"], {"p1": 1.0, "p2": 1.0})
     with rejected("no-value"):
-        Equations.of(AB, ["p1"], {})
+        EquilibriumEquations.from_system(AB, ["p1"], {})
     with rejected("time-dependent"):
-        Equations.of(System((X,), (sp.Symbol("t", real=True) - P,), (P,)), ["p"], {})
+        EquilibriumEquations.from_system(System((X,), (sp.Symbol("t", real=True) - P,), (P,)), ["p"], {})
     nothing = equilibria(System((X,), (X**2 + 1 + P**2,), (P,)), "p", {}, -1, 1)
     with failed("not-evaluated"):
         nothing.start([0.3], 0.0)
@@ -193,15 +197,15 @@ def test_scale_does_not_change_what_is_found() -> None:
     scaled = {"u1": 1.0, "u2": 1.0, "p1": 1e-6}
     p1 = AB.parameters[0]
     system = System(AB.states, tuple(d.xreplace({p1: 1e6 * p1}) for d in AB.derivatives), AB.parameters)
-    problem = Equilibria(Equations.of(system, ["p1"], {"p2": 15.0}, scaled), (0, 0.3e-6))
-    special = problem.branch(problem.start([0, 0], 0.0)).special
+    problem = EquilibriumContinuation(EquilibriumEquations.from_system(system, ["p1"], {"p2": 15.0}, scaled), (0, 0.3e-6))
+    special = problem.follow_branch(problem.start([0, 0], 0.0)).special
     assert [p.parameter for p in special] == pytest.approx([0.14688248e-6, 0.2945108e-6], rel=1e-6)
 
 
 def test_a_bound_on_which_the_equations_are_singular_is_approached() -> None:
     """x' = p (1 - x): at p = 0 every x stays. The branch x = 1 ends there, and does not turn into the line p = 0."""
     problem = equilibria(System((X,), (P * (1 - X),), (P,)), "p", {}, 0.0, 1.0)
-    branch = problem.branch(problem.start([1.0], 0.5))
+    branch = problem.follow_branch(problem.start([1.0], 0.5))
     assert sorted(branch.ends) == [
         "it leaves the range at p = 0, where the equations are singular",
         "it leaves the range at p = 1",
@@ -214,16 +218,16 @@ def test_of_two_bounds_that_a_step_passes_the_first_on_the_way_counts() -> None:
     limited = equilibria(
         System((X,), (P - X,), (P,)), "p", {}, 0.0, 1.0, limits={0: (-1, 1.05)}, steps=Steps(first=0.5, most=0.5)
     )
-    branch = limited.branch(limited.start([0.8], 0.8))
+    branch = limited.follow_branch(limited.start([0.8], 0.8))
     assert max(branch.unknowns[-1]) == 1.0 and max(branch.unknowns[0]) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_points_between_which_an_eigenvalue_passes_unseen_are_not_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where as many are unstable, what hides between them decides."""
-    problem = Equilibria(by_hand([P - X], [X]), (0.0, 1.0))
+    problem = EquilibriumContinuation(by_hand([P - X], [X]), (0.0, 1.0))
     stable, unstable = (Equilibrium(problem.start([0.5], 0.5), np.array([value])) for value in (-1.0, 1.0))
     hides = [False]
-    monkeypatch.setattr(Equilibria, "_hides", lambda *_: hides[0])
+    monkeypatch.setattr(EquilibriumContinuation, "_hides", lambda *_: hides[0])
     assert problem._is_explained(stable, stable, ()) and problem._is_explained(unstable, unstable, ())
     assert not problem._is_explained(stable, unstable, ()) and not problem._is_explained(unstable, stable, ())
     assert problem._is_explained(stable, unstable, [replace(stable, kind="fold")])

@@ -13,8 +13,8 @@ from tests.refusals import rejected
 from auto_demos import AB
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.continuation.fold_curves import Fold, FoldProblem, Folds
 from wucht.numerics.continuation.special_curves import Condition, SpecialPointDetector
 from wucht.numerics.continuation.two_parameters import SpecialCurve
@@ -28,7 +28,7 @@ ZERO_HOPF = System((X, Y, Z), (P + X**2 + Y**2 + Z**2, (Q + X) * Y - 2 * Z, 2 * 
 
 
 def folds(system: System, *bounds: tuple[float, float], scale: Mapping[str, float] | None = None) -> Folds:
-    return Folds(Equations.of(system, system.parameter_names[:2], {}, scale), bounds)
+    return Folds(EquilibriumEquations.from_system(system, system.parameter_names[:2], {}, scale), bounds)
 
 
 def kinds(curve: SpecialCurve[Fold]) -> list[str]:
@@ -49,7 +49,7 @@ def assert_folds(system: System, curve: SpecialCurve[Fold]) -> None:
 def test_the_cusp_and_its_fold_curve() -> None:
     """x^3 - q x - p = 0: 27 p^2 = 4 q^3, the cusp at zero."""
     problem = folds(CUSP, (-2, 2), (-1, 2))
-    curve = problem.branch(problem.start([0.5], (-0.25, 0.75)))
+    curve = problem.follow_curve(problem.start([0.5], (-0.25, 0.75)))
     assert curve.ends == ("it leaves the range at q = 2", "it leaves the range at q = 2")
     p, q = curve.parameter_values
     np.testing.assert_allclose(27 * p**2, 4 * q**3, atol=1e-12)
@@ -62,7 +62,7 @@ def test_the_cusp_and_its_fold_curve() -> None:
 def test_bogdanov_takens_on_a_fold_curve() -> None:
     """p = q^2 / 4, x = -q / 2; w = (0, 1) and v = (1, 0) wherever x = 0."""
     problem = folds(TAKENS, (-2, 2), (-2, 2))
-    curve = problem.branch(problem.start([0.3, 0.1], (0.1, -0.5)))
+    curve = problem.follow_curve(problem.start([0.3, 0.1], (0.1, -0.5)))
     p, q = curve.parameter_values
     np.testing.assert_allclose(p, q**2 / 4, atol=1e-12)
     np.testing.assert_allclose(curve.unknowns[0], -q / 2, atol=1e-11)
@@ -78,9 +78,9 @@ def test_ab_folds_have_the_form_that_follows_from_its_equilibria() -> None:
     There p2 u1 = 5 + u1 / (1 - u1), a trace of zero, at u1 = 1/4: p2 = 64/3.
     """
     problem = folds(AB, (0, 1), (5, 40))
-    one = Equilibria(Equations.of(AB, ["p1"], {"p2": 18.0}), (0, 0.5))
-    located = [p for p in one.branch(one.start([0, 0], 0.0)).special if p.kind == "fold"]
-    curve = problem.branch(problem.start(located[0].x, (located[0].parameter, 18.0)))
+    one = EquilibriumContinuation(EquilibriumEquations.from_system(AB, ["p1"], {"p2": 18.0}), (0, 0.5))
+    located = [p for p in one.follow_branch(one.start([0, 0], 0.0)).special if p.kind == "fold"]
+    curve = problem.follow_curve(problem.start(located[0].x, (located[0].parameter, 18.0)))
     x, _, p1, p2 = curve.unknowns
     np.testing.assert_allclose(p2, 4 / (x * (1 - x)), rtol=1e-10)
     np.testing.assert_allclose(p1, x / (1 - x) * np.exp(-1 / (1 - x)), rtol=1e-10)
@@ -104,7 +104,7 @@ def test_zero_hopf_on_a_fold_curve() -> None:
     new_x = rates[0] + 2 * old_y * rates[1]
     system = System((X, Y, Z), (new_x, rates[1] + sp.cos(X) / 5 * new_x, rates[2]), (P, Q))
     problem = folds(system, (-1, 1), (-0.8, 0.8))
-    curve = problem.branch(problem.start([0.08, 0.0, 0.0], (0.0, -0.5)))
+    curve = problem.follow_curve(problem.start([0.08, 0.0, 0.0], (0.0, -0.5)))
     (special,) = curve.special
     assert special.kind == "zero-hopf" and np.abs(special.parameter_values).max() < 1e-10
     np.testing.assert_allclose(special.eigenvalues[1:], [2j, -2j], atol=1e-9)
@@ -115,13 +115,13 @@ def test_zero_hopf_on_a_fold_curve() -> None:
 def test_a_neutral_saddle_on_a_fold_curve_is_no_zero_hopf_point() -> None:
     """Eigenvalues 0, 1 and q - 1: the last two add up to zero at q = 0."""
     problem = folds(System((X, Y, Z), (P + X**2, Y, (Q - 1) * Z), (P, Q)), (-1, 1), (-0.5, 0.5))
-    assert problem.branch(problem.start([0, 0, 0], (0, 0.2))).special == ()
+    assert problem.follow_curve(problem.start([0, 0, 0], (0, 0.2))).special == ()
 
 
 def test_a_closed_fold_curve() -> None:
     """x' = p^2 + q^2 - 1 + x^2: the unit circle."""
     problem = folds(System((X,), (P**2 + Q**2 - 1 + X**2,), (P, Q)), (-2, 2), (-2, 2))
-    curve = problem.branch(problem.start([0.0], (1.0, 0.1)))
+    curve = problem.follow_curve(problem.start([0.0], (1.0, 0.1)))
     assert curve.is_closed and curve.special == ()
     np.testing.assert_allclose((curve.parameter_values**2).sum(axis=0), 1, atol=1e-11)
 
@@ -139,7 +139,7 @@ def test_other_units_give_the_same_special_points() -> None:
     rates = [d.xreplace({u2: u2 / 10**6, p1: p1 / 1000}) for d in AB.derivatives]
     system = System(AB.states, (rates[0], rates[1] * 10**6), AB.parameters)
     problem = folds(system, (0, 1000), (5, 40), scale={"u2": 1e6, "p1": 1e3})
-    curve = problem.branch(problem.start([0.4, 1.7e6], (130, 16.7)))
+    curve = problem.follow_curve(problem.start([0.4, 1.7e6], (130, 16.7)))
     special = {p.kind: p.parameter_values for p in curve.special}
     np.testing.assert_allclose(special["cusp"], [1000 * math.exp(-2), 16], rtol=1e-10)
     np.testing.assert_allclose(special["bogdanov-takens"], [1000 * math.exp(-4 / 3) / 3, 64 / 3], rtol=1e-10)
@@ -147,7 +147,7 @@ def test_other_units_give_the_same_special_points() -> None:
 
 def test_derivatives_of_the_defining_equations() -> None:
     """dg/du against a difference of g itself: with the border fixed g is a function of u."""
-    equations = Equations.of(AB, ["p1", "p2"], {})
+    equations = EquilibriumEquations.from_system(AB, ["p1", "p2"], {})
     unknowns = np.array([0.4, 1.6, 0.13, 17.0])
     problem = FoldProblem.from_point(equations, unknowns)
     h = 1e-5
@@ -157,14 +157,14 @@ def test_derivatives_of_the_defining_equations() -> None:
 
 def test_a_point_costs_few_evaluations() -> None:
     """Two a correction, and two or three corrections a point: what the time depends on."""
-    equations, calls = Equations.of(AB, ["p1", "p2"], {}), 0
+    equations, calls = EquilibriumEquations.from_system(AB, ["p1", "p2"], {}), 0
 
     def counted(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         nonlocal calls
         calls += 1
         return equations.values(unknowns)
 
-    given = Equations(counted, equations.state_names, equations.parameter_names, equations.turns, equations.scale)
+    given = EquilibriumEquations(counted, equations.state_names, equations.parameter_names, equations.turns, equations.scale)
     problem = Folds(given, [(0, 1), (5, 40)], Steps())
     start = problem.start([0.3, 1.4], (0.1, 19.0))
     calls = 0
@@ -175,7 +175,7 @@ def test_a_point_costs_few_evaluations() -> None:
 
 def test_two_parameters_are_needed() -> None:
     with rejected("one-parameter"):
-        Folds(Equations.of(AB, ["p1"], {"p2": 15.0}), [(0, 1), (0, 1)])
+        Folds(EquilibriumEquations.from_system(AB, ["p1"], {"p2": 15.0}), [(0, 1), (0, 1)])
 
 
 def test_no_fold_is_near() -> None:
@@ -188,7 +188,7 @@ def test_the_cusp_of_a_bent_manifold_lies_where_a_symbolic_form_vanishes() -> No
     """x' = p - x^2 + q y + x^3, y' = -y + sin(x) + x^2: y is known, and what is left is a scalar problem."""
     system = System((X, Y), (P - X**2 + Q * Y + X**3, -Y + sp.sin(X) + X**2), (P, Q))
     problem = folds(system, (-3, 3), (-3, 3))
-    curve = problem.branch(problem.start([0.5, 0.7], (0.0, 0.2)))
+    curve = problem.follow_curve(problem.start([0.5, 0.7], (0.0, 0.2)))
     # f = p - x^2 + q g(x) + x^3 with g = sin x + x^2: f' = 0 gives q, f'' = 0 the cusp.
     g1, g2 = (lambda x: math.cos(x) + 2 * x), (lambda x: -math.sin(x) + 2)
     q = lambda x: (2 * x - 3 * x**2) / g1(x)  # noqa: E731
@@ -204,7 +204,7 @@ def test_the_null_vector_may_turn_all_round() -> None:
     first, second = P + along**2, -across
     system = System((X, Y), (sp.cos(Q) * first - sp.sin(Q) * second, sp.sin(Q) * first + sp.cos(Q) * second), (P, Q))
     problem = folds(system, (-1, 1), (0, 7))
-    curve = problem.branch(problem.start([0, 0], (0.01, 0.5)))
+    curve = problem.follow_curve(problem.start([0, 0], (0.01, 0.5)))
     assert curve.ends == ("it leaves the range at q = 0", "it leaves the range at q = 7") and curve.special == ()
     assert np.abs(curve.parameter_values[0]).max() < 1e-11
 

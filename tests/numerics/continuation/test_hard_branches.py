@@ -14,8 +14,8 @@ import sympy as sp
 from equations_by_hand import P, Pair, Q, X, by_hand
 
 from wucht.numerics.continuation.deflation import disconnected_branches, equilibria_at, random_starts
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Branch, Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import Branch, EquilibriumContinuation
 from wucht.numerics.continuation.hopf_curves import HopfPoints
 
 Y, Z, W = sp.symbols("y z w", real=True)
@@ -24,8 +24,8 @@ Y, Z, W = sp.symbols("y z w", real=True)
 def branch(
     rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], x: Sequence[float], p: float, low: float, high: float, **more: object
 ) -> Branch:
-    problem = Equilibria(by_hand(rates, states), (low, high), **more)  # type: ignore[arg-type]
-    return problem.branch(problem.start(x, p))
+    problem = EquilibriumContinuation(by_hand(rates, states), (low, high), **more)  # type: ignore[arg-type]
+    return problem.follow_branch(problem.start(x, p))
 
 
 def kinds(found: Branch) -> list[tuple[str, float]]:
@@ -84,8 +84,10 @@ def test_what_is_closed_is_known_and_what_nearly_is_is_not() -> None:
             [[1.0, -300.0]]
         )
 
-    problem = Equilibria(Equations.from_function(screw, ["theta"], ["p"], angles=["theta"]), (-0.1, 0.1))
-    turned = problem.branch(problem.start([0.3], 0.001))
+    problem = EquilibriumContinuation(
+        EquilibriumEquations.from_function(screw, ["theta"], ["p"], angles=["theta"]), (-0.1, 0.1)
+    )
+    turned = problem.follow_branch(problem.start([0.3], 0.001))
     assert not turned.is_closed and abs(turned.unknowns[0, -1] - turned.unknowns[0, 0]) == pytest.approx(60)
     x = math.sqrt(math.sqrt(1 + 4 * 0.02**2) - 1 - 0.02**2)  # (x^2 + p^2)^2 = 2 (p^2 - x^2)
     eight = branch([(X**2 + P**2) ** 2 - 2 * P**2 + 2 * X**2], [X], [x], 0.02, -3, 3)
@@ -104,9 +106,11 @@ def test_both_sides_of_other_branches_are_found_in_any_coordinates() -> None:
             random.uniform(0.2, 2),
             random.normal(size=n),
         )
-        equations = Equations.from_function(_pitchfork(seen, back, rates, a, moved), [f"x{i}" for i in range(n)], ["p"])
-        problem = Equilibria(equations, (-1, 1))
-        (at,) = problem.branch(problem.start(moved * math.sin(-0.873), -0.873)).special
+        equations = EquilibriumEquations.from_function(
+            _pitchfork(seen, back, rates, a, moved), [f"x{i}" for i in range(n)], ["p"]
+        )
+        problem = EquilibriumContinuation(equations, (-1, 1))
+        (at,) = problem.follow_branch(problem.start(moved * math.sin(-0.873), -0.873)).special
         assert (at.kind, at.parameter) == ("branch-point", pytest.approx(0, abs=1e-10))
         sides = []
         for first in problem.switch_branch(at):
@@ -131,8 +135,8 @@ def _pitchfork(
 
 def test_the_other_branch_is_met_within_the_bounds() -> None:
     """p = 1e4 x^2: 0.01 away from the branch point it has left the range."""
-    problem = Equilibria(by_hand([X * (P - 1e4 * X**2)], [X]), (-0.5, 0.5))
-    (at,) = problem.branch(problem.start([0.0], -0.4)).special
+    problem = EquilibriumContinuation(by_hand([X * (P - 1e4 * X**2)], [X]), (-0.5, 0.5))
+    (at,) = problem.follow_branch(problem.start([0.0], -0.4)).special
     for first in problem.switch_branch(at):
         assert 0 < first.unknowns[1] < 0.5 and list(problem.walk(first))[-1].parameter == 0.5
 
@@ -166,16 +170,18 @@ def test_a_branch_that_leaves_the_range_for_less_than_a_step_ends_there() -> Non
 
 def test_special_points_at_the_start_are_told_once() -> None:
     """A fold, a Hopf point, a branch point, a function's zero; from the point that a branch has located, or by hand."""
-    parabola = Equilibria(by_hand([P - X**2], [X]), (-1, 1), functions={"half": lambda unknowns: unknowns[0] - 0.5})
-    first = parabola.branch(parabola.start([0.5], 0.25))
+    parabola = EquilibriumContinuation(
+        by_hand([P - X**2], [X]), (-1, 1), functions={"half": lambda unknowns: unknowns[0] - 0.5}
+    )
+    first = parabola.follow_branch(parabola.start([0.5], 0.25))
     assert kinds(first) == [("fold", pytest.approx(0, abs=1e-12)), ("half", 0.25)]
-    again = parabola.branch(next(p for p in first.special if p.kind == "fold").point)
+    again = parabola.follow_branch(next(p for p in first.special if p.kind == "fold").point)
     assert [k for k, _ in kinds(again)] == ["fold", "half"]
-    hopf = Equilibria(by_hand([P * X - Y, X + P * Y], [X, Y]), (-1, 1))
-    assert kinds(hopf.branch(hopf.start([0, 0], 0.0))) == [("hopf", pytest.approx(0, abs=1e-12))]
-    fork = Equilibria(by_hand([P * X - X**3], [X]), (-1, 1))
-    (at,) = fork.branch(fork.start([0.0], -0.9)).special
-    assert kinds(fork.branch(at.point)) == [("branch-point", pytest.approx(0, abs=1e-12))]
+    hopf = EquilibriumContinuation(by_hand([P * X - Y, X + P * Y], [X, Y]), (-1, 1))
+    assert kinds(hopf.follow_branch(hopf.start([0, 0], 0.0))) == [("hopf", pytest.approx(0, abs=1e-12))]
+    fork = EquilibriumContinuation(by_hand([P * X - X**3], [X]), (-1, 1))
+    (at,) = fork.follow_branch(fork.start([0.0], -0.9)).special
+    assert kinds(fork.follow_branch(at.point)) == [("branch-point", pytest.approx(0, abs=1e-12))]
 
 
 def test_a_turn_at_a_branch_point_is_no_fold() -> None:
@@ -186,10 +192,12 @@ def test_a_turn_at_a_branch_point_is_no_fold() -> None:
 
 def test_functions_and_parameters_of_any_size() -> None:
     """A function of 1e-11, a parameter of 1e-12: what is small is not rounding."""
-    small = Equilibria(by_hand([P - X**2], [X]), (-1, 1), functions={"m": lambda unknowns: 1e-11 * (unknowns[0] - 0.3)})
-    assert ("m", pytest.approx(0.09)) in kinds(small.branch(small.start([0.5], 0.25)))
-    tiny = Equilibria(by_hand([1e12 * P - (X**3 - X)], [X]).with_scale(np.array([1.0, 1e-12])), (-2e-12, 2e-12))
-    found = kinds(tiny.branch(tiny.start([-1.5], -1.875e-12)))
+    small = EquilibriumContinuation(
+        by_hand([P - X**2], [X]), (-1, 1), functions={"m": lambda unknowns: 1e-11 * (unknowns[0] - 0.3)}
+    )
+    assert ("m", pytest.approx(0.09)) in kinds(small.follow_branch(small.start([0.5], 0.25)))
+    tiny = EquilibriumContinuation(by_hand([1e12 * P - (X**3 - X)], [X]).with_scale(np.array([1.0, 1e-12])), (-2e-12, 2e-12))
+    found = kinds(tiny.follow_branch(tiny.start([-1.5], -1.875e-12)))
     assert found == [("fold", pytest.approx(s * 2e-12 / math.sqrt(27), rel=1e-9)) for s in (-1, 1)]
 
 
@@ -198,7 +206,7 @@ def test_generalised_hopf_point_of_the_normal_form() -> None:
     r = X**2 + Y**2
     growth = P + Q * r - r**2
     problem = HopfPoints(by_hand([growth * X - Y, X + growth * Y], [X, Y], [P, Q]), ((-2, 2), (-2, 2)))
-    (special,) = problem.branch(problem.start([0, 0], [0, 1.1], 1.0)).special
+    (special,) = problem.follow_curve(problem.start([0, 0], [0, 1.1], 1.0)).special
     assert special.kind == "generalised-hopf" and np.abs(special.parameter_values).max() < 1e-10
 
 
@@ -208,7 +216,7 @@ def test_double_hopf_point_among_weakly_damped_pairs() -> None:
         x, y = states[2 * i : 2 * i + 2]
         rates += [growth * x - omega * y, omega * x + growth * y]
     problem = HopfPoints(by_hand(rates, states, [P, Q]), ((-2, 2), (-2, 2)))
-    (special,) = problem.branch(problem.start([0] * 8, [0, -1.13], 1.0)).special
+    (special,) = problem.follow_curve(problem.start([0] * 8, [0, -1.13], 1.0)).special
     assert special.kind == "double-hopf" and np.abs(special.parameter_values).max() < 1e-10
 
 
@@ -228,8 +236,8 @@ def test_a_constant_test_function_divides_by_nothing() -> None:
 
 def test_states_where_a_branch_passes_a_value_are_on_it() -> None:
     """p = x^3 - x near its fold, and p = x^2 beyond its own."""
-    cubic = Equilibria(by_hand([P - (X**3 - X)], [X]), (-3, 3))
-    found = cubic.branch(cubic.start([1.5], 1.875))
+    cubic = EquilibriumContinuation(by_hand([P - (X**3 - X)], [X]), (-3, 3))
+    found = cubic.follow_branch(cubic.start([1.5], 1.875))
     for value, count in ((0.384900179, 3), (0.2, 3), (0.3850, 1)):
         x = equilibria_at(found, value)
         assert x.shape == (1, count) and np.abs(x**3 - x - value).max() < 1e-13

@@ -13,8 +13,8 @@ import pytest
 import sympy as sp
 from tests.refusals import failed
 
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Branch, Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import Branch, EquilibriumContinuation
 from wucht.numerics.continuation.special_points import may_cross
 
 X, Y, Z, W, P = sp.symbols("x y z w p", real=True)
@@ -22,7 +22,7 @@ Rates = list[sp.Expr]
 STEP, RANGE = 0.2, (-1.0, 1.0)
 
 
-def problem(rates: Rates, bounds: tuple[float, float] = RANGE) -> Equilibria:
+def problem(rates: Rates, bounds: tuple[float, float] = RANGE) -> EquilibriumContinuation:
     states = [X, Y, Z, W][: len(rates)]
     f = sp.lambdify([*states, P], rates, "numpy")
     derivatives = sp.lambdify([*states, P], sp.Matrix(rates).jacobian([*states, P]).tolist(), "numpy")
@@ -30,7 +30,7 @@ def problem(rates: Rates, bounds: tuple[float, float] = RANGE) -> Equilibria:
     def values(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.array(f(*unknowns), float), np.array(derivatives(*unknowns), float)
 
-    return Equilibria(Equations.from_function(values, [s.name for s in states], ["p"]), bounds)
+    return EquilibriumContinuation(EquilibriumEquations.from_function(values, [s.name for s in states], ["p"]), bounds)
 
 
 def kinds(branch: Branch) -> list[tuple[str, float]]:
@@ -86,7 +86,7 @@ def test_two_points_within_a_step_that_cancel_are_found(kind: str, rates: Callab
     a = share * STEP / 2
     of = problem(rates(a))
     for begin in (-0.97, -0.91, -0.83):
-        found = of.branch(of.start([0.0] * of.equations.n, begin))
+        found = of.follow_branch(of.start([0.0] * of.equations.n, begin))
         assert kinds(found) == [(kind, pytest.approx(-a, abs=1e-9)), (kind, pytest.approx(a, abs=1e-9))]
 
 
@@ -96,7 +96,7 @@ def test_two_folds_within_a_step_are_found(share: float) -> None:
     a = share * STEP / 2
     of = problem([P - (X**3 / 3 - a**2 * X)])
     for x in (-1.1, -1.04):
-        found = of.branch(of.start([x], x**3 / 3 - a**2 * x))
+        found = of.follow_branch(of.start([x], x**3 / 3 - a**2 * x))
         assert [p.kind for p in found.special] == ["fold", "fold"]
         assert [p.x[0] for p in found.special] == pytest.approx([-a, a], abs=1e-9)
 
@@ -107,7 +107,7 @@ def test_two_points_beside_a_third_are_found(share: float) -> None:
     a = share * STEP / 3
     beside = problem([*pair(5 * (Z - a) * (Z - 2 * a), 1, X, Y), P - Z**2 + 0.5])
     for begin in (-0.97, -0.91, -0.83):
-        branch = beside.branch(beside.start([0, 0, begin], begin**2 - 0.5))
+        branch = beside.follow_branch(beside.start([0, 0, begin], begin**2 - 0.5))
         assert sorted(p.kind for p in branch.special) == ["fold", "hopf", "hopf"]
         assert sorted(p.x[2] for p in branch.special) == pytest.approx([0, a, 2 * a], abs=1e-9)
 
@@ -116,20 +116,22 @@ def test_what_comes_near_and_does_not_cross_is_nothing() -> None:
     """A real part that touches zero, one that nearly does, and p = x^3, which rises all the way."""
     for off in (0.0, 1e-9, 1e-4, 1e-2):
         of = problem(pair(-(P**2) - off, 1, X, Y))
-        found = of.branch(of.start([0, 0], -0.93))
+        found = of.follow_branch(of.start([0, 0], -0.93))
         assert found.special == ()
     of = problem([P - X**3])
-    assert of.branch(of.start([-0.9], -0.729)).special == ()
+    assert of.follow_branch(of.start([-0.9], -0.729)).special == ()
 
 
 def test_the_limits_of_what_is_found() -> None:
     """Points nearer to one another than 1/256 of a step lie beside its middles; peaks are seen that are half a step wide."""
     of = problem(one_pair(STEP / 2 * 1e-4))
-    assert of.branch(of.start([0, 0], -0.933)).special == ()
+    assert of.follow_branch(of.start([0, 0], -0.933)).special == ()
     a = 0.25 * STEP
     peak = problem(pair(1.5 * sp.exp(-((P / a) ** 2) * math.log(1.5)) - 1, 1, X, Y))
     for begin in (-0.97, -0.91, -0.83):
-        assert kinds(peak.branch(peak.start([0, 0], begin))) == [("hopf", pytest.approx(s * a, abs=1e-9)) for s in (-1, 1)]
+        assert kinds(peak.follow_branch(peak.start([0, 0], begin))) == [
+            ("hopf", pytest.approx(s * a, abs=1e-9)) for s in (-1, 1)
+        ]
 
 
 def test_eigenvalues_that_may_cross() -> None:
@@ -157,7 +159,7 @@ def test_a_start_on_a_branch_point_is_on_both_branches() -> None:
         start = of.start([x, math.sin(r)], r)
         np.testing.assert_allclose(start.unknowns, [0, math.sin(r), r], atol=1e-10)
         np.testing.assert_allclose(start.tangent, np.array([0, math.cos(r), 1]) / math.hypot(math.cos(r), 1), atol=1e-7)
-        found = of.branch(start)
+        found = of.follow_branch(start)
         assert kinds(found) == [("branch-point", pytest.approx(r, abs=1e-10))] and np.abs(found.unknowns[0]).max() < 1e-10
         assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 1")
         for first in of.switch_branch(of.evaluate(start)):
@@ -176,10 +178,10 @@ def test_a_start_where_the_equations_are_singular_otherwise_says_what_to_do(rate
 def test_the_unknown_that_leaves_its_range_is_named() -> None:
     """p = x^2 + x - 2: the state leaves its limits at one end, the parameter its range at the other."""
     of = problem([P - X**2 - X + 2], (-3, 3))
-    limited = Equilibria(of.equations, of.bounds, limits={0: (-1.0, 5.0)})
-    assert set(limited.branch(limited.start([0.0], -2.0)).ends) == {
+    limited = EquilibriumContinuation(of.equations, of.bounds, limits={0: (-1.0, 5.0)})
+    assert set(limited.follow_branch(limited.start([0.0], -2.0)).ends) == {
         "it leaves the range at x = -1",
         "it leaves the range at p = 3",
     }
     with failed("out-of-range", "x = -2", "-1", "5"):
-        limited.branch(limited.start([-2.0], 0.0))
+        limited.follow_branch(limited.start([-2.0], 0.0))

@@ -10,8 +10,8 @@ from tests.refusals import failed
 
 from auto_demos import AB
 from symbolic_forms import planar_lyapunov
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoint, HopfPoints, HopfProblem
 from wucht.numerics.continuation.two_parameters import SpecialCurve
@@ -23,7 +23,7 @@ ENDS = "it ends at a Bogdanov-Takens point"
 
 
 def hopf_points(system: System, *bounds: tuple[float, float]) -> HopfPoints:
-    return HopfPoints(Equations.of(system, system.parameter_names[:2], {}), bounds)
+    return HopfPoints(EquilibriumEquations.from_system(system, system.parameter_names[:2], {}), bounds)
 
 
 def ab_hopf(x: float) -> np.ndarray:
@@ -83,7 +83,7 @@ def test_bautin(coordinates: str) -> None:
     system = System((X, Y), (growth * X - speed * Y, speed * X + growth * Y), (P, Q))
     system = system if coordinates == "normal form" else bent(system)
     problem = hopf_points(system, (-1, 1), (-0.5, 0.7))
-    curve = problem.branch(problem.start([0.01, 0.01], (0.02, 0.4)))
+    curve = problem.follow_curve(problem.start([0.01, 0.01], (0.02, 0.4)))
     p, q = curve.parameter_values
     assert np.abs(p).max() < 1e-11 and (q[0], q[-1]) == (-0.5, 0.7)
     for point in curve.points:
@@ -97,7 +97,7 @@ def test_bautin(coordinates: str) -> None:
 def test_bogdanov_takens_ends_a_hopf_curve() -> None:
     """Hopf: p = 0, x = 0, omega^2 = -q, for q < 0 only."""
     problem = hopf_points(TAKENS, (-1, 1), (-2, 2))
-    curve = problem.branch(problem.start([0.05, 0.0], (0.0, -1.0)))
+    curve = problem.follow_curve(problem.start([0.05, 0.0], (0.0, -1.0)))
     np.testing.assert_allclose([p.frequency**2 for p in curve.points], -curve.parameter_values[1], atol=1e-10)
     assert np.abs(curve.unknowns[:3]).max() < 1e-11
     assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at q = -2"]
@@ -109,20 +109,20 @@ def test_bogdanov_takens_ends_a_hopf_curve() -> None:
 
 
 def test_a_hopf_curve_begins_at_a_bogdanov_takens_point_of_a_fold_curve() -> None:
-    problem = Folds(Equations.of(TAKENS, ["p", "q"], {}), [(-2, 2), (-2, 2)])
-    (takens,) = problem.branch(problem.start([0.3, 0.1], (0.1, -0.5))).special
+    problem = Folds(EquilibriumEquations.from_system(TAKENS, ["p", "q"], {}), [(-2, 2), (-2, 2)])
+    (takens,) = problem.follow_curve(problem.start([0.3, 0.1], (0.1, -0.5))).special
     hopf = hopf_points(TAKENS, (-1, 1), (-2, 2))
-    curve = hopf.branch(hopf.start(takens.x, takens.parameter_values, 0.0))
+    curve = hopf.follow_curve(hopf.start(takens.x, takens.parameter_values, 0.0))
     assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at q = -2"]
     assert [p.kind for p in curve.special] == ["bogdanov-takens"] and curve.parameter_values[1].max() < 1e-9
 
 
 def test_ab_hopf_curve() -> None:
     """p2 u1 = 5 + u1 / (1 - u1), from a zero trace; l1 vanishes where another formula says so; both ends are known."""
-    one = Equilibria(Equations.of(AB, ["p1"], {"p2": 15.0}), (0, 0.5))
-    first, second = (p for p in one.branch(one.start([0, 0], 0.0)).special if p.kind == "hopf")
+    one = EquilibriumContinuation(EquilibriumEquations.from_system(AB, ["p1"], {"p2": 15.0}), (0, 0.5))
+    first, second = (p for p in one.follow_branch(one.start([0, 0], 0.0)).special if p.kind == "hopf")
     problem = hopf_points(AB, (0, 1), (5, 40))
-    curve = problem.branch(problem.start(first.x, (first.parameter, 15.0), first.frequency))
+    curve = problem.follow_curve(problem.start(first.x, (first.parameter, 15.0), first.frequency))
     x, u2, p1, p2 = curve.unknowns
     np.testing.assert_allclose(p2, (5 + x / (1 - x)) / x, rtol=1e-10)
     np.testing.assert_allclose(u2, p2 * x / 4, rtol=1e-10)
@@ -149,7 +149,7 @@ def test_zero_hopf_and_generalised_hopf_on_one_curve() -> None:
     system = System((X, Y, Z), (growth * X - 2 * Y, 2 * X + growth * Y, P + Z**2 + X**2 + Y**2), (P, Q))
     system = bent(system)
     problem = hopf_points(system, (-0.7, 1), (-1, 1))
-    curve = problem.branch(problem.start([0, 0, 0.3], (-0.09, -0.39), 2.0))
+    curve = problem.follow_curve(problem.start([0, 0, 0.3], (-0.09, -0.39), 2.0))
     x = curve.unknowns[2]
     np.testing.assert_allclose(curve.parameter_values, [-(x**2), -x - x**2], atol=1e-11)
     special = sorted(curve.special, key=lambda p: p.kind)
@@ -182,7 +182,7 @@ def test_double_hopf_of_two_coupled_oscillators() -> None:
     )
     problem = hopf_points(system, (-0.5, 0.5), (-0.4, 0.3))
     for frequency, start, slope in ((1.0, (0.0, 0.2), 0.0), (math.sqrt(1.8), (0.4, 0.2), 2.0)):
-        curve = problem.branch(problem.start(np.full(4, 0.001), start, frequency))
+        curve = problem.follow_curve(problem.start(np.full(4, 0.001), start, frequency))
         p, q = curve.parameter_values
         np.testing.assert_allclose(p, slope * q, atol=1e-11)
         (special,) = [s for s in curve.special if s.kind == "double-hopf"]
@@ -204,7 +204,7 @@ def test_a_neutral_saddle_is_no_hopf_point() -> None:
 
 def test_derivatives_of_the_defining_equations() -> None:
     """Against differences of the equations themselves: with the border fixed they are functions of u."""
-    equations = Equations.of(AB, ["p1", "p2"], {})
+    equations = EquilibriumEquations.from_system(AB, ["p1", "p2"], {})
     unknowns = np.append(ab_hopf(0.5) + 0.03, 3.0)
     problem = HopfProblem.from_point(equations, unknowns)
     h = 1e-5
@@ -226,7 +226,7 @@ def test_the_critical_plane_may_turn_all_round() -> None:
     first, second, third = growth * s - Y, s + growth * Y, -w
     system = System((X, Y, Z), (sp.cos(Q) * first - sp.sin(Q) * third, second, sp.sin(Q) * first + sp.cos(Q) * third), (P, Q))
     problem = hopf_points(system, (-1, 1), (0, 7))
-    curve = problem.branch(problem.start([0, 0, 0], (0.01, 0.5)))
+    curve = problem.follow_curve(problem.start([0, 0, 0], (0.01, 0.5)))
     assert curve.ends == ("it leaves the range at q = 0", "it leaves the range at q = 7") and curve.special == ()
     assert np.abs(curve.parameter_values[0]).max() < 1e-11
 

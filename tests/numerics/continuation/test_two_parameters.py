@@ -9,8 +9,8 @@ from tests.refusals import failed
 
 from auto_demos import AB, LORENZ
 from symbolic_forms import forms, planar_lyapunov, tensor_lyapunov
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.continuation.two_parameters import bogdanov_takens_form, expansion, fold_form, hopf_form
 from wucht.system import System
 
@@ -31,7 +31,7 @@ def ab_fold(x: float) -> np.ndarray:
 
 @pytest.mark.parametrize("x", [0.3, 0.45, 0.7, 0.9])
 def test_derivatives_agree_with_symbolic_ones(x: float) -> None:
-    equations, unknowns = Equations.of(AB, ["p1", "p2"], {}), ab_hopf(x)
+    equations, unknowns = EquilibriumEquations.from_system(AB, ["p1", "p2"], {}), ab_hopf(x)
     A, B, C = forms(AB, unknowns)
     directions = np.array([[1.0, 0.3], [-0.4, 2.0]])
     got = expansion(equations, unknowns, directions)
@@ -45,7 +45,7 @@ def test_derivatives_agree_with_symbolic_ones(x: float) -> None:
 def test_first_lyapunov_coefficient_by_another_formula(x: float) -> None:
     """Guckenheimer and Holmes (3.4.11), from symbolic derivatives in the coordinates of the Jordan form."""
     unknowns = ab_hopf(x)
-    form = hopf_form(Equations.of(AB, ["p1", "p2"], {}), unknowns)
+    form = hopf_form(EquilibriumEquations.from_system(AB, ["p1", "p2"], {}), unknowns)
     omega, expected = planar_lyapunov(AB, unknowns)
     assert form.frequency == pytest.approx(omega, rel=1e-12)
     assert form.l1 == pytest.approx(expected, rel=1e-9)
@@ -53,9 +53,9 @@ def test_first_lyapunov_coefficient_by_another_formula(x: float) -> None:
 
 def test_lorenz_loses_stability_subcritically() -> None:
     """At rho = 470/19, as has been known since Marsden and McCracken 1976; l1 from symbolic derivatives."""
-    problem = Equilibria(Equations.of(LORENZ, ["rho"], {}), (20, 26))
+    problem = EquilibriumContinuation(EquilibriumEquations.from_system(LORENZ, ["rho"], {}), (20, 26))
     size = math.sqrt(8 / 3 * 21)
-    (hopf,) = problem.branch(problem.start([size, size, 21], 22.0)).special
+    (hopf,) = problem.follow_branch(problem.start([size, size, 21], 22.0)).special
     form = hopf_form(problem.equations, hopf.unknowns, hopf.frequency)
     assert not form.supercritical
     assert form.l1 == pytest.approx(tensor_lyapunov(LORENZ, hopf.unknowns), rel=1e-9)
@@ -71,13 +71,13 @@ def test_quadratic_coefficient_of_a_fold(x: float) -> None:
     q = np.array(v[0], float).ravel()
     q *= np.sign(q[0]) / np.linalg.norm(q)
     expected = np.einsum("i,ijk,j,k", w, B, q, q) / (2 * w @ q)
-    assert fold_form(Equations.of(AB, ["p1", "p2"], {}), unknowns).a == pytest.approx(expected, rel=1e-9)
+    assert fold_form(EquilibriumEquations.from_system(AB, ["p1", "p2"], {}), unknowns).a == pytest.approx(expected, rel=1e-9)
 
 
 def test_cubic_coefficient_of_a_cusp_on_a_bent_centre_manifold() -> None:
     """x' = p - x^3/3 + x y, y' = -y + 2 x^2: y = 2 x^2 there, so c = 2 - 1/3."""
     system = System((X, Y), (P + Q * X - X**3 / 3 + X * Y, -Y + 2 * X**2), (P, Q))
-    form = fold_form(Equations.of(system, ["p", "q"], {}), np.zeros(4))
+    form = fold_form(EquilibriumEquations.from_system(system, ["p", "q"], {}), np.zeros(4))
     assert form.a == pytest.approx(0, abs=1e-10)
     assert form.c == pytest.approx(5 / 3, rel=1e-9)
 
@@ -87,10 +87,10 @@ def test_bogdanov_takens_coefficients_do_not_depend_on_coordinates() -> None:
     old_y = Y - (sp.exp(X) - 1 - X)  # new y = old y + exp(x) - 1 - x
     forced = P + Q * X + 3 * X**2 - 2 * X * old_y
     system = System((X, Y), (old_y, forced + (sp.exp(X) - 1) * old_y), (P, Q))
-    form = bogdanov_takens_form(Equations.of(system, ["p", "q"], {}), np.zeros(4))
+    form = bogdanov_takens_form(EquilibriumEquations.from_system(system, ["p", "q"], {}), np.zeros(4))
     assert (form.a, form.b) == pytest.approx((3, -2), rel=1e-9)
 
 
 def test_no_hopf_form_without_a_complex_pair() -> None:
     with failed("no-pair"):
-        hopf_form(Equations.of(System((X, Y), (X, P * Y), (P,)), ["p"], {}), np.array([0.0, 0.0, -1.0]))
+        hopf_form(EquilibriumEquations.from_system(System((X, Y), (X, P * Y), (P,)), ["p"], {}), np.array([0.0, 0.0, -1.0]))

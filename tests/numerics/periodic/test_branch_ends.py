@@ -14,8 +14,8 @@ import sympy as sp
 
 from auto_demos import LORENZ, PP2
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
@@ -70,8 +70,8 @@ def test_where_the_range_or_the_longest_period_come_first() -> None:
 
 @cache
 def ends_of_lorenz() -> tuple[BranchEnd, BranchEnd]:
-    equilibria = Equilibria(Equations.of(LORENZ, ["rho"], {}), (1.5, 30.0), Steps(most=1.0))
-    branch = equilibria.branch(equilibria.start([np.sqrt(24.0), np.sqrt(24.0), 9.0], 10.0))
+    equilibria = EquilibriumContinuation(EquilibriumEquations.from_system(LORENZ, ["rho"], {}), (1.5, 30.0), Steps(most=1.0))
+    branch = equilibria.follow_branch(equilibria.start([np.sqrt(24.0), np.sqrt(24.0), 9.0], 10.0))
     sizes = {"x": 5.0, "y": 5.0, "z": 10.0, "rho": 5.0}
     cycles = Cycles.of(LORENZ, "rho", {}, (0.0, 30.0), periods=(0.0, 9.0), scale=sizes)
     start = cycle_at_hopf(cycles, branch.special[0])
@@ -100,8 +100,8 @@ def test_a_hopf_point_is_an_end() -> None:
 
 def test_two_saddles_in_a_loop() -> None:
     """pp2: both on u2 = 0; the time past them is as their eigenvalues say. The other end is a Hopf point."""
-    equilibria = Equilibria(Equations.of(PP2, ["q"], {}), (0.0, 1.0))
-    hopf = next(p for p in equilibria.branch(equilibria.start([1 / 3, 0.4], 0.68)).special if p.kind == "hopf")
+    equilibria = EquilibriumContinuation(EquilibriumEquations.from_system(PP2, ["q"], {}), (0.0, 1.0))
+    hopf = next(p for p in equilibria.follow_branch(equilibria.start([1 / 3, 0.4], 0.68)).special if p.kind == "hopf")
     cycles = Cycles.of(PP2, "q", {}, (0.0, 1.0), periods=(0.0, 90.0))
     start = cycle_at_hopf(cycles, hopf)
     end = followed(cycles, start)

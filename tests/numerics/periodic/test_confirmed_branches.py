@@ -20,8 +20,8 @@ from auto_demos import AB, PLP, TOR
 from known_orbits import P, X, Y, Z, planar
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import CURVE_IS_CLOSED, Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
@@ -87,8 +87,8 @@ def test_orbits_that_shrink_without_a_hopf_point_are_not_said_to_end_at_one() ->
 @cache
 def torus_type() -> tuple[Cycles, list[Cycle]]:
     """The symmetric orbits of tor, from their Hopf point."""
-    equilibria = Equilibria(Equations.of(TOR, ["nu"], {"be": 0.5}), (-0.9, -0.4))
-    branch = equilibria.branch(equilibria.start(np.zeros(3), -0.6))
+    equilibria = EquilibriumContinuation(EquilibriumEquations.from_system(TOR, ["nu"], {"be": 0.5}), (-0.9, -0.4))
+    branch = equilibria.follow_branch(equilibria.start(np.zeros(3), -0.6))
     hopf = next(p for p in branch.special if p.kind == "hopf" and np.allclose(p.x, 0))
     cycles = Cycles.of(TOR, "nu", {"be": 0.5}, (-0.9, -0.4), periods=(0.0, 25.0))
     first = cycle_at_hopf(cycles, hopf)

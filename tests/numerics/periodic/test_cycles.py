@@ -30,8 +30,8 @@ from known_orbits import (
     planar,
 )
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import Equilibrium, EquilibriumContinuation
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import crossing_branch, cycle_at_hopf, cycle_near, doubled_branch
 from wucht.numerics.periodic.cycles import Cycles
@@ -63,8 +63,8 @@ def rising(cycles: Cycles, cycle: Cycle) -> Cycle:
 
 
 def hopf(system: System, parameter: str, fixed: dict[str, float], bounds: tuple[float, float], at: float) -> Equilibrium:
-    equilibria = Equilibria(Equations.of(system, [parameter], fixed), bounds)
-    branch = equilibria.branch(equilibria.start(np.zeros(len(system.states)), at))
+    equilibria = EquilibriumContinuation(EquilibriumEquations.from_system(system, [parameter], fixed), bounds)
+    branch = equilibria.follow_branch(equilibria.start(np.zeros(len(system.states)), at))
     return next(p for p in branch.special if p.kind == "hopf")
 
 
@@ -126,8 +126,10 @@ def test_the_equilibrium_beyond_a_hopf_point_is_no_orbit() -> None:
 
 def test_a_fold_where_an_orbit_lies_on_it_is_found() -> None:
     """AUTO's demo ab at p2 = 16: a step of this branch ends so near to its fold that the test function there is rounding."""
-    equilibria = Equilibria(Equations.of(AB, ["p1"], {"p2": 16.0}), (0.0, 0.4))
-    upper = next(e for e in equilibria.branch(equilibria.start([0, 0], 0.0)).special if e.kind == "hopf" and e.parameter > 0.2)
+    equilibria = EquilibriumContinuation(EquilibriumEquations.from_system(AB, ["p1"], {"p2": 16.0}), (0.0, 0.4))
+    upper = next(
+        e for e in equilibria.follow_branch(equilibria.start([0, 0], 0.0)).special if e.kind == "hopf" and e.parameter > 0.2
+    )
     cycles = Cycles.of(AB, "p1", {"p2": 16.0}, (0.05, 0.4), periods=(0.0, 40.0))
     folds = [p for p in cycles.walk(cycle_at_hopf(cycles, upper)) if p.kind == "fold"]
     assert [p.parameter for p in folds] == [pytest.approx(0.1306373, rel=1e-6)]

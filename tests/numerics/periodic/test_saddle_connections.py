@@ -11,7 +11,7 @@ import sympy as sp
 from tests.refusals import rejected
 
 from wucht.errors import RunError
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -83,21 +83,23 @@ def test_a_single_connection_needs_one_parameter_less(found: tuple[Connections, 
 def test_two_folds_at_once_in_closed_form() -> None:
     """x' = p + r x + q x^2 - x^4 has folds at x = +-sqrt(q/2) with the same p, -q^2/4, where r = 0."""
     system = System((X,), (P + R * X + Q * X**2 - X**4,), (P, R, Q))
-    pairs = FoldPairs(Equations.of(system, ("p", "r", "q"), {}), ((-5.0, 5.0), (-1.0, 1.0), (0.2, 3.0)))
+    pairs = FoldPairs(EquilibriumEquations.from_system(system, ("p", "r", "q"), {}), ((-5.0, 5.0), (-1.0, 1.0), (0.2, 3.0)))
     unknowns = pairs.nearest_pair(np.array([0.6]), np.array([-0.8]), np.array([-0.3, 0.1, 1.0]))
     walk = pairs.walk(unknowns)
     last = [p.unknowns for _, p in walk][-1]
     assert walk.end == "it leaves the range at 3"
     np.testing.assert_allclose(last, [np.sqrt(1.5), -np.sqrt(1.5), -2.25, 0.0, 3.0], atol=1e-8)
     with rejected("count"):
-        FoldPairs(Equations.of(system, ("p",), {"r": 0.0, "q": 1.0}), ((-5.0, 5.0),))
+        FoldPairs(EquilibriumEquations.from_system(system, ("p",), {"r": 0.0, "q": 1.0}), ((-5.0, 5.0),))
 
 
 def test_folds_that_do_not_coincide_anywhere() -> None:
     """x' = p - x^2 has one fold alone; of p + x^3 - 3 x, at p = 2 and -2, no parameter changes that."""
 
     def pairs(rate: sp.Expr) -> FoldPairs:
-        return FoldPairs(Equations.of(System((X,), (rate + 0 * R,), (P, R)), ("p", "r"), {}), ((-1.0, 1.0), (-1.0, 1.0)))
+        return FoldPairs(
+            EquilibriumEquations.from_system(System((X,), (rate + 0 * R,), (P, R)), ("p", "r"), {}), ((-1.0, 1.0), (-1.0, 1.0))
+        )
 
     with pytest.raises(RunError, match="both folds are the same point"):
         pairs(P - X**2).nearest_pair(np.array([0.3]), np.array([-0.2]), np.array([0.1, 0.0]))

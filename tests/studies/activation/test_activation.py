@@ -197,7 +197,9 @@ def test_a_pendulum_is_open_at_the_end_if_its_mass_is_beyond_half_of_its_stroke_
         trajectory=SimpleNamespace(failure=None),
     )
     monkeypatch.setattr(computation, "run_up", lambda *_: iter([(motion,)]))
-    monkeypatch.setattr(computation, "variables", lambda *_: [SimpleNamespace(name=k, value=v) for k, v in made.items()])
+    monkeypatch.setattr(
+        computation, "motion_quantities", lambda *_: [SimpleNamespace(name=k, value=v) for k, v in made.items()]
+    )
     case = SimpleNamespace(machine=MACHINE, horizon=SimpleNamespace(expected_end=2.0))
     planned: Any = SimpleNamespace(of=computation.SWITCHABLE, case=lambda: case)
     assert computation._compute_run(planned, ("p1", "p2"), lambda *_: None).open_at_end == (False, True)

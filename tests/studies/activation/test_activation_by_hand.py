@@ -308,7 +308,9 @@ def test_the_numbers_of_a_clockwise_run(monkeypatch: pytest.MonkeyPatch, of: str
         amplitude=np.array([1.0, 2.0, 6.0, 4.0, 3.0, 5.0, 2.5, 0.5]), energy_residual=np.array([0, 1, 4, 2, 0, 0, 0, 3]) * 1e-9,
     )  # fmt: skip
     monkeypatch.setattr(computation, "run_up", lambda *_: iter([(motion,)]))
-    monkeypatch.setattr(computation, "variables", lambda *_: [SimpleNamespace(name=k, value=v) for k, v in data.items()])
+    monkeypatch.setattr(
+        computation, "motion_quantities", lambda *_: [SimpleNamespace(name=k, value=v) for k, v in data.items()]
+    )
     shares: list[float] = []
     case = SimpleNamespace(machine=MACHINE, horizon=SimpleNamespace(expected_end=8.0))
     run: Any = SimpleNamespace(of=of, case=lambda: case)

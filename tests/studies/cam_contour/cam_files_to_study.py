@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.cams.drive import CamDrive, drive_from
+from wucht.cams.drive import CamDrive, cam_drive_from
 
 R, E, ROLLER, PIVOT, ARM = 0.050, 0.012, 0.010, 0.110, 0.090
 ZERO = np.radians(-143.08681668)  # of the lever at cam angle 0
@@ -49,4 +49,4 @@ def eccentric(points: int = 180) -> dict[str, Any]:
 
 def drive(law: dict[str, Any], follower: dict[str, Any], **tables: Any) -> CamDrive:
     """A drive by its tables."""
-    return drive_from({"law": law, "follower": follower, **tables}, "A cam", Path())
+    return cam_drive_from({"law": law, "follower": follower, **tables}, "A cam", Path())

@@ -36,13 +36,13 @@ COUNTER = Shape(
 def planned(permitted: Any = None, shapes: Any = None, **asked: Any) -> Plan:
     follower = given.FOLLOWER | ({"counter": given.COUNTER} if shapes is None or len(shapes) > 1 else {})
     drive = given.drive(given.SMOOTH, follower)
-    law = drive.motion_law.law
+    law = drive.motion_law.function
     asked |= {"contact": {"inertia": 0.02, "width": "12 mm"}, "speed": 30.0} | ({"permitted": permitted} if permitted else {})
     spec = CamContour(**asked)
     contact: Any = SimpleNamespace(mean_speed=30.0)
     names = list(shapes or {"cam": CAM, "counter": COUNTER})
     cams: Any = {name: SimpleNamespace(roller_radius=0.010 + 0.002 * k) for k, name in enumerate(names)}
-    return Plan(spec, drive, law, drive.lever(law), cams, shapes or {"cam": CAM, "counter": COUNTER}, contact, None)
+    return Plan(spec, drive, law, drive.follower_law(law), cams, shapes or {"cam": CAM, "counter": COUNTER}, contact, None)
 
 
 def curves(first: float) -> Curves:

@@ -48,10 +48,10 @@ def test_the_corrected_cam_is_another_one_and_its_list_says_so(file, tmp_path):
     assert any(line.startswith(str(tmp_path / "cam.txt")) for line in lines)
     drive = read_study(str(file)).subject
     shaft = ShaftMotion(FourierSeries.of(500 * math.pi / 30, [0, 2.4, 1], [0, 1]))
-    corrected = drive.cams(CorrectedLaw(drive.motion_law.law, shaft))["cam"]
+    corrected = drive.make_cams(CorrectedLaw(drive.motion_law.function, shaft))["cam"]
     listed = read_list(tmp_path / "cam.txt")
     assert np.abs(listed.position - corrected.contour(listed.phi)).max() < 1e-8
-    assert np.abs(listed.position - drive.cams(drive.motion_law.law)["cam"].contour(listed.phi)).max() > 1e-4
+    assert np.abs(listed.position - drive.make_cams(drive.motion_law.function)["cam"].contour(listed.phi)).max() > 1e-4
     assert result.wucht.summary["corrected"]["cosine"] == [0, 2.4, 1]
 
 

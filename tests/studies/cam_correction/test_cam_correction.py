@@ -9,7 +9,7 @@ from known_cam import LAW, OMEGA, SHAFT, acceleration
 
 import wucht
 from wucht.cams.correction import MotionOverTime, orders, share_above_order
-from wucht.cams.drive import drive_from
+from wucht.cams.drive import cam_drive_from
 from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.studies.cam_correction.spec import CamCorrection
 from wucht.studies.registry import study_of
@@ -23,7 +23,7 @@ SPEED = {"mean": OMEGA, "cosine": [*SHAFT.speed.cosine], "sine": [*SHAFT.speed.s
 
 def answered(spec=None, **tables):
     given = {"law": LAW_TABLE, "speed": SPEED, **tables}
-    return wucht.run(spec or CamCorrection(points=180), drive_from(given, "drive", None))
+    return wucht.run(spec or CamCorrection(points=180), cam_drive_from(given, "drive", None))
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_by_how_much_the_contour_has_moved(template):
 def test_the_pressure_angle_is_judged_as_in_a_cam_contour(template):
     follower = {"kind": "oscillating-roller", "pivot": 0.03, "arm": 0.07, "roller_radius": 0.01, "angle": "-135 deg"}
     steep = answered(CamCorrection(points=36), follower=follower)
-    drive = drive_from({"law": LAW_TABLE, "speed": SPEED, "follower": follower}, "drive", None)
+    drive = cam_drive_from({"law": LAW_TABLE, "speed": SPEED, "follower": follower}, "drive", None)
     contour = wucht.run(wucht.CamContour(points=16, chord_tolerance="1 mm", spacing="1 m", corrected=True), drive)
     (said,) = (w for w in steep.wucht.warnings if "pressure angle" in w)
     (there,) = (w for w in contour.wucht.warnings if "pressure angle" in w)
@@ -265,7 +265,7 @@ def test_interrupted_it_is_taken_up_where_it_was(tmp_path):
     """Contours and their proofs are units of work with names, and progress tells them."""
     follower = {"kind": "translating-roller", "distance": 0.08, "roller_radius": 0.01}
     law = {"kind": "harmonic", "coefficients": {"mean": 0.005, "cosine": [-0.005, 0.001], "sine": []}}
-    drive, asked = drive_from({"law": law, "speed": SPEED, "follower": follower}, "drive", None), CamCorrection(points=72)
+    drive, asked = cam_drive_from({"law": law, "speed": SPEED, "follower": follower}, "drive", None), CamCorrection(points=72)
     told: list[tuple[float, str]] = []
 
     def stop(share, what):

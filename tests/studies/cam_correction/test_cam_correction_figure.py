@@ -8,7 +8,7 @@ from known_cam import LAW, SHAFT, ZERO, write
 from tests.refusals import refused
 
 import wucht
-from wucht.cams.drive import drive_from
+from wucht.cams.drive import cam_drive_from
 from wucht.studies.cam_correction.spec import CamCorrection
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
@@ -26,14 +26,14 @@ def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("record")
     write(folder / "record.csv", noise=0.05)
     speed = {"file": "record.csv", "column": "speed", "orders": [2, 3, 4, 5], "index": "index"}
-    drive = drive_from({"law": LAW_TABLE, "follower": LEVER, "speed": speed}, "Two cams", folder)
+    drive = cam_drive_from({"law": LAW_TABLE, "follower": LEVER, "speed": speed}, "Two cams", folder)
     acceleration = {"file": "record.csv", "column": "acceleration", "zero": ZERO}
     return wucht.run(CamCorrection(points=360, acceleration=acceleration), drive)
 
 
 @pytest.fixture(scope="module")
 def law():
-    return wucht.run(CamCorrection(points=36), drive_from({"law": LAW_TABLE, "speed": SPEED}, "Law", None))
+    return wucht.run(CamCorrection(points=36), cam_drive_from({"law": LAW_TABLE, "speed": SPEED}, "Law", None))
 
 
 def legend(drawn):
@@ -135,7 +135,7 @@ def test_more_orders_may_be_measured_than_are_proved(whole):
 def test_a_shaft_that_turns_evenly_and_a_flat_face_can_be_drawn():
     tables = {"law": {"kind": "harmonic", "coefficients": {"mean": 0.0, "cosine": [0.005], "sine": []}},
               "speed": {"mean": 50.0}, "follower": {"kind": "flat-faced", "distance": 0.05}}  # fmt: skip
-    result = wucht.run(CamCorrection(points=72), drive_from(tables, "Even", None))
+    result = wucht.run(CamCorrection(points=72), cam_drive_from(tables, "Even", None))
     drawn = wucht.draw(result)
     drawn.savefig(io.BytesIO(), format="png")
     assert "face" in legend(drawn)
@@ -161,7 +161,7 @@ def test_the_report_says_what_an_engineer_asks(whole):
 def test_orders_of_a_record_that_are_left_out_are_told_with_what_they_leave(tmp_path):
     write(tmp_path / "record.csv", noise=0.05)
     speed = {"file": "record.csv", "column": "speed", "orders": [2, 4, 5], "index": "index"}
-    result = wucht.run(CamCorrection(points=36), drive_from({"law": LAW_TABLE, "speed": speed}, "Three missing", tmp_path))
+    result = wucht.run(CamCorrection(points=36), cam_drive_from({"law": LAW_TABLE, "speed": speed}, "Three missing", tmp_path))
     record = result.wucht.summary["record"]
     three = record["left_out"][0]
     assert three["order"] == 3
@@ -186,7 +186,7 @@ def test_orders_of_a_record_that_are_left_out_are_told_with_what_they_leave(tmp_
 def acceleration(folder, **asked):
     """A report beside a record of the acceleration with its zero at ZERO."""
     write(folder / "record.csv", noise=0.05)
-    drive = drive_from({"law": LAW_TABLE, "speed": SPEED}, "Measured", folder)
+    drive = cam_drive_from({"law": LAW_TABLE, "speed": SPEED}, "Measured", folder)
     given = {"file": "record.csv", "column": "acceleration", "zero": ZERO, **asked}
     return wucht.run(CamCorrection(points=36, acceleration=given), drive)
 

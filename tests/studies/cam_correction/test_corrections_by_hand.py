@@ -14,7 +14,7 @@ from known_cam import LAW, SHAFT
 from tests.hand_made import drawn, titled
 
 from wucht.cams.correction import AccelerationComparison, Residual
-from wucht.cams.drive import drive_from
+from wucht.cams.drive import cam_drive_from
 from wucht.cams.shape import Extreme, Shape
 from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_checks import OmittedOrder
@@ -41,7 +41,7 @@ NAMES = ("cam", "counter")
 @pytest.fixture(scope="module")
 def bare() -> Plan:
     """Without a record: N = 5, 15 orders."""
-    return prepare(CamCorrection(points=36), drive_from({"law": LAW_TABLE, "follower": LEVER, "speed": SPEED}, "Two", None))
+    return prepare(CamCorrection(points=36), cam_drive_from({"law": LAW_TABLE, "follower": LEVER, "speed": SPEED}, "Two", None))
 
 
 FIT = OrderFit(

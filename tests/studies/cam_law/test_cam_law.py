@@ -9,7 +9,7 @@ from tests.refusals import refused
 
 import wucht
 from wucht.cams.drive import laws
-from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.errors import InputError
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
@@ -103,7 +103,7 @@ def test_report_and_figure(tmp_path):
 
 
 def test_bounds_and_caps_are_shown():
-    table = HarmonicTable(
+    table = HarmonicLawTable(
         harmonics=5,
         objective="least-mean-square-acceleration",
         restrictions=[

@@ -14,7 +14,7 @@ import wucht
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.drive import laws
 from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
-from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.cams.tables.speed import SpeedTable
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
@@ -26,7 +26,7 @@ from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
-LAW = HarmonicTable(harmonics=5, restrictions=RESTRICTIONS)
+LAW = HarmonicLawTable(harmonics=5, restrictions=RESTRICTIONS)
 OMEGA = 500 * math.pi / 30
 TURN = 2 * math.pi
 LINEAR = {"kind": "linear", "slope": 200.0, "no_load_speed": "510 rpm"}
@@ -85,7 +85,7 @@ def test_the_eigenmotion_is_that_of_the_cases(eigenmotion):
 
 def test_the_eigenmotion_keeps_its_energy(eigenmotion):
     """Original: J(phi) phi'^2 is constant; corrected: J0 phi'^2 + J1 psi_t^2, with the law over time."""
-    law, tau = LAW.motion_law("rad").law, eigenmotion.tau.values
+    law, tau = LAW.make_motion_law("rad").function, eigenmotion.tau.values
     speed = eigenmotion.speed.sel(cam="corrected").values
     energy = 20 * speed**2 + 6 * OMEGA**2 * law(tau, 1) ** 2
     assert energy == pytest.approx(energy[0], rel=1e-9)
@@ -104,7 +104,7 @@ def test_the_period_of_the_eigenmotion_of_the_cases(driven):
     known, asked = TURN / 0.0505045348634485, {}
     if driven:
         asked = {"drive": {"kind": "linear", "slope": 0.1, "no_load_speed": known}}
-    law = HarmonicTable(coefficients={"sine": ["1 rad"]})
+    law = HarmonicLawTable(coefficients={"sine": ["1 rad"]})
     shaft = ShaftTable(inertia=1.4, output_inertia=1.2, mean_speed=known, **asked)
     s = wucht.run(wucht.CamPrediction(cuts=0, simulate=0), wucht.CamDrive(law, shaft=shaft)).wucht.summary
     mean, corrected = s["mean_speed"], s["corrected"]
@@ -154,7 +154,7 @@ def test_a_speed_whose_orders_have_no_end_is_told(begin, output, told):
 def test_the_corrected_cam_makes_the_law_of_time(eigenmotion):
     """Its law at the angle that the shaft has reached, which is integrated here, is the law at the time."""
     law, tau, speed = (
-        LAW.motion_law("rad").law,
+        LAW.make_motion_law("rad").function,
         eigenmotion.tau.values,
         FourierSeries.from_samples(eigenmotion.speed.values[1, :-1]),
     )
@@ -171,7 +171,7 @@ def test_the_corrected_cam_makes_the_law_of_time(eigenmotion):
 def test_its_speed_can_be_asked_for_as_if_it_was_measured(eigenmotion):
     """In the table [speed] of cam-correction; here its cam is the one predicted."""
     given = SpeedTable(**eigenmotion.wucht.summary["corrected"]["speed"])
-    cam = CorrectedLaw(LAW.motion_law("rad").law, given.shaft(None))
+    cam = CorrectedLaw(LAW.make_motion_law("rad").function, given.shaft(None))
     assert cam(eigenmotion.cam_angle.values) == pytest.approx(eigenmotion.position.values, abs=1e-10)
 
 
@@ -186,7 +186,7 @@ def test_the_simulation_confirms_the_spectrum(eigenmotion):
 
 
 def test_at_constant_speed_the_output_takes_what_the_cam_gives(eigenmotion):
-    law, tau = LAW.motion_law("rad").law, np.linspace(0, TURN, 721)
+    law, tau = LAW.make_motion_law("rad").function, np.linspace(0, TURN, 721)
     power = 6 * OMEGA**3 * law(tau, 1) * law(tau, 2)
     assert eigenmotion.power_at_constant_speed.values == pytest.approx(power, abs=1e-9 * power.max())
     found = eigenmotion.wucht.summary["power"]["constant_speed"]
@@ -205,7 +205,7 @@ def test_with_a_drive_it_is_what_integration_settles_to(driven):
         return 200 * (510 * math.pi / 30 - v) - 150
 
     s = driven.wucht.summary
-    for one, law in ((s, LAW.motion_law("rad").law), (s["corrected"], series(driven))):
+    for one, law in ((s, LAW.make_motion_law("rad").function), (s["corrected"], series(driven))):
         _, v, mean = settled(law, 20.0, 6.0, torque, 40.0, 30)
         assert one["mean_speed"] == pytest.approx(mean, rel=1e-8)
         assert one["fluctuation"] == pytest.approx((v.max() - v.min()) / mean, rel=1e-4)  # of samples
@@ -219,7 +219,7 @@ def test_with_a_drive_it_is_what_integration_settles_to(driven):
 
 @pytest.mark.slow
 def test_a_disturbance_decays_as_it_is_said(driven):
-    law = LAW.motion_law("rad").law
+    law = LAW.make_motion_law("rad").function
 
     def after_a_turn(begin):
         return settled(law, 20.0, 6.0, lambda v: 200 * (510 * math.pi / 30 - v) - 150, begin, 1)[1][-1]
@@ -267,7 +267,7 @@ def test_with_every_drive_work_in_is_work_out(kind):
 def test_a_drive_that_enforces_its_speed_needs_no_other_cam(kind):
     load = {"kind": "viscous", "coefficient": 2.0}
     result = wucht.run(wucht.CamPrediction(), drive(drive={"kind": kind, **DRIVES[kind]}, loads=[load]))
-    s, law, tau = result.wucht.summary, LAW.motion_law("rad").law, result.tau.values
+    s, law, tau = result.wucht.summary, LAW.make_motion_law("rad").function, result.tau.values
     assert s["corrected"]["mean_speed"] == pytest.approx(OMEGA)
     assert (s["fluctuation"], s["corrected"]["fluctuation"]) == (0, 0)
     assert result.position.values == pytest.approx(law(tau), abs=1e-14)
@@ -363,12 +363,12 @@ def test_the_shaft_is_needed_and_the_cam_is_a_part_of_it():
 
 
 def test_where_the_law_rests():
-    (arc,) = dwells_of(LAW.motion_law("rad"))
+    (arc,) = dwells_of(LAW.make_motion_law("rad"))
     assert (arc.begin, arc.end, arc.value) == pytest.approx((-TURN / 3, TURN / 3, 0.0))
-    rests = dwells_of(laws()["3-4-5"](stroke="10 mm", rise=("60 deg", "150 deg")).motion_law("m"))
+    rests = dwells_of(laws()["3-4-5"](stroke="10 mm", rise=("60 deg", "150 deg")).make_motion_law("m"))
     arcs = sorted((round(math.degrees(d.begin)) % 360, round(math.degrees(d.end)) % 360, d.value) for d in rests)
     assert arcs == [(150, 210, pytest.approx(0.01)), (300, 60, pytest.approx(0.0, abs=1e-12))]
-    waves = HarmonicTable(coefficients={"cosine": ["3 deg"]})
+    waves = HarmonicLawTable(coefficients={"cosine": ["3 deg"]})
     with refused("study.dwell", given=None):
         prepare(wucht.CamPrediction(), drive(waves, mean_speed=50.0, elastic={"output_frequency": 400.0}))
     plan = prepare(wucht.CamPrediction(dwell=("-3 deg", "3 deg")), drive(waves, mean_speed=50.0))
@@ -402,7 +402,7 @@ def test_the_tuned_cam_leaves_the_law_at_its_speed(elastic):
     by_name = {e["name"]: e for e in s["output"]["excited"]}
     tolerance = math.radians(24) * 243 / 29525  # of the flattest dwell of five harmonics
     assert by_name["corrected and tuned cam"]["deviation"] == pytest.approx(tolerance, rel=1e-5)
-    peak = OMEGA**2 * np.abs(LAW.motion_law("rad").law(np.linspace(0, TURN, 20001), 2)).max()
+    peak = OMEGA**2 * np.abs(LAW.make_motion_law("rad").function(np.linspace(0, TURN, 20001), 2)).max()
     assert by_name["corrected and tuned cam"]["peak"] == pytest.approx(peak, rel=1e-6)
     assert by_name["corrected cam"]["deviation"] > 3 * tolerance
     assert by_name["law 3-4-5"]["deviation"] > by_name["corrected cam"]["deviation"]
@@ -412,7 +412,7 @@ def test_the_tuned_cam_leaves_the_law_at_its_speed(elastic):
 
 def test_the_response_per_order_is_that_of_one_mass(elastic):
     """The corrected cam's lever moves by the law: the peak of the output from |H_k|, added up with its phases here."""
-    law, omega0 = LAW.motion_law("rad").law, 120 * math.pi
+    law, omega0 = LAW.make_motion_law("rad").function, 120 * math.pi
     k = np.arange(1, 6) * OMEGA
     response = (omega0**2 + 0.04j * omega0 * k) / (omega0**2 + 0.04j * omega0 * k - k**2)
     tau = np.linspace(0, TURN, 20001)
@@ -555,7 +555,7 @@ def test_what_was_simulated_is_drawn_over_what_was_predicted(eigenmotion):
 
 def test_a_slide_is_shown_in_millimetres():
     asked = wucht.CamPrediction(orders=12, speed_points=4, dwell=("160 deg", "200 deg"), **BRIEF)
-    law = HarmonicTable(harmonics=3, restrictions=[{"at": "0 deg", "equals": "0 mm"}, {"at": "180 deg", "equals": "60 mm"}],
+    law = HarmonicLawTable(harmonics=3, restrictions=[{"at": "0 deg", "equals": "0 mm"}, {"at": "180 deg", "equals": "60 mm"}],
                         objective="least-mean-square-acceleration")  # fmt: skip
     slide = drive(
         law, output_inertia=None, output_mass=80.0, inertia=5.0, mean_speed=12.0, elastic={"output_stiffness": "4e6 N/m"}
@@ -580,7 +580,7 @@ def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     made = list[Any]()
     monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))
     plan = SimpleNamespace(
-        cuts=5, count=4, motion_law=SimpleNamespace(law="law"), shaft=SimpleNamespace(residual_with_cam=residual_with_cam)
+        cuts=5, count=4, motion_law=SimpleNamespace(function="law"), shaft=SimpleNamespace(residual_with_cam=residual_with_cam)
     )
     left, failure = prediction_run._cut_residuals(plan, Work())  # type: ignore[arg-type]
     assert left.tolist() == [0.5, 0.25] and len(made) == 3 and made[0] == "law" and made[1][0] == "law"

@@ -12,7 +12,7 @@ import wucht
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.prediction import CamShaft
 from wucht.cams.tables.camshaft import ShaftTable
-from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.dynamics.work import Work
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.cam_prediction import confirmation as simulation
@@ -23,7 +23,7 @@ from wucht.studies.cam_prediction.elasticity import RIGID_SHAFT_CAM, TWIST_CAM
 from wucht.studies.cam_prediction.summary_of_prediction import _departure_text, prediction_quantities, verdict, warnings
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
-LAW = HarmonicTable(harmonics=5, restrictions=RESTRICTIONS)
+LAW = HarmonicLawTable(harmonics=5, restrictions=RESTRICTIONS)
 OMEGA = 500 * math.pi / 30
 COULOMB = {"kind": "coulomb", "torque": "150 N m"}
 LINEAR = {"kind": "linear", "slope": 200.0, "no_load_speed": "510 rpm"}
@@ -121,7 +121,7 @@ def test_a_sharp_cam_is_simulated_as_it_is_predicted(shaft):
 
 
 def predicted(inertia=20.0, torque=None):
-    camshaft, law = CamShaft(inertia, 6.0, OMEGA, torque), LAW.motion_law("rad").law
+    camshaft, law = CamShaft(inertia, 6.0, OMEGA, torque), LAW.make_motion_law("rad").function
     motion = camshaft.motion_with_corrected_cam(law)
     return camshaft, CorrectedLaw(law, motion), motion
 

@@ -16,7 +16,7 @@ import wucht
 from wucht.cams.elastic_output import VibrationOverSpeed
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import ShaftTable
-from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.plots.style import COLOURS
 from wucht.studies.cam_prediction import computation, confirmation, summary_of_prediction
@@ -25,7 +25,7 @@ from wucht.studies.cam_prediction.confirmation import Confirmation
 from wucht.studies.cam_prediction.dataset import dataset, report
 from wucht.studies.cam_prediction.elasticity import Excitation, Twist, Twists, Vibrations
 
-LAW = HarmonicTable(coefficients={"mean": "0.5 rad", "cosine": ["-0.4 rad", "0.1 rad"]})
+LAW = HarmonicLawTable(coefficients={"mean": "0.5 rad", "cosine": ["-0.4 rad", "0.1 rad"]})
 J0, J1, OMEGA = 20.0, 6.0, 50.0
 SPRINGS = {"output_frequency": "20 Hz", "shaft_stiffness": 4e6, "shaft_damping": 2000.0, "cam_inertia": 0.5}
 LINEAR = {"kind": "linear", "slope": 200.0, "no_load_speed": "510 rpm"}
@@ -347,7 +347,7 @@ def test_the_power_at_constant_speed_is_that_of_output_and_loads() -> None:
 
 def test_the_torque_of_the_drive_is_its_own() -> None:
     """200 (53.4 - v), whatever the loads; none without a drive; where it enforces the speed, loads and output."""
-    shaft, law = ShaftMotion(FourierSeries.of(50.0, [3.0])), LAW.motion_law("rad").law
+    shaft, law = ShaftMotion(FourierSeries.of(50.0, [3.0])), LAW.make_motion_law("rad").function
     loads = [{"kind": "viscous", "coefficient": 2.0}]
     drive = computation._drive_torque(planned(drive=LINEAR, loads=loads), law, shaft, TAU)
     assert drive == pytest.approx(200 * (51 * math.pi / 3 - 50 - 3 * np.cos(TAU)))
@@ -362,7 +362,7 @@ def test_a_disturbance_decays_by_the_slope_of_the_torque(plan: Plan) -> None:
     """Of a rigid output that hardly moves: exp(-(200 + 2) T/J0)."""
     still = SimpleNamespace(inertia=J0, output_inertia=0.0, torque=lambda v: (0 * v, np.full(np.shape(v), -202.0)))
     some: Any = SimpleNamespace(shaft=still, is_enforced=False)
-    law, shaft = LAW.motion_law("rad").law, ShaftMotion(FourierSeries.of(50.0))
+    law, shaft = LAW.make_motion_law("rad").function, ShaftMotion(FourierSeries.of(50.0))
     assert computation._energy_multiplier(some, law, shaft) == pytest.approx(math.exp(-202 * 2 * math.pi / 50 / J0))
     assert computation._energy_multiplier(plan, law, shaft) == 1.0
     held: Any = SimpleNamespace(shaft=SimpleNamespace(torque=None), is_enforced=True)
@@ -384,7 +384,7 @@ def test_speeds_of_the_sweep_are_about_the_mean_speed() -> None:
 def test_the_cam_that_is_simulated_is_tabulated_by_quintics(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 24 intervals of an uneven shaft the error is tiny; psi'' is the derivative of psi', also past a turn."""
     monkeypatch.setattr(confirmation, "_TABLE", 24)
-    law = LAW.motion_law("rad").law
+    law = LAW.make_motion_law("rad").function
     table = confirmation._Table.of(law, ShaftMotion(FourierSeries.of(50.0, [3.0], [4.0])))
     for phi in np.linspace(0.01, 6.2, 57):
         for turn in (0.0, 2 * math.pi, -2 * math.pi):

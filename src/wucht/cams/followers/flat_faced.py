@@ -37,7 +37,7 @@ class FlatFaced(Follower):
 
     distance: SI[float] = si("m", "distance of the face from the cam's centre where the law is zero", gt=0)
 
-    def cams(self, law: Law) -> dict[str, Cam]:
+    def make_cams(self, law: Law) -> dict[str, Cam]:
         """See ``Follower``."""
         return {"cam": FlatFacedCam(law, self, self.clockwise)}
 

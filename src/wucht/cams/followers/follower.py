@@ -49,8 +49,8 @@ class Follower(TableModel, ABC):
         return "follower"
 
     @abstractmethod
-    def cams(self, law: Law) -> dict[str, Cam]:
-        """The cams, by name, that make it move by a law: ``cam``; with a counter cam ``counter``, in a groove ``outer``.
+    def make_cams(self, law: Law) -> dict[str, Cam]:
+        """Make the cams, by name, that make it move by a law: ``cam``; with a counter cam ``counter``, in a groove ``outer``.
 
         Raises ``InputError`` where it would lose its cams.
         """

@@ -57,10 +57,10 @@ class OscillatingRoller(RollerFollower):
             raise ValueError("groove", "a groove holds the roller by itself: give either groove = true or a counter cam")
         return self
 
-    def cams(self, law: Law) -> dict[str, Cam]:
+    def make_cams(self, law: Law) -> dict[str, Cam]:
         """See ``Follower``."""
         if (c := self.counter) is None:
-            return super().cams(law)
+            return super().make_cams(law)
         counter_follower = OscillatingRoller(pivot=self.pivot, arm=c.arm, roller_radius=c.roller_radius, angle=c.angle)
         pair = conjugate_cams(law, self, counter_follower, self.clockwise)
         return {"cam": pair.cam, "counter": pair.counter}

@@ -40,7 +40,7 @@ class RollerFollower(Follower):
     def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
         """The derivative of an order from 0 to 3 of the centre of the roller by the cam angle, at angles phi (any shape)."""
 
-    def cams(self, law: Law) -> dict[str, Cam]:
+    def make_cams(self, law: Law) -> dict[str, Cam]:
         """See ``Follower``."""
         cam = RollerCam(law, self, self.clockwise)
         return {"cam": cam, "outer": replace(cam, outer=True)} if getattr(self, "groove", False) else {"cam": cam}

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.cams.laws.programs import REMEDY, InfeasibleError, Programme, solve_programme
+from wucht.cams.laws.cone_programme import REMEDY, InfeasibleError, Programme, solve_cone_programme
 from wucht.errors import RunError
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.numerics.zeros_and_peaks import fewest_where
@@ -225,7 +225,9 @@ def _solve_by_exchange(
     angles = [_first_angles(band, count, points) for band in bands]
     widening = 0.0
     for _ in range(_MOST_EXCHANGES):
-        x, widening = solve_programme(_programme(count, bands, angles, caps, diagonal), widening if weights is None else 0.0)
+        x, widening = solve_cone_programme(
+            _programme(count, bands, angles, caps, diagonal), widening if weights is None else 0.0
+        )
         law = FourierSeries(float(x[0]), x[1 : count + 1], x[count + 1 :])
         violations = [_violations(band, law, widening) for band in bands]
         if not any(len(b) for b in violations):

@@ -31,7 +31,7 @@ import numpy as np
 
 from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws import Law
-from wucht.cams.laws.programs import InfeasibleError
+from wucht.cams.laws.cone_programme import InfeasibleError
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import GRID, STEP, TURN, refine_minima, valleys
 from wucht.numerics.zeros_and_peaks import RealFunction

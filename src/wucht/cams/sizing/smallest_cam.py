@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from wucht.cams.followers.roller_cam import RollerCam, RollerFollower
-from wucht.cams.laws.programs import InfeasibleError
+from wucht.cams.laws.cone_programme import InfeasibleError
 from wucht.cams.sizing.layout import EXACT, Layout, minima_below, nearest_in_cones, pitch_curvature
 from wucht.cams.sizing.size_limits import LARGEST_ANGLE, Size, SizedCam
 from wucht.errors import InputError, RunError

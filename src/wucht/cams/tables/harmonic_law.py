@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from wucht.cams.laws.programs import InfeasibleError
+from wucht.cams.laws.cone_programme import InfeasibleError
 from wucht.cams.laws.synthesis import Band, Cap, Relaxation, Restriction, Synthesis, single_relaxations, synthesise
 from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotionLaw, read_output
 from wucht.errors import InputError, RunError
@@ -115,7 +115,7 @@ class Resonance(TableModel):
         return np.asarray(1 / np.abs(1 - ratio**2 + 2j * self.damping_ratio * ratio))
 
 
-class HarmonicTable(LawTable):
+class HarmonicLawTable(LawTable):
     """A motion of finitely many harmonics, synthesised from restrictions or known by its coefficients."""
 
     kind: ClassVar[str] = "harmonic"
@@ -146,7 +146,7 @@ class HarmonicTable(LawTable):
             yield from restriction.output_values(f"law.restrictions[{i}]")
         yield from ((f"law.caps[{i}].amplitude", cap.amplitude) for i, cap in enumerate(self.caps))
 
-    def motion_law(self, unit: str) -> SeriesMotionLaw:
+    def make_motion_law(self, unit: str) -> SeriesMotionLaw:
         """See ``LawTable``."""
         if self.coefficients is not None:
             if self.restrictions or self.caps or self.resonance:

@@ -38,7 +38,7 @@ class RiseTable(LawTable):
         """See ``LawTable``."""
         yield "law.stroke", self.stroke
 
-    def motion_law(self, unit: str) -> RiseMotionLaw:
+    def make_motion_law(self, unit: str) -> RiseMotionLaw:
         """See ``LawTable``."""
         stroke = read_output(unit, self.stroke, "law.stroke")
         return RiseMotionLaw(RiseAndReturn(self.rise_law(), stroke, self.rise, self.back), unit)
@@ -92,7 +92,7 @@ class PointsTable(LawTable):
         """See ``LawTable``."""
         return self.unit
 
-    def motion_law(self, unit: str) -> MotionLaw:
+    def make_motion_law(self, unit: str) -> MotionLaw:
         """See ``LawTable``."""
         angles, outputs = np.array(self.points).reshape(-1, 2).T
         return MotionLaw(TableLaw(angles, outputs, self.degree), unit)

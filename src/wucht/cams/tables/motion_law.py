@@ -81,10 +81,13 @@ def _is_readable(unit: Unit, text: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class MotionLaw:
-    """law: over the cam angle, in ``unit`` (rad or m). count: of its harmonics, None where they are infinitely many.
-    restrictions: of its synthesis."""
+    """Motion law of the output.
 
-    law: Law
+    function: of the cam angle, in ``unit`` (rad or m). count: of its harmonics, None where they are infinitely many.
+    restrictions: of its synthesis.
+    """
+
+    function: Law
     unit: str
     count: int | None = None
     restrictions: tuple[Restriction, ...] = ()
@@ -92,7 +95,7 @@ class MotionLaw:
     @property
     def dwells(self) -> tuple[Band, ...]:
         """Restrictions by which the output rests on an arc: those whose band is narrow against the stroke."""
-        narrow = _NARROW * float(np.ptp(self.law(even_angles(_STROKE_SAMPLES))))
+        narrow = _NARROW * float(np.ptp(self.function(even_angles(_STROKE_SAMPLES))))
         arcs = [r for r in self.restrictions if isinstance(r, Band) and r.order == 0 and r.end > r.begin]
         return tuple(band for band in arcs if band.high - band.low <= narrow)
 
@@ -113,11 +116,11 @@ class MotionLaw:
 
     def fourier_series(self) -> FourierSeries:
         """Return the law as a series; of a law with infinitely many harmonics as many as the samples resolve."""
-        return self.series or FourierSeries.from_samples(self.law(even_angles(_SAMPLES)))
+        return self.series or FourierSeries.from_samples(self.function(even_angles(_SAMPLES)))
 
     def bounds(self, order: int) -> tuple[float, float]:
         """Return the least and the greatest value of a derivative, refined between the sampled angles."""
-        lowest, highest = valleys(lambda phi: self.law(phi, order))[1], valleys(lambda phi: -self.law(phi, order))[1]
+        lowest, highest = valleys(lambda phi: self.function(phi, order))[1], valleys(lambda phi: -self.function(phi, order))[1]
         return float(lowest.min()), float(-highest.min())
 
     def peak(self, order: int) -> float:
@@ -128,7 +131,7 @@ class MotionLaw:
     def extremes(self, band: Band) -> tuple[float, float]:
         """Return the least and the greatest value of the restricted derivative, on the arc of the restriction."""
         at = np.linspace(band.begin, band.end, _FINE if band.end > band.begin else 1)
-        values = self.law(at, band.order)
+        values = self.function(at, band.order)
         return float(values.min()), float(values.max())
 
 
@@ -136,41 +139,41 @@ class MotionLaw:
 class SeriesMotionLaw(MotionLaw):
     """A motion of finitely many harmonics."""
 
-    law: FourierSeries
+    function: FourierSeries
 
     @property
     def series(self) -> FourierSeries:
         """See ``MotionLaw``."""
-        return self.law
+        return self.function
 
     def bounds(self, order: int) -> tuple[float, float]:
         """See ``MotionLaw``."""
-        return self.law.derivative(order).bounds
+        return self.function.derivative(order).bounds
 
     def extremes(self, band: Band) -> tuple[float, float]:
         """See ``MotionLaw``."""
-        return band_extremes(band, self.law)
+        return band_extremes(band, self.function)
 
 
 @dataclass(frozen=True, eq=False)
 class RiseMotionLaw(MotionLaw):
     """A motion that rises, rests and returns."""
 
-    law: RiseAndReturn
+    function: RiseAndReturn
 
     @property
     def jump(self) -> float:
         """See ``MotionLaw``."""
-        return self.law.jump
+        return self.function.jump
 
     @property
     def rise(self) -> np.ndarray:
         """See ``MotionLaw``."""
-        return np.array([self.law.law.Cv, self.law.law.Ca, self.law.law.Cj])
+        return np.array([self.function.law.Cv, self.function.law.Ca, self.function.law.Cj])
 
     def peak(self, order: int) -> float:
         """See ``MotionLaw``: exactly."""
-        return self.law.largest(order)
+        return self.function.largest(order)
 
 
 class LawTable(TableModel, ABC):
@@ -199,5 +202,5 @@ class LawTable(TableModel, ABC):
         yield from ()
 
     @abstractmethod
-    def motion_law(self, unit: str) -> MotionLaw:
+    def make_motion_law(self, unit: str) -> MotionLaw:
         """Return the law of an output whose positions are in rad or m. Raises ``InputError``."""

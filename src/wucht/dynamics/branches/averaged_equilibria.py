@@ -31,8 +31,8 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import MOST_BODIES, driven_speeds, machine_at_speed
 from wucht.numerics.angles import wrap_angle, wrap_to_pi
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 from wucht.numerics.flow.program import Evaluator
 from wucht.system import System
 
@@ -124,21 +124,23 @@ class AveragedEquilibria:
         return _LEAST * self.fastest, _ABOVE * self.fastest
 
     @cached_property
-    def equilibria(self) -> Equilibria:
+    def equilibria(self) -> EquilibriumContinuation:
         """Continuation problem: phases scaled by a radian, speeds by the fastest one, the parameter by its range."""
-        equations = Equations.of(self.averaged_equations.system, [self.path], self.machine.values, self._scale)
+        equations = EquilibriumEquations.from_system(
+            self.averaged_equations.system, [self.path], self.machine.values, self._scale
+        )
         rotors = {f"{r.name}.speed" for r in self.machine.rotors}
         limits = {i: self.limits for i, name in enumerate(self.names) if name in rotors}
-        return Equilibria(equations, self.bounds, _STEPS, limits)
+        return EquilibriumContinuation(equations, self.bounds, _STEPS, limits)
 
     @property
     def _scale(self) -> dict[str, float]:
         speeds = {n: self.fastest for n in self.names if n.endswith(".speed")}
         return speeds | {self.path: self.bounds[1] - self.bounds[0]}
 
-    def equations_with(self, second: str, width: float) -> Equations:
+    def equations_with(self, second: str, width: float) -> EquilibriumEquations:
         """See ``SteadyStates``."""
-        return Equations.of(
+        return EquilibriumEquations.from_system(
             self.averaged_equations.system, [self.path, second], self.machine.values, self._scale | {second: width}
         )
 
@@ -147,7 +149,7 @@ class AveragedEquilibria:
         """See ``SteadyStates``."""
         return 1.0 if self.show is not None and self.show.endswith(".phase") else self.fastest
 
-    def states_at(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
+    def find_equilibria(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
         """See ``SteadyStates``: states that differ by an exchange of equal bodies, or belong to one family, count once."""
         torques, (low, high) = self.model_at(value).torques, self.driven_range(value)
         if torques.fixed_speed is None and not high > 0:

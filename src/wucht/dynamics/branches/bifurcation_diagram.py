@@ -29,7 +29,7 @@ from wucht.dynamics.branches.second_parameter import (
     lies_on_curve,
 )
 from wucht.dynamics.branches.steady_states import BranchSettings, StatesAtValue, SteadyStates, SystemEquilibria
-from wucht.dynamics.parameters import ends_of, parameter_of, with_parameters
+from wucht.dynamics.parameters import checked_range, parameter_of, with_parameters
 from wucht.dynamics.work import Work, result_or_reason, with_result
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
@@ -90,7 +90,7 @@ class BranchCase:
         InputError
             Where a setting does not fit the subject, or it has no averaged equations.
         """
-        bounds = ends_of(subject, parameter_of(subject, path), bounds)
+        bounds = checked_range(subject, parameter_of(subject, path), bounds)
         subjects: dict[float | None, Machine | UserSystem] = {None: subject} if second is None else {
             value: with_parameters(subject, {second[0]: value}) for value in second[1]
         }  # fmt: skip
@@ -232,7 +232,7 @@ def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
     >>> case = BranchCase.of(machine, "u", (0.0, 5.0), BranchSettings(points=1))
     >>> *_, findings = follow_branches(case, Work())
     >>> for branch in findings.branches:
-    ...     print([f"{kind} at u = {u:.4f}" for kind, u in zip(branch.kinds, branch.values) if kind])
+    ...     print([f"{kind} at u = {u:.4f}" for kind, u in zip(branch.kinds, branch.parameter_values) if kind])
     ['fold at u = 2.6054', 'fold at u = 0.8937']
     """
     findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.states_by_second_value)
@@ -254,7 +254,7 @@ def _follow_at_second(
         share, at = _SEARCHING * i / len(case.values), f"{steady_states.path} = {value:.6g}"
         work.report(share, f"searching at {steady_states.path} = {value:.5g}")
         report = partial(work.report, share, "searching")
-        search = work.unit(f"states at {value!r}", partial(result_or_reason, steady_states.states_at, value, report))
+        search = work.unit(f"states at {value!r}", partial(result_or_reason, steady_states.find_equilibria, value, report))
         findings = replace(findings, searches=(*findings.searches, SearchedValue.from_search(value, second, search)))
         yield findings
         if isinstance(search, str):
@@ -264,7 +264,9 @@ def _follow_at_second(
             if findings.is_full(second) or family is None:
                 continue
             if not any(family.is_same_family(b, state, value) for b in known_branches if b.dimension):
-                branch = work.unit(f"family {len(known_branches)}", partial(result_or_reason, family.branch, state, value))
+                branch = work.unit(
+                    f"family {len(known_branches)}", partial(result_or_reason, family.follow_branch, state, value)
+                )
                 findings = findings.with_branch(branch, at, second)
                 yield findings
         for unknowns in search.points:

@@ -13,7 +13,7 @@ from wucht.analysis.configurations.averaged_stability import NEUTRAL
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import CurvePoint
-from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibria, Equilibrium
+from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibrium, EquilibriumContinuation
 from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
 from wucht.numerics.zeros_and_peaks import values_at_passages
 
@@ -77,7 +77,7 @@ class EquilibriumBranch:
     second: float | None = None
 
     @property
-    def values(self) -> np.ndarray:
+    def parameter_values(self) -> np.ndarray:
         """Values of the parameter (N,)."""
         return np.asarray(self.unknowns[-1])
 
@@ -139,13 +139,13 @@ class EquilibriumBranch:
 
     def crossings(self, value: float) -> Iterator[np.ndarray]:
         """Return points (n+1,) where the branch passes a value, interpolated to first order."""
-        return (np.append(x, value) for x in values_at_passages(self.values, value, self.unknowns[:-1])[1].T)
+        return (np.append(x, value) for x in values_at_passages(self.parameter_values, value, self.unknowns[:-1])[1].T)
 
 
 def branch_through(steady_states: SteadyStates, start: CurvePoint) -> EquilibriumBranch:
     """Follow the branch of isolated states through a point both ways, with its name, and the starts of those that cross it."""
     equilibria = steady_states.equilibria
-    branch = equilibria.branch(start)
+    branch = equilibria.follow_branch(start)
     points = [p for p in branch.points if not _turns_at_a_branch_point(branch, p)]
     offshoots = [offshoot for p in points if p.kind == BRANCH_POINT for offshoot in _offshoots(equilibria, p)]
     whole_branch = EquilibriumBranch(
@@ -164,7 +164,7 @@ def _turns_at_a_branch_point(branch: Branch, point: Equilibrium) -> bool:
     )
 
 
-def _offshoots(equilibria: Equilibria, at: Equilibrium) -> list[tuple[np.ndarray, np.ndarray]]:
+def _offshoots(equilibria: EquilibriumContinuation, at: Equilibrium) -> list[tuple[np.ndarray, np.ndarray]]:
     try:
         return [(p.unknowns, p.tangent) for p in equilibria.switch_branch(at)]
     except RunError:
@@ -186,7 +186,7 @@ def _kind(steady_states: SteadyStates, branch: EquilibriumBranch) -> Kind:
 
 
 def describe_ends(
-    equilibria: Equilibria, branch: Branch, path: str, limit_reason: Callable[[np.ndarray], str]
+    equilibria: EquilibriumContinuation, branch: Branch, path: str, limit_reason: Callable[[np.ndarray], str]
 ) -> tuple[str, str]:
     """Return why a branch ends, at first and last. path: of the parameter. limit_reason: of a state (n+1,) at its limits."""
     if branch.is_closed:
@@ -203,7 +203,7 @@ def describe_ends(
 
 
 def describe_end(
-    equilibria: Equilibria, at: str, limit_reason: Callable[[np.ndarray], str], unknowns: np.ndarray, reason: str
+    equilibria: EquilibriumContinuation, at: str, limit_reason: Callable[[np.ndarray], str], unknowns: np.ndarray, reason: str
 ) -> str:
     """Return why a branch that is not closed ends at the point of these unknowns (n+1,).
 

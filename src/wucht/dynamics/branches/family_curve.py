@@ -30,8 +30,8 @@ from wucht.dynamics.branches.equilibrium_branches import (
 from wucht.dynamics.branches.steady_states import Kind
 from wucht.errors import RunError
 from wucht.machines.structure import SPEED
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Branch, Equilibria, Equilibrium
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import Branch, Equilibrium, EquilibriumContinuation
 from wucht.numerics.zeros_and_peaks import first_where
 from wucht.system import System
 
@@ -90,7 +90,7 @@ class FamilyCurve:
     averaged_equilibria: AveragedEquilibria
 
     @cached_property
-    def equilibria(self) -> Equilibria:
+    def equilibria(self) -> EquilibriumContinuation:
         """Common speed over the parameter: (w, p) with sum tau_i(w, p) = 0."""
         averaged_equilibria = self.averaged_equilibria
         torques, prescribed_speed = (
@@ -107,14 +107,16 @@ class FamilyCurve:
             SPEED.name: averaged_equilibria.fastest,
             averaged_equilibria.path: averaged_equilibria.bounds[1] - averaged_equilibria.bounds[0],
         }
-        equations = Equations.of(system, [averaged_equilibria.path], averaged_equilibria.machine.values, scale)
-        return Equilibria(
+        equations = EquilibriumEquations.from_system(
+            system, [averaged_equilibria.path], averaged_equilibria.machine.values, scale
+        )
+        return EquilibriumContinuation(
             equations, averaged_equilibria.bounds, averaged_equilibria.equilibria.steps, {0: averaged_equilibria.limits}
         )
 
-    def branch(self, state: State, value: float) -> EquilibriumBranch:
+    def follow_branch(self, state: State, value: float) -> EquilibriumBranch:
         """Follow the branch of the family to which a state at a value belongs. Raises ``RunError`` where that is impossible."""
-        branch = self.equilibria.branch(self.equilibria.start([state.speed], value))
+        branch = self.equilibria.follow_branch(self.equilibria.start([state.speed], value))
         points, ends = self._closing_part(branch, value, state.speed)
         rows = list[tuple[np.ndarray, np.ndarray, str, float]]()
         for i, p in enumerate(points):

@@ -17,8 +17,8 @@ from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import disconnected_branches, random_starts
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import FOLD, HOPF, Branch, Equilibria, Equilibrium
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import FOLD, HOPF, Branch, Equilibrium, EquilibriumContinuation
 
 _STARTS = 24  # of Newton's method
 _SEARCH_SHARES, _DECADE = (0.001, 0.1, 0.3, 0.6, 0.999), 10.0  # shares of the range, of its logarithm where it is that wide
@@ -96,20 +96,20 @@ class ModulatedMotion:
         of_states = {n: 1.0 if t else float(w) for n, t, w in zip(names, turning, np.ptp(self.box, axis=0), strict=True)}
         return of_states | dict(widths)
 
-    def equations(self, paths: Sequence[str], bounds: Sequence[Range]) -> Equations:
+    def equations(self, paths: Sequence[str], bounds: Sequence[Range]) -> EquilibriumEquations:
         """Return the equations whose zeros are steady states, with some parameters that vary between bounds."""
         sizes = self.sizes({path: high - low for path, (low, high) in zip(paths, bounds, strict=True)})
-        return Equations.of(self.subject.system, paths, self.subject.fixed_values(*paths), sizes)
+        return EquilibriumEquations.from_system(self.subject.system, paths, self.subject.fixed_values(*paths), sizes)
 
     @cached_property
-    def equilibria(self) -> Equilibria:
+    def equilibria(self) -> EquilibriumContinuation:
         """Continuation problem of the steady states along the parameter."""
         s = self.subject
         equations = self.equations([s.path], [s.bounds])
         low, high = self.box
         room = _BEYOND * (high - low)
         limits = {i: (low[i] - room[i], high[i] + room[i]) for i in np.flatnonzero(~s.turning).tolist()}
-        return Equilibria(equations, s.bounds, _STEPS, limits)
+        return EquilibriumContinuation(equations, s.bounds, _STEPS, limits)
 
     def steady_branches(self) -> tuple[Branch, ...]:
         """Follow the branches of steady states along the parameter."""
@@ -164,7 +164,7 @@ def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
 
 def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> LostState:
     """Return the fold of a saddle's branch nearest to a value of the parameter. Raises ``RunError`` where it has none."""
-    branch = motion.equilibria.branch(motion.equilibria.start(x, value))
+    branch = motion.equilibria.follow_branch(motion.equilibria.start(x, value))
     folds = [p for p in branch.special if p.kind == FOLD]
     if not folds:
         raise RunError(f"the saddle has no fold over {motion.subject.path}")

@@ -66,7 +66,7 @@ def curve_through(
     more: Folds | HopfPoints = (Folds if bifurcation == FOLD else HopfPoints)(
         equations, bounds, problem.steps, dict(problem.limits)
     )
-    curve = more.branch(more.start(unknowns[:-1], (float(unknowns[-1]), second.value)))
+    curve = more.follow_curve(more.start(unknowns[:-1], (float(unknowns[-1]), second.value)))
     points = curve.points
     ends = curve.ends if curve.is_closed else tuple(
         _describe_curve_end(steady_states, second, end, at)

@@ -22,7 +22,7 @@ from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.branches.steady_states import Heartbeat
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
@@ -51,7 +51,7 @@ def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.
     for value in values.tolist():
         names, unnamed_count = set[str](), 0
         for b in branches:
-            v, stable = b.values, b.stability > StabilityLevel.UNSTABLE
+            v, stable = b.parameter_values, b.stability > StabilityLevel.UNSTABLE
             for i in np.flatnonzero((v[:-1] - value) * (v[1:] - value) <= 0).tolist():
                 if stable[i] and stable[i + 1]:
                     unnamed_count += not b.kind.name
@@ -203,7 +203,7 @@ def transverse_exponent(motion: ModulatedMotion) -> Callable[[Cycle], float]:
     """Return a function for ln mu of the one direction that leads out of the section, by an integral over an orbit."""
     whole, e = motion.whole, motion.subject.embedding
     assert e is not None
-    equations = Equations.of(whole.system, [whole.path], whole.fixed_values(whole.path))
+    equations = EquilibriumEquations.from_system(whole.system, [whole.path], whole.fixed_values(whole.path))
     out = np.linalg.qr(e, mode="complete")[0][:, -1]
 
     def exponent(cycle: Cycle) -> float:

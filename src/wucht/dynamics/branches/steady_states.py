@@ -18,8 +18,8 @@ from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrap_angle
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import deflated_solutions, random_starts
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 
 Heartbeat = Callable[[], None]
 
@@ -140,10 +140,10 @@ class SteadyStates(Protocol):
         """Names of the states (n)."""
 
     @property
-    def equilibria(self) -> Equilibria:
+    def equilibria(self) -> EquilibriumContinuation:
         """Continuation problem of the states."""
 
-    def equations_with(self, second: str, width: float) -> Equations:
+    def equations_with(self, second: str, width: float) -> EquilibriumEquations:
         """Return the equations with another varied parameter, scaled by the width of its range."""
 
     @property
@@ -154,7 +154,7 @@ class SteadyStates(Protocol):
     def labels(self) -> Labels:
         """Names and units in results."""
 
-    def states_at(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
+    def find_equilibria(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
         """Search all states at a value. Raises ``InputError`` where that is impossible."""
 
     def is_same(self, unknowns: np.ndarray, reference: np.ndarray) -> bool:
@@ -233,15 +233,15 @@ class SystemEquilibria:
         return float(self.subject.values[self.path])
 
     @cached_property
-    def equilibria(self) -> Equilibria:
+    def equilibria(self) -> EquilibriumContinuation:
         """Continuation problem: states and parameter scaled by the widths of their ranges, angles by a radian."""
         limits = {
             i: (low - _AROUND * (high - low), high + _AROUND * (high - low))
             for i, (n, (low, high)) in enumerate(self.ranges.items())
             if n not in self._turning
         }
-        equations = Equations.of(self.subject.system, [self.path], self.subject.values, self._scale)
-        return Equilibria(equations, self.bounds, _STEPS, limits)
+        equations = EquilibriumEquations.from_system(self.subject.system, [self.path], self.subject.values, self._scale)
+        return EquilibriumContinuation(equations, self.bounds, _STEPS, limits)
 
     @property
     def _turning(self) -> set[str]:
@@ -252,9 +252,11 @@ class SystemEquilibria:
         sizes = {n: high - low for n, (low, high) in self.ranges.items() if n not in self._turning}
         return sizes | {self.path: self.bounds[1] - self.bounds[0]}
 
-    def equations_with(self, second: str, width: float) -> Equations:
+    def equations_with(self, second: str, width: float) -> EquilibriumEquations:
         """See ``SteadyStates``."""
-        return Equations.of(self.subject.system, [self.path, second], self.subject.values, self._scale | {second: width})
+        return EquilibriumEquations.from_system(
+            self.subject.system, [self.path, second], self.subject.values, self._scale | {second: width}
+        )
 
     @property
     def ordinate_size(self) -> float:
@@ -266,7 +268,7 @@ class SystemEquilibria:
         """See ``SteadyStates``."""
         return Labels(f"state {self.show}", "", self.show)
 
-    def states_at(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
+    def find_equilibria(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
         """See ``SteadyStates``: by Newton's method from many starts within the ranges, with deflation of known states."""
         if report is not None:
             report()
@@ -308,7 +310,7 @@ class SystemEquilibria:
         return "a state leaves its limits"
 
 
-def _singular(equations: Equations, starts: np.ndarray, value: float) -> bool:
+def _singular(equations: EquilibriumEquations, starts: np.ndarray, value: float) -> bool:
     """True if df/dx is singular at all starts (N, n), so that Newton's method makes no step anywhere."""
     states = np.asarray(starts).reshape(-1, equations.n).T
     with np.errstate(all="ignore"):

@@ -19,7 +19,7 @@ from wucht.dynamics.run_ups.initial_state import angles_in
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed
 from wucht.numerics.angles import wrap_to_pi
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.system import System
 
 _NEWTON_STEPS, _FAR_STEPS = 40, 60
@@ -54,7 +54,7 @@ class EntrainmentEquations:
         self.unit = min(width, parameter.size or width)
         self.equations = self._equations()
 
-    def _equations(self) -> Equations:
+    def _equations(self) -> EquilibriumEquations:
         """Return the equations with the swept parameter varied, and those that follow from it as definitions."""
         system, name = self.averaged_equations.system, self.parameter.name
         scale = dict(zip(self.names, self.sizes.tolist(), strict=True)) | {name: self.unit}
@@ -64,7 +64,7 @@ class EntrainmentEquations:
             parameters = tuple(p for p in system.parameters if p not in dict(follows))
             definitions = (*follows, *system.definitions)
             system = System(system.states, system.derivatives, (*parameters, symbol), definitions, angles=system.angles)
-        return Equations.of(system, [name], self.machine.values, scale)
+        return EquilibriumEquations.from_system(system, [name], self.machine.values, scale)
 
     def _symbol_shares(self, system: System) -> dict[sp.Symbol, tuple[float, float]]:
         symbols = dict(zip(system.parameter_names, system.parameters, strict=True))

@@ -20,7 +20,7 @@ from wucht.dynamics.entrainment.entrainment_equations import STABLE, Entrainment
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
 from wucht.dynamics.work import Work
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equilibria import FOLD, HOPF, Equilibria
+from wucht.numerics.continuation.equilibria import FOLD, HOPF, EquilibriumContinuation
 from wucht.numerics.continuation.fold_curves import direction
 from wucht.numerics.zeros_and_peaks import stretches
 
@@ -72,7 +72,7 @@ class Continuation:
     def __init__(self, equations: EntrainmentEquations) -> None:
         self.equations = equations
         turning = dict.fromkeys(np.flatnonzero(~equations.phases).tolist(), (0.0, math.inf))
-        self.problem = Equilibria(equations.equations, equations.limits, _STEPS, turning)
+        self.problem = EquilibriumContinuation(equations.equations, equations.limits, _STEPS, turning)
 
     def branches(self, values: Sequence[float], more: np.ndarray | None, work: Work) -> tuple[ExistenceBranch, ...]:
         """Follow all branches through the values, from many starts there and from states ``more`` (n, N) at the first."""
@@ -81,7 +81,7 @@ class Continuation:
         def follow(state: np.ndarray, value: float, share: float) -> None:
             work.report(share, "averaged equations")
             if not any(self.passes(b, state, value) for b in branches):
-                branches.append(work.unit(f"branch {len(branches)}", partial(self.branch, state, value)))
+                branches.append(work.unit(f"branch {len(branches)}", partial(self.follow_branch, state, value)))
 
         for i, value in enumerate(values):
             for state in work.unit(f"equilibria at {value!r}", partial(self.equations.equilibria, value, None if i else more)):
@@ -91,10 +91,10 @@ class Continuation:
         work.report(1.0, "averaged equations")
         return tuple(branches)
 
-    def branch(self, state: np.ndarray, value: float) -> ExistenceBranch:
+    def follow_branch(self, state: np.ndarray, value: float) -> ExistenceBranch:
         """Follow the branch through an equilibrium both ways, up to the limits or until it closes."""
         at, e = np.append(state, value), self.problem.equations
-        whole = self.problem.branch(self.problem.curve.start(at, direction(e.values(at)[1], e.scale)))
+        whole = self.problem.follow_branch(self.problem.curve.start(at, direction(e.values(at)[1], e.scale)))
         exponents = np.array([p.eigenvalues for p in whole.points])
         decays = exponents.real.max(axis=1) < -STABLE * np.abs(exponents).max(axis=1)
         special = np.array([bool(p.kind) for p in whole.points])

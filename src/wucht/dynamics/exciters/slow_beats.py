@@ -143,14 +143,16 @@ class Rig:
         harmonic = np.zeros(_PLACES, complex)
         for angle in angles.tolist():
             whole = full(time, states, np.full(_PLACES, angle))
-            there = replace(motion, time=time, states=whole, parameter_values=parameters)
+            there = replace(motion, time=time, states=whole, final_parameter_values=parameters)
             harmonic += 2 / _TURN * signal(there) * np.exp(-1j * angle)
         amplitude = np.abs(harmonic)
         if not np.ptp(amplitude) > _BEATS * amplitude.max(initial=0.0):
             return Beat("steady", begin, reason="the amplitude does not beat")
         # The vibration turns with the rotor's angle plus its phase, which gains what the shaking force loses in a beat.
         names = averaged_equations.system.output(f"speed[{averaged_equations.averaged_system.bodies.names[0]}]").expression
-        speed = Evaluator.of(averaged_equations.system, [names], ["speed"])(time, states, motion.parameter_values)["speed"]
+        speed = Evaluator.of(averaged_equations.system, [names], ["speed"])(time, states, motion.final_parameter_values)[
+            "speed"
+        ]
         step = period / _PLACES
         phase = np.unwrap(np.angle(harmonic))
         phase_gain = 2 * np.pi * np.round((phase[-1] - phase[0] + (phase[1] - phase[0])) / (2 * np.pi))

@@ -81,12 +81,14 @@ def _beating_speed(
     compiled_system = compile_system(model.system, tolerance, (), engine)
     whole, part = span
     grid = np.append(0.0, np.linspace(whole - part, whole, _SAMPLES)) if whole > part else np.linspace(0.0, whole, _SAMPLES)
-    motion = integrate(compiled_system, model.initial, model.values, grid)
+    motion = integrate(compiled_system, model.initial, model.parameter_values, grid)
     if motion.failure:
         return AveragedSpeed(None, reason=motion.failure)
     name = machine.rotor.name
     output = model.averaged_equations.system.output(f"speed[{name}]").expression
-    speeds = Evaluator.of(model.system, [output], [name])(motion.time, motion.states, motion.parameter_values)[name][-_SAMPLES:]
+    speeds = Evaluator.of(model.system, [output], [name])(motion.time, motion.states, motion.final_parameter_values)[name][
+        -_SAMPLES:
+    ]
     mean = float(np.average(speeds, weights=smooth_weights(len(speeds))))
     return AveragedSpeed(model.averaged_equations.senses[name] * mean, BEATING)
 

@@ -36,7 +36,7 @@ class MachineSignal:
 
     def __call__(self, motion: Trajectory) -> np.ndarray:
         """Return its values (N,) over the machine's motion."""
-        values = self.evaluator(motion.time, motion.states, motion.parameter_values)[_VALUE]
+        values = self.evaluator(motion.time, motion.states, motion.final_parameter_values)[_VALUE]
         return np.broadcast_to(values, motion.time.shape)
 
 
@@ -104,7 +104,7 @@ def signal_integration(case: RunUpCase, signal: MachineSignal) -> ObservedIntegr
 def load_histories(case: RunUpCase, signal: MachineSignal, work: Work) -> Iterator[LoadHistory]:
     """Yield the turning points of a signal after each leg of a run-up, of whose motion nothing else is stored."""
     [model], integration = case.models, signal_integration(case, signal)
-    last = integration.begin(model.initial, model.values)
+    last = integration.begin(model.initial, model.parameter_values)
     parts: list[tuple[np.ndarray, np.ndarray]] = []
     yield _history(case, integration, parts, last)
     for number, grid in enumerate(case.horizon.legs(), 1):

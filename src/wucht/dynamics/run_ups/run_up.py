@@ -196,7 +196,7 @@ def _motions(
     integration = ObservedIntegration(
         case.observer, compiled_system, model.machine_motion, case.horizon.vibration, case.horizon.energy
     )
-    last = integration.begin(model.initial, model.values)
+    last = integration.begin(model.initial, model.parameter_values)
     motion = Motion(case, model, integration, last.trajectory, last)
     yield motion
     if last.trajectory.has_ended:

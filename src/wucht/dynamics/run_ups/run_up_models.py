@@ -44,7 +44,7 @@ class FullModel:
         return self.machine.system
 
     @property
-    def values(self) -> tuple[float, ...]:
+    def parameter_values(self) -> tuple[float, ...]:
         """Parameter values in order."""
         return self.system.values(self.machine.values)
 
@@ -60,7 +60,7 @@ class FullModel:
         """Return the states and outputs (N,) of the machine's System, by name."""
         states = dict(zip(self.machine.state_names, machine_motion.states, strict=True))
         return states | Evaluator.of_outputs(self.machine.system)(
-            machine_motion.time, machine_motion.states, machine_motion.parameter_values
+            machine_motion.time, machine_motion.states, machine_motion.final_parameter_values
         )
 
 
@@ -97,7 +97,7 @@ class SlowModel(FullModel):
             trajectory,
             states=FullMotion(self.averaged_equations)(time, trajectory.states[:-1], trajectory.states[-1]),
             quadratures=works | unknown,
-            parameter_values=np.array(machine.system.values(machine.values)),
+            final_parameter_values=np.array(machine.system.values(machine.values)),
         )
 
     def rows(self, trajectory: Trajectory, machine_motion: Trajectory) -> dict[str, np.ndarray]:
@@ -105,7 +105,7 @@ class SlowModel(FullModel):
         s, rotor, rows = self.system, self.machine.rotor, super().rows(trajectory, machine_motion)
         expressions = [*(s.output(n).expression for n in ("motor_torque", "stored_energy")), self._transmission_loss]
         averaged_outputs = Evaluator.of(s, expressions, ["motor", "stored", "loss"])(
-            trajectory.time, trajectory.states, trajectory.parameter_values
+            trajectory.time, trajectory.states, trajectory.final_parameter_values
         )
         rows["stored_energy"] = averaged_outputs["stored"]
         if len(self.machine.rotors) == 1:

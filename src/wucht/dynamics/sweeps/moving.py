@@ -271,7 +271,7 @@ class Mover:
             grids = [*map(np.array, pairwise(np.linspace(place.time, end - sampled_time, count))), *grids]
         for grid in grids:
             t = self._run(grid, state, parameters)
-            state, parameters = t.end_state, t.parameter_values
+            state, parameters = t.end_state, t.final_parameter_values
         rows, system = rows_of(self.compiled_system, t), self.compiled_system.system
         n, done = len(system.states), np.array(place.state)
         done[:n] = 0.0

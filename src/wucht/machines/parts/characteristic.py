@@ -19,7 +19,7 @@ def _parse_points(value: Any) -> tuple[tuple[float, float], ...]:
         raise ValueError("must be pairs: [[speed, torque], ...]")
     if len(value) < 2:
         raise ValueError("must be at least 2 points [speed, torque]")
-    points = [(SPEED_TORQUE[0].parse(w), SPEED_TORQUE[1].parse(t)) for w, t in value]
+    points = [(SPEED_TORQUE[0].parse_quantity(w), SPEED_TORQUE[1].parse_quantity(t)) for w, t in value]
     for (before, _), (after, _) in pairwise(points):
         if after <= before:
             raise ValueError(f"must be increasing speeds; {after:g} rad/s follows {before:g} rad/s")

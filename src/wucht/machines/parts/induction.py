@@ -89,7 +89,7 @@ class Induction(Drive):
         if not isinstance(table, dict) or table.get("rated_frequency") is not None or "frequency" not in table:
             return table
         try:
-            turns = Unit("Hz", "frequency").parse(table["frequency"]) > 0
+            turns = Unit("Hz", "frequency").parse_quantity(table["frequency"]) > 0
         except ValueError:  # which the field reports
             return table
         if not turns:
@@ -181,7 +181,7 @@ def _parse_resistance(value: Any, plate: InductionNameplate) -> float | None:
         return None
     most = largest_resistance(plate)
     try:
-        resistance = Unit("ohm", "resistance of the stator").parse(value)
+        resistance = Unit("ohm", "resistance of the stator").parse_quantity(value)
     except ValueError as error:
         raise FieldError("stator_resistance", str(error), code=code_of(error)) from None
     if not 0 <= resistance < most:

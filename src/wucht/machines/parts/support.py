@@ -56,11 +56,13 @@ class PrescribedMotion(TableModel):
         if value is None or name == "direction":
             return value
         if name != "points":
-            return (Unit("rad/s", "angular frequency") if name == "frequency" else Unit(length, "amplitude")).parse(value)
+            return (Unit("rad/s", "angular frequency") if name == "frequency" else Unit(length, "amplitude")).parse_quantity(
+                value
+            )
         if not is_pairs(value):
             raise ValueError("must be points = [[time, displacement], ...]")
         units = Unit("s", "time"), Unit(length, "displacement")
-        return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in value]
+        return [[u.parse_quantity(x) for u, x in zip(units, point, strict=True)] for point in value]
 
     @model_validator(mode="after")
     def _check_alternatives(self) -> PrescribedMotion:

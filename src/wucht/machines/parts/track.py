@@ -17,7 +17,7 @@ RESTITUTION = 0.5
 
 
 def _angle(value: Any) -> float | None:
-    return None if value is None else Unit("rad", "angle at the start").parse(value)
+    return None if value is None else Unit("rad", "angle at the start").parse_quantity(value)
 
 
 # The start of a motion is not a parameter of the machine.

@@ -221,8 +221,8 @@ def steady_motion(coupling: Coupling) -> list[Phasor]:
     return coupling.motion(coupling.lines.phasors(force, "F", names) if len(coupling.direction) > 1 else force, "")
 
 
-def averaged_system(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> AveragedSystem:
-    """The averaged equations. inertia: keep that of the balancing bodies; else the strongly damped reduction 002 (3.24).
+def derive_averaged_system(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> AveragedSystem:
+    """Derive the averaged equations. inertia: keep that of the balancing bodies; else the strongly damped reduction 002 (3.24).
 
     order: 1, with an error O(epsilon) over times 1/epsilon, or 2 with an error O(epsilon^2): the carrier's response to
     changing speeds, and the bodies' fluctuation at twice the speed. Raises ``WuchtError`` where a body has no damper against

@@ -18,7 +18,7 @@ import sympy as sp
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.condensation import CollocationJacobian
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.continuation.equations import CurvePoint, Equations, Problem
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, Problem
 from wucht.system import System
 
 Field = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -192,9 +192,9 @@ class BoundaryValueProblem:
         Raises
         ------
         WuchtError
-            For another number of conditions, a formula with other symbols, and as ``Equations.of``.
+            For another number of conditions, a formula with other symbols, and as ``EquilibriumEquations.from_system``.
         """
-        equations = Equations.of(system, parameter_names, fixed_values, scale)
+        equations = EquilibriumEquations.from_system(system, parameter_names, fixed_values, scale)
         n, q = equations.n, len(parameter_names)
         if not q or len(conditions) != n + q - 1:
             counts = f"{n} states and {q} parameters with {len(conditions)} conditions at the ends"

@@ -3,17 +3,18 @@
 The equilibria of x' = p + 3 x - x^3, which turn at p = 2 and p = -2:
 
 >>> import sympy as sp
->>> from wucht.numerics.continuation import Equations, Equilibria, System
+>>> from wucht.numerics.continuation import EquilibriumContinuation, EquilibriumEquations, System
 >>> x, p = sp.symbols("x p", real=True)
->>> problem = Equilibria(Equations.of(System((x,), (p + 3 * x - x**3,), (p,)), ["p"], {}), bounds=(-4.0, 4.0))
->>> branch = problem.branch(problem.start([-2.0], -2.0))
+>>> equations = EquilibriumEquations.from_system(System((x,), (p + 3 * x - x**3,), (p,)), ["p"], {})
+>>> problem = EquilibriumContinuation(equations, bounds=(-4.0, 4.0))
+>>> branch = problem.follow_branch(problem.start([-2.0], -2.0))
 >>> [f"{point.kind} at p = {point.parameter:.4f}, x = {point.x[0]:.4f}" for point in branch.special]
 ['fold at p = 2.0000, x = -1.0000', 'fold at p = -2.0000, x = 1.0000']
 
-Equations: ``System``, ``Equations``, ``FunctionProblem``. Over one parameter: ``Equilibria``, ``Equilibrium``, ``Branch``, and
-branches that touch no other: ``disconnected_branches``, ``equilibria_at``, ``random_starts``. Normal form of a Hopf point:
-``hopf_form``, ``HopfForm``. Over two parameters: ``Folds``, ``Fold``, ``HopfPoints``, ``HopfPoint``, ``SpecialCurve``. Any
-curve: ``Curve``, ``CurvePoint``, ``Steps``, ``Walk``.
+Equations: ``System``, ``EquilibriumEquations``, ``FunctionProblem``. Over one parameter: ``EquilibriumContinuation``,
+``Equilibrium``, ``Branch``, and branches that touch no other: ``disconnected_branches``, ``equilibria_at``, ``random_starts``.
+Normal form of a Hopf point: ``hopf_form``, ``HopfForm``. Over two parameters: ``Folds``, ``Fold``, ``HopfPoints``,
+``HopfPoint``, ``SpecialCurve``. Any curve: ``Curve``, ``CurvePoint``, ``Steps``, ``Walk``.
 """
 
 import lazy_loader

@@ -6,12 +6,12 @@ from .deflation import disconnected_branches as disconnected_branches
 from .deflation import equilibria_at as equilibria_at
 from .deflation import random_starts as random_starts
 from .equations import CurvePoint as CurvePoint
-from .equations import Equations as Equations
+from .equations import EquilibriumEquations as EquilibriumEquations
 from .equations import FunctionProblem as FunctionProblem
 from .equations import System as System
 from .equilibria import Branch as Branch
-from .equilibria import Equilibria as Equilibria
 from .equilibria import Equilibrium as Equilibrium
+from .equilibria import EquilibriumContinuation as EquilibriumContinuation
 from .fold_curves import Fold as Fold
 from .fold_curves import Folds as Folds
 from .hopf_curves import HopfPoint as HopfPoint

@@ -24,8 +24,8 @@ import numpy as np
 
 from wucht.errors import InputError, RunError
 from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.equations import CurvePoint, Equations, FunctionProblem
-from wucht.numerics.continuation.equilibria import Branch, Equilibria
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, FunctionProblem
+from wucht.numerics.continuation.equilibria import Branch, EquilibriumContinuation
 from wucht.numerics.continuation.special_points import locate_zero
 
 _SAME = 1e-6  # solutions that are nearer to each other, in units of scale, are one
@@ -84,7 +84,7 @@ def random_starts(
 
 
 def deflated_solutions(
-    equations: Equations,
+    equations: EquilibriumEquations,
     parameters: Sequence[float] | np.ndarray,
     starts: np.ndarray,
     known_solutions: np.ndarray | None = None,
@@ -113,7 +113,12 @@ def deflated_solutions(
 
 
 def _newton_round(
-    equations: Equations, values: np.ndarray, starts: np.ndarray, solutions: np.ndarray, settings: Deflation, budget: int
+    equations: EquilibriumEquations,
+    values: np.ndarray,
+    starts: np.ndarray,
+    solutions: np.ndarray,
+    settings: Deflation,
+    budget: int,
 ) -> tuple[np.ndarray, int, bool]:
     """Apply Newton's method to all starts: return the solutions (n, k), the evaluations, and whether it was cut short."""
     n, scale = equations.n, equations.scale[: equations.n, None]
@@ -148,7 +153,7 @@ def _join_columns(parts: list[np.ndarray], n: int) -> np.ndarray:
     return np.concatenate([np.empty((n, 0)), *parts], axis=1)
 
 
-def _distinct_points(equations: Equations, points: np.ndarray, solutions: np.ndarray) -> np.ndarray:
+def _distinct_points(equations: EquilibriumEquations, points: np.ndarray, solutions: np.ndarray) -> np.ndarray:
     """Return those of some points (n, N) that differ from all solutions (n, k) and from the points before them."""
     columns = solutions
     for point in points.T[:, :, None]:
@@ -157,7 +162,7 @@ def _distinct_points(equations: Equations, points: np.ndarray, solutions: np.nda
     return columns[:, solutions.shape[1] :]
 
 
-def _newton(equations: Equations, x: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _newton(equations: EquilibriumEquations, x: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return Newton's corrections (n, N) of states (n, N), not a number where there is none."""
     n = equations.n
     f, derivatives = equations.values(np.concatenate([x, np.repeat(values[:, None], x.shape[1], axis=1)]))
@@ -169,12 +174,12 @@ def _newton(equations: Equations, x: np.ndarray, values: np.ndarray) -> np.ndarr
     return step
 
 
-def _distances(equations: Equations, x: np.ndarray, solutions: np.ndarray) -> np.ndarray:
+def _distances(equations: EquilibriumEquations, x: np.ndarray, solutions: np.ndarray) -> np.ndarray:
     """Return the distances (N, k) of states (n, N) from solutions (n, k), in units of scale."""
     return np.asarray(np.sqrt((_differences(equations, x, solutions)[0] ** 2).sum(axis=0)))
 
 
-def _differences(equations: Equations, x: np.ndarray, solutions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _differences(equations: EquilibriumEquations, x: np.ndarray, solutions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return differences (n, N, k) of states (n, N) and solutions (n, k) in units of scale, and their derivatives by states."""
     away, scale = x[:, :, None] - solutions[:, None, :], equations.scale[: equations.n, None, None]
     period = equations.turns[: equations.n, None, None]
@@ -183,7 +188,9 @@ def _differences(equations: Equations, x: np.ndarray, solutions: np.ndarray) -> 
     return around / scale, np.where(period > 0, np.cos(rate * away / 2), 1.0) / scale
 
 
-def _steepness(equations: Equations, x: np.ndarray, step: np.ndarray, solutions: np.ndarray, settings: Deflation) -> np.ndarray:
+def _steepness(
+    equations: EquilibriumEquations, x: np.ndarray, step: np.ndarray, solutions: np.ndarray, settings: Deflation
+) -> np.ndarray:
     """Return grad(ln M) . step (N,)."""
     difference, slope = _differences(equations, x, solutions)
     with np.errstate(all="ignore"):
@@ -222,7 +229,7 @@ def _identity(point: CurvePoint) -> CurvePoint:
     return point
 
 
-def _curve(equations: Equations) -> Curve:
+def _curve(equations: EquilibriumEquations) -> Curve:
     return Curve(FunctionProblem(equations.values, equations.scale, equations.turns))
 
 
@@ -244,7 +251,7 @@ def _is_on_branch(branch: Branch, unknowns: np.ndarray) -> bool:
 
 
 def disconnected_branches(
-    problem: Equilibria,
+    problem: EquilibriumContinuation,
     values: Sequence[float],
     starts: np.ndarray,
     settings: Deflation = Deflation(),
@@ -257,7 +264,7 @@ def disconnected_branches(
 
     Parameters
     ----------
-    problem : Equilibria
+    problem : EquilibriumContinuation
     values : sequence of float
         Of the parameter.
     starts : ndarray, (n, N)
@@ -283,9 +290,11 @@ def disconnected_branches(
     The two branches of x^2 = 1 + p^2:
 
     >>> import sympy as sp
-    >>> from wucht.numerics.continuation import Equations, Equilibria, System, disconnected_branches, random_starts
+    >>> from wucht.numerics.continuation import EquilibriumContinuation, EquilibriumEquations, System
+    >>> from wucht.numerics.continuation import disconnected_branches, random_starts
     >>> x, p = sp.symbols("x p", real=True)
-    >>> problem = Equilibria(Equations.of(System((x,), (x**2 - 1 - p**2,), (p,)), ["p"], {}), bounds=(-1.0, 1.0))
+    >>> equations = EquilibriumEquations.from_system(System((x,), (x**2 - 1 - p**2,), (p,)), ["p"], {})
+    >>> problem = EquilibriumContinuation(equations, bounds=(-1.0, 1.0))
     >>> branches = disconnected_branches(problem, [0.5], random_starts([-3.0], [3.0], 10))
     >>> sorted(round(float(branch.points[0].x[0]), 4) for branch in branches)
     [-1.4142, 1.4142]
@@ -306,7 +315,7 @@ def disconnected_branches(
                 start = problem.start(x[:, 0], value)
                 if any(_is_on_branch(b, start.unknowns) for b in branches if len(b.points) > 1):  # nearly singular: at a fold
                     continue
-                branch = problem.branch(start)
+                branch = problem.follow_branch(start)
             except RunError:
                 continue
             known_states = np.concatenate([known_states, equilibria_at(branch, value)], axis=1)

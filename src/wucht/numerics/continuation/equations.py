@@ -123,10 +123,10 @@ class FunctionProblem:
 
 
 @dataclass(frozen=True, eq=False)
-class Equations:
+class EquilibriumEquations:
     """Equations f = 0 of n states and of the m parameters that are varied.
 
-    They are built from a System by ``Equations.of``, or from a function by ``Equations.from_function``.
+    They are built from a System by ``from_system``, or from a function by ``from_function``.
 
     Attributes
     ----------
@@ -147,13 +147,13 @@ class Equations:
     scale: np.ndarray
 
     @classmethod
-    def of(
+    def from_system(
         cls,
         system: System,
         parameter_names: Sequence[str],
         fixed_values: Mapping[str, float],
         scale: Mapping[str, float] | None = None,
-    ) -> Equations:
+    ) -> EquilibriumEquations:
         """Build the equations of a System's equilibria.
 
         Parameters
@@ -169,7 +169,7 @@ class Equations:
 
         Returns
         -------
-        Equations
+        EquilibriumEquations
 
         Raises
         ------
@@ -212,7 +212,7 @@ class Equations:
         parameter_names: Sequence[str],
         scale: Mapping[str, float] | None = None,
         angles: Sequence[str] = (),
-    ) -> Equations:
+    ) -> EquilibriumEquations:
         """Build equations from a function.
 
         Parameters
@@ -228,7 +228,7 @@ class Equations:
 
         Returns
         -------
-        Equations
+        EquilibriumEquations
 
         Raises
         ------
@@ -242,7 +242,7 @@ class Equations:
         turns = np.array([2 * math.pi if name in angles else 0.0 for name in names])
         return cls(_PointwiseValues(values), tuple(state_names), tuple(parameter_names), turns, _sizes(names, scale))
 
-    def with_scale(self, scale: np.ndarray) -> Equations:
+    def with_scale(self, scale: np.ndarray) -> EquilibriumEquations:
         """Return the equations with another scale of states and parameters (n+m,). Raises ``WuchtError`` if not positive."""
         sizes = dict(zip(self.names, np.asarray(scale, float).tolist(), strict=True))
         return replace(self, scale=_sizes(self.names, sizes))

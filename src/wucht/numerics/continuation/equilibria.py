@@ -13,7 +13,7 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import CurvePoint, Equations, FunctionProblem, Problem
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, FunctionProblem, Problem
 from wucht.numerics.continuation.special_curves import (
     UNRESOLVED_POINT,
     Condition,
@@ -100,7 +100,7 @@ class Branch(TracedCurve[Equilibrium]):
 
     Attributes
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
     points : tuple of Equilibrium
         In order, special ones included; of a closed branch the first is the last, too.
     ends : (str, str)
@@ -119,12 +119,12 @@ class Branch(TracedCurve[Equilibrium]):
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibria:
+class EquilibriumContinuation:
     """Branches of the equilibria of equations with one varied parameter.
 
     Parameters
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
         f(x, p) with one parameter p.
     bounds : (float, float)
         Lower and upper limit of the parameter.
@@ -141,7 +141,7 @@ class Equilibria:
         name of a kind of special point.
     """
 
-    equations: Equations
+    equations: EquilibriumEquations
     bounds: tuple[float, float]
     steps: Steps = field(default_factory=Steps)
     limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
@@ -213,7 +213,7 @@ class Equilibria:
         """Return the points from a first one on, special ones included, computed one by one."""
         return self._detector.walk(self.curve, start)
 
-    def branch(self, start: CurvePoint) -> Branch:
+    def follow_branch(self, start: CurvePoint) -> Branch:
         """Follow the whole branch through a point both ways."""
         return Branch(self.equations, *self._detector.trace(self.curve, start))
 

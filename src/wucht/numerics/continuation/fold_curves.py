@@ -23,7 +23,7 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import CurvePoint, Equations, FunctionProblem, Problem, bordered_solution
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, FunctionProblem, Problem, bordered_solution
 from wucht.numerics.continuation.special_curves import (
     BOGDANOV_TAKENS,
     CUSP,
@@ -58,12 +58,12 @@ class FoldProblem:
     weights (n, n): factors of f_x that put it into units of scale.
     """
 
-    equations: Equations
+    equations: EquilibriumEquations
     border: np.ndarray
     weights: np.ndarray
 
     @classmethod
-    def from_point(cls, equations: Equations, unknowns: np.ndarray) -> FoldProblem:
+    def from_point(cls, equations: EquilibriumEquations, unknowns: np.ndarray) -> FoldProblem:
         """Formulate the problem with the border best suited at unknowns (n+2,)."""
         n, scale = equations.n, equations.scale
         weights = scale[:n] / scale[:n, None]
@@ -127,7 +127,7 @@ def _routines() -> tuple[Callable[..., Any], Callable[..., Any]]:
     return dgetrf, dgetrs
 
 
-def finite_jacobian(equations: Equations, unknowns: np.ndarray) -> np.ndarray:
+def finite_jacobian(equations: EquilibriumEquations, unknowns: np.ndarray) -> np.ndarray:
     """Evaluate df/dX (n, n+m) at the first unknowns. Raises ``RunError`` where it is not finite."""
     matrix = equations.values(unknowns)[1]
     if not np.isfinite(matrix).all():
@@ -149,7 +149,7 @@ class Fold(SpecialEquilibrium):
 
     Attributes
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
     point : CurvePoint
         X = (x, p, q) (n+2,) with tangent and derivatives.
     kind : str
@@ -175,7 +175,7 @@ class Folds(SpecialCurves[Fold]):
 
     Parameters
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
         f(x, (p, q)) with two parameters.
     bounds : sequence of (float, float)
         Lower and upper limit of both.
@@ -273,7 +273,7 @@ class FoldPairs:
     bounds: (low, high) of each.
     """
 
-    equations: Equations
+    equations: EquilibriumEquations
     bounds: tuple[tuple[float, float], ...]
 
     def __post_init__(self) -> None:

@@ -21,7 +21,7 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.equations import CurvePoint, Equations, Problem, bordered_solution
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, Problem, bordered_solution
 from wucht.numerics.continuation.fold_curves import direction, finite_jacobian
 from wucht.numerics.continuation.special_curves import (
     BOGDANOV_TAKENS,
@@ -56,13 +56,13 @@ class HopfProblem:
     border (n+2, n+2): b, c in its last two columns and rows. entries: row and column of both entries of G. scale (n+3,).
     """
 
-    equations: Equations
+    equations: EquilibriumEquations
     border: np.ndarray
     entries: tuple[tuple[int, int], tuple[int, int]]
     scale: np.ndarray
 
     @classmethod
-    def from_point(cls, equations: Equations, unknowns: np.ndarray) -> HopfProblem:
+    def from_point(cls, equations: EquilibriumEquations, unknowns: np.ndarray) -> HopfProblem:
         """Formulate the problem with the border best suited at unknowns (n+3,)."""
         n, sizes = equations.n, equations.scale[: equations.n]
         A = finite_jacobian(equations, unknowns[:-1])[:, :n] * (sizes / sizes[:, None])
@@ -150,7 +150,7 @@ class HopfPoint(SpecialEquilibrium):
 
     Attributes
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
     point : CurvePoint
         X = (x, p, q, kappa) (n+3,), kappa the square of the frequency, with tangent and derivatives.
     kind : str
@@ -192,7 +192,7 @@ class HopfPoints(SpecialCurves[HopfPoint]):
 
     Parameters
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
         f(x, (p, q)) with two parameters.
     bounds : sequence of (float, float)
         Lower and upper limit of both.

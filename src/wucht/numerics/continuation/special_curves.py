@@ -12,7 +12,7 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.curve import CURVE_IS_CLOSED, Curve, Walk
-from wucht.numerics.continuation.equations import CurvePoint, Equations
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations
 from wucht.numerics.continuation.special_points import locate_zero
 
 CUSP, BOGDANOV_TAKENS, ZERO_HOPF = "cusp", "bogdanov-takens", "zero-hopf"
@@ -47,7 +47,7 @@ class TracedCurve(Generic[P]):
     A closed curve has its first point once more as its last; both sentences then state that it is closed.
     """
 
-    equations: Equations
+    equations: EquilibriumEquations
     points: tuple[P, ...]
     ends: tuple[str, str]
 
@@ -256,7 +256,7 @@ def _reverse(evaluation: P) -> P:
     return replace(evaluation, point=reversed_point)  # type: ignore[type-var]
 
 
-def require_parameter_count(count: int, equations: Equations) -> None:
+def require_parameter_count(count: int, equations: EquilibriumEquations) -> None:
     """Raise ``WuchtError`` unless as many parameters are varied as the curve needs, one or two."""
     if len(equations.parameter_names) != count:
         names = ", ".join(equations.parameter_names) or "none"
@@ -264,7 +264,7 @@ def require_parameter_count(count: int, equations: Equations) -> None:
 
 
 def bounds_of(
-    equations: Equations, limits: Mapping[int, tuple[float, float]], *bounds: tuple[float, float]
+    equations: EquilibriumEquations, limits: Mapping[int, tuple[float, float]], *bounds: tuple[float, float]
 ) -> dict[int, tuple[float, float]]:
     """Return the bounds of a ``Curve``, by index: of some states, and of the parameters.
 
@@ -278,7 +278,7 @@ def bounds_of(
     return {**limits, **{n + k: pair for k, pair in enumerate(bounds)}}
 
 
-def state_of(equations: Equations, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> np.ndarray:
+def state_of(equations: EquilibriumEquations, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> np.ndarray:
     """Return X = (x, p) (n+m,) of a state and parameters. Raises ``WuchtError`` if one has a wrong length or is not finite."""
     for values, names, kind in (
         (x, equations.state_names, "state"),

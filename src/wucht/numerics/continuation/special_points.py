@@ -17,7 +17,7 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.equations import CurvePoint, Equations
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations
 from wucht.numerics.zeros_and_peaks import crossings
 
 P = TypeVar("P")
@@ -220,7 +220,7 @@ class BranchPoint:
     share: float = 0.0
 
     @classmethod
-    def from_point(cls, equations: Equations, unknowns: np.ndarray, along: np.ndarray | None = None) -> BranchPoint:
+    def from_point(cls, equations: EquilibriumEquations, unknowns: np.ndarray, along: np.ndarray | None = None) -> BranchPoint:
         """Compute the branches through a branch point; the first is nearest to a direction (n+1,), by default the parameter.
 
         Raises ``RunError`` where two branches do not cross there.
@@ -248,7 +248,7 @@ class BranchPoint:
         return cls(unknowns, jacobian, tangents)
 
 
-def _derivative_along(equations: Equations, unknowns: np.ndarray, direction: np.ndarray) -> np.ndarray:
+def _derivative_along(equations: EquilibriumEquations, unknowns: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Differentiate dF/dX (n, n+m) along a direction (n+m,) by a central difference: accurate to about ten digits."""
     length = float(np.linalg.norm(direction / equations.scale))
     h = _STEP / length if length else 1.0
@@ -256,7 +256,7 @@ def _derivative_along(equations: Equations, unknowns: np.ndarray, direction: np.
     return np.asarray((jacobians[..., 0] - jacobians[..., 1]) / (2 * h))
 
 
-def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPoint:
+def branch_point(equations: EquilibriumEquations, a: CurvePoint, b: CurvePoint) -> BranchPoint:
     """Solve for the branch point between two neighbouring points of a branch.
 
     Raises ``RunError`` where none lies there.
@@ -269,7 +269,7 @@ def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPo
     return replace(BranchPoint.from_point(equations, unknowns, b.unknowns - a.unknowns), share=share)
 
 
-def branch_point_near(equations: Equations, unknowns: np.ndarray) -> BranchPoint:
+def branch_point_near(equations: EquilibriumEquations, unknowns: np.ndarray) -> BranchPoint:
     """Solve for the branch point near given unknowns (n+1,), its branches in the order of ``BranchPoint.from_point``.
 
     Raises ``RunError`` where Newton's method does not converge.
@@ -277,7 +277,7 @@ def branch_point_near(equations: Equations, unknowns: np.ndarray) -> BranchPoint
     return BranchPoint.from_point(equations, _singular_solution(equations, unknowns))
 
 
-def _singular_solution(equations: Equations, unknowns: np.ndarray) -> np.ndarray:
+def _singular_solution(equations: EquilibriumEquations, unknowns: np.ndarray) -> np.ndarray:
     """Solve for the unknowns X where F_X (n, n+1) lacks full rank: a regular solution of F + b w = 0, F_X^T w = 0, w^T w = 1.
 
     The unknowns are X, b, w. Raises ``RunError`` where Newton's method does not converge from the given X (n+1,).
@@ -319,7 +319,7 @@ def _singular_solution(equations: Equations, unknowns: np.ndarray) -> np.ndarray
     raise RunError("Newton's method does not converge to a branch point")
 
 
-def _second_derivatives(equations: Equations, unknowns: np.ndarray) -> np.ndarray:
+def _second_derivatives(equations: EquilibriumEquations, unknowns: np.ndarray) -> np.ndarray:
     """Return d^2 F / du^2 (n, n+1, n+1) in units of scale, by central differences."""
     n, basis = equations.n, _STEP * np.diag(equations.scale)
     jacobians = equations.values(unknowns[:, None] + np.concatenate([basis, -basis], axis=1))[1]

@@ -18,7 +18,7 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import CurvePoint, Equations, Problem
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, Problem
 from wucht.numerics.continuation.special_curves import (
     BOGDANOV_TAKENS,
     SpecialPointDetector,
@@ -45,7 +45,7 @@ class Expansion:
     second: np.ndarray
 
 
-def expansion(equations: Equations, unknowns: np.ndarray, directions: np.ndarray) -> Expansion:
+def expansion(equations: EquilibriumEquations, unknowns: np.ndarray, directions: np.ndarray) -> Expansion:
     """Compute the derivatives of df/dx along directions (n, k) of the states, evaluating 6 k + 1 points at once."""
     n, k = directions.shape
     length = np.linalg.norm(directions / equations.scale[:n, None], axis=0)
@@ -72,7 +72,7 @@ class FoldForm:
     c: float
 
 
-def fold_form(equations: Equations, unknowns: np.ndarray) -> FoldForm:
+def fold_form(equations: EquilibriumEquations, unknowns: np.ndarray) -> FoldForm:
     """Compute the normal form of a fold X = (x, p...) (n+m,). Raises ``RunError`` where equations cannot be evaluated."""
     q, p = null_vectors(equations.values(unknowns)[1][:, : equations.n])
     e = expansion(equations, unknowns, q[:, None])
@@ -97,7 +97,7 @@ class BogdanovTakensForm:
     b: float
 
 
-def bogdanov_takens_form(equations: Equations, unknowns: np.ndarray) -> BogdanovTakensForm:
+def bogdanov_takens_form(equations: EquilibriumEquations, unknowns: np.ndarray) -> BogdanovTakensForm:
     """Compute the normal form of a Bogdanov-Takens point X = (x, p...) (n+m,); Kuznetsov section 8.4.2, (8.53)."""
     n = equations.n
     A = equations.values(unknowns)[1][:, :n]
@@ -139,12 +139,12 @@ class HopfForm:
         return self.l1 < 0
 
 
-def hopf_form(equations: Equations, unknowns: np.ndarray, frequency: float | None = None) -> HopfForm:
+def hopf_form(equations: EquilibriumEquations, unknowns: np.ndarray, frequency: float | None = None) -> HopfForm:
     """Compute the normal form of a Hopf point.
 
     Parameters
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
     unknowns : ndarray, (n+m,)
         State and parameters (x, p...) of the Hopf point.
     frequency : float, optional
@@ -169,9 +169,9 @@ def hopf_form(equations: Equations, unknowns: np.ndarray, frequency: float | Non
 
     >>> import numpy as np
     >>> import sympy as sp
-    >>> from wucht.numerics.continuation import Equations, System, hopf_form
+    >>> from wucht.numerics.continuation import EquilibriumEquations, System, hopf_form
     >>> x, y, mu = sp.symbols("x y mu", real=True)
-    >>> equations = Equations.of(System((x, y), (y, (mu - x**2) * y - x), (mu,)), ["mu"], {})
+    >>> equations = EquilibriumEquations.from_system(System((x, y), (y, (mu - x**2) * y - x), (mu,)), ["mu"], {})
     >>> form = hopf_form(equations, np.zeros(3))
     >>> form.supercritical, round(form.frequency, 6)
     (True, 1.0)
@@ -226,7 +226,7 @@ class SpecialEquilibrium(ABC):
     regular point.
     """
 
-    equations: Equations
+    equations: EquilibriumEquations
     point: CurvePoint
     kind: str = ""
 
@@ -266,7 +266,7 @@ class SpecialCurve(TracedCurve[P]):
 
     Attributes
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
     points : tuple of Fold or HopfPoint
         In order, special ones included; of a closed curve the first is the last, too.
     ends : (str, str)
@@ -292,7 +292,7 @@ class SpecialCurves(ABC, Generic[P]):
     which a curve is not followed.
     """
 
-    equations: Equations
+    equations: EquilibriumEquations
     bounds: Sequence[tuple[float, float]]
     steps: Steps = field(default_factory=Steps)
     limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
@@ -311,7 +311,7 @@ class SpecialCurves(ABC, Generic[P]):
         curve, first = self._start_curve(start)
         return self._detector(curve).walk(curve, first)
 
-    def branch(self, start: CurvePoint) -> SpecialCurve[P]:
+    def follow_curve(self, start: CurvePoint) -> SpecialCurve[P]:
         """Follow the whole curve through a point both ways."""
         curve, first = self._start_curve(start)
         return SpecialCurve(self.equations, *self._detector(curve).trace(curve, first))

@@ -125,7 +125,7 @@ class SequentialLanes:
             except RunError as error:  # the equations cannot be evaluated at its parameters
                 stops[lane] = Stop(float(times[0]), states[:, lane], Status.FAILED, str(error))
                 continue
-            after[:, lane], end = run.parameter_values, run.end_state[: len(states)]
+            after[:, lane], end = run.final_parameter_values, run.end_state[: len(states)]
             if run.failure is not None:
                 stops[lane] = Stop(run.end_time, end, Status.FAILED, run.failure)
             elif run.stopped_by is not None:

@@ -21,7 +21,7 @@ from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.collocation.solutions import mesh_from_samples, solve_across_row
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.periodic.periods import PERIOD, with_period_unit
 from wucht.system import TIME, System
 
@@ -215,7 +215,7 @@ def close_orbit(
         motion = np.concatenate([motion, time + closing.period * shares[None]])
         system, closing = with_clock(system), closing.with_time(time)
     fixed_values = dict(zip(system.parameter_names, map(float, parameter_values), strict=True))
-    equations = Equations.of(with_period_unit(system), (PERIOD.name,), fixed_values)
+    equations = EquilibriumEquations.from_system(with_period_unit(system), (PERIOD.name,), fixed_values)
     mesh, y = mesh_from_samples(shares, motion, closing.sizes, _DEGREE)
     period, steps_left, counts, gap = closing.period, most_steps, -1, y[-1] - y[0] - closing.advance
     for _ in range(_MOST_MESHES):
@@ -242,7 +242,7 @@ def close_orbit(
     return ClosedOrbit(period, mesh.edges[edges], y[edges * mesh.degree, :n].T)
 
 
-def _problem(equations: Equations, closing: Closing, mesh: Mesh, borders: Borders | None) -> BoundaryValueProblem:
+def _problem(equations: EquilibriumEquations, closing: Closing, mesh: Mesh, borders: Borders | None) -> BoundaryValueProblem:
     """Return the problem y' = T f(y), closed except for open gaps; without borders the only parameter is T."""
     n, k = equations.n, 0 if borders is None else borders.open.shape[1]
 

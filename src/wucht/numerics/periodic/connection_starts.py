@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.periodic.connection import Connection
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.saddle_connections import Connections
@@ -95,7 +95,7 @@ def _all_parameters(connections: Connections, values: Sequence[float]) -> np.nda
     return np.array([*values, *[0.0] * (len(connections.bounds) - len(values))])
 
 
-def _equilibrium_near(equations: Equations, x: np.ndarray, parameter_values: np.ndarray) -> np.ndarray:
+def _equilibrium_near(equations: EquilibriumEquations, x: np.ndarray, parameter_values: np.ndarray) -> np.ndarray:
     n, scale = equations.n, equations.scale[: equations.n]
     for _ in range(_CORRECTIONS):
         f, derivatives = equations.values(np.concatenate([x, parameter_values]))
@@ -201,7 +201,7 @@ def prolong_at_saddle_node(connections: Connections, connection: Connection) -> 
     return connections.start(at, whole, connection.equilibria, values.tolist())
 
 
-def saddles_near(equations: Equations, place: np.ndarray, parameter_values: np.ndarray) -> list[np.ndarray]:
+def saddles_near(equations: EquilibriumEquations, place: np.ndarray, parameter_values: np.ndarray) -> list[np.ndarray]:
     """Return the saddles (n,), left in one direction, near a saddle-node that has split in two."""
     n, scale = equations.n, equations.scale[: equations.n]
     matrix = equations.values(np.concatenate([place, parameter_values]))[1][:, :n] * scale / scale[:, None]
@@ -253,7 +253,7 @@ def saddle_node_to_saddle(connections: Connections, at: Connection) -> Connectio
     raise RunError("no connection of the saddle-node with a saddle of the other pair was found next to it")
 
 
-def fold_at(equations: Equations, x: np.ndarray, parameter_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def fold_at(equations: EquilibriumEquations, x: np.ndarray, parameter_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Solve for the saddle-node near x and the first parameter, the others fixed. Raises ``RunError``."""
     n = equations.n
     unknowns = np.append(x, parameter_values[0])

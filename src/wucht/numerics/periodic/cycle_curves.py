@@ -20,7 +20,7 @@ from wucht.errors import WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndFunction, EndValues, Integrand, Reference
 from wucht.numerics.collocation.solutions import with_exact_tolerance
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.jacobian import variational_system
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHING_SIZE, Cycle, Orbit, swing
 from wucht.numerics.periodic.cycle_starts import propagated_change
@@ -81,7 +81,7 @@ class CycleCurve:
     ----------
     kind : str
         ``"fold"``, ``"period-doubling"``, ``"torus"`` or ``"branch-point"``: that of all its orbits.
-    equations : Equations
+    equations : EquilibriumEquations
         Of the orbit y and its change v; varied are T, c or theta where there is one, and both parameters.
     n : int
         Number of states of y.
@@ -97,7 +97,7 @@ class CycleCurve:
     """
 
     kind: str
-    equations: Equations
+    equations: EquilibriumEquations
     n: int
     winding: np.ndarray
     bounds: tuple[tuple[float, float], tuple[float, float]]
@@ -162,7 +162,7 @@ class CycleCurve:
         varied_names = (PERIOD.name, *(s.name for s in extra), *parameter_names)
         sizes = dict(scale or {})
         sizes |= {name: 1.0 for name in (PERIOD.name, *varied_names) if name not in sizes}
-        equations = Equations.of(whole, varied_names, fixed_values, sizes)
+        equations = EquilibriumEquations.from_system(whole, varied_names, fixed_values, sizes)
         return cls(kind, equations, n, turns_of(system, winding), bounds, periods, steps or STEPS, accuracy)
 
     def start(self, at: Cycle, second: float) -> CurveCycle:

@@ -24,7 +24,7 @@ from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.collocation.solutions import Solutions as Solutions  # noqa: PLC0414 - re-exported
 from wucht.numerics.collocation.solutions import refine_on_common_mesh
 from wucht.numerics.continuation.curve import CURVE_IS_CLOSED, Curve, Steps, Walk
-from wucht.numerics.continuation.equations import CurvePoint, Equations
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations
 from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
 from wucht.numerics.continuation.special_points import locate_zero
 from wucht.numerics.periodic.cycle import (
@@ -63,7 +63,7 @@ class Cycles:
 
     Attributes
     ----------
-    equations : Equations
+    equations : EquilibriumEquations
         y' = T f(y, p); varied are the period T and the parameter.
     bounds : (float, float)
         Lower and upper limit of the parameter.
@@ -78,7 +78,7 @@ class Cycles:
         Degree of the polynomials of an interval.
     """
 
-    equations: Equations
+    equations: EquilibriumEquations
     bounds: tuple[float, float]
     periods: tuple[float, float]
     winding: np.ndarray
@@ -131,12 +131,12 @@ class Cycles:
         Raises
         ------
         WuchtError
-            As ``Equations.of``, for a winding of a state that is no angle, for bounds without a range between them, and for
-            equations that depend on time: see ``with_forcing_phase``.
+            As ``EquilibriumEquations.from_system``, for a winding of a state that is no angle, for bounds without a range
+            between them, and for equations that depend on time: see ``with_forcing_phase``.
         """
         refuse_empty(parameter, bounds)
         refuse_empty("the period", periods)
-        equations = Equations.of(with_period_unit(system), (PERIOD.name, parameter), fixed_values, scale)
+        equations = EquilibriumEquations.from_system(with_period_unit(system), (PERIOD.name, parameter), fixed_values, scale)
         return cls(equations, bounds, periods, turns_of(system, winding), steps or STEPS, accuracy, degree)
 
     def problem(self, mesh: Mesh, period: float) -> BoundaryValueProblem:

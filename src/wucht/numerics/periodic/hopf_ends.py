@@ -10,8 +10,8 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import CurvePoint, Equations
-from wucht.numerics.continuation.equilibria import HOPF, Equilibria, Equilibrium
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations
+from wucht.numerics.continuation.equilibria import HOPF, Equilibrium, EquilibriumContinuation
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.periods import equilibrium_equations
 
@@ -24,12 +24,12 @@ _AGREE_FREQUENCY = 0.1  # relative, of the last orbit and the Hopf point
 _NEAR = 0.5  # of the size of the last orbit but one: largest distance of the Hopf point from the last one
 
 
-def equilibria_of(orbits: Equations) -> Equilibria:
+def equilibria_of(orbits: EquilibriumEquations) -> EquilibriumContinuation:
     """Return the equilibria of the System whose orbits have these equations, without bounds, in short steps."""
-    return Equilibria(equilibrium_equations(orbits), (-math.inf, math.inf), _STEPS)
+    return EquilibriumContinuation(equilibrium_equations(orbits), (-math.inf, math.inf), _STEPS)
 
 
-def nearest_special(equilibria: Equilibria, start: CurvePoint, kind: str) -> Equilibrium | None:
+def nearest_special(equilibria: EquilibriumContinuation, start: CurvePoint, kind: str) -> Equilibrium | None:
     """Return the nearest point of a kind, either way, on the branch of equilibria through a point."""
 
     def ways() -> Iterator[Equilibrium]:
@@ -41,7 +41,7 @@ def nearest_special(equilibria: Equilibria, start: CurvePoint, kind: str) -> Equ
     return min(ways(), key=lambda p: abs(p.point.length), default=None)
 
 
-def hopf_point(orbits: Equations, last: Sequence[Cycle]) -> Equilibrium | None:
+def hopf_point(orbits: EquilibriumEquations, last: Sequence[Cycle]) -> Equilibrium | None:
     """Return the Hopf point at which shrinking orbits end, or None where there is none.
 
     A pair of eigenvalues crosses the imaginary axis there, with the frequency of the orbits, and its distance from the last

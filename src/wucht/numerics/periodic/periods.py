@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.continuation.equations import Equations, Values
+from wucht.numerics.continuation.equations import EquilibriumEquations, Values
 from wucht.system import TIME, System
 
 PERIOD = sp.Symbol("_period", real=True)
@@ -32,7 +32,7 @@ def with_period_unit(system: System) -> System:
     return System(system.states, derivatives, (PERIOD, *system.parameters), system.definitions, angles=system.angles)
 
 
-def equilibrium_equations(orbits: Equations) -> Equations:
+def equilibrium_equations(orbits: EquilibriumEquations) -> EquilibriumEquations:
     """Return f(x, p) = 0 of the System whose orbits y' = T f(y, p) have these equations, with the period and one parameter."""
     n = orbits.n
     rows, keep = np.array([*range(n), n + 1]), np.delete(np.arange(n + 2), n)
@@ -43,7 +43,7 @@ def equilibrium_equations(orbits: Equations) -> Equations:
         f, derivatives = orbits.values(point)
         return f, derivatives[:, keep]
 
-    return Equations(values, orbits.state_names, orbits.parameter_names[1:], orbits.turns[keep], orbits.scale[keep])
+    return EquilibriumEquations(values, orbits.state_names, orbits.parameter_names[1:], orbits.turns[keep], orbits.scale[keep])
 
 
 def refuse_empty(name: str, bounds: tuple[float, float]) -> None:

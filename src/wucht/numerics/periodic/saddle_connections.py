@@ -21,7 +21,7 @@ from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, End
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.collocation.solutions import mesh_from_samples, refine_on_common_mesh, solve_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import CurvePoint, Equations
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations
 from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
 from wucht.numerics.continuation.special_points import locate_zero
 from wucht.numerics.periodic.connection import (
@@ -92,7 +92,7 @@ class Connections:
 
     Attributes
     ----------
-    rates : Equations
+    rates : EquilibriumEquations
         f(x, p), p being the varied parameters.
     time : float
         Duration T of the orbit, at least.
@@ -109,7 +109,7 @@ class Connections:
         Time up to which orbits of saddles are extended where their ends do not come near to them.
     """
 
-    rates: Equations
+    rates: EquilibriumEquations
     time: float
     winding: np.ndarray
     bounds: tuple[tuple[float, float], ...]
@@ -163,7 +163,7 @@ class Connections:
         Raises
         ------
         WuchtError
-            For another number of parameters, and as ``Equations.of``.
+            For another number of parameters, and as ``EquilibriumEquations.from_system``.
         """
         count, parameter_count = len(folds), 2 + sum(folds)
         if (
@@ -178,7 +178,7 @@ class Connections:
             system = replace(system, parameters=(*system.parameters, _FIXED_PARAMETER))
             parameter_names, bounds = (*parameter_names, _FIXED_PARAMETER.name), (*bounds, (-math.inf, math.inf))
         bare = System(system.states, system.derivatives, system.parameters, system.definitions, angles=system.angles)
-        rates = Equations.of(bare, tuple(parameter_names), fixed_values, scale)
+        rates = EquilibriumEquations.from_system(bare, tuple(parameter_names), fixed_values, scale)
         turns = np.array([(winding or {}).get(name, 0) for name in system.state_names])
         return cls(rates, time, turns, tuple(bounds), tuple(folds), steps or _STEPS, accuracy, longest)
 

@@ -25,7 +25,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.studies.activation.spec import Activation
-from wucht.studies.motion_variables import variables
+from wucht.studies.motion_variables import motion_quantities
 
 SWITCHABLE, BALANCED_VARIANT, RIGID, NO_PENDULUMS = "switchable", "balanced", "rigid", "none"
 
@@ -172,7 +172,9 @@ def _compute_run(planned_run: PlannedRun, pendulums: tuple[str, ...], report: Ca
     case = planned_run.case()
     for (motion,) in run_up(case, Work()):
         report(min(motion.last.trajectory.end_time / case.horizon.expected_end, 1.0), planned_run.of)
-    data = {q.name: q.value for q in variables(case.machine, motion.rows, motion.machine_motion, motion.observation.largest)}
+    data = {
+        q.name: q.value for q in motion_quantities(case.machine, motion.rows, motion.machine_motion, motion.observation.largest)
+    }
     speed, angle = (dict(zip(data["body"], data[key], strict=True)) for key in ("speed", "angle"))
     rotor, amplitude = np.abs(speed[case.machine.rotor.name]), np.asarray(data["amplitude"])
     stroke = _strokes(case.machine, pendulums) if planned_run.of in (SWITCHABLE, BALANCED_VARIANT) else {}

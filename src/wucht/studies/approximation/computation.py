@@ -158,7 +158,9 @@ def _largest_error(model: SlowModel, flows: Flows, until_phi: float, work: Work)
         raise UnmeasuredError("all speeds are prescribed")
     span = until_phi / operating_speed(machine)
     for _ in range(_DOUBLINGS):
-        slow = _complete_run("slow", flows[0], initial, model.values, np.linspace(0.0, span, _SAMPLES), work.part("", 0.0, 0.1))
+        slow = _complete_run(
+            "slow", flows[0], initial, model.parameter_values, np.linspace(0.0, span, _SAMPLES), work.part("", 0.0, 0.1)
+        )
         inside = slow.states[-1] - initial[-1] <= until_phi
         if not inside.all():
             break

@@ -63,11 +63,11 @@ class Plan:
 
 def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     """Return the plan. Raises ``InputError`` where there is no such cam: which key, and what to do."""
-    law, notes = drive.motion_law.law, list[str]()
+    law, notes = drive.motion_law.function, list[str]()
     if spec.corrected:
         law = CorrectedLaw(law, drive.corrected_shaft_motion)
-    cams = drive.cams(law)
-    lever, follower = drive.lever(law), drive.follower
+    cams = drive.make_cams(law)
+    lever, follower = drive.follower_law(law), drive.follower
     unit = follower.unit if follower is not None else "rad"
     contact = contact_load(spec, drive, unit)
     if contact is not None and drive.linkage is not None and not contact.load.output_inertia:
@@ -110,7 +110,7 @@ def obstacles(drive: CamDrive, output: Law, smallest: SizedCam) -> list[str]:
     follower, anew = drive.follower.with_placement(smallest.placement)
     notes, smallest_drive = list(anew), replace(drive, follower=follower)
     try:
-        for cam in smallest_drive.cams(output).values():
+        for cam in smallest_drive.make_cams(output).values():
             if not smallest.whole:
                 cam.check(format_millimetres)
     except InputError as error:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.cams.correction import CorrectedLaw
-from wucht.cams.drive import CamDrive, drive_from, laws
+from wucht.cams.drive import CamDrive, cam_drive_from, laws
 from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.workshop.cam_files import WorkshopFile, write_cam_files, write_law_files
@@ -66,12 +66,12 @@ def write_workshop(
     if summary["undercut"] or not result.sizes["mill_point"]:
         raise InputError("result", None, "it has no points to mill: part of the contour is cut away", code="no-points")
     drive = drive_of(result)
-    law: Law = drive.motion_law.law
+    law: Law = drive.motion_law.function
     if summary["corrected"] is not None:
         law = CorrectedLaw(law, ShaftMotion(FourierSeries.of(**summary["corrected"])))
     folder = prepare_folder(folder)
     files: list[WorkshopFile] = []
-    for name, cam in drive.cams(law).items():
+    for name, cam in drive.make_cams(law).items():
         points = points_to_mill(result, name)
         if np.abs(cam.contour(points.phi) - points.position).max() > _CONTOUR_TOLERANCE * np.abs(points.position).max():
             reason = "its points do not lie on the contour of its drive: run the study again"
@@ -100,7 +100,7 @@ def drive_of(result: xr.Dataset) -> CamDrive:
     facts: Mapping[str, Any] = result.wucht.machine
     tables = {name: dict(facts[name]) for name in _TABLES if name in facts}
     tables["law"] = _law_table(tables["law"])
-    return drive_from(tables, str(facts["title"]), Path())
+    return cam_drive_from(tables, str(facts["title"]), Path())
 
 
 def _law_table(law: Mapping[str, Any]) -> dict[str, Any]:

@@ -177,13 +177,15 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
     a record cannot be used, or the linkage or the follower cannot make the motion.
     """
     motion_law, shaft, fit = drive.motion_law, drive.shaft_motion, drive.speed_fit
-    purity = Purity.from_law(motion_law.law, motion_law.count)
+    purity = Purity.from_law(motion_law.function, motion_law.count)
     orders = spec.orders or 3 * (purity.count or _DEFAULT_ORDERS // 3)
-    corrected_law = CorrectedLaw(motion_law.law, shaft)
-    before, after = ({}, {}) if drive.follower is None else (drive.cams(motion_law.law), drive.cams(corrected_law))
+    corrected_law = CorrectedLaw(motion_law.function, shaft)
+    before, after = (
+        ({}, {}) if drive.follower is None else (drive.make_cams(motion_law.function), drive.make_cams(corrected_law))
+    )
     zero, record, delay, notes = 0.0 if fit is None else fit.origin, None, None, list(_record_notes(drive, fit))
     if spec.acceleration is not None:
-        law = motion_law.law if spec.acceleration.cam == "original" else corrected_law
+        law = motion_law.function if spec.acceleration.cam == "original" else corrected_law
         record = _read_measurement(spec.acceleration, drive, orders, law, zero)
         zero, few = zero if spec.acceleration.zero is None else spec.acceleration.zero, _order_count_notes(record, law, shaft)
         delay = None if few else _delay(record)  # at a wrong speed the record is out of phase in any case
@@ -191,9 +193,9 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
     return Plan(
         spec=spec,
         drive=drive,
-        law=motion_law.law,
+        law=motion_law.function,
         corrected_law=corrected_law,
-        levers=(drive.lever(motion_law.law), drive.lever(corrected_law)),
+        levers=(drive.follower_law(motion_law.function), drive.follower_law(corrected_law)),
         unit=motion_law.unit,
         lever_unit=motion_law.unit if drive.closure is None else "rad",
         purity=purity,

@@ -89,7 +89,7 @@ def dwells_of(motion_law: MotionLaw) -> tuple[Dwell, ...]:
 
 def _resting_dwells(motion_law: MotionLaw) -> tuple[Dwell, ...]:
     phi = even_angles(_SCAN_ANGLES)
-    speed = np.abs(motion_law.law(phi, 1))
+    speed = np.abs(motion_law.function(phi, 1))
     still = speed <= _STILL * speed.max()
     if still.all() or not still.any():
         return ()
@@ -99,14 +99,14 @@ def _resting_dwells(motion_law: MotionLaw) -> tuple[Dwell, ...]:
     for begin, end in edges.reshape(-1, 2).tolist():
         if end - begin >= _MIN_DWELL:
             start, stop = (2 * math.pi * (first + at) / _SCAN_ANGLES for at in (begin, end - 1))
-            dwells.append(Dwell(start, stop, float(motion_law.law((start + stop) / 2))))
+            dwells.append(Dwell(start, stop, float(motion_law.function((start + stop) / 2))))
     return tuple(dwells)
 
 
 def _dwell_on_arc(motion_law: MotionLaw, arc: tuple[float, float]) -> Dwell:
     """Return the dwell on the arc of the spec, with the mean of the law as its value."""
     try:
-        return Dwell(*arc, float(motion_law.law(np.linspace(*arc, 1000)).mean()))
+        return Dwell(*arc, float(motion_law.function(np.linspace(*arc, 1000)).mean()))
     except InputError as error:
         raise error.with_prefix("study") from None
 
@@ -175,7 +175,7 @@ class Findings:
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Compute both motions of the shaft, cuts, simulations, springs. Raises ``RunError`` where there is no motion."""
-    law, tau = plan.motion_law.law, np.linspace(0, 2 * math.pi, plan.points + 1)
+    law, tau = plan.motion_law.function, np.linspace(0, 2 * math.pi, plan.points + 1)
     work.report(0.0, "motion of the shaft")
     original_cam = work.unit("original cam", lambda: _shaft_prediction(plan, law, _shaft_motion(plan, law, False), tau, False))
     work.report(0.1, "motion of the shaft with the corrected cam")
@@ -242,7 +242,7 @@ def _shaft_prediction(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray,
 
 
 def _eigenmotion(plan: Plan, shaft: ShaftMotion, is_corrected: bool) -> Eigenmotion | None:
-    law, omega, free = plan.motion_law.law, shaft.mean, plan.shaft.without_torque(shaft.mean)
+    law, omega, free = plan.motion_law.function, shaft.mean, plan.shaft.without_torque(shaft.mean)
     try:
         solve = free.motion_with_corrected_cam if is_corrected else free.motion_with_cam
         motion = shaft if plan.driving is None else solve(law)
@@ -274,21 +274,21 @@ def _drive_torque(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> 
 
 def _constant_speed_power(plan: Plan, omega: float) -> np.ndarray:
     """Return the power at constant speed, at the mean speed with the corrected cam, see ``Findings``."""
-    law, points = plan.motion_law.law, plan.points
+    law, points = plan.motion_law.function, plan.points
     output = plan.shaft.output_inertia * omega**3 * law(even_angles(points), 1) * law(even_angles(points), 2)
     load = 0.0 if plan.driving is None else omega * float(plan.driving.torques(np.array([omega]))[0][1][0])
     return np.append(output, output[0]) + load
 
 
 def _cut_residuals(plan: Plan, work: Work) -> tuple[np.ndarray, str]:
-    residuals, cam = list[float](), plan.motion_law.law
+    residuals, cam = list[float](), plan.motion_law.function
     for n in range(plan.cuts):
         work.report(n / plan.cuts, f"cut and measured: cam {n + 1}")
         one = work.unit(f"cam {n + 1}", partial(_cut_trial, plan, cam))
         if one.shaft is None:
             return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {one.failure}"
         residuals.append(one.residual)
-        cam = CorrectedLaw(plan.motion_law.law, one.shaft)
+        cam = CorrectedLaw(plan.motion_law.function, one.shaft)
     return np.array(residuals), ""
 
 

@@ -73,7 +73,7 @@ def vibrations(
     Each lever is assumed to move alike over tau at all mean speeds: exact without a drive, where the fluctuation is
     proportional to the speed.
     """
-    law, omega, notes = motion_law.law, corrected_motion.mean, list[str]()
+    law, omega, notes = motion_law.function, corrected_motion.mean, list[str]()
     clean = motion_law.series or truncate_law(law, _MOST_ORDERS).series
     time_dwells = tuple(
         Dwell(float(original_motion.time(d.begin)), float(original_motion.time(d.end)), d.value) for d in dwells

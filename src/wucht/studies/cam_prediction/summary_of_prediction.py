@@ -39,11 +39,13 @@ def prediction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     above = {"orders": plan.count, "law": f.clean, **{name: one.above for name, one in predictions.items()}}
     multipliers = {name: _finite_or_none(one.multiplier) for name, one in predictions.items()}
     saving = {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")}
-    ratio_limit = shaft.most_inertia_ratio(motion_law.law)
+    ratio_limit = shaft.most_inertia_ratio(motion_law.function)
     return [
         Quantity("unit", motion_law.unit, "unit of the output"),
         Quantity("harmonics", motion_law.count, "number N of harmonics of the law"),
-        Quantity("inertia_ratio", shaft.inertia_ratio(motion_law.law), "largest inertia of the output over that of the shaft"),
+        Quantity(
+            "inertia_ratio", shaft.inertia_ratio(motion_law.function), "largest inertia of the output over that of the shaft"
+        ),
         Quantity("inertia_ratio_limit", ratio_limit, "largest inertia ratio with a corrected cam without a drive"),
         Quantity("driven", driven, "kind of drive of the shaft"),
         *original_quantities,

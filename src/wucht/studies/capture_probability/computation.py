@@ -21,7 +21,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import VariedQuantity, check_given_once, varied_quantity
 from wucht.dynamics.sampling.ensemble_run import integration_note, outcomes_of
@@ -129,7 +129,7 @@ class Plan:
 def prepare(spec: CaptureProbability, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
     along = parameter_of(machine, spec.along)
-    low, high = ends_of(machine, along, spec.range)
+    low, high = checked_range(machine, along, spec.range)
     random_quantities = tuple(varied_quantity(machine, name, f"random.{name}") for name in spec.random)
     distributions = tuple(
         distribution_of(definition, v.quantity, f"{_RANDOM}.{v.name}")

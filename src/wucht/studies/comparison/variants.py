@@ -45,7 +45,7 @@ class VariedKey:
     def printed_scale(self) -> tuple[float, str]:
         """Factor and unit of printed values: the unit in which they are written, if all have the same."""
         if self.written_unit:
-            return 1 / Unit(self.unit or "", self.description).parse(f"1 {self.written_unit}"), self.written_unit
+            return 1 / Unit(self.unit or "", self.description).parse_quantity(f"1 {self.written_unit}"), self.written_unit
         return unit_in_print(self.unit or "")
 
     def to_si(self, value: Any) -> Any:
@@ -55,7 +55,7 @@ class VariedKey:
         if isinstance(value, list | tuple):
             return [self.to_si(one) for one in value]
         with suppress(ValueError):
-            return Unit(self.unit, self.description).parse(value)
+            return Unit(self.unit, self.description).parse_quantity(value)
         return value
 
     def assignment_text(self, value: Any) -> str:
@@ -161,7 +161,9 @@ class ComparedVariants:
 class VariantsSubject:
     """Subject of a comparison: the files and results that the table ``[study]`` names."""
 
-    def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[ComparedVariants, Document]:
+    def from_document(
+        self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
+    ) -> tuple[ComparedVariants, Document]:
         """Read the variants, see ``Subject``. settings: further keys set in all variants."""
         for key in ("machine", "system"):
             if key in document:

@@ -108,11 +108,11 @@ class MachineInFolder:
 class MachineInFolderSubject:
     """Subject of a design: the machine of the table ``[machine]``, with its folder if the target lies in a file beside it."""
 
-    def read(
+    def from_document(
         self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
     ) -> tuple[Machine | MachineInFolder, Document]:
         """Read the machine, see ``Subject``."""
-        machine, facts = MACHINE.read(document, path, name, settings)
+        machine, facts = MACHINE.from_document(document, path, name, settings)
         target = require_table(document, "study", "study").get("target") if "study" in document else None
         has_target_file = isinstance(target, Mapping) and "file" in target
         return MachineInFolder(machine, path.parent) if has_target_file else machine, facts

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import SI, Composite, TableModel, composite, is_pairs, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, is_pairs, si, validate_table
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import Vary
 from wucht.studies.spec import Value
@@ -75,7 +75,7 @@ def _target(raw: Any) -> Any:
     pairs = raw.get("table")
     if pairs is not None and not is_pairs(pairs):
         raise InputError("study.target.table", pairs, "must be a list of pairs [AMPLITUDE, CYCLES]")
-    target = validate_model(Target, raw, "study.target")
+    target = validate_table(Target, raw, "study.target")
     target.check()
     return target
 

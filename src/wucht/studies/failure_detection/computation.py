@@ -20,7 +20,7 @@ from wucht.dynamics.exciters.speed_readings import (
     detection_of,
     readings_of,
 )
-from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal, signal_integration
 from wucht.dynamics.run_ups.run_up import RunUpCase
@@ -216,7 +216,7 @@ def _parameter_axis(
     parameter = parameter_of(machine, path, key)
     if spec.failure is not None and path == spec.failure.parameter:
         raise InputError(f"study.{key}", path, "not allowed: this parameter falls with the failure")
-    low, high = ends_of(machine, parameter, limits, range_key)
+    low, high = checked_range(machine, parameter, limits, range_key)
     return ParameterAxis(parameter, tuple(np.linspace(low, high, points).tolist()))
 
 

@@ -54,7 +54,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     return replace(
         draft, sentence=_sentence(s, plan), warnings=_warnings(plan, findings, s), failure=run.failure,
         attributes={"outcome": str(run.verdict.outcome), "signal": plan.signal.name},
-    ).dataset()  # fmt: skip
+    ).to_dataset()  # fmt: skip
 
 
 def _run_quantities(plan: Plan, findings: Findings) -> list[Quantity]:

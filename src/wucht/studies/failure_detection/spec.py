@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.schema import SI, Composite, TableModel, composite, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, si, validate_table
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 
@@ -56,7 +56,7 @@ class Sensor(TableModel):
 def _table_validator(cls: type[T], key: str, example: str) -> BeforeValidator:
     def read_table(raw: Any) -> Any:
         if isinstance(raw, Mapping):
-            return validate_model(cls, raw, key)
+            return validate_table(cls, raw, key)
         if raw is not None and not isinstance(raw, cls):
             raise ValueError(f"must be a table: {example}")
         return raw

@@ -76,12 +76,12 @@ class Records:
 class MachineOrRecords:
     """The machine of the table ``[machine]``; without one, the records that lie where the study file does."""
 
-    def read(
+    def from_document(
         self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
     ) -> tuple[Machine | Records, Document]:
         """See ``Subject``."""
         if "machine" in document:
-            return MACHINE.read(document, path, name, settings)
+            return MACHINE.from_document(document, path, name, settings)
         if "system" in document:
             raise InputError("system", None, "this study needs a machine or a record")
         refuse_unknown(document, ABOUT, "")

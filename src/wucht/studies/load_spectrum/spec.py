@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.fatigue.counting import Residue
-from wucht.schema import SI, Composite, TableModel, composite, si, validate_model
+from wucht.schema import SI, Composite, TableModel, composite, si, validate_table
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Value
@@ -35,7 +35,7 @@ class RecordColumn(TableModel):
 
 def _signal(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return validate_model(RecordColumn, value, "study.signal")
+        return validate_table(RecordColumn, value, "study.signal")
     if not isinstance(value, RecordColumn) and value not in get_args(MachineSignalName):
         raise ValueError(f"must be {_SIGNALS}")
     return value

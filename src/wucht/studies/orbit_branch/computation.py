@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from wucht.dynamics.branches.orbit_diagram import OrbitCase, OrbitFindings, follow_orbits
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
-from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.user_system import UserSystem
@@ -36,7 +36,7 @@ class Plan:
 def prepare(spec: OrbitBranch, subject: Machine | UserSystem) -> Plan:
     """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along = parameter_of(subject, spec.along, "along")
-    bounds = ends_of(subject, along, spec.range)
+    bounds = checked_range(subject, along, spec.range)
     at = _values_in_range(subject, along, bounds, spec.at, "at")
     values = _values_in_range(subject, along, bounds, spec.values, "values")
     return Plan(along, OrbitCase.of(subject, along.path, bounds, spec.settings, at, values))

@@ -111,7 +111,7 @@ def gather_runs(plan: Plan, results: Sequence[StudyResult], finished_count: int)
     ]
     sentence = ", ".join(f"{n} {name}" for name, n in count.most_common())
     failure = next((a.failure for a in results if a.failure), None)
-    return StudyResult(quantities, sentence, warnings, (), failure, {"outcome": outcome or "several"}).dataset(result)
+    return StudyResult(quantities, sentence, warnings, (), failure, {"outcome": outcome or "several"}).to_dataset(result)
 
 
 def _reduce_run(run: xr.Dataset, over: str) -> xr.Dataset:

@@ -20,7 +20,7 @@ from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.formatting import Format, ReportLines, formats
 from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities
-from wucht.studies.motion_variables import envelopes, variables
+from wucht.studies.motion_variables import envelopes, motion_quantities
 from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
 
@@ -68,13 +68,13 @@ def _plane(of: xr.DataArray, ways: str) -> np.ndarray:
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of one run, of one run of both models, or of many, with the dimension ``case``."""
     runs = [join_models(motions, [_motion_result(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
-    return gather_runs(plan, runs, findings.finished_count) if plan.several else runs[0].dataset()
+    return gather_runs(plan, runs, findings.finished_count) if plan.several else runs[0].to_dataset()
 
 
 def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
     """Return the result for the motion of one model."""
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
-    quantities = variables(machine, motion.rows, motion.machine_motion, motion.observation.largest)
+    quantities = motion_quantities(machine, motion.rows, motion.machine_motion, motion.observation.largest)
     limits = _observe_limits(motion) if _sampling_warnings(motion) else None
     quantities += [] if limits is None else envelopes(machine, motion.observation.main.last(1.0))
     result = dataset_from_quantities(quantities)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
 from wucht.dynamics.branches.second_parameter import SecondParameter
-from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.user_system import UserSystem
@@ -32,11 +32,11 @@ class Plan:
 def prepare(spec: SpeedCurve, subject: Machine | UserSystem) -> Plan:
     """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along = parameter_of(subject, spec.along, "along")
-    bounds = ends_of(subject, along, spec.range)
+    bounds = checked_range(subject, along, spec.range)
     second = None if spec.second is None else parameter_of(subject, spec.second, "second")
     plane, values = None, None
     if second is not None and spec.second_range is not None:
-        limits = ends_of(subject, second, spec.second_range, "second_range")
+        limits = checked_range(subject, second, spec.second_range, "second_range")
         plane = SecondParameter(second.path, limits, second.value)
         if not limits[0] <= second.value <= limits[1]:
             requirement = f"must contain the value {second.value:.6g} that {second.path} has: there the curves begin"

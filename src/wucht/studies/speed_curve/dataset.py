@@ -209,13 +209,16 @@ def _branch_entries(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]
         speeds = [_round_ordinate(steady_states, float(speed)) for speed in steady_states.ordinates(b.unknowns).speed]
         second = {} if plan.second is None or b.second is None else {plan.second.path: b.second, "second_value": b.second}
         stretches = {"": b.intervals(StabilityLevel.STABLE), "partly_": b.intervals(StabilityLevel.PARTLY_STABLE)}
-        spans = {f"{word}stable": [_span(plan, b.values[i : k + 1]) for i, k in at] for word, at in stretches.items()}
-        at_ends = {f"{word}stable_speeds": [_upwards(b.values, speeds, i, k) for i, k in at] for word, at in stretches.items()}
+        spans = {f"{word}stable": [_span(plan, b.parameter_values[i : k + 1]) for i, k in at] for word, at in stretches.items()}
+        at_ends = {
+            f"{word}stable_speeds": [_upwards(b.parameter_values, speeds, i, k) for i, k in at]
+            for word, at in stretches.items()
+        }
         entries.append({
             **second, "type": b.kind.type, "name": b.kind.name, "label": label_of(b.kind.name, b.kind.type, b.kind.split),
             **spans, **at_ends,
-            "partly_stable_shares": [_upwards(b.values, b.stable_share, i, k) for i, k in stretches["partly_"]],
-            "range": _span(plan, b.values), "ends": list(b.ends),
+            "partly_stable_shares": [_upwards(b.parameter_values, b.stable_share, i, k) for i, k in stretches["partly_"]],
+            "range": _span(plan, b.parameter_values), "ends": list(b.ends),
             "family_dimension": b.dimension, "multiplicity": b.kind.multiplicity,
         })  # fmt: skip
     return entries
@@ -317,7 +320,7 @@ def _stability_warnings(plan: Plan, findings: BranchFindings) -> list[str]:
     """Return warnings on changes of stability that are not located, and on the stability of families."""
     lines = []
     for k, b in enumerate(findings.branches):
-        gaps = [f"{b.values[i]:.5g} and {b.values[j]:.5g}" for i, j in b.unlocated_changes]
+        gaps = [f"{b.parameter_values[i]:.5g} and {b.parameter_values[j]:.5g}" for i, j in b.unlocated_changes]
         if gaps:
             more = f", and at {len(gaps) - 1} more places" if len(gaps) > 1 else ""
             location = f"between {plan.along.path} = {gaps[0]}{more}"

@@ -15,7 +15,7 @@ from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended_curves, lines_of, map_states
 from wucht.dynamics.branches.state_rows import STABLE
-from wucht.dynamics.parameters import ends_of, parameter_of
+from wucht.dynamics.parameters import checked_range, parameter_of
 from wucht.dynamics.work import Work
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
@@ -59,7 +59,7 @@ _CELLS_OF_STATES, _CELLS_OF_ENDINGS = 12, 6  # a side, by default
 def prepare(spec: StabilityMap, subject: Machine | UserSystem) -> StatePlan | EndingPlan:
     """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along, second = parameter_of(subject, spec.along, "along"), parameter_of(subject, spec.second, "second")
-    bounds = ends_of(subject, along, spec.range), ends_of(subject, second, spec.second_range, "second_range")
+    bounds = checked_range(subject, along, spec.range), checked_range(subject, second, spec.second_range, "second_range")
     return (StatePlan if spec.eliminate is None else EndingPlan).from_spec(spec, subject, along, second, bounds)
 
 
@@ -218,7 +218,7 @@ class EndingPlan(MapPlan[EndingFindings]):
         """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
         assert spec.eliminate is not None and spec.eliminate_range is not None
         third = parameter_of(subject, spec.eliminate, "eliminate")
-        ends = ends_of(subject, third, spec.eliminate_range, "eliminate_range")
+        ends = checked_range(subject, third, spec.eliminate_range, "eliminate_range")
         plane = ParameterPlane((third.path, along.path, second.path), (ends, *bounds))
         case = EndingMapCase.of(subject, plane, spec.cells or _CELLS_OF_ENDINGS, spec.settings, spec.orbit_settings)
         return cls(along, second, bounds, case.warnings, third, ends, case)

@@ -1,4 +1,4 @@
-"""Optimisation problems of the synthesis: an objective over linear restrictions and cones, and their solution."""
+"""Second-order cone programmes of the synthesis: an objective over linear restrictions and cones, and their solution."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Programme:
         return float(max([*np.abs(self.targets), *np.abs(self.bounds), *(size for _, _, size, _ in self.caps), 0.0])) or 1.0
 
 
-def solve_programme(programme: Programme, estimate: float = 0.0) -> tuple[np.ndarray, float]:
+def solve_cone_programme(programme: Programme, estimate: float = 0.0) -> tuple[np.ndarray, float]:
     """Return the optimal x (n,) and t. estimate: t of a programme with fewer rows, 0 where nothing is known.
 
     A ripple may be 1e-9 of the stroke: unknowns are chosen that are as large as what is to be small, and units in which t is
@@ -60,7 +60,7 @@ def solve_programme(programme: Programme, estimate: float = 0.0) -> tuple[np.nda
     except RunError:
         if not estimate:
             raise
-        return solve_programme(programme)  # a unit that is much too small
+        return solve_cone_programme(programme)  # a unit that is much too small
     while programme.weights is None and t < _LARGE * unit and unit > smallest:
         unit = max(t, _SMALLER * unit, smallest)
         try:
