@@ -99,6 +99,13 @@ def test_what_a_killed_removal_left_is_removed(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_removal_that_a_kill_has_broken_off_is_finished(tmp_path: Path) -> None:
+    (tmp_path / ".units-0123" / "store").mkdir(parents=True)
+    (tmp_path / "units").mkdir()
+    UnitMemory(tmp_path, {"a": 1}).forget()
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_one_that_finishes_leaves_the_units_of_others(tmp_path: Path) -> None:
     """Of two questions at once in one folder."""
     first, other = fill(tmp_path), UnitMemory(tmp_path, OTHER)

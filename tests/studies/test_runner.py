@@ -145,6 +145,15 @@ def test_what_every_result_has(tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["result.nc"], "units are forgotten once the study is finished"
 
 
+def test_a_finished_result_is_cleared_of_what_a_kill_has_left(tmp_path: Path) -> None:
+    result = ask(Squares(count=3), [1.0, 2.0, 3.0], folder=tmp_path)
+    files = sorted(tmp_path.iterdir())
+    for leftover in (".units-0123", "units"):
+        (tmp_path / leftover).mkdir()
+    assert ask(Squares(count=3), [1.0, 2.0, 3.0], folder=tmp_path, resume=True).equals(result)
+    assert sorted(tmp_path.iterdir()) == files
+
+
 @pytest.mark.parametrize("at", range(1, 6))
 def test_interrupted_and_resumed_it_is_the_uninterrupted_one(tmp_path: Path, at: int) -> None:
     numbers = [1.0, 2.0, 3.0, 4.0, 5.0]

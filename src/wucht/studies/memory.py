@@ -54,8 +54,7 @@ class UnitMemory:
     @classmethod
     def start(cls, folder: Path, question: Mapping[str, Any]) -> UnitMemory:
         """Start an empty memory for a question: units in the folder, of this or another question, are removed."""
-        for leftover in folder.glob(f".{FOLDER}-*"):
-            shutil.rmtree(leftover, ignore_errors=True)
+        _remove_leftovers(folder)
         _remove(folder / FOLDER, folder)
         return cls(folder, question)
 
@@ -121,9 +120,10 @@ class UnitMemory:
         return_free_memory()
 
     def forget(self) -> None:
-        """Remove the units of this question."""
+        """Remove the units of this question, and what a kill has left of such a removal."""
         if self._store is not None:
             units = self._store.parent
+            _remove_leftovers(units.parent)
             _remove(self._store, units.parent)
             with suppress(OSError):  # it has units of other processes, or is gone
                 units.rmdir()
@@ -150,6 +150,12 @@ def _matching_paths(folder: Path, pattern: str) -> list[Path]:
         return sorted(folder.glob(pattern))
     except FileNotFoundError:
         return []
+
+
+def _remove_leftovers(folder: Path) -> None:
+    """Remove folders whose removal a kill has broken off."""
+    for leftover in _matching_paths(folder, f".{FOLDER}-*"):
+        shutil.rmtree(leftover, ignore_errors=True)
 
 
 def _remove(path: Path, beside: Path) -> None:

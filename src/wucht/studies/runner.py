@@ -138,6 +138,7 @@ def _compute_result(
             finished_result, notes = earlier_result(folder / RESULT, spec, untitled_question)
             if finished_result is not None:
                 _commit(finished_result, folder, write)
+                UnitMemory(folder, untitled_question).forget()  # a kill may have come before the first run did so
                 return finished_result
         has_units = resume and untitled_question in stored_questions(folder)
         memory = (UnitMemory.resume if has_units else UnitMemory.start)(folder, untitled_question)

@@ -177,7 +177,7 @@ def test_what_was_computed_is_not_computed_again(study: Study, here: Path, monke
         kept.append(variant.label)
         return variant_result(variant, result)
 
-    monkeypatch.setattr(comparison_run, "compared", counted)
+    monkeypatch.setattr(comparison_run, "variant_result", counted)
     vary = {"drive.slope": SLOPES}
     broken = package.compare([file], SHORT, vary, folder=here / "out", progress=stop)
     assert (broken.sizes["variant"], broken.wucht.finished) == (1, False)
