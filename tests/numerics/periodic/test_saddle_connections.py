@@ -160,3 +160,47 @@ def test_special_points_that_are_not_located_are_unresolved(
 
     monkeypatch.setattr(saddle_connections, "refine_on_common_mesh", lost)
     assert [c.kind for c in connections._special(leaf, other)] == ["unresolved"]
+
+
+@pytest.mark.parametrize(
+    ("time", "change", "prolonged"),
+    [
+        (30.0, {}, True), (40.0, {}, False), (30.0, {"longest": 30.0}, False), (30.0, {"longest": 30.1}, True),
+        (30.0, {"folds": (True,)}, False),
+    ],
+)  # fmt: skip
+def test_where_an_orbit_is_followed_longer(
+    found: tuple[Connections, Connection], monkeypatch: pytest.MonkeyPatch, time: float, change: dict[str, Any], prolonged: bool
+) -> None:
+    """Where its ends are far from its saddle or its time is short, up to a longest one; never that of a saddle-node."""
+    connections, leaf = replace(found[0], **({"time": 40.0, "longest": 1e3} | change)), replace(found[1], time=time)
+    asked = list[Any]()
+
+    def lengthened(connection: Connection, more: np.ndarray, *_: Any) -> Any:
+        asked.append(more)
+        raise RunError("enough")
+
+    monkeypatch.setattr(saddle_connections, "end_distances", lambda *_: (1e-9, 1e-9))
+    monkeypatch.setattr(saddle_connections, "missing_times", lambda *_: np.array([3.0, 1.0]))
+    monkeypatch.setattr(saddle_connections, "lengthen_orbit", lengthened)
+    if prolonged:
+        with pytest.raises(RunError, match="enough"):
+            connections.prolong(leaf)
+        room = min(connections.longest - 30.0, (saddle_connections._LONGER - 1) * 30.0)
+        assert asked[0] == pytest.approx(min(1.0, room / 4.0) * np.array([3.0, 1.0]))
+    else:
+        assert connections.prolong(leaf) is leaf
+
+
+@pytest.mark.parametrize(("ends", "near"), [((1.1, 0.0), False), ((0.0, 1.1), False), ((0.9, 0.9), True)])
+def test_an_orbit_whose_ends_are_far_is_followed_longer(
+    found: tuple[Connections, Connection], monkeypatch: pytest.MonkeyPatch, ends: tuple[float, float], near: bool
+) -> None:
+    """Either end, in terms of the largest distance that is allowed, though its time is long enough."""
+    connections, leaf = found
+    connections = replace(connections, time=leaf.time, longest=1e3)
+    far = saddle_connections._FAR
+    monkeypatch.setattr(saddle_connections, "end_distances", lambda *_: (ends[0] * far, ends[1] * far))
+    asked = list[int]()
+    monkeypatch.setattr(saddle_connections, "missing_times", lambda *_: asked.append(1) or np.zeros(2))
+    assert connections.prolong(leaf) is leaf and (asked == []) is near
