@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
+from equations_by_hand import by_hand
 from tests.refusals import refused
 
 from wucht.numerics.continuation.deflation import (
@@ -124,3 +125,14 @@ def test_starts_are_checked_and_reproducible() -> None:
         deflated_solutions(equations(UNFOLDED), [0.0], np.zeros((2, 3)))
     np.testing.assert_array_equal(random_starts([0, 1], [1, 3], 4, seed=3), random_starts([0, 1], [1, 3], 4, seed=3))
     assert (random_starts([0, 1], [1, 3], 50)[1] >= 1).all()
+
+
+def test_states_at_a_value_at_which_a_point_of_the_branch_lies() -> None:
+    """p = x^2: at the parameter of any of its points both roots, each once; at the fold one, beyond it none."""
+    problem = Equilibria(by_hand([X**2 - P], [X]), (-1, 1))
+    branch = problem.branch(problem.start([0.5], 0.25))
+    for k in (0, 2, -3, -1):
+        value = branch.points[k].parameter
+        np.testing.assert_allclose(sorted(equilibria_at(branch, value)[0]), [-math.sqrt(value), math.sqrt(value)], atol=1e-9)
+    np.testing.assert_allclose(sorted(equilibria_at(branch, 0.3)[0]), [-math.sqrt(0.3), math.sqrt(0.3)], rtol=1e-12)
+    assert equilibria_at(branch, -0.1).shape == (1, 0)

@@ -64,3 +64,9 @@ def test_ends_of_several_parts() -> None:
     assert ends.sentences == {3: "why"}
     assert ends.times.tolist() == ends.states[:, 0].tolist() == ends.record.top[1].tolist() == [0, 1, 0, 1, 2, 0]
     assert [ends.count(s) for s in Status] == [2, 1, 0, 3]
+
+
+def test_a_rounding_makes_no_further_chunk() -> None:
+    """2.1/0.3 is a rounding more than 7; a thousandth more is a chunk of its own."""
+    assert 2.1 / 0.3 > 7 and Pace(0.3, 4, 2.1).chunks == 7 and Pace(0.3, 4, 2.1003).chunks == 8
+    assert Pace(0.3, 4, 2.1).times(6)[-1] == 2.1 and Pace(0.3, 4, 2.1).times(5)[0] == 1.5
