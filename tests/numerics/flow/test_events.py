@@ -282,3 +282,12 @@ def test_an_event_that_heyoka_cannot_locate_is_named(monkeypatch, missed):
         run.leg(np.linspace(0, 1, 3))
     assert repr(("first", "second")[missed]) in str(error.value)
     assert error.value.samples.shape == (1, 0)
+
+
+def test_the_sentence_of_a_failure_names_the_largest_states():
+    """Four of them, by their magnitudes, in that order."""
+    error = LegError("it overflows", "Try again.", np.zeros((5, 0)))
+    sentence = error.sentence(2.5, ["a", "b", "c", "d", "e"], np.array([1.0, -7.0, 3.0, 0.5, -2.0]))
+    assert (
+        "t = 2.5: it overflows" in sentence and "b = -7, c = 3, e = -2, a = 1)" in sentence and sentence.endswith("Try again.")
+    )

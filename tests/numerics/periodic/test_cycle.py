@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.periodic import branch_ends
 from wucht.numerics.periodic.branch_ends import _AROUND, _NEAR, _agree, _is_near, _rates, _time_near
 from wucht.numerics.periodic.cycle import TESTS, Cycle, _product, _relative_size, critical_pair, has_pair_on_circle
 from wucht.numerics.periodic.period_laws import Growth, PeriodLaw
@@ -153,3 +154,37 @@ def test_near_is_a_share_of_the_extent_of_an_orbit() -> None:
     here: Any = SimpleNamespace(states=np.array([[0.0, 4.0], [0.0, 0.0]]), problem=sizes)
     for away, near in (([3.99, 0.0], True), ([4.01, 0.0], False), ([0.0, 0.0299], True), ([0.0, 0.0301], False)):
         assert _is_near(here, np.array([1.0, 1.0]), 1 + _NEAR * np.array(away)) is near
+
+
+STAYS, GROWS = [0.5 + 1e-9] * 6 + [0.5], [8.0] * 6 + [9.0]
+
+
+@pytest.mark.parametrize(
+    ("values", "periods", "saddles", "rate", "gained", "found"),
+    [
+        (STAYS, GROWS, 2, 2.0, 1.0, True), (STAYS, GROWS, 0, 2.0, 1.0, False), (STAYS, GROWS, 2, 0.6, 1.0, False),
+        (STAYS, GROWS, 2, 2.0, 0.97, False), (STAYS, GROWS, 2, 2.0, 1.03, False), (STAYS, GROWS, 2, 2.0, 0.99, True),
+        ([0.5 + 3e-8] * 6 + [0.5], GROWS, 2, 2.0, 1.0, False), (STAYS, [9.0] * 7, 2, 2.0, 1.0, False),
+        (STAYS, [8.0, 8.0, 6.9, 6.9, 8.0, 8.0, 9.0], 2, 2.0, 1.0, False),
+    ],
+)  # fmt: skip
+def test_a_connection_so_near_that_the_parameter_stays(
+    monkeypatch: pytest.MonkeyPatch, values: list[float], periods: list[float], saddles: int, rate: float, gained: float,
+    found: bool,
+) -> None:  # fmt: skip
+    """All that the period still gains is time at saddles, to which the orbit comes nearer by three e-folds."""
+    first, last = SimpleNamespace(period=periods[0]), SimpleNamespace(period=9.0, parameter=0.5)
+    point = SimpleNamespace(x=np.array([1.0, 2.0]), eigenvalues=np.array([1.0, -2.0]))
+    there = [SimpleNamespace(point=point, growing=rate, decaying=rate)] * saddles
+    monkeypatch.setattr(branch_ends, "_saddles", lambda _c, _h, _p, value: there if value == 0.5 else [])
+    monkeypatch.setattr(branch_ends, "_slow_places", lambda *_: [])
+    monkeypatch.setattr(branch_ends, "_sizes", lambda *_: np.ones(2))
+    monkeypatch.setattr(branch_ends, "_time_near", lambda orbit, *_: 4.0 + (gained / 2 if orbit is last else 0.0))
+    cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameters=("T", "p")))
+    orbits: Any = [first, last]
+    end = branch_ends._unresolved_connection(cycles, np.array(values), np.array(periods), orbits)
+    assert (end is not None) is found
+    if end is not None:
+        assert (end.kind, end.parameter, end.period) == ("saddle-connection", 0.5, 9.0) and end.error == pytest.approx(5e-9)
+        assert end.equilibrium.tolist() == [1.0, 2.0] and end.eigenvalues.tolist() == [1.0, -2.0]
+        assert end.sentence.startswith("at p = 0.5 ") and end.sentence.endswith("2 saddles")

@@ -181,13 +181,13 @@ def test_where_an_orbit_is_followed_longer(
         raise RunError("enough")
 
     monkeypatch.setattr(saddle_connections, "end_distances", lambda *_: (1e-9, 1e-9))
-    monkeypatch.setattr(saddle_connections, "missing_times", lambda *_: np.array([3.0, 1.0]))
+    monkeypatch.setattr(saddle_connections, "missing_times", lambda *_: np.array([300.0, 100.0]))
     monkeypatch.setattr(saddle_connections, "lengthen_orbit", lengthened)
     if prolonged:
         with pytest.raises(RunError, match="enough"):
             connections.prolong(leaf)
-        room = min(connections.longest - 30.0, (saddle_connections._LONGER - 1) * 30.0)
-        assert asked[0] == pytest.approx(min(1.0, room / 4.0) * np.array([3.0, 1.0]))
+        room = 90.0 if connections.longest == 1e3 else 0.1  # up to four times as long, or to the longest one
+        assert asked[0] == pytest.approx(room * np.array([0.75, 0.25]))
     else:
         assert connections.prolong(leaf) is leaf
 
