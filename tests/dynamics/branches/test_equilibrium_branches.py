@@ -25,6 +25,7 @@ from wucht.dynamics.branches.second_parameter import (
     SecondParameter,
     _describe_curve_end,
     curve_starts,
+    curve_through,
     fold_crossings,
     lies_on_curve,
 )
@@ -274,3 +275,35 @@ def test_where_folds_of_one_name_cross(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (point.x, point.y, omissions) == (0.5, 0.75, ()) and np.isnan(point.value)
     lost = fold_crossings(two_parameters(), SECOND, [replace(rising, u=rising.u + np.array([[60.0], [0.0], [0.0]])), falling])
     assert lost.points == () and len(lost.omissions) == 1 and "p = 0, q = 0.5" in lost.omissions[0]
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize(("bifurcation", "solver"), [("fold", "Folds"), ("hopf", "HopfPoints")])
+def test_a_curve_through_a_special_point(monkeypatch: pytest.MonkeyPatch, bifurcation: str, solver: str, closed: bool) -> None:
+    """Begun at the second parameter's value; coefficients of special points alone; each end in words unless it is closed."""
+    u = np.array([[1.0, 2.0, 3.0], [0.5, 1.0, 1.5], [0.0, 2.0, 3.0]])
+    points = [SimpleNamespace(kind=kind, coefficients={"a": number}) for kind, number in (("", 1.0), ("cusp", 2.0), ("", 3.0))]
+    ends = ("it is closed", "it is closed") if closed else ("first", "last")
+
+    class Solver:
+        def __init__(self, equations: Any, bounds: Any, steps: Any, limits: Any) -> None:
+            assert (equations, bounds, steps, limits) == (("q", 4.0), ((0.0, 2.0), (0.0, 4.0)), "steps", {0: (-9.0, 9.0)})
+
+        def start(self, x: np.ndarray, parameters: tuple[float, float]) -> str:
+            assert x.tolist() == [7.0] and parameters == (0.25, 1.0)
+            return "start"
+
+        def branch(self, start: str) -> Any:
+            assert start == "start"
+            return SimpleNamespace(points=points, u=u, ends=ends, is_closed=closed)
+
+    monkeypatch.setattr(f"wucht.dynamics.branches.second_parameter.{solver}", Solver)
+    states = two_parameters()
+    states.equations_with = lambda path, width: (path, width)
+    states.equilibria = SimpleNamespace(
+        equations=states.equilibria.equations, bounds=(0.0, 2.0), limits={0: (-9.0, 9.0)}, steps="steps"
+    )
+    made = curve_through(states, SECOND, bifurcation, Kind("a"), np.array([7.0, 0.25]))
+    assert (made.bifurcation, made.kind, made.kinds) == (bifurcation, Kind("a"), ("", "cusp", ""))
+    assert made.coefficients == ({}, {"a": 2.0}, {}) and made.u is u
+    assert made.ends == (ends if closed else ("the range ends", "at p = 1.5, q = 3: last"))

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.branches import orbit_diagram
+from wucht.analysis.configurations.closed_form import State
+from wucht.dynamics.branches import averaged_equilibria, orbit_diagram
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria, _sides_in_line
 from wucht.dynamics.branches.equilibrium_branches import StabilityLevel, stability_from_fraction, stability_levels
 from wucht.dynamics.branches.orbit_branches import StoredOrbit
@@ -148,3 +149,29 @@ def test_pieces_of_lines_that_cross() -> None:
     level = np.array([[-1.0, 1.0, 2.25], [0.5, 0.5, 0.5]])
     assert crossing_pieces(zigzag, level) == [(0, 0), (1, 1)]
     assert crossing_pieces(level, zigzag) == [(0, 0), (1, 1)]
+
+
+def test_states_are_compared_with_the_torques_at_their_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    of = states()
+    u = np.array([*(200.0 if n == "d.speed" else 0.5 for n in of.names), 4e-3])
+    monkeypatch.setattr(averaged_equilibria, "is_same_state", lambda torques, a, b: (torques, a.speed, b.speed))
+    faster = u + [1.0 if n == "d.speed" else 0.0 for n in (*of.names, "")]
+    assert of.is_same(u, faster) == (of.model_at(4e-3).torques, 200.0, 201.0)
+
+
+def test_a_point_is_that_of_a_state_and_back() -> None:
+    """Phases relative to the main rotor, within a turn."""
+    of = states()
+    u = of.point(State(150.0, np.array([0.0, 0.75, 5.5])), 4e-3)
+    numbers = dict(zip(of.names, u[:-1], strict=True))
+    assert u[-1] == 4e-3 and numbers["d.speed"] == pytest.approx(150.0)
+    assert numbers["p.phase"] == pytest.approx(0.75) and math.remainder(numbers["q.phase"] - 5.5, 2 * math.pi) == pytest.approx(
+        0.0
+    )
+    back = of.state(u)
+    assert back.speed == pytest.approx(150.0) and back.phases == pytest.approx([0.0, 0.75, 5.5])
+    assert of.ordinate_size == of.fastest and of.equilibria.equations.scale[-1] == pytest.approx(8e-3)
+    second = of.equations_with("p.mass", 0.5)
+    assert second.parameters == ("d.unbalance", "p.mass") and second.scale[-2:] == pytest.approx([8e-3, 0.5])
+    rows = [i for i, n in enumerate(of.names) if n == "d.speed"]
+    assert of.equilibria.limits == {rows[0]: of.limits} and of.equilibria.bounds == (1e-3, 9e-3)
