@@ -223,3 +223,10 @@ def test_what_has_no_mean(expression, sentence):
 def test_an_antiderivative_of_a_rational_function_is_refused():
     with rejected("denominator"):
         antiderivative(1 / (2 + sp.cos(t)), t)
+
+
+def test_factors_of_a_denominator_that_do_not_change_after_all():
+    """1/((sin^2 + cos^2 + 2)^2 (2 + cos)): a ninth of 1/sqrt(3); with a square beside it, 2/(3 sqrt 3), and no other factor."""
+    still = (sp.sin(t) ** 2 + sp.cos(t) ** 2 + 2) ** 2
+    for factor, expected in ((2 + sp.cos(t), sp.sqrt(3) / 3), ((2 + sp.cos(t)) ** 2, 2 * sp.sqrt(3) / 9), (1, 1)):
+        assert sp.simplify(mean(1 / (still * factor), t) - expected / 9) == 0

@@ -131,6 +131,9 @@ def test_bodies_in_line_and_their_sides() -> None:
     assert _sides_in_line(torques, np.array([0.0, 0.5, 0.6, 0.5])) == ()
     torques.is_coaxial = False
     assert _sides_in_line(torques, np.array([0.0, 0.5, 0.5, 0.5])) == ()
+    for size, sides in ((2, ()), (3, (0, 1))):
+        few: Any = SimpleNamespace(size=size, is_coaxial=True, coefficients=np.array([1.0, 2.0, 3.0])[:size])
+        assert _sides_in_line(few, np.array([0.0, 0.5, 0.5 + math.pi])[:size]) == sides
 
 
 def test_levels_of_stability() -> None:

@@ -42,7 +42,9 @@ def test_chunks_follow_each_other_without_a_gap_and_end_at_the_limit() -> None:
     assert Pace(5.0, 4, 0.3).times(0)[-1] == 0.3
 
 
-@pytest.mark.parametrize("numbers", [(0.0, 1, 1.0), (1.0, 0, 1.0), (1.0, 1, -1.0), (1.0, 1, np.inf), (np.nan, 1, 1.0)])
+@pytest.mark.parametrize(
+    "numbers", [(0.0, 1, 1.0), (1.0, 1, 0.0), (1.0, 0, 1.0), (1.0, 1, -1.0), (1.0, 1, np.inf), (np.nan, 1, 1.0)]
+)
 def test_a_pace_that_is_none(numbers: tuple[float, int, float]) -> None:
     with rejected("pace"):
         Pace(*numbers)
