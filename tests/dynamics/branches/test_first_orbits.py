@@ -74,3 +74,18 @@ def test_first_orbits_at_hopf_points(monkeypatch: pytest.MonkeyPatch, longest: f
     (found,) = orbits_of_hopf_points(subject, (branch,), np.array([4.0]), longest)
     assert found == (([2.0], 0.1), "the Hopf point at p = 0.1", True)
     assert made == [([0], [4.0, 2.0], pytest.approx(20 * 2 * np.pi / 3) if longest is None else 5.0)]
+
+
+def test_values_widths_and_turns_of_a_problem() -> None:
+    system = System((X, PHI), (P - X, 1 + Q * X**2), (P, Q), angles=frozenset({PHI}))
+    problem = OrbitProblem.of(
+        wucht.UserSystem(system, {"p": 0.5, "q": 0.25}), "q", (-0.1, 0.9), OrbitSettings(start={"phi": 2})
+    )
+    assert problem.width == 1.0 and problem.turning.tolist() == [False, True] and not problem.shows_rotor_speed
+    assert problem.parameters_at(0.75) == (0.5, 0.75) and problem.fixed_values("q") == {"p": 0.5}
+    assert problem.fixed_values() == {"p": 0.5, "q": 0.25} and problem.turns(np.array([0, -2])) == {"phi": -2}
+    assert problem.initial(0.3).tolist() == [0.0, 2.0]
+    ordinate, amplitude = problem.observables(np.array([[1.0, 2.0], [3.0, 4.0]]), 0.3)
+    assert ordinate.tolist() == [1.0, 2.0] and np.isnan(amplitude).all()
+    turned = OrbitProblem.of(subject, "q", (-0.1, 0.9), OrbitSettings(show="phi"))
+    assert turned.observables(np.array([[1.0, 2.0], [3.0, 4.0]]), 0.3)[0].tolist() == [3.0, 4.0]

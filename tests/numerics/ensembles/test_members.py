@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 from tests.refusals import failed, rejected
 
-from wucht.numerics.ensembles.members import EnsembleResult, Members, Pace, Status, checked_record
+from wucht.numerics.ensembles.members import (
+    EnsembleResult,
+    Members,
+    Pace,
+    Status,
+    checked_record,
+    select_members,
+)
 
 
 @dataclass(frozen=True)
@@ -72,3 +79,18 @@ def test_a_rounding_makes_no_further_chunk() -> None:
     """2.1/0.3 is a rounding more than 7; a thousandth more is a chunk of its own."""
     assert 2.1 / 0.3 > 7 and Pace(0.3, 4, 2.1).chunks == 7 and Pace(0.3, 4, 2.1003).chunks == 8
     assert Pace(0.3, 4, 2.1).times(6)[-1] == 2.1 and Pace(0.3, 4, 2.1).times(5)[0] == 1.5
+
+
+@dataclass(frozen=True)
+class Pair:
+    one: np.ndarray
+    many: np.ndarray
+
+
+def test_each_array_of_a_record_has_its_members() -> None:
+    assert checked_record(Pair(np.zeros(5), np.zeros((2, 5))), 5).one.shape == (5,)
+    for wrong in (Pair(np.zeros(5), np.zeros((5, 2))), Pair(np.zeros(4), np.zeros((2, 5))), Pair(np.zeros(()), np.zeros(5))):
+        with failed("record", "5"):
+            checked_record(wrong, 5)
+    chosen = select_members(Pair(np.arange(5.0), np.arange(10.0).reshape(2, 5)), np.array([3, 0]))
+    assert chosen.one.tolist() == [3.0, 0.0] and chosen.many.tolist() == [[3.0, 0.0], [8.0, 5.0]]
