@@ -78,9 +78,8 @@ def test_first_orbits_at_hopf_points(monkeypatch: pytest.MonkeyPatch, longest: f
 
 def test_values_widths_and_turns_of_a_problem() -> None:
     system = System((X, PHI), (P - X, 1 + Q * X**2), (P, Q), angles=frozenset({PHI}))
-    problem = OrbitProblem.of(
-        wucht.UserSystem(system, {"p": 0.5, "q": 0.25}), "q", (-0.1, 0.9), OrbitSettings(start={"phi": 2})
-    )
+    subject = wucht.UserSystem(system, {"p": 0.5, "q": 0.25})
+    problem = OrbitProblem.of(subject, "q", (-0.1, 0.9), OrbitSettings(start={"phi": 2}))
     assert problem.width == 1.0 and problem.turning.tolist() == [False, True] and not problem.shows_rotor_speed
     assert problem.parameters_at(0.75) == (0.5, 0.75) and problem.fixed_values("q") == {"p": 0.5}
     assert problem.fixed_values() == {"p": 0.5, "q": 0.25} and problem.turns(np.array([0, -2])) == {"phi": -2}

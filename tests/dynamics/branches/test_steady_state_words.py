@@ -211,4 +211,4 @@ def test_states_are_the_same_but_for_whole_turns_of_angles() -> None:
     assert not states.is_same(u, u + np.array([np.pi, 0.0, 0.0])) and not states.is_same(u, u + np.array([0.0, 2 * np.pi, 0.0]))
     assert states.state_by_name(turned) == {"theta": pytest.approx(1.0), "x": 0.5}
     assert states.ordinates(u[:, None]).speed.tolist() == [0.5] and states.ordinate_size == 4.0
-    assert states.nominal_value == 0.5 and states.equilibria.limits == {1: (-5.0, 7.0)}
+    assert states.labels.state == "x" and states.nominal_value == 0.5 and states.equilibria.limits == {1: (-5.0, 7.0)}

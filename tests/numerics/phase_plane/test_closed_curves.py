@@ -187,3 +187,14 @@ def test_a_curve_ends_where_it_leaves_the_window_or_arrives_first(monkeypatch: p
     )
     portrait._arrival = lambda *_: (-1, 0.0)
     assert Portrait._end(portrait, states, time, 4, True) is None
+
+
+def test_the_usual_speed_is_the_median_in_units_of_the_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of x' = x over 1 to 5: x/4 at 41 places; places at rest do not count."""
+    growing = System((X, Y), (X, sp.S.Zero))
+    monkeypatch.setattr(Plane, "rates", lambda _, x: np.array([x[0], 0 * x[0]]))
+    assert Plane(growing, {}, np.array([1.0, 0.0]), np.array([5.0, 9.0])).usual_speed == pytest.approx(0.75)
+    assert Plane(growing, {}, np.array([0.0, 0.0]), np.array([4.0, 9.0])).usual_speed == pytest.approx(20.5 / 40)
+    plane = Plane(growing, {}, np.array([1.0, 0.0]), np.array([5.0, 9.0]))
+    assert plane.length_numbers(True, 1e-2) == pytest.approx([1.0, 4.0, 9.0, 0.0075])
+    assert plane.length_numbers(False, 1e-2)[0] == -1.0
