@@ -12,7 +12,7 @@ from tests.refusals import rejected
 
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
-from wucht.mechanics.means import antiderivative, mean
+from wucht.mechanics.means import _moment, _roots, antiderivative, mean
 from wucht.mechanics.trigonometric import common_period, harmonics
 from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.numerics.flow.compiled_system import compile_system
@@ -230,3 +230,17 @@ def test_factors_of_a_denominator_that_do_not_change_after_all():
     still = (sp.sin(t) ** 2 + sp.cos(t) ** 2 + 2) ** 2
     for factor, expected in ((2 + sp.cos(t), sp.sqrt(3) / 3), ((2 + sp.cos(t)) ** 2, 2 * sp.sqrt(3) / 9), (1, 1)):
         assert sp.simplify(mean(1 / (still * factor), t) - expected / 9) == 0
+
+
+def test_moments_of_waves_over_a_denominator():
+    """<exp(i k theta)/(3 + sin theta)> against quadrature; of -k the conjugate."""
+    z = sp.Symbol("z")
+    P = sp.Poly(z**2 / (2 * sp.I) + 3 * z - 1 / (2 * sp.I), z, extension=True)
+    turn = np.linspace(0.0, 2 * math.pi, 64, endpoint=False)
+    for k in range(4):
+        re, im = _moment(k, P)
+        value = np.mean(np.exp(1j * k * turn) / (3 + np.sin(turn)))
+        assert (float(re), float(im)) == approx((value.real, value.imag), abs=1e-12)
+        back = _moment(-k, P)
+        assert (back[0], sp.simplify(back[1] + im)) == (re, 0)
+    assert _roots(sp.Poly(z + 3, z)) == [-3] and {*_roots(sp.Poly(z**2 - 5 * z + 6, z))} == {2, 3}
