@@ -16,7 +16,7 @@ from wucht.dynamics.branches.equilibrium_branches import StabilityLevel, stabili
 from wucht.dynamics.branches.orbit_branches import StoredOrbit
 from wucht.dynamics.branches.orbit_diagram import _exponents, _values_to_report, reported_orbit
 from wucht.dynamics.branches.second_parameter import crossing_pieces
-from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.branches.steady_states import BranchSettings, Kind
 from wucht.files.building import machine_from
 from wucht.numerics.collocation.mesh import Mesh
 
@@ -178,3 +178,17 @@ def test_a_point_is_that_of_a_state_and_back() -> None:
     assert second.parameters == ("d.unbalance", "p.mass") and second.scale[-2:] == pytest.approx([8e-3, 0.5])
     rows = [i for i, n in enumerate(of.names) if n == "d.speed"]
     assert of.equilibria.limits == {rows[0]: of.limits} and of.equilibria.bounds == (1e-3, 9e-3)
+
+
+def test_names_of_steady_states_at_a_value_of_the_unbalance() -> None:
+    """By the phases of both bodies; whether they compensate the unbalance depends on its value, 4 or 8 of 10 g m."""
+    of, half, most = states(), math.acos(-0.4), math.acos(-0.8)
+
+    def kind(first: float, second: float, value: float = 4e-3, of: AveragedEquilibria = of) -> Kind:
+        return of.kind(of.point(State(150.0, np.array([0.0, first, second])), value))
+
+    assert kind(1.0, 1.0) == kind(math.pi, math.pi) == Kind("together", "II", (2, 0), 1)
+    assert kind(0.0, math.pi) == kind(math.pi, 0.0) == Kind("opposed", "III", (1, 1), 2)
+    assert kind(half, -half) == kind(most, -most, 8e-3) == Kind("compensating", "I", None, 2)
+    assert kind(half, -half, 8e-3) == kind(most, -most) == kind(1.0, 2.0) == Kind(None, None, None, 2)
+    assert kind(math.pi, 0.0, of=states(second=0.06)) == Kind("opposed", None, (1, 1), 1)
