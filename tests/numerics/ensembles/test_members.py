@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.refusals import failed, rejected
 
+from wucht.numerics.ensembles import ensemble
 from wucht.numerics.ensembles.members import (
     EnsembleResult,
     Members,
@@ -94,3 +97,23 @@ def test_each_array_of_a_record_has_its_members() -> None:
             checked_record(wrong, 5)
     chosen = select_members(Pair(np.arange(5.0), np.arange(10.0).reshape(2, 5)), np.array([3, 0]))
     assert chosen.one.tolist() == [3.0, 0.0] and chosen.many.tolist() == [[3.0, 0.0], [8.0, 5.0]]
+
+
+@pytest.mark.parametrize(
+    ("count", "threads", "width", "states", "size"),
+    [(100, 2, 4, 2, 28), (96, 2, 4, 2, 24), (97, 2, 4, 2, 28), (3, 2, 4, 2, 4), (100, 1, 4, 2, 52), (100, 0, 4, 2, 52),
+     (100_000, 2, 4, 2, 1488), (100_000, 2, 8, 62, 48), (100_000, 2, 8, 9999, 8)],
+)  # fmt: skip
+def test_a_tile_has_whole_batches(count: int, threads: int, width: int, states: int, size: int) -> None:
+    """Two tiles for each thread, of no more than 2976 numbers unless a batch alone has more."""
+    compiled: Any = SimpleNamespace(width=width, system=SimpleNamespace(states=range(states)))
+    assert ensemble._size(count, threads, compiled) == size
+
+
+def test_the_processors_that_may_be_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ensemble.os, "sched_getaffinity", lambda _: {1, 4, 5}, raising=False)
+    assert ensemble.processors() == 3
+    monkeypatch.delattr(ensemble.os, "sched_getaffinity")
+    for number, expected in ((7, 7), (None, 1)):
+        monkeypatch.setattr(ensemble.os, "cpu_count", lambda number=number: number)
+        assert ensemble.processors() == expected
