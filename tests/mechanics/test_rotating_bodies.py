@@ -180,7 +180,7 @@ def test_torques_at_twice_the_speed() -> None:
     lines = Lines()
     coupling = Coupling(BODIES, lines)
     z = [Phasor(sp.Rational(1, 3), sp.Rational(1, 5)), Phasor(sp.Rational(-1, 4), sp.Rational(2, 3))]
-    found = coupling.alternating(z)
+    computed = coupling.alternating(z)
     at = {sp.Symbol(f"{n}.{q}", real=True): AT[f"{n}.{q}"] for n, q in (("a", "speed"), ("b", "phase"), ("c", "phase"))}
 
     def number(e: sp.Expr) -> float:
@@ -189,7 +189,7 @@ def test_torques_at_twice_the_speed() -> None:
         return float(sp.sympify(e).xreplace(at))
 
     numbers = np.array([1 / 3 + 0.2j, -0.25 + 2j / 3])
-    for u, alpha, t in zip((0.5, 0.25, 0.125), (0.0, 0.6, -1.1), found, strict=True):
+    for u, alpha, t in zip((0.5, 0.25, 0.125), (0.0, 0.6, -1.1), computed, strict=True):
         expected = 0.5j * 4.0**2 * (u * numbers[0] - 1j * u * numbers[1]) * np.exp(1j * alpha)
         assert (number(t.re), number(t.im)) == pytest.approx((expected.real, expected.imag))
     assert math.isclose(number(coupling.direction[1].re), math.cos(0.6))
@@ -236,8 +236,8 @@ def test_second_order_with_the_inertia_of_all_bodies() -> None:
     V, S, A, (steady, by_slip, by_acceleration) = changing(4.0, np.array([0.0, 0.6, -1.1]))
     absolute = np.array([16.0 - 1.0, -4.5 / 8, 2.25])
     rates = np.linalg.solve(J - A, absolute + V + S @ (speeds - 4.0) - B @ speeds)
-    found = numbers_of(system)
-    assert [found[f"{n}.speed"] for n in "abc"] == pytest.approx(rates) and found["b.phase"] == pytest.approx(0.5)
+    computed = numbers_of(system)
+    assert [computed[f"{n}.speed"] for n in "abc"] == pytest.approx(rates) and computed["b.phase"] == pytest.approx(0.5)
     z = steady + (speeds - 4.0) @ by_slip + rates @ by_acceleration
     names = ("amplitude.re[x]", "amplitude.im[x]", "amplitude.re[y]", "amplitude.im[y]")
     assert values(system, names) == pytest.approx([z[0].real, z[0].imag, z[1].real, z[1].imag])
@@ -271,8 +271,8 @@ def test_second_order_where_a_body_keeps_no_inertia() -> None:
     matrix = (J - A) @ rates + (B - S - slopes) @ turning
     rate, nu, other = np.linalg.solve(matrix, absolute + V + S @ (speeds - 4.0) - B @ speeds - (J - A) @ known)
     system = averaged_equations(BODIES, inertia=False, order=2).system
-    found = numbers_of(system)
-    assert (found["a.speed"], found["c.speed"], found["b.phase"]) == pytest.approx((rate, other, nu), rel=1e-7)
+    computed = numbers_of(system)
+    assert (computed["a.speed"], computed["c.speed"], computed["b.phase"]) == pytest.approx((rate, other, nu), rel=1e-7)
     assert values(system, ("speed[b]",)) == pytest.approx([4.0 + nu], rel=1e-7)
 
 
@@ -312,5 +312,5 @@ def test_second_order_of_bodies_that_pulse() -> None:
     speeds = np.array([4.0, 4.5, 3.5])
     absolute = np.array([16.0 - 1.0, -4.5 / 8, 2.25])
     rates = np.linalg.solve(J - A, absolute + V + S @ (speeds - 4.0) - B @ speeds)
-    found = numbers_of(averaged_equations(UNEVEN, order=2).system)
-    assert [found[f"{n}.speed"] for n in "abc"] == pytest.approx(rates)
+    computed = numbers_of(averaged_equations(UNEVEN, order=2).system)
+    assert [computed[f"{n}.speed"] for n in "abc"] == pytest.approx(rates)

@@ -117,13 +117,13 @@ def test_derivatives_along_a_direction_and_in_units_of_scale() -> None:
 def test_both_branches_through_a_branch_point(along: Any) -> None:
     """(x - 2 p)(x + p/2) = 0: along (2, 1) and (-1/2, 1); the first is nearest to the direction, each has its sense."""
     equations = by_hand([(X - 2 * P) * (X + P / 2)], [X])
-    found = BranchPoint.from_point(equations, np.zeros(2), along)
+    computed = BranchPoint.from_point(equations, np.zeros(2), along)
     ways = np.array([[2.0, 1.0], [-0.5, 1.0]])
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     to = np.array([0.0, 1.0]) if along is None else along
     order = np.argsort(-np.abs(ways @ to))
     expected = ways[order] * np.sign(ways[order] @ to)[:, None]
-    assert found.tangents == pytest.approx(expected, abs=1e-7)
+    assert computed.tangents == pytest.approx(expected, abs=1e-7)
     near = branch_point_near(equations, np.array([0.02, -0.03]))
     assert near.u == pytest.approx([0.0, 0.0], abs=1e-9)
 

@@ -101,8 +101,8 @@ def test_edges_are_fine_enough_for_a_rate() -> None:
 def test_the_leaving_eigenvalue_is_mirrored_and_all_else_stays() -> None:
     vectors = np.array([[1.0, 2.0, 0.0], [0.5, -1.0, 1.0], [0.0, 1.0, 3.0]])
     matrix = vectors @ np.diag([-2.0, 1.5, -0.3]) @ np.linalg.inv(vectors)
-    found = _without_leaving(matrix)
-    assert found == pytest.approx(vectors @ np.diag([-2.0, -1.5, -0.3]) @ np.linalg.inv(vectors))
+    computed = _without_leaving(matrix)
+    assert computed == pytest.approx(vectors @ np.diag([-2.0, -1.5, -0.3]) @ np.linalg.inv(vectors))
 
 
 def test_the_leading_rate_is_that_of_the_first_equilibrium() -> None:

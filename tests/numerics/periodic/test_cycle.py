@@ -160,7 +160,7 @@ STAYS, GROWS = [0.5 + 1e-9] * 6 + [0.5], [8.0] * 6 + [9.0]
 
 
 @pytest.mark.parametrize(
-    ("values", "periods", "saddles", "rate", "gained", "found"),
+    ("values", "periods", "saddles", "rate", "gained", "ends"),
     [
         (STAYS, GROWS, 2, 2.0, 1.0, True), (STAYS, GROWS, 0, 2.0, 1.0, False), (STAYS, GROWS, 2, 0.6, 1.0, False),
         (STAYS, GROWS, 2, 2.0, 0.97, False), (STAYS, GROWS, 2, 2.0, 1.03, False), (STAYS, GROWS, 2, 2.0, 0.99, True),
@@ -170,7 +170,7 @@ STAYS, GROWS = [0.5 + 1e-9] * 6 + [0.5], [8.0] * 6 + [9.0]
 )  # fmt: skip
 def test_a_connection_so_near_that_the_parameter_stays(
     monkeypatch: pytest.MonkeyPatch, values: list[float], periods: list[float], saddles: int, rate: float, gained: float,
-    found: bool,
+    ends: bool,
 ) -> None:  # fmt: skip
     """All that the period still gains is time at saddles, to which the orbit comes nearer by three e-folds."""
     first, last = SimpleNamespace(period=periods[0]), SimpleNamespace(period=9.0, parameter=0.5)
@@ -183,7 +183,7 @@ def test_a_connection_so_near_that_the_parameter_stays(
     cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameters=("T", "p")))
     orbits: Any = [first, last]
     end = branch_ends._unresolved_connection(cycles, np.array(values), np.array(periods), orbits)
-    assert (end is not None) is found
+    assert (end is not None) is ends
     if end is not None:
         assert (end.kind, end.parameter, end.period) == ("saddle-connection", 0.5, 9.0) and end.error == pytest.approx(5e-9)
         assert end.equilibrium.tolist() == [1.0, 2.0] and end.eigenvalues.tolist() == [1.0, -2.0]

@@ -131,9 +131,9 @@ def test_a_window_around_fixed_points(monkeypatch: pytest.MonkeyPatch) -> None:
     def shown(points: list[list[float]], low: list[float], high: list[float]) -> tuple[list[float], list[float]]:
         states = [SimpleNamespace(state=np.array(p)) for p in points]
         monkeypatch.setattr(fixed_points, "fixed_points", lambda _: SimpleNamespace(points=states))
-        found = window_around(FLAT.system, {}, np.array(low), np.array(high))
-        assert found is not None
-        return found[0].tolist(), found[1].tolist()
+        computed = window_around(FLAT.system, {}, np.array(low), np.array(high))
+        assert computed is not None
+        return computed[0].tolist(), computed[1].tolist()
 
     free = [math.nan, math.nan]
     assert shown([[0.0, 1.0], [10.0, 1.0]], free, free) == ([-6.0, 0.5], [16.0, 1.5])
@@ -155,9 +155,9 @@ def test_a_larger_box_with_very_many_fixed_points_is_not_shown(monkeypatch: pyte
             )
 
         monkeypatch.setattr(fixed_points, "fixed_points", points)
-        found = window_around(FLAT.system, {}, np.full(2, math.nan), np.full(2, math.nan))
-        assert found is not None
-        return [float(found[0][0]), float(found[1][0])]
+        computed = window_around(FLAT.system, {}, np.full(2, math.nan), np.full(2, math.nan))
+        assert computed is not None
+        return [float(computed[0][0]), float(computed[1][0])]
 
     assert within(21) == pytest.approx([4.5, 13.5]) and within(20) == pytest.approx([450.0, 1350.0])
 
