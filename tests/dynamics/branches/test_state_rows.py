@@ -115,7 +115,9 @@ def test_a_special_orbit_is_the_one_of_its_kind_at_its_value() -> None:
         special: Any = SimpleNamespace(kind=kind, value=at)
         return state_rows._locate_special(cycles, orbit(0.3), special).parameter
 
-    assert value("fold", 0.3985) == value("fold", 0.4001) == 0.4 and value("fold", 0.40205) == 0.4021 and value("fold", 0.2) == 0.2
+    assert (
+        value("fold", 0.3985) == value("fold", 0.4001) == 0.4 and value("fold", 0.40205) == 0.4021 and value("fold", 0.2) == 0.2
+    )
     for kind, at in (("fold", 0.405), ("torus", 0.2), ("fold", 0.29)):
         with pytest.raises(RunError):
             value(kind, at)
