@@ -99,3 +99,10 @@ def test_eight_pendulums_numerically():
     forces = np.array(motion.forces.xreplace(values).tolist(), float).ravel()
     assert np.allclose(mass, mass.T, rtol=0, atol=0)
     assert np.allclose(accelerations, np.linalg.solve(mass, forces), rtol=1e-9)
+
+
+def test_a_matrix_that_is_not_symmetric_is_eliminated_in_the_given_order():
+    """Its last row has the fewest entries, and a zero on the diagonal: it cannot come first."""
+    matrix, right = sp.Matrix([[1, 1, 1], [1, 2, 0], [1, 0, 0]]), [sp.Integer(6), sp.Integer(5), sp.Integer(1)]
+    found = solve_by_elimination(matrix, right, "abc", lines := Lines(), symmetric=False)
+    assert [substitute_definitions(sp.sympify(a), lines.pairs) for a in found] == [1, 2, 3]

@@ -12,8 +12,13 @@ from tests.refusals import rejected
 
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
+<<<<<<< HEAD
 from wucht.mechanics.means import antiderivative, mean
 from wucht.mechanics.trigonometric import common_period, trigonometric_polynomial
+=======
+from wucht.mechanics.means import _moment, _roots, antiderivative, mean
+from wucht.mechanics.trigonometric import common_period, harmonics
+>>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb
 from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -223,3 +228,24 @@ def test_what_has_no_mean(expression, sentence):
 def test_an_antiderivative_of_a_rational_function_is_refused():
     with rejected("denominator"):
         antiderivative(1 / (2 + sp.cos(t)), t)
+
+
+def test_factors_of_a_denominator_that_do_not_change_after_all():
+    """1/((sin^2 + cos^2 + 2)^2 (2 + cos)): a ninth of 1/sqrt(3); with a square beside it, 2/(3 sqrt 3), and no other factor."""
+    still = (sp.sin(t) ** 2 + sp.cos(t) ** 2 + 2) ** 2
+    for factor, expected in ((2 + sp.cos(t), sp.sqrt(3) / 3), ((2 + sp.cos(t)) ** 2, 2 * sp.sqrt(3) / 9), (1, 1)):
+        assert sp.simplify(mean(1 / (still * factor), t) - expected / 9) == 0
+
+
+def test_moments_of_waves_over_a_denominator():
+    """<exp(i k theta)/(3 + sin theta)> against quadrature; of -k the conjugate."""
+    z = sp.Symbol("z")
+    P = sp.Poly(z**2 / (2 * sp.I) + 3 * z - 1 / (2 * sp.I), z, extension=True)
+    turn = np.linspace(0.0, 2 * math.pi, 64, endpoint=False)
+    for k in range(4):
+        re, im = _moment(k, P)
+        value = np.mean(np.exp(1j * k * turn) / (3 + np.sin(turn)))
+        assert (float(re), float(im)) == approx((value.real, value.imag), abs=1e-12)
+        back = _moment(-k, P)
+        assert (back[0], sp.simplify(back[1] + im)) == (re, 0)
+    assert _roots(sp.Poly(z + 3, z)) == [-3] and {*_roots(sp.Poly(z**2 - 5 * z + 6, z))} == {2, 3}

@@ -419,3 +419,29 @@ def test_the_creep_is_the_part_of_the_gap_along_neutral_directions() -> None:
     gap = 2 * vectors[:, 0] + 7 * vectors[:, 1]
     orbit = PeriodicOrbit(0.0, np.zeros(2), 1.0, np.zeros(2), np.zeros(2, complex), monodromy, gap, 0.0)
     assert orbit.creep(1) == pytest.approx([2.0, 2.0]) and orbit.creep(2) == pytest.approx(gap)
+
+
+@pytest.mark.parametrize(("residual", "again"), [(0.9e-10, False), (1.1e-10, True), (0.9e-4, True), (1.1e-4, False)])
+@pytest.mark.parametrize("legs", [1, 2])
+def test_states_that_are_at_rest_on_the_orbit_get_their_size_there(monkeypatch, residual, again, legs):
+    """Where the orbit is nearly closed: smaller by a thousand than in the guess; it is closed once more, with its end."""
+    given = []
+    motion = np.array([[1.0, 2.0], [1e-9, 2e-9], [5.0, 5.0]])
+    states = motion[:, :legs]
+    found = SimpleNamespace(residual=residual, states=states, times=np.linspace(0.0, 1.0, legs + 1), period=3.0)
+
+    def exact_orbit(_plain, _parameters, _time, near, closing, *_):
+        given.append((near, closing))
+        return found
+
+    monkeypatch.setattr(orbits, "exact_orbit", exact_orbit)
+    monkeypatch.setattr(
+        orbits._Equations, "run", lambda _self, x, duration, count: np.array([[1.0, 2.0], [1e-9, 2e-9], [5, 5]])
+    )
+    closing = orbits.Closing(np.array([7.0, 0.0, 0.0]), np.array([1.0, 0.1, 4.0]), states[:, 0], 3.0, (), False, 0)
+    _, used = orbits._Equations(None, np.zeros(0), 0.0)._exact("near", closing, 25)
+    assert len(given) == (2 if again else 1) and used.sizes.tolist() == ([1.0, 1.0, 4.0] if again else [1.0, 0.1, 4.0])
+    if again:
+        near, _ = given[1]
+        assert near.period == 3.0 and near.states[:, 0].tolist() == states[:, 0].tolist()
+        assert near.states[:, -1].tolist() == [8.0, 1e-9, 5.0] and near.states.shape == (3, legs + 1)

@@ -82,3 +82,13 @@ def test_distances_are_shares_of_the_range_and_of_an_angle_chords() -> None:
     assert _distance(states, np.array([False, True, True])) == pytest.approx(expected)
     small = np.array([[1e-6, 0.0, 0.0]])
     assert _distance(small, np.array([True]))[0] == pytest.approx(0.01), "of an angle, a ten thousandth of a radian counts as 1"
+
+
+def test_at_rest_is_a_millionth_of_a_state_or_of_one() -> None:
+    """Of each state by its own size."""
+    for state, rest in (
+        ([0.0, 0.99e-6], True), ([0.0, 1.01e-6], False), ([0.5, 0.5 - 0.99e-6], True), ([-1e3, -1e3 + 0.99e-3], True),
+        ([-1e3, -1e3 + 1.01e-3], False), ([2.0, 2.0 + 1.9e-6], True), ([2.0, 2.0 + 2.1e-6], False),
+    ):  # fmt: skip
+        assert is_at_rest(np.array([state])) is rest
+        assert is_at_rest(np.array([state, [1e6, 1e6]])) is rest

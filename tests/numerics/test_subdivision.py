@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from wucht.numerics import subdivision
 from wucht.numerics.subdivision import all_zeros
 
 
@@ -153,3 +154,41 @@ def test_trigonometric_polynomials_against_a_fine_grid(seed: int) -> None:
     assert zeros.complete
     grid = np.linspace(0, 2 * math.pi, 200_001)[None]
     assert zeros.points.shape[1] == (np.diff(np.sign(f(grid)[0])) != 0).sum()
+
+
+def test_boxes_examined_in_small_groups_give_the_same_zeros(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = all_zeros(circles, circles_jacobian, circles_spread, [-3, -2], [3, 3])
+    monkeypatch.setattr(subdivision, "_CHUNK", 3)
+    parts = all_zeros(circles, circles_jacobian, circles_spread, [-3, -2], [3, 3])
+    assert parts.complete and parts.boxes == whole.boxes > 3
+    assert parts.points == pytest.approx(whole.points, abs=1e-14)
+
+
+def test_work_that_is_left_is_undecided() -> None:
+    """After so many boxes; together they hold all zeros that are missing."""
+    calls = list[int]()
+    found = all_zeros(
+        circles, circles_jacobian, circles_spread, [-3, -2], [3, 3], most_boxes=4, check=lambda: calls.append(1)
+    )  # fmt: skip
+    assert not found.complete and 4 <= found.boxes < 12 and len(calls) >= 2
+    centres, radii = found.undecided_boxes
+    for zero in ([0.5, -math.sqrt(0.75)], [0.5, math.sqrt(0.75)]):
+        away = np.abs(centres - np.array(zero)[:, None]) <= radii + 1e-12
+        assert away.all(axis=0).any() or np.abs(found.points - np.array(zero)[:, None]).max(axis=0).min(initial=1.0) < 1e-9
+
+
+def test_boxes_in_which_two_zeros_may_be_one() -> None:
+    """Each within the other's box is one zero; one of them alone leaves it undecided; on a circle a turn apart too."""
+
+    def box(at: float, radius: float, centre: float | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.array([at]), np.array([at if centre is None else centre]), np.array([radius])
+
+    whole = np.array([10.0])
+    for boxes, around, points, doubtful in (
+        ([box(1.0, 0.5), box(1.2, 0.5)], False, [1.0], 0), ([box(1.0, 0.5), box(1.2, 0.1)], False, [1.0], 1),
+        ([box(1.0, 0.1), box(1.2, 0.5)], False, [1.0], 1), ([box(3.0, 0.1), box(1.2, 0.1)], False, [1.2, 3.0], 0),
+        ([box(0.1, 0.5), box(9.9, 0.5)], True, [0.1], 0), ([box(0.1, 0.5), box(9.9, 0.5)], False, [0.1, 9.9], 0),
+        ([box(-0.5, 0.1)], True, [9.5], 0), ([box(-0.5, 0.1)], False, [-0.5], 0),
+    ):  # fmt: skip
+        found, left = subdivision._distinct_zeros(boxes, np.zeros(1), whole, np.array([around]))
+        assert found[0].tolist() == pytest.approx(points) and len(left) == doubtful

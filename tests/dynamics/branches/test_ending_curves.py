@@ -289,3 +289,60 @@ def test_an_orbit_that_is_not_known_begins_no_curve() -> None:
     found = ending_curves.curves_between(motion(), PLANE, here, there, lambda _: None)
     assert found.omissions == ("near mu = 0.2, r = 0.05: the orbit's end is not known well enough to start from it",)
     assert found.curves == () and found.points == ()
+
+
+@pytest.mark.parametrize(
+    ("here", "there", "along", "grows"),
+    [
+        ((0.2, 0.05), (0.1, 0.05), 1, -1), ((0.1, 0.05), (0.2, 0.05), 1, 1), ((0.2, 0.05), (0.2, -0.05), 2, -1),
+        ((0.2, -0.05), (0.2, 0.05), 2, 1),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("tangent", [1.0, -1.0])
+def test_from_one_place_towards_the_other_along_the_parameter_that_differs(
+    monkeypatch: pytest.MonkeyPatch, here: Any, there: Any, along: int, grows: int, tangent: float
+) -> None:
+    """Up to the saddle-node, whose values are those of its fold and of the place but for that parameter."""
+    begun = list[Any]()
+    first: Any = SimpleNamespace(point=SimpleNamespace(tangent=np.array([9.0, tangent])), parameters=np.array([0.5, 0.7]))
+    last: Any = SimpleNamespace(parameters=np.array([0.11, 0.22]), equilibria=np.array([[1.0, 2.0]]))
+
+    class Way:
+        end = ending_curves.SADDLE_NODE
+
+        def __iter__(self) -> Any:
+            return iter([first, last])
+
+    def walk(start: Any) -> Way:
+        begun.append("back" if start == "back" else "onward")
+        return Way()
+
+    narrow: Any = SimpleNamespace(backwards=lambda _: "back", walk=walk, winding="winding", time=10.0)
+
+    def at(_motion: Any, path: str, bounds: Any, end: Any, value: float) -> Any:
+        assert (path, bounds, value) == (PLANE.paths[along], PLANE.wider_bounds[along], here[along - 1]) and end is NO_END
+        return narrow, first
+
+    def of(_motion: Any, _paths: Any, _bounds: Any, time: float, winding: str, folds: Any) -> Any:
+        assert winding == "winding" and folds == (True,)
+        return time
+
+    def node(whole: float, orbit: Any, state: str, values: np.ndarray) -> Any:
+        expected = [0.33, *here]
+        expected[along] = 0.22
+        assert whole == 10.0 and orbit is last and state == "state" and values.tolist() == expected
+        return "short"
+
+    def fold(_motion: Any, x: np.ndarray, value: float) -> Any:
+        assert x.tolist() == [1.0, 2.0] and value == 0.11
+        return SimpleNamespace(value=0.33, state="state")
+
+    monkeypatch.setattr(ending_curves, "connections_at", at)
+    monkeypatch.setattr(ending_curves, "connections_of", of)
+    monkeypatch.setattr(ending_curves, "nearest_fold", fold)
+    monkeypatch.setattr(ending_curves, "saddle_node_of", node)
+    monkeypatch.setattr(ending_curves, "prolong_at_saddle_node", lambda whole, short: (whole, short))
+    ends = OrbitEnding(*here, 0.0, NO_END), OrbitEnding(*there, 0.0, NO_END)
+    whole, prolonged = ending_curves._limit(motion(), PLANE, *ends)
+    assert begun == ["onward" if tangent * grows > 0 else "back"]
+    assert prolonged == (whole, "short") and whole == ending_curves._SPARE * 10.0  # type: ignore[comparison-overlap]

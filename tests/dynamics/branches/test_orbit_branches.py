@@ -231,7 +231,14 @@ def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) 
     *_, found = follow_branches(diagram(), Work())
     second: Any = SimpleNamespace(path="s")
     monkeypatch.setattr(bifurcation_diagram, "curve_through", lambda *_: "no curve")
+<<<<<<< HEAD
     stages = list(bifurcation_diagram._curves(diagram().steady_states, second, found, Work()))
+=======
+    shares = list[float]()
+    work: Any = SimpleNamespace(report=lambda share, _: shares.append(share), unit=lambda _, make: make())
+    stages = list(bifurcation_diagram._curves(diagram().states, second, found, work))
+    assert shares == [0.5 + 0.5 * k / len(shares) for k in range(len(shares))] and len(shares) == len(stages) > 0
+>>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb
     (sentence,) = stages[-1].omissions
     assert sentence.startswith("the hopf at p = ") and sentence.endswith(" is not followed as s changes: no curve")
     assert stages[-1].curves == ()
@@ -246,3 +253,66 @@ def test_the_peak_of_a_curve_between_its_samples() -> None:
         assert orbit_branches.peak(turn, np.cos(turn - late)) == pytest.approx(1.0, abs=1e-5)
     assert orbit_branches.peak(turn, np.full(41, 3.0)) == 3.0
     assert np.isnan(orbit_branches.peak(turn, np.append(np.cos(turn[:-1]), np.nan)))
+
+
+def test_the_numbers_of_an_orbit() -> None:
+    """The ordinate 10 + 3 cos, its mean over the period; the amplitude 2 - sin; both ranges by parabolas."""
+    tau = np.linspace(0.0, 1.0, 61)
+    ordinate, amplitude = 10 + 3 * np.cos(2 * np.pi * tau), 2 - np.sin(2 * np.pi * tau)
+
+    def observables(states: Any, value: float) -> np.ndarray:
+        assert (states, value) == ("states", 0.25)
+        return np.array([ordinate, amplitude])
+
+    cycle: Any = SimpleNamespace(
+        states="states", parameter=0.25, period=4.0, tau=tau, is_trusted=True, product_error=-1e-3, unstable=2,
+        integral=lambda values: 4.0 * float(np.trapezoid(values, tau)),
+    )  # fmt: skip
+    found = orbit_branches._numbers(SimpleNamespace(observables=observables), cycle)  # type: ignore[arg-type]
+    assert found == pytest.approx([0.25, 4.0, 10.0, 7.0, 13.0, 1.0, 3.0, 1.0, 1e-3, 2.0], abs=1e-5)
+
+
+def test_a_whole_branch_has_its_first_orbit_once() -> None:
+    """Backwards in reverse, without it."""
+
+    def half(*values: float) -> Any:
+        return SimpleNamespace(
+            values=np.array(values), logarithms=np.array([values, values]), kinds=tuple(map(str, values)),
+            hidden_points=values, stored_orbits=values,
+        )  # fmt: skip
+
+    seed: Any = None
+    branch = PeriodicBranch(seed, half(0.0, -1.0, -2.0), half(0.0, 1.0))
+    assert branch.whole_array("values").tolist() == [-2.0, -1.0, 0.0, 1.0]
+    assert branch.whole_array("logarithms").tolist() == [[-2.0, -1.0, 0.0, 1.0]] * 2
+    assert branch.kinds == ("-2.0", "-1.0", "0.0", "1.0")
+    assert branch.hidden_points == branch.stored_orbits == (-2.0, -1.0, 0.0, 1.0)
+    assert branch.parts == (branch.backward, branch.onward)
+    alone = PeriodicBranch(seed, None, half(0.0, 1.0))
+    assert (
+        alone.whole_array("values").tolist() == [0.0, 1.0] and alone.kinds == ("0.0", "1.0") and alone.parts == (alone.onward,)
+    )
+    assert alone.hidden_points == alone.stored_orbits == (0.0, 1.0)
+
+
+def test_the_share_of_the_work_of_each_second_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Equal parts, of the first half where curves follow."""
+    parts = list[tuple[str, float, float]]()
+
+    def follow(_case: Any, findings: Any, _second: Any, _states: Any, part: Any) -> Any:
+        parts.append(part)
+        yield findings
+        return findings
+
+    def curves(_states: Any, _plane: Any, findings: Any, _work: Any) -> Any:
+        yield findings
+        return findings
+
+    monkeypatch.setattr(bifurcation_diagram, "_follow_at_second", follow)
+    monkeypatch.setattr(bifurcation_diagram, "_curves", curves)
+    work: Any = SimpleNamespace(part=lambda *given: given, report=lambda _: None)
+    for plane, half in ((None, 1.0), ("plane", 0.5)):
+        parts.clear()
+        case: Any = SimpleNamespace(curves=((1.0, "a"), (2.0, "b")), plane=plane, states="a")
+        assert list(follow_branches(case, work))[-1].complete
+        assert parts == [("1.0", 0.0, half / 2), ("2.0", half / 2, half)]

@@ -277,3 +277,35 @@ def test_a_fold_that_is_met_but_once_is_no_end(monkeypatch: pytest.MonkeyPatch) 
     """The parameter stays, and it is not known how the period grows towards the fold."""
     still = [Orbit(0.5, 1.0 + 0.01 * k) for k in range(12)]
     assert end_of(monkeypatch, still, fold=0.51)[:2] == ("other", 0.5)
+
+
+def test_how_far_a_saddle_or_a_fold_is_from_where_an_orbit_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the slow place, wherever that lies, in units of the orbit's extent 1 and 2."""
+    slow = np.array([3.0, -5.0])
+    cycle: Any = SimpleNamespace(states=slow[:, None] + [[0.0, 1.0], [0.0, 2.0]], parameter=0.5, period=7.0)
+    motion: Any = SimpleNamespace(subject=Subject(), equilibria=SimpleNamespace(equations=None))
+    for away, near in (([0.19, 0.0], True), ([0.21, 0.0], False), ([0.0, 0.39], True), ([0.0, 0.41], False)):
+        monkeypatch.setattr(orbit_endings, "fold_at", lambda *_, x=slow + away: (x, np.array([0.51])))
+        assert (orbit_endings._fold_ahead(motion, cycle, slow, 1) is not None) is near
+
+
+def test_the_time_of_a_connection_allows_for_both_ends() -> None:
+    """Five e-folds of the leaving and of the slowest reaching disturbance, in whatever order they are given."""
+    values = np.array([-9.0, 0.5, -0.25 + 3j, -0.25 - 3j])
+    assert orbit_endings.connection_time(7.0, values) == pytest.approx(7.0 + 5.0 * (1 / 0.5 + 1 / 0.25))
+
+
+def test_places_where_an_orbit_is_slow_the_slowest_first() -> None:
+    """Minima of the speed, in units of scale, below 0.3 of the largest; four at most; around the end of the period too."""
+    speed = np.array([0.5, 9.0, 2.0, 9.0, 1.0, 9.0, 2.9, 9.0, 10.0, 1.5, 9.0, 2.5, 9.0, 3.1])
+
+    def values(points: np.ndarray) -> Any:
+        assert points.shape == (4, 14) and (points[2:] == [[1.0], [0.25]]).all()
+        return np.array([2 * speed, 0 * speed]), None
+
+    cycles: Any = SimpleNamespace(equations=SimpleNamespace(values=values, scale=np.array([2.0, 5.0, 1.0, 1.0])))
+    states = np.array([np.arange(15.0), np.zeros(15)])
+    cycle: Any = SimpleNamespace(states=states, parameter=0.25, problem=SimpleNamespace(n=2))
+    assert [x[0] for x in orbit_endings._slow_places(cycles, cycle)] == [0.0, 4.0, 9.0, 2.0]
+    speed[:] = [0.5, 9.0, 3.01, 9.0, 1.0, 9.0, 2.9, 9.0, 10.0, 9.5, 9.0, 9.1, 9.0, 0.4]
+    assert [x[0] for x in orbit_endings._slow_places(cycles, cycle)] == [13.0, 4.0, 6.0]

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from wucht.dynamics.branches.plane_regions import divide_plane, kinds_by_region, sides_of
+from wucht.dynamics.branches.plane_regions import (
+    PlaneCurve,
+    PlaneRegions,
+    cell_centres,
+    divide_plane,
+    kinds_by_region,
+    sides_of,
+)
 from wucht.dynamics.branches.second_parameter import crossing_pieces
 
 
@@ -26,3 +33,81 @@ def test_regions_of_a_circle_and_a_line() -> None:
 def test_pieces_of_two_lines_that_cross() -> None:
     a, b = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]), np.array([[0.0, 2.0], [1.5, 1.4]])
     assert crossing_pieces(a, b) == [(1, 0)]
+
+
+def test_the_centres_of_cells() -> None:
+    assert cell_centres((1.0, 3.0), 4).tolist() == [1.25, 1.75, 2.25, 2.75]
+    assert cell_centres((-1.0, 1.0), 1).tolist() == [0.0]
+
+
+SLOPING = PlaneCurve("fold", np.array([0.0, 2.0, 4.0]), np.array([0.0, 1.0, 2.0]))
+
+
+def test_a_curve_passes_a_place_within_a_distance_along_x() -> None:
+    """The line x = 2 y: at y = 0.5 it is at x = 1."""
+    assert SLOPING.passes(1.09, 0.5, 0.1) and SLOPING.passes(0.91, 0.5, 0.1) and SLOPING.passes(4.0, 2.0, 0.1)
+    assert not SLOPING.passes(1.11, 0.5, 0.1) and not SLOPING.passes(0.89, 0.5, 0.1)
+    assert not SLOPING.passes(4.0, 2.1, 10.0) and not SLOPING.passes(1.0, 0.25, 0.1)
+
+
+def test_a_curve_ends_before_a_place_near_one_of_its_ends() -> None:
+    """Near in both parameters, and not reached; a place nearest to a point within the curve is not beyond an end."""
+    near = (0.3, 0.2)
+    assert SLOPING.ends_before(4.2, 2.1, near) and SLOPING.ends_before(0.2, -0.1, near)
+    assert not SLOPING.ends_before(4.4, 2.1, near) and not SLOPING.ends_before(4.2, 2.25, near)
+    assert not SLOPING.ends_before(4.0, 2.0, near) and not SLOPING.ends_before(2.1, 1.1, near)
+    assert not SLOPING.ends_before(0.2, 2.1, near)
+
+
+def columns() -> PlaneRegions:
+    """Twenty columns over 0 to 20, ten rows over 0 to 5: region 1 from x = 12 on, else region 0."""
+    x, y = np.arange(20) + 0.5, (np.arange(10) + 0.5) / 2
+    return PlaneRegions(np.tile((x > 12).astype(int), (10, 1)), x, y)
+
+
+def test_a_place_near_the_edge_of_a_region_and_its_innermost_point() -> None:
+    """Four pixels are near; the place farthest from the edge of the wide region lies in its middle."""
+    found = columns()
+    assert found.count == 2 and found.region_at(11.9, 0.1) == 0 and found.region_at(12.1, 4.9) == 1
+    assert [found.is_near_edge(x, 2.0) for x in (7.5, 8.5, 11.5, 12.5, 15.5, 16.5)] == [False, True, True, True, True, False]
+    rows = PlaneRegions(found.index.T, found.y, found.x)
+    assert [rows.is_near_edge(2.0, y) for y in (7.5, 8.5, 15.5, 16.5)] == [False, True, True, False]
+    x, y = found.innermost_point(1)
+    assert 15.0 < x < 18.0 and 1.5 < y < 3.5
+
+
+def test_the_kinds_left_and_right_of_a_curve() -> None:
+    """Upwards along x = 12 region 0 lies left, downwards right; of a single point both neighbours of the diagonal count."""
+    found, kinds = columns(), ["low", "high"]
+    x, y = np.full(3, 12.0), np.array([1.0, 2.0, 3.0])
+    assert sides_of(found, kinds, x, y) == [("low", "high")] * 3
+    assert sides_of(found, kinds, x, y[::-1]) == [("high", "low")] * 3
+    assert sides_of(found, kinds, np.array([12.0]), np.array([2.5])) == [("low", "high")]
+    assert (
+        sides_of(found, kinds, x - 3.5, y) == [("low", "low")] * 3
+        and sides_of(found, kinds, x - 2.5, y) == [("low", "high")] * 3
+    )
+
+
+def test_a_tiny_region_belongs_to_its_neighbour() -> None:
+    """A corner cut off at 1/100 of a side has half of 1e-4 of the plane; without curves there is one region."""
+    bounds = [(0.0, 10.0), (-1.0, 1.0)]
+    corner = np.array([9.9, 10.0]), np.array([-1.0, -0.98])
+    assert divide_plane([corner], bounds).count == 1 and divide_plane([], bounds).count == 1
+    whole = divide_plane([(np.array([0.0, 10.0]), np.array([0.5, 0.5]))], bounds)
+    assert whole.count == 2 and whole.region_at(5.0, 0.6) != whole.region_at(5.0, 0.4) == whole.region_at(9.0, -0.9)
+    assert (whole.x[0], whole.x[-1], whole.y[0]) == (10 / 480, 10 - 10 / 480, -1 + 1 / 240)
+
+
+def test_the_kind_of_a_region_is_that_of_most_places_and_those_at_an_edge_do_not_contradict() -> None:
+    places = [
+        (2.0, 1.0, "a"),
+        (3.0, 2.0, "a"),
+        (4.0, 3.0, "b"),
+        (11.0, 3.0, "b"),
+        (15.0, 1.0, "c"),
+        (18.0, 1.0, "d"),
+        (19.0, 1.0, "d"),
+    ]
+    kinds, against = kinds_by_region(columns(), places)
+    assert kinds == ["a", "d"] and against == [(4.0, 3.0, "b")]

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.branches import orbit_diagram
+from wucht.analysis.configurations.closed_form import State
+from wucht.dynamics.branches import averaged_equilibria, orbit_diagram
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria, _sides_in_line
 from wucht.dynamics.branches.equilibrium_branches import StabilityLevel, stability_from_fraction, stability_levels
 from wucht.dynamics.branches.orbit_branches import StoredOrbit
 from wucht.dynamics.branches.orbit_diagram import _exponents, _values_to_report, reported_orbit
 from wucht.dynamics.branches.second_parameter import crossing_pieces
-from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.branches.steady_states import BranchSettings, Kind
 from wucht.files.building import machine_from
 from wucht.numerics.collocation.mesh import Mesh
 
@@ -130,6 +131,9 @@ def test_bodies_in_line_and_their_sides() -> None:
     assert _sides_in_line(torques, np.array([0.0, 0.5, 0.6, 0.5])) == ()
     torques.is_coaxial = False
     assert _sides_in_line(torques, np.array([0.0, 0.5, 0.5, 0.5])) == ()
+    for size, sides in ((2, ()), (3, (0, 1))):
+        few: Any = SimpleNamespace(size=size, is_coaxial=True, coefficients=np.array([1.0, 2.0, 3.0])[:size])
+        assert _sides_in_line(few, np.array([0.0, 0.5, 0.5 + math.pi])[:size]) == sides
 
 
 def test_levels_of_stability() -> None:
@@ -148,3 +152,43 @@ def test_pieces_of_lines_that_cross() -> None:
     level = np.array([[-1.0, 1.0, 2.25], [0.5, 0.5, 0.5]])
     assert crossing_pieces(zigzag, level) == [(0, 0), (1, 1)]
     assert crossing_pieces(level, zigzag) == [(0, 0), (1, 1)]
+
+
+def test_states_are_compared_with_the_torques_at_their_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    of = states()
+    u = np.array([*(200.0 if n == "d.speed" else 0.5 for n in of.names), 4e-3])
+    monkeypatch.setattr(averaged_equilibria, "is_same_state", lambda torques, a, b: (torques, a.speed, b.speed))
+    faster = u + [1.0 if n == "d.speed" else 0.0 for n in (*of.names, "")]
+    assert of.is_same(u, faster) == (of.model_at(4e-3).torques, 200.0, 201.0)
+
+
+def test_a_point_is_that_of_a_state_and_back() -> None:
+    """Phases relative to the main rotor, within a turn."""
+    of = states()
+    u = of.point(State(150.0, np.array([0.0, 0.75, 5.5])), 4e-3)
+    numbers = dict(zip(of.names, u[:-1], strict=True))
+    assert u[-1] == 4e-3 and numbers["d.speed"] == pytest.approx(150.0)
+    assert numbers["p.phase"] == pytest.approx(0.75) and math.remainder(numbers["q.phase"] - 5.5, 2 * math.pi) == pytest.approx(
+        0.0
+    )
+    back = of.state(u)
+    assert back.speed == pytest.approx(150.0) and back.phases == pytest.approx([0.0, 0.75, 5.5])
+    assert of.ordinate_size == of.fastest and of.equilibria.equations.scale[-1] == pytest.approx(8e-3)
+    second = of.equations_with("p.mass", 0.5)
+    assert second.parameters == ("d.unbalance", "p.mass") and second.scale[-2:] == pytest.approx([8e-3, 0.5])
+    rows = [i for i, n in enumerate(of.names) if n == "d.speed"]
+    assert of.equilibria.limits == {rows[0]: of.limits} and of.equilibria.bounds == (1e-3, 9e-3)
+
+
+def test_names_of_steady_states_at_a_value_of_the_unbalance() -> None:
+    """By the phases of both bodies; whether they compensate the unbalance depends on its value, 4 or 8 of 10 g m."""
+    of, half, most = states(), math.acos(-0.4), math.acos(-0.8)
+
+    def kind(first: float, second: float, value: float = 4e-3, of: AveragedEquilibria = of) -> Kind:
+        return of.kind(of.point(State(150.0, np.array([0.0, first, second])), value))
+
+    assert kind(1.0, 1.0) == kind(math.pi, math.pi) == Kind("together", "II", (2, 0), 1)
+    assert kind(0.0, math.pi) == kind(math.pi, 0.0) == Kind("opposed", "III", (1, 1), 2)
+    assert kind(half, -half) == kind(most, -most, 8e-3) == Kind("compensating", "I", None, 2)
+    assert kind(half, -half, 8e-3) == kind(most, -most) == kind(1.0, 2.0) == Kind(None, None, None, 2)
+    assert kind(math.pi, 0.0, of=states(second=0.06)) == Kind("opposed", None, (1, 1), 1)

@@ -14,6 +14,7 @@ from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.orbit_endings import NO_MOTION, OrbitEnd
 from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, steady_row
+from wucht.errors import RunError
 from wucht.numerics.collocation.mesh import Mesh
 
 SEED = SeedOrbit(Mesh(np.array([0.0, 1.0]), 2), np.zeros((3, 2)), 4.0, 0.3, np.array([1, 0]), np.ones(3), np.empty(0), "", 40.0)
@@ -105,3 +106,36 @@ def test_steady_states_at_a_point_of_a_branch_and_beside_it() -> None:
     found = steady_row(7.0, [branch], np.array([0.0, 0.5, 1.0, 1.5, 2.5, 3.5, 4.5, 5.0, 5.5]))
     counts = [len(one) for one in found.stable]
     assert counts == [1, 1, 1, 0, 0, 0, 1, 1, 0] and found.second == 7.0
+
+
+def test_a_special_orbit_is_the_one_of_its_kind_at_its_value() -> None:
+    """Within 1e-3 of the range, 2, on the side on which it lies."""
+    walks = {1: [orbit(0.4, "torus"), orbit(0.4, "fold"), orbit(0.4021, "fold")], -1: [orbit(0.2, "fold")]}
+    cycles: Any = SimpleNamespace(backwards=lambda _: -1, walk=lambda c: walks[-1 if c == -1 else 1], bounds=(-1.0, 1.0))
+
+    def value(kind: str, at: float) -> float:
+        special: Any = SimpleNamespace(kind=kind, value=at)
+        return state_rows._locate_special(cycles, orbit(0.3), special).parameter
+
+    assert (
+        value("fold", 0.3985) == value("fold", 0.4001) == 0.4 and value("fold", 0.40205) == 0.4021 and value("fold", 0.2) == 0.2
+    )
+    for kind, at in (("fold", 0.405), ("torus", 0.2), ("fold", 0.29)):
+        with pytest.raises(RunError):
+            value(kind, at)
+
+
+def test_a_curve_both_ways_has_its_start_once() -> None:
+    """Backwards in reverse; of three parameters the first two; no more than 401 points a way."""
+
+    def at(x: float) -> Any:
+        return SimpleNamespace(parameters=np.array([x, 10 * x, 9.0]))
+
+    walks = {"start": [at(x) for x in (1.0, 2.0)], "back": [at(-x) for x in (1.0, 2.0, 3.0)]}
+    start = at(0.0)
+    curves: Any = SimpleNamespace(backwards=lambda _: "back", walk=lambda c: iter(walks["back" if c == "back" else "start"]))
+    found = state_rows._curve_both_ways("torus", curves, start)
+    assert (found.kind, found.x.tolist()) == ("torus", [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0])
+    assert found.y.tolist() == (10 * found.x).tolist()
+    walks["start"] = [at(1.0)] * 999
+    assert len(state_rows._curve_both_ways("torus", curves, start).x) == 3 + 1 + 401

@@ -12,7 +12,7 @@ import sympy as sp
 from tests.refusals import refused
 
 import wucht
-from wucht.dynamics.branches import equilibrium_branches, first_orbits
+from wucht.dynamics.branches import equilibrium_branches, first_orbits, steady_states
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, describe_end, is_duplicate
 from wucht.dynamics.branches.first_orbits import orbit_near
@@ -192,3 +192,23 @@ def test_a_run_that_fails_is_said_and_one_that_has_not_settled_goes_on(
         assert made.sentence == "at p = 0.25 it has settled neither in a steady state nor on an orbit after 70"
     else:
         assert made.sentence == "at p = 0.25 the run fails: it overflows" and len(spans) == fails + 1
+
+
+def test_states_are_the_same_but_for_whole_turns_of_angles() -> None:
+    """In units of the ranges' widths, 4 and 2; an angle in radians; by name an angle is within a turn."""
+    theta = sp.Symbol("theta", real=True)
+    system = System((theta, X), (P - sp.sin(theta), -X), (P,), angles=frozenset({theta}))
+    states = SystemEquilibria.of(
+        wucht.UserSystem(system, {"p": 0.5}), "p", (0.0, 2.0), BranchSettings(ranges={"x": (-1.0, 3.0)}, show="x")
+    )
+    u, near = np.array([1.0, 0.5, 0.25]), steady_states._SAME
+    for k, size in ((0, 1.0), (1, 4.0), (2, 2.0)):
+        for way in (1, -1):
+            assert states.is_same(u, u + 0.99 * way * near * size * np.eye(3)[k])
+            assert not states.is_same(u, u + 1.01 * way * near * size * np.eye(3)[k])
+    turned = u + np.array([2 * np.pi, 0.0, 0.0])
+    assert states.is_same(u, turned) and states.is_same(turned, u) and states.is_same(u, u - 3 * (turned - u))
+    assert not states.is_same(u, u + np.array([np.pi, 0.0, 0.0])) and not states.is_same(u, u + np.array([0.0, 2 * np.pi, 0.0]))
+    assert states.state_by_name(turned) == {"theta": pytest.approx(1.0), "x": 0.5}
+    assert states.ordinates(u[:, None]).speed.tolist() == [0.5] and states.ordinate_size == 4.0
+    assert states.labels.state == "x" and states.nominal_value == 0.5 and states.equilibria.limits == {1: (-5.0, 7.0)}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from wucht.numerics.collocation.mesh import Mesh, basis
+from wucht.numerics.collocation.solutions import mesh_from_samples
 
 RNG = np.random.default_rng(3)
 EDGES = np.concatenate([[0.0], np.sort(RNG.uniform(0, 1, 6)), [1.0]])
@@ -69,3 +70,17 @@ def test_values_at_both_ends_and_on_edges() -> None:
     values = layer(mesh.nodes)
     np.testing.assert_array_equal(mesh.interpolate(values, mesh.edges), values[::4])
     assert mesh.shares.sum() == pytest.approx(1.0) and (mesh.shares > 0).all()
+
+
+def test_a_mesh_of_samples_is_finer_where_they_change_faster() -> None:
+    """In units of the sizes: where a small state of a small size is steep, not where its size is large; values by splines."""
+    times = np.linspace(2.0, 6.0, 401)
+    steep = np.tanh(40 * (times - 3.0) / 4)
+    for size, share in ((1e-3, True), (1e3, False)):
+        mesh, values = mesh_from_samples(times, np.array([1e-3 * steep, 0.5 * times]), np.array([size, 1.0]), 4)
+        inside = float(((mesh.edges > 0.2) & (mesh.edges < 0.3)).mean())
+        assert (inside > 0.3) is share and (mesh.edges[0], mesh.edges[-1]) == (0.0, 1.0)
+        assert values[:, 1] == pytest.approx(0.5 * (2 + 4 * mesh.nodes)) and values.shape == (len(mesh.nodes), 2)
+        assert values[:, 0] == pytest.approx(1e-3 * np.tanh(40 * (4 * mesh.nodes - 1) / 4), abs=1e-8)
+    still, _ = mesh_from_samples(times, np.ones((1, 401)), np.ones(1), 4)
+    assert np.diff(still.edges) == pytest.approx(np.full(still.intervals, 1 / still.intervals))

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
+from equations_by_hand import by_hand
 from tests.refusals import failed
 
 from auto_demos import AB, LORENZ
@@ -93,4 +94,21 @@ def test_bogdanov_takens_coefficients_do_not_depend_on_coordinates() -> None:
 
 def test_no_hopf_form_without_a_complex_pair() -> None:
     with failed("no-pair"):
+<<<<<<< HEAD
         hopf_form(EquilibriumEquations.from_system(System((X, Y), (X, P * Y), (P,)), ["p"], {}), np.array([0.0, 0.0, -1.0]))
+=======
+        hopf_form(Equations.of(System((X, Y), (X, P * Y), (P,)), ["p"], {}), np.array([0.0, 0.0, -1.0]))
+
+
+def test_derivatives_are_as_accurate_for_states_of_any_size() -> None:
+    """Of exp(x/1000) y^2 with x of a size of 1000 and y of 0.01, along (1, 0), (0, 1), and where nothing changes."""
+    equations = by_hand([sp.exp(X / 1000) * Y**2, P + Q + Y], [X, Y], [P, Q]).with_scale(np.array([1e3, 1e-2, 1.0, 1.0]))
+    y = 0.03
+    got = expansion(equations, np.array([0.0, y, 0.0, 0.0]), np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    assert got.A[0] == pytest.approx([1e-3 * y**2, 2 * y], rel=1e-12)
+    assert got.first[0, :, 0] == pytest.approx([1e-6 * y**2, 2e-3 * y], rel=1e-9)
+    assert got.first[0, :, 1] == pytest.approx([2e-3 * y, 2.0], rel=1e-9)
+    assert got.second[0, :, 0] == pytest.approx([1e-9 * y**2, 2e-6 * y], rel=1e-7, abs=0.0)
+    assert got.second[0, :, 1] == pytest.approx([2e-3, 0.0], rel=1e-7, abs=1e-6)
+    assert np.abs(got.first[..., 2]).max() < 1e-13 and np.abs(got.second[..., 2]).max() == 0.0
+>>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.refusals import failed, rejected
 
-from wucht.numerics.ensembles.members import EnsembleResult, Members, Pace, Status, checked_record
+from wucht.numerics.ensembles import ensemble
+from wucht.numerics.ensembles.members import (
+    EnsembleResult,
+    Members,
+    Pace,
+    Status,
+    checked_record,
+    select_members,
+)
 
 
 @dataclass(frozen=True)
@@ -42,7 +52,9 @@ def test_chunks_follow_each_other_without_a_gap_and_end_at_the_limit() -> None:
     assert Pace(5.0, 4, 0.3).times(0)[-1] == 0.3
 
 
-@pytest.mark.parametrize("numbers", [(0.0, 1, 1.0), (1.0, 0, 1.0), (1.0, 1, -1.0), (1.0, 1, np.inf), (np.nan, 1, 1.0)])
+@pytest.mark.parametrize(
+    "numbers", [(0.0, 1, 1.0), (1.0, 1, 0.0), (1.0, 0, 1.0), (1.0, 1, -1.0), (1.0, 1, np.inf), (np.nan, 1, 1.0)]
+)
 def test_a_pace_that_is_none(numbers: tuple[float, int, float]) -> None:
     with rejected("pace"):
         Pace(*numbers)
@@ -64,3 +76,44 @@ def test_ends_of_several_parts() -> None:
     assert ends.sentences == {3: "why"}
     assert ends.times.tolist() == ends.states[:, 0].tolist() == ends.record.top[1].tolist() == [0, 1, 0, 1, 2, 0]
     assert [ends.count(s) for s in Status] == [2, 1, 0, 3]
+
+
+def test_a_rounding_makes_no_further_chunk() -> None:
+    """2.1/0.3 is a rounding more than 7; a thousandth more is a chunk of its own."""
+    assert 2.1 / 0.3 > 7 and Pace(0.3, 4, 2.1).chunks == 7 and Pace(0.3, 4, 2.1003).chunks == 8
+    assert Pace(0.3, 4, 2.1).times(6)[-1] == 2.1 and Pace(0.3, 4, 2.1).times(5)[0] == 1.5
+
+
+@dataclass(frozen=True)
+class Pair:
+    one: np.ndarray
+    many: np.ndarray
+
+
+def test_each_array_of_a_record_has_its_members() -> None:
+    assert checked_record(Pair(np.zeros(5), np.zeros((2, 5))), 5).one.shape == (5,)
+    for wrong in (Pair(np.zeros(5), np.zeros((5, 2))), Pair(np.zeros(4), np.zeros((2, 5))), Pair(np.zeros(()), np.zeros(5))):
+        with failed("record", "5"):
+            checked_record(wrong, 5)
+    chosen = select_members(Pair(np.arange(5.0), np.arange(10.0).reshape(2, 5)), np.array([3, 0]))
+    assert chosen.one.tolist() == [3.0, 0.0] and chosen.many.tolist() == [[3.0, 0.0], [8.0, 5.0]]
+
+
+@pytest.mark.parametrize(
+    ("count", "threads", "width", "states", "size"),
+    [(100, 2, 4, 2, 28), (96, 2, 4, 2, 24), (97, 2, 4, 2, 28), (3, 2, 4, 2, 4), (100, 1, 4, 2, 52), (100, 0, 4, 2, 52),
+     (100_000, 2, 4, 2, 1488), (100_000, 2, 8, 62, 48), (100_000, 2, 8, 9999, 8)],
+)  # fmt: skip
+def test_a_tile_has_whole_batches(count: int, threads: int, width: int, states: int, size: int) -> None:
+    """Two tiles for each thread, of no more than 2976 numbers unless a batch alone has more."""
+    compiled: Any = SimpleNamespace(width=width, system=SimpleNamespace(states=range(states)))
+    assert ensemble._size(count, threads, compiled) == size
+
+
+def test_the_processors_that_may_be_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ensemble.os, "sched_getaffinity", lambda _: {1, 4, 5}, raising=False)
+    assert ensemble.processors() == 3
+    monkeypatch.delattr(ensemble.os, "sched_getaffinity")
+    for number, expected in ((7, 7), (None, 1)):
+        monkeypatch.setattr(ensemble.os, "cpu_count", lambda number=number: number)
+        assert ensemble.processors() == expected

@@ -133,3 +133,18 @@ def test_a_point_at_which_nothing_can_be_computed_leaves_the_others_alone() -> N
     found = function(x, CONSTANTS)
     assert np.isfinite(found).sum() == found.size - 1
     assert not np.isfinite(found[0, 1, 1])
+
+
+def test_blocks_of_many_points_are_those_of_one(monkeypatch):
+    """Of three members, five rows at once, the last block shorter; each member with its constants."""
+    monkeypatch.setattr(module, "_POINTS", 17)
+    program = lower(SPRING, (k * x - v, x * v + 1))
+    draw = np.random.default_rng(2)
+    states, values = draw.normal(size=(2, 13, 3)), np.array([2.0, -3.0, 0.5])
+    constants = np.array([program.constant_values([value]) for value in values]).T
+    found = ArrayFunction(program)(states, constants)
+    assert found == pytest.approx(np.array([values * states[0] - states[1], states[0] * states[1] + 1]))
+    shared = ArrayFunction(program)(list(states), constants[:, 1:2])
+    assert shared[0] == pytest.approx(-3.0 * states[0] - states[1])
+    swapped = lower(SPRING, (v, x))
+    assert ArrayFunction(swapped)(states, np.zeros((0, 3))).tolist() == states[::-1].tolist()

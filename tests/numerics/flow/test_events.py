@@ -1,6 +1,7 @@
 """Events: their exact times, what they change, in which order, the same on both engines."""
 
 import math
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -282,3 +283,22 @@ def test_an_event_that_heyoka_cannot_locate_is_named(monkeypatch, missed):
         run.leg(np.linspace(0, 1, 3))
     assert repr(("first", "second")[missed]) in str(error.value)
     assert error.value.samples.shape == (1, 0)
+
+
+def test_the_sentence_of_a_failure_names_the_largest_states():
+    """Four of them, by their magnitudes, in that order."""
+    error = LegError("it overflows", "Try again.", np.zeros((5, 0)))
+    sentence = error.sentence(2.5, ["a", "b", "c", "d", "e"], np.array([1.0, -7.0, 3.0, 0.5, -2.0]))
+    assert (
+        "t = 2.5: it overflows" in sentence and "b = -7, c = 3, e = -2, a = 1)" in sentence and sentence.endswith("Try again.")
+    )
+
+
+def test_a_failure_goes_to_another_process_whole():
+    error = pickle.loads(pickle.dumps(LegError("it overflows", "Try again.", np.ones((2, 3)), 1e-3)))
+    assert (str(error), error.remedy, error.samples.tolist(), error.step) == (
+        "it overflows",
+        "Try again.",
+        [[1.0] * 3] * 2,
+        1e-3,
+    )

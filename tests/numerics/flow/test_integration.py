@@ -270,3 +270,22 @@ def test_legs_end_at_the_same_samples_whatever_stops_one_within(stops, expected)
         pass
     assert ends == expected
     assert np.concatenate(run.times).tolist() == list(range(2500))
+
+
+def _counted(hits, name, time, events, begin=0.0):
+    """Whether a hit was counted before, after these hits of a run that begins at a time."""
+    compiled = SimpleNamespace(events=[SimpleNamespace(name=n, terminal=t) for n, t in events])
+    run = SimpleNamespace(
+        grid=np.array([begin]), hits=[SimpleNamespace(name=n, time=t) for n, t in hits], compiled_system=compiled
+    )
+    return Integration._is_duplicate(run, SimpleNamespace(name=name, time=time))
+
+
+def test_an_event_at_the_border_of_two_legs_is_counted_before():
+    """Of the same name and time but for rounding, among the last hits; a terminal one also where the run begins."""
+    events = [("stop", True), ("pass", False)]
+    assert _counted([], "stop", 0.0, events) and not _counted([], "pass", 0.0, events) and not _counted([], "stop", 1.0, events)
+    assert _counted([], "stop", 1e6 + 0.5e-6, events, 1e6) and not _counted([], "stop", 1e6 + 2e-6, events, 1e6)
+    assert _counted([("pass", 5.0)], "pass", 5.0 + 4e-12, events) and not _counted([("pass", 5.0)], "pass", 5.0 + 6e-12, events)
+    assert not _counted([("pass", 5.0)], "stop", 5.0, events) and _counted([("pass", 5.0), ("stop", 5.0)], "pass", 5.0, events)
+    assert not _counted([("pass", 5.0), ("stop", 6.0), ("stop", 7.0)], "pass", 5.0, events)

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.flow.segments import Segmentation
+from wucht.numerics.flow.segments import _LOOKAHEAD, Segmentation, compile_lookahead
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces, step
 from wucht.system import TIME, Output, System
 
@@ -395,3 +395,62 @@ def test_a_segment_costs_the_same_however_many_there_are() -> None:
     low, high, *_, origin, value, slope = rows[77]
     assert (low, high, origin) == (77.0, 78.0, 77.0)
     assert (value, slope) == pytest.approx((np.sin(77.0), np.sin(78.0) - np.sin(77.0)))
+
+
+def test_a_look_ahead_is_of_second_order():
+    """x' = x t/10^8 from x = 3 at t = 10^8, where the first step is 0.1, by its midpoint; at t = 0 it is 1e-9 long."""
+    system, h = System((x,), (x * TIME / 100_000_000,)), _LOOKAHEAD[0]
+    now, ahead = compile_lookahead(system, [x, TIME, x**2])(1e8, np.array([3.0]), [])
+    then = 3.0 + 0.1 * 3.0 * 1.05 * (1 + 0.05e-8)
+    assert now == [3.0, 1e8, 9.0] and ahead == pytest.approx([then, 1e8 + 0.1, then**2], rel=1e-12)
+    assert compile_lookahead(system, [TIME])(0.0, np.array([3.0]), [])[1] == [h]
+
+
+def test_a_look_ahead_goes_on_where_a_value_has_not_changed_yet():
+    """A whole number that changes after three of the first steps, and one that does so within it."""
+    system, h = System((x,), (sp.S.One,)), _LOOKAHEAD[0]
+    now, ahead = compile_lookahead(system, [sp.floor(x - 3 * h), sp.floor(x - h / 2), sp.floor(x)])(0.0, np.array([0.0]), [])
+    assert now == [-1, -1, 0] and ahead == [0, 0, 0]
+
+
+TWO_TABLES = Segmentation.of(
+    3,
+    x,
+    [Pieces("f", (1.0, 3.0), ((5.0, 0, 0, 0), (0, 2, 0, 0), (7, 0, 1, 0))), Pieces("g", (2.0,), ((1, 0, 0, 0), (0, 4, 0, 0)))],
+)
+
+
+def test_the_values_of_a_segment_are_those_of_its_pieces():
+    """Its ends, whether it has them, and each function's polynomial there, from its origin."""
+    assert TWO_TABLES.breakpoints.tolist() == [1.0, 2.0, 3.0] and TWO_TABLES.scale == 3.0
+    f, g = TWO_TABLES.functions
+    for i, (low, high) in enumerate([(0.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 0.0)]):
+        values = TWO_TABLES.segment(i)
+        assert values[:4] == [low, high, float(i > 0), float(i < 3)]
+        numbers = dict(zip(TWO_TABLES.symbols, values, strict=True))
+        inside = low + 0.25 if i else 0.25
+        found = [float(p.xreplace(numbers | {x: inside})) for p in TWO_TABLES.polynomials()]
+        assert found == pytest.approx([float(f(inside)), float(g(inside))])
+        above, below = (float(e.xreplace(numbers | {x: inside})) for e in TWO_TABLES.end_functions())
+        assert above == pytest.approx((inside - high) / 3 if i < 3 else -1.0)
+        assert below == pytest.approx((inside - low) / 3 if i else 1.0)
+
+
+def test_the_ends_of_a_segment_lie_beyond_an_argument_on_them():
+    """By 2e-15 of the largest number; others stay where they are."""
+    low, high, *_ = TWO_TABLES.segment(1, 1.0)
+    assert low == 1.0 - 6e-15 and high == 2.0
+    low, high, *_ = TWO_TABLES.segment(1, 2.0, 1000.0)
+    assert low == 1.0 and high == 2.0 + 2e-12
+    assert TWO_TABLES.segment(1, 1.5)[:2] == [1.0, 2.0] and TWO_TABLES.segment(0, 1.0)[:2] == [0.0, 1.0 + 6e-15]
+
+
+def test_the_segment_of_an_argument_on_a_breakpoint_is_that_to_which_it_moves():
+    """Within a thousand roundings of the largest number; where it rests that on the right."""
+    near = 1000 * np.finfo(float).eps
+    for value, ahead, size, segment in (
+        (0.5, 0.6, 1.0, 0), (1.5, 1.4, 1.0, 1), (9.0, 9.0, 1.0, 3), (2.0, 2.1, 1.0, 2), (2.0, 1.9, 1.0, 1), (2.0, 2.0, 1.0, 2),
+        (2.0 - 2.9 * near, 2.1, 1.0, 2), (2.0 - 3.1 * near, 2.1, 1.0, 1), (2.0 + 2.9 * near, 1.9, 1.0, 1),
+        (2.0 + 3.1 * near, 1.9, 1.0, 2), (2.0 - 9.0 * near, 2.1, 10.0, 2), (2.0 - 2.9 * near, 2.0 - 2.9 * near, 1.0, 1),
+    ):  # fmt: skip
+        assert TWO_TABLES.locate(value, ahead, size) == segment

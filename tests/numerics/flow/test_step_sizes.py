@@ -8,7 +8,7 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.heyoka_batch import compile_batch
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import lower
-from wucht.numerics.flow.step_sizes import tanh_arguments
+from wucht.numerics.flow.step_sizes import LONG, STIFF, UNKNOWN, advice, tanh_arguments
 from wucht.system import TIME, System
 
 v, y, far, width, rate = sp.symbols("v y far width rate", real=True)
@@ -76,3 +76,33 @@ def test_what_has_no_transition_is_integrated_as_before():
     smooth = System((v,), (-v + sp.tanh(width),), (width,))
     assert tanh_arguments(lower(smooth, smooth.derivatives)) == ()
     assert len(tanh_arguments(lower(PASSING, PASSING.derivatives))) == 1
+
+
+def _linear(matrix):
+    return lambda state: np.array(matrix) @ state
+
+
+@pytest.mark.parametrize(
+    ("matrix", "angles", "expected"),
+    [
+        # A decay 100 times as fast as the vibration 3 beside a slow one, which does not count; or 10 times.
+        ([[0, 3, 0, 0], [-3, 0, 0, 0], [0, 0, -300, 0], [0, 0, 0, -1]], [], STIFF.format(times=100.0)),
+        ([[0, 3, 0, 0], [-3, 0, 0, 0], [0, 0, -30, 0], [0, 0, 0, -1]], [], LONG.format(radians=0.5 * 3)),
+        # What grows as fast is not stiff.
+        ([[0, 3, 0, 0], [-3, 0, 0, 0], [0, 0, 300, 0], [0, 0, 0, -1]], [], LONG.format(radians=0.5 * 3)),
+        # An angle that turns with -7 is the fastest motion, or it would be if it were an angle.
+        ([[0, 3, 0, 0], [-3, 0, 0, 0], [0, 0, -100, 0], [0, 0, 0, -7]], [3], LONG.format(radians=0.5 * 7)),
+        ([[0, 3, 0, 0], [-3, 0, 0, 0], [0, 0, -100, 0], [0, 0, 0, -7]], [], STIFF.format(times=100 / 3)),
+    ],
+)
+def test_advice_where_steps_run_out(matrix, angles, expected):
+    assert advice(_linear(matrix), np.array([0.0, 0.0, 0.0, 1.0]), angles, 0.5) == expected
+
+
+def test_no_advice_where_the_equations_cannot_be_evaluated():
+    assert advice(lambda s: np.full(2, np.nan), np.zeros(2), [0], 0.5) == UNKNOWN
+
+
+def test_differences_are_taken_at_the_size_of_a_state():
+    """x' = -(x - 1e9)^3 at 1e9: differences of 1e-6 of the state, not of 1, give a decay of 1e6."""
+    assert advice(lambda s: np.array([-((s[0] - 1e9) ** 3)]), np.array([1e9]), [], 1.0) == STIFF.format(times=1e6 / 1e-300)

@@ -39,3 +39,31 @@ def test_a_part_that_begins_at_an_event_between_two_samples_keeps_all_of_its_own
     time = np.array([first.end_time, *GRID[6:]])
     rest = integrate(compile_system(CLOCK, engine=engine), first.end_state, [], time)
     _assert_clock(first.join(rest), [*GRID[:6], *time])
+
+
+def counted(n: int) -> Trajectory:
+    time = np.arange(float(n))
+    return Trajectory(time, np.array([time, 10 * time]), {"area": -time}, np.zeros(0), float(n - 1), np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("n", "count", "with_last", "kept"),
+    [
+        (7, 3, False, [0, 3, 6]), (8, 3, False, [0, 3, 6]), (8, 3, True, [0, 3, 6, 7]), (7, 3, True, [0, 3, 6]),
+        (2, 5, True, [0, 1]), (2, 5, False, [0]), (1, 5, True, [0]),
+    ],
+)  # fmt: skip
+def test_every_third_sample_and_the_last_one(n, count, with_last, kept):
+    part = counted(n).subsample(count, with_last)
+    assert part.time.tolist() == part.states[0].tolist() == kept and part.end_time == n - 1
+    assert part.states[1].tolist() == [10 * k for k in kept] and part.quadratures["area"].tolist() == [-k for k in kept]
+
+
+def test_the_last_samples():
+    part = counted(5).tail(2)
+    assert (
+        part.time.tolist() == [3, 4]
+        and part.states.tolist() == [[3, 4], [30, 40]]
+        and part.quadratures["area"].tolist() == [-3, -4]
+    )
+    assert counted(5).tail(9).time.tolist() == [0, 1, 2, 3, 4] and counted(5).tail(0).time.tolist() == []

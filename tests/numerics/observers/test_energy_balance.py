@@ -41,3 +41,15 @@ def test_it_is_the_same_in_parts_at_the_end(cuts):
 def test_without_any_energy_there_is_nothing_to_close():
     nothing = np.zeros(3)
     assert EnergyBalance().update(nothing, np.zeros((2, 3)), nothing)[1].max() == 0.0
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_the_unit_of_energy_does_not_matter(size):
+    missing = LOST + np.where(TIME > 2, 1e-3, 0.0)
+    balance, found = EnergyBalance().update(size * STORED, size * SUPPLIED, size * missing)
+    assert found == pytest.approx(residual(missing), rel=1e-9, abs=1e-12) and balance.scale == pytest.approx(
+        size * SUPPLIED.max()
+    )
+    assert balance.initial_energy == pytest.approx(size * 5.0)
+    taken = EnergyBalance().update(-size * STORED, -size * SUPPLIED, -size * LOST)[0]
+    assert taken.scale == pytest.approx(size * SUPPLIED.max())

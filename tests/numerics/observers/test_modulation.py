@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from wucht.numerics.observers.modulation import modulation
-from wucht.numerics.observers.records import TurnRecord
+from wucht.numerics.observers.modulation import _is_resolved, _modulation_from_cycles, _upward_crossings, modulation
+from wucht.numerics.observers.records import Blocks, TurnRecord
 from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples
 
 PERIOD, W = 7.3, 50.0  # 58 turns a period: an average over a turn is 5e-4 from the speed in its middle, of its range
@@ -176,3 +176,58 @@ def test_cycles_as_long_as_a_block_are_no_slow_ones(averages_a_cycle):
     """Means over blocks beat: they seem to repeat after eighty blocks."""
     record, period = long_record(averages_a_cycle)
     assert modulation(record, 0.01).period == pytest.approx(period, rel=0.05)
+
+
+def blocks(speed, width=0.0, size=1, time=None, sense=1):
+    """Of a speed; the turns within a block are up to ``width`` slower and twice as much faster."""
+    speed = np.asarray(speed, float)
+    n, t = len(speed), np.arange(len(speed)) * 2.0 if time is None else time
+    none, many = np.zeros(n), np.zeros((0, n))
+    return Blocks(
+        size, sense, t, sense * 10 * t, many, speed, speed - width, speed + 2 * width, many, many.astype(complex),
+        none, none, none, none, none,
+    )  # fmt: skip
+
+
+def test_the_range_of_a_modulation_is_that_of_single_turns():
+    """Of blocks of several turns their extremes count, in the last cycle and in each group."""
+    speed = 10 + np.array([-1, 1, -1, 1, -1, 1, -1, 1, -2, 3, -1, 1])
+    crossings = np.array([0.5, 2.5, 4.5, 6.5, 8.5])
+    found = _modulation_from_cycles(blocks(speed, 0.25), crossings)
+    assert found.regular and found.cycles == 4
+    assert (found.low, found.high) == (7.75, 11.5) and found.period == 4.0 and found.period_angle == 40.0
+    assert found.groups[:, 0].tolist() == [10.0, 8.75, 11.5] and found.groups[:, -1].tolist() == [10.0, 7.75, 11.5]
+    assert found.borders.tolist() == [1.0, 5.0, 9.0, 13.0, 17.0]
+    assert found.window.time.tolist() == [4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0]
+    backwards = _modulation_from_cycles(blocks(speed, 0.25, sense=-1), crossings)
+    assert backwards.period_angle == 40.0 and backwards.groups[0].tolist() == [10.0] * 4
+
+
+def test_cycles_that_are_longer_or_shorter_by_a_twentieth_are_irregular():
+    """Of the last three, against the last one; then all of them count."""
+    speed = np.full(40, 10.0)
+    for last, regular in ((4.2, True), (4.22, False), (3.82, True), (3.8, False)):
+        crossings = np.cumsum([0.5, 6.0, 4.0, 4.0, last])
+        found = _modulation_from_cycles(blocks(speed), crossings)
+        assert found.regular is regular
+        assert found.period == pytest.approx(2 * ((8 + last) / 3 if regular else (14 + last) / 4))
+        assert len(found.window.time) == (int(crossings[-1]) - int(crossings[1 if regular else 0]) + 1)
+
+
+def test_blocks_that_are_short_against_the_cycles():
+    """Eight blocks a cycle at least, and their ranges below half of the whole range; single averages always."""
+    speed = 10 + np.sin(np.arange(40.0))
+    assert _is_resolved(blocks(speed, size=1), np.array([0.0, 2.0]))
+    assert _is_resolved(blocks(speed, 0.1, size=2), np.array([0.0, 8.0, 17.0]))
+    assert not _is_resolved(blocks(speed, 0.1, size=2), np.array([0.0, 7.9, 17.0]))
+    level = np.where(np.arange(40) % 2, 1.0, 0.0)  # the whole range is 1 + 3 of the width
+    assert _is_resolved(blocks(level, 0.32, size=2), np.array([0.0, 9.0]))
+    assert not _is_resolved(blocks(level, 0.34, size=2), np.array([0.0, 9.0]))
+
+
+def test_a_speed_that_rises_through_its_middle_from_far_below_to_far_above():
+    """A quarter of the range below and above the middle of 5 to 15, at the last change of sign between; falls do not count."""
+    speed = [5, 9.9, 10.5, 9.5, 10.5, 15, 9, 5, 12, 8, 13, 15, 5, 6, 11, 9, 5, 15]
+    found = _upward_crossings(blocks(speed))
+    assert found == pytest.approx([3.5, 9.4, 16.5])
+    assert len(_upward_crossings(blocks([10.0, 10.0, 10.0]))) == 0 and len(_upward_crossings(blocks([15, 15, 10, 5, 5]))) == 0

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from tests.refusals import failed, rejected
 
 from auto_demos import PEN
 from known_orbits import ISOLA, PLANE, X, Y, placed
-from wucht.numerics.periodic.cycle_starts import cycle_from_nodes, cycle_near
+from wucht.numerics.periodic.cycle_starts import cycle_from_nodes, cycle_near, propagated_change
 from wucht.numerics.periodic.cycles import Cycles
 
 TAU = np.linspace(0, 1, 41)
@@ -66,3 +68,15 @@ def test_samples_that_turn_otherwise_than_the_winding_number_says() -> None:
     samples = np.stack([4 * TAU * np.pi / 2, 4 * TAU * np.pi / 2, 4 + 0 * TAU, 4 + 0 * TAU])
     with rejected("winding", "1", "2"):
         cycle_near(cycles, TAU, samples, 0.4)
+
+
+def test_a_change_that_a_period_multiplies() -> None:
+    """Of two intervals of two nodes: the eigenvector of the multiplier that is nearest, carried on from node to node."""
+    first, second = np.diag([2.0, 0.5]), np.array([[-1.0, 1.0], [0.0, 4.0]])
+    maps = np.array([[np.diag([1.5, 0.75]), first], [2 * np.eye(2), second]])
+    at: Any = SimpleNamespace(point=SimpleNamespace(jacobian=SimpleNamespace(maps=lambda: maps)))
+    for multiplier, exact in ((-1.9, -2.0), (1.5, 2.0), (0.3, 2.0), (-0.1, -2.0)):
+        change = propagated_change(at, multiplier)
+        assert change.shape == (5, 2)
+        assert change[1:3] == pytest.approx(np.array([maps[0, 0] @ change[0], first @ change[0]]))
+        assert change[3] == pytest.approx(2 * change[2]) and change[4] == pytest.approx(exact * change[0])

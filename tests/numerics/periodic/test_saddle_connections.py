@@ -17,7 +17,7 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic import saddle_connections
 from wucht.numerics.periodic.connection import STANDSTILL, Connection
-from wucht.numerics.periodic.saddle_connections import Connections
+from wucht.numerics.periodic.saddle_connections import Connections, Directions
 from wucht.system import System
 
 X, Y, A, B, P, Q, R = sp.symbols("x y a b p q r", real=True)
@@ -162,3 +162,67 @@ def test_special_points_that_are_not_located_are_unresolved(
 
     monkeypatch.setattr(saddle_connections, "refine_on_common_mesh", lost)
     assert [c.kind for c in connections._special(leaf, other)] == ["unresolved"]
+
+
+@pytest.mark.parametrize(
+    ("time", "change", "prolonged"),
+    [
+        (30.0, {}, True), (40.0, {}, False), (30.0, {"longest": 30.0}, False), (30.0, {"longest": 30.1}, True),
+        (30.0, {"folds": (True,)}, False),
+    ],
+)  # fmt: skip
+def test_where_an_orbit_is_followed_longer(
+    found: tuple[Connections, Connection], monkeypatch: pytest.MonkeyPatch, time: float, change: dict[str, Any], prolonged: bool
+) -> None:
+    """Where its ends are far from its saddle or its time is short, up to a longest one; never that of a saddle-node."""
+    connections, leaf = replace(found[0], **({"time": 40.0, "longest": 1e3} | change)), replace(found[1], time=time)
+    asked = list[Any]()
+
+    def lengthened(connection: Connection, more: np.ndarray, *_: Any) -> Any:
+        asked.append(more)
+        raise RunError("enough")
+
+    monkeypatch.setattr(saddle_connections, "end_distances", lambda *_: (1e-9, 1e-9))
+    monkeypatch.setattr(saddle_connections, "missing_times", lambda *_: np.array([300.0, 100.0]))
+    monkeypatch.setattr(saddle_connections, "lengthen_orbit", lengthened)
+    if prolonged:
+        with pytest.raises(RunError, match="enough"):
+            connections.prolong(leaf)
+        room = 90.0 if connections.longest == 1e3 else 0.1  # up to four times as long, or to the longest one
+        assert asked[0] == pytest.approx(room * np.array([0.75, 0.25]))
+    else:
+        assert connections.prolong(leaf) is leaf
+
+
+@pytest.mark.parametrize(("ends", "near"), [((1.1, 0.0), False), ((0.0, 1.1), False), ((0.9, 0.9), True)])
+def test_an_orbit_whose_ends_are_far_is_followed_longer(
+    found: tuple[Connections, Connection], monkeypatch: pytest.MonkeyPatch, ends: tuple[float, float], near: bool
+) -> None:
+    """Either end, in terms of the largest distance that is allowed, though its time is long enough."""
+    connections, leaf = found
+    connections = replace(connections, time=leaf.time, longest=1e3)
+    far = saddle_connections._FAR
+    monkeypatch.setattr(saddle_connections, "end_distances", lambda *_: (ends[0] * far, ends[1] * far))
+    asked = list[int]()
+    monkeypatch.setattr(saddle_connections, "missing_times", lambda *_: asked.append(1) or np.zeros(2))
+    assert connections.prolong(leaf) is leaf and (asked == []) is near
+
+
+def test_directions_of_a_saddle_are_those_of_its_own_units() -> None:
+    """Its left eigenvector, and rows normal to the right one, whatever the sizes; each normalised by a state."""
+    vectors = np.array([[1.0, 1.0, 0.0], [0.5, -1.0, 2.0], [2.0, 0.0, 1.0]])
+    jacobian = vectors @ np.diag([0.7, -1.0, -3.0]) @ np.linalg.inv(vectors)
+    left, right = np.linalg.inv(vectors)[0], vectors[:, 0]
+    for scale in (np.ones(3), np.array([2.0, 50.0, 0.3])):
+        found = Directions.from_jacobian(jacobian, scale)
+        assert found.by_right == int(np.abs(right / scale).argmax()) and found.by_left == int(np.abs(left * scale).argmax())
+        assert found.leaving / found.leaving[0] == pytest.approx(left / left[0])
+        assert found.leaving[found.by_left] * scale[found.by_left] == pytest.approx(1.0)
+        assert found.complement @ right == pytest.approx(np.zeros(2), abs=1e-12)
+        assert np.linalg.matrix_rank(found.complement * scale) == 2
+        by = (found.by_right + 1) % 3, (found.by_left + 1) % 3
+        other = Directions.from_jacobian(jacobian, scale, by)
+        assert (other.by_right, other.by_left) == by
+        assert other.leaving[by[1]] * scale[by[1]] == pytest.approx(1.0)
+    with pytest.raises(RunError, match="more than one unstable direction"):
+        Directions.from_jacobian(np.array([[0.1, 1.0], [-1.0, 0.1]]), np.ones(2))
