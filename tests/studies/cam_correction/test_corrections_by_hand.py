@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from known_cam import LAW, SHAFT
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from tests.hand_made import drawn, titled
 
 from wucht.cams.correction import AccelerationComparison, Residual
@@ -19,7 +21,13 @@ from wucht.cams.shape import Extreme, Shape
 from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.order_fit import OrderFit
+<<<<<<< HEAD
 from wucht.numerics.fourier_series import FourierSeries
+=======
+from wucht.numerics.harmonics import Harmonics
+from wucht.plots.style import COLOURS
+from wucht.studies.cam_correction import figure as figure_module
+>>>>>>> 6d81cf0d0a4a02d075cd195f5f30d88001d9704a
 from wucht.studies.cam_correction import prepare as preparing
 from wucht.studies.cam_correction import run as running
 from wucht.studies.cam_correction.dataset import dataset, sentence
@@ -379,8 +387,7 @@ def test_notes_on_a_measured_acceleration(share: float, ratio: float, begins: li
 # --- the figure ---
 
 
-def test_the_lines_of_the_figure(result: xr.Dataset) -> None:
-    axes = drawn("cam-correction", result).axes
+def test_the_lines_of_the_figure(result: xr.Dataset, axes: list[Any]) -> None:
     history, spectrum, speed, orders, contours, moved, pressure, radius, measured, beside = axes
     ms = 1e3 * TAU / SHAFT.mean
     for k, line in enumerate(history.get_lines()[:2]):
@@ -407,3 +414,144 @@ def test_the_lines_of_the_figure(result: xr.Dataset) -> None:
     tops = [(b.get_x() + b.get_width() / 2, b.get_y() + b.get_height()) for b in beside.patches if np.isfinite(b.get_height())]
     assert tops[:2] == [pytest.approx((k - 0.2, a)) for k, a in ((1, 50.0), (2, 10.0))], "computed"
     assert tops[2:] == [pytest.approx((k + 0.2, a)) for k, a in ((1, 50.0), (2, 20.0), (3, 10.0))], "measured"
+
+
+@pytest.fixture(scope="module")
+def axes(result: xr.Dataset) -> list[Any]:
+    return list(drawn("cam-correction", result).axes)
+
+
+def panel(draw: Any, result: xr.Dataset) -> Any:
+    """One panel alone."""
+    axis = Figure().subplots()
+    draw(axis, result)
+    return axis
+
+
+def named(axis: Any) -> dict[str, Any]:
+    return {str(line.get_label()): line for line in axis.get_lines()}
+
+
+def test_the_versions_of_each_cam_have_its_colour_and_the_original_is_dashed(axes: list[Any]) -> None:
+    looks = [("original", COLOURS[1]), ("corrected", COLOURS[0])]
+    assert [(line.get_label(), line.get_color()) for line in axes[0].get_lines()] == [(f"{v} cam", c) for v, c in looks]
+    cams = [COLOURS[1], COLOURS[0], COLOURS[2], COLOURS[2]]
+    contours = [line for line in axes[4].get_lines() if len(line.get_xdata()) == 37]
+    for lines in (contours, axes[6].get_lines()[:4], axes[7].get_lines()[:4]):
+        assert [line.get_color() for line in lines] == cams
+        assert [line.get_linestyle() for line in lines] == ["--", "-"] * 2
+    assert [line.get_color() for line in axes[5].get_lines()[1:]] == [COLOURS[0], COLOURS[2]]
+
+
+def test_the_rollers_and_the_base_circle_are_those_of_the_corrected_cam(result: xr.Dataset, axes: list[Any]) -> None:
+    contours = axes[4]
+
+    def circle(line: Any) -> tuple[float, float, float]:
+        x, y = line.get_data()
+        return (max(x) + min(x)) / 2, (max(y) + min(y)) / 2, (max(x) - min(x)) / 2
+
+    circles = [circle(line) for line in contours.get_lines() if len(line.get_xdata()) == 181]
+    base = 1e3 * float(result.base_radius[1, 0])
+    rollers = [(1e3 * float(result.follower_x[k]), 1e3 * float(result.follower_y[k]), r) for k, r in enumerate((10.0, 12.0))]
+    for actual, expected in zip(circles, ((0.0, 0.0, base), *rollers), strict=True):
+        assert actual == pytest.approx(expected, rel=1e-3, abs=1e-2)
+
+
+def test_a_flat_face_is_drawn_over_the_height_of_the_contour(result: xr.Dataset) -> None:
+    flat = result.copy(deep=True)
+    flat.roller_radius.values[:] = np.nan
+    faces = [line for line in panel(figure_module._contour, flat).get_lines() if line.get_label() == "face"]
+    for face, x, radius in zip(faces, flat.follower_x.values, (60.0, 70.0), strict=True):
+        assert list(face.get_xdata()) == pytest.approx([1e3 * x] * 2)
+        assert list(face.get_ydata()) == pytest.approx([-radius, radius], rel=0.01), "of the corrected contour"
+    axes = Figure().subplots(4)
+    figure_module._draw_contours(list(axes), flat)
+    for k, line in enumerate(axes[2].get_lines()[:2]):
+        assert line.get_ydata() == pytest.approx(np.degrees(flat.output.values[k]))
+        assert line.get_xdata() == pytest.approx(np.degrees(ANGLES))
+    assert axes[2].get_ylabel() == "motion in the cam (°)"
+
+
+def test_the_orders_of_both_versions_stand_side_by_side_above_a_floor(axes: list[Any]) -> None:
+    """A millionth of a millionth of order 1 of the corrected cam, 0.5."""
+    spectrum = axes[1]
+    floor = 0.5e-12 * W2
+    bars = [
+        (b.get_x() + b.get_width() / 2, b.get_y(), b.get_y() + b.get_height(), to_hex(b.get_facecolor()))
+        for b in spectrum.patches
+    ]
+    known = [bar for bar in bars if np.isfinite(bar[2])]
+    amplitudes = [0.5, 0.2, 5e-13, 5e-13, 5e-13, 0.1], [0.5, 0.25, 5e-13, 5e-13, 0.125, 5e-13]
+    for k, (side, colour) in enumerate(((-0.2, COLOURS[1]), (0.2, COLOURS[0]))):
+        mine = [bar for bar in known if (bar[0] % 1 > 0.5) == (side < 0)]
+        assert [bar[0] for bar in mine] == pytest.approx([j + side for j in range(1, 7)])
+        assert [bar[2] / W2 for bar in mine] == pytest.approx(amplitudes[k])
+        assert {bar[3] for bar in mine} == {to_hex(colour)} and [bar[1] for bar in mine] == pytest.approx([floor / 2] * 6)
+    line = next(x for x in spectrum.get_lines() if x.get_linestyle() == "-.")
+    assert line.get_ydata()[0] == pytest.approx(floor) and line.get_label() == "1e-12 of order 1, or less"
+    assert spectrum.get_ylim() == pytest.approx((floor / 2, 1.5 * W2)) and spectrum.get_xlim() == (0.3, 15.7)
+    ticks = spectrum.get_yticks()
+    assert ticks[1] / ticks[0] == pytest.approx(1e3) and floor <= ticks[0] < 10 * floor
+    assert spectrum.get_xticks().tolist() == list(range(1, 16))
+
+
+def test_orders_of_the_speed_have_their_errors_and_the_mean_its_line(result: xr.Dataset, axes: list[Any]) -> None:
+    _, _, speed, orders, *_ = axes
+    assert named(speed)["mean speed"].get_ydata()[0] == pytest.approx(30 / math.pi * SHAFT.mean)
+    assert speed.get_lines()[0].get_xdata() == pytest.approx(1e3 * TAU / SHAFT.mean)
+    assert speed.get_xlim() == pytest.approx((0.0, 2e3 * math.pi / SHAFT.mean))
+    (segments,) = [c.get_segments() for c in orders.collections]
+    spans = {round(float(s[0, 0])): float(s[1, 1] - s[0, 1]) / 2 for s in segments if len(s) and np.isfinite(s).all()}
+    assert spans == pytest.approx({2: float(result.speed_error[1]), 4: float(result.speed_error[3])})
+    assert orders.get_xlim() == (0.3, 6.7) and orders.get_xticks().tolist() == [1, 2, 3, 4, 5, 6]
+
+
+def test_few_and_many_orders_have_ticks_that_can_be_read() -> None:
+    for count, ticks in ((3, [1, 2, 3]), (15, [*range(1, 16)]), (16, [*range(2, 17, 2)]), (31, [*range(3, 31, 3)])):
+        axis = Figure().subplots()
+        figure_module._order_axis(axis, count)
+        assert axis.get_xticks().tolist() == ticks, count
+
+
+def test_displacements_of_less_than_a_tenth_of_a_millimetre_are_in_micrometres(result: xr.Dataset) -> None:
+    largest = float(np.abs(result.moved.values).max())
+    for size, unit, scale in ((1e-4, "mm", 1e3), (0.99e-4, "µm", 1e6)):
+        made = result.assign(moved=result.moved * (size / largest))
+        made.moved.attrs.update(result.moved.attrs)
+        axis = panel(figure_module._displacement, made)
+        assert axis.get_ylabel() == f"moved outwards ({unit})"
+        assert np.abs(axis.get_lines()[1].get_ydata()).max() <= size * scale * 1.0001
+        assert max(np.abs(line.get_ydata()).max() for line in axis.get_lines()[1:]) == pytest.approx(size * scale)
+
+
+def test_hollow_stretches_are_named(result: xr.Dataset) -> None:
+    assert [t.get_text() for t in panel(figure_module._curvature_radius, result).texts] == []
+    hollow = result.copy(deep=True)
+    hollow.curvature.values[1, 0, 3] *= -1
+    assert [t.get_text() for t in panel(figure_module._curvature_radius, hollow).texts] == ["hollow"]
+
+
+@pytest.mark.parametrize(
+    ("least", "floor"),
+    [(1.0, 0.5), (1e-9, 1e-3), (99.0, 1.0), (4e-3, 2e-3)],
+)
+def test_the_scale_of_measured_orders_begins_below_the_least_one_within_limits(
+    result: xr.Dataset, least: float, floor: float
+) -> None:
+    """Half of the least, but a hundred thousandth to a hundredth of the largest, 100."""
+    made = result.copy(deep=True)
+    made.measured_amplitude.values[:3], made.computed_amplitude.values[:2] = (100.0, 99.0, least), 100.0
+    axis = panel(figure_module._measured_orders, made)
+    assert axis.get_ylim() == pytest.approx((floor / 2, 300.0))
+    ticks = axis.get_yticks()
+    assert ticks[1] / ticks[0] == pytest.approx(10.0) and 1.0 <= ticks[0] / floor * 1.0001 < 10.1
+
+
+def test_a_law_alone_has_its_motion_and_acceleration_in_degrees(bare: Plan) -> None:
+    alone = drive_from({"law": LAW_TABLE, "speed": SPEED}, "One", None)
+    law = titled(dataset(prepare(CamCorrection(points=36), alone), made(contours=({}, {}), proofs={})))
+    motion, acceleration = drawn("cam-correction", law).axes[4:6]
+    for axis, name in ((motion, "output"), (acceleration, "output_acceleration")):
+        for k, line in enumerate(axis.get_lines()):
+            assert line.get_ydata() == pytest.approx(np.degrees(law[name].values[k]))
+    assert " ".join(acceleration.get_ylabel().split()) == "acceleration in the cam (°/rad²)"

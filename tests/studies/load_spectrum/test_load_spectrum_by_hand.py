@@ -224,3 +224,20 @@ def test_crossings_are_drawn_over_levels_instead_of_bars(result: xr.Dataset) -> 
     made = result.assign(level=("level", [1.0, 2.0, 3.0]), crossings=("level", [10.0, 40.0, 20.0]))
     (line,) = drawn("load-spectrum", titled(made)).axes[3].lines
     assert (list(np.asarray(line.get_xdata())), list(np.asarray(line.get_ydata()))) == ([10.0, 40.0, 20.0], [1.0, 2.0, 3.0])
+
+
+def test_levels_are_at_multiples_of_the_width_from_the_reference_or_in_the_middle_of_a_hundred_classes() -> None:
+    values = np.array([-1.1, 2.4, 0.4])
+    assert computation._levels(values, 0.5, None) == pytest.approx([-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0])
+    assert computation._levels(values, 1.0, 0.3) == pytest.approx([-0.7, 0.3, 1.3, 2.3])
+    classes = computation._levels(np.array([1.0, 3.0]), None, 0.0)
+    assert len(classes) == 100 and (classes[0], classes[-1]) == (pytest.approx(1.01), pytest.approx(2.99))
+
+
+def test_the_scales_of_the_panels_are_named(result: xr.Dataset) -> None:
+    names = {"cumulative spectrum": ("cumulative cycles", "amplitude"), "range-mean matrix": ("mean", "range")}
+    axes = drawn("load-spectrum", titled(result)).axes
+    for axis, (title, (x, y)) in zip(axes[:2], names.items(), strict=True):
+        assert (axis.get_title(), axis.get_xlabel().split(" (")[0], axis.get_ylabel().split(" (")[0]) == (title, x, y)
+    assert axes[2].get_ylabel().startswith("signal") and axes[3].get_xlabel().startswith("amplitude")
+    assert (axes[3].get_title(), axes[3].get_ylabel()) == ("share of the damage, by amplitude", "share of the damage")

@@ -125,6 +125,26 @@ def test_the_full_equations_are_asked_and_differences_told(monkeypatch: pytest.M
     assert "another peak" not in result.attrs["warnings"]
 
 
+def test_the_curve_comes_with_the_rates_of_its_dampings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Settling times x^2 over the range of the damping, on which x = 0 has the sixth of 25 values and a quarter of it."""
+    engine, of_rates = Parabolas(), list[np.ndarray]()
+
+    def rates(_trials: Any, dampings: np.ndarray, _report: Any = None) -> Any:
+        of_rates.append(dampings)
+        return SimpleNamespace(values=2 * dampings, greatest_at=3e-3)
+
+    monkeypatch.setattr(candidates, "outcomes_of", engine)
+    monkeypatch.setattr(computation, "decay_rates", rates)
+    result = ask(TWO.model_copy(update={"evaluations": 20, "points": 1, "damping_curve": True}), MACHINE)
+    dampings = result.damping.values
+    assert dampings == pytest.approx(np.geomspace(*RANGE, 25)) and of_rates[0] is not None
+    assert result.settling_time.values == pytest.approx(x_of(dampings) ** 2, abs=1e-12)
+    assert result.decay_rate.values == pytest.approx(2 * dampings)
+    assert result.wucht.summary["damping"]["optimum"] == pytest.approx(1e-5)
+    assert result.wucht.summary["damping"]["of_rates"] == 3e-3
+    assert engine.members == 2 * (2 + 25 + 20 + 1) == result.wucht.summary["runs"]
+
+
 def test_without_pymoo_a_sentence_says_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     def without(name: str) -> Any:
         if name.startswith("pymoo"):

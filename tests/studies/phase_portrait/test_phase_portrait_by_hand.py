@@ -9,6 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.contour import QuadContourSet
+from matplotlib.figure import Figure
 from tests.hand_made import titled
 
 import wucht
@@ -18,7 +22,11 @@ from wucht.numerics.phase_plane.closed_curves import ClosedCurve
 from wucht.numerics.phase_plane.fixed_points import FixedPoint, FixedPoints
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED_CURVE, FAILURE, FIXED_POINT, KINKS, LENGTH, PhaseCurve
+<<<<<<< HEAD
 from wucht.studies.phase_portrait import computation, dataset
+=======
+from wucht.studies.phase_portrait import answer, computation, figure
+>>>>>>> 6d81cf0d0a4a02d075cd195f5f30d88001d9704a
 from wucht.studies.phase_portrait.computation import Findings, Plan, PortraitCase, PortraitFindings
 
 TURN = 2 * math.pi
@@ -265,4 +273,136 @@ def test_portraits_without_points_and_curves_have_the_same_dimensions() -> None:
     ],
 )
 def test_where_a_manifold_comes_from_or_goes(end: str, stable: bool, words: str) -> None:
+<<<<<<< HEAD
     assert dataset._end_clause(end, stable) == words
+=======
+    assert answer._end_clause(end, stable) == words
+
+
+# --- the figure ---
+
+
+def lines_of(axis: Axes, **look: Any) -> list[np.ndarray]:
+    """The points of the lines of a look."""
+    same = (look["color"], look["linewidth"])
+    return [np.asarray(x.get_xydata(), float) for x in axis.lines if (x.get_color(), x.get_linewidth()) == same]
+
+
+@pytest.fixture(scope="module")
+def panel(several: xr.Dataset) -> Axes:
+    axis = Figure().subplots()
+    figure._panel(axis, several.isel(case=0))
+    return axis
+
+
+def test_the_angle_is_drawn_to_the_right_in_all_turns_that_are_visible(panel: Axes) -> None:
+    """Over 0 to 4 pi; the saddle at 4 rad and the focus at pi, where the speed is 3 and 1."""
+    assert (panel.get_xlim(), panel.get_ylim()) == ((0.0, 2 * TURN), (-1.0, 3.0))
+    single = [x for x in panel.lines if len(x.get_xdata()) == 1]
+    points = [(x.get_marker(), x.get_xdata()[0], x.get_ydata()[0], x.get_markerfacecolor()) for x in single]
+    assert [p[:3] for p in points] == [
+        ("x", pytest.approx(4.0), 3.0), ("x", pytest.approx(4.0 + TURN), 3.0),
+        ("o", pytest.approx(math.pi), 1.0), ("o", pytest.approx(math.pi + TURN), 1.0),
+    ]  # fmt: skip
+    assert points[2][3] == "black", "stable"
+
+
+def test_manifolds_that_lead_to_a_saddle_are_dashed_and_follow_the_time(panel: Axes) -> None:
+    leaving, coming = lines_of(panel, **figure._UNSTABLE), lines_of(panel, **figure._STABLE)
+    assert [x.tolist() for x in leaving] == [
+        LEAVING.states[::-1].T.tolist(),
+        np.add(LEAVING.states[::-1].T, [TURN, 0.0]).tolist(),
+    ]
+    assert coming[0].tolist() == COMING.states[::-1, ::-1].T.tolist() and len(coming) == 2
+    dashed = [x.is_dashed() for x in panel.lines if x.get_color() == figure._STABLE["color"]]
+    assert dashed == [True, True]
+    (stable,) = lines_of(panel, **figure._CLOSED_CURVES["stable"])[:1]
+    assert np.ptp(stable[:, 0]) == pytest.approx(TURN)
+    trajectory = lines_of(panel, **figure._TRAJECTORY)[0]
+    assert np.diff(trajectory[:, 0]) == pytest.approx([5.0, 10.0, 10.0]) and trajectory[:, 1].tolist() == [0.5, 1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("x", "turn", "shifts"),
+    [
+        ([1.0, 2.0], TURN, [0.0, TURN]), ([-1.0, 1.0], TURN, [0.0, TURN, 2 * TURN]), ([1.0, 2.0], 0.0, [0.0]),
+        ([30.0, 31.0], TURN, [-4 * TURN, -3 * TURN]), ([0.0, 0.0], TURN, [0.0, TURN, 2 * TURN]),
+        ([np.nan, 20.0], TURN, [-3 * TURN, -2 * TURN]), ([np.nan, np.nan], TURN, []),
+    ],
+)  # fmt: skip
+def test_the_turns_that_move_a_curve_into_the_panel(x: list[float], turn: float, shifts: list[float]) -> None:
+    box, states = np.array([[0.0, 2 * TURN], [-1.0, 3.0]]), np.array([x, [1.0, 2.0]])
+    actual = figure._shifts(states, box, np.array([turn, 0.0]))
+    assert [(a, b) for a, b in actual] == [(pytest.approx(k), 0.0) for k in shifts]
+    swapped = figure._shifts(states[::-1], box[::-1], np.array([0.0, turn]))
+    assert [(b, a) for a, b in swapped] == [(pytest.approx(k), 0.0) for k in shifts]
+
+
+@pytest.mark.parametrize(
+    ("kind", "growth", "symbol"),
+    [
+        ("stable node", -0.5, "stable"), ("stable node", math.nan, "stable"), ("stable focus", 0.5, "within"),
+        ("unstable focus", -0.5, "unstable"), ("saddle", 0.5, "saddle"), ("centre", -0.5, "other"),
+        ("degenerate", -0.5, "other"),
+    ],
+)  # fmt: skip
+def test_symbols_of_fixed_points(kind: str, growth: float, symbol: str) -> None:
+    one = xr.Dataset({"fixed_point_kind": ("p", [kind]), "transverse_growth": ("p", [growth])})
+    assert figure._classes(one) == [symbol]
+
+
+def test_an_arrow_is_in_the_middle_of_what_is_visible_and_points_ahead() -> None:
+    """A line from -2 to 2 in a panel from 0 to 2: the visible part is about 1; too short a one has none."""
+    box, style = np.array([[0.0, 2.0], [-1.0, 1.0]]), figure._UNSTABLE
+
+    def arrows(x: np.ndarray) -> list[Any]:
+        axis = Figure().subplots()
+        figure._arrow(axis, np.stack([x, 0.0 * x]), box, style, 6.0)
+        return [(t.xyann[0], t.xy[0]) for t in axis.texts]
+
+    ((tail, head),) = arrows(np.linspace(-2.0, 2.0, 401))
+    assert tail == pytest.approx(1.0, abs=0.02) and tail < head < tail + 0.05
+    ((tail, head),) = arrows(np.linspace(2.0, -2.0, 401))
+    assert tail == pytest.approx(1.0, abs=0.02) and tail - 0.05 < head < tail
+    assert arrows(np.linspace(1.0, 1.11, 50)) == [] and len(arrows(np.linspace(1.0, 1.13, 50))) == 1
+
+
+def test_angles_have_ticks_in_parts_of_pi_and_states_their_symbols(several: xr.Dataset) -> None:
+    axis = Figure().subplots()
+    figure._scales(axis, several)
+    assert [t.get_text() for t in axis.get_xticklabels()] == ["0", "π", "2π", "3π", "4π"]
+    assert axis.get_xticks() == pytest.approx(math.pi * np.arange(5))
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("phase $\\psi$ (rad)", "speed (rad/s)")
+    one_turn = several.copy(deep=True)
+    one_turn.drawn.values[1] = 0.0, TURN
+    figure._scales(axis, one_turn)
+    assert axis.get_xticks() == pytest.approx(math.pi / 2 * np.arange(5))
+    figure._scales(axis, several.assign_attrs(section=0))
+    assert axis.get_xlabel() == "phase (rad)"
+
+
+def test_the_legend_has_what_is_drawn_in_any_of_the_portraits(several: xr.Dataset) -> None:
+    names = [h.get_label() for h in figure._legend(several)]
+    assert names == [
+        "stable fixed point", "saddle", "unstable manifold: leaves the saddle", "stable manifold: leads to the saddle",
+        "closed curve, stable", "trajectory",
+    ]  # fmt: skip
+    second = several.isel(case=[1], separatrix=[], trajectory=[])
+    assert [h.get_label() for h in figure._legend(second)] == ["stable fixed point"]
+
+
+def test_nullclines_are_where_each_rate_is_zero() -> None:
+    """The rates are ten times the speed, and the angle less pi."""
+    made = plan(nullclines=True)
+    made.cases[0].plane.rates = lambda at: np.array([10.0 * at[0], at[1] - math.pi])  # type: ignore[method-assign]
+    one = answer.dataset(made, Findings((FIRST,))).isel(case=0)
+    axis = Figure().subplots()
+    figure._panel(axis, one)
+    contours = [c for c in axis.collections if isinstance(c, QuadContourSet)]
+    paths = [np.concatenate([p.vertices for p in c.get_paths()]) for c in contours]
+    assert paths[0][:, 0] == pytest.approx(math.pi) and np.ptp(paths[0][:, 1]) == pytest.approx(4.0), "of the angle, first"
+    assert paths[1][:, 1] == pytest.approx(0.0, abs=1e-9) and np.ptp(paths[1][:, 0]) == pytest.approx(2 * TURN)
+    assert [tuple(c.get_edgecolor()[0]) for c in contours] == [to_rgba(colour) for colour, _ in figure._NULLCLINES]
+    names = [(h.get_label(), h.get_color()) for h in figure._legend(answer.dataset(made, Findings((FIRST,))))[-2:]]
+    assert names == [("nullcline of psi", figure._NULLCLINES[0][0]), ("nullcline of omega", figure._NULLCLINES[1][0])]
+>>>>>>> 6d81cf0d0a4a02d075cd195f5f30d88001d9704a

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,9 @@ from wucht.dynamics.branches.steady_states import Kind
 from wucht.files.user_system import UserSystem
 from wucht.plots.style import COLOURS, GREY
 from wucht.studies.registry import study_of
+from wucht.studies.speed_curve import dataset as dataset_module
+from wucht.studies.speed_curve import figure as figure_module
+from wucht.studies.speed_curve import report as report_module
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.system import System
 
@@ -282,3 +286,211 @@ def test_entries_of_what_is_stable_have_the_colour_of_the_branches_if_they_have_
         legend = axis.get_legend()
         colours = {text.get_text(): line.get_color() for text, line in zip(legend.get_texts(), legend.get_lines(), strict=True)}
         assert colours["stable"] == expected
+
+
+# --- what is stated where ---
+
+
+def test_the_states_at_the_value_of_the_subject_are_the_fastest_first() -> None:
+    """With their exponents from the fastest growth on; a state of a family has the name of its branch."""
+    family = branch(1, 10, *(1.0,) * 10, kind=Kind("together", "II"))
+    alone = branch(1, 10, kind=Kind("opposed", "III"))
+    exponents = np.array([-3.0, -1.0 + 2j, np.nan, -1.0 - 2j, 0.5])
+    nominal = (
+        NominalState(np.array([4.0, 5.0]), np.array([-1.0 + 0j]), 0, 0.25), NominalState(np.array([-10.0, 5.0]), exponents, 1),
+        NominalState(np.array([6.0, 5.0]), np.array([-2.0 + 0j]), 0, 1.0),
+    )  # fmt: skip
+    made = result(family, alone, nominal=nominal)
+    states = made.wucht.summary["states"]
+    assert [s["speed"] for s in states] == made.own_speed.values.tolist() == [-10.0, 6.0, 4.0]
+    assert [(s["name"], s["type"]) for s in states] == [(None, None), ("together", "II"), ("together", "II")]
+    assert [s["branch"] for s in states] == made.own_branch.values.tolist() == [1, 0, 0]
+    assert [s["stable"] for s in states] == [False, True, False] and made.own_stable.values.tolist() == [0, 1, 0]
+    assert [s["stable_share"] for s in states] == [None, 1.0, 0.25]
+    assert made.own_stable_share.values[1:].tolist() == [1.0, 0.25]
+    assert states[0]["exponents"] == [[0.5, 0.0], [-1.0, 2.0], [-1.0, -2.0], [-3.0, 0.0]]
+    assert made.own_growth.values.tolist() == [0.5, -2.0, -1.0]
+    assert (states[0]["state"], states[0]["exponents_phi"]) == ({"x": -10.0}, None), "x is no speed"
+
+
+def test_exponents_over_the_angle_are_divided_by_the_speed_whatever_its_sign() -> None:
+    of: Any = SimpleNamespace(case=SimpleNamespace(states=SimpleNamespace(labels=SimpleNamespace(state=None))))
+    exponents = np.array([-2.0 + 6j, -4.0])
+    assert dataset_module._exponents_by_angle(of, exponents, -4.0) == [[-0.5, 1.5], [-1.0, 0.0]]
+    assert dataset_module._exponents_by_angle(of, exponents, 0.0) is None
+
+
+def test_special_points_of_several_branches_count_once_with_their_frequency() -> None:
+    """That of a Hopf point is of the pair nearest to the imaginary axis, of those that oscillate."""
+    exponents = np.full((4, 10), -1.0, complex)
+    exponents[:, 4] = [-3.0 + 5j, -3.0 - 5j, 0.001 + 7j, 0.001 - 7j]
+    exponents[0, 6] = np.nan
+    hopf = branch(1, 10, kinds=("",) * 4 + ("hopf", "", "branch-point") + ("",) * 3, exponents=exponents)
+    crossing = branch(7, 16, kinds=("branch-point",) + ("",) * 9)
+    elsewhere = replace(crossing, u=crossing.u + np.array([[1.0], [0.0]]))
+    found = BranchFindings((SEARCHED,), (hopf, crossing, elsewhere), complete=True)
+    points = report_module.collect_special_points(plan(), found)
+    assert [(p.kind, p.u.tolist(), p.speed, p.branch, p.frequency) for p in points] == [
+        ("hopf", [10.0, 5.0], 10.0, 0, 7.0), ("branch-point", [14.0, 7.0], 14.0, 0, None),
+        ("branch-point", [15.0, 7.0], 15.0, 2, None),
+    ]  # fmt: skip
+    made = result(*(replace(one, exponents=one.exponents[:1]) for one in (crossing, elsewhere)))
+    assert [(p["value"], p["speed"], p["branch"]) for p in made.wucht.summary["special_points"]] == [(7, 14, 0), (7, 15, 1)]
+    assert made.special_value.values.tolist() == [7.0, 7.0] and made.special_speed.values.tolist() == [14.0, 15.0]
+    assert made.special_state.values.tolist() == [[14.0, 15.0]] and made.special_branch.values.tolist() == [0, 1]
+    assert made.wucht.summary["sentence"].endswith("; 2 branch points")
+
+
+def test_limits_of_stable_members_have_a_frequency_if_what_grows_there_oscillates() -> None:
+    exponents = np.full((4, 10), -1.0, complex)
+    exponents[:, 4] = [-3.0 + 5j, -3.0 - 5j, 0.001 + 7j, 0.001 - 7j]
+    exponents[:, 6] = [-3.0 + 5j, -3.0 - 5j, 0.001, -1.0]
+    kinds = ("",) * 4 + ("some-stable", "", "all-stable") + ("",) * 3
+    found = BranchFindings((SEARCHED,), (branch(1, 10, *SOME, kinds=kinds, exponents=exponents),), complete=True)
+    points = report_module.collect_special_points(plan(), found)
+    assert [(p.kind, p.frequency) for p in points] == [("some-stable", 7.0), ("all-stable", None)]
+
+
+def test_points_of_branches_have_the_number_of_growing_disturbances() -> None:
+    exponents = np.array([[1.0] * 5 + [-1.0] * 5, [2.0] * 3 + [1e-12] * 4 + [-1.0] * 3], complex)
+    y, values = sp.Symbol("y", real=True), np.linspace(1.0, 10.0, 10)
+    two = UserSystem(System((X, y), (MU + SHIFT - X, -y), (MU, SHIFT)), {"mu": 5.0, "shift": 0.0})
+    of = STUDY.prepare(SpeedCurve(**ASKED | {"ranges": {"x": [-2, 22], "y": [-1, 1]}, "show": "x"}), two)
+    one = replace(branch(1, 10), u=np.stack([2 * values, 3 * values, values]), exponents=exponents)
+    some = replace(one, stable_share=SOME, dimension=1, exponents=-exponents[::-1])
+    made = result(one, some, of=of)
+    assert made.unstable.values.tolist() == [2] * 3 + [1] * 2 + [0] * 5 + [0] * 5 + [1] * 2 + [2] * 3
+    assert made.branch.values.tolist() == [0] * 10 + [1] * 10
+    assert np.isnan(made.stable_share.values[:10]).all() and made.stable_share.values[10:].tolist() == list(SOME)
+    assert made.state.values.tolist() == [[*(2 * values)] * 2, [*(3 * values)] * 2]
+    assert made.exponent_re.values[:, 0].tolist() == [1.0, 2.0] and made.exponent_im.values[0, 0] == 0.0
+
+
+def test_entries_of_branches_have_their_ends_from_the_lower_value_on() -> None:
+    made = result(branch(10, 1, *SOME[::-1]))
+    (entry,) = made.wucht.summary["branches"]
+    assert (entry["range"], entry["family_dimension"], entry["multiplicity"]) == ([1.0, 10.0], 1, 1)
+    assert (entry["stable"], entry["stable_speeds"]) == ([[8.0, 10.0]], [[16.0, 20.0]])
+    assert (entry["partly_stable"], entry["partly_stable_speeds"]) == ([[4.0, 7.0]], [[8.0, 14.0]])
+    assert entry["partly_stable_shares"] == [[0.25, 0.875]]
+    assert (entry["ends"], entry["label"]) == (["the range ends", "it is closed"], "steady states")
+
+
+def test_values_within_rounding_of_zero_are_zero() -> None:
+    """To a billionth of the range, 9 here, and of the size of the ordinate."""
+    of = plan()
+    assert [dataset_module._snap_to_zero(of, x) for x in (8e-9, -8e-9, 10e-9)] == [0.0, 0.0, 10e-9]
+    states: Any = SimpleNamespace(ordinate_size=20.0)
+    assert [dataset_module._round_ordinate(states, x) for x in (-19e-9, 21e-9)] == [0.0, 21e-9]
+
+
+def test_curves_have_their_ranges_and_the_points_where_a_second_condition_holds() -> None:
+    made = plan(second="shift", second_range=[-1.0, 3.0], points=1)
+    u = np.array([[2.0, 3.0, 4.0], [6.0, 5.0, 4.0], [0.0, 0.5, 1.0]])
+    fold = BifurcationCurve("fold", Kind("together"), u, ("", "cusp", ""), ({}, {"c": 0.25}, {}), ("the range ends",) * 2)
+    shown = result(branch(1, 10, second=None), of=made, curves=(fold,))
+    (curve,) = shown.wucht.summary["curves"]
+    assert (curve["range"], curve["second_range"], curve["of"]) == ([4.0, 6.0], [0.0, 1.0], "fold")
+    (cusp,) = curve["special_points"]
+    assert (cusp["value"], cusp["second_value"], cusp["speed"]) == (5.0, 0.5, 3.0)
+    assert (cusp["mu"], cusp["shift"], cusp["coefficients"], cusp["state"]) == (5.0, 0.5, {"c": 0.25}, {"x": 3.0})
+    assert shown.curve_value.values.tolist() == [6.0, 5.0, 4.0] and shown.curve_second.values.tolist() == [0.0, 0.5, 1.0]
+    assert shown.curve_speed.values.tolist() == [2.0, 3.0, 4.0]
+    assert shown.wucht.summary["second_value"] == 0.0, "where the curves begin"
+    assert "second_value" not in shown.wucht.summary["branches"][0]
+
+
+def test_branches_at_values_of_the_second_parameter_state_them() -> None:
+    made = second(0.5, 2.0)
+    assert [b["shift"] for b in made.wucht.summary["branches"]] == [0.5, 2.0]
+    assert [(p["shift"], p["second_value"]) for p in made.wucht.summary["special_points"]] == [(0.5, 0.5), (2.0, 2.0)]
+    assert made.second_value.values.tolist() == [0.5, 2.0]
+    assert lines(made)[2].startswith("  branch 1     steady states at shift = 0.5, from 1 to 10")
+    assert lines(made)[4].startswith("  fold         mu = 5, shift = 0.5: x = 10.5")
+
+
+def test_searches_state_what_they_show_of_all_values() -> None:
+    low, high = SearchedValue(1.0, None, 1, True, "first", (2.0, 8.0)), SearchedValue(3.0, None, 4, True, "second", (1.0, 7.0))
+    failing = SearchedValue(2.0, None, 0, False, "", failure="why")
+    made = result(branch(1, 10), searches=(low, failing, high, replace(failing, value=9.0)))
+    s = made.wucht.summary
+    assert (s["searched"], s["complete"]) == ([1.0, 3.0], False)
+    assert s["shown"] == "first; over all of them speeds from 1 to 8"
+    assert made.searched_value.values.tolist() == [1.0, 2.0, 3.0, 9.0] and made.searched_states.values.tolist() == [1, 0, 4, 0]
+    assert warnings_of(made) == ["at 2 values of mu from 2 to 9 states could not be searched for: why"]
+    doubtful = result(branch(1, 10), searches=(low, replace(high, complete=False)))
+    assert doubtful.wucht.summary["shown"].startswith("second;")
+    assert warnings_of(doubtful) == ["it is not proved that all states are known: second"]
+    assert warnings_of(result(branch(1, 10), searches=(failing,))) == ["at mu = 2 states could not be searched for: why"]
+    assert result(branch(1, 10), searches=(low, high)).wucht.summary["complete"]
+    assert not result(branch(1, 10), searches=()).wucht.summary["complete"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "label"),
+    [
+        ((None, "II", (3, 1)), "steady states"), (("opposed", None, (3, 1)), "opposed 3 : 1"),
+        (("opposed", None, (1, 1)), "opposed"), (("together", None, (3, 1)), "together"),
+        (("opposed", "III", (2, 1)), "type III: opposed"),
+    ],
+)  # fmt: skip
+def test_labels_of_states(kind: Any, label: str) -> None:
+    assert report_module.label_of(*kind) == label
+
+
+def test_a_single_name_is_a_symbol_and_a_path_is_not() -> None:
+    assert [dataset_module._symbol(path) for path in ("mu", "drive.slope")] == ["$\\mu$", "drive.slope"]
+
+
+def with_amplitude() -> xr.Dataset:
+    """Amplitudes of 1 to 10 mm over the parameter, of a machine that runs at twice its value."""
+    made = result(branch(1, 10, kinds=("",) * 4 + ("fold",) + ("",) * 5), dimensionless=False)
+    made.amplitude.values[:] = 1e-3 * made.value.values
+    made.special_amplitude.values[:] = 5e-3
+    made.amplitude.attrs["units"] = made.special_amplitude.attrs["units"] = "m"
+    return made
+
+
+def test_amplitudes_have_a_panel_in_their_printed_unit() -> None:
+    speed, amplitude = drawn("speed-curve", with_amplitude()).axes[:2]
+    solid = [line for line in amplitude.lines if line.get_linestyle() == "-"]
+    x, y = (
+        np.concatenate([np.asarray(values, float) for values in pair])
+        for pair in zip(*(s.get_data() for s in solid), strict=True)
+    )
+    assert y == pytest.approx(x) and (x.min(), x.max()) == pytest.approx((1.0, 10.0))
+    (fold,) = [line for line in amplitude.lines if line.get_linestyle() == "None"]
+    assert (list(fold.get_xdata()), list(fold.get_ydata())) == ([5.0], [5.0])
+    assert amplitude.get_ylabel() == "amplitude of the axis (mm)" and amplitude.get_ylim()[0] == 0
+    (fold,) = [line for line in speed.lines if line.get_linestyle() == "None"]
+    assert (list(fold.get_xdata()), list(fold.get_ydata())) == ([5.0], [10.0])
+
+
+def test_the_ratio_to_a_speed_is_drawn_but_where_that_is_nearly_zero_or_prescribed() -> None:
+    """A thousandth of the largest value, 10: not at 0.009."""
+    made = with_answer(result(branch(1, 10)), show=None)
+    made.attrs["along_unit"] = made.speed.attrs["units"] = "rad/s"
+    ratio = figure_module._ratio(made)
+    assert ratio is not None
+    assert ratio(np.array([0.5, -4.0, 0.011]), np.array([1.0, 2.0, 0.022])) == pytest.approx([2.0, -0.5, 2.0])
+    assert np.isnan(ratio(np.array([0.009, -0.009, 0.0]), np.ones(3))).all()
+    prescribed = made.copy(deep=True)
+    prescribed.speed.values[:] = prescribed.value.values
+    assert figure_module._ratio(prescribed) is None
+    made.attrs["along_unit"] = "N"
+    assert figure_module._ratio(made) is None and figure_module._ratio(result(branch(1, 10))) is None
+
+
+def test_named_states_have_colours_of_their_names_once() -> None:
+    named = [
+        branch(1, 10, kind=Kind(name, type_)) for name, type_ in (("opposed", "III"), ("compensating", "I"), ("opposed", "II"))
+    ]
+    colours = figure_module._colours(result(*named, branch(1, 9)))
+    assert colours["type III: opposed"] == COLOURS[1] and colours["type I: compensating"] == COLOURS[2]
+    assert colours["type II: opposed"] == COLOURS[3] and colours["steady states"] == COLOURS[4], "the free ones, in order"
+
+
+def test_the_scale_begins_at_zero_if_nothing_is_below() -> None:
+    below = replace(branch(1, 10), u=branch(1, 10).u - np.array([[10.0], [0.0]]))
+    bottoms = [drawn("speed-curve", result(one)).axes[0].get_ylim()[0] for one in (branch(1, 10), below)]
+    assert bottoms[0] == 0 and bottoms[1] < -8

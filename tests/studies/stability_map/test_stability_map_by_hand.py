@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 import xarray as xr
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from tests.hand_made import drawn, titled, warnings_of
 from tests.refusals import refused
@@ -28,6 +29,7 @@ from wucht.files.user_system import UserSystem
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.studies.registry import study_of
 from wucht.studies.stability_map import figure as map_figure
+from wucht.studies.stability_map.map_parts import plane_shares
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.system import System
 
@@ -243,7 +245,8 @@ def test_how_modulated_motions_end() -> None:
         "of the plane; the regions meet at p = 0.1234568, r = 1.5 and at p = 0.1234568, r = 2.5"
     )
     assert (s["eliminate"], s["eliminate_unit"], s["eliminate_range"]) == ("s", "", [0.0, 1.0])
-    assert [p["s"] for p in s["points"]] == [0.375, 0.375]
+    assert [p["s"] for p in s["points"]] == result.mark_value.values.tolist() == [0.375, 0.375]
+    assert set(result.mark_label.values.tolist()) == {"connection of two saddle-nodes"}
     assert list(s["boundary_values"].values()) == [pytest.approx(LINE.value.tolist())]
     assert warnings_of(result) == ["doubtful", "4 places are examined; the map is not finished"]
     assert STUDY.report(result)[2:5] == [
@@ -298,3 +301,117 @@ def test_the_name_of_a_region_stands_far_from_its_edges() -> None:
     x, y = result.region_x.values, result.region_y.values
     assert len(x) == 2 and x == pytest.approx([-0.5, 1.5], abs=0.02)
     assert (np.minimum(y + 1.0, 3.0 - y) > [1.45, 0.45]).all()
+
+
+# --- what is stated and drawn where ---
+
+
+def legend_of(figure: Figure) -> dict[str, Any]:
+    legend = figure.axes[0].get_legend()
+    return {" ".join(t.get_text().split()): h for t, h in zip(legend.get_texts(), legend.legend_handles, strict=True)}
+
+
+def at(result: xr.Dataset, p: float, r: float) -> int:
+    """The number of the region at a place."""
+    return int(result.region.sel({"x": p, "y": r}, method="nearest"))
+
+
+def test_shares_of_a_label_are_those_of_all_its_regions() -> None:
+    areas: Any = SimpleNamespace(index=np.array([[0, 0, 1], [0, 2, 2]]), count=3)
+    assert plane_shares(areas, ("a", "b", "a")) == {"a": pytest.approx(5 / 6), "b": pytest.approx(1 / 6)}
+
+
+def test_the_regions_of_a_map_of_states() -> None:
+    """Left of p = 0.5, five eighths of the plane, b is stable too, and a modulated motion at its lower places."""
+    half = rows(("a", "b"), ("a",), ("a", "b"), ("a",))
+    result = titled(STUDY.dataset(plan(), replace(STUDY_FINDINGS, rows=half, curves=(fold(0.5),))), dimensionless=True)
+    left, right = at(result, -1.5, 0.0), at(result, 1.5, 2.0)
+    assert [str(result.region_label[k].values) for k in (left, right)] == ["b", "no other steady state"]
+    assert [int(result.region_hatch[k]) for k in (left, right)] == [1, 0]
+    assert [int(result.region_tone[k]) for k in (left, right)] == [0, 0]
+    shares = {region["label"]: region["share"] for region in result.wucht.summary["regions"]}
+    assert shares == {"b": pytest.approx(0.625, abs=0.01), "no other steady state": pytest.approx(0.375, abs=0.01)}
+    assert result.wucht.summary["sentence"].startswith("stable everywhere: a; in addition b in 6")
+    report = STUDY.report(result)
+    assert report[2] == "  fold: steady states: p from 0.5 to 0.5, r from -1 to 3"
+    assert {line[:9] for line in report[3:5]} == {f"  {100 * share:5.1f} %" for share in shares.values()}
+    assert (result.boundary_x.values == 0.5).all() and result.boundary_y.values[[0, -1]].tolist() == [-1.0, 3.0]
+    motion = (orbits(0.0, RANGE, -2.0, 0.5, stable=False), orbits(2.0, RANGE, -2.0, 0.5, stable=False))
+    moved = STUDY.dataset(plan(), replace(STUDY_FINDINGS, rows=half, curves=(fold(0.5),), orbits=motion))
+    assert [int(moved.region_tone[at(moved, p, 0.0)]) for p in (-1.5, 1.5)] == [1, 0]
+
+
+def test_sets_of_states_have_hatches_of_their_number() -> None:
+    three = rows(("a", "c"), ("a", "b"), ("a", "c"), ("a",))
+    result = STUDY.dataset(plan(), replace(STUDY_FINDINGS, rows=three, curves=(fold(0.0), across(1.0))))
+    assert [int(result.region_hatch[at(result, p, r)]) for p, r in ((1, 0), (-1, 0), (-1, 2), (1, 2))] == [1, 2, 2, 0]
+
+
+def across(r: float) -> BifurcationCurve:
+    u = np.stack([np.zeros(41), np.linspace(-2.0, 2.0, 41), np.full(41, r)])
+    return fold(u=u, bifurcation="hopf", kinds=("",) * 20 + ("zero-hopf",) + ("",) * 20)
+
+
+def test_curves_have_names_of_their_kinds_and_marks_at_their_second_conditions() -> None:
+    """Of the coordinates of a curve's points the last two are p and r."""
+    named = fold(0.5, kind=Kind("together"))
+    result = of(plan(), curves=(named, across(1.0), fold(-0.5, kind=Kind("together"))))
+    names = ["fold: together", "hopf: steady states", "fold: together (2)"]
+    assert list(result.wucht.summary["boundaries"]) == result.boundary_name.values.tolist() == names
+    assert result.boundary_group.values.tolist() == ["fold: together", "hopf: steady states", "fold: together"]
+    ends = [[float(v[result.boundary.values == k][i]) for v in (result.boundary_x, result.boundary_y) for i in (0, -1)]
+            for k in range(3)]  # fmt: skip
+    assert ends == [[0.5, 0.5, -1.0, 3.0], [-2.0, 2.0, 1.0, 1.0], [-0.5, -0.5, -1.0, 3.0]]
+    (point,) = result.wucht.summary["points"]
+    assert (point["kind"], point["values"], point["p"], point["r"]) == ("zero-hopf", [0.0, 1.0], 0.0, 1.0)
+    assert result.mark_label.values.tolist() == ["zero hopf"]
+    assert (result.mark_x.values.tolist(), result.mark_y.values.tolist()) == ([0.0], [1.0])
+    assert STUDY.report(result)[5] == "  zero hopf: p = 0, r = 1"
+    axis = drawn("stability-map", result).axes[0]
+    lines = [np.c_[line.get_data()] for line in axis.lines]
+    assert [line[[0, -1]].tolist() for line in lines[:3]] == [
+        [[0.5, -1.0], [0.5, 3.0]], [[-0.5, -1.0], [-0.5, 3.0]], [[-2.0, 1.0], [2.0, 1.0]],
+    ]  # fmt: skip
+    assert axis.lines[0].get_linestyle() == axis.lines[1].get_linestyle() != axis.lines[2].get_linestyle()
+    assert (axis.get_xlim(), axis.get_ylim()) == ((-2.0, 2.0), (-1.0, 3.0))
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("p", "r")
+
+
+def test_the_regions_of_a_map_of_endings_have_tones_of_their_endings() -> None:
+    """Left of p = 0 a saddle-node, right of it a saddle connection, which alone is hatched."""
+    _, result = endings([SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION] * 2, LINE)
+    left, right = at(result, -1.0, 1.0), at(result, 1.0, 1.0)
+    assert [int(result.region_tone[k]) for k in (left, right)] == [2, 1]
+    assert [int(result.region_hatch[k]) for k in (left, right)] == [0, 1]
+    assert str(result.region_label[left].values) == "ends at a saddle-node on the orbit"
+    assert result.boundary_value.values.tolist() == LINE.value.tolist()
+    fig = drawn("stability-map", result)
+    handles = legend_of(fig)
+    names = ["ends at a saddle-node on the orbit", "ends at a saddle connection"]
+    assert [to_hex(handles[name].get_facecolor()) for name in names] == ["#8fb8d6", "#f3d9c0"]
+    assert [handles[name].get_hatch() for name in names] == ["", "///"]
+    assert list(handles)[:2] == names, "the darkest first"
+    (first, one), (second, other) = ((t.get_text(), t.get_position()[0]) for t in fig.axes[0].texts)
+    assert "node" in first and "connection" in second and one < 0 < other
+
+
+def test_a_curve_is_a_boundary_where_most_of_it_has_different_sides() -> None:
+    """Up to r = 1.5 there is nothing on either side; above, both sides differ: 15 points of 41 are less than half."""
+    lower = PlaneCurve(RETURNS, np.linspace(-2.0, 2.0, 41), np.full(41, 1.5), np.full(41, 0.5))
+    kinds = [RANGE, RANGE, SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION]
+    _, result = endings(kinds, LINE, lower)
+    names = {"saddle-node on the orbit | end of the range", "saddle connection | end of the range"}
+    assert len(result.wucht.summary["boundaries"]) == 1
+    assert set(result.wucht.summary["boundaries"]) < names
+
+
+def test_of_a_map_of_nothing_special_the_legend_says_what_is_stable_everywhere() -> None:
+    legend = drawn("stability-map", of(plan())).axes[0].get_legend()
+    assert legend.get_title().get_text() == "besides a:"
+    none = drawn("stability-map", of(plan(), rows=rows((), (), (), ()))).axes[0].get_legend()
+    assert none.get_title().get_text() == ""
+
+
+def test_a_map_has_by_default_twelve_rows_of_states() -> None:
+    made = STUDY.prepare(StabilityMap(**{**ASKED, "cells": None, "orbits": False}), OWN)
+    assert made.case.cells == 12
