@@ -26,8 +26,8 @@ STABLE, UNSTABLE, OPEN = (Stability(stable, NO_RATES) for stable in (True, False
 
 def described(slow: Stability = OPEN, full: Stability = OPEN, **more: Any) -> Configuration:
     keys: dict[str, Any] = {
-        "state": State(1.0, np.zeros(2)), "name": None, "type": None, "speed": 1.0, "phases": {}, "residual": None, "share": None,
-        "amplitude": 0.0, "overlapping": False, "stable_share": None, "throw": None,
+        "state": State(1.0, np.zeros(2)), "name": None, "type": None, "speed": 1.0, "phases": {}, "residual": None,
+        "share": None, "amplitude": 0.0, "overlapping": False, "stable_share": None, "throw": None,
     }  # fmt: skip
     return Configuration(**keys | more, slow=slow, full=full)
 
@@ -66,11 +66,18 @@ def test_configurations_are_sorted_by_name_residual_and_speed() -> None:
         described(name="opposed", residual=0.0, speed=0.0),
         described(name=None, residual=0.0, speed=0.0),
     ]
-    assert sorted(order[::-1], key=lambda c: c.rank) == order
+    assert sorted(reversed(order), key=lambda c: c.rank) == order
 
 
 def torques(**more: Any) -> Any:
-    given = {"size": 3, "heads": (0, 0, 0), "coefficients": None, "senses": np.ones(3), "is_coaxial": True, "classes": ((1, 2),)}
+    given = {
+        "size": 3,
+        "heads": (0, 0, 0),
+        "coefficients": None,
+        "senses": np.ones(3),
+        "is_coaxial": True,
+        "classes": ((1, 2),),
+    }
     return SimpleNamespace(**given | more)
 
 
@@ -181,7 +188,9 @@ def test_regions_of_speed_and_ratio(monkeypatch: pytest.MonkeyPatch) -> None:
         lambda ratio, at: iter([(0, np.zeros((2, 3)), np.ones(3, bool), 1), (2, np.full((2, 3), ratio), exists, 0)]),
     )
     monkeypatch.setattr(
-        averaged_stability, "transverse_stability", lambda ratio, at, phases, dimension: (at > 15) if dimension else (phases[0] > 1)
+        averaged_stability,
+        "transverse_stability",
+        lambda ratio, at, phases, dimension: (at > 15) if dimension else (phases[0] > 1),
     )
     made = regions(base, speeds, np.array([0.5, 2.0]))
     assert given == [(10.0, 0.5), (10.0, 2.0)]
@@ -200,7 +209,9 @@ def test_regions_of_branches(monkeypatch: pytest.MonkeyPatch) -> None:
     phases = {(1, 1): np.array([[0.0, 0.0], [0.5, math.pi]]), (0, 1): np.array([[0.0, np.nan], [1.0, np.nan]])}
     branches = [SimpleNamespace(sides=sides, phases=lambda _, p=p: p) for sides, p in phases.items()]
     monkeypatch.setattr(averaged_stability, "branches", lambda torques, at: branches)
-    monkeypatch.setattr(averaged_stability, "compensating_phases", lambda torques, spread: [(np.array([0.0, 3.0]), 2, None)] * 2)
+    monkeypatch.setattr(
+        averaged_stability, "compensating_phases", lambda torques, spread: [(np.array([0.0, 3.0]), 2, None)] * 2
+    )
     of: Any = SimpleNamespace(coefficients=np.array([1.0, 0.5]))
     made = list(averaged_stability._states(of, speeds))
     assert [(region, valid.tolist(), dimension) for region, _, valid, dimension in made] == [
@@ -217,7 +228,9 @@ def test_exponents_by_the_matrices_of_the_machine_s_equations(monkeypatch: pytes
         steady_state=lambda speed, at: (states.append((speed, at.tolist())), np.array([speed, at[1]]))[1],
     )  # fmt: skip
     matrices = np.array([np.diag([-1.0, 2.0, 1e-9]), np.full((3, 3), np.nan)])
-    monkeypatch.setattr(averaged_stability, "averaged_matrices", lambda torques, speeds, phases: matrices * speeds[:, None, None])
+    monkeypatch.setattr(
+        averaged_stability, "averaged_matrices", lambda torques, speeds, phases: matrices * speeds[:, None, None]
+    )
     made = AveragedStability(torques(), slow)
     state: Any = SimpleNamespace(interior_state=SimpleNamespace(speed=10.0), neutral=1, phases=np.array([0.0, 1.0]))
     first, second = made.exponents(state, np.zeros((2, 2)))

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.cams.prediction import CamShaft, unresolved_share
+from wucht.cams.prediction import CamShaft, _positive, unresolved_share
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import CamshaftDrive, ElasticTable, ShaftTable
+from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 
 HERE = Path()
@@ -148,3 +149,24 @@ def test_the_share_of_a_speed_that_is_not_resolved() -> None:
     assert unresolved_share(ShaftMotion(few)) == 0.0
     many = Harmonics.of(10.0, np.zeros(1023), np.r_[np.zeros(1022), 0.5])
     assert unresolved_share(ShaftMotion(many)) == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("given", "location"),
+    [
+        ({"output_frequency": 5.0, "output_stiffness": 5.0}, "output_stiffness"),
+        ({"output_frequency": 5.0, "output_damping_ratio": 0.1, "output_damping": 5.0}, "output_damping"),
+        ({"shaft_stiffness": 5.0}, "cam_inertia"),
+        ({"cam_inertia": 5.0}, "shaft_stiffness"),
+        ({"output_damping_ratio": 0.1}, "output_frequency"),
+    ],
+)
+def test_springs_that_contradict_each_other(given: dict[str, float], location: str) -> None:
+    with pytest.raises(InputError) as error:
+        ElasticTable(**given)
+    assert error.value.location == f"shaft.elastic.{location}"
+
+
+def test_a_speed_that_falls_below_zero_is_the_expected_one_there() -> None:
+    values = _positive(Harmonics.of(0.5, [1.0]), 4, 7.0)
+    assert values == pytest.approx([1.5, 0.5, 7.0, 0.5])

@@ -124,7 +124,11 @@ def test_the_law_as_tables_of_controllers(tmp_path: Path, unit: str) -> None:
     law, tolerance = Harmonics.of(0.3, [-0.25]), 1e-4
     scale = 1 if unit == "rad" else 0.1
     files = write_law_files(
-        tmp_path, Harmonics.of(scale * law.mean, scale * law.cosine), unit, scale * tolerance, forms=(Form.CSV, Form.CODESYS_ASCII)
+        tmp_path,
+        Harmonics.of(scale * law.mean, scale * law.cosine),
+        unit,
+        scale * tolerance,
+        forms=(Form.CSV, Form.CODESYS_ASCII),
     )
     assert [f.path.name for f in files] == ["law.csv", "law.ascii.txt"]
     for file in files:
