@@ -59,10 +59,10 @@ def test_a_detuning_moves_both_motors_in_the_averaged_equations() -> None:
     })  # fmt: skip
     swept = swept_parameter(machine)
     of = AveragedEquations(machine, swept, {"a": 1.0, "b": 1.0}, (-2.0, 2.0))
-    assert (of.unit == 4.0 and of.names == ("b.phase", "a.speed", "b.speed")) or of.phases.sum() == 1
-    speeds = {n: np.where(of.phases, 0.0, 12.5)[:, None] for n in "x"}["x"]
+    assert of.unit == 4.0
+    states = np.where(of.phases, 0.0, 12.5)[:, None]
     for detuning in (-1.0, 0.5):
-        rates, _ = of.rates(speeds, detuning)
+        rates, _ = of.rates(states, detuning)
         rate = dict(zip(of.names, rates[:, 0], strict=True))
         inertia = machine.values["a.inertia"]
         scale = of.pace * of.pace
@@ -81,5 +81,4 @@ def test_a_range_about_a_band_contains_the_value_of_the_machine(low: float, high
     assert least - begin == pytest.approx(end - most) and 0 < least - begin < most - least
     wide = range_around(case, StableRange(0, Edge(-1e5, "fold"), Edge(1e5, "fold"), np.zeros(0, int)))
     assert wide == case.limits
-    alone = range_around(case, None)
-    assert alone == pytest.approx((7.0 - max(7.0, 7.0), 14.0)) or alone[1] - 7.0 == pytest.approx(7.0 - alone[0])
+    assert range_around(case, None) == pytest.approx((0.0, 14.0)), "a hundredth of the limits, or the value itself"
