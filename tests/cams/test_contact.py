@@ -351,3 +351,23 @@ def test_a_shaft_at_rest_has_the_forces_of_springs_alone_and_none_turns_backward
     for speed in (-1e-9, math.nan, math.inf):
         with refused("speed", code="negative"):
             contact_forces(cam, load, speed, PHI)
+
+
+def test_materials_may_be_incompressible():
+    assert Material(1e9, 0.5).compliance == pytest.approx(0.75e-9) and Material(1e9, -0.99).compliance > 0
+    with refused("poisson", given=-1.0):
+        Material(1e9, -1.0)
+
+
+def test_one_hollow_place_is_enough_for_a_roller_not_to_fit():
+    force, curvature = np.full(3, 500.0), np.array([20.0, -101.0, 20.0])
+    with refused("follower.roller_radius", given=0.01):
+        hertz_pressure(force, 0.02, curvature, 100.0, (STEEL, STEEL))
+
+
+def test_an_undercut_elsewhere_leaves_the_pressure_here():
+    """The contour is sharp at 0 deg, and round at 90 deg."""
+    sharp = RollerCam(Harmonics.of(0.0, [0.0, 0.02]), TranslatingRoller(distance=0.06, roller_radius=0.045))
+    at = np.array([math.pi / 2])
+    expected = hertz_pressure(np.ones(1), 0.01, sharp.curvature(at), 1 / 0.045, (STEEL, STEEL))
+    assert contact_pressure(sharp, np.ones(1), at, 0.01, (STEEL, STEEL)) == pytest.approx(expected)

@@ -107,3 +107,14 @@ def test_the_period_of_the_cases():
     phi = 2 * math.pi * np.arange(256) / 256
     over_angle = FourierSeries.from_samples(np.sqrt(2 * 15300 / (2 * (1 + 0.3 * np.cos(2 * phi)))))
     assert 2 * math.pi / shaft_motion_over_time(over_angle, 20).mean == pytest.approx(0.0505045348634485, rel=1e-12)
+
+
+@pytest.mark.parametrize("mean", [0.1, 300.0])
+def test_order_0_is_that_of_the_period_to_a_billionth(mean: float) -> None:
+    for off, right in ((0.9e-9, True), (-0.9e-9, True), (1.1e-9, False), (-1.1e-9, False)):
+        speed = Harmonics.of(mean * (1 + off), [0.01 * mean])
+        if right:
+            assert with_period(speed, 2 * math.pi / mean).mean == speed.mean
+        else:
+            with refusals.refused("speed.mean", given=speed.mean):
+                with_period(speed, 2 * math.pi / mean)

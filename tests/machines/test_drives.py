@@ -74,6 +74,19 @@ def test_constant_torque():
     assert made.linearisation(10.0) == (0.0, math.inf)
 
 
+@pytest.mark.parametrize(
+    ("kind", "speed", "torque"),
+    [
+        ("dc-separate", 50.0, 1.2 * (200 - 1.2 * 50) / 2),  # k Phi = 1.2 V s
+        ("dc-shunt", 2.0, 30.0 * (200 - 30.0 * 2) / 2),  # k L U/R_E = 30 V s
+        ("dc-series", 10.0, 0.15 * (200 / (2 + 1 + 0.15 * 10)) ** 2),  # k L times the square of the current
+        ("linear", 50.0, 0.1 * (150 - 50)),
+    ],
+)
+def test_torques_of_direct_current_by_hand(kind, speed, torque):
+    assert drive(kind).torque_at(speed) == pytest.approx(torque, rel=1e-12)
+
+
 @pytest.mark.parametrize("kind", ["dc-shunt", "dc-series", "induction"])
 @few
 @given(speed=st.floats(-300, 300))

@@ -3,7 +3,8 @@
 import pytest
 from tests.refusals import rejected
 
-from wucht.machines.tree import Tree
+from wucht.machines.tree import SlidingBody, Tree
+from wucht.mechanics.lagrange import Coordinate
 
 TREE = Tree({"ball": "cage", "drum": None, "cage": "drum", "second": None, "pendulum": "second"})
 
@@ -27,3 +28,9 @@ def test_a_group_is_a_body_and_all_that_turn_about_it() -> None:
 def test_a_circle_has_no_root(above: dict[str, str | None]) -> None:
     with rejected("circle"):
         Tree(above).root("a")
+
+
+def test_a_sliding_mass_is_named_by_its_guide_where_that_is_its_own() -> None:
+    coordinate = Coordinate.from_names("p.displacement", "p.velocity")
+    assert SlidingBody("p", "switchable-pendulum", coordinate, "p").words == "the mass in p"
+    assert SlidingBody("s", "slider", coordinate, "drum").words == "s"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -79,3 +81,98 @@ def test_a_residual_without_a_value_has_a_panel_all_the_same() -> None:
     draw_residual(axis, np.arange(3.0), np.array([0.0, 1e-30, 2e-9]))
     assert axis.get_ylim() == pytest.approx((1e-18, 2e-8))
     assert np.asarray(axis.get_lines()[0].get_ydata(), float).tolist() == [1e-18, 1e-18, 2e-9]
+
+
+def bands(y: np.ndarray, x: np.ndarray | None = None, scale: str = "linear") -> tuple[list[Any], list[Any]]:
+    """Lines and bands of a curve, over 0 to 1."""
+    axis, x = Figure().subplots(), np.linspace(0.0, 1.0, len(y)) if x is None else x
+    axis.set_yscale(scale)
+    draw_swings(axis, x, y, color="#0072B2", label="swing", linewidth=2.0)
+    return list(axis.get_lines()), list(axis.collections)
+
+
+def test_a_curve_that_swings_fast_throughout_is_a_band_with_its_name_and_colour() -> None:
+    x = np.linspace(0.0, 1.0, 40_001)
+    lines, (band,) = bands(np.sin(800 * np.pi * x))
+    assert not lines and band.get_label() == "swing"
+    assert band.get_facecolor()[0] == pytest.approx((0, 0x72 / 255, 0xB2 / 255, 0.35))
+    corners = band.get_paths()[0].vertices
+    assert (corners[:, 0].min(), corners[:, 0].max()) == (0.0, 1.0)
+
+
+def test_two_bands_are_drawn_where_they_are() -> None:
+    """From 0.2 to 0.4 and from 0.6 to 0.8; in the line there is a gap for each."""
+    x = np.linspace(0.0, 1.0, 40_001)
+    fast = ((x > 0.2) & (x < 0.4)) | ((x > 0.6) & (x < 0.8))
+    (line,), found = bands(np.where(fast, np.sin(800 * np.pi * x), 0.0))
+    spans = [(b.get_paths()[0].vertices[:, 0].min(), b.get_paths()[0].vertices[:, 0].max()) for b in found]
+    assert spans == [pytest.approx((0.2, 0.4), abs=0.011), pytest.approx((0.6, 0.8), abs=0.011)]
+    assert line.get_label() == "swing" and line.get_linewidth() == 2.0
+    assert all(str(b.get_label()).startswith("_") for b in found)
+    at, y = (np.asarray(v, float) for v in line.get_data())
+    assert not np.isfinite(y[(at > 0.22) & (at < 0.38)]).any() and np.isfinite(y[(at > 0.42) & (at < 0.58)]).all()
+
+
+@pytest.mark.parametrize(("turns", "dense"), [(100, False), (150, True)])
+def test_three_turning_points_in_a_hundredth_of_the_panel_are_too_many(turns: int, dense: bool) -> None:
+    """Two or three a strip."""
+    lines, found = bands(np.sin(2 * np.pi * turns * np.linspace(0.0, 1.0, 20_001) + 0.3))
+    assert bool(found) is dense and bool(lines) is not dense
+
+
+@pytest.mark.parametrize(("size", "visible"), [(0.9e-2, False), (1.1e-2, True)])
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_swings_of_less_than_a_hundredth_of_the_panel_are_a_line(size: float, visible: bool, scale: str) -> None:
+    """From turning point to turning point; in decades where the scale is logarithmic."""
+    x = np.linspace(0.0, 1.0, 40_001)
+    y = np.where(x < 0.5, 0.5 * size * np.sin(800 * np.pi * x), 0.0) + np.where(x > 0.75, 1.0, 0.0)
+    _, found = bands(10**y if scale == "log" else y, scale=scale)
+    assert bool(found) is visible
+
+
+def test_what_does_not_go_forward_or_is_not_finite_is_a_line() -> None:
+    x = np.linspace(0.0, 1.0, 20_001)
+    y = np.sin(800 * np.pi * x)
+    assert not bands(y, x[::-1].copy())[1] and not bands(np.where(x > 0.9, np.nan, y))[1]
+    assert not bands(np.zeros(3), np.zeros(3))[1] and len(bands(np.array([1.0]), np.array([0.0]))[0]) == 1
+
+
+@pytest.mark.parametrize(
+    ("ends", "begin"), [((44.0, 316.0), -180), ((46.0,), 0), ((314.0,), 0), ((-44.0, 404.0), -180), ((), 0)]
+)
+def test_the_panel_of_angles_begins_where_none_of_them_ends(ends: tuple[float, ...], begin: float) -> None:
+    axis = Figure().subplots()
+    assert angle_panel(axis, [np.array([100.0, end, np.nan]) for end in ends]) == begin
+    assert list(axis.get_yticks()) == [begin + 90 * k for k in range(5)]
+
+
+def test_a_step_of_half_a_period_is_no_jump() -> None:
+    assert np.isnan(without_jumps(np.array([0.0, 180.0, 359.0, 178.0]), 360.0)).tolist() == [False, False, False, True]
+
+
+def test_an_angle_may_make_a_turn_in_a_hundredth_of_the_panel_but_no_more() -> None:
+    """Backwards too."""
+    x = np.linspace(0.0, 100.0, 10_001)
+    for sense in (1.0, -1.0):
+        for a_strip, fast in ((350.0, False), (370.0, True)):
+            axis = Figure().subplots()
+            draw_angles(
+                axis, x, np.remainder(sense * a_strip * x * 100 / 99, 360.0)[None], 0.0, [{"label": "p", "color": "black"}]
+            )
+            assert bool(axis.collections) is fast
+
+
+def test_three_angles_that_turn_past_are_several() -> None:
+    x = np.linspace(0.0, 100.0, 10_001)
+    for count, words in ((2, "turning past: p0, p1"), (3, "turning past: several")):
+        axis = Figure().subplots()
+        styles = [{"label": f"p{k}", "color": "#D55E00"} for k in range(count)]
+        draw_angles(axis, x, np.remainder(720 * x, 360.0) * np.ones((count, 1)), 0.0, styles)
+        [band] = axis.collections
+        assert band.get_label() == words and band.get_facecolor()[0][:3] == pytest.approx([0.4] * 3)
+
+
+def test_a_residual_has_a_scale_from_rounding_to_its_largest_value() -> None:
+    axis = Figure().add_subplot()
+    draw_residual(axis, np.arange(3.0), np.array([0.0, 1e-12, 2e-12]))
+    assert axis.get_ylim() == pytest.approx((1e-18, 1e-8)) and list(axis.get_yticks()) == [1e-16, 1e-8]

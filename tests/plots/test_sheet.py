@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import math
 import weakref
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -195,3 +197,103 @@ def test_a_lone_right_edge_and_a_second_scale_narrow_a_panel_by_their_widths() -
         assert x == pytest.approx(4.1 + 1.25 + 0.7)
     assert widths[""] == pytest.approx(PRINT.width * 72 / PRINT.font - 6.05 - 1.7)
     assert widths[""] - widths["rad/s"] == pytest.approx(6.2 - 1.7)
+
+
+@pytest.mark.parametrize(
+    ("page", "keys", "rows"),
+    [
+        (PRINT, {"columns": 3, "wide": 1, "last": 1}, [[0], [1, 2, 3], [4, 5], [6]]),
+        (JOURNAL, {"columns": 3, "wide": 1, "last": 1}, [[0], [1], [2], [3], [4], [5], [6]]),
+        (PRINT, {"columns": 5, "narrow": 2}, [[0, 1], [2, 3], [4, 5], [6]]),
+        (PRINT, {}, [[0, 1], [2, 3], [4, 5], [6]]),
+    ],
+)
+def test_rows_of_a_grid(page: Page, keys: dict[str, int], rows: list[list[int]]) -> None:
+    """A height holds for all further rows; panels of a journal are lower."""
+    with page_context(page):
+        figure, axes = sheet.new_grid(7, "title", heights=(2.0, 1.0), **keys)  # type: ignore[arg-type]
+    of = sheet.sheet_of(figure)
+    assert [[axes.index(axis) for axis in row] for row in of.rows] == rows
+    assert of.heights == [page.height * h for h in (2.0, *(1.0,) * (len(rows) - 1))]
+    room = {PRINT: keys.get("columns", 2), JOURNAL: 1}[page] if "narrow" not in keys else 2
+    wide, last = keys.get("wide", 0), keys.get("last", 0)
+    assert of.columns == [1] * wide + [room] * (len(rows) - wide - last) + [1] * last
+
+
+def test_panels_over_one_abscissa_share_it_and_only_the_last_has_its_numbers() -> None:
+    with page_context(PRINT):
+        _, axes = sheet.new_figure(3, "title")
+    axes[0].set_xlim(2.0, 5.0)
+    assert [axis.get_xlim() for axis in axes] == [(2.0, 5.0)] * 3
+    assert [axis.xaxis.get_tick_params().get("labelbottom", True) for axis in axes] == [False, False, True]
+
+
+def test_panels_drawn_by_functions_have_the_sentence_of_their_result() -> None:
+    result: Any = SimpleNamespace(attrs={"title": "a drum", "sentence": "It is captured."})
+    legends = list[Any]()
+
+    def panel(value: float) -> Any:
+        return lambda axis, of: axis.plot([0, 1], [value, value], label=of.attrs["title"])
+
+    with page_context(PRINT):
+        figure, axes = sheet.draw_panels(result, [panel(1.0), panel(2.0)], legends.append, columns=1, heights=1.0)
+        other, _ = sheet.draw_panels(result, [panel(1.0)], None, subtitle="what it is")
+        above, (axis,) = sheet.draw_panels(result, [panel(1.0)])
+    assert sheet.sheet_of(figure).heading == "a drum\nIt is captured." and sheet.sheet_of(other).heading == "a drum\nwhat it is"
+    assert [np.asarray(axis.get_lines()[0].get_ydata())[0] for axis in axes] == [1.0, 2.0] and legends == axes
+    assert sheet.sheet_of(figure).columns == [1, 1] and not sheet.sheet_of(other).above
+    assert sheet.sheet_of(above).above[axis].names == ["a drum"]
+    assert [h.get_label() for h in sheet.labelled_handles(axes)] == ["a drum", "a drum"]
+
+
+def test_a_legend_for_all_panels_has_each_name_once_with_its_first_handle() -> None:
+    with page_context(PRINT):
+        figure, axes = sheet.new_figure(2, "title")
+        handles = [axis.plot([0, 1], label=name)[0] for axis, name in zip((*axes, axes[0]), ("p", "q", "p"), strict=True)]
+        sheet.legend_over(figure, handles, "bodies")
+        sheet.legend_below(figure, handles[1:])
+        over, below = sheet.sheet_of(figure).over, sheet.sheet_of(figure).below
+        assert over is not None and below is not None
+        assert (over.names, over.handles, over.title) == (["p", "q"], handles[:2], "bodies")
+        assert (below.names, below.handles, below.title) == (["q", "p"], handles[1:], None)
+        sheet.legend_over(figure, [])
+        assert sheet.sheet_of(figure).over is None
+    sheet.legend_over(figure, handles)
+    arrange(figure)
+    figure.draw_without_rendering()
+    boxes = [legend.get_window_extent() for legend in figure.legends]
+    panels = [axis.get_window_extent() for axis in axes]
+    assert max(box.y0 for box in boxes) > panels[0].y1 and min(box.y1 for box in boxes) < panels[1].y0
+    assert all((box.x0 + box.x1) / 2 == pytest.approx(figure.bbox.x1 / 2, abs=1.0) for box in boxes)
+
+
+def test_a_scale_of_colours_has_its_name_and_room() -> None:
+    with page_context(PRINT):
+        figure, (axis,) = sheet.new_figure(1, "title")
+        bar = sheet.colour_bar(axis, axis.imshow(np.array([[1.0, 3.0]])), "speed (rad/s)")
+    assert bar.ax.get_ylabel() == "speed (rad/s)" and (bar.vmin, bar.vmax) == (1.0, 3.0)
+    assert sheet.sheet_of(figure).right[axis] == pytest.approx(6.2 + 1.0)
+
+
+def test_assumptions_are_below_a_heading_alone() -> None:
+    with page_context(PRINT):
+        titled, _ = sheet.new_figure(1, "title")
+        bare, _ = sheet.new_figure(1, "")
+    for figure in (titled, bare):
+        sheet.write_assumptions(figure, ["no friction", "a rigid shaft"])
+    assert sheet.sheet_of(titled).assumption_note == "assumed: no friction; a rigid shaft"
+    assert not sheet.sheet_of(bare).assumption_note
+    sheet.write_assumptions(titled, ["word " * 60])
+    lines = sheet.sheet_of(titled).assumption_note.split("\n")
+    assert max(map(len, lines)) <= 8.0 * 72 / (0.58 * 8.0) and len(lines) == 3
+
+
+def test_a_speed_above_a_panel_is_in_rpm_too() -> None:
+    with page_context(PRINT):
+        figure, (axis,) = sheet.new_figure(1, "title")
+        axis.set_xlim(0.0, math.pi)
+        sheet.rpm_axis(axis, "rad/s", "x")
+    (second,) = axis.child_axes
+    figure.draw_without_rendering()
+    assert second.get_xlim() == pytest.approx((0.0, 30.0)) and second.get_xlabel() == "speed (rpm)"
+    assert second.spines["top"].get_visible() and not sheet.sheet_of(figure).right

@@ -185,3 +185,27 @@ def test_the_curve_over_the_damping() -> None:
     assert (curve.settling_time.tolist(), curve.share_through.tolist()) == ([1.0, 3.0, 4.0], [0.5, 0.75, 0.75])
     assert (curve.rate.tolist(), curve.optimum, curve.rate_optimum) == ([7.0, 8.0, 9.0], 0.2, 0.25)
     assert curve.damping.tolist() == dampings.tolist()
+
+
+def median(outcomes: list[int], settling: list[float], end: float = 50.0) -> tuple[float, float]:
+    n = len(outcomes)
+    return candidates._median_settling(MemberOutcomes(np.array(outcomes), np.array(settling), np.zeros(n), np.full(n, end)))
+
+
+def test_a_median_settling_time() -> None:
+    """Of all runs, those that are captured take for ever; one without a verdict as long as it was followed."""
+    failed = OUTCOMES.index(Outcome.FAILED)
+    assert median([PASSED] * 3, [1.0, 3.0, 8.0])[0] == 3.0
+    assert median([PASSED, PASSED, CAPTURED], [1.0, 3.0, np.nan])[0] == 3.0
+    assert np.isnan(median([PASSED, CAPTURED, CAPTURED], [1.0, np.nan, np.nan])).all()
+    assert median([PASSED, OPEN, OPEN], [1.0, np.nan, np.nan]) == (
+        50.0, pytest.approx(math.sqrt(math.pi / 2) * np.std([1.0, 50.0, 50.0]) / math.sqrt(3)),
+    )  # fmt: skip
+    assert np.isnan(median([OPEN] * 3, [np.nan] * 3)).all(), "none has passed"
+    assert np.isnan(median([PASSED, PASSED, failed], [1.0, 3.0, np.nan])).all()
+
+
+def test_the_first_of_several_candidates_is_picked_alone() -> None:
+    numbers = np.array([[1.0], [2.0], [3.0]])
+    results = CandidateResults(numbers, np.tile(numbers, 4), numbers[:, 0], np.zeros((3, len(OUTCOMES))), np.ones(3, bool))
+    assert [results.pick(k).numbers.tolist() for k in range(3)] == [[[1.0]], [[2.0]], [[3.0]]]

@@ -137,3 +137,81 @@ def test_the_motion_before_is_judged_with_the_machine_as_it_was(monkeypatch: pyt
     of = machine(falling=False)
     of._assemble_run([course], now)
     assert judged[3] == (of.machine, 2.0)
+
+
+class Running(FailingMachine):
+    """One whose motion ends at a time; each grid is kept."""
+
+    def _advance(self, state: Any, grid: np.ndarray) -> Any:
+        grids.append(grid)
+        ended = grid[-1] >= self.begin if self.begin is not None else False
+        last = SimpleNamespace(trajectory=SimpleNamespace(has_ended=ended, failure="it burst" if ended else None))
+        return RunState(last, state.balance), course_at(*grid[1:])  # type: ignore[arg-type]
+
+    def _observe(self, state: Any, motion: Any) -> Any:
+        return "balance", course_at(0.0)
+
+    def _assemble_run(self, courses: list[FailureCourse], state: RunState) -> Any:
+        return module.FailingRun(FailureCourse.join(courses), state, "verdict", None)  # type: ignore[arg-type]
+
+
+grids = list[np.ndarray]()
+
+
+def course_at(*time: float) -> FailureCourse:
+    return FailureCourse(np.array(time), *(np.zeros(len(time)) for _ in range(7)))
+
+
+def running(count: int, samples_per_check: int, end: float | None = None) -> tuple[list[Any], list[float]]:
+    grids.clear()
+    trajectory = SimpleNamespace(has_ended=False, failure=None)
+    integration: Any = SimpleNamespace(begin=lambda initial, values: SimpleNamespace(trajectory=trajectory))
+    of: Any = SimpleNamespace(system=SimpleNamespace(values=lambda values: values), values=())
+    shares = list[float]()
+    work: Any = SimpleNamespace(unit=lambda name, compute: compute(), report=shares.append)
+    return list(Running(of, integration, np.zeros(1), 0.5, count, samples_per_check, begin=end).run(work)), shares
+
+
+def test_a_run_goes_from_check_to_check_fifty_to_a_unit_of_work() -> None:
+    """125 steps, two to a check: the last check has one."""
+    runs, shares = running(125, 2)
+    assert [len(run.course.time) for run in runs] == [1, 101, 126]
+    assert runs[-1].course.time == pytest.approx(0.5 * np.arange(126))
+    assert (grids[1].tolist(), grids[-1].tolist(), len(grids)) == ([1.0, 1.5, 2.0], [62.0, 62.5], 63)
+    assert shares[:1] == [2 / 125] and shares[-1] == 1.0 and runs[-1].failure is None
+
+
+def test_a_run_whose_motion_ends_goes_no_further() -> None:
+    runs, shares = running(125, 2, 3.0)
+    assert [len(run.course.time) for run in runs] == [1, 7] and runs[-1].failure == "it burst"
+    assert len(grids) == 3 and shares[-1] == 6 / 125
+    assert len(running(125, 2, 51.0)[0]) == 3
+
+
+@pytest.mark.parametrize(("begin", "onset"), [(0.4, True), (1.0, False), (None, False)])
+def test_the_motion_before_the_failure(monkeypatch: pytest.MonkeyPatch, begin: float | None, onset: bool) -> None:
+    """It ends where the stiffness begins to fall; the turning points of each check alone count for the damage."""
+    counted = list[list[float]]()
+    monkeypatch.setattr(FailingMachine, "_update_stiffness", lambda _, state: state)
+    monkeypatch.setattr(
+        FailingMachine, "_observe", lambda _, state, motion: ("balance", FailureCourse(*(np.arange(3.0) for _ in range(8))))
+    )
+    fresh = list[Any]()
+
+    def advance(before: Any, grid: np.ndarray) -> Any:
+        fresh.append(before.observation.points)
+        return replace(before, trajectory="new", pending=(*before.pending, SimpleNamespace(tail=lambda count: count)))
+
+    @dataclass(frozen=True)
+    class Seen:
+        points: Any
+
+    values = SimpleNamespace(values=np.array([3.0, -1.0]), without_points=lambda: "none yet")
+    damage = SimpleNamespace(update=lambda points: (counted.append(points.tolist()), "more")[1])
+    before = RunState(Leg(motion(), Seen(values), ()), EnergyBalance(), damage)  # type: ignore[arg-type]
+    of = machine(begin=begin)
+    of.integration.__dict__.update(leg=advance, observation=lambda leg: Seen(values))
+    after, course = of._advance(before, np.array([0.0, 0.5, 1.0]))
+    assert fresh == ["none yet"] and counted == [[3.0, -1.0]]
+    assert (after.onset is before.last) is onset and (after.balance, after.damage) == ("balance", "more")
+    assert after.last.pending == (1,) and course.time.tolist() == [1.0, 2.0], "the first sample is that of the check before"

@@ -92,3 +92,13 @@ def test_of_several_bodies_the_one_counts_that_differs_most() -> None:
     apart = deviations_by_angle(first, other)
     assert apart is not None
     assert apart.speed == pytest.approx(np.full(len(apart.abscissa), -1.0))
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_lag_that_starts_elsewhere_is_compared_in_its_sense(sense: int) -> None:
+    """The phase goes from 30 rad on, up or down by 20 rad; where the slow run is 0.25 faster at each phase."""
+    full = ComparedMotion(ANGLE, (ANGLE / 100)[None], ANGLE, 30.0 + sense * ANGLE / 5)
+    slow = ComparedMotion(ANGLE, (ANGLE / 100 + 0.25)[None], ANGLE, 30.0 + sense * ANGLE / 5)
+    apart = deviations_by_phase(full, slow)
+    assert apart is not None and apart.speed == pytest.approx(-0.25)
+    assert (apart.abscissa[0], apart.abscissa[-1]) == pytest.approx((30.0, 30.0 + sense * 20.0))

@@ -1,0 +1,137 @@
+"""The law of a cam file: its units, the arcs on which it rests, and its extremes, against closed forms."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.refusals import refused
+
+from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
+from wucht.cams.laws.synthesis import Band, Cap
+from wucht.cams.tables.kinds_of_law import STANDARD, PointsTable, _line_number
+from wucht.cams.tables.motion_law import MotionLaw, RiseMotion, SeriesMotion, read_output, unit_of_output
+from wucht.numerics.harmonics import Harmonics
+from wucht.schema import validate_model
+
+SERIES = Harmonics.of(0.5, [-0.3, 0.0], [0.0, 0.2])  # 0.5 - 0.3 cos phi + 0.2 sin 2 phi
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "order", "expected"),
+    [
+        ("rad", "180 deg", 0, math.pi),
+        ("rad", "180 deg/rad", 1, math.pi),
+        ("rad", "180 deg/rad^2", 2, math.pi),
+        ("m", "12 mm/rad^3", 3, 0.012),
+        ("m", "12 mm", 2, 0.012),
+        ("m", 0.5, 1, 0.5),
+        ("rad", 2.5, 0, 2.5),
+    ],
+)
+def test_derivatives_may_omit_the_cam_angle(unit: str, value: float | str, order: int, expected: float) -> None:
+    assert read_output(unit, value, "law.x", order) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "order"),
+    [("m", "12 mm/rad^2", 1), ("m", "12 mm/rad", 0), ("rad", "deg/rad^3", 2), ("m", "12 mm/s", 1), ("rad", "1 rad/s", 0)],
+)
+def test_the_power_of_the_cam_angle_is_the_order(unit: str, value: str, order: int) -> None:
+    with refused("law.x", given=value):
+        read_output(unit, value, "law.x", order)
+
+
+def test_the_unit_of_the_output_is_that_of_its_first_quantity() -> None:
+    assert unit_of_output([("a", 1.0), ("b", "3 mm"), ("c", 2.0)], None) == "m"
+    assert unit_of_output([("a", 1.0), ("b", "3 deg/rad^2")], None) == "rad"
+    assert unit_of_output([("b", "3°")], None) == "rad"
+    assert unit_of_output([("a", 1.0)], None) == unit_of_output([], None) == "rad"
+    assert unit_of_output([("a", 1.0)], "m") == "m"
+    with refused("b", given="3 kg"):
+        unit_of_output([("b", "3 kg")], None)
+    with refused("c", given="3 deg", code="dimension"):
+        unit_of_output([("b", "3 mm"), ("c", "3 deg")], None)
+
+
+def test_arcs_whose_band_is_at_most_a_tenth_of_the_stroke_are_dwells() -> None:
+    """The stroke of -0.3 cos phi is 0.6."""
+    law = Harmonics.of(0.0, [-0.3])
+    narrow, wide = Band("narrow", 0, 0.1, 0.4, 0.0, 0.0599), Band("wide", 0, 0.1, 0.4, 0.0, 0.0601)
+    velocity, point = Band("velocity", 1, 0.1, 0.4, 0.0, 0.01), Band("point", 0, 0.4, 0.4, 0.0, 0.01)
+    motion = MotionLaw(law, "m", 1, (wide, velocity, narrow, point, Cap("cap", 1, 0.2)))
+    assert motion.dwells == (narrow,)
+
+
+def test_bounds_and_peaks_of_a_law_that_is_sampled_are_those_of_its_series() -> None:
+    sampled, exact = MotionLaw(SERIES, "m"), SeriesMotion(SERIES, "m", 2)
+    for order in range(4):
+        assert sampled.bounds(order) == pytest.approx(exact.bounds(order), rel=1e-9)
+    least, greatest = exact.bounds(1)
+    assert exact.peak(1) == pytest.approx(max(-least, greatest)) == sampled.peak(1)
+    assert sampled.series is None and exact.series is SERIES and exact.harmonics() is SERIES
+    again = sampled.harmonics()
+    assert again.mean == pytest.approx(0.5) and again(1.3) == pytest.approx(float(SERIES(1.3)), abs=1e-12)
+    assert (sampled.jump, sampled.rise) == (0.0, None)
+
+
+def test_a_peak_is_the_larger_magnitude_of_the_two() -> None:
+    """cos phi + cos 2 phi has the minimum -9/8 and the maximum 2; turned over, the other way round."""
+    law = Harmonics.of(0.0, [0.0, 0.0], [1.0, 0.5])  # its velocity
+    assert SeriesMotion(law, "m", 2).bounds(1) == pytest.approx((-9 / 8, 2.0))
+    turned = Harmonics.of(0.0, [0.0, 0.0], [-1.0, -0.5])
+    assert MotionLaw(law, "m").peak(1) == pytest.approx(2.0) == MotionLaw(turned, "m").peak(1)
+
+
+def test_extremes_on_an_arc() -> None:
+    """-0.3 cos phi on a quarter of a turn, and at a point; its velocity 0.3 sin phi."""
+    law = Harmonics.of(0.0, [-0.3])
+    for motion in (MotionLaw(law, "m"), SeriesMotion(law, "m", 1)):
+        assert motion.extremes(Band("", 0, 0.0, math.pi / 2, 0.0, 1.0)) == pytest.approx((-0.3, 0.0), abs=1e-12)
+        assert motion.extremes(Band("", 1, math.pi / 4, math.pi, 0.0, 1.0)) == pytest.approx((0.0, 0.3), abs=1e-6)
+        assert motion.extremes(Band("", 0, 1.0, 1.0, 0.0, 1.0)) == pytest.approx((-0.3 * math.cos(1.0),) * 2)
+
+
+def test_a_rise_and_return_has_its_largest_values_exactly() -> None:
+    """A simple harmonic rise over a quarter of a turn: Cv = pi/2, Ca = pi^2/2, Cj = pi^3/2; its acceleration jumps by Ca."""
+    stroke, arc = 0.02, math.pi / 2
+    law = RiseAndReturn(standard_law("harmonic"), stroke, (0.0, arc), (math.pi, math.pi + 2 * arc))
+    motion = RiseMotion(law, "m")
+    assert motion.rise == pytest.approx([math.pi / 2, math.pi**2 / 2, math.pi**3 / 2])
+    assert [motion.peak(k) for k in (1, 2, 3)] == pytest.approx([stroke * motion.rise[k - 1] / arc**k for k in (1, 2, 3)])
+    assert motion.jump == pytest.approx(stroke * motion.rise[1] / arc**2)
+
+
+def test_a_standard_law_of_a_file() -> None:
+    kinds = {table.kind: table for table in STANDARD}  # type: ignore[attr-defined]
+    entries = {"stroke": "20 mm", "rise": ["0 deg", "90 deg"], "return": ["180 deg", "360 deg"]}
+    table = validate_model(kinds["3-4-5"], entries, "law")
+    motion = table.motion("m")
+    assert list(table.quantities()) == [("law.stroke", "20 mm")] and motion.unit == "m"
+    at = np.radians([0.0, 45.0, 90.0, 135.0, 180.0, 270.0])
+    assert motion.law(at) == pytest.approx([0.0, 0.01, 0.02, 0.02, 0.02, 0.01], abs=1e-15)
+    half = validate_model(kinds["simple-harmonic"], entries, "law").motion("m").law(math.pi / 8)
+    assert half == pytest.approx(0.02 * (1 - math.cos(math.pi / 4)) / 2)
+    spline = validate_model(kinds["cubic-spline"], entries | {"points": [[0.5, 0.25]]}, "law").motion("m").law(math.pi / 4)
+    assert spline == pytest.approx(0.005), "through its point"
+
+
+def test_a_motion_by_points_of_a_file(tmp_path: Path) -> None:
+    rows = [(k * 45, 10 - 10 * math.cos(math.radians(45 * k))) for k in range(8)]
+    text = "angle (deg),lift (mm)\n" + "".join(f"{angle},{lift:.9f}\n" for angle, lift in rows)
+    (tmp_path / "lift.csv").write_text(text, encoding="utf-8")
+    for unit in ("m", None):
+        entries = PointsTable.with_file_contents({"file": "lift.csv", "degree": 3}, tmp_path, unit)
+        assert set(entries) == {"points", "unit", "degree"} and entries["unit"] == "m"
+        table = validate_model(PointsTable, dict(entries), "law")
+        assert table.stated_unit == "m" and table.motion("m").law(math.pi / 4) == pytest.approx(rows[1][1] / 1e3)
+    with refused("law.file", given="lift.csv"):
+        PointsTable.with_file_contents({"file": "lift.csv"}, tmp_path, "rad")
+    with refused("law.file", given=" "):
+        PointsTable.with_file_contents({"file": " "}, tmp_path, "rad")
+    with refused("law.file", given="lift.csv"):
+        PointsTable.with_file_contents({"file": "lift.csv", "points": []}, tmp_path, "m")
+    assert PointsTable.with_file_contents({"points": 1}, tmp_path, "m") == {"points": 1}
+    assert (_line_number("line 12: no number"), _line_number("the file")) == (12, 0)

@@ -1,0 +1,140 @@
+"""Attractors made by hand: how near a motion must come to itself, and which members stay on it."""
+
+from __future__ import annotations
+
+import math
+from contextlib import contextmanager
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.dynamics.sampling import attractors as module
+from wucht.dynamics.sampling.attractors import Attractor, _attractor, _motion, _starts
+from wucht.dynamics.sampling.ensemble_equations import embedded_states
+from wucht.files.building import machine_from
+
+PHI, SPEED = sp.symbols("phi speed", real=True)
+SYSTEM: Any = SimpleNamespace(states=(PHI, SPEED), angles={PHI})
+
+
+def circle(count: int, turns: float = 2.0, growth: float = 0.0) -> np.ndarray:
+    """Points (P, 2) on a circle of the radii 3 and 0.5, run through twice."""
+    at = np.arange(count) * 2 * math.pi * turns / count
+    return np.stack([3 * np.cos(at), 0.5 * (1 + growth * at) * np.sin(at)], axis=1)
+
+
+def test_an_angle_is_embedded_by_its_cosine_and_sine() -> None:
+    samples = np.array([[[0.5, 2.0], [10.0, 20.0]]])  # K = 1, two states, two members
+    points = embedded_states(SYSTEM, samples)
+    assert points.shape == (1, 2, 3)
+    assert points[0, 1] == pytest.approx([math.cos(2.0), math.sin(2.0), 20.0])
+
+
+def test_a_motion_that_comes_back_is_an_attractor() -> None:
+    """Its points are shares of its sizes; the reach is twice the gap between neighbours of the two rounds."""
+    made = _attractor(4, circle(401), (1, 8.0, 12.0, 0.5, 0.25))
+    assert made is not None
+    assert (made.outcome, made.sense, made.low, made.high, made.period, made.square) == (4, 1, 8.0, 12.0, 0.5, 0.25)
+    assert made.sizes == pytest.approx([3.0, 0.5], rel=1e-3) and np.abs(made.points).max(axis=0).tolist() == [1.0, 1.0]
+    apart = 2 * math.pi * 2 / 401
+    assert made.reach == pytest.approx(2 * apart / 2, rel=0.02), "the rounds are shifted by half a step"
+    dense = _attractor(4, circle(15_000), (1, 8.0, 12.0, 0.5, 0.25))
+    assert dense is not None and dense.reach == 1e-3, "the least one"
+    assert made.embedded_points[5, 0] == pytest.approx(circle(401)[5])
+
+
+def test_a_motion_that_does_not_come_back_is_none() -> None:
+    """The second round is away by 7 %, or by 3 %, of the size."""
+    numbers = (1, 8.0, 12.0, 0.5, 0.25)
+    assert _attractor(4, circle(401, growth=0.02), numbers) is None
+    assert _attractor(4, circle(401, growth=0.002), numbers) is not None
+    half = circle(401, turns=1.0)
+    assert _attractor(4, half, numbers) is None, "the halves of a round are not near each other"
+
+
+def attractor(sense: int = 1, period: float = 2.0) -> Attractor:
+    points = np.array([[math.cos(a), math.sin(a), 10.0 + math.sin(a)] for a in np.linspace(0, 2 * math.pi, 500)])
+    sizes = np.array([1.0, 1.0, 11.0])
+    return Attractor(1, points / sizes, sizes, 0.02, sense, 9.0, 11.0, period, 1.0)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_members_that_stay_near_it_and_move_along_it(sense: int) -> None:
+    """Near its points, within its speeds and a tenth of their range, through nine tenths of it, half in less than a period."""
+    phase = np.linspace(0.0, 2 * math.pi, 61)
+    on, off = np.stack([phase, 10.0 + np.sin(phase)]), np.stack([phase, 10.5 + np.sin(phase)])
+    samples = np.stack([on, on, on, on, off, on, on], axis=-1).transpose(1, 0, 2)
+    speeds = sense * np.array([[9.0, 8.85, 9.0, 9.2, 9.0, 8.81, 9.9], [11.0, 11.0, 11.15, 11.01, 11.0, 11.19, 10.0]])
+    equations: Any = SimpleNamespace(system=SYSTEM)
+    everyone = np.arange(7)
+    assert attractor(sense).resident_members(equations, samples, speeds, 2.0, everyone).tolist() == [0, 1, 2, 3, 5]
+    assert attractor(sense).resident_members(equations, samples, speeds, 2.0, np.array([5, 4, 2])).tolist() == [5, 2]
+    speeds[:, 1], speeds[:, 2] = sense * np.array([8.79, 11.0]), sense * np.array([9.0, 11.21])
+    speeds[:, 3] = sense * np.array([9.3, 11.0])
+    assert attractor(sense).resident_members(equations, samples, speeds, 2.0, everyone).tolist() == [0, 5]
+    assert attractor(sense).resident_members(equations, samples, speeds, 1.9, everyone).tolist() == [0, 3, 5]
+
+
+def test_near_in_all_of_its_states() -> None:
+    at = np.array([[[1.0, 0.0, 10.0], [1.0, 0.0, 10.0]], [[0.0, 1.0, 11.0], [0.0, 1.0, 11.4]]])
+    assert attractor().is_near(at).tolist() == [True, False]
+
+
+def test_starts_are_spread_evenly_about_the_rotor() -> None:
+    rotor = {"kind": "rotor", "name": "d", "mass": 1.0, "unbalance": 1e-3, "inertia": 1e-2}
+    ball = {"kind": "pendulum", "about": "d", "mass": 0.05, "length": 0.1, "damping": 0.01}
+    motor = {"kind": "linear", "slope": 0.1, "no_load_speed": 100.0}
+    for count in (0, 1, 2):
+        bodies = [rotor, *(ball | {"name": f"p{k}"} for k in range(count))]
+        machine = machine_from({"carrier": {"mass": 1.0, "stiffness": 1e4, "damping": 5.0}, "bodies": bodies, "drive": motor})
+        starts = _starts(machine)
+        assert starts.shape == (len(machine.state_names), 16 if count else 1)
+        rows = [machine.row(b.coordinate.position) for b in machine.bodies]
+        shares = (starts[rows[1:]] - starts[rows[0]]) / (2 * math.pi)
+        # The golden section; the plastic number, x^3 = x + 1.
+        for row, share in zip(shares, ((), (0.6180339887,), (0.7548776662, 0.5698402910))[count], strict=True):
+            assert row == pytest.approx((np.arange(16) + 0.5) * share % 1, abs=1e-8)
+
+
+@pytest.mark.parametrize("stops", [{}, {0: "it burst"}])
+def test_a_motion_that_breaks_off_is_none(stops: dict[int, str]) -> None:
+    grids = list[np.ndarray]()
+
+    @contextmanager
+    def lanes() -> Any:
+        def advance(states: np.ndarray, numbers: Any, grid: np.ndarray, report: Any) -> Any:
+            grids.append(grid)
+            return SimpleNamespace(stops=stops, samples="samples")
+
+        yield SimpleNamespace(numbers=lambda parameters: (parameters, None), advance=advance)
+
+    made: Any = _motion(SimpleNamespace(lanes=lanes), np.zeros(2), np.zeros(1), 3.0)  # type: ignore[arg-type]
+    assert made == (None if stops else "samples")
+    assert (grids[0][0], grids[0][-1], len(grids[0])) == (0.0, 3.0, 16_385)
+
+
+def test_attractors_are_computed_once_and_not_where_parameters_vary(monkeypatch: pytest.MonkeyPatch) -> None:
+    surveys = list[Any]()
+    monkeypatch.setattr(module, "_CACHE", {})
+    monkeypatch.setattr(module, "_MOST_CACHED", 2)
+    monkeypatch.setattr(module, "_survey_attractors", lambda *given: (surveys.append(given[0]), ("one",))[1])
+    monkeypatch.setattr(module, "replace", lambda question, until: (question, until))
+
+    def ask(value: float, paths: tuple[str, ...] = ()) -> Any:
+        machine = SimpleNamespace(structure="s", values={"c": value})
+        question: Any = SimpleNamespace(
+            varied_paths=paths, machine=machine, model="full", inertia=None, order=1, tolerance=1e-9, longest=9.0
+        )
+        return module.attractors_of(question, None, None)  # type: ignore[arg-type]
+
+    assert ask(1.0, ("c",)) == () and not surveys
+    assert ask(1.0) == ask(1.0) == ("one",) and len(surveys) == 1 and surveys[0][1] is None
+    ask(2.0), ask(1.0)
+    assert len(surveys) == 2
+    ask(3.0), ask(2.0)
+    assert len(surveys) == 3, "the one that came first has gone"
+    ask(1.0)
+    assert len(surveys) == 4
