@@ -367,7 +367,7 @@ def test_one_hollow_place_is_enough_for_a_roller_not_to_fit():
 
 def test_an_undercut_elsewhere_leaves_the_pressure_here():
     """The contour is sharp at 0 deg, and round at 90 deg."""
-    sharp = RollerCam(Harmonics.of(0.0, [0.0, 0.02]), TranslatingRoller(distance=0.06, roller_radius=0.045))
+    sharp = RollerCam(FourierSeries.of(0.0, [0.0, 0.02]), TranslatingRoller(distance=0.06, roller_radius=0.045))
     at = np.array([math.pi / 2])
     expected = hertz_pressure(np.ones(1), 0.01, sharp.curvature(at), 1 / 0.045, (STEEL, STEEL))
     assert contact_pressure(sharp, np.ones(1), at, 0.01, (STEEL, STEEL)) == pytest.approx(expected)

@@ -112,7 +112,7 @@ def test_the_period_of_the_cases():
 @pytest.mark.parametrize("mean", [0.1, 300.0])
 def test_order_0_is_that_of_the_period_to_a_billionth(mean: float) -> None:
     for off, right in ((0.9e-9, True), (-0.9e-9, True), (1.1e-9, False), (-1.1e-9, False)):
-        speed = Harmonics.of(mean * (1 + off), [0.01 * mean])
+        speed = FourierSeries.of(mean * (1 + off), [0.01 * mean])
         if right:
             assert with_period(speed, 2 * math.pi / mean).mean == speed.mean
         else:

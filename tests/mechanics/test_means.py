@@ -12,13 +12,8 @@ from tests.refusals import rejected
 
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
-<<<<<<< HEAD
-from wucht.mechanics.means import antiderivative, mean
-from wucht.mechanics.trigonometric import common_period, trigonometric_polynomial
-=======
 from wucht.mechanics.means import _moment, _roots, antiderivative, mean
-from wucht.mechanics.trigonometric import common_period, harmonics
->>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb
+from wucht.mechanics.trigonometric import common_period, trigonometric_polynomial
 from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate

@@ -117,10 +117,10 @@ def test_the_matrix_differentiates_all_waves_below_half_of_its_points(count):
 
 def test_highest_harmonics_that_are_all_small_are_dropped():
     """Below a share of the largest value, the mean included; a small one below a large one stays."""
-    f = Harmonics.of(1.0, [0.5, 1e-9, 0.25, 1e-4, 2e-6], [0.0, 0.0, 0.0, 0.0, 0.0])
+    f = FourierSeries.of(1.0, [0.5, 1e-9, 0.25, 1e-4, 2e-6], [0.0, 0.0, 0.0, 0.0, 0.0])
     assert [f.without_rounding(share).count for share in (1e-7, 1e-5, 1e-3, 0.3, 0.6)] == [5, 4, 3, 1, 0]
     kept = f.without_rounding(1e-3)
     assert kept.mean == 1.0 and kept.cosine.tolist() == [0.5, 1e-9, 0.25] and kept.sine.tolist() == [0.0] * 3
-    small = Harmonics.of(1e-3, [0.5, 0.0, 1e-4], [0.0, 1e-4, 0.0])
+    small = FourierSeries.of(1e-3, [0.5, 0.0, 1e-4], [0.0, 1e-4, 0.0])
     assert small.without_rounding(1e-3).count == 1 and small.without_rounding(1e-4).count == 3
-    assert Harmonics.of(1000.0, [0.5], [0.5]).without_rounding(1e-3).count == 0
+    assert FourierSeries.of(1000.0, [0.5], [0.5]).without_rounding(1e-3).count == 0

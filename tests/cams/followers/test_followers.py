@@ -16,9 +16,9 @@ from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.milled_cam import MilledCam
 from wucht.cams.sizing.size_limits import CamLimits
 from wucht.cams.sizing.smallest_cam import SmallestCam
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
-LAW = Harmonics.of(0.02, [-0.012, 0.004], [0.003, 0.001])
+LAW = FourierSeries.of(0.02, [-0.012, 0.004], [0.003, 0.001])
 PHI = np.linspace(0.1, 6.0, 7)
 LEVER = OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143))
 ROD = TranslatingRoller(distance=0.05, roller_radius=0.008, offset=0.006)
@@ -45,7 +45,7 @@ def test_places_of_rollers_and_faces() -> None:
 @pytest.mark.parametrize("clockwise", [True, False])
 def test_the_face_that_is_touched_by_a_contour(clockwise: bool) -> None:
     """From -psi' on, in the sense of the cam: psi' = 0.012 sin phi."""
-    law = Harmonics.of(0.012, [-0.012, 0.0], [0.0, 0.001])
+    law = FourierSeries.of(0.012, [-0.012, 0.0], [0.0, 0.001])
     slopes = law(np.linspace(0, 2 * math.pi, 721), 1)
     outline = FlatFaced(distance=0.04, clockwise=clockwise).outline(law)
     ends = (slopes.min(), slopes.max()) if clockwise else (-slopes.max(), -slopes.min())
@@ -66,7 +66,7 @@ ANGLE = CamLimits(pressure_angle=0.5)
 def test_what_the_smallest_cam_of_a_lever_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """The roller goes out where the lever is between -180 and 0 deg as the law begins."""
     calls = searched(monkeypatch, oscillating_roller, "smallest_lever_cam")
-    law = Harmonics.of(0.3, [])
+    law = FourierSeries.of(0.3, [])
     for angle, clockwise, limits in (
         (-0.1, True, ALL),
         (-0.4, False, ANGLE),

@@ -14,7 +14,7 @@ from wucht.cams.prediction import CamShaft, _positive, unresolved_share
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import CamshaftDrive, ElasticTable, ShaftTable
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 HERE = Path()
 MOTOR = {"kind": "linear", "slope": 2.0, "no_load_speed": 100.0}
@@ -131,9 +131,9 @@ def test_springs_of_a_camshaft() -> None:
 
 def test_energy_and_eigenmotion_of_a_shaft() -> None:
     """J = J0 + J1 psi'(0)^2; without a torque all else stays."""
-    law = Harmonics.of(0.0, [], [0.5])
+    law = FourierSeries.of(0.0, [], [0.5])
     shaft = CamShaft(2.0, 0.8, 30.0, lambda w: (w, w))
-    motion = ShaftMotion(Harmonics.of(30.0, [1.0]))
+    motion = ShaftMotion(FourierSeries.of(30.0, [1.0]))
     assert shaft.energy(law, motion) == pytest.approx((2.0 + 0.8 * 0.25) * 31.0**2 / 2)
     free = shaft.without_torque(25.0)
     assert (free.inertia, free.output_inertia, free.mean_speed, free.torque) == (2.0, 0.8, 25.0, None)
@@ -145,9 +145,9 @@ def test_energy_and_eigenmotion_of_a_shaft() -> None:
 
 def test_the_share_of_a_speed_that_is_not_resolved() -> None:
     """None with fewer points than the most; there the largest of the highest quarter of the orders."""
-    few = Harmonics.of(10.0, np.zeros(100), np.r_[np.zeros(99), 0.5])
+    few = FourierSeries.of(10.0, np.zeros(100), np.r_[np.zeros(99), 0.5])
     assert unresolved_share(ShaftMotion(few)) == 0.0
-    many = Harmonics.of(10.0, np.zeros(1023), np.r_[np.zeros(1022), 0.5])
+    many = FourierSeries.of(10.0, np.zeros(1023), np.r_[np.zeros(1022), 0.5])
     assert unresolved_share(ShaftMotion(many)) == pytest.approx(0.05)
 
 
@@ -168,5 +168,5 @@ def test_springs_that_contradict_each_other(given: dict[str, float], location: s
 
 
 def test_a_speed_that_falls_below_zero_is_the_expected_one_there() -> None:
-    values = _positive(Harmonics.of(0.5, [1.0]), 4, 7.0)
+    values = _positive(FourierSeries.of(0.5, [1.0]), 4, 7.0)
     assert values == pytest.approx([1.5, 0.5, 7.0, 0.5])

@@ -12,11 +12,11 @@ from tests.refusals import refused
 from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
 from wucht.cams.laws.synthesis import Band, Cap
 from wucht.cams.tables.kinds_of_law import STANDARD, PointsTable, _line_number
-from wucht.cams.tables.motion_law import MotionLaw, RiseMotion, SeriesMotion, read_output, unit_of_output
-from wucht.numerics.harmonics import Harmonics
-from wucht.schema import validate_model
+from wucht.cams.tables.motion_law import MotionLaw, RiseMotionLaw, SeriesMotionLaw, read_output, unit_of_output
+from wucht.numerics.fourier_series import FourierSeries
+from wucht.schema import validate_table
 
-SERIES = Harmonics.of(0.5, [-0.3, 0.0], [0.0, 0.2])  # 0.5 - 0.3 cos phi + 0.2 sin 2 phi
+SERIES = FourierSeries.of(0.5, [-0.3, 0.0], [0.0, 0.2])  # 0.5 - 0.3 cos phi + 0.2 sin 2 phi
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ def test_the_unit_of_the_output_is_that_of_its_first_quantity() -> None:
 
 def test_arcs_whose_band_is_at_most_a_tenth_of_the_stroke_are_dwells() -> None:
     """The stroke of -0.3 cos phi is 0.6."""
-    law = Harmonics.of(0.0, [-0.3])
+    law = FourierSeries.of(0.0, [-0.3])
     narrow, wide = Band("narrow", 0, 0.1, 0.4, 0.0, 0.0599), Band("wide", 0, 0.1, 0.4, 0.0, 0.0601)
     velocity, point = Band("velocity", 1, 0.1, 0.4, 0.0, 0.01), Band("point", 0, 0.4, 0.4, 0.0, 0.01)
     motion = MotionLaw(law, "m", 1, (wide, velocity, narrow, point, Cap("cap", 1, 0.2)))
@@ -66,7 +66,7 @@ def test_arcs_whose_band_is_at_most_a_tenth_of_the_stroke_are_dwells() -> None:
 
 
 def test_bounds_and_peaks_of_a_law_that_is_sampled_are_those_of_its_series() -> None:
-    sampled, exact = MotionLaw(SERIES, "m"), SeriesMotion(SERIES, "m", 2)
+    sampled, exact = MotionLaw(SERIES, "m"), SeriesMotionLaw(SERIES, "m", 2)
     for order in range(4):
         assert sampled.bounds(order) == pytest.approx(exact.bounds(order), rel=1e-9)
     least, greatest = exact.bounds(1)
@@ -79,16 +79,16 @@ def test_bounds_and_peaks_of_a_law_that_is_sampled_are_those_of_its_series() -> 
 
 def test_a_peak_is_the_larger_magnitude_of_the_two() -> None:
     """cos phi + cos 2 phi has the minimum -9/8 and the maximum 2; turned over, the other way round."""
-    law = Harmonics.of(0.0, [0.0, 0.0], [1.0, 0.5])  # its velocity
-    assert SeriesMotion(law, "m", 2).bounds(1) == pytest.approx((-9 / 8, 2.0))
-    turned = Harmonics.of(0.0, [0.0, 0.0], [-1.0, -0.5])
+    law = FourierSeries.of(0.0, [0.0, 0.0], [1.0, 0.5])  # its velocity
+    assert SeriesMotionLaw(law, "m", 2).bounds(1) == pytest.approx((-9 / 8, 2.0))
+    turned = FourierSeries.of(0.0, [0.0, 0.0], [-1.0, -0.5])
     assert MotionLaw(law, "m").peak(1) == pytest.approx(2.0) == MotionLaw(turned, "m").peak(1)
 
 
 def test_extremes_on_an_arc() -> None:
     """-0.3 cos phi on a quarter of a turn, and at a point; its velocity 0.3 sin phi."""
-    law = Harmonics.of(0.0, [-0.3])
-    for motion in (MotionLaw(law, "m"), SeriesMotion(law, "m", 1)):
+    law = FourierSeries.of(0.0, [-0.3])
+    for motion in (MotionLaw(law, "m"), SeriesMotionLaw(law, "m", 1)):
         assert motion.extremes(Band("", 0, 0.0, math.pi / 2, 0.0, 1.0)) == pytest.approx((-0.3, 0.0), abs=1e-12)
         assert motion.extremes(Band("", 1, math.pi / 4, math.pi, 0.0, 1.0)) == pytest.approx((0.0, 0.3), abs=1e-6)
         assert motion.extremes(Band("", 0, 1.0, 1.0, 0.0, 1.0)) == pytest.approx((-0.3 * math.cos(1.0),) * 2)
@@ -98,7 +98,7 @@ def test_a_rise_and_return_has_its_largest_values_exactly() -> None:
     """A simple harmonic rise over a quarter of a turn: Cv = pi/2, Ca = pi^2/2, Cj = pi^3/2; its acceleration jumps by Ca."""
     stroke, arc = 0.02, math.pi / 2
     law = RiseAndReturn(standard_law("harmonic"), stroke, (0.0, arc), (math.pi, math.pi + 2 * arc))
-    motion = RiseMotion(law, "m")
+    motion = RiseMotionLaw(law, "m")
     assert motion.rise == pytest.approx([math.pi / 2, math.pi**2 / 2, math.pi**3 / 2])
     assert [motion.peak(k) for k in (1, 2, 3)] == pytest.approx([stroke * motion.rise[k - 1] / arc**k for k in (1, 2, 3)])
     assert motion.jump == pytest.approx(stroke * motion.rise[1] / arc**2)
@@ -107,14 +107,14 @@ def test_a_rise_and_return_has_its_largest_values_exactly() -> None:
 def test_a_standard_law_of_a_file() -> None:
     kinds = {table.kind: table for table in STANDARD}  # type: ignore[attr-defined]
     entries = {"stroke": "20 mm", "rise": ["0 deg", "90 deg"], "return": ["180 deg", "360 deg"]}
-    table = validate_model(kinds["3-4-5"], entries, "law")
+    table = validate_table(kinds["3-4-5"], entries, "law")
     motion = table.motion("m")
     assert list(table.quantities()) == [("law.stroke", "20 mm")] and motion.unit == "m"
     at = np.radians([0.0, 45.0, 90.0, 135.0, 180.0, 270.0])
     assert motion.law(at) == pytest.approx([0.0, 0.01, 0.02, 0.02, 0.02, 0.01], abs=1e-15)
-    half = validate_model(kinds["simple-harmonic"], entries, "law").motion("m").law(math.pi / 8)
+    half = validate_table(kinds["simple-harmonic"], entries, "law").motion("m").law(math.pi / 8)
     assert half == pytest.approx(0.02 * (1 - math.cos(math.pi / 4)) / 2)
-    spline = validate_model(kinds["cubic-spline"], entries | {"points": [[0.5, 0.25]]}, "law").motion("m").law(math.pi / 4)
+    spline = validate_table(kinds["cubic-spline"], entries | {"points": [[0.5, 0.25]]}, "law").motion("m").law(math.pi / 4)
     assert spline == pytest.approx(0.005), "through its point"
 
 
@@ -125,7 +125,7 @@ def test_a_motion_by_points_of_a_file(tmp_path: Path) -> None:
     for unit in ("m", None):
         entries = PointsTable.with_file_contents({"file": "lift.csv", "degree": 3}, tmp_path, unit)
         assert set(entries) == {"points", "unit", "degree"} and entries["unit"] == "m"
-        table = validate_model(PointsTable, dict(entries), "law")
+        table = validate_table(PointsTable, dict(entries), "law")
         assert table.stated_unit == "m" and table.motion("m").law(math.pi / 4) == pytest.approx(rows[1][1] / 1e3)
     with refused("law.file", given="lift.csv"):
         PointsTable.with_file_contents({"file": "lift.csv"}, tmp_path, "rad")

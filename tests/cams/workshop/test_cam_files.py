@@ -28,10 +28,10 @@ from wucht.cams.workshop.lists import Separator
 from wucht.cams.workshop.plc import Form
 from wucht.cams.workshop.points import PointList, chord_points
 from wucht.errors import RunError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 RADIUS = 0.04
-LAW = Harmonics.of(0.01, [-0.006], [0.001])
+LAW = FourierSeries.of(0.01, [-0.006], [0.001])
 CAM = RollerCam(LAW, TranslatingRoller(distance=0.05, roller_radius=0.008))
 
 
@@ -121,11 +121,11 @@ def test_a_drawing_is_compared_with_the_curves_in_it(tmp_path: Path, monkeypatch
 
 @pytest.mark.parametrize("unit", ["m", "rad"])
 def test_the_law_as_tables_of_controllers(tmp_path: Path, unit: str) -> None:
-    law, tolerance = Harmonics.of(0.3, [-0.25]), 1e-4
+    law, tolerance = FourierSeries.of(0.3, [-0.25]), 1e-4
     scale = 1 if unit == "rad" else 0.1
     files = write_law_files(
         tmp_path,
-        Harmonics.of(scale * law.mean, scale * law.cosine),
+        FourierSeries.of(scale * law.mean, scale * law.cosine),
         unit,
         scale * tolerance,
         forms=(Form.CSV, Form.CODESYS_ASCII),

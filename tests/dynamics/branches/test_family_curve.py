@@ -58,10 +58,7 @@ def test_one_side_may_be_open_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     below = followed(monkeypatch, -1.0, 1.5, 0.0)
     assert below.parameter_values == pytest.approx([0, 1, 1.5], abs=1e-12) and below.ends == ("the low end", OPEN)
     above = followed(monkeypatch, 7.5, 10.0, 9.0)
-<<<<<<< HEAD
     assert above.parameter_values == pytest.approx([7.5, 8, 9], abs=1e-12) and above.ends == (OPEN, "the high end")
-=======
-    assert above.values == pytest.approx([7.5, 8, 9], abs=1e-12) and above.ends == (OPEN, "the high end")
 
 
 def test_the_members_that_decay_fastest_and_most_slowly() -> None:
@@ -79,11 +76,12 @@ def test_states_of_a_family_where_its_branch_passes_a_value(monkeypatch: pytest.
         fastest=100.0, state=lambda u: SimpleNamespace(speed=u[0]), point=lambda s, v: np.array([s.speed, *s.phases, v])
     )
     curve = FamilyCurve(slow)
-    curve.__dict__["equilibria"] = SimpleNamespace(start=lambda x, value: SimpleNamespace(u=np.array([x[0] + value, value])))
+    curve.__dict__["equilibria"] = SimpleNamespace(
+        start=lambda x, value: SimpleNamespace(unknowns=np.array([x[0] + value, value]))
+    )
     monkeypatch.setattr(FamilyCurve, "_members", lambda _, value, speed: sample)
     ((u, exponents, share),) = curve.states_at(branch, 1.0)
     assert (u.tolist(), exponents.tolist(), share) == ([51.0, 0.25, 0.5, 1.0], [-1.0], 0.5)
     for speed, dimension, same in ((51.00009, 1, True), (51.0002, 1, False), (50.99991, 1, True), (51.0, 2, False)):
         assert curve.is_same_family(branch, State(speed, np.zeros(2), dimension), 1.0) is same
     assert not curve.is_same_family(branch, State(51.0, np.zeros(2), 1), 3.0)
->>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb

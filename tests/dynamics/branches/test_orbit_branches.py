@@ -231,14 +231,10 @@ def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) 
     *_, found = follow_branches(diagram(), Work())
     second: Any = SimpleNamespace(path="s")
     monkeypatch.setattr(bifurcation_diagram, "curve_through", lambda *_: "no curve")
-<<<<<<< HEAD
-    stages = list(bifurcation_diagram._curves(diagram().steady_states, second, found, Work()))
-=======
     shares = list[float]()
     work: Any = SimpleNamespace(report=lambda share, _: shares.append(share), unit=lambda _, make: make())
-    stages = list(bifurcation_diagram._curves(diagram().states, second, found, work))
+    stages = list(bifurcation_diagram._curves(diagram().steady_states, second, found, work))
     assert shares == [0.5 + 0.5 * k / len(shares) for k in range(len(shares))] and len(shares) == len(stages) > 0
->>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb
     (sentence,) = stages[-1].omissions
     assert sentence.startswith("the hopf at p = ") and sentence.endswith(" is not followed as s changes: no curve")
     assert stages[-1].curves == ()

@@ -1,4 +1,4 @@
-"""Equilibria of averaged equations whose first phase is held, in closed form: sin(p) = k (W - w)/T."""
+"""EquilibriumContinuation of averaged equations whose first phase is held, in closed form: sin(p) = k (W - w)/T."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
+
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
 from wucht.dynamics.entrainment.existence import Continuation, Edge, StableRange, range_around
 from wucht.files.building import machine_from

@@ -188,10 +188,7 @@ def test_every_value_that_is_passed_is_a_solution_of_its_own() -> None:
     loads = [0.5, 1.0, 2.0]
     solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), end_value(U)]), [(0.1, 3.0)], loads)
     walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
-<<<<<<< HEAD
     assert [s.parameter_values[0] for s in walk if s.kind == "value"] == pytest.approx(loads, abs=1e-10)
-=======
-    assert [s.parameters[0] for s in walk if s.kind == "value"] == pytest.approx(loads, abs=1e-10)
 
 
 def test_the_direction_of_the_curve_of_solutions() -> None:
@@ -204,4 +201,3 @@ def test_the_direction_of_the_curve_of_solutions() -> None:
     assert off[0] / off[1] == pytest.approx(4.0, rel=0.1) and off[0] < 1e-2
     nearer, _ = solve_across_row(problem, u + 1e-3 * tangent, row, -1, 25, 1e-10)
     assert (nearer - u) / 1e-3 == pytest.approx(tangent, rel=1e-2, abs=1e-3)
->>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb

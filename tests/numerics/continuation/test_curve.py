@@ -52,10 +52,6 @@ def test_the_bend_of_the_curve_is_known_at_the_second_point() -> None:
         steps=Steps(first=0.01, most=0.01, points=5),
     )
     list(curve.follow(curve.start(np.array([1.0, 0.0]), np.array([0.0, 1.0]))))
-<<<<<<< HEAD
-    for unknowns, bend in bends:
-        np.testing.assert_allclose(bend, -unknowns, atol=0.01)
-=======
     for u, bend in bends:
         np.testing.assert_allclose(bend, -u, atol=0.01)
 
@@ -108,11 +104,15 @@ def test_a_straight_curve_ends_on_its_bound() -> None:
     start = curve.start(np.array([0.5, 0.5]), np.array([1.0, 1.0]))
     walk = curve.follow(start)
     points = [p for _, p in walk]
-    assert walk.end == "it leaves the range at x = 1" and points[-1].u[0] == 1.0 and points[-1].u[1] == pytest.approx(1.0)
+    assert (
+        walk.end == "it leaves the range at x = 1"
+        and points[-1].unknowns[0] == 1.0
+        and points[-1].unknowns[1] == pytest.approx(1.0)
+    )
     assert points[-1].length == pytest.approx(math.sqrt(1 / 16 + 1 / 64)) and points[0].length == pytest.approx(0.1)
     assert points[-1].tangent == pytest.approx(np.array([1.0, 1.0]) / math.sqrt(1 / 4 + 1 / 16))
     back = curve.follow(curve.backwards(start))
-    assert [p.u[0] for _, p in back][-1] == -1.0 and back.end == "it leaves the range at x = -1"
+    assert [p.unknowns[0] for _, p in back][-1] == -1.0 and back.end == "it leaves the range at x = -1"
 
 
 def test_a_point_between_two_lies_on_the_curve_at_its_share() -> None:
@@ -127,8 +127,10 @@ def test_a_point_between_two_lies_on_the_curve_at_its_share() -> None:
     for share in (0.1, 0.5, 0.9):
         middle = curve.point_between(at(0.0), at(0.3), share)
         assert middle.length == pytest.approx(5 + 0.3 * share)
-        assert np.arctan2(middle.u[1], middle.u[0]) == pytest.approx(0.3 * share, abs=3e-4)
-        assert middle.u @ middle.u == pytest.approx(1.0) and middle.tangent @ middle.u == pytest.approx(0.0, abs=1e-9)
+        assert np.arctan2(middle.unknowns[1], middle.unknowns[0]) == pytest.approx(0.3 * share, abs=3e-4)
+        assert middle.unknowns @ middle.u == pytest.approx(1.0) and middle.tangent @ middle.unknowns == pytest.approx(
+            0.0, abs=1e-9
+        )
 
 
 def test_the_next_step() -> None:
@@ -201,4 +203,3 @@ def test_a_turn_at_a_branch_point_is_no_fold() -> None:
     crossing, hopf = equilibrium(kind="branch-point", length=1.0), equilibrium(kind="hopf", length=1.0)
     assert _without_turns([fold, near, crossing, hopf, far]) == [fold, crossing, hopf, far]
     assert _without_turns([fold, near]) == [fold, near]
->>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb

@@ -237,10 +237,7 @@ def test_the_pair_next_to_the_imaginary_axis_gives_the_frequency() -> None:
     s, w = P - X**2 - Y**2, Q - sp.Rational(1, 5)
     two = System((X, Y, Z, W), (s * X - 2 * Y, 2 * X + s * Y, w * Z - 5 * W, 5 * Z + w * W), (P, Q))
     point = hopf_points(two, (-1.0, 1.0), (-1.0, 1.0)).start([0.0, 0.0, 0.0, 0.0], [0.05, 0.0])
-<<<<<<< HEAD
     assert np.sqrt(point.unknowns[-1]) == pytest.approx(2.0, rel=1e-9)
-=======
-    assert np.sqrt(point.u[-1]) == pytest.approx(2.0, rel=1e-9)
 
 
 def test_the_size_of_the_square_of_a_frequency_is_that_of_the_matrix() -> None:
@@ -250,4 +247,3 @@ def test_the_size_of_the_square_of_a_frequency_is_that_of_the_matrix() -> None:
     assert problem.scale == pytest.approx([1.0, 2.0, 1.0, 3.0, 16.0])
     still = by_hand([X**2 + P, Q + Y**2], [X, Y], [P, Q])
     assert HopfProblem.from_point(still, np.zeros(5)).scale.tolist() == [1.0] * 5
->>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb

@@ -94,10 +94,7 @@ def test_bogdanov_takens_coefficients_do_not_depend_on_coordinates() -> None:
 
 def test_no_hopf_form_without_a_complex_pair() -> None:
     with failed("no-pair"):
-<<<<<<< HEAD
         hopf_form(EquilibriumEquations.from_system(System((X, Y), (X, P * Y), (P,)), ["p"], {}), np.array([0.0, 0.0, -1.0]))
-=======
-        hopf_form(Equations.of(System((X, Y), (X, P * Y), (P,)), ["p"], {}), np.array([0.0, 0.0, -1.0]))
 
 
 def test_derivatives_are_as_accurate_for_states_of_any_size() -> None:
@@ -111,4 +108,3 @@ def test_derivatives_are_as_accurate_for_states_of_any_size() -> None:
     assert got.second[0, :, 0] == pytest.approx([1e-9 * y**2, 2e-6 * y], rel=1e-7, abs=0.0)
     assert got.second[0, :, 1] == pytest.approx([2e-3, 0.0], rel=1e-7, abs=1e-6)
     assert np.abs(got.first[..., 2]).max() < 1e-13 and np.abs(got.second[..., 2]).max() == 0.0
->>>>>>> 46b3c4951627c65f258310a6a26c9d1fca678aeb

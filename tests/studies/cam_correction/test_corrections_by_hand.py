@@ -21,13 +21,9 @@ from wucht.cams.shape import Extreme, Shape
 from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.order_fit import OrderFit
-<<<<<<< HEAD
 from wucht.numerics.fourier_series import FourierSeries
-=======
-from wucht.numerics.harmonics import Harmonics
 from wucht.plots.style import COLOURS
 from wucht.studies.cam_correction import figure as figure_module
->>>>>>> 6d81cf0d0a4a02d075cd195f5f30d88001d9704a
 from wucht.studies.cam_correction import prepare as preparing
 from wucht.studies.cam_correction import run as running
 from wucht.studies.cam_correction.dataset import dataset, sentence
@@ -548,7 +544,7 @@ def test_the_scale_of_measured_orders_begins_below_the_least_one_within_limits(
 
 
 def test_a_law_alone_has_its_motion_and_acceleration_in_degrees(bare: Plan) -> None:
-    alone = drive_from({"law": LAW_TABLE, "speed": SPEED}, "One", None)
+    alone = cam_drive_from({"law": LAW_TABLE, "speed": SPEED}, "One", None)
     law = titled(dataset(prepare(CamCorrection(points=36), alone), made(contours=({}, {}), proofs={})))
     motion, acceleration = drawn("cam-correction", law).axes[4:6]
     for axis, name in ((motion, "output"), (acceleration, "output_acceleration")):

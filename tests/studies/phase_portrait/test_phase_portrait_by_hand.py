@@ -22,11 +22,7 @@ from wucht.numerics.phase_plane.closed_curves import ClosedCurve
 from wucht.numerics.phase_plane.fixed_points import FixedPoint, FixedPoints
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED_CURVE, FAILURE, FIXED_POINT, KINKS, LENGTH, PhaseCurve
-<<<<<<< HEAD
-from wucht.studies.phase_portrait import computation, dataset
-=======
-from wucht.studies.phase_portrait import answer, computation, figure
->>>>>>> 6d81cf0d0a4a02d075cd195f5f30d88001d9704a
+from wucht.studies.phase_portrait import computation, dataset, figure
 from wucht.studies.phase_portrait.computation import Findings, Plan, PortraitCase, PortraitFindings
 
 TURN = 2 * math.pi
@@ -273,10 +269,7 @@ def test_portraits_without_points_and_curves_have_the_same_dimensions() -> None:
     ],
 )
 def test_where_a_manifold_comes_from_or_goes(end: str, stable: bool, words: str) -> None:
-<<<<<<< HEAD
     assert dataset._end_clause(end, stable) == words
-=======
-    assert answer._end_clause(end, stable) == words
 
 
 # --- the figure ---
@@ -395,7 +388,7 @@ def test_nullclines_are_where_each_rate_is_zero() -> None:
     """The rates are ten times the speed, and the angle less pi."""
     made = plan(nullclines=True)
     made.cases[0].plane.rates = lambda at: np.array([10.0 * at[0], at[1] - math.pi])  # type: ignore[method-assign]
-    one = answer.dataset(made, Findings((FIRST,))).isel(case=0)
+    one = dataset.dataset(made, Findings((FIRST,))).isel(case=0)
     axis = Figure().subplots()
     figure._panel(axis, one)
     contours = [c for c in axis.collections if isinstance(c, QuadContourSet)]
@@ -403,6 +396,5 @@ def test_nullclines_are_where_each_rate_is_zero() -> None:
     assert paths[0][:, 0] == pytest.approx(math.pi) and np.ptp(paths[0][:, 1]) == pytest.approx(4.0), "of the angle, first"
     assert paths[1][:, 1] == pytest.approx(0.0, abs=1e-9) and np.ptp(paths[1][:, 0]) == pytest.approx(2 * TURN)
     assert [tuple(c.get_edgecolor()[0]) for c in contours] == [to_rgba(colour) for colour, _ in figure._NULLCLINES]
-    names = [(h.get_label(), h.get_color()) for h in figure._legend(answer.dataset(made, Findings((FIRST,))))[-2:]]
+    names = [(h.get_label(), h.get_color()) for h in figure._legend(dataset.dataset(made, Findings((FIRST,))))[-2:]]
     assert names == [("nullcline of psi", figure._NULLCLINES[0][0]), ("nullcline of omega", figure._NULLCLINES[1][0])]
->>>>>>> 6d81cf0d0a4a02d075cd195f5f30d88001d9704a
