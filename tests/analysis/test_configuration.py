@@ -127,12 +127,12 @@ def of_family(monkeypatch: pytest.MonkeyPatch, rates: list[float], stable: bool 
     """The state itself and further members, by their fastest rates."""
     monkeypatch.setattr(configuration, "family_members", lambda _, count: np.full((2, len(rates) - 1), 5.0))
     given = list[np.ndarray]()
-    slow = SimpleNamespace(
+    averaged_stability = SimpleNamespace(
         stability=lambda state: Stability(stable, np.array([-1.0 + 0j])),
         exponents=lambda state, at: (given.append(at), np.array([rates, rates], complex).T * np.array([1.0, -1.0]))[1],
     )
     describer = object.__new__(ConfigurationDescriber)
-    describer.slow, describer.torques = slow, torques()  # type: ignore[assignment]
+    describer.averaged_stability, describer.torques = averaged_stability, torques()  # type: ignore[assignment]
     stability, share = describer._stability(State(1.0, np.array([0.0, 2.0]), dimension=1))
     return stability, share, given
 

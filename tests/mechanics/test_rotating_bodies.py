@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from wucht.mechanics.phasors import Lines, Phasor
-from wucht.mechanics.rotating_bodies.averaged_system import averaged_equations
+from wucht.mechanics.rotating_bodies.averaged_system import derive_averaged_system
 from wucht.mechanics.rotating_bodies.bodies import RotatingBodies, absolute_torque_slope, body_symbol
 from wucht.mechanics.rotating_bodies.coupling import Coupling, _is_round
 from wucht.mechanics.rotating_bodies.solution import _largest_radius, with_inertia, without_inertia
@@ -61,7 +61,7 @@ def test_phases_are_measured_from_the_rotor_and_of_rotors_from_the_main_one() ->
 
 
 def test_outputs_with_the_inertia_of_all_bodies() -> None:
-    system = averaged_equations(BODIES).system
+    system = derive_averaged_system(BODIES).system
     z, torques = vibration()
     radius = abs(z[0] + 1j * z[1]) / 2 + abs(z[0] - 1j * z[1]) / 2
     assert values(system, ("amplitude",)) == pytest.approx([radius])
@@ -77,7 +77,7 @@ def test_outputs_with_the_inertia_of_all_bodies() -> None:
 
 
 def test_accelerations_with_the_inertia_of_all_bodies() -> None:
-    system = averaged_equations(BODIES).system
+    system = derive_averaged_system(BODIES).system
     _, torques = vibration()
     numbers: dict[sp.Symbol, float] = {s: AT[s.name] for s in system.states}
     for symbol, expression in system.definitions:
@@ -92,7 +92,7 @@ def test_accelerations_with_the_inertia_of_all_bodies() -> None:
 
 def test_outputs_where_a_body_keeps_no_inertia() -> None:
     """It is taken at the speed of its rotor, and w' moves both: its slip is (V - J w' - losses)/7."""
-    system = averaged_equations(BODIES, inertia=False).system
+    system = derive_averaged_system(BODIES, inertia=False).system
     assert [s.name for s in system.states] == ["b.phase", "c.phase", "a.speed", "c.speed"]
     _, torques = vibration()
     rate = (16.0 - 1.0 - 4.0 / 8 + torques[0] + torques[1]) / 5
@@ -128,7 +128,7 @@ def test_a_prescribed_speed_that_grows_turns_its_body_too() -> None:
     assert accelerations[:2] == [2, 2] and len(rows) == 2
     (_, rhs), _ = rows
     assert sp.expand(rhs + (3 + 2 * TIME) / 8 + 3 * 2) == 0
-    system = averaged_equations(growing).system
+    system = derive_averaged_system(growing).system
     assert [s.name for s in system.states] == ["b.phase", "c.phase", "b.speed", "c.speed"]
     numbers = {TIME: 0.5} | {s: AT[s.name] for s in system.states}
     for symbol, expression in system.definitions:
@@ -140,7 +140,7 @@ def test_a_prescribed_speed_that_grows_turns_its_body_too() -> None:
 
 def test_phase_rates_of_followers_are_slips_where_they_keep_no_inertia() -> None:
     a, b, c = (body_symbol(n, "speed") for n in "abc")
-    with_all, without = (averaged_equations(BODIES, inertia).rows for inertia in (True, False))
+    with_all, without = (derive_averaged_system(BODIES, inertia).rows for inertia in (True, False))
     assert with_all[:2] == ((body_symbol("b", "phase.rate"), b - a), (body_symbol("c", "phase.rate"), c - a))
     assert without[:2] == ((body_symbol("b", "phase.rate"), body_symbol("b", "slip")), (body_symbol("c", "phase.rate"), c - a))
 
@@ -231,7 +231,7 @@ def changing(
 
 def test_second_order_with_the_inertia_of_all_bodies() -> None:
     """(J - A) theta'' + B theta' = L + V + S (theta' - w), and the carrier's motion that follows from both."""
-    system = averaged_equations(BODIES, order=2).system
+    system = derive_averaged_system(BODIES, order=2).system
     speeds = np.array([4.0, 4.5, 3.5])
     V, S, A, (steady, by_slip, by_acceleration) = changing(4.0, np.array([0.0, 0.6, -1.1]))
     absolute = np.array([16.0 - 1.0, -4.5 / 8, 2.25])
@@ -270,7 +270,7 @@ def test_second_order_where_a_body_keeps_no_inertia() -> None:
     absolute, slopes = np.array([16.0 - 1.0, -4.0 / 8, 2.25]), np.diag([-1.25, -1 / 8, -0.5])
     matrix = (J - A) @ rates + (B - S - slopes) @ turning
     rate, nu, other = np.linalg.solve(matrix, absolute + V + S @ (speeds - 4.0) - B @ speeds - (J - A) @ known)
-    system = averaged_equations(BODIES, inertia=False, order=2).system
+    system = derive_averaged_system(BODIES, inertia=False, order=2).system
     computed = numbers_of(system)
     assert (computed["a.speed"], computed["c.speed"], computed["b.phase"]) == pytest.approx((rate, other, nu), rel=1e-7)
     assert values(system, ("speed[b]",)) == pytest.approx([4.0 + nu], rel=1e-7)
@@ -294,11 +294,11 @@ def fluctuation() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 def test_the_fluctuation_within_a_turn() -> None:
     _, _, twice, once = fluctuation()
-    fast = averaged_equations(UNEVEN).fast
+    fast = derive_averaged_system(UNEVEN).fast
     for quantity, amplitudes in (("ripple", twice), ("gravity", once)):
         names = tuple(f"{quantity}.{part}[{n}]" for n in "abc" for part in ("re", "im"))
         assert values(fast, names) == pytest.approx([x for a in amplitudes for x in (a.real, a.imag)])
-    still = averaged_equations(BODIES).fast
+    still = derive_averaged_system(BODIES).fast
     assert values(still, ("ripple.re[a]", "ripple.im[b]", "gravity.re[c]")) == [0.0, 0.0, 0.0]
 
 
@@ -312,5 +312,5 @@ def test_second_order_of_bodies_that_pulse() -> None:
     speeds = np.array([4.0, 4.5, 3.5])
     absolute = np.array([16.0 - 1.0, -4.5 / 8, 2.25])
     rates = np.linalg.solve(J - A, absolute + V + S @ (speeds - 4.0) - B @ speeds)
-    computed = numbers_of(averaged_equations(UNEVEN, order=2).system)
+    computed = numbers_of(derive_averaged_system(UNEVEN, order=2).system)
     assert [computed[f"{n}.speed"] for n in "abc"] == pytest.approx(rates)

@@ -188,7 +188,7 @@ def test_several_rotors_have_a_bearing_force_each() -> None:
     row = turning(of, drum=DRUM, e2=DRUM) | forces
     works = {q.name: np.zeros(5) for q in of.system.quadratures}
     trajectory: Any = SimpleNamespace(time=TIME, quadratures=works)
-    made = values(module.variables(of, row, trajectory, 0.0))
+    made = values(module.motion_quantities(of, row, trajectory, 0.0))
     assert made["rotor_bearing_force"][:, :, 0].tolist() == [[0.0, 10.0], [1.0, 11.0]]
     assert (made["rotor"].tolist(), made["plane"].tolist(), made["body"].tolist()) == (
         ["drum", "e2"],
@@ -198,7 +198,7 @@ def test_several_rotors_have_a_bearing_force_each() -> None:
     assert made["direction"].tolist() == ["x", "y"] and made["time"].tolist() == TIME.tolist()
     alone = machine()
     single: Any = SimpleNamespace(time=TIME, quadratures={q.name: np.zeros(5) for q in alone.system.quadratures})
-    assert "rotor_bearing_force" not in values(module.variables(alone, turning(alone, drum=DRUM), single, 0.0))
+    assert "rotor_bearing_force" not in values(module.motion_quantities(alone, turning(alone, drum=DRUM), single, 0.0))
 
 
 def test_a_mass_in_its_guide_adds_to_the_unbalance_of_its_body() -> None:
@@ -217,7 +217,7 @@ def test_a_mass_in_its_guide_adds_to_the_unbalance_of_its_body() -> None:
     assert (made["slider_displacement"].unit, made["slider_velocity"].unit) == ("m", "m/s")
     assert made["residual_unbalance"].value == pytest.approx(np.abs(2e-3 - 0.2 * out) / 2e-3)
     works: Any = SimpleNamespace(time=TIME, quadratures={q.name: np.zeros(5) for q in of.system.quadratures})
-    assert values(module.variables(of, row, works, 0.0))["slider"].tolist() == ["p"]
+    assert values(module.motion_quantities(of, row, works, 0.0))["slider"].tolist() == ["p"]
 
 
 def test_a_shaken_machine_has_the_phase_of_its_rotor_to_the_vibration() -> None:

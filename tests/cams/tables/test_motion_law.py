@@ -71,8 +71,8 @@ def test_bounds_and_peaks_of_a_law_that_is_sampled_are_those_of_its_series() -> 
         assert sampled.bounds(order) == pytest.approx(exact.bounds(order), rel=1e-9)
     least, greatest = exact.bounds(1)
     assert exact.peak(1) == pytest.approx(max(-least, greatest)) == sampled.peak(1)
-    assert sampled.series is None and exact.series is SERIES and exact.harmonics() is SERIES
-    again = sampled.harmonics()
+    assert sampled.series is None and exact.series is SERIES and exact.fourier_series() is SERIES
+    again = sampled.fourier_series()
     assert again.mean == pytest.approx(0.5) and again(1.3) == pytest.approx(float(SERIES(1.3)), abs=1e-12)
     assert (sampled.jump, sampled.rise) == (0.0, None)
 
@@ -108,13 +108,17 @@ def test_a_standard_law_of_a_file() -> None:
     kinds = {table.kind: table for table in STANDARD}  # type: ignore[attr-defined]
     entries = {"stroke": "20 mm", "rise": ["0 deg", "90 deg"], "return": ["180 deg", "360 deg"]}
     table = validate_table(kinds["3-4-5"], entries, "law")
-    motion = table.motion("m")
-    assert list(table.quantities()) == [("law.stroke", "20 mm")] and motion.unit == "m"
+    motion = table.make_motion_law("m")
+    assert list(table.output_values()) == [("law.stroke", "20 mm")] and motion.unit == "m"
     at = np.radians([0.0, 45.0, 90.0, 135.0, 180.0, 270.0])
-    assert motion.law(at) == pytest.approx([0.0, 0.01, 0.02, 0.02, 0.02, 0.01], abs=1e-15)
-    half = validate_table(kinds["simple-harmonic"], entries, "law").motion("m").law(math.pi / 8)
+    assert motion.function(at) == pytest.approx([0.0, 0.01, 0.02, 0.02, 0.02, 0.01], abs=1e-15)
+    half = validate_table(kinds["simple-harmonic"], entries, "law").make_motion_law("m").function(math.pi / 8)
     assert half == pytest.approx(0.02 * (1 - math.cos(math.pi / 4)) / 2)
-    spline = validate_table(kinds["cubic-spline"], entries | {"points": [[0.5, 0.25]]}, "law").motion("m").law(math.pi / 4)
+    spline = (
+        validate_table(kinds["cubic-spline"], entries | {"points": [[0.5, 0.25]]}, "law")
+        .make_motion_law("m")
+        .function(math.pi / 4)
+    )
     assert spline == pytest.approx(0.005), "through its point"
 
 
@@ -126,7 +130,7 @@ def test_a_motion_by_points_of_a_file(tmp_path: Path) -> None:
         entries = PointsTable.with_file_contents({"file": "lift.csv", "degree": 3}, tmp_path, unit)
         assert set(entries) == {"points", "unit", "degree"} and entries["unit"] == "m"
         table = validate_table(PointsTable, dict(entries), "law")
-        assert table.stated_unit == "m" and table.motion("m").law(math.pi / 4) == pytest.approx(rows[1][1] / 1e3)
+        assert table.stated_unit == "m" and table.make_motion_law("m").function(math.pi / 4) == pytest.approx(rows[1][1] / 1e3)
     with refused("law.file", given="lift.csv"):
         PointsTable.with_file_contents({"file": "lift.csv"}, tmp_path, "rad")
     with refused("law.file", given=" "):

@@ -304,8 +304,8 @@ def test_from_one_place_towards_the_other_along_the_parameter_that_differs(
 ) -> None:
     """Up to the saddle-node, whose values are those of its fold and of the place but for that parameter."""
     begun = list[Any]()
-    first: Any = SimpleNamespace(point=SimpleNamespace(tangent=np.array([9.0, tangent])), parameters=np.array([0.5, 0.7]))
-    last: Any = SimpleNamespace(parameters=np.array([0.11, 0.22]), equilibria=np.array([[1.0, 2.0]]))
+    first: Any = SimpleNamespace(point=SimpleNamespace(tangent=np.array([9.0, tangent])), parameter_values=np.array([0.5, 0.7]))
+    last: Any = SimpleNamespace(parameter_values=np.array([0.11, 0.22]), equilibria=np.array([[1.0, 2.0]]))
 
     class Way:
         end = ending_curves.SADDLE_NODE

@@ -89,12 +89,12 @@ def test_why_a_branch_ends(x: float, value: float, expected: str) -> None:
 def test_a_fold_beside_a_branch_point_is_a_pitchfork() -> None:
     """Within 1e-4 of the scale in every unknown."""
     scale = np.array([2.0, 1.0])
-    crossing = SimpleNamespace(kind="branch-point", u=np.array([1.0, 1.0]))
-    hopf = SimpleNamespace(kind="hopf", u=np.array([3.0, 3.0]))
+    crossing = SimpleNamespace(kind="branch-point", unknowns=np.array([1.0, 1.0]))
+    hopf = SimpleNamespace(kind="hopf", unknowns=np.array([3.0, 3.0]))
     along: Any = SimpleNamespace(equations=SimpleNamespace(scale=scale), special=[crossing, hopf])
 
     def turns(kind: str, *u: float) -> bool:
-        return _turns_at_a_branch_point(along, SimpleNamespace(kind=kind, u=np.array(u)))  # type: ignore[arg-type]
+        return _turns_at_a_branch_point(along, SimpleNamespace(kind=kind, unknowns=np.array(u)))  # type: ignore[arg-type]
 
     assert turns("fold", 1 - 1.9e-4, 1 + 9e-5) and not turns("fold", 1 - 2.1e-4, 1.0) and not turns("fold", 1.0, 1 + 1.1e-4)
     assert not turns("hopf", 1.0, 1.0) and not turns("fold", 3.0, 3.0)
@@ -111,7 +111,7 @@ def exactly(size: float = 1.0) -> Any:
     def start(x: np.ndarray, value: float) -> Any:
         if x[0] > 8:
             raise RunError("none")
-        return SimpleNamespace(u=np.append(x, value))
+        return SimpleNamespace(unknowns=np.append(x, value))
 
     equilibria = SimpleNamespace(start=start, equations=SimpleNamespace(scale=np.array([size, 1.0])))
     return SimpleNamespace(equilibria=equilibria, is_same=lambda u, v: bool(np.abs(u - v).max() < 1e-6))
@@ -120,7 +120,7 @@ def exactly(size: float = 1.0) -> Any:
 def test_points_of_a_branch_at_a_value() -> None:
     """Twice through the same state counts once; where Newton's method fails there is none."""
     back = along([0.0, 2.0, 0.0, 2.0], [0.0, 2.0, 4.0, 2.0])
-    assert [p.u.tolist() for p in points_with_value(exactly(), back, 1.0)] == [[1.0, 1.0], [3.0, 1.0]]
+    assert [p.unknowns.tolist() for p in points_with_value(exactly(), back, 1.0)] == [[1.0, 1.0], [3.0, 1.0]]
     assert points_with_value(exactly(), along([0.0, 2.0], [8.5, 9.0]), 1.0) == []
 
 
@@ -174,10 +174,10 @@ def test_searched_values_are_the_middles_of_parts_and_one_near_each_end() -> Non
 def test_a_search_as_it_is_recorded() -> None:
     search: Any = StatesAtValue((np.zeros(2), np.zeros(2)), ("a family",), True, "by trial", (1.0, 9.0))  # type: ignore[arg-type]
     made = SearchedValue.from_search(0.5, 3.0, search)
-    assert (made.value, made.second, made.states, made.complete, made.evidence) == (0.5, 3.0, 3, True, "by trial")
+    assert (made.value, made.second, made.state_count, made.complete, made.evidence) == (0.5, 3.0, 3, True, "by trial")
     assert (made.speeds, made.failure) == ((1.0, 9.0), None)
     failed = SearchedValue.from_search(0.5, None, "no torque")
-    assert (failed.states, failed.complete, failed.failure) == (0, False, "no torque")
+    assert (failed.state_count, failed.complete, failed.failure) == (0, False, "no torque")
 
 
 def test_the_stability_of_a_state_or_of_the_members_of_a_family() -> None:
@@ -213,7 +213,7 @@ SECOND = SecondParameter("q", (0.0, 4.0), 1.0)
 
 def two_parameters() -> Any:
     """A state of size 10 and p of size 2, whose ordinate is ten times the state, of size 100."""
-    equations = SimpleNamespace(scale=np.array([10.0, 2.0]), n=1, parameters=("p", "q"))
+    equations = SimpleNamespace(scale=np.array([10.0, 2.0]), n=1, parameter_names=("p", "q"))
     return SimpleNamespace(
         path="p", bounds=(0.0, 2.0), ordinate_size=100.0, end_reason=lambda _: "limit", equations_with=lambda *_: equations,
         equilibria=SimpleNamespace(equations=equations, bounds=(0.0, 2.0), limits={}),
@@ -273,7 +273,9 @@ def test_where_folds_of_one_name_cross(monkeypatch: pytest.MonkeyPatch) -> None:
     assert given == [(1.0, 5.0, [0.0, 0.5])]
     ((point,), omissions) = found.points, found.omissions
     assert (point.x, point.y, omissions) == (0.5, 0.75, ()) and np.isnan(point.value)
-    lost = fold_crossings(two_parameters(), SECOND, [replace(rising, u=rising.u + np.array([[60.0], [0.0], [0.0]])), falling])
+    lost = fold_crossings(
+        two_parameters(), SECOND, [replace(rising, unknowns=rising.unknowns + np.array([[60.0], [0.0], [0.0]])), falling]
+    )
     assert lost.points == () and len(lost.omissions) == 1 and "p = 0, q = 0.5" in lost.omissions[0]
 
 
@@ -293,9 +295,9 @@ def test_a_curve_through_a_special_point(monkeypatch: pytest.MonkeyPatch, bifurc
             assert x.tolist() == [7.0] and parameters == (0.25, 1.0)
             return "start"
 
-        def branch(self, start: str) -> Any:
+        def follow_curve(self, start: str) -> Any:
             assert start == "start"
-            return SimpleNamespace(points=points, u=u, ends=ends, is_closed=closed)
+            return SimpleNamespace(points=points, unknowns=u, ends=ends, is_closed=closed)
 
     monkeypatch.setattr(f"wucht.dynamics.branches.second_parameter.{solver}", Solver)
     states = two_parameters()
@@ -305,5 +307,5 @@ def test_a_curve_through_a_special_point(monkeypatch: pytest.MonkeyPatch, bifurc
     )
     made = curve_through(states, SECOND, bifurcation, Kind("a"), np.array([7.0, 0.25]))
     assert (made.bifurcation, made.kind, made.kinds) == (bifurcation, Kind("a"), ("", "cusp", ""))
-    assert made.coefficients == ({}, {"a": 2.0}, {}) and made.u is u
+    assert made.coefficients == ({}, {"a": 2.0}, {}) and made.unknowns is u
     assert made.ends == (ends if closed else ("the range ends", "at p = 1.5, q = 3: last"))

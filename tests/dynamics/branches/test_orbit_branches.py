@@ -309,6 +309,6 @@ def test_the_share_of_the_work_of_each_second_value(monkeypatch: pytest.MonkeyPa
     work: Any = SimpleNamespace(part=lambda *given: given, report=lambda _: None)
     for plane, half in ((None, 1.0), ("plane", 0.5)):
         parts.clear()
-        case: Any = SimpleNamespace(curves=((1.0, "a"), (2.0, "b")), plane=plane, states="a")
+        case: Any = SimpleNamespace(states_by_second_value=((1.0, "a"), (2.0, "b")), plane=plane, steady_states="a")
         assert list(follow_branches(case, work))[-1].complete
         assert parts == [("1.0", 0.0, half / 2), ("2.0", half / 2, half)]

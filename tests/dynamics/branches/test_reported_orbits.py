@@ -175,7 +175,7 @@ def test_a_point_is_that_of_a_state_and_back() -> None:
     assert back.speed == pytest.approx(150.0) and back.phases == pytest.approx([0.0, 0.75, 5.5])
     assert of.ordinate_size == of.fastest and of.equilibria.equations.scale[-1] == pytest.approx(8e-3)
     second = of.equations_with("p.mass", 0.5)
-    assert second.parameters == ("d.unbalance", "p.mass") and second.scale[-2:] == pytest.approx([8e-3, 0.5])
+    assert second.parameter_names == ("d.unbalance", "p.mass") and second.scale[-2:] == pytest.approx([8e-3, 0.5])
     rows = [i for i, n in enumerate(of.names) if n == "d.speed"]
     assert of.equilibria.limits == {rows[0]: of.limits} and of.equilibria.bounds == (1e-3, 9e-3)
 

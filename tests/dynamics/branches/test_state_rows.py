@@ -129,7 +129,7 @@ def test_a_curve_both_ways_has_its_start_once() -> None:
     """Backwards in reverse; of three parameters the first two; no more than 401 points a way."""
 
     def at(x: float) -> Any:
-        return SimpleNamespace(parameters=np.array([x, 10 * x, 9.0]))
+        return SimpleNamespace(parameter_values=np.array([x, 10 * x, 9.0]))
 
     walks = {"start": [at(x) for x in (1.0, 2.0)], "back": [at(-x) for x in (1.0, 2.0, 3.0)]}
     start = at(0.0)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
 
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
+from wucht.dynamics.entrainment.entrainment_equations import EntrainmentEquations
 from wucht.dynamics.entrainment.existence import Continuation, Edge, StableRange, range_around
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -19,9 +19,9 @@ W, SLOPE, UNBALANCE, AMPLITUDE = 2 * math.pi, 1e-5, 0.1 * 0.01, 1e-3
 TORQUE = UNBALANCE * AMPLITUDE * W**2 / 2
 
 
-def equations(limits: tuple[float, float]) -> AveragedEquations:
+def equations(limits: tuple[float, float]) -> EntrainmentEquations:
     machine = load_machine("sperling-vibration/figure-2a").with_values({"drive.no_load_speed": 7.0})
-    return AveragedEquations(machine, swept_parameter(machine), {"rotor": 1.0}, limits)
+    return EntrainmentEquations(machine, swept_parameter(machine), {"rotor": 1.0}, limits)
 
 
 @pytest.mark.parametrize("phase", [0.3, 1.2, 2.5, -0.7])
@@ -58,7 +58,7 @@ def test_a_detuning_moves_both_motors_in_the_averaged_equations() -> None:
         "bodies": [rotor | {"name": "a"}, rotor | {"name": "b"}], "drives": drives,
     })  # fmt: skip
     swept = swept_parameter(machine)
-    of = AveragedEquations(machine, swept, {"a": 1.0, "b": 1.0}, (-2.0, 2.0))
+    of = EntrainmentEquations(machine, swept, {"a": 1.0, "b": 1.0}, (-2.0, 2.0))
     assert of.unit == 4.0
     states = np.where(of.phases, 0.0, 12.5)[:, None]
     for detuning in (-1.0, 0.5):

@@ -19,7 +19,7 @@ PERIOD, PLACES, SPEED = 4.0, 240, 50.0
 class Motion:
     time: np.ndarray
     states: np.ndarray
-    parameters: np.ndarray
+    final_parameter_values: np.ndarray
 
 
 def beat(monkeypatch: pytest.MonkeyPatch, depth: float, turns: int = 0, swing: float = 0.0) -> Beat:
@@ -38,7 +38,7 @@ def beat(monkeypatch: pytest.MonkeyPatch, depth: float, turns: int = 0, swing: f
     slow: Any = SimpleNamespace(
         machine=machine,
         system=SimpleNamespace(output=lambda name: SimpleNamespace(expression=name)),
-        equations=SimpleNamespace(bodies=SimpleNamespace(names=("main",))),
+        averaged_system=SimpleNamespace(bodies=SimpleNamespace(names=("main",))),
     )
     monkeypatch.setattr(slow_beats, "machine_signal", lambda *_: signal)
     monkeypatch.setattr(slow_beats, "FullMotion", lambda _: lambda at, states, angle: angle)

@@ -29,10 +29,10 @@ class Held(Mover):
 
 
 def settled(
-    *speeds: tuple[float, float], largest: tuple[float, float] = (0.0, 0.0), modulation: float = 0.0, answer: float = 3.0
+    *speeds: tuple[float, float], largest: tuple[float, float] = (0.0, 0.0), modulation: float = 0.0, response_time: float = 3.0
 ) -> tuple[Any, bool, list[float]]:
     windows = list[float]()
-    moved: Any = SimpleNamespace(pace=SimpleNamespace(answer=answer, turn=1.0))
+    moved: Any = SimpleNamespace(pace=SimpleNamespace(response_time=response_time, turn=1.0))
     leg, steady = Held(moved, (speeds, windows), modulation).settle(0, largest)  # type: ignore[arg-type]
     return leg, steady, windows
 
@@ -41,7 +41,7 @@ def test_it_is_held_until_two_windows_in_a_row_change_nothing() -> None:
     """Of five response times, eight turns at least."""
     leg, steady, windows = settled((10.0, 0.1))
     assert steady and windows == [15.0] * 3 and leg.place == 3
-    assert settled((10.0, 0.1), answer=1.0)[2] == [8.0] * 3
+    assert settled((10.0, 0.1), response_time=1.0)[2] == [8.0] * 3
     assert len(settled((10.0, 0.1), (10.0, 0.1), (11.0, 0.1))[2]) == 5, "two in a row"
 
 
@@ -102,7 +102,9 @@ def grids_of(monkeypatch: pytest.MonkeyPatch, duration: float, to: float | None 
         assert state[3] == (0.0 if len(grids) == 1 else works[-1]), "each piece goes on from the one before"
         works.append(state[3] + 1.5)
         end = np.array([*state[:3], works[-1]])
-        return SimpleNamespace(time=grid, end_state=end, parameters=given, quadratures={"w": np.full(len(grid), works[-1])})
+        return SimpleNamespace(
+            time=grid, end_state=end, final_parameter_values=given, quadratures={"w": np.full(len(grid), works[-1])}
+        )
 
     seen = list[dict[str, np.ndarray]]()
     monkeypatch.setattr(
@@ -112,7 +114,7 @@ def grids_of(monkeypatch: pytest.MonkeyPatch, duration: float, to: float | None 
     leg = mover(monkeypatch, run).leg(at, duration, to)
     assert seen[0]["w"].tolist() == [40.0 + works[-1]] * len(grids[-1]), "works since the beginning"
     assert leg.place.state == pytest.approx((0.5, 10.0, 2.0 - 3 * TURN, 40.0 + works[-1]))
-    assert leg.place.parameters == (7.0,)
+    assert leg.place.parameter_values == (7.0,)
     return leg, grids, parameters
 
 
@@ -139,7 +141,7 @@ def test_of_a_long_leg_the_last_two_hundred_turns_are_sampled(monkeypatch: pytes
 
 def test_where_a_sweep_begins(monkeypatch: pytest.MonkeyPatch) -> None:
     place = mover(monkeypatch, None).begin()
-    assert (place.time, place.value, place.state, place.parameters) == (0.0, 4.0, (0.0, 1.0, 2.0, 0.0), (7.0,))
+    assert (place.time, place.value, place.state, place.parameter_values) == (0.0, 4.0, (0.0, 1.0, 2.0, 0.0), (7.0,))
 
 
 @pytest.mark.parametrize(

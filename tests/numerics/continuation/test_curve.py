@@ -128,7 +128,7 @@ def test_a_point_between_two_lies_on_the_curve_at_its_share() -> None:
         middle = curve.point_between(at(0.0), at(0.3), share)
         assert middle.length == pytest.approx(5 + 0.3 * share)
         assert np.arctan2(middle.unknowns[1], middle.unknowns[0]) == pytest.approx(0.3 * share, abs=3e-4)
-        assert middle.unknowns @ middle.u == pytest.approx(1.0) and middle.tangent @ middle.unknowns == pytest.approx(
+        assert middle.unknowns @ middle.unknowns == pytest.approx(1.0) and middle.tangent @ middle.unknowns == pytest.approx(
             0.0, abs=1e-9
         )
 

@@ -132,7 +132,7 @@ def test_starts_are_checked_and_reproducible() -> None:
 def test_states_at_a_value_at_which_a_point_of_the_branch_lies() -> None:
     """p = x^2: at the parameter of any of its points both roots, each once; at the fold one, beyond it none."""
     problem = EquilibriumContinuation(by_hand([X**2 - P], [X]), (-1, 1))
-    branch = problem.branch(problem.start([0.5], 0.25))
+    branch = problem.follow_branch(problem.start([0.5], 0.25))
     for k in (0, 2, -3, -1):
         value = branch.points[k].parameter
         np.testing.assert_allclose(sorted(equilibria_at(branch, value)[0]), [-math.sqrt(value), math.sqrt(value)], atol=1e-9)
@@ -143,7 +143,7 @@ def test_states_at_a_value_at_which_a_point_of_the_branch_lies() -> None:
 def test_a_state_on_a_branch_or_beside_it() -> None:
     """On p = x^2 between two points, where the chord is not on it; within a hundredth of the piece, of whatever length."""
     problem = EquilibriumContinuation(by_hand([X**2 - P], [X]), (-1, 1), Steps(first=0.3, most=0.3, turn=1.0))
-    branch = problem.branch(problem.start([0.5], 0.25))
+    branch = problem.follow_branch(problem.start([0.5], 0.25))
     for x in (-0.9, -0.31, 0.0, 0.17, 0.77):
         assert _is_on_branch(branch, np.array([x, x**2]))
         assert not _is_on_branch(branch, np.array([x, x**2 + 0.05])) and not _is_on_branch(branch, np.array([x + 0.1, x**2]))

@@ -125,7 +125,7 @@ def test_both_branches_through_a_branch_point(along: Any) -> None:
     expected = ways[order] * np.sign(ways[order] @ to)[:, None]
     assert computed.tangents == pytest.approx(expected, abs=1e-7)
     near = branch_point_near(equations, np.array([0.02, -0.03]))
-    assert near.u == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert near.unknowns == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
 def test_where_branches_do_not_cross() -> None:

@@ -46,7 +46,7 @@ class Observing:
         self.counts = list[int]()
 
     def begin(self, members: Members) -> Watched:
-        return Watched(members.parameters[:, 0].copy(), np.zeros(len(members)))
+        return Watched(members.parameter_values[:, 0].copy(), np.zeros(len(members)))
 
     def update(self, record: Watched, times: np.ndarray, samples: np.ndarray) -> tuple[Watched, np.ndarray]:
         self.counts.append(samples.shape[-1])

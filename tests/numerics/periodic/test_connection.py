@@ -134,7 +134,7 @@ def test_parameters_that_stand_still() -> None:
     """In units of their scale, less than 1e-4 of the step."""
 
     def at(length: float, *parameters: float) -> Any:
-        return SimpleNamespace(parameters=np.array(parameters), point=SimpleNamespace(length=length))
+        return SimpleNamespace(parameter_values=np.array(parameters), point=SimpleNamespace(length=length))
 
     scale = np.array([2.0, 1.0])
     assert is_standstill(at(1.0, 0.0, 0.0), at(3.0, 3.9e-4, 0.0), scale)

@@ -31,7 +31,7 @@ def cycle(
     period: float = 1.0,
 ) -> Cycle:  # fmt: skip
     problem: Any = SimpleNamespace(mesh=MESH, split=lambda u: (None, [period]), sizes=np.array([1.0, 1.0, period, 5.0]))
-    point: Any = SimpleNamespace(u=np.array([period, 0.5]), tangent=np.array(tangent))
+    point: Any = SimpleNamespace(unknowns=np.array([period, 0.5]), tangent=np.array(tangent))
     curve: Any = SimpleNamespace(problem=problem)
     logarithms = np.log(np.array(multipliers, complex))
     return ByHand(curve, point, logarithms, along, 0.0, np.eye(len(multipliers)), kind)
@@ -180,7 +180,7 @@ def test_a_connection_so_near_that_the_parameter_stays(
     monkeypatch.setattr(branch_ends, "_slow_places", lambda *_: [])
     monkeypatch.setattr(branch_ends, "_sizes", lambda *_: np.ones(2))
     monkeypatch.setattr(branch_ends, "_time_near", lambda orbit, *_: 4.0 + (gained / 2 if orbit is last else 0.0))
-    cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameters=("T", "p")))
+    cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameter_names=("T", "p")))
     orbits: Any = [first, last]
     end = branch_ends._unresolved_connection(cycles, np.array(values), np.array(periods), orbits)
     assert (end is not None) is ends

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 from tests.refusals import rejected
 
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.periodic.cycle import Cycle
@@ -115,8 +115,8 @@ def test_the_equations_of_equilibria_are_those_of_orbits_without_the_period() ->
         return period * f, f_u
 
     sizes = {"x": 2.0, "T": 9.0, "p": 4.0}
-    found = equilibrium_equations(Equations.from_function(rates, ["x", "y"], ["T", "p"], sizes, angles=["y"]))
-    assert found.states == ("x", "y") and found.parameters == ("p",)
+    found = equilibrium_equations(EquilibriumEquations.from_function(rates, ["x", "y"], ["T", "p"], sizes, angles=["y"]))
+    assert found.state_names == ("x", "y") and found.parameter_names == ("p",)
     assert found.scale.tolist() == [2.0, 1.0, 4.0] and found.turns.tolist() == [0.0, 2 * math.pi, 0.0]
     u = np.array([[2.0, 3.0], [0.5, 1.5], [0.25, 0.75]])
     for at in (u, u[:, 0]):

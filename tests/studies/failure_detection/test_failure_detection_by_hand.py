@@ -18,8 +18,8 @@ from wucht.dynamics.exciters.failing_machine import FailingMachine, FailureCours
 from wucht.dynamics.exciters.speed_readings import FEWEST, STEADY, UNSTABLE, AveragedSpeed, Readings, Windows
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
-from wucht.studies.failure_detection import answer as answer_module
 from wucht.studies.failure_detection import computation as run_module
+from wucht.studies.failure_detection import dataset as dataset_module
 from wucht.studies.failure_detection.computation import Findings, MonitoredRun, ParameterAxis, ParameterPoint
 from wucht.studies.failure_detection.dataset import _reading_extremes as over_readings
 from wucht.studies.failure_detection.spec import FailureDetection
@@ -191,7 +191,7 @@ def test_warnings_of_the_averaged_equations() -> None:
     ],
 )  # fmt: skip
 def test_times_from_an_hour_on_are_in_hours_too(time: float, unit: str, words: str) -> None:
-    assert answer_module.duration_in_words(time, unit) == words
+    assert dataset_module.duration_in_words(time, unit) == words
 
 
 # --- the report ---

@@ -314,7 +314,7 @@ def test_the_states_at_the_value_of_the_subject_are_the_fastest_first() -> None:
 
 
 def test_exponents_over_the_angle_are_divided_by_the_speed_whatever_its_sign() -> None:
-    of: Any = SimpleNamespace(case=SimpleNamespace(states=SimpleNamespace(labels=SimpleNamespace(state=None))))
+    of: Any = SimpleNamespace(case=SimpleNamespace(steady_states=SimpleNamespace(labels=SimpleNamespace(state=None))))
     exponents = np.array([-2.0 + 6j, -4.0])
     assert dataset_module._exponents_by_angle(of, exponents, -4.0) == [[-0.5, 1.5], [-1.0, 0.0]]
     assert dataset_module._exponents_by_angle(of, exponents, 0.0) is None
@@ -327,10 +327,10 @@ def test_special_points_of_several_branches_count_once_with_their_frequency() ->
     exponents[0, 6] = np.nan
     hopf = branch(1, 10, kinds=("",) * 4 + ("hopf", "", "branch-point") + ("",) * 3, exponents=exponents)
     crossing = branch(7, 16, kinds=("branch-point",) + ("",) * 9)
-    elsewhere = replace(crossing, u=crossing.u + np.array([[1.0], [0.0]]))
+    elsewhere = replace(crossing, unknowns=crossing.unknowns + np.array([[1.0], [0.0]]))
     found = BranchFindings((SEARCHED,), (hopf, crossing, elsewhere), complete=True)
     points = report_module.collect_special_points(plan(), found)
-    assert [(p.kind, p.u.tolist(), p.speed, p.branch, p.frequency) for p in points] == [
+    assert [(p.kind, p.unknowns.tolist(), p.speed, p.branch, p.frequency) for p in points] == [
         ("hopf", [10.0, 5.0], 10.0, 0, 7.0), ("branch-point", [14.0, 7.0], 14.0, 0, None),
         ("branch-point", [15.0, 7.0], 15.0, 2, None),
     ]  # fmt: skip
@@ -356,7 +356,7 @@ def test_points_of_branches_have_the_number_of_growing_disturbances() -> None:
     y, values = sp.Symbol("y", real=True), np.linspace(1.0, 10.0, 10)
     two = UserSystem(System((X, y), (MU + SHIFT - X, -y), (MU, SHIFT)), {"mu": 5.0, "shift": 0.0})
     of = STUDY.prepare(SpeedCurve(**ASKED | {"ranges": {"x": [-2, 22], "y": [-1, 1]}, "show": "x"}), two)
-    one = replace(branch(1, 10), u=np.stack([2 * values, 3 * values, values]), exponents=exponents)
+    one = replace(branch(1, 10), unknowns=np.stack([2 * values, 3 * values, values]), exponents=exponents)
     some = replace(one, stable_share=SOME, dimension=1, exponents=-exponents[::-1])
     made = result(one, some, of=of)
     assert made.unstable.values.tolist() == [2] * 3 + [1] * 2 + [0] * 5 + [0] * 5 + [1] * 2 + [2] * 3
@@ -491,6 +491,6 @@ def test_named_states_have_colours_of_their_names_once() -> None:
 
 
 def test_the_scale_begins_at_zero_if_nothing_is_below() -> None:
-    below = replace(branch(1, 10), u=branch(1, 10).u - np.array([[10.0], [0.0]]))
+    below = replace(branch(1, 10), unknowns=branch(1, 10).unknowns - np.array([[10.0], [0.0]]))
     bottoms = [drawn("speed-curve", result(one)).axes[0].get_ylim()[0] for one in (branch(1, 10), below)]
     assert bottoms[0] == 0 and bottoms[1] < -8

@@ -349,7 +349,7 @@ def test_sets_of_states_have_hatches_of_their_number() -> None:
 
 def across(r: float) -> BifurcationCurve:
     u = np.stack([np.zeros(41), np.linspace(-2.0, 2.0, 41), np.full(41, r)])
-    return fold(u=u, bifurcation="hopf", kinds=("",) * 20 + ("zero-hopf",) + ("",) * 20)
+    return fold(unknowns=u, bifurcation="hopf", kinds=("",) * 20 + ("zero-hopf",) + ("",) * 20)
 
 
 def test_curves_have_names_of_their_kinds_and_marks_at_their_second_conditions() -> None:
