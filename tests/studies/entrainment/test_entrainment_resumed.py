@@ -21,7 +21,7 @@ from wucht.studies import runner
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
 
-WORK = {"runs": (RunsFromStart, "__call__"), "branches": (Continuation, "branch"), "motions": (LockedMotions, "motion")}
+WORK = {"runs": (RunsFromStart, "__call__"), "branches": (Continuation, "follow_branch"), "motions": (LockedMotions, "motion")}
 
 
 def bild_2() -> Machine:
