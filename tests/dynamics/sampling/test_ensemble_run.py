@@ -271,13 +271,13 @@ def test_motions_that_go_on_are_known_again_on_unequal_supports(monkeypatch: pyt
         }
     )
     closer: list[int] = []
-    looked_at = ensemble_run.looked_at
+    classify_members = ensemble_run.classify_members
 
     def counted(question: EnsembleQuestion, starts: np.ndarray, *rest: Any) -> MemberOutcomes:
         closer.append(starts.shape[1])
-        return looked_at(question, starts, *rest)
+        return classify_members(question, starts, *rest)
 
-    monkeypatch.setattr(ensemble_run, "looked_at", counted)
+    monkeypatch.setattr(ensemble_run, "classify_members", counted)
     starts = grid(5)
     found = outcomes_of(EnsembleQuestion(machine), states(machine, starts), {})
     assert sum(closer) <= 2
