@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.vibration import ForcedVibration
-from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in, start_gives
 from wucht.dynamics.verdicts.observation import AxisMotion, advance_balance, rows_of
 from wucht.errors import InputError
 from wucht.machines.machine import DISSIPATED_WORK, Machine
@@ -71,12 +71,12 @@ def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]
     state = initial_state(coasting, start)
     for rotor in machine.rotors:
         row = coasting.row(rotor.coordinate.velocity)
-        if rotor.name in machine.start_angles and not _has_entry(start, rotor.name, "angle"):
+        if rotor.name in machine.start_angles and not start_gives(start, rotor.name, "angle"):
             state[coasting.row(rotor.coordinate.position)] += machine.start_angles[rotor.name]
-        if not _has_entry(start, rotor.name, "speed") and rotor.release is None:
+        if not start_gives(start, rotor.name, "speed") and rotor.release is None:
             state[row] = _driven_speed(machine, rotor)
         for body in machine.group(rotor)[1:]:
-            if body.release is not None or not _has_entry(start, body.name, "speed"):
+            if body.release is not None or not start_gives(start, body.name, "speed"):
                 state[coasting.row(body.coordinate.velocity)] = state[row]
     if not state[coasting.row(machine.rotor.coordinate.velocity)]:
         raise InputError(
@@ -140,11 +140,6 @@ def with_steady_vibration(machine: Machine, state: np.ndarray) -> np.ndarray:
         shifted_state[at.row(c.position)] += x
         shifted_state[at.row(c.velocity)] = v
     return shifted_state
-
-
-def _has_entry(start: Mapping[str, Any], body: str, key: str) -> bool:
-    entry = start.get(body)
-    return key in entry if isinstance(entry, Mapping) else entry is not None and key == "angle"
 
 
 def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
