@@ -83,10 +83,7 @@ class SteadyPhases:
         angles = np.zeros(len(steady.bodies))
         if len(machine.rotors) == 1:
             return cls(steady, angles, ForcedVibration.of(steady, angles), *steady_branches(machine))
-        running = RunningConfigurations.of(machine)
-        stable, phases = running.stable, phases_at_start(steady, start)
-        if phases and stable:
-            stable = (running.nearest(phases),)
+        running, stable = stable_configurations(machine, start)
         configurations = tuple(c for c in running.configurations if c in stable or c not in running.stable)
         branches = tuple(
             SteadyBranch(running.torques, c.state.phases, configuration_label=label)
@@ -190,6 +187,18 @@ def phases_at_start(machine: Machine, start: Mapping[str, Any]) -> dict[str, flo
         elif b.about is None and b.name != main and (is_given or start_gives(start, main, "angle")):
             phases[b.name] = senses[b.name] * angles[b.name] - senses[main] * angles[main]
     return phases
+
+
+def stable_configurations(
+    machine: Machine, start: Mapping[str, Any]
+) -> tuple[RunningConfigurations, tuple[Configuration, ...]]:
+    """Return the configurations of several rotors, and the stable ones: one of them where the start gives phases.
+
+    Raises ``InputError`` where there are no averaged equations, or nothing drives the machine.
+    """
+    running = RunningConfigurations.of(machine)
+    phases = phases_at_start(machine.at(machine.breakpoints[-1]), start)
+    return running, (running.nearest(phases),) if phases and running.stable else running.stable
 
 
 def configuration_labels(configurations: Sequence[Configuration]) -> list[str]:
