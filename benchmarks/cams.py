@@ -23,10 +23,10 @@ from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.measurements.order_fit import fit_orders
 from wucht.measurements.recording import Recording
 from wucht.measurements.shaft_signal import shaft_signal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 _OMEGA = 500 * math.pi / 30
-_SPEED = Harmonics.of(_OMEGA, [0, 2.4, 1, 0.5, 0.3], [0, 1, -1.3, 0.2, 0.4])
+_SPEED = FourierSeries.of(_OMEGA, [0, 2.4, 1, 0.5, 0.3], [0, 1, -1.3, 0.2, 0.4])
 _LAW = HarmonicTable(
     harmonics=12,
     objective="least-peak-acceleration",
@@ -43,7 +43,7 @@ _SAMPLES = 1_000_000
 
 
 def measure() -> Iterator[tuple[str, str]]:
-    yield "synthesis, 12 harmonics, 6 restrictions (asked: 500 ms)", f"{1e3 * best(lambda: _LAW.motion('rad'), 5):8.1f} ms"
+    yield "synthesis, 12 harmonics, 6 restrictions (asked: 500 ms)", f"{1e3 * best(lambda: _LAW.motion_law('rad'), 5):8.1f} ms"
     phi = 2 * math.pi * np.arange(3600) / 3600
     corrected = best(lambda: _correction(phi), 5)
     yield "correction and both contours at 3600 angles (asked: 200 ms)", f"{1e3 * corrected:8.1f} ms"

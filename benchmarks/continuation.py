@@ -126,12 +126,17 @@ def _naive(rates: Function, slopes: Function, branch: Branch) -> int:
     """The same values of u up to the fold, one by one, from the solution before: with SymPy's Jacobian, and eigenvalues."""
     from scipy.optimize import root
 
-    rising = branch.u[:, : branch.u[-1].argmax()]
+    rising = branch.unknowns[:, : branch.unknowns[-1].argmax()]
     x = rising[:-1, 0]
-    for u in rising[-1]:
-        found = root(lambda x, u=u: rates(*x, u), x, jac=lambda x, u=u: slopes(*x, u), options={"xtol": 1e-10})
+    for unknowns in rising[-1]:
+        found = root(
+            lambda x, unknowns=unknowns: rates(*x, unknowns),
+            x,
+            jac=lambda x, unknowns=unknowns: slopes(*x, unknowns),
+            options={"xtol": 1e-10},
+        )
         x = found.x
-        np.linalg.eigvals(slopes(*x, u))
+        np.linalg.eigvals(slopes(*x, unknowns))
     return rising.shape[1]
 
 
@@ -183,17 +188,17 @@ def _on_autos_mesh(system: System, values: Mapping[str, float], cycle: Cycle) ->
     intervals, degree = _AUTOS_MESH
     cycles = replace(_cycles(system, values), degree=degree)
     mesh, y = cycle.problem.mesh, cycle.states.T
-    u = np.empty(0)
+    unknowns = np.empty(0)
     for _ in range(3):
         better = Mesh(mesh.adapt(y, True, intervals).edges, degree)
         problem = cycles.problem(better, cycle.period)
-        u = np.concatenate([mesh.interpolate(y, better.nodes).ravel(), [cycle.period, cycle.parameter]])
-        problem = replace(problem, reference=problem.reference_from(u))
-        towards = np.zeros(len(u))
+        unknowns = np.concatenate([mesh.interpolate(y, better.nodes).ravel(), [cycle.period, cycle.parameter]])
+        problem = replace(problem, reference=problem.reference_from(unknowns))
+        towards = np.zeros(len(unknowns))
         towards[-1] = 1.0
-        u = cycles.exactly(cycles.curve(problem)).start(u, towards).u
-        mesh, y = better, problem.split(u)[0]
-    return float(u[-2])
+        unknowns = cycles.exactly(cycles.curve(problem)).start(unknowns, towards).unknowns
+        mesh, y = better, problem.split(unknowns)[0]
+    return float(unknowns[-2])
 
 
 def _a_period(system: System, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:

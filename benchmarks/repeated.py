@@ -48,7 +48,7 @@ def _unwatched(motion: Motion, plan: Plan) -> None:
     state, values = model.initial, model.values
     for grid, _, _ in horizon.legs():
         leg = integrate(motion.compiled_system, state, values, grid, None, horizon.energy)
-        state, values = leg.end_state, leg.parameters
+        state, values = leg.end_state, leg.parameter_values
 
 
 def _motion(plan: Plan) -> Motion:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from benchmarks.run_up import GRID, best
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import compile_system
@@ -25,7 +25,7 @@ _SCRIPT = """
 import time
 import heyoka, sympy
 from wucht.files.building import machine_from
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.numerics.flow.compiled_system import compile_system
 pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.1}
 def machine(n):
@@ -35,10 +35,10 @@ def machine(n):
         + [pendulum | {"name": f"p{i}"} for i in range(n)],
         "drive": {"on": "drum", "kind": "linear", "slope": 0.02, "no_load_speed": 200.0},
     })
-averaged_machine(machine(1)).system  # SymPy's own start
+averaged_equations_of(machine(1)).system  # SymPy's own start
 six = machine(6)
 a = time.perf_counter(); six.linear_carrier
-b = time.perf_counter(); slow = averaged_machine(six).system
+b = time.perf_counter(); slow = averaged_equations_of(six).system
 c = time.perf_counter(); compile_system(slow)
 d = time.perf_counter(); print(b - a, c - b, d - c)
 """
@@ -58,10 +58,10 @@ def measure() -> Iterator[tuple[str, str]]:
     full = best(_run(machine.system, begin, values))
     yield "R1 over 320 turns, full equations", f"{1e3 * full:8.3f} ms"
     for inertia in (False, True):
-        slow = averaged_machine(machine, inertia)
-        start = slow.state(_MOVED, dict.fromkeys(_MOVED, 0.0))
+        averaged_equations = averaged_equations_of(machine, inertia)
+        start = averaged_equations.state(_MOVED, dict.fromkeys(_MOVED, 0.0))
         what = f"averaged equations {'with' if inertia else 'without'} the pendulums' inertia, times faster"
-        yield what, f"{full / best(_run(slow.system, start, slow.values())):8.1f}"
+        yield what, f"{full / best(_run(averaged_equations.system, start, averaged_equations.values())):8.1f}"
 
 
 def _run(system: System, start: object, values: tuple[float, ...]) -> object:

@@ -21,10 +21,10 @@ from wucht.extending import (
     Spec,
     Vibration,
     Work,
-    answer,
     label,
     legend_beside,
     new_figure,
+    result_dataset,
     si,
     table,
 )
@@ -86,7 +86,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *table("poles", poles, "natural vibrations", parts, "pole", {"frequency": float, "damping": float}),
         Quantity("pole_rate", findings.poles.real, "growth rate", plan.unit.replace("rad", "1"), "pole"),
     ]
-    return answer(quantities, f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}")
+    return result_dataset(quantities, f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}")
 
 
 def figure(result: xr.Dataset) -> Figure:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from wucht.results.quantities import Answer, Quantity
+from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.runner import draw
 
 UNITS = {
@@ -51,7 +51,7 @@ def answered(
         return Quantity(name, value, name, units.get(name, ""), parts=parts)
 
     quantities = [stated(name, value) for name, value in summary.items() if name != "sentence"]
-    return Answer(quantities, sentence or summary.get("sentence", ""), warnings, (), failure).dataset(result)
+    return StudyResult(quantities, sentence or summary.get("sentence", ""), warnings, (), failure).dataset(result)
 
 
 def variable(dimensions: str, values: Any, long_name: str, units: str = "") -> tuple[tuple[str, ...], Any, dict[str, str]]:

@@ -14,7 +14,7 @@ import pytest
 import sympy as sp
 
 from wucht import disk_cache
-from wucht.analysis import averaged_machine as averaged
+from wucht.analysis import averaged_equations as averaged
 from wucht.analysis import relative_equilibria
 from wucht.machines import structure
 from wucht.machines.parts.base import Release
@@ -260,11 +260,11 @@ def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_p
 
 RUN = """
 import sys, sympy
-import wucht.mechanics.lagrange, wucht.mechanics.rotating_bodies.averaged_system, wucht.analysis.averaged_machine
+import wucht.mechanics.lagrange, wucht.mechanics.rotating_bodies.averaged_system, wucht.analysis.averaged_equations
 def symbolic(*a, **k): raise AssertionError("symbolic work in a second process")
 if sys.argv[1] == "second":
     sympy.lambdify = wucht.mechanics.lagrange.equations_of_motion = symbolic
-    wucht.analysis.averaged_machine.averaged_equations = symbolic
+    wucht.analysis.averaged_equations.averaged_equations = symbolic
 import wucht
 run = wucht.run_file("drozdetskaya-2020/r1", {"study.until": 2.0, "study.model": "both"})
 print(run.wucht.summary["outcome"], repr(float(run.speed[0, -1])), repr(float(run.slow_speed[0, -1])))

@@ -19,7 +19,7 @@ from wucht.cams.milled_cam import MilledCam
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.workshop.lists import read_list
 from wucht.files.catalogue import load_machine
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.studies.study_file import read_study
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -151,14 +151,14 @@ def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -
     module = _load("cam_for_an_uneven_shaft")
     module.main(tmp_path)
     drive = read_study(str(tmp_path / "task.toml")).subject
-    truth = ShaftMotion(Harmonics.of(module.MEAN, module.COSINE, module.SINE))
+    truth = ShaftMotion(FourierSeries.of(module.MEAN, module.COSINE, module.SINE))
     fitted = drive.shaft_motion.speed
     assert fitted.cosine == pytest.approx(module.COSINE, abs=0.01)
     assert fitted.sine == pytest.approx(module.SINE, abs=0.01)
     milled = MilledCam(read_list(tmp_path / "mill" / "cam.txt").position, drive.follower)
     phi = truth.angle(even_angles(1024))
-    motion = Harmonics.from_samples(milled.motion(phi, CorrectedLaw(drive.motion.law, drive.shaft_motion)(phi)))
+    motion = FourierSeries.from_samples(milled.motion(phi, CorrectedLaw(drive.motion_law.law, drive.shaft_motion)(phi)))
     acceleration = motion.derivative(2).amplitudes
     assert acceleration[5:30].max() < 5e-3 * acceleration[0]
-    assert share_above_order(orders(MotionOverTime(drive.motion.law, truth)), 5) > 0.5
+    assert share_above_order(orders(MotionOverTime(drive.motion_law.law, truth)), 5) > 0.5
     assert (tmp_path / "cam-correction.png").exists()

@@ -206,7 +206,7 @@ def test_a_study_is_a_module_or_a_folder_of_what_it_needs(study: str) -> None:
 
 
 def test_no_two_modules_bear_one_name() -> None:
-    of_every_study = {"spec", "prepare", "run", "dataset", "figure", "report", "computation", "answer", "export", "__init__"}
+    of_every_study = {"spec", "prepare", "run", "dataset", "figure", "report", "computation", "export", "__init__"}
     names = [path.stem for m, path in MODULES.items() if path.stem not in of_every_study and _floor(m) != "cli"]
     assert sorted({n for n in names if names.count(n) > 1}) == []
 
@@ -326,7 +326,7 @@ def _keys_of_files() -> frozenset[str]:
 
 
 # What a study consists of, by the same names in each.
-_PROTOCOL = _words("Findings Plan answer dataset export figure numbers prepare report run")
+_PROTOCOL = _words("Findings Plan dataset export figure numbers prepare report run")
 
 
 def test_no_public_name_stands_for_two_things() -> None:

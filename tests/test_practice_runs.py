@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from wucht.machines.tracks import angular_width
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.fourier_series import even_angles
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
@@ -46,7 +46,7 @@ def test_the_carton_pusher_gives_what_its_notes_say() -> None:
     assert s["above"]["original"] == pytest.approx(0.0735, abs=1e-4)
     assert s["above"]["corrected"] < 1e-12
     assert s["simulation"]["corrected"]["deviation"] < 1e-9
-    cam = study.subject.cams(study.subject.motion.law)["cam"]
+    cam = study.subject.cams(study.subject.motion_law.law)["cam"]
     assert math.degrees(np.abs(cam.pressure_angle(even_angles(3600))).max()) == pytest.approx(42.0, abs=0.3)
 
 

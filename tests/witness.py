@@ -89,7 +89,7 @@ def moved(document, start=None, grid=GRID):
     run = integrate(flow, initial_state(machine, start or {}), machine.values, grid)
     assert run.failure is None
     rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
-    return rows | flow.outputs(run.time, run.states, run.parameters)
+    return rows | flow.outputs(run.time, run.states, run.parameter_values)
 
 
 def energy_gap(rows):

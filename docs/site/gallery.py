@@ -16,7 +16,7 @@ from typing import Any
 import wucht
 from wucht.files.catalogue import names
 from wucht.plots.sheet import save_figure
-from wucht.studies.study_file import StudyFile, answer_study, read_study
+from wucht.studies.study_file import StudyFile, read_study, run_study
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "build" / "gallery"
@@ -73,7 +73,7 @@ def entry(name: str, compute: bool = True) -> Entry:
         result = wucht.load(folder / "result.nc")
     elif compute:
         shutil.rmtree(folder, ignore_errors=True)
-        result = answer_study(asked, folder=folder)
+        result = run_study(asked, folder=folder)
         (folder / "question").write_text(question, encoding="utf-8")
     else:
         return Entry(name, asked, about, None, figure)

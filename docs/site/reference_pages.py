@@ -9,7 +9,7 @@ from typing import Any
 from wucht.cams.drive import followers, laws, linkages
 from wucht.files.catalogue import FOLDER
 from wucht.kinds import classes_of
-from wucht.machines.models import Model
+from wucht.machines.models import DimensionlessModel
 from wucht.machines.parts import GROUP, part_kinds
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
@@ -27,7 +27,7 @@ FAMILIES: dict[str, tuple[type[Part], str]] = {
     "drives": (Drive, "`[machine.drive]`, or `[[machine.drives]]` with `on`"),
     "loads": (Load, "`[machine.load]`, or `[[machine.loads]]` with `on`"),
     "attachments": (Attachment, "`[[machine.attachments]]`"),
-    "dimensionless": (Model, "`[machine.parameters]`, beside `model` in `[machine]`"),
+    "dimensionless": (DimensionlessModel, "`[machine.parameters]`, beside `model` in `[machine]`"),
 }
 CAMS = {"laws": (laws, "`[law]`"), "followers": (followers, "`[follower]`"), "linkages": (linkages, "`[linkage]`")}
 HEADS = ("key", "what", "unit", "default", "what it may be")

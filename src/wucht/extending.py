@@ -29,7 +29,7 @@ from wucht.numerics.flow.integration import integrate
 from wucht.plots.sheet import legend_below, legend_beside, new_figure, new_grid
 from wucht.plots.style import COLOURS
 from wucht.results.formatting import ReportLines, formats, label, report_lines
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, si
 from wucht.studies.runner import draw, export, load, report, run
 from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolerance, Values, Whole
@@ -68,7 +68,6 @@ __all__ = [
     "Whole",
     "Work",
     "WuchtError",
-    "answer",
     "compile_system",
     "draw",
     "export",
@@ -83,6 +82,7 @@ __all__ = [
     "new_grid",
     "report",
     "report_lines",
+    "result_dataset",
     "run",
     "run_to_end",
     "run_up",

@@ -71,7 +71,7 @@ class System:
     states : tuple of sympy.Symbol, n
     derivatives : tuple of sympy.Expr, n
     parameters : tuple of sympy.Symbol
-        Run-time values; changing one never recompiles.
+        Symbols of the numbers that a run is given; another value never recompiles.
     definitions : tuple of (sympy.Symbol, sympy.Expr)
         Evaluated in order; each may use those before it.
     outputs : tuple of Output

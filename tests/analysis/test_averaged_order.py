@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged_machine import FullMotion, averaged_machine
+from wucht.analysis.averaged_equations import FullMotion, averaged_equations_of
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -46,19 +46,19 @@ def machine(name: str) -> Machine:
 def largest_error(given: Machine, kappa: float, start: Mapping[str, float], until: float, inertia: bool, order: int) -> float:
     """Of the rotor's speed, over a time until/kappa."""
     small = scale_epsilon(given, kappa)
-    slow = averaged_machine(small, inertia, order)
-    state = np.array([start[name] for name in slow.system.state_names if name in start])
+    averaged_equations = averaged_equations_of(small, inertia, order)
+    state = np.array([start[name] for name in averaged_equations.system.state_names if name in start])
     if inertia:  # on the slow manifold: the slips that the damped equations give
-        damped = averaged_machine(small, False, order)
+        damped = averaged_equations_of(small, False, order)
         speeds = [o for o in damped.system.outputs if o.name.startswith("speed[")]
         at = np.array([[start[name]] for name in damped.system.state_names])
         seen = Evaluator.of(damped.system, [o.expression for o in speeds], [o.name for o in speeds])
         slips = seen(np.zeros(1), at, damped.values())
-        names = [n.rpartition(".") for n in slow.system.state_names]
+        names = [n.rpartition(".") for n in averaged_equations.system.state_names]
         state = np.array([slips[f"speed[{b}]"][0] if what == "speed" else start[f"{b}.phase"] for b, _, what in names])
     time = np.linspace(0.0, until / kappa, 301)
-    run = integrate(compile_system(slow.system, 1e-14), state, slow.values(), time)
-    rebuilt = FullMotion(slow)(time, run.states, run.quadratures["rotor_angle"])
+    run = integrate(compile_system(averaged_equations.system, 1e-14), state, averaged_equations.values(), time)
+    rebuilt = FullMotion(averaged_equations)(time, run.states, run.quadratures["rotor_angle"])
     full = replace(small.system, quadratures=(), outputs=())
     true = integrate(compile_system(full, 1e-14), rebuilt[:, 0], full.values(small.values), time)
     row = small.state_names.index(small.rotor.coordinate.velocity.name)
@@ -93,8 +93,10 @@ def test_the_fluctuation_that_gravity_causes_brakes_in_the_second_order() -> Non
     braked = []
     for gravity in (g, 0.0):
         stiff = {"stiffness": 1e12, "damping": 1.0, "gravity": gravity}
-        slow = averaged_machine(machine_from({"carrier": stiff, "bodies": [rotor], "drive": drive}), True, 2)
-        rate = Evaluator.of_rates(slow.system).array(np.zeros(1), np.array([[w]]), slow.values())[0, 0]
+        averaged_equations = averaged_equations_of(machine_from({"carrier": stiff, "bodies": [rotor], "drive": drive}), True, 2)
+        rate = Evaluator.of_rates(averaged_equations.system).array(np.zeros(1), np.array([[w]]), averaged_equations.values())[
+            0, 0
+        ]
         braked.append(j * rate)
     amplitude = u * g / abs(complex(-j * w**2, k * w))
     assert braked[0] - braked[1] == pytest.approx(-k * w * amplitude**2 / 2, rel=1e-5)

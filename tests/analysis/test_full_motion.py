@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged_machine import AveragedMachine, FullMotion, averaged_machine
+from wucht.analysis.averaged_equations import AveragedEquations, FullMotion, averaged_equations_of
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.torques import SteadyTorques
@@ -33,15 +33,19 @@ def drum(sense: int = 1, **changes: Any) -> Machine:
     )
 
 
-def rebuilt(slow: AveragedMachine, time: np.ndarray, states: np.ndarray, angle: np.ndarray) -> dict[str, np.ndarray]:
-    return dict(zip(slow.machine.state_names, FullMotion(slow)(time, states, angle), strict=True))
+def rebuilt(
+    averaged_equations: AveragedEquations, time: np.ndarray, states: np.ndarray, angle: np.ndarray
+) -> dict[str, np.ndarray]:
+    return dict(zip(averaged_equations.machine.state_names, FullMotion(averaged_equations)(time, states, angle), strict=True))
 
 
-def steady(machine: Machine, speed: float, phases: dict[str, float]) -> tuple[AveragedMachine, np.ndarray]:
+def steady(machine: Machine, speed: float, phases: dict[str, float]) -> tuple[AveragedEquations, np.ndarray]:
     """The slow machine, and its state (n,) at a speed in the bodies' own sense."""
-    slow = averaged_machine(machine, True)
-    angles = {b.name: slow.senses[b.name] * phases.get(b.name, 0.0) for b in machine.bodies}
-    return slow, slow.state(angles, {name: s * speed for name, s in slow.senses.items()})
+    averaged_equations = averaged_equations_of(machine, True)
+    angles = {b.name: averaged_equations.senses[b.name] * phases.get(b.name, 0.0) for b in machine.bodies}
+    return averaged_equations, averaged_equations.state(
+        angles, {name: s * speed for name, s in averaged_equations.senses.items()}
+    )
 
 
 @pytest.mark.parametrize("sense", [1, -1])
@@ -82,17 +86,17 @@ def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(cas
     """Central differences along the slow motion itself: amplitudes and phases change while the rotor turns."""
     name, values, order = MOTIONS[case]
     machine = load_machine(name).with_values(values)
-    slow = averaged_machine(machine, True, order)
-    speeds = {b.name: slow.senses[b.name] * 0.45 * 200.0 for b in machine.bodies}
+    averaged_equations = averaged_equations_of(machine, True, order)
+    speeds = {b.name: averaged_equations.senses[b.name] * 0.45 * 200.0 for b in machine.bodies}
     if machine.shaken_coordinate is not None:
         speeds = {b.name: 6.0 for b in machine.bodies}
     w = max(map(abs, speeds.values()))
-    start = slow.state({b.name: 0.3 * k for k, b in enumerate(machine.bodies)}, speeds)
+    start = averaged_equations.state({b.name: 0.3 * k for k, b in enumerate(machine.bodies)}, speeds)
     step = 2e-3 / w
     time = step * np.arange(9)
-    flow = compile_system(slow.system, 1e-13)
-    run = integrate(flow, start, slow.values(), time)
-    full = rebuilt(slow, time, run.states, run.quadratures["rotor_angle"])
+    flow = compile_system(averaged_equations.system, 1e-13)
+    run = integrate(flow, start, averaged_equations.values(), time)
+    full = rebuilt(averaged_equations, time, run.states, run.quadratures["rotor_angle"])
     for c in machine.carrier:
         if c.prescribed_velocity is not None:
             continue
@@ -120,12 +124,12 @@ def ramped(rate: float) -> Machine:
 
 def test_velocities_while_a_prescribed_speed_grows() -> None:
     """Near the resonance at 100 rad/s the amplitude grows with the time as much as with the state."""
-    slow = averaged_machine(ramped(40.0), True)
+    averaged_equations = averaged_equations_of(ramped(40.0), True)
     step = 2e-5
     time = 0.2 + step * np.arange(9)
-    start = slow.state({"drum": 0.0, "p1": 0.5}, {"drum": 98.0, "p1": 98.0})
-    run = integrate(compile_system(slow.system, 1e-13), start, slow.values(), time)
-    full = rebuilt(slow, time, run.states, run.quadratures["rotor_angle"])
+    start = averaged_equations.state({"drum": 0.0, "p1": 0.5}, {"drum": 98.0, "p1": 98.0})
+    run = integrate(compile_system(averaged_equations.system, 1e-13), start, averaged_equations.values(), time)
+    full = rebuilt(averaged_equations, time, run.states, run.quadratures["rotor_angle"])
     for q, v in (("carrier.x", "carrier.vx"), ("carrier.y", "carrier.vy")):
         x = full[q]
         fourth = (x[:-4] - 8 * x[1:-3] + 8 * x[3:-1] - x[4:]) / (12 * step)
@@ -165,10 +169,14 @@ def test_at_rest_nothing_is_fast() -> None:
 
 
 def test_a_held_speed() -> None:
-    slow = averaged_machine(drum(), True, has_fixed_speed=True)
-    state = slow.state({"drum": 0.0, "p1": 0.5, "p2": 1.0}, {"drum": 70.0, "p1": 70.0, "p2": 70.0})
+    averaged_equations = averaged_equations_of(drum(), True, has_fixed_speed=True)
+    state = averaged_equations.state({"drum": 0.0, "p1": 0.5, "p2": 1.0}, {"drum": 70.0, "p1": 70.0, "p2": 70.0})
     full = dict(
-        zip(slow.machine.state_names, FullMotion(slow)(np.zeros(1), state[:, None], np.zeros(1), speed=70.0), strict=True)
+        zip(
+            averaged_equations.machine.state_names,
+            FullMotion(averaged_equations)(np.zeros(1), state[:, None], np.zeros(1), speed=70.0),
+            strict=True,
+        )
     )
     free, same = steady(drum(), 70.0, {"p1": 0.5, "p2": 1.0})
     expected = rebuilt(free, np.zeros(1), same[:, None], np.zeros(1))
@@ -186,7 +194,7 @@ def test_the_search_of_a_periodic_motion_starts_with_the_vibration_that_belongs_
     machine = machine.with_values({"drum.inertia": 1e7, "p1.inertia": 1e7, "p2.inertia": 1e7})
     phases = {"p1": 0.7, "p2": -2.0}
     slow, state = steady(machine, 120.0, phases)
-    torques = SteadyTorques.from_slow(slow)
+    torques = SteadyTorques.from_averaged_equations(slow)
     at = State(120.0, np.array([phases.get(name, 0.0) for name in torques.names]))
     start = dict(zip(machine.state_names, FullStability(torques, True).start(at), strict=True))
     expected = rebuilt(slow, np.zeros(1), state[:, None], np.zeros(1))

@@ -204,7 +204,7 @@ def test_the_next_order_may_agree(monkeypatch: pytest.MonkeyPatch, full: FullSta
         asked.append(given)
         return SimpleNamespace(stability=lambda _: agreeing)
 
-    monkeypatch.setattr(module, "averaged_machine", lambda *given: given)
+    monkeypatch.setattr(module, "averaged_equations_of", lambda *given: given)
     monkeypatch.setattr(module, "AveragedStability", second)
     words = replace(full).disagreement(state, of(2.5), of(-0.125))
     assert words == (
@@ -220,11 +220,11 @@ def test_where_the_next_order_is_not_to_be_had(monkeypatch: pytest.MonkeyPatch, 
         raise WuchtError("too long")
 
     monkeypatch.setattr(module, "AveragedStability", lambda *_: SimpleNamespace(stability=none))
-    monkeypatch.setattr(module, "averaged_machine", lambda *_: None)
+    monkeypatch.setattr(module, "averaged_equations_of", lambda *_: None)
     assert replace(full)._agrees_in_second_order(state, of(-1.0)) is False
-    monkeypatch.setattr(module, "averaged_machine", none)
+    monkeypatch.setattr(module, "averaged_equations_of", none)
     assert replace(full)._second_order is None and replace(full)._agrees_in_second_order(state, of(-1.0)) is False
-    monkeypatch.setattr(module, "averaged_machine", lambda *_: None)
+    monkeypatch.setattr(module, "averaged_equations_of", lambda *_: None)
     many = replace(full, torques=stability(count=5).torques)
     assert many.torques.size == 6 and many._second_order is None
     assert replace(full, torques=stability(count=4).torques)._second_order is not None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.refusals import Refusal, refused
 
-from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine, keeps_inertia
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, keeps_inertia
 from wucht.analysis.sections import section_of
 from wucht.files.catalogue import load_machine
 from wucht.machines.operation import machine_at_speed
@@ -26,9 +26,9 @@ def test_inertia_is_kept_but_for_the_dimensionless_machines() -> None:
 @pytest.mark.parametrize(("inertia", "count"), [(True, 3), (False, 2)])
 def test_a_section_has_the_rates_of_the_whole(inertia: bool, count: int) -> None:
     """Embedded, its rates are those of the averaged equations with equal phases and slips."""
-    slow = averaged_machine(machine_at_speed(load_machine(R2), None), inertia)
-    made = section_of(slow, True)
-    assert made.embedding.shape == (len(slow.system.states), count) and made.inertia is inertia
+    averaged_equations = averaged_equations_of(machine_at_speed(load_machine(R2), None), inertia)
+    made = section_of(averaged_equations, True)
+    assert made.embedding.shape == (len(averaged_equations.system.states), count) and made.inertia is inertia
     x = np.array([[0.4, 90.0, 88.0][:count]]).T
     own = Evaluator.of_rates(made.system).array(np.zeros(1), x, made.system.values(made.values))
     whole = Evaluator.of_rates(made.whole).array(np.zeros(1), made.embedding @ x, made.whole.values(made.values))
@@ -39,9 +39,9 @@ def test_a_section_has_the_rates_of_the_whole(inertia: bool, count: int) -> None
 @pytest.mark.parametrize("inertia", [True, False])
 @pytest.mark.parametrize("change", [{"p2.mass": 0.13}, {"p1.mass": 0.13}, {"p1.damping": 0.2}, {"p2.damping": 0.2}])
 def test_bodies_that_differ_do_not_keep_together(change: dict[str, float], inertia: bool) -> None:
-    slow = averaged_machine(machine_at_speed(load_machine(R2, change), None), inertia)
+    averaged_equations = averaged_equations_of(machine_at_speed(load_machine(R2, change), None), inertia)
     with refused("study.together", "p1", "p2", code="phases-part"):
-        section_of(slow, True)
+        section_of(averaged_equations, True)
 
 
 def test_angles_of_a_section_are_its_phases() -> None:
@@ -54,15 +54,15 @@ def test_a_speed_that_a_drive_prescribes_is_that_of_the_section(sense: float) ->
     """Signed, for every state; the phases alone are its axes."""
     rollers = load_machine("sperling-rollers/table-1")
     given = rollers.values["drive.speed"]
-    slow = averaged_machine(machine_at_speed(rollers.with_values({"drive.speed": sense * given}), None))
-    made = section_of(slow, None)
+    averaged_equations = averaged_equations_of(machine_at_speed(rollers.with_values({"drive.speed": sense * given}), None))
+    made = section_of(averaged_equations, None)
     assert made.turning == -1 and made.speed == pytest.approx(sense * given)
     assert made.rotor_speed(np.zeros((len(made.axes), 3))) == pytest.approx(np.full(3, sense * given))
 
 
-def without_inertia(sense: float = 1.0, **values: float) -> AveragedMachine:
+def without_inertia(sense: float = 1.0, **values: float) -> AveragedEquations:
     machine = load_machine(R2, {"drive.no_load_speed": sense * 200.0} | values)
-    return averaged_machine(machine_at_speed(machine, None), False)
+    return averaged_equations_of(machine_at_speed(machine, None), False)
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -133,8 +133,8 @@ def test_a_speed_that_is_fixed_is_in_the_rotors_sense() -> None:
     """A parameter of the equations, positive in that sense; the speed of the section is signed."""
     for sense in (1.0, -1.0):
         machine = machine_at_speed(load_machine(R2, {"drive.no_load_speed": sense * 200.0}), None)
-        slow = averaged_machine(machine, False, has_fixed_speed=True)
-        made = section_of(slow, True, sense * 75.0)
+        averaged_equations = averaged_equations_of(machine, False, has_fixed_speed=True)
+        made = section_of(averaged_equations, True, sense * 75.0)
         assert made.values["speed"] == 75.0
         assert made.turning == -1
         assert made.rotor_speed(np.zeros((1, 2))).tolist() == [sense * 75.0] * 2

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import fixed_speed_states
 from wucht.analysis.configurations.steady_branches import steady_branches
@@ -30,7 +30,7 @@ def test_at_each_speed_they_are_the_states_at_that_speed(name: str) -> None:
         w = share * float(np.sqrt(stiffness[0, 0] / mass[0, 0]))
         held = machine_at_speed(machine, w)
         torques, at = SteadyTorques.of(held), np.array([w])
-        stability = AveragedStability(torques, averaged_machine(held))
+        stability = AveragedStability(torques, averaged_equations_of(held))
         expected = {tuple(np.round(s.phases, 9)): stability.stability(s).stable for s in fixed_speed_states(torques, w)}
         there = [b for b in branches if b.labels(at)[0]]
         found = {tuple(np.round(b.phases(at)[:, 0] % (2 * np.pi), 9)): bool(b.stable(at)[0]) for b in there}

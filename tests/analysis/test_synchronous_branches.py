@@ -53,7 +53,9 @@ def test_orbits_of_an_isotropic_machine_fold_where_its_relative_equilibria_do() 
     (same,) = [c for c in cycles.walk(first) if c.kind]
     assert same.kind == "fold" and same.parameter == pytest.approx(fold.parameter, rel=1e-9)
     assert same.parameter == pytest.approx(1.8331080 * SLOPE, rel=5e-8)
-    assert 2 * math.pi / same.period == pytest.approx(float(fold.x[equilibria.equations.states.index("drum.speed")]), rel=1e-7)
+    assert 2 * math.pi / same.period == pytest.approx(
+        float(fold.x[equilibria.equations.state_names.index("drum.speed")]), rel=1e-7
+    )
 
 
 @pytest.mark.slow

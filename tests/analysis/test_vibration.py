@@ -82,7 +82,7 @@ def test_a_rotor_of_constant_speed_needs_this_torque_on_average(directions):
     time = np.concatenate([[0.0], (settled + np.linspace(0, 10, window)) * 2 * math.pi / speed])
     flow = compile_system(machine.system)
     run = integrate(flow, initial_state(machine, {}), machine.values, time)
-    torque = flow.outputs(run.time, run.states, run.parameters)["motor_torque"][1:]
+    torque = flow.outputs(run.time, run.states, run.parameter_values)["motor_torque"][1:]
     expected = float(Vibration.of(machine).torque(np.array([speed]), np.zeros(1))[0][0])
     assert np.trapezoid(torque) / (window - 1) == pytest.approx(expected, rel=1e-8)
 

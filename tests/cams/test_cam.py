@@ -13,7 +13,7 @@ from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.shape import Extreme, pressure_angle_remarks
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
 PHI = np.linspace(0, TURN, 721)
@@ -46,12 +46,12 @@ def eccentric(clockwise=False, inner=True):
 
 
 def lever():
-    law = Harmonics.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
+    law = FourierSeries.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
     return law, OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143))
 
 
 def rod():
-    return Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008]), TranslatingRoller(
+    return FourierSeries.of(0.01, [-0.011, 0.001], [0.0005, 0.0008]), TranslatingRoller(
         distance=0.06, roller_radius=0.012, offset=0.007
     )
 
@@ -150,7 +150,7 @@ def test_the_curvature_of_a_lever_is_that_of_the_formula():
 @pytest.mark.parametrize("of", [lever(), rod()], ids=["lever", "rod"])
 def test_a_cam_that_turns_the_other_way_has_the_contour_of_the_motion_backwards(of):
     law, follower = of
-    backwards = Harmonics(law.mean, law.cosine, -law.sine)
+    backwards = FourierSeries(law.mean, law.cosine, -law.sine)
     there, back = RollerCam(law, follower), RollerCam(backwards, follower, clockwise=True)
     assert back.contour(-PHI) == pytest.approx(there.contour(PHI))
     assert back.curvature(-PHI) == pytest.approx(there.curvature(PHI))
@@ -189,7 +189,7 @@ def test_an_undercut_cam_says_so():
     for share, cut in ((0.99, False), (1.01, True)):
         cam = RollerCam(law, TranslatingRoller(distance=0.06, roller_radius=share * least, offset=0.0))
         assert (cam.undercut(PHI).min() < 0) is np.bool_(cut)
-    bent = Harmonics.of(0.01, [-0.01, 0.005])  # h + h'' = distance + 0.01 - 0.015 cos 2 phi
+    bent = FourierSeries.of(0.01, [-0.01, 0.005])  # h + h'' = distance + 0.01 - 0.015 cos 2 phi
     for distance, cut in ((0.0051, False), (0.0049, True)):
         assert (FlatFacedCam(bent, FlatFaced(distance=distance)).undercut(PHI).min() < 0) is np.bool_(cut)
 
@@ -203,7 +203,7 @@ def test_an_undercut_cam_says_so():
     st.booleans(),
 )
 def test_the_contour_is_at_the_rollers_radius_whatever_the_lever(pivot, arm, angle, coefficients, clockwise):
-    law = Harmonics.of(0.0, coefficients, coefficients[::-1])
+    law = FourierSeries.of(0.0, coefficients, coefficients[::-1])
     cam = RollerCam(law, OscillatingRoller(pivot=pivot, arm=arm, roller_radius=0.005, angle=math.radians(angle)), clockwise)
     assert np.abs(cam.pitch(PHI) - cam.contour(PHI)) == pytest.approx(np.full(721, 0.005), rel=1e-9)
     # The centre goes round as the cam turns: seen from the frame it is where the lever says.

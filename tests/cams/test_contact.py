@@ -21,13 +21,13 @@ from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.linkages.closure import LeverMotion
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
 PHI = np.linspace(0, TURN, 1441)
-ANGLE = Harmonics.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
-LIFT = Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008])
-OMEGA = Harmonics.of(52.0, [1.0, 4.0], [0.5, -3.0])
+ANGLE = FourierSeries.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
+LIFT = FourierSeries.of(0.01, [-0.011, 0.001], [0.0005, 0.0008])
+OMEGA = FourierSeries.of(52.0, [1.0, 4.0], [0.5, -3.0])
 STEEL = Material(210e9, 0.3)
 LEVER_LOAD = FollowerLoad(inertia=0.04, stiffness=30.0, preload=25.0, damping=0.2, constant=3.0)
 ROD_LOAD = FollowerLoad(inertia=6.0, stiffness=1e3, preload=200.0, damping=30.0, constant=14.7)
@@ -74,7 +74,7 @@ def test_the_shaft_pays_for_what_the_follower_stores_and_loses(cam, load):
 )
 def test_the_shaft_pays_for_what_moves_behind_a_linkage(linkage):
     """Power balance with the energy of the output J1 (psi' omega)^2/2 besides that of the lever, while the speed varies."""
-    output = Harmonics.of(0.02, [-0.05, 0.02], [0.01])
+    output = FourierSeries.of(0.02, [-0.05, 0.02], [0.01])
     cam = RollerCam(LeverMotion(output, linkage), OUT)
     load = FollowerLoad(inertia=0.04, preload=25.0, output_inertia=1.5)
 
@@ -116,7 +116,9 @@ def test_the_force_on_a_flat_face_acts_where_it_is_touched():
 def test_a_spring_presses_on_the_eccentric_circle():
     """Of the cases: the arm is 90 mm and the pressure angle 11.190639 deg at phi = 0, s' = -0.12244898."""
     theta, s = math.radians(-143.08681668), -0.12244898
-    cam = RollerCam(Harmonics.of(0.0, [0.0], [s]), OscillatingRoller(pivot=0.110, arm=0.090, roller_radius=0.010, angle=theta))
+    cam = RollerCam(
+        FourierSeries.of(0.0, [0.0], [s]), OscillatingRoller(pivot=0.110, arm=0.090, roller_radius=0.010, angle=theta)
+    )
     found = contact_forces(cam, FollowerLoad(1.0, preload=10.0), 0.0, np.zeros(1))
     assert found.force == pytest.approx(10 / (0.090 * math.cos(math.radians(11.190639))), rel=1e-7)
     assert found.torque == pytest.approx(10 * s)
@@ -163,7 +165,7 @@ def test_a_varying_speed_may_be_samples_or_a_function():
 
 
 def test_a_cam_that_turns_the_other_way_has_the_forces_of_the_motion_backwards():
-    back = Harmonics(ANGLE.mean, ANGLE.cosine, -ANGLE.sine)
+    back = FourierSeries(ANGLE.mean, ANGLE.cosine, -ANGLE.sine)
     load = FollowerLoad(0.04, 30.0, 25.0)
     here, there = (
         contact_forces(RollerCam(ANGLE, OUT), load, 50.0, PHI),
@@ -179,7 +181,7 @@ def test_units_of_time_and_length():
     base = contact_forces(cam, FollowerLoad(1.5, 4e3, 200.0), 40.0, PHI)
     fast = contact_forces(cam, FollowerLoad(1.5, 16e3, 800.0), 80.0, PHI)
     assert fast.force == pytest.approx(4 * base.force)
-    large = Harmonics(1e3 * LIFT.mean, 1e3 * LIFT.cosine, 1e3 * LIFT.sine)
+    large = FourierSeries(1e3 * LIFT.mean, 1e3 * LIFT.cosine, 1e3 * LIFT.sine)
     there = contact_forces(
         RollerCam(large, TranslatingRoller(distance=60.0, roller_radius=12.0, offset=7.0)),
         FollowerLoad(1.5e-3, 4.0, 200.0),
@@ -287,10 +289,10 @@ def test_the_pressure_on_cams():
 
 
 def test_there_is_no_pressure_where_there_is_no_contour():
-    sharp = RollerCam(Harmonics.of(0.0, [0.0, 0.02]), TranslatingRoller(distance=0.06, roller_radius=0.045))
+    sharp = RollerCam(FourierSeries.of(0.0, [0.0, 0.02]), TranslatingRoller(distance=0.06, roller_radius=0.045))
     with refused("follower.roller_radius", "5.221e-07 deg", "0.039999 m", given=0.045):
         contact_pressure(sharp, np.ones(9), np.linspace(0, 3, 9), 0.01, (STEEL, STEEL))
-    flat = FlatFacedCam(Harmonics.of(0.0, [0.0, 0.02]), FlatFaced(distance=0.05))
+    flat = FlatFacedCam(FourierSeries.of(0.0, [0.0, 0.02]), FlatFaced(distance=0.05))
     with refused("follower.distance", "0 deg", "0.060001 m", given=0.05):
         contact_pressure(flat, np.ones(9), np.linspace(0, 3, 9), 0.01, (STEEL, STEEL))
 
@@ -336,7 +338,7 @@ def test_three_samples_of_a_speed_are_enough_and_two_are_not():
     """Mean, cosine and sine of order 1: 50 + 3 cos phi - 2 sin phi."""
     cam, load = CAMS["lever"]
     three = 50 + 3 * np.cos(TURN * np.arange(3) / 3) - 2 * np.sin(TURN * np.arange(3) / 3)
-    by_function = contact_forces(cam, load, Harmonics.of(50.0, [3.0], [-2.0]), PHI)
+    by_function = contact_forces(cam, load, FourierSeries.of(50.0, [3.0], [-2.0]), PHI)
     assert contact_forces(cam, load, three, PHI).force == pytest.approx(by_function.force, rel=1e-9)
     with refused("speed", code="shape"):
         contact_forces(cam, load, three[:2], PHI)

@@ -19,7 +19,7 @@ from wucht.cams.correction import (
 )
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 OMEGA = 500 * math.pi / 30
 LAW = equiripple(5, math.radians(120), math.radians(24))
@@ -27,7 +27,9 @@ PHI = np.linspace(0, 2 * math.pi, 400)
 
 
 def shaft(scale=1.0):
-    return ShaftMotion(Harmonics.of(OMEGA, scale * np.array([0, 2.4, 1, 0.5, 0.3]), scale * np.array([0, 1, -1.3, 0.2, 0.4])))
+    return ShaftMotion(
+        FourierSeries.of(OMEGA, scale * np.array([0, 2.4, 1, 0.5, 0.3]), scale * np.array([0, 1, -1.3, 0.2, 0.4]))
+    )
 
 
 def test_orders_of_a_cosine_on_a_shaft_with_one_order_are_bessel_functions():
@@ -35,8 +37,8 @@ def test_orders_of_a_cosine_on_a_shaft_with_one_order_are_bessel_functions():
 
     cos(x + z sin 2 x) = sum J_n(z) cos((1 + 2 n) x).
     """
-    of = ShaftMotion(Harmonics.of(1.0, [0.0, 0.1]))
-    found = orders(MotionOverTime(Harmonics.of(0.0, [1.0]), of), 0)
+    of = ShaftMotion(FourierSeries.of(1.0, [0.0, 0.1]))
+    found = orders(MotionOverTime(FourierSeries.of(0.0, [1.0]), of), 0)
     assert found.amplitudes[[0, 2, 4]] == pytest.approx([0.974382909, 0.025304623, 0.000309831], abs=5e-10)
     z = 0.05
     bessel = [jv(0, z) + jv(-1, z), jv(1, z) + jv(-2, z), jv(2, z) + jv(-3, z)]
@@ -44,7 +46,7 @@ def test_orders_of_a_cosine_on_a_shaft_with_one_order_are_bessel_functions():
 
 
 def test_the_correction_of_a_constant_speed_is_the_identity():
-    of = ShaftMotion(Harmonics.of(OMEGA, [0.0, 0.0]))
+    of = ShaftMotion(FourierSeries.of(OMEGA, [0.0, 0.0]))
     for order in range(4):
         assert CorrectedLaw(LAW, of)(PHI, order) == pytest.approx(LAW(PHI, order), abs=1e-13)
         assert MotionOverTime(LAW, of)(PHI, order) == pytest.approx(LAW(PHI, order), abs=1e-13)
@@ -100,7 +102,7 @@ def test_a_mean_speed_that_is_off_is_worse_below():
     assert slower > 1.2 * faster
     assert said["a mean speed off by 10%, the fluctuation the same in rad/s"] == pytest.approx(slower, rel=1e-12)
     # 92 % of the speed, of order 1: at 10 % less it would turn back.
-    strong = [r.condition for r in residuals(LAW, 5, ShaftMotion(Harmonics.of(OMEGA, [0.92 * OMEGA])))]
+    strong = [r.condition for r in residuals(LAW, 5, ShaftMotion(FourierSeries.of(OMEGA, [0.92 * OMEGA])))]
     assert "a mean speed higher by 10%, the fluctuation the same in rad/s" in strong
 
 
@@ -119,7 +121,7 @@ def test_what_an_order_leaves_that_nobody_corrects_for():
 
 def test_an_order_left_out_leaves_what_it_would_have_made():
     """A shaft with nothing but that order, under a cam made for an even one."""
-    of = ShaftMotion(Harmonics.of(OMEGA, [0.01 * OMEGA]))
+    of = ShaftMotion(FourierSeries.of(OMEGA, [0.01 * OMEGA]))
     (left,) = [r.share for r in residuals(LAW, 5, of) if r.condition == "order 1 left out of the correction"]
     assert left == pytest.approx(share_above_order(orders(MotionOverTime(LAW, of)), 5))
     assert 0.01 < left < 0.2
@@ -134,27 +136,27 @@ def test_a_measured_acceleration_is_compared_order_by_order():
     of = shaft()
     found = orders(MotionOverTime(LAW, of))
     scale = OMEGA**2
-    measured = Harmonics(0.0, scale * found.cosine[:20], scale * found.sine[:20])
+    measured = FourierSeries(0.0, scale * found.cosine[:20], scale * found.sine[:20])
     same = compare_with_measurement(measured, LAW, of)
     assert same.share == pytest.approx(1.0)
     assert same.computed_orders.cosine == pytest.approx(measured.cosine)
-    opposite = compare_with_measurement(Harmonics(0.0, -measured.cosine, -measured.sine), LAW, of)
+    opposite = compare_with_measurement(FourierSeries(0.0, -measured.cosine, -measured.sine), LAW, of)
     assert opposite.share == pytest.approx(-3.0, abs=0.01)
     # An order that the computed motion does not have is not explained: as large as all others, half of the mean square.
     rms = math.sqrt((measured.amplitudes**2).sum())
-    noisy = Harmonics(0.0, np.append(measured.cosine, np.zeros(2000)), np.append(measured.sine, np.zeros(2000)))
+    noisy = FourierSeries(0.0, np.append(measured.cosine, np.zeros(2000)), np.append(measured.sine, np.zeros(2000)))
     noisy.cosine[1500] = rms
     assert compare_with_measurement(noisy, LAW, of).share == pytest.approx(0.5, abs=1e-3)
     assert compare_with_measurement(noisy, LAW, of).best_delay == pytest.approx((0.0, 0.5), abs=1e-3)
     with refused("acceleration", code="no-orders"):
-        compare_with_measurement(Harmonics.of(1.0), LAW, of)
+        compare_with_measurement(FourierSeries.of(1.0), LAW, of)
 
 
 @pytest.mark.parametrize("degrees", [5.0, -40.0, 0.0])
 def test_the_delay_of_a_measured_acceleration(degrees):
     of = shaft()
     found = orders(MotionOverTime(LAW, of))
-    measured = Harmonics(7.0, OMEGA**2 * found.cosine[:15], OMEGA**2 * found.sine[:15]).shift(math.radians(degrees))
+    measured = FourierSeries(7.0, OMEGA**2 * found.cosine[:15], OMEGA**2 * found.sine[:15]).shift(math.radians(degrees))
     comparison = compare_with_measurement(measured, LAW, of)
     delay, share = comparison.best_delay
     assert math.degrees(delay) == pytest.approx(degrees, abs=1e-6)
@@ -166,14 +168,14 @@ def test_the_delay_of_a_measured_acceleration(degrees):
 def test_a_record_without_orders_is_no_acceleration(mean):
     rounding = 1e-14 * mean * np.ones(15)
     with refused("acceleration", code="constant"):
-        compare_with_measurement(Harmonics(mean, rounding, rounding), LAW, shaft())
+        compare_with_measurement(FourierSeries(mean, rounding, rounding), LAW, shaft())
 
 
 def harmonics(*amplitudes):
     """Orders 1, 2 and so on, as cosines and sines by turns."""
     a = np.array(amplitudes, float)
     odd = np.arange(len(a)) % 2 == 0
-    return Harmonics(0.0, np.where(odd, a, 0.0), np.where(odd, 0.0, -a))
+    return FourierSeries(0.0, np.where(odd, a, 0.0), np.where(odd, 0.0, -a))
 
 
 def test_a_share_is_of_the_first_order_or_of_another():
@@ -186,13 +188,13 @@ def test_a_share_is_of_the_first_order_or_of_another():
 
 def test_a_law_of_few_orders_is_measured_above_its_last_by_its_lowest():
     """Orders 2 and 3 of the motion: the reference is order 2, and N is 3; accelerations are j^2 times as large."""
-    purity = Purity.from_law(Harmonics.of(0.4, [0.0, 0.3, 0.0], [0.0, 0.0, 0.1]))
+    purity = Purity.from_law(FourierSeries.of(0.4, [0.0, 0.3, 0.0], [0.0, 0.0, 0.1]))
     assert (purity.count, purity.reference) == (3, 2)
     assert purity.target.amplitudes[[1, 2]] == pytest.approx([4 * 0.3, 9 * 0.1])
     assert purity.share(harmonics(9.0, 2.0, 7.0, 0.5, 0.1)) == pytest.approx(0.25)
-    assert Purity.from_law(Harmonics.of(0.0, [0.3, 0.2]), 1).share(harmonics(2.0, 0.5)) == pytest.approx(0.25)
+    assert Purity.from_law(FourierSeries.of(0.0, [0.3, 0.2]), 1).share(harmonics(2.0, 0.5)) == pytest.approx(0.25)
     with refused("law", given=None):
-        Purity.from_law(Harmonics.of(1.0, [0.0]))
+        Purity.from_law(FourierSeries.of(1.0, [0.0]))
 
 
 def test_a_law_without_an_end_is_measured_by_the_largest_deviation():
@@ -205,7 +207,7 @@ def test_a_law_without_an_end_is_measured_by_the_largest_deviation():
     cosine[4] += 0.3
     sine[4] -= 0.4
     first = float(np.hypot(cosine[0], sine[0]))
-    assert purity.share(Harmonics(0.0, cosine[:9], sine[:9])) == pytest.approx(0.5 / first)
+    assert purity.share(FourierSeries(0.0, cosine[:9], sine[:9])) == pytest.approx(0.5 / first)
 
 
 class StandardLaw:

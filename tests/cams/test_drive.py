@@ -42,20 +42,20 @@ def drive(folder=Path(), **tables):
     ],
 )
 def test_linkage_and_follower_say_whether_the_output_turns_or_slides(tables, unit):
-    assert drive(**tables).motion.unit == unit
+    assert drive(**tables).motion_law.unit == unit
 
 
 def test_cams_of_all_followers():
-    (lever,) = drive(follower=LEVER).cams(drive().motion.law).values()
+    (lever,) = drive(follower=LEVER).cams(drive().motion_law.law).values()
     assert lever.follower == OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143))
     rod = drive(follower=ROD | {"groove": True, "clockwise": True}, law=SMALL)
-    cams = rod.cams(rod.motion.law)
+    cams = rod.cams(rod.motion_law.law)
     assert {name: (cam.outer, cam.clockwise) for name, cam in cams.items()} == {"cam": (False, True), "outer": (True, True)}
     flat = drive(follower=FLAT)
-    (cam,) = flat.cams(flat.motion.law).values()
+    (cam,) = flat.cams(flat.motion_law.law).values()
     assert isinstance(cam, FlatFacedCam)
     counter = {"arm": "80 mm", "roller_radius": "8 mm", "angle": "140 deg"}
-    pair = drive(follower=LEVER | {"counter": counter}).cams(drive().motion.law)
+    pair = drive(follower=LEVER | {"counter": counter}).cams(drive().motion_law.law)
     assert set(pair) == {"cam", "counter"}
     assert isinstance(pair["counter"], RollerCam)
     assert pair["counter"].follower == OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.008, angle=math.radians(140))
@@ -63,10 +63,10 @@ def test_cams_of_all_followers():
 
 def test_the_law_is_asked_of_the_output_and_the_cam_made_for_the_lever():
     linked = drive(follower=LEVER, linkage=FOUR_BAR)
-    lever = linked.lever(linked.motion.law)
+    lever = linked.lever(linked.motion_law.law)
     assert isinstance(lever, LeverMotion)
-    assert linked.closure.output_at(lever(PHI)) == pytest.approx(linked.motion.law(PHI), abs=1e-12)
-    assert linked.cams(linked.motion.law)["cam"].law(PHI) == pytest.approx(lever(PHI))
+    assert linked.closure.output_at(lever(PHI)) == pytest.approx(linked.motion_law.law(PHI), abs=1e-12)
+    assert linked.cams(linked.motion_law.law)["cam"].law(PHI) == pytest.approx(lever(PHI))
 
 
 @pytest.mark.parametrize("kind", [k for k in laws() if k not in ("harmonic", "table")])
@@ -74,11 +74,11 @@ def test_standard_laws(kind):
     of = {"kind": kind, "stroke": "10 mm", "rise": ["60 deg", "150 deg"]}
     if "spline" in kind:
         of["points"] = [[0.5, 0.5]]
-    law = drive(law=of).motion.law
+    law = drive(law=of).motion_law.law
     assert law(np.radians([0, 60, 180, 300, 330])) == pytest.approx([0, 0, 0.01, 0, 0], abs=1e-12)
     assert law(np.radians([105, 255])) == pytest.approx([0.005, 0.005])
     of["return"] = ["200 deg", "260 deg"]
-    assert drive(law=of).motion.law(np.radians([190, 230, 270])) == pytest.approx([0.01, 0.005, 0], abs=1e-12)
+    assert drive(law=of).motion_law.law(np.radians([190, 230, 270])) == pytest.approx([0.01, 0.005, 0], abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_a_law_by_the_points_of_a_file(tmp_path, heading, unit, scale):
     degrees = np.arange(0, 360, 10)
     rows = "\n".join(f"{x}, {5 - 5 * math.cos(math.radians(x))}" for x in degrees)
     (tmp_path / "law.csv").write_text(f"{heading}\n{rows}\n")
-    found = drive(tmp_path, law={"kind": "table", "file": "law.csv"}).motion
+    found = drive(tmp_path, law={"kind": "table", "file": "law.csv"}).motion_law
     assert found.unit == unit
     assert isinstance(found.law, TableLaw)
     assert found.law(PHI) == pytest.approx(scale * (5 - 5 * np.cos(PHI)), abs=1e-5 * scale)
@@ -115,8 +115,8 @@ def test_facts_are_what_it_is():
 
 def test_in_python():
     made = CamDrive(laws()["3-4-5"](stroke="10 mm", rise=("60 deg", "150 deg")))
-    assert made.motion.unit == "m"
-    assert made.motion.law(math.pi) == pytest.approx(0.01)
+    assert made.motion_law.unit == "m"
+    assert made.motion_law.law(math.pi) == pytest.approx(0.01)
 
 
 WRONG = [
@@ -149,7 +149,7 @@ WRONG = [
 def test_what_is_refused(tables, sentence):
     with pytest.raises(InputError) as raised:
         made = drive_from({k: v for k, v in ({"law": LAW} | tables).items() if v is not None}, "", Path())
-        assert made.motion.law is not None
+        assert made.motion_law.law is not None
         if made.linkage is not None:
             assert made.closure is not None
         assert made.shaft_motion is not None
@@ -158,6 +158,6 @@ def test_what_is_refused(tables, sentence):
 
 def test_what_is_missing_is_asked_for_where_it_is_needed():
     with refused("follower", given=None, code="missing"):
-        drive().cams(drive().motion.law)
+        drive().cams(drive().motion_law.law)
     with refused("speed", given=None, code="missing"):
         assert drive().shaft_motion

@@ -10,7 +10,7 @@ from tests.refusals import refused
 from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, largest_on_arc, ranked_excitations, truncate_law
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.cams.laws.synthesis import Band, equiripple, synthesise
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
 
@@ -33,12 +33,12 @@ def test_an_extremum_beside_an_end_is_found():
 
 
 def test_it_is_that_at_the_stationary_points():
-    series = Harmonics.of(0.3, [1.0, -0.2, 0.0, 0.4], [0.0, 0.7, 0.1])
+    series = FourierSeries.of(0.3, [1.0, -0.2, 0.0, 0.4], [0.0, 0.7, 0.1])
     assert Dwell(0.0, TURN).largest(series) == pytest.approx(series.peak, rel=1e-15)
 
 
 def test_many_speeds_at_once_are_each_alone():
-    output, lever = ElasticOutput(0.05, 2000.0, 0.05), Harmonics.of(0.0, [1.0, 0.2, 0.05], [0.0, 0.1])
+    output, lever = ElasticOutput(0.05, 2000.0, 0.05), FourierSeries.of(0.0, [1.0, 0.2, 0.05], [0.0, 0.1])
     dwells, speeds = [Dwell(-0.5, 0.5, 1.2), Dwell(2.0, 2.5)], np.linspace(20.0, 90.0, 7)
     swept = output.residual_over_speed(lever, speeds, dwells)
     alone = [output.residual(lever, float(w), dwells) for w in speeds]
@@ -53,7 +53,7 @@ LAW = equiripple(5, HALF, 0.4)
 RIPPLE = DWELL.largest(LAW)
 POLYNOMIAL = RiseAndReturn(STANDARD_LAWS["3-4-5"], 0.4, (HALF, math.pi))
 OUTPUT = ElasticOutput(0.05, 2000.0, 1.0)  # 200 rad/s, 5 %
-SERIES = Harmonics.of(0.1, [0.3, -0.1, 0.02], [0.05, 0.0, 0.04])
+SERIES = FourierSeries.of(0.1, [0.3, -0.1, 0.02], [0.05, 0.0, 0.04])
 
 
 def settled(output, lever, omega, turns, at):
@@ -84,7 +84,7 @@ def test_one_order_is_passed_on_as_the_textbook_says(ratio):
     """Transmissibility and phase of a mass moved through spring and damper; at sqrt(2) it is 1 with any damping."""
     k, z = 3, OUTPUT.damping_ratio
     omega = ratio * OUTPUT.natural_frequency / k
-    out = OUTPUT.steady(Harmonics.of(0.0, [0, 0, 1.0]), omega)
+    out = OUTPUT.steady(FourierSeries.of(0.0, [0, 0, 1.0]), omega)
     expected = math.sqrt((1 + (2 * z * ratio) ** 2) / ((1 - ratio**2) ** 2 + (2 * z * ratio) ** 2))
     phase = math.atan2(2 * z * ratio, 1) - math.atan2(2 * z * ratio, 1 - ratio**2)
     assert out(TAU) == pytest.approx(expected * np.cos(k * TAU + phase), abs=1e-11)
@@ -98,7 +98,7 @@ def test_the_steady_motion_satisfies_its_equation():
     out = OUTPUT.steady(SERIES, omega)
     force = OUTPUT.damping * omega * (out(TAU, 1) - SERIES(TAU, 1)) + OUTPUT.stiffness * (out(TAU) - SERIES(TAU))
     assert OUTPUT.inertia * omega**2 * out(TAU, 2) + force == pytest.approx(np.zeros(len(TAU)), abs=1e-9)
-    same(OUTPUT.elastic_part(SERIES, omega), Harmonics(0.0, out.cosine - SERIES.cosine, out.sine - SERIES.sine), 1e-14)
+    same(OUTPUT.elastic_part(SERIES, omega), FourierSeries(0.0, out.cosine - SERIES.cosine, out.sine - SERIES.sine), 1e-14)
 
 
 def test_the_elastic_part_of_a_stiff_output_keeps_its_digits():
@@ -196,7 +196,7 @@ def test_units_do_not_matter():
     quicker = ElasticOutput(0.05, 2000.0 * 60**2, 60.0).residual(LAW, 31.0 * 60, [DWELL])
     assert quicker.deviation == pytest.approx(base.deviation, rel=1e-12)
     assert quicker.acceleration == pytest.approx(3600 * base.acceleration, rel=1e-12)
-    degrees = Harmonics(0.0, np.degrees(LAW.cosine), np.degrees(LAW.sine))
+    degrees = FourierSeries(0.0, np.degrees(LAW.cosine), np.degrees(LAW.sine))
     centred = OUTPUT.residual(degrees, 31.0, [Dwell(-HALF, HALF, -math.degrees(LAW.mean))])
     assert centred.deviation == pytest.approx(math.degrees(base.deviation), rel=1e-12)
 
@@ -222,7 +222,7 @@ def test_two_dwells_count_as_the_worse_one():
 
 def test_the_corrected_cam_excites_less_than_the_original_one_and_the_polynomial_more():
     """004, section 3: on an uneven shaft the original cam has orders above those of its law, here near the resonance."""
-    ahead = Harmonics.of(0.0, [0, 0.01, -0.005], [0, 0.02, 0.01])
+    ahead = FourierSeries.of(0.0, [0, 0.01, -0.005], [0, 0.02, 0.01])
 
     def original(tau, order=0):
         assert order == 0
@@ -300,7 +300,7 @@ def test_an_undamped_output_at_resonance_has_no_steady_motion_but_for_levers_wit
     with refused("omega", "order 3", given=omega, code="resonance"):
         undamped.weights(3, omega)
     assert np.isinf(undamped.response(200.0))
-    without = Harmonics.of(0.0, [1.0, 0.5, 0.0, 0.2])
+    without = FourierSeries.of(0.0, [1.0, 0.5, 0.0, 0.2])
     assert undamped.steady(without, omega).amplitudes == pytest.approx([9 / 8, 0.5 * 9 / 5, 0, 0.2 * 9 / 7])
 
 
@@ -345,7 +345,7 @@ def test_other_input_that_makes_no_sense_is_refused():
 @pytest.mark.parametrize("stiffness", [2000.0, 1 / 2000])
 def test_a_resonance_is_met_if_it_is_nearer_than_a_millionth_of_a_millionth(stiffness):
     """Of the stiffness of the spring, whether that is large or small: less than rounding can tell."""
-    output, lever = ElasticOutput(stiffness, stiffness, 0.0), Harmonics.of(0.0, [1.0])
+    output, lever = ElasticOutput(stiffness, stiffness, 0.0), FourierSeries.of(0.0, [1.0])
     for off, met in ((0.5e-12, True), (2e-12, False)):
         omega = math.sqrt(1 + off)
         if met:

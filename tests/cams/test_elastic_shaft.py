@@ -10,12 +10,12 @@ from tests.refusals import failed, refused
 from wucht.cams import elastic_shaft
 from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, OriginalCam
 from wucht.cams.laws.synthesis import equiripple
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
 TAU = TURN * np.arange(2000) / 2000
 LAW = equiripple(5, math.radians(110), 0.4)
-DRIVE = Harmonics.of(0.02, [0.03, 0.01, -0.005], [0.01, 0.02, 0.0])
+DRIVE = FourierSeries.of(0.02, [0.03, 0.01, -0.005], [0.01, 0.02, 0.0])
 SHAFT = ElasticShaft(0.02, 200.0, 0.4)
 OMEGA, J = 20.0, 0.02
 CAMS = [OriginalCam, CorrectedCam]
@@ -103,9 +103,9 @@ def test_over_a_turn_the_flywheel_gives_what_the_damper_takes(cam):
 def test_at_any_time_the_shaft_gives_what_cam_and_output_store(cam):
     """From tau = 0: the work of the torque against the kinetic energy."""
     found = SHAFT.periodic_motion(cam(LAW, J), DRIVE, OMEGA, 160)
-    power = Harmonics.from_samples(found.torque(TAU) * found.speed(TAU) / OMEGA)
+    power = FourierSeries.from_samples(found.torque(TAU) * found.speed(TAU) / OMEGA)
     k = np.arange(1, power.count + 1)
-    work = Harmonics(0.0, -power.sine / k, power.cosine / k)
+    work = FourierSeries(0.0, -power.sine / k, power.cosine / k)
     stored = (SHAFT.inertia * found.speed(TAU) ** 2 + J * (OMEGA * found.output(TAU, 1)) ** 2) / 2
     assert np.ptp(stored) > 1
     assert work(TAU) - work(0.0) == pytest.approx(stored - stored[0], abs=1e-8)
@@ -170,7 +170,7 @@ def test_units_and_time_do_not_matter(cam):
 
 def test_a_heavy_output_on_a_light_cam_needs_more_steps_and_is_found():
     light = ElasticShaft(0.02, 50.0, 0.1)
-    found = light.periodic_motion(CorrectedCam(LAW, 0.12), Harmonics.of(0.0), OMEGA)
+    found = light.periodic_motion(CorrectedCam(LAW, 0.12), FourierSeries.of(0.0), OMEGA)
     assert found.iterations > 4
     assert found.residual < 0.01
     assert found.speed.bounds[0] < 0.5 * OMEGA
@@ -220,7 +220,7 @@ def test_other_input_that_makes_no_sense_is_refused():
         with refused("points"):
             SHAFT.periodic_motion(load, DRIVE, OMEGA, points)
     with refused("drive", given=None):
-        SHAFT.periodic_motion(load, Harmonics.of(0.0, [0.0, 0.6]), OMEGA)
+        SHAFT.periodic_motion(load, FourierSeries.of(0.0, [0.0, 0.6]), OMEGA)
 
 
 def test_newtons_method_has_as_many_steps_as_it_is_given(monkeypatch):

@@ -16,10 +16,10 @@ from wucht.cams.linkages.closure import LeverMotion
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar
 from wucht.cams.milled_cam import MilledCam, MilledContour, dot
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 
 LAW = equiripple(5, math.radians(120), math.radians(24))
-SHAFT = ShaftMotion(Harmonics.of(500 * math.pi / 30, [0, 2.4, 1, 0.5, 0.3], [0, 1, -1.3, 0.2, 0.4]))
+SHAFT = ShaftMotion(FourierSeries.of(500 * math.pi / 30, [0, 2.4, 1, 0.5, 0.3], [0, 1, -1.3, 0.2, 0.4]))
 LINKAGE = FourBar(0.3, 0.1, 0.28, 0.12, math.radians(80))
 ROD = TranslatingRoller(distance=0.06, roller_radius=0.012, offset=0.007)
 LEVER = OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143))
@@ -34,8 +34,8 @@ def acceleration(law, count, rounding=0.0):
         points = rounding * (np.round(points.real / rounding) + 1j * np.round(points.imag / rounding))
     phi = SHAFT.angle(even_angles(1024))
     lever = MilledCam(points, LEVER).motion(phi, rho(phi) + 1e-3 * np.cos(phi))
-    found = Harmonics.from_samples(LINKAGE.output_at(lever)).derivative(2)
-    return Harmonics(0.0, found.cosine[:ORDERS], found.sine[:ORDERS])
+    found = FourierSeries.from_samples(LINKAGE.output_at(lever)).derivative(2)
+    return FourierSeries(0.0, found.cosine[:ORDERS], found.sine[:ORDERS])
 
 
 def test_the_corrected_cam_runs_clean_and_the_original_one_does_not():
@@ -61,7 +61,7 @@ def test_points_rounded_to_a_micrometre_leave_something():
 @pytest.mark.parametrize("outer", [False, True])
 @pytest.mark.parametrize("follower", [LEVER, ROD], ids=["lever", "rod"])
 def test_a_cam_moves_its_follower_as_the_law_says(follower, outer, clockwise):
-    law = Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008])
+    law = FourierSeries.of(0.01, [-0.011, 0.001], [0.0005, 0.0008])
     phi = np.linspace(0, 7, 200)
     points = RollerCam(law, follower, clockwise, outer).contour(even_angles(720))
     found = MilledCam(points, follower, clockwise).motion(phi, law(phi) + 1e-4)
@@ -70,7 +70,7 @@ def test_a_cam_moves_its_follower_as_the_law_says(follower, outer, clockwise):
 
 @pytest.mark.parametrize("clockwise", [False, True])
 def test_a_cam_moves_its_flat_face_as_the_law_says(clockwise):
-    law, follower = Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008]), FlatFaced(distance=0.05)
+    law, follower = FourierSeries.of(0.01, [-0.011, 0.001], [0.0005, 0.0008]), FlatFaced(distance=0.05)
     phi = np.linspace(0, 7, 200)
     points = FlatFacedCam(law, follower, clockwise).contour(even_angles(720))
     assert MilledCam(points, follower, clockwise).motion(phi, law(phi)) == pytest.approx(law(phi), abs=1e-12)

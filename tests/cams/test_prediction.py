@@ -17,12 +17,12 @@ from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_ab
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.prediction import CamShaft, _newton
 from wucht.errors import InputError, RunError
-from wucht.numerics.harmonics import Harmonics, differentiation, even_angles
+from wucht.numerics.fourier_series import FourierSeries, differentiation, even_angles
 
 TURN = 2 * math.pi
 LAW = equiripple(5, math.radians(120), math.radians(24))
 FASTEST = float(np.abs(LAW(np.linspace(0, TURN, 20001), 1)).max())
-SINE = Harmonics.of(0.0, [], [1.0])  # psi'^2 = cos^2 phi
+SINE = FourierSeries.of(0.0, [], [1.0])  # psi'^2 = cos^2 phi
 J0, OMEGA = 2.0, 50.0
 TAU = even_angles(512)
 METHODS = ["motion_with_cam", "motion_with_corrected_cam"]
@@ -176,16 +176,16 @@ def test_the_cam_corrected_beforehand_runs_clean_in_integration_over_time(ratio,
     of = shaft(ratio, torque)
     found = of.motion_with_corrected_cam(LAW)
     law = CorrectedLaw(LAW, found)
-    series = Harmonics.from_samples(law(even_angles(2048))).without_rounding()  # the same, many times faster
+    series = FourierSeries.from_samples(law(even_angles(2048))).without_rounding()  # the same, many times faster
     other = np.linspace(0, TURN, 77)
     assert series(other, 2) == pytest.approx(law(other, 2), abs=1e-9)
     mean, phi, speed = settled(of, series, 12)
     assert found.mean == pytest.approx(mean, rel=1e-9)
     assert np.abs(found.speed(TAU) - speed).max() < 1e-8 * mean
-    output = Harmonics.from_samples(series(phi)).amplitudes
+    output = FourierSeries.from_samples(series(phi)).amplitudes
     assert output[:5] == pytest.approx(orders(LAW, 0).amplitudes[:5], rel=1e-8)
     assert output[5:].max() < 1e-9 * output[0]
-    assert Harmonics.from_samples(LAW(phi)).amplitudes[5:].max() > 5e-3 * output[0]  # the original cam on that shaft
+    assert FourierSeries.from_samples(LAW(phi)).amplitudes[5:].max() > 5e-3 * output[0]  # the original cam on that shaft
 
 
 @pytest.mark.parametrize(
@@ -350,7 +350,7 @@ def test_the_finer_solution_starts_from_the_coarser_one(method, points, monkeypa
     points(32, 512)
     sizes, solve = [], np.linalg.solve
     monkeypatch.setattr(np.linalg, "solve", lambda a, b: sizes.append(len(b)) or solve(a, b))
-    rough = Harmonics.from_samples(np.abs(np.sin(even_angles(4096))) ** 3)  # of a third derivative that jumps
+    rough = FourierSeries.from_samples(np.abs(np.sin(even_angles(4096))) ** 3)  # of a third derivative that jumps
     getattr(shaft(0.3, motor_and_fan), method)(rough)
     assert sizes.count(32) >= 3
     assert sizes.count(512) <= 2
@@ -371,7 +371,7 @@ def test_power_at_constant_speed_is_what_changes_the_energy_of_the_output():
     of = CamShaft(J0, 3.0, 40.0)
     power = of.power_at_constant_speed(LAW)
     tau = even_angles(len(power))
-    changes = Harmonics.from_samples(3.0 * (40.0 * LAW(tau, 1)) ** 2 / 2).derivative()(tau) * 40.0  # d/dt = omega d/dtau
+    changes = FourierSeries.from_samples(3.0 * (40.0 * LAW(tau, 1)) ** 2 / 2).derivative()(tau) * 40.0  # d/dt = omega d/dtau
     assert power == pytest.approx(changes, abs=1e-10 * np.abs(changes).max())
     assert abs(power.mean()) < 1e-13 * power.max()
     assert CamShaft(J0, 3.0, 80.0).power_at_constant_speed(LAW) == pytest.approx(8 * power)
@@ -380,7 +380,7 @@ def test_power_at_constant_speed_is_what_changes_the_energy_of_the_output():
 
 
 def test_the_inertia_ratio_is_that_of_the_greatest_speed():
-    assert CamShaft(4.0, 3.0, OMEGA).inertia_ratio(Harmonics.of(0.7, [], [0.2])) == pytest.approx(0.03, rel=1e-12)
+    assert CamShaft(4.0, 3.0, OMEGA).inertia_ratio(FourierSeries.of(0.7, [], [0.2])) == pytest.approx(0.03, rel=1e-12)
     slope = LAW.derivative()
     assert CamShaft(4.0, 3.0, OMEGA).inertia_ratio(LAW) == pytest.approx(0.75 * slope.peak**2, rel=1e-4)
 
@@ -427,7 +427,7 @@ def test_a_torque_without_an_equilibrium_is_a_sentence(torque, method, points):
 def test_units_of_mass_time_and_output_change_nothing(mass, time, stroke, torque):
     """All inertias and torques times mass, all speeds times time, torques with its square, the output times stroke."""
     scaled = torque and (lambda v: (mass * time**2 * torque(v / time)[0], mass * time * torque(v / time)[1]))
-    law = Harmonics(stroke * LAW.mean, stroke * LAW.cosine, stroke * LAW.sine)
+    law = FourierSeries(stroke * LAW.mean, stroke * LAW.cosine, stroke * LAW.sine)
     one = shaft(0.3, torque)
     other = CamShaft(mass * one.inertia, mass * one.output_inertia / stroke**2, time * one.mean_speed, scaled)
     with pytest.MonkeyPatch.context() as patch:

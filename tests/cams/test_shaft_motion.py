@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from tests import refusals
 
 from wucht.cams.shaft_motion import ShaftMotion, shaft_motion_over_time, with_period
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 OMEGA = 500 * math.pi / 30
 TAU = np.linspace(-1, 8, 300)
@@ -19,7 +19,7 @@ coefficients = st.lists(st.floats(-1, 1), min_size=1, max_size=8)
 
 def shaft(scale=1.0):
     """Orders 2 to 5, a fluctuation of 15 %."""
-    return ShaftMotion(Harmonics.of(OMEGA, [0, 2.4 * scale, scale, 0.5, 0.3], [0, scale, -1.3 * scale, 0.2, 0.4]))
+    return ShaftMotion(FourierSeries.of(OMEGA, [0, 2.4 * scale, scale, 0.5, 0.3], [0, scale, -1.3 * scale, 0.2, 0.4]))
 
 
 def test_the_angle_is_the_integral_of_the_speed():
@@ -51,11 +51,11 @@ def test_time_is_the_inverse_of_the_angle_with_its_derivatives():
 )
 def test_the_inverse_is_found_however_unevenly_the_shaft_turns(a, b, deep):
     """Down to a thousandth of the mean speed."""
-    fluctuation = Harmonics.of(0.0, a, b)
+    fluctuation = FourierSeries.of(0.0, a, b)
     depth = -fluctuation.bounds[0]
     if depth < 1e-6:
         return
-    of = ShaftMotion(Harmonics.of(1.0, np.array(a) * deep / depth, np.array(b) * deep / depth))
+    of = ShaftMotion(FourierSeries.of(1.0, np.array(a) * deep / depth, np.array(b) * deep / depth))
     phi = np.linspace(0, 2 * math.pi, 101)
     assert of.angle(of.time(phi)) == pytest.approx(phi, abs=1e-13)
 
@@ -69,7 +69,7 @@ def test_an_even_shaft_is_the_identity():
 
 @pytest.mark.parametrize(("depth", "refused"), [(0.999, False), (1.001, True)])
 def test_a_shaft_that_stands_still_or_turns_back_is_refused(depth, refused):
-    speed = Harmonics.of(10.0, [0.0, 10.0 * depth])
+    speed = FourierSeries.of(10.0, [0.0, 10.0 * depth])
     if refused:
         with refusals.refused("speed", "-0.01 rad/s", given=None):
             ShaftMotion(speed)
@@ -78,7 +78,7 @@ def test_a_shaft_that_stands_still_or_turns_back_is_refused(depth, refused):
 
 
 def test_order_0_must_be_the_mean_speed():
-    speed = Harmonics.of(2 * math.pi / 0.12, [1.0])
+    speed = FourierSeries.of(2 * math.pi / 0.12, [1.0])
     assert with_period(speed, 0.12).mean == speed.mean
     with refusals.refused("speed.mean", "T = 104.72", "T = 0.06"):
         with_period(speed, 0.06)
@@ -94,16 +94,16 @@ def test_a_speed_over_angle_is_another_one_over_time():
     """The same at each instant; its orders differ in second order: a sixteenth for a quarter of the fluctuation."""
     differences = []
     for scale in (1.0, 0.25):
-        over_angle = Harmonics.of(OMEGA, [0, 2.4 * scale], [0, 0, scale])
+        over_angle = FourierSeries.of(OMEGA, [0, 2.4 * scale], [0, 0, scale])
         of = shaft_motion_over_time(over_angle, 40)
         assert of.speed(TAU) == pytest.approx(over_angle(of.angle(TAU)), rel=1e-10)
         differences.append(abs(of.speed.cosine[3] + 0j) + abs(of.mean - OMEGA))
     assert differences[1] == pytest.approx(differences[0] / 16, rel=0.1)
-    assert shaft_motion_over_time(Harmonics.of(OMEGA), 3).speed.bounds == pytest.approx((OMEGA, OMEGA))
+    assert shaft_motion_over_time(FourierSeries.of(OMEGA), 3).speed.bounds == pytest.approx((OMEGA, OMEGA))
 
 
 def test_the_period_of_the_cases():
     """cases.md: J = 2 (1 + 0.3 cos 2 phi), E = 15300: the period of the eigenmotion phi' = sqrt(2 E/J)."""
     phi = 2 * math.pi * np.arange(256) / 256
-    over_angle = Harmonics.from_samples(np.sqrt(2 * 15300 / (2 * (1 + 0.3 * np.cos(2 * phi)))))
+    over_angle = FourierSeries.from_samples(np.sqrt(2 * 15300 / (2 * (1 + 0.3 * np.cos(2 * phi)))))
     assert 2 * math.pi / shaft_motion_over_time(over_angle, 20).mean == pytest.approx(0.0505045348634485, rel=1e-12)

@@ -14,13 +14,13 @@ from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller, smallest_rod_cam
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.cams.sizing.smallest_cam import _Rays
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
 PHI = np.arange(1440) * (TURN / 1440)
 FEW = PHI[::8]
-SWING = Harmonics.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
-LIFT = Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008])
+SWING = FourierSeries.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
+LIFT = FourierSeries.of(0.01, [-0.011, 0.001], [0.0005, 0.0008])
 DWELLS = RiseAndReturn(STANDARD_LAWS["modified-sine"], math.radians(24), (0.0, 1.5), (2.5, 5.0))
 ARM, ROLLER = 0.09, 0.01
 DEG = math.pi / 180
@@ -152,7 +152,7 @@ def test_a_rod_in_harmonic_motion_by_closed_form():
     tangents to the circle of (s, s') meet at D = h/2 ((1/cos a + 1/cos b)/(tan a + tan b) - 1), e = (D + h/2) tan a -
     h/2/cos a.
     """
-    h, law = 0.03, Harmonics.of(0.015, [-0.015])
+    h, law = 0.03, FourierSeries.of(0.015, [-0.015])
     one = smallest_rod_cam(law, ROLLER, 30 * DEG)
     assert one.follower.distance == pytest.approx(h / 2 * (1 / math.sin(30 * DEG) - 1), rel=1e-9)
     assert one.follower.offset == pytest.approx(0, abs=1e-11)
@@ -244,16 +244,16 @@ def test_lengths_scale_and_the_way_the_cam_turns_is_the_motion_backwards():
     assert there.follower.pivot == pytest.approx(1e3 * here.follower.pivot, rel=1e-9)
     assert there.base_radius == pytest.approx(1e3 * here.base_radius, rel=1e-9)
     assert there.follower.angle == pytest.approx(here.follower.angle, abs=1e-9)
-    back = Harmonics(SWING.mean, SWING.cosine, -SWING.sine)
+    back = FourierSeries(SWING.mean, SWING.cosine, -SWING.sine)
     assert smallest_lever_cam(back, ARM, ROLLER, 30 * DEG, clockwise=True).follower.angle == pytest.approx(here.follower.angle)
-    turned = Harmonics(SWING.mean + 3.0, SWING.cosine, SWING.sine)  # the zero of the law is nobody's business
+    turned = FourierSeries(SWING.mean + 3.0, SWING.cosine, SWING.sine)  # the zero of the law is nobody's business
     assert smallest_lever_cam(turned, ARM, ROLLER, 30 * DEG).base_radius == pytest.approx(here.base_radius, rel=1e-9)
 
 
 @pytest.mark.parametrize("clockwise", [False, True])
 def test_a_flat_face_by_closed_form(clockwise):
     """psi + psi'' = 0.01 - 0.003 cos 2 phi for 0.01 - 0.011 cos phi + 0.001 cos 2 phi: least 0.007."""
-    law = Harmonics.of(0.01, [-0.011, 0.001])
+    law = FourierSeries.of(0.01, [-0.011, 0.001])
     found = smallest_flat_faced_cam(law, 0.02, clockwise=clockwise)
     assert found.follower.distance == pytest.approx(0.013, abs=1e-12)
     assert found.least_radius == pytest.approx(0.02, abs=1e-12)
@@ -268,7 +268,7 @@ def test_a_flat_face_by_closed_form(clockwise):
 
 def test_a_flat_faced_cam_goes_round_its_shaft():
     """A law of one harmonic leaves the radius of curvature at the distance: the shaft needs more."""
-    law = Harmonics.of(0.0, [0.03])
+    law = FourierSeries.of(0.0, [0.03])
     assert smallest_flat_faced_cam(law, 0.005).base_radius == pytest.approx(0, abs=1e-12)
     shaft = smallest_flat_faced_cam(law, 0.005, shaft_radius=0.012)
     assert (shaft.base_radius, shaft.follower.distance) == pytest.approx((0.012, 0.042))
@@ -276,7 +276,7 @@ def test_a_flat_faced_cam_goes_round_its_shaft():
 
 
 def test_a_flat_face_has_a_distance_even_where_its_law_is_never_zero():
-    found = smallest_flat_faced_cam(Harmonics.of(0.020, [0.012]), 0.002)
+    found = smallest_flat_faced_cam(FourierSeries.of(0.020, [0.012]), 0.002)
     assert found.follower.distance == pytest.approx(1e-6)
     assert found.base_radius == pytest.approx(0.008001)
 
@@ -285,14 +285,14 @@ def test_a_flat_face_has_a_distance_even_where_its_law_is_never_zero():
 @pytest.mark.parametrize("size", ["base", pytest.param("blank", marks=pytest.mark.slow)])
 def test_a_rod_cam_goes_round_its_shaft(size):
     """In harmonic motion D = roller + shaft, and sin alpha = (h/2)/(D + h/2) is the least pressure angle there is."""
-    law = Harmonics.of(0.015, [-0.015])
+    law = FourierSeries.of(0.015, [-0.015])
     free = smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, size=size)
     assert free.base_radius < ROLLER, "the shaft would lie outside of the cam"
     found = smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, shaft_radius=0.012, size=size)
     assert found.base_radius == pytest.approx(ROLLER + 0.012, rel=1e-6)
     assert found.base_radius >= ROLLER + 0.012
     assert math.sin(found.pressure_angle) == pytest.approx(0.015 / (ROLLER + 0.012 + 0.015), rel=1e-6)
-    never_zero = smallest_rod_cam(Harmonics.of(0.045, [-0.015]), ROLLER, 60 * DEG, shaft_radius=0.0, size=size)
+    never_zero = smallest_rod_cam(FourierSeries.of(0.045, [-0.015]), ROLLER, 60 * DEG, shaft_radius=0.0, size=size)
     assert never_zero.follower.distance == pytest.approx(1e-6, rel=1e-2)
 
 
@@ -323,7 +323,7 @@ def test_a_shaft_beyond_all_bounds_is_refused():
         (lambda: smallest_rod_cam(LIFT, 0.01, 0.0), refused("pressure_angle", "89 deg", given=0.0)),
         (lambda: smallest_rod_cam(LIFT, 0.01, (0.5, 1.56)), refused("pressure_angle", given=1.56)),
         (lambda: smallest_rod_cam(LIFT, 0.01, math.nan), refused("pressure_angle", given=float("nan"))),
-        (lambda: smallest_rod_cam(Harmonics.of(0.01), 0.01, 0.5), refused("law", given=None)),
+        (lambda: smallest_rod_cam(FourierSeries.of(0.01), 0.01, 0.5), refused("law", given=None)),
         (lambda: smallest_rod_cam(LIFT, 0.0, 0.5, least_radius=0.0), refused("least_radius", given=0.0)),
         (lambda: smallest_flat_faced_cam(LIFT, -0.1), refused("least_radius", given=-0.1)),
         (lambda: smallest_flat_faced_cam(LIFT, 0.1, shaft_radius=math.inf), refused("shaft_radius", given=float("inf"))),

@@ -16,16 +16,16 @@ from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.errors import InputError
 from wucht.numerics.angles import GRID
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN, PI = 2 * math.pi, math.pi
-LEVER = Harmonics.of(math.radians(12), np.radians([-12.5, 3.5, 0.8]), np.radians([0.7, 0.3]))
+LEVER = FourierSeries.of(math.radians(12), np.radians([-12.5, 3.5, 0.8]), np.radians([0.7, 0.3]))
 
 
 @functools.cache
 def waisted(roller, outer=False, clockwise=False, unit=1.0):
     """A disc whose pitch curve is 0.1 + 0.08 cos 2 phi from the centre: with a waist, 0.02 from it."""
-    law = Harmonics.of(0.0, [0.0, 0.08 * unit])
+    law = FourierSeries.of(0.0, [0.0, 0.08 * unit])
     return RollerCam(law, TranslatingRoller.model_construct(distance=0.1 * unit, roller_radius=roller * unit), clockwise, outer)
 
 
@@ -167,7 +167,7 @@ def test_a_wheel_is_no_larger_than_the_hollow_it_must_reach():
 
 def test_a_flat_face_needs_the_distance_of_the_closed_form():
     """h + h'' = distance + 0.01 - 0.015 cos 2 phi: 5 mm, both sides, and what the sentence says."""
-    law = Harmonics.of(0.01, [-0.01, 0.005])
+    law = FourierSeries.of(0.01, [-0.01, 0.005])
     FlatFacedCam(law, FlatFaced(distance=0.00500001)).check()
     with refused("follower.distance", "0 deg", "0.0050001 m") as error:
         FlatFacedCam(law, FlatFaced(distance=0.0049)).check()
@@ -209,7 +209,7 @@ def test_what_a_face_leaves_lies_behind_all_faces(clockwise):
 
 def test_what_a_face_leaves_is_the_same_in_any_unit_and_all_where_nothing_folds():
     assert np.array(cut_by_face(unit=1000.0).missing) == pytest.approx(np.array(cut_by_face().missing), abs=1e-9)
-    whole = FlatFacedCam(Harmonics.of(0.01, [-0.01, 0.005]), FlatFaced(distance=0.006)).cut_away()
+    whole = FlatFacedCam(FourierSeries.of(0.01, [-0.01, 0.005]), FlatFaced(distance=0.006)).cut_away()
     assert (whole.undercut, whole.missing) == ((), ())
     assert whole.convex.radius == pytest.approx(0.001, rel=1e-9)  # of distance + 0.01 - 0.015 cos 2 phi
 
@@ -225,7 +225,7 @@ def test_a_limit_is_no_cap():
     assert math.degrees(largest.phi) == pytest.approx(313.7, abs=0.05)
     assert largest.radius == pytest.approx(cut(cam).hollow.radius, rel=1e-9)
     round_one = TranslatingRoller(distance=0.1, roller_radius=0.01)
-    convex, outer = (RollerCam(Harmonics.of(0.0, [0.002]), round_one, outer=flank) for flank in (False, True))
+    convex, outer = (RollerCam(FourierSeries.of(0.0, [0.002]), round_one, outer=flank) for flank in (False, True))
     assert convex.largest_wheel() is None
     convex.check_wheel(1e6)
     assert outer.largest_roller() is None

@@ -65,11 +65,11 @@ def test_equilibria_by_pencil(names: Mapping[str, Any]) -> None:
 
 
 def test_the_map_by_pencil(names: Mapping[str, Any]) -> None:
-    cusp, takens = sorted(names["fold_curve"].special, key=lambda p: p.parameters[1])
-    assert cusp.u == pytest.approx([1 / 2, 2, math.exp(-2), 16], rel=1e-9)
+    cusp, takens = sorted(names["fold_curve"].special, key=lambda p: p.parameter_values[1])
+    assert cusp.unknowns == pytest.approx([1 / 2, 2, math.exp(-2), 16], rel=1e-9)
     # Trace and determinant vanish: c (1 - c) = 4/B and B c - 4 = 1/(1 - c), so 4/(1 - c) - 4 = 1/(1 - c), c = 1/4.
-    assert takens.u == pytest.approx([1 / 4, 4 / 3, damkoehler(1 / 4, 64 / 3), 64 / 3], rel=1e-10)
-    c, _, D, B = names["hopf_curve"].u
+    assert takens.unknowns == pytest.approx([1 / 4, 4 / 3, damkoehler(1 / 4, 64 / 3), 64 / 3], rel=1e-10)
+    c, _, D, B = names["hopf_curve"].unknowns
     assert np.abs(B * c - 4 - 1 / (1 - c)).max() < 1e-9
     assert pytest.approx([damkoehler(*each) for each in zip(c, B, strict=True)], rel=1e-9) == D
     assert names["points"][:, 1] == pytest.approx(4 / (names["points"][:, 0] * (1 - names["points"][:, 0])), rel=1e-10)
@@ -122,7 +122,7 @@ def test_bratu_by_closed_form(names: Mapping[str, Any]) -> None:
         theta = brentq(lambda t: t - math.sqrt(2) * math.cosh(t / 4), *bracket, xtol=1e-14)
         assert s.states_at([0.5])[0, 0] == pytest.approx(2 * math.log(math.cosh(theta / 4)), abs=1e-9)
     quarter = brentq(lambda t: t * math.tanh(t) - 1, 1.0, 1.5, xtol=1e-15)
-    assert fold.parameters[0] == pytest.approx(8 * (quarter / math.cosh(quarter)) ** 2, abs=1e-9)
+    assert fold.parameter_values[0] == pytest.approx(8 * (quarter / math.cosh(quarter)) ** 2, abs=1e-9)
 
 
 @pytest.mark.slow
@@ -130,7 +130,7 @@ def test_the_circuit_by_its_eigenvalues(names: Mapping[str, Any]) -> None:
     """More of it, by shooting: tests/numerics/periodic/test_connection_curves.py."""
     focus, neutral = names["met"]
     for c, check in ((focus, lambda e: abs(e[1] - e[2]) ** 2), (neutral, lambda e: (e[0] + e[1]).real)):
-        nu, be = c.parameters
+        nu, be = c.parameter_values
         matrix = [[-(be + nu) / 0.6, be / 0.6, 0.0], [be, -be, -1.0], [0.0, 1.0, 0.0]]
         eigenvalues = np.linalg.eigvals(matrix)
         assert check(eigenvalues[np.argsort(-eigenvalues.real)]) == pytest.approx(0.0, abs=1e-8)
@@ -143,7 +143,7 @@ def test_where_the_symmetry_breaks(names: Mapping[str, Any]) -> None:
         matrix = np.array([[-1 / (1 - c), c], [-B * c / (1 - c), B * c - 4]])
         assert np.linalg.det(matrix - 0.6 * np.eye(2)) == pytest.approx(0, abs=1e-8)
         assert p.x[:2] == pytest.approx(p.x[2:], abs=1e-9)
-    residuals = names["twins"].equations.values(np.array([p.u for p in names["unequal"]]).T)[0]
+    residuals = names["twins"].equations.values(np.array([p.unknowns for p in names["unequal"]]).T)[0]
     assert np.abs(residuals).max() < 1e-10
 
 

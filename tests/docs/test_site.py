@@ -109,7 +109,7 @@ def test_an_answer_is_kept_until_question_or_code_change(tmp_path: Path, monkeyp
     assert gallery.entry(name, compute=False).result is None
     first = gallery.entry(name)
     assert first.figure.is_file()
-    monkeypatch.setattr(gallery, "answer_study", lambda *_, **__: pytest.fail("it is there already"))
+    monkeypatch.setattr(gallery, "run_study", lambda *_, **__: pytest.fail("it is there already"))
     again = gallery.entry(name)
     assert again.result.attrs["created"] == first.result.attrs["created"]
     monkeypatch.setattr(gallery, "_digest", lambda numbers_alone: "other code")

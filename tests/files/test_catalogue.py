@@ -27,7 +27,7 @@ CAMS = [name for name in names() if "law" in read_toml(FOLDER / f"{name}.toml")]
 @pytest.mark.parametrize("name", CAMS)
 def test_every_cam(name):
     drive = read_study(name).subject
-    assert drive.cams(drive.motion.law)
+    assert drive.cams(drive.motion_law.law)
 
 
 OWN = [name for name in names() if "system" in read_toml(FOLDER / f"{name}.toml")]
@@ -73,7 +73,7 @@ def test_every_machine(name):
     run = integrate(compile_system(system, engine="scipy"), initial, machine.values, np.linspace(0, 0.01, 3))
     assert run.failure is None
     assert np.isfinite(run.end_state).all()
-    outputs = compile_system(system, engine="scipy").outputs(run.time, run.states, run.parameters)
+    outputs = compile_system(system, engine="scipy").outputs(run.time, run.states, run.parameter_values)
     assert all(np.isfinite(v).all() for v in outputs.values())
 
 

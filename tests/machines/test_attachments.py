@@ -5,7 +5,7 @@ from tests.refusals import refused
 
 from witness import moved
 from wucht import Machine, parts
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.switching import with_rigid_pendulums
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -62,7 +62,7 @@ def test_a_schedule_of_the_material_closes_the_energy_balance() -> None:
 def test_what_needs_a_linear_carrier_refuses_the_others(attached: dict, words: str) -> None:
     machine = machine_from(described(attached))
     with refused("machine", words, "averaged equations", code="not-linear"):
-        averaged_machine(machine)
+        averaged_equations_of(machine)
     with refused("machine", words, "study.kind", "closed form", code="not-linear"):
         run(Response(range=(5.0, 60.0)), machine)
 

@@ -14,7 +14,7 @@ from wucht.numerics.flow.integration import integrate
 def outputs(machine, time):
     flow = compile_system(machine.system)
     run = integrate(flow, initial_state(machine, {}), machine.values, time)
-    return flow.outputs(run.time, run.states, run.parameters)
+    return flow.outputs(run.time, run.states, run.parameter_values)
 
 
 def test_bodies_at_rest_push_with_their_weight():
@@ -31,7 +31,7 @@ def test_bodies_at_rest_push_with_their_weight():
     hanging = initial_state(machine, {"ball": -math.pi / 2})
     flow = compile_system(machine.system)
     run = integrate(flow, hanging, machine.values, np.linspace(0, 1, 11))
-    values = flow.outputs(run.time, run.states, run.parameters)
+    values = flow.outputs(run.time, run.states, run.parameter_values)
     assert values["bearing_force_x"] == pytest.approx(0, abs=1e-10)
     assert values["bearing_force_y"] == pytest.approx(-2.5 * 9.81, rel=1e-12)
     assert machine.system.output("bearing_force_y").long_name == "bearing force on the carrier in y"
@@ -87,7 +87,10 @@ def test_the_bearing_force_of_each_rotor_is_newtons_law(bodies):
     names = [b.name for b in machine.bodies]
     start = initial_state(machine, {name: speeds[name] for name in names})
     run = integrate(flow, start, machine.values, step * np.arange(3000))
-    at, shown = dict(zip(machine.state_names, run.states, strict=True)), flow.outputs(run.time, run.states, run.parameters)
+    at, shown = (
+        dict(zip(machine.state_names, run.states, strict=True)),
+        flow.outputs(run.time, run.states, run.parameter_values),
+    )
 
     def push(mass, arm, place, body):
         """With what a body pushes what bears it: against its acceleration, and along its weight."""

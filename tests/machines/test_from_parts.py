@@ -22,7 +22,7 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import described_machine, load_document
 from wucht.machines import machine as machine_module
-from wucht.machines.models import Model
+from wucht.machines.models import DimensionlessModel
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
 
@@ -118,7 +118,7 @@ def again(name: str) -> tuple[wucht.Machine, wucht.Machine]:
     made = [type(p)(**p.model_dump(by_alias=True, exclude_none=True)) for p in machine.parts]
     families: list[list[Part]] = [[p for p in made if isinstance(p, f)] for f in (Body, Drive, Load)]
     rest = {k: described[k] for k in ("schedules", "tracks") if k in described}
-    first = next(p for p in made if isinstance(p, Support | Model))
+    first = next(p for p in made if isinstance(p, Support | DimensionlessModel))
     return machine, wucht.Machine(first, *families, title=machine.title, **rest)  # type: ignore[arg-type]
 
 

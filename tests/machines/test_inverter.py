@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from tests.refusals import refused
 
 from witness import energy_gap, moved
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
@@ -197,7 +197,7 @@ def test_the_line_through_its_working_point_is_upright() -> None:
 
 def test_averaged_equations_have_no_place_for_it() -> None:
     with refused("machine", "drive.integral", code="controller"):
-        averaged_machine(machine_from(UNBALANCED))
+        averaged_equations_of(machine_from(UNBALANCED))
 
 
 def test_it_coasts_down_without_its_controller() -> None:

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from witness import moved
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.building import machine_from
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
@@ -41,10 +41,10 @@ def test_closed_forms_and_averaged_equations_know_it() -> None:
     response = [run(Response(range=(5.0, 60.0)), machine_from(m)).wucht.summary for m in (LOADED, HEAVIER)]
     assert response[0]["peak_amplitude"] == pytest.approx(response[1]["peak_amplitude"], rel=1e-12)
     assert response[0]["critical_speeds"] == pytest.approx(response[1]["critical_speeds"], rel=1e-9)
-    slow = [averaged_machine(machine_from(m)) for m in (LOADED, HEAVIER)]
+    averaged_equations = [averaged_equations_of(machine_from(m)) for m in (LOADED, HEAVIER)]
     speed = sp.Symbol("drum.speed", real=True)
     rates = []
-    for s in slow:
+    for s in averaged_equations:
         values = dict(zip(s.system.parameters, s.values(), strict=True)) | {speed: 40.0}
         rates.append(float(s.system.explicit(s.system.derivatives[0]).xreplace(values)))
     assert rates[0] == pytest.approx(rates[1], rel=1e-12)

@@ -122,7 +122,7 @@ def moved(machine, end, samples=201, start=None, engine=None):
     run = integrate(flow, initial_state(machine, start or {}), machine.values, time)
     assert run.failure is None
     rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures) | {"time": time}
-    return rows | flow.outputs(run.time, run.states, run.parameters)
+    return rows | flow.outputs(run.time, run.states, run.parameter_values)
 
 
 def energy_gap(rows):

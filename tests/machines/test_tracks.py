@@ -40,7 +40,7 @@ def moved(machine, start, grid, engine=None):
     run = integrate(flow, initial, machine.values, grid)
     assert run.failure is None
     rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
-    return machine, rows | flow.outputs(run.time, run.states, run.parameters)
+    return machine, rows | flow.outputs(run.time, run.states, run.parameter_values)
 
 
 def gaps(machine, rows):

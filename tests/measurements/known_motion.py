@@ -4,11 +4,11 @@ import numpy as np
 
 from wucht.measurements.recording import Channel
 from wucht.measurements.shaft_signal import angle_signal, pulse_signal, speed_signal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 OMEGA = 52.36
 ORDERS = (1, 2, 3, 5)
-SPEED = Harmonics.of(OMEGA, [0.3, 2.4, -0.7, 0.0, 0.25], [-0.2, 1.1, 0.4, 0.0, -0.6])  # rad/s
+SPEED = FourierSeries.of(OMEGA, [0.3, 2.4, -0.7, 0.0, 0.25], [-0.2, 1.1, 0.4, 0.0, -0.6])  # rad/s
 TURN = 2 * np.pi
 PERIOD = TURN / OMEGA
 

@@ -20,7 +20,7 @@ from wucht.measurements.order_checks import (
 from wucht.measurements.order_fit import fit_orders
 from wucht.measurements.order_regression import Mean, OrderModel
 from wucht.measurements.shaft_signal import angle_signal, speed_signal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 
 def refused(shaft, sentence, orders=(1, 2)):
@@ -152,7 +152,7 @@ def test_roughness():
 
 
 QUIET = (0.0, 0.0)
-FIRST = Harmonics.of(100.0, [0.6], [0.8])  # 1 % of order 1
+FIRST = FourierSeries.of(100.0, [0.6], [0.8])  # 1 % of order 1
 
 
 def test_order_one_is_kept():
@@ -167,20 +167,20 @@ def test_order_one_is_kept():
 def test_only_above_three_standard_errors(error, count):
     assert len(warnings_of(FIRST, (1,), np.array([error]), (), QUIET)) == count
     left = (OmittedOrder(1, 1.0, error, 0.5),)
-    assert len(warnings_of(Harmonics.of(100.0, [0, 0, 1]), (3,), np.array([0.1]), left, QUIET)) == count
+    assert len(warnings_of(FourierSeries.of(100.0, [0, 0, 1]), (3,), np.array([0.1]), left, QUIET)) == count
 
 
 def test_rounding_is_no_order():
-    assert warnings_of(Harmonics.of(100.0, [1e-10]), (1,), np.array([0.0]), (), QUIET) == ()
-    assert len(warnings_of(Harmonics.of(100.0, [1e-6]), (1,), np.array([0.0]), (), QUIET)) == 1
+    assert warnings_of(FourierSeries.of(100.0, [1e-10]), (1,), np.array([0.0]), (), QUIET) == ()
+    assert len(warnings_of(FourierSeries.of(100.0, [1e-6]), (1,), np.array([0.0]), (), QUIET)) == 1
 
 
 def test_order_two_is_kept():
     """The output of a cardan joint bent by beta has order 2 of about beta^2/2 of the speed."""
     beta, x = np.radians(10), 2 * np.pi * np.arange(64) / 64
     ratio = np.cos(beta) / (1 - np.sin(beta) ** 2 * np.cos(x) ** 2)
-    speed = Harmonics.from_samples(100 * ratio)
-    (text,) = warnings_of(Harmonics(100.0, speed.cosine[:2], speed.sine[:2]), (2,), np.array([1e-3]), (), QUIET)
+    speed = FourierSeries.from_samples(100 * ratio)
+    (text,) = warnings_of(FourierSeries(100.0, speed.cosine[:2], speed.sine[:2]), (2,), np.array([1e-3]), (), QUIET)
     assert text == (
         "Order 2 is 1.5 % of the speed and is kept. A cardan (universal) joint bent by 10 deg between shaft and encoder shows "
         "the same: check how the encoder is coupled, before it is corrected for."
@@ -197,14 +197,14 @@ def test_an_eccentric_encoder_shows_what_is_said():
 
 def test_order_one_is_left_out():
     left = (OmittedOrder(1, 1.0, 0.1, 0.5),)
-    (text,) = warnings_of(Harmonics.of(100.0, [0, 3]), (), np.array([]), left, QUIET)[:1]
+    (text,) = warnings_of(FourierSeries.of(100.0, [0, 3]), (), np.array([]), left, QUIET)[:1]
     assert text.startswith(
         "Order 1 is left out, but the record holds 1 % of the speed in it. If the shaft really turns like this, a correction "
         "without it leaves about 9 % of the motion as it was. An encoder off centre by 1 %"
     )
     assert text.endswith("before it is left out.")
     small = (OmittedOrder(1, 0.05, 0.01, 0.5), OmittedOrder(2, 0.05, 0.01, 0.5))
-    assert warnings_of(Harmonics.of(100.0, [0, 0, 3]), (3,), np.array([0.1]), small, QUIET) == ()
+    assert warnings_of(FourierSeries.of(100.0, [0, 0, 3]), (3,), np.array([0.1]), small, QUIET) == ()
 
 
 def test_of_records():
@@ -214,7 +214,7 @@ def test_of_records():
     assert [w[:22] for w in kept] == ["Order 1 is 0.68 % of t", "Order 2 is 5 % of the "]
     without = fit_orders(shaft, [2, 3, 5]).warnings
     assert without[0].startswith("Order 1 is left out, but the record holds 0.6")
-    assert fit_orders(speed_record(uneven(7.37, 3000), 0.1, motion=Harmonics.of(OMEGA, [0, 0, 2])), [3]).warnings == ()
+    assert fit_orders(speed_record(uneven(7.37, 3000), 0.1, motion=FourierSeries.of(OMEGA, [0, 0, 2])), [3]).warnings == ()
 
 
 def test_a_drift_is_told():

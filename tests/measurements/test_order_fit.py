@@ -26,7 +26,7 @@ from tests.refusals import refused
 from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.order_fit import OrderFit, fit_orders
 from wucht.measurements.shaft_signal import ShaftSignal, angle_signal, pulse_signal, speed_signal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURNS = 7.37
 RECORDS = {
@@ -73,7 +73,7 @@ def test_scatter_of_two_hundred_records_is_the_standard_error(kind):
 
 def test_bins_of_a_cut_record_are_far_off():
     """cam-mathematics.md, "Orders from records": 2.1 of 2.4 rad/s by bins of 7.37 turns, 0.024 by least squares."""
-    motion = Harmonics.of(OMEGA, [0.0, 2.4])
+    motion = FourierSeries.of(OMEGA, [0.0, 2.4])
     t = np.linspace(0, TURNS * PERIOD, 2048, endpoint=False)
     shaft = speed_record(t, 0.5, motion=motion)
     spectrum = np.fft.rfft(shaft.values) / len(t) * 2
@@ -88,7 +88,7 @@ def test_bins_of_a_cut_record_are_far_off():
 @pytest.mark.parametrize("fluctuation", [0.3, 1.0, 3.0])
 def test_any_span(turns, fluctuation):
     """From a little more than a turn, with a fluctuation of up to a third of the speed."""
-    motion = Harmonics(OMEGA, fluctuation * SPEED.cosine, fluctuation * SPEED.sine)
+    motion = FourierSeries(OMEGA, fluctuation * SPEED.cosine, fluctuation * SPEED.sine)
     t = uneven(turns, max(400, int(50 * turns)))
     for record in (speed_record, angle_record):
         fit = fit_orders(record(t, motion=motion), ORDERS)
@@ -294,7 +294,7 @@ def test_an_angle_gives_its_offset():
 
 def fit_of(covariance, kept=3.0, rest=4.0, omitted=()):
     """Orders 2 and 5 at 10 rad/s, worked out by nobody."""
-    speed = Harmonics.of(10.0, [0.0, 3.0, 0.0, 0.0, -1.0], [0.0, 4.0, 0.0, 0.0, 2.0])
+    speed = FourierSeries.of(10.0, [0.0, 3.0, 0.0, 0.0, -1.0], [0.0, 4.0, 0.0, 0.0, 2.0])
     return OrderFit("r", (2, 5), speed, covariance, 0.0, 0.0, 7.0, 100, "rad/s", kept, rest, omitted, ())
 
 

@@ -7,10 +7,10 @@ from tests.refusals import refused
 
 from wucht.measurements.order_tracking import track_orders
 from wucht.measurements.shaft_signal import ShaftSignal, angle_signal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 T = np.linspace(0, 12.4 * PERIOD, 12000)
-TRUE = Harmonics.of(0.7, [1.0, 0.0, -0.5], [0.2, 0.0, 0.0, 0.8])
+TRUE = FourierSeries.of(0.7, [1.0, 0.0, -0.5], [0.2, 0.0, 0.0, 0.8])
 
 
 def tracked_of(values, shaft=None, per_turn=32, t=T):

@@ -10,7 +10,7 @@ from wucht.errors import InputError
 from wucht.measurements import repetition
 from wucht.measurements.order_fit import fit_orders
 from wucht.measurements.shaft_signal import angle_signal, pulse_signal, speed_signal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 UNITS = {"rad/s": 1.0, "rpm": TURN / 60, "Hz": TURN, "deg/s": TURN / 360}
 ANGLES = {"rad": 1.0, "deg": TURN / 360, "rev": TURN}
@@ -117,7 +117,7 @@ def test_noise_is_no_other_speed(said, noise):
 @pytest.mark.parametrize("said", ["rad/s", "rpm"])
 def test_no_fluctuation_but_noise(said, turns):
     t = uneven(turns, int(200 * turns))
-    assert suspicions(fit_orders(record(t, said, said, 0.2, Harmonics.of(OMEGA)), [1, 2, 3])) == []
+    assert suspicions(fit_orders(record(t, said, said, 0.2, FourierSeries.of(OMEGA)), [1, 2, 3])) == []
 
 
 @pytest.mark.parametrize("turns", [1.3, 7, 40])
@@ -126,7 +126,7 @@ def test_orders_that_were_left_out_are_no_other_speed(turns, left_out):
     """They are nearly all of the fluctuation; told elsewhere."""
     amplitudes = np.array([0.0, 0.0, 0.3, 0.0, 0.3, 0.0, 0.0, 0.0])
     amplitudes[left_out - 1] = 4.0
-    motion = Harmonics.of(OMEGA, amplitudes)
+    motion = FourierSeries.of(OMEGA, amplitudes)
     t = uneven(turns, int(200 * turns))
     fits = [fit_orders(record(t, "rpm", "rpm", 0.05, motion), [3, 4, 5])]
     fits.append(fit_orders(angle_signal(channel(t, angle_at(t, motion), "rad", "angle")), [3, 4, 5]))

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import has_damped_balancers
@@ -32,7 +32,7 @@ def written(machine: Machine, inertia: bool | None = None, order: int = 1, latex
     with_inertia = not has_damped_balancers(machine) if inertia is None else inertia
     zero = [s for s, v in machine.numbers.items() if v == 0]
     return printed_averaged_equations(
-        averaged_machine(machine, with_inertia, order).equations, notation_of(machine), zero, latex
+        averaged_equations_of(machine, with_inertia, order).averaged_system, notation_of(machine), zero, latex
     )
 
 

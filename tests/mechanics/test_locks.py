@@ -44,7 +44,7 @@ def states(machine, start, grid=TIME_GRID, parameters=None, initial=None, engine
         flow, initial_state(machine, start) if initial is None else initial, parameters or machine.values, grid
     )
     assert trajectory.failure is None
-    outputs = flow.outputs(trajectory.time, trajectory.states, trajectory.parameters)
+    outputs = flow.outputs(trajectory.time, trajectory.states, trajectory.parameter_values)
     return dict(zip(machine.system.state_names, trajectory.states, strict=True)) | dict(trajectory.quadratures) | outputs
 
 

@@ -13,7 +13,7 @@ from tests.refusals import rejected
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
 from wucht.mechanics.means import antiderivative, mean
-from wucht.mechanics.trigonometric import common_period, harmonics
+from wucht.mechanics.trigonometric import common_period, trigonometric_polynomial
 from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -158,11 +158,11 @@ def test_frequencies_may_be_parameters_and_need_no_common_period():
     assert mean(sp.cos(t) * sp.cos(root * t) + sp.cos(root * t) ** 2, t) == sp.Rational(1, 2)
     assert mean(sp.cos(root * t) * sp.cos(sp.sqrt(3) * t) * sp.cos((root + sp.sqrt(3)) * t), t) == sp.Rational(1, 4)
     assert mean(sp.cos(W * t) ** 2 * a, t) == a / 2
-    assert harmonics(sp.cos(W * t) * sp.sin(W * t), t).frequencies == (2 * W,)
+    assert trigonometric_polynomial(sp.cos(W * t) * sp.sin(W * t), t).frequencies == (2 * W,)
 
 
 def test_what_cancels_is_no_frequency():
-    assert harmonics(sp.cos(t) ** 2 + sp.sin(t) ** 2, t).frequencies == ()
+    assert trigonometric_polynomial(sp.cos(t) ** 2 + sp.sin(t) ** 2, t).frequencies == ()
     assert mean(1 / (a + sp.cos(t) ** 2 + sp.sin(t) ** 2), t) == 1 / (a + 1)
     # A difference that vanishes by algebra: (sqrt(2) - 1)^2 = 3 - 2 sqrt(2).
     assert mean(sp.cos((sp.sqrt(2) - 1) ** 2 * t) * sp.cos((3 - 2 * sp.sqrt(2)) * t), t) == sp.Rational(1, 2)
@@ -187,7 +187,7 @@ def test_decimal_frequencies_are_what_they_are_written_as():
     """3 * 0.1 - 0.3 is 5.6e-17 in binary numbers, which would be a very slow oscillation."""
     e = sp.cos(0.1 * t) ** 3 * sp.cos(0.3 * t)
     assert mean(e, t) == sp.Rational(1, 8)
-    assert common_period(harmonics(e, t).frequencies) == 10 * sp.pi
+    assert common_period(trigonometric_polynomial(e, t).frequencies) == 10 * sp.pi
 
 
 def test_common_periods():

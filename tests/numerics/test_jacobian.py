@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 from tests.refusals import rejected
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.numerics.jacobian import Jacobian, variational_system
@@ -75,8 +75,8 @@ def test_a_division_by_zero_is_no_number() -> None:
 @pytest.mark.parametrize("inertia", [True, False])
 @pytest.mark.parametrize("name", ["drozdetskaya-2020/r1-u80", "practice/screen", "sperling-rollers/table-1"])
 def test_averaged_machines_against_differences(name: str, inertia: bool) -> None:
-    slow = averaged_machine(load_machine(name), inertia=inertia)
-    system, values = slow.system, list(slow.values())
+    averaged_equations = averaged_equations_of(load_machine(name), inertia=inertia)
+    system, values = averaged_equations.system, list(averaged_equations.values())
     lin, draw = Jacobian.of(system, (system.parameter_names[0],)), np.random.default_rng(3)
     state = np.array([draw.uniform(0, 6) if s in system.angles else draw.uniform(90, 110) for s in system.states])
     f, fx, fp = lin.values_at(state, values)
@@ -97,7 +97,7 @@ def test_ten_balls_stay_small() -> None:
     """21 states: the program has fewer lines than 50 a state, where explicit entries would have thousands of terms each."""
     ball = {"kind": "pendulum", "about": "wheel", "mass": 0.002, "length": 0.03, "damping": 1e-5}
     rotor = {"kind": "rotor", "name": "wheel", "mass": 0.3, "unbalance": 1.5e-4, "inertia": 1.5e-3}
-    slow = averaged_machine(
+    averaged_equations = averaged_equations_of(
         machine_from(
             {
                 "carrier": {"mass": 2.0, "stiffness": 1e4, "damping": 80.0},
@@ -107,9 +107,9 @@ def test_ten_balls_stay_small() -> None:
         )
     )
     begun = clock.perf_counter()
-    lin = Jacobian.of(slow.system)
-    lin.values_at([1.0] * len(slow.system.states), slow.values())
-    assert len(lin.program.lines) < 50 * len(slow.system.states)
+    lin = Jacobian.of(averaged_equations.system)
+    lin.values_at([1.0] * len(averaged_equations.system.states), averaged_equations.values())
+    assert len(lin.program.lines) < 50 * len(averaged_equations.system.states)
     assert clock.perf_counter() - begun < 20  # s; about 1 s when this was written
 
 

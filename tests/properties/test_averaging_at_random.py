@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
 from wucht.mechanics.means import mean
-from wucht.mechanics.trigonometric import harmonics
+from wucht.mechanics.trigonometric import trigonometric_polynomial
 from wucht.system import TIME, System
 
 few = settings(
@@ -62,7 +62,7 @@ def test_the_mean_is_the_integral_over_a_period(expression):
 @given(polynomials)
 def test_mean_and_harmonics_are_the_expression(expression):
     """Nothing is lost: at random times the sum of mean and oscillation is the expression, to rounding of values up to 50."""
-    waves = harmonics(expression, TIME)
+    waves = trigonometric_polynomial(expression, TIME)
     whole, parts = numbers(expression), numbers(waves.mean + waves.oscillation)
     for time in np.random.default_rng(1).uniform(0, TURN, 5):
         assert whole(time) == approx(parts(time), abs=1e-11)

@@ -100,7 +100,7 @@ def motion(document, start, until, engine=None, samples=201):
     run = integrate(flow, initial_state(machine, start), machine.values, time)
     assert run.failure is None
     actual = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
-    return actual | flow.outputs(run.time, run.states, run.parameters)
+    return actual | flow.outputs(run.time, run.states, run.parameter_values)
 
 
 def assert_equal(one, other, tolerance):

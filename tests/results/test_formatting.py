@@ -21,7 +21,7 @@ from wucht.results.formatting import (
     with_unit,
     wrap_text,
 )
-from wucht.results.quantities import answer
+from wucht.results.quantities import result_dataset
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_a_number_with_the_unit_of_its_quantity(
     value: object, unit: str, form: str, words: str | None, bare: str | None
 ) -> None:
     for dimensionless, expected in ((0, words), (1, bare)):
-        made = answer([], "fine").assign_attrs(title="A title", dimensionless=dimensionless)
+        made = result_dataset([], "fine").assign_attrs(title="A title", dimensionless=dimensionless)
         assert ReportLines(made).format_value(value, unit, form) == expected
 
 

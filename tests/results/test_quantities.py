@@ -12,7 +12,7 @@ import xarray as xr
 from tests.refusals import rejected
 
 from wucht.results.formatting import ReportLines
-from wucht.results.quantities import Answer, Quantity, answer, dataset_from_quantities, group, table
+from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities, group, result_dataset, table
 
 POINTS = [
     {"speed": 10.0, "torque": 2.0, "stable": True, "name": "low"},
@@ -43,7 +43,7 @@ QUANTITIES = [
 
 
 def made(**more: object) -> xr.Dataset:
-    result = answer(QUANTITIES, "it works", ["a warning"], ["an assumption"], engine="heyoka", **more)
+    result = result_dataset(QUANTITIES, "it works", ["a warning"], ["an assumption"], engine="heyoka", **more)
     return result.assign_attrs(study="test", title="A title", dimensionless=0, finished=1)
 
 
@@ -95,8 +95,10 @@ def test_attributes_are_texts_and_numbers_so_that_anyone_can_write_the_dataset(t
 def test_a_name_is_given_once() -> None:
     twice = Quantity("speed", 1.0, "speed", "rad/s")
     with rejected("taken"):
-        answer([twice, Quantity("speed", 2.0, "another speed")], "")
-    both = answer([twice, Quantity("speed", [1.0], "speeds", "rad/s", "body")], "")  # one in the summary, one in the Dataset
+        result_dataset([twice, Quantity("speed", 2.0, "another speed")], "")
+    both = result_dataset(
+        [twice, Quantity("speed", [1.0], "speeds", "rad/s", "body")], ""
+    )  # one in the summary, one in the Dataset
     assert both.wucht.summary["speed"] == 1.0
 
 
@@ -110,7 +112,7 @@ def test_an_empty_table_has_empty_columns_of_the_same_kinds() -> None:
 
 def test_a_group_is_a_table_of_quantities_that_may_be_tables() -> None:
     inner = Quantity("peaks", {"velocity": 2.0, "speed": 3.0}, "peaks", parts={"velocity": ("v", "m"), "speed": ("s", "m")})
-    says = answer([group("motion", [inner, Quantity("speed", 1.0, "speed", "rad/s")], "motion")], "").wucht
+    says = result_dataset([group("motion", [inner, Quantity("speed", 1.0, "speed", "rad/s")], "motion")], "").wucht
     assert says.summary["motion"] == {"peaks": {"velocity": 2.0, "speed": 3.0}, "speed": 1.0}
     assert [says.unit_at(f"motion.{path}") for path in ("speed", "peaks.velocity")] == ["rad/s", "m"]
     assert says.quantities["motion"]["what"] == "motion"
@@ -118,7 +120,7 @@ def test_a_group_is_a_table_of_quantities_that_may_be_tables() -> None:
 
 def test_an_answer_may_describe_a_dataset_that_has_its_variables() -> None:
     base = xr.Dataset({"x": ("time", [1.0])}, attrs={"old": 1})
-    result = Answer([Quantity("share", 0.5, "share")], "done", failure="cut off").dataset(base)
+    result = StudyResult([Quantity("share", 0.5, "share")], "done", failure="cut off").dataset(base)
     assert (set(result.data_vars), result.wucht.failure, "old" in result.attrs) == ({"x"}, "cut off", False)
     assert base.attrs == {"old": 1}
 

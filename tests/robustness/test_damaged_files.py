@@ -101,7 +101,7 @@ def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
     from wucht.results.output_folder import load_result
     from wucht.results.store import save_csv
     from wucht.studies import runner
-    from wucht.studies.study_file import answer_study, read_comparison
+    from wucht.studies.study_file import read_comparison, run_study
 
     changed, written = tmp_path / "result.nc", tmp_path / "written"
     written.mkdir()
@@ -113,7 +113,7 @@ def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
             "report": lambda: runner.report(load_result(changed)),
             "csv": lambda: save_csv(load_result(changed), written),
             "export": lambda: runner.export(load_result(changed), written),
-            "compare": lambda: answer_study(read_comparison([str(changed), str(changed)], {}, {})),
+            "compare": lambda: run_study(read_comparison([str(changed), str(changed)], {}, {})),
         }
         for number, (name, edit) in enumerate(damage.edits(original)):
             if number % every:

@@ -123,7 +123,7 @@ def test_signature_equals_the_fields(name: str) -> None:
     cls = TABLES[name]
     fields, signature = fields_of(cls, settable_only=True), inspect.signature(cls)
     assert not re.search(r"0x[0-9a-f]|FieldInfo|Annotated|PydanticUndefined|typing\.|wucht\.|<", str(signature))
-    words = {"lambda": "lambda_", "return": "back"}  # keys that are words of Python
+    words = {"lambda": "speed_ratio", "return": "back"}  # keys that are words of Python
     assert list(signature.parameters) == [words.get(key, key) for key in fields]
     for parameter, field in zip(signature.parameters.values(), fields.values(), strict=True):
         assert (parameter.default is inspect.Parameter.empty) == field.is_required()

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 from wucht.plots.page import JOURNAL, PRINT
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw
-from wucht.studies.study_file import answer_study, read_study
+from wucht.studies.study_file import read_study, run_study
 
 DEG, RPM = 180 / math.pi, 30 / math.pi
 
@@ -434,7 +434,7 @@ def drawn(
     kind = request.param
     file = tmp_path_factory.mktemp(kind) / f"{kind}.toml"
     file.write_text(str(studies()[kind].template), encoding="utf-8")
-    result = answer_study(read_study(str(file), EXPECTED[kind].settings))
+    result = run_study(read_study(str(file), EXPECTED[kind].settings))
     return result, draw(result)
 
 
@@ -494,7 +494,7 @@ def test_every_study_is_expected() -> None:
 def test_a_basin_has_its_starts_along_its_axes(tmp_path: Path) -> None:
     """As many cells in one direction as in the other would hide that they were changed."""
     (tmp_path / "basin.toml").write_text(str(studies()["basin"].template), encoding="utf-8")
-    result = answer_study(
+    result = run_study(
         read_study(
             str(tmp_path / "basin.toml"), {"study.axes": {"psi": ["0 deg", "360 deg", 5], "delta": ["0 deg", "180 deg", 3]}}
         )
@@ -515,6 +515,6 @@ def test_a_basin_has_its_starts_along_its_axes(tmp_path: Path) -> None:
 def test_a_style_is_honoured(page: Any, tmp_path: Path) -> None:
     file = tmp_path / "law.toml"
     file.write_text(str(studies()["cam-law"].template), encoding="utf-8")
-    figure = draw(answer_study(read_study(str(file))), page)
+    figure = draw(run_study(read_study(str(file))), page)
     assert figure.get_size_inches()[0] == pytest.approx(page.width) or page is JOURNAL
     assert bool(figure.get_suptitle()) == (page is PRINT)

@@ -11,7 +11,7 @@ from tests.refusals import refused
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.machines.models import Model, models
+from wucht.machines.models import DimensionlessModel, models
 from wucht.machines.parts import bodies, carriers
 from wucht.machines.parts.base import Body, Drive, Frame, Point, si
 from wucht.machines.parts.support import Support
@@ -99,7 +99,7 @@ class Slipping(Drive):
         return self.slip, self.synchronous * (1 - self.slip), self.pull_out
 
 
-class OneOfOurOwn(Model):
+class OneOfOurOwn(DimensionlessModel):
     """A dimensionless rotor without a motor."""
 
     kind: ClassVar[str] = ""

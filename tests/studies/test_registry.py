@@ -19,7 +19,7 @@ from wucht.studies.registry import Study, studies
 STUDY = """
 from typing import ClassVar
 
-from wucht.extending import Quantity, Spec, answer, new_figure, si
+from wucht.extending import Quantity, Spec, new_figure, result_dataset, si
 
 
 class Counting(Spec):
@@ -40,7 +40,7 @@ def run(plan, work):
 
 
 def dataset(plan, findings):
-    return answer([Quantity("bodies", findings, "number of bodies")], f"{{findings}} bodies")
+    return result_dataset([Quantity("bodies", findings, "number of bodies")], f"{{findings}} bodies")
 
 
 def figure(result):

@@ -16,7 +16,7 @@ from tests.refusals import refused
 import wucht
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.results.quantities import Answer, Quantity
+from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.registry import study_of
 from wucht.studies.run_up import combined_runs
 from wucht.studies.run_up.combined_runs import join_models
@@ -158,8 +158,8 @@ def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one(monkeypatch: py
         Quantity("speed", [[1.0, 2.0, 3.0]], "speed", "rad/s", "body time"),
         Quantity("radius", [0.0] * 3, "r", "m", "time"),
     )
-    full = Answer([speed, radius], "full", ["w"])
-    slow = Answer([replace(speed, value=[[5.0, 6.0]]), replace(radius, value=[7.0, 8.0])], "slow", failure="it burst")
+    full = StudyResult([speed, radius], "full", ["w"])
+    slow = StudyResult([replace(speed, value=[[5.0, 6.0]]), replace(radius, value=[7.0, 8.0])], "slow", failure="it burst")
     motions = [SimpleNamespace(), SimpleNamespace()]
     assert join_models(motions[:1], [full]) is full  # type: ignore[arg-type]
     monkeypatch.setattr(combined_runs, "compared_motion", lambda motion: None)

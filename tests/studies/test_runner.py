@@ -20,7 +20,7 @@ from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.plots.sheet import save_figure
 from wucht.results.output_folder import NEW, load_result
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.schema import si
 from wucht.studies import runner
 from wucht.studies.memory import UnitMemory
@@ -91,7 +91,7 @@ def dataset(plan: tuple[Squares, list[float]], squares: tuple[Square, ...]) -> x
         Quantity("sum", sum(s.value for s in squares), "sum"),
     ]
     failure = "it is negative" if plan[0].times < 0 else None
-    return answer(quantities, "done", ["squares are large"], failure=failure)
+    return result_dataset(quantities, "done", ["squares are large"], failure=failure)
 
 
 def figure(result: xr.Dataset) -> Any:

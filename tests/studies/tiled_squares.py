@@ -18,7 +18,7 @@ import xarray as xr
 
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.schema import si
 from wucht.studies.cluster import TaskReport
 from wucht.studies.spec import Spec
@@ -100,7 +100,7 @@ def dataset(plan: tuple[TiledSquares, Path], squares: tuple[Square, ...]) -> xr.
         Quantity("noise", noise, "noise", "", "number component"),
         Quantity("count", len(squares), "number of squares"),
     ]
-    return answer(quantities, "done")
+    return result_dataset(quantities, "done")
 
 
 def figure(result: xr.Dataset) -> Any:

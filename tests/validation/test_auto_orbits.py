@@ -12,7 +12,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from auto_demos import CIR, LORENZ, PEN, PP2
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.catalogue import load_machine
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
@@ -88,7 +88,7 @@ def test_cir_the_homoclinic_orbit_of_the_circuit(way: int) -> None:
     """
     connections = Connections.of(CIR, ["nu"], {"be": 0.6, "r": 0.6, "ga": 0.0}, [(-1.0, -0.5)], 60.0)
     orbit = connection_from_excursion(connections, [0.0, 0.0, 0.0], [-0.73], way)
-    assert orbit.parameters[0] == pytest.approx(-0.721309, abs=2e-6)
+    assert orbit.parameter_values[0] == pytest.approx(-0.721309, abs=2e-6)
     assert np.abs(orbit.states[:, [0, -1]]).max() < 1e-5
     assert way * orbit.states[0][np.abs(orbit.states[0]).argmax()] > 0.4
 
@@ -151,12 +151,12 @@ def test_pen_period_doublings_over_two_parameters_are_those_of_branches_in_one()
     curve = CycleCurve.of("period-doubling", PEN, ("current", "gamma"), {"eps": 0.1}, ((0.15, 0.6), (0.1, 0.25)), winding=BOTH)
     start = curve.start(point, 0.175)
     ends = [list(curve.walk(way))[-1] for way in (start, curve.backwards(start))]
-    (end,) = [e for e in ends if e.parameters[1] == 0.25]
+    (end,) = [e for e in ends if e.parameter_values[1] == 0.25]
     there = Cycles.of(PEN, "current", PENDULA | {"gamma": 0.25}, (0.15, 0.6), winding=BOTH)
     near = min(points, key=lambda p: abs(p.parameter - 0.3))
     first = cycle_from_nodes(there, near.problem.mesh, near.states.T, near.period, 0.3)  # in phase, whatever the coupling
     (found,) = [p for p in there.walk(first if first.point.tangent[-1] < 0 else there.backwards(first)) if p.kind]
-    assert found.kind == "period-doubling" and end.parameters[0] == pytest.approx(found.parameter, abs=1e-8)
+    assert found.kind == "period-doubling" and end.parameter_values[0] == pytest.approx(found.parameter, abs=1e-8)
     assert end.period == pytest.approx(found.period, rel=1e-8)
 
 
@@ -167,7 +167,7 @@ WINDING = {"p1.phase": -1, "p2.phase": -1}
 def dissertation() -> tuple[System, dict[str, float], Cycles, tuple[Cycle, ...]]:
     """The rotating orbit of table 5.1, from u* to u*."""
     machine = load_machine("drozdetskaya-2020/table-5.1")
-    system = replace(averaged_machine(machine, inertia=False).system, outputs=(), quadratures=())
+    system = replace(averaged_equations_of(machine, inertia=False).system, outputs=(), quadratures=())
     values = dict(machine.values) | {"u": 2.5}
     run = integrate(compile_system(system, 1e-10), [0.0, 0.0, 0.3], system.values(values), np.linspace(0, 4000, 20001))
     turned = run.states[0]
@@ -242,7 +242,7 @@ def test_dissertation_stability_is_lost_over_sigma_as_over_u() -> None:
     curve = CycleCurve.of("branch-point", system, ("u", "sigma"), others, bounds, winding=WINDING, accuracy=1e-9)
     start = curve.start(lost, 0.1)
     ends = [list(curve.walk(way))[-1] for way in (start, curve.backwards(start))]
-    (end,) = [e for e in ends if e.parameters[1] == 0.11]
+    (end,) = [e for e in ends if e.parameter_values[1] == 0.11]
 
     middle = at(cycles, list(points), 2.5)
     over_sigma = Cycles.of(system, "sigma", others | {"u": 2.5}, (0.05, 0.11), winding=WINDING)
@@ -252,5 +252,5 @@ def test_dissertation_stability_is_lost_over_sigma_as_over_u() -> None:
     first = cycle_from_nodes(over_u, there.problem.mesh, there.states.T, there.period, 2.5)
     branch = over_u.walk(first if first.point.tangent[-1] > 0 else over_u.backwards(first))
     found = next(p for p in branch if p.kind)
-    assert found.kind == "branch-point" and end.parameters[0] == pytest.approx(found.parameter, abs=1e-8)
+    assert found.kind == "branch-point" and end.parameter_values[0] == pytest.approx(found.parameter, abs=1e-8)
     assert end.period == pytest.approx(found.period, rel=1e-8)

@@ -41,9 +41,9 @@ def problem() -> Folds:
 def test_both_folds_over_the_damping(problem: Folds) -> None:
     for (x, values), u in ((FIRST, 5.8600817), (SECOND, 2.6739155)):
         start = problem.start(x, values)
-        np.testing.assert_allclose(start.u, [*x, *values], rtol=1e-7)
+        np.testing.assert_allclose(start.unknowns, [*x, *values], rtol=1e-7)
         lighter = Folds(problem.equations, [(0, 20), (0.05, 0.1)]).branch(start)
-        (at,) = [p.parameters[0] for p in lighter.points if p.parameters[1] == 0.05]
+        (at,) = [p.parameter_values[0] for p in lighter.points if p.parameter_values[1] == 0.05]
         assert at == pytest.approx(u, rel=2e-8)
 
 
@@ -54,8 +54,8 @@ def test_both_folds_need_the_same_motor_at_one_damping(problem: Folds) -> None:
 
     def fold(curve: int, sigma: float) -> np.ndarray:
         """On a curve, at a damping: Newton's method from the neighbouring point, in the plane of that damping."""
-        nearest = curves[curve].u[:, np.abs(curves[curve].parameters[1] - sigma).argmin()]
-        return problem.curve(nearest).start(np.append(nearest[:3], sigma), np.array([0.0, 0.0, 0.0, 1.0])).u
+        nearest = curves[curve].unknowns[:, np.abs(curves[curve].parameter_values[1] - sigma).argmin()]
+        return problem.curve(nearest).start(np.append(nearest[:3], sigma), np.array([0.0, 0.0, 0.0, 1.0])).unknowns
 
     sigma, width = 0.067, 1e-3
     for _ in range(5):  # secants
@@ -75,6 +75,6 @@ def test_every_point_is_a_fold(problem: Folds) -> None:
     for at in (FIRST, SECOND):
         curve = problem.branch(problem.start(*at))
         assert len(curve.points) > 80
-        a, b, c, d = A(*curve.u)
-        assert np.abs(f(*curve.u)).max() < 1e-13
+        a, b, c, d = A(*curve.unknowns)
+        assert np.abs(f(*curve.unknowns)).max() < 1e-13
         assert (np.abs(a * d - b * c) / (np.abs(a * d) + np.abs(b * c))).max() < 1e-9

@@ -171,7 +171,7 @@ def test_a_settled_run_at_constant_speed(name: str) -> None:
     time = np.concatenate([[0.0], (settled + np.arange(per_turn) / per_turn) * 2 * math.pi / w])
     settling = integrate(flow, initial_state(machine, start), machine.values, time)
     row = dict(zip(machine.system.state_names, settling.states[:, 1:], strict=True))
-    outputs = flow.outputs(settling.time, settling.states, settling.parameters)
+    outputs = flow.outputs(settling.time, settling.states, settling.parameter_values)
 
     response = run(Response((0.9 * w, 1.1 * w), points=3, start=start), machine).sel(speed=w)
     turned = w * settling.time[1:]

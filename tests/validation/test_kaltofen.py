@@ -11,7 +11,7 @@ import pytest
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 OMEGA = 500 * math.pi / 30
 LAW = equiripple(5, math.radians(120), math.radians(24))  # Bild 1: dwell and return by five harmonics
@@ -21,7 +21,9 @@ TAU = np.linspace(-1, 8, 300)
 
 def shaft(scale=1.0):
     """Bild 3: a speed of orders 2 to 5."""
-    return ShaftMotion(Harmonics.of(OMEGA, scale * np.array([0, 2.4, 1, 0.5, 0.3]), scale * np.array([0, 1, -1.3, 0.2, 0.4])))
+    return ShaftMotion(
+        FourierSeries.of(OMEGA, scale * np.array([0, 2.4, 1, 0.5, 0.3]), scale * np.array([0, 1, -1.3, 0.2, 0.4]))
+    )
 
 
 def test_acceleration_over_time_is_that_of_the_paper():

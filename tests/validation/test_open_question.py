@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.sections import section_of
 from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDLE, curves_between
 from wucht.dynamics.branches.ending_map import EndingMapCase
@@ -44,7 +44,7 @@ LOWER, UPPER = (4.62, 0.84), (2.845, 1.468)  # psi, omega near the folds u1*, u2
 @cache
 def _planar() -> tuple[Any, dict[str, float]]:
     machine = load_machine("drozdetskaya-2020/table-5.1")
-    made = section_of(averaged_machine(machine, False), True)
+    made = section_of(averaged_equations_of(machine, False), True)
     return made.system, dict(machine.values)
 
 
@@ -59,16 +59,16 @@ def _fold(near: tuple[float, float], u: float, sigma: float) -> np.ndarray:
     """psi, omega, u of a fold: it does not depend on beta_r."""
 
     def conditions(z: np.ndarray) -> np.ndarray:
-        f, f_u = _equations().values(np.array([*z, 0.1, sigma]))
-        return np.array([*f, np.linalg.det(f_u[:, :2])])
+        f, derivatives = _equations().values(np.array([*z, 0.1, sigma]))
+        return np.array([*f, np.linalg.det(derivatives[:, :2])])
 
     return np.asarray(fsolve(conditions, [*near, u], xtol=1e-13))
 
 
 def _leaving(fold: np.ndarray, beta_r: float, sigma: float, distance: float = 2e-3) -> list[float]:
     """A state beside a saddle-node, on the side on which it is left: psi falls."""
-    f_u = _equations().values(np.array([*fold, beta_r, sigma]))[1][:, :2]
-    values, vectors = np.linalg.eig(f_u)
+    derivatives = _equations().values(np.array([*fold, beta_r, sigma]))[1][:, :2]
+    values, vectors = np.linalg.eig(derivatives)
     v = vectors[:, np.abs(values).argmin()].real
     return list(fold[:2] - distance * v * np.sign(v[0]))
 
@@ -150,11 +150,13 @@ def test_saddle_connection_of_the_middle_region() -> None:
     assert end.value == pytest.approx(6.1950292, rel=1e-6)
     system, values = _planar()
     rotates = []
-    for u in (6.1945, 6.1955):
-        x = fsolve(lambda s, u=u: _equations().values(np.array([*s, u, 1.3, 0.1]))[0], end.equilibrium, xtol=1e-13)
-        rates, vectors = np.linalg.eig(_equations().values(np.array([*x, u, 1.3, 0.1]))[1][:, :2])
+    for unknowns in (6.1945, 6.1955):
+        x = fsolve(
+            lambda s, unknowns=unknowns: _equations().values(np.array([*s, unknowns, 1.3, 0.1]))[0], end.equilibrium, xtol=1e-13
+        )
+        rates, vectors = np.linalg.eig(_equations().values(np.array([*x, unknowns, 1.3, 0.1]))[1][:, :2])
         v = vectors[:, rates.real.argmax()].real
-        parameters = system.values(values | {"u": u, "beta_r": 1.3, "sigma": 0.1})
+        parameters = system.values(values | {"u": unknowns, "beta_r": 1.3, "sigma": 0.1})
         start = list(x - 1e-6 * v * np.sign(v[0]))
         states = integrate(compile_system(system, 1e-12), start, parameters, np.linspace(0, 4e4, 4001)).states
         rotates.append(not is_at_rest(states[:, -500:]))

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.full_stability import FullStability
@@ -55,7 +55,7 @@ def test_folds_of_type_ii(start: float, u: float, fold: float, omega: float, psi
     """u1*, u2* with omega and psi, for two epsilon: the same as averaged."""
     followed = branch("u", 0.3, 9.0, TABLE_5_1, start, u=u, epsilon=0.01 * share, mu=0.01 * share)
     (found,) = (p for p in followed.special if p.kind == "fold")
-    of = dict(zip(followed.equations.states, found.x, strict=True))
+    of = dict(zip(followed.equations.state_names, found.x, strict=True))
     assert found.parameter == pytest.approx(fold, rel=3e-8)
     assert of["rotor.speed"] == pytest.approx(omega, abs=5e-8)
     assert of["p1.phase"] == pytest.approx(of["p2.phase"], abs=1e-7)
@@ -75,8 +75,13 @@ def test_eigenvalues_tend_to_the_averaged_ones_in_the_order_of_epsilon() -> None
     differences = []
     for share in (1.0, 0.5, 0.25, 0.125):
         full, state, _, found = near(TABLE_5_1, 0.7028953, u=1.0, epsilon=0.01 * share, mu=0.01 * share)
-        slow = averaged_machine(full.torques.machine, inertia=False)
-        averaged = AveragedStability(SteadyTorques.from_slow(slow), slow).stability(state).exponents[0].real
+        averaged_equations = averaged_equations_of(full.torques.machine, inertia=False)
+        averaged = (
+            AveragedStability(SteadyTorques.from_averaged_equations(averaged_equations), averaged_equations)
+            .stability(state)
+            .exponents[0]
+            .real
+        )
         if share == 1.0:
             assert averaged / state.speed == pytest.approx(-0.003762, abs=5e-7)
         differences.append((found.exponents[0].real - averaged) / (share * state.speed))
@@ -92,10 +97,10 @@ def test_where_compensation_is_lost_over_the_no_load_speed() -> None:
         sizes = {"u": 2.0, "epsilon": 0.01 * share, "mu": 0.01 * share}
         (full,) = branch("lambda", 0.9, 3.0, TABLE_5_1, 2.0, **sizes).special
         judged, state, _, _ = near(TABLE_5_1, 2.0, **sizes)
-        slow = averaged_machine(judged.torques.machine, inertia=False)
-        fixed = {n: judged.machine.values[n] for n in slow.system.parameter_names if n != "lambda"}
-        problem = Equilibria(Equations.of(slow.system, ["lambda"], fixed), (0.9, 3.0))
-        (averaged,) = problem.branch(problem.start(slow.steady_state(2.0, state.phases), 2.0)).special
+        averaged_equations = averaged_equations_of(judged.torques.machine, inertia=False)
+        fixed = {n: judged.machine.values[n] for n in averaged_equations.system.parameter_names if n != "lambda"}
+        problem = Equilibria(Equations.of(averaged_equations.system, ["lambda"], fixed), (0.9, 3.0))
+        (averaged,) = problem.branch(problem.start(averaged_equations.steady_state(2.0, state.phases), 2.0)).special
         assert full.kind == averaged.kind == "hopf"
         assert averaged.parameter == pytest.approx(0.9902122, abs=1e-7)
         differences.append(full.parameter - averaged.parameter)

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
 from wucht.dynamics.entrainment.entrainment_case import swept_parameter
+from wucht.dynamics.entrainment.entrainment_equations import EntrainmentEquations
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -163,7 +163,7 @@ def test_exciters_that_turn_against_each_other() -> None:
     """practice/screen: the sum of the angles is 90.4 degrees, as its notes report; the other phase is not stable."""
     machine = load_machine("practice/screen")
     senses = {b.name: sense_of(machine, b) for b in machine.bodies}
-    averaged = AveragedEquations(machine, swept_parameter(machine, "drives.e2.voltage"), senses, (200, 260))
+    averaged = EntrainmentEquations(machine, swept_parameter(machine, "drives.e2.voltage"), senses, (200, 260))
     equilibria = averaged.equilibria(230.0)
     (stable,) = (x for x in equilibria if averaged.is_stable(x, 230.0))
     assert -math.degrees(stable[0]) == pytest.approx(90.4, abs=0.05)
@@ -196,7 +196,7 @@ def test_phases_37_and_their_stability_40(stiffness: float, phase: float) -> Non
     """Below the natural frequency of the carrier exciters swing together, above it against each other."""
     machine = exciters(stiffness, 12.0, 12.0)
     swept = swept_parameter(machine, "detuning")
-    averaged = AveragedEquations(machine, swept, {b.name: sense_of(machine, b) for b in machine.bodies}, (-9.0, 9.0))
+    averaged = EntrainmentEquations(machine, swept, {b.name: sense_of(machine, b) for b in machine.bodies}, (-9.0, 9.0))
     synchronous = [x for x in averaged.equilibria(0.0) if x[1] == pytest.approx(12.0, rel=1e-6)]
     assert sorted(abs(math.sin(x[0])) for x in synchronous) == pytest.approx([0.0, 0.0], abs=1e-6)
     assert {round(math.cos(x[0])): averaged.is_stable(x, 0.0) for x in synchronous} == {1: phase == 0.0, -1: phase != 0.0}

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques
@@ -265,9 +265,12 @@ def test_type_ii_at_u_1() -> None:
 def exponents_per_angle(u: float, state: Entry) -> np.ndarray:
     """Of the averaged equations without inertia, a unit of the rotor's angle, the largest first."""
     machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
-    slow = averaged_machine(machine, inertia=False)
+    averaged_equations = averaged_equations_of(machine, inertia=False)
     at = State(state["speed"], np.array([0.0, state["phases"]["p1"], state["phases"]["p2"]]))
-    exponents: np.ndarray = AveragedStability(SteadyTorques.from_slow(slow), slow).stability(at).exponents / state["speed"]
+    exponents: np.ndarray = (
+        AveragedStability(SteadyTorques.from_averaged_equations(averaged_equations), averaged_equations).stability(at).exponents
+        / state["speed"]
+    )
     return exponents
 
 

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged_machine import AveragedMachine
+from wucht.analysis.averaged_equations import AveragedEquations
 from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
@@ -70,46 +70,59 @@ class Section:
         return np.asarray(state[self.turning] if self.turning >= 0 else np.full(np.shape(state)[1:], self.speed))
 
 
-def section_of(slow: AveragedMachine, together: bool | Sequence[str] | None, speed: float | None = None) -> Section:
+def section_of(
+    averaged_equations: AveragedEquations, together: bool | Sequence[str] | None, speed: float | None = None
+) -> Section:
     """The states that remain where bodies keep equal phases.
 
     Parameters
     ----------
-    slow : AveragedMachine
+    averaged_equations : AveragedEquations
     together : bool, sequence of str, or None
         True for all balancing bodies, names of some, None for none: then all states remain.
     speed : float, optional
-        Speed of the main rotor, signed, where ``slow`` fixes it.
+        Speed of the main rotor, signed, where ``averaged_equations`` fix it.
 
     Raises
     ------
     InputError
         At ``study.together``: for an unknown name, and where motions that begin with equal phases do not keep them.
     """
-    machine = slow.machine
-    values = dict(machine.values) | ({} if speed is None else {SPEED.name: slow.senses[machine.rotor.name] * speed})
-    groups = _groups(together, slow)
-    system, axes = _section_system(slow, machine, groups)
-    embedding = np.zeros((len(slow.system.states), len(groups)))
+    machine = averaged_equations.machine
+    values = dict(machine.values) | (
+        {} if speed is None else {SPEED.name: averaged_equations.senses[machine.rotor.name] * speed}
+    )
+    groups = _groups(together, averaged_equations)
+    system, axes = _section_system(averaged_equations, machine, groups)
+    embedding = np.zeros((len(averaged_equations.system.states), len(groups)))
     for k, group in enumerate(groups):
         for i in group:
-            embedding[i, k] = _sense(slow, i)
+            embedding[i, k] = _sense(averaged_equations, i)
     main = f"{machine.rotor.name}.speed"
-    turning = next((k for k, g in enumerate(groups) if slow.system.state_names[g[0]] == main), -1)
-    section_values = {name: values[name] for name in slow.system.parameter_names}
+    turning = next((k for k, g in enumerate(groups) if averaged_equations.system.state_names[g[0]] == main), -1)
+    section_values = {name: values[name] for name in averaged_equations.system.parameter_names}
     coordinate = machine.rotor.coordinate
     if speed is None and coordinate.prescribed_velocity is not None:
         speed = float(machine.prescribed_speed(coordinate, 0.0)[0])
     section = Section(
-        system, section_values, axes, slow.system, embedding, turning, speed, slow.inertia, slow.order, slow.warnings
+        system,
+        section_values,
+        axes,
+        averaged_equations.system,
+        embedding,
+        turning,
+        speed,
+        averaged_equations.inertia,
+        averaged_equations.order,
+        averaged_equations.warnings,
     )
-    _refuse_leaving_curves(section, groups, slow)
+    _refuse_leaving_curves(section, groups, averaged_equations)
     return section
 
 
-def _groups(together: bool | Sequence[str] | None, slow: AveragedMachine) -> list[list[int]]:
+def _groups(together: bool | Sequence[str] | None, averaged_equations: AveragedEquations) -> list[list[int]]:
     """The states of the averaged equations, by their indices: those that stay equal are one group."""
-    names, machine = slow.system.state_names, slow.machine
+    names, machine = averaged_equations.system.state_names, averaged_equations.machine
     if not together:
         return [[i] for i in range(len(names))]
     bodies = [b.name for b in machine.bodies if b.about is not None]
@@ -126,17 +139,17 @@ def _groups(together: bool | Sequence[str] | None, slow: AveragedMachine) -> lis
     return list(groups.values())
 
 
-def _sense(slow: AveragedMachine, index: int) -> int:
+def _sense(averaged_equations: AveragedEquations, index: int) -> int:
     """The sign between a state of the averaged equations and the machine's convention of it."""
-    body, _, quantity = slow.system.state_names[index].rpartition(".")
-    rotor = slow.machine.body(body).about is None
-    return 1 if quantity == "phase" and rotor else slow.senses[body]
+    body, _, quantity = averaged_equations.system.state_names[index].rpartition(".")
+    rotor = averaged_equations.machine.body(body).about is None
+    return 1 if quantity == "phase" and rotor else averaged_equations.senses[body]
 
 
 def _section_system(
-    slow: AveragedMachine, machine: Machine, groups: Sequence[Sequence[int]]
+    averaged_equations: AveragedEquations, machine: Machine, groups: Sequence[Sequence[int]]
 ) -> tuple[System, tuple[Axis, ...]]:
-    s, units = slow.system, machine.units
+    s, units = averaged_equations.system, machine.units
     first = [s.state_names[g[0]] for g in groups]
     phases, main = sum(name.endswith(".phase") for name in first), f"{machine.rotor.name}.speed"
     axes = []
@@ -151,7 +164,7 @@ def _section_system(
             bodies = ", ".join(s.state_names[i].rpartition(".")[0] for i in group)
             axis_name = PSI if phases == 1 else body
             axes.append(Axis(axis_name, f"phase of {bodies}", "rad", 0.0, 2 * math.pi))
-    senses = tuple(_sense(slow, g[0]) for g in groups)
+    senses = tuple(_sense(averaged_equations, g[0]) for g in groups)
     return _reduced_system(s, tuple(map(tuple, groups)), tuple(a.name for a in axes), senses), tuple(axes)
 
 
@@ -169,7 +182,7 @@ def _reduced_system(s: System, groups: tuple[tuple[int, ...], ...], names: tuple
     )
 
 
-def _refuse_leaving_curves(section: Section, groups: Sequence[Sequence[int]], slow: AveragedMachine) -> None:
+def _refuse_leaving_curves(section: Section, groups: Sequence[Sequence[int]], averaged_equations: AveragedEquations) -> None:
     """Raises ``InputError`` where curves that begin in the section leave it."""
     low, high = np.array([[a.low, a.high] for a in section.axes]).T
     if section.embedding.shape[0] == section.embedding.shape[1]:
@@ -184,7 +197,7 @@ def _refuse_leaving_curves(section: Section, groups: Sequence[Sequence[int]], sl
     fine = np.isfinite(rates).all(axis=0)
     if not fine.any() or np.abs(out.T @ rates[:, fine]).max(initial=0.0) <= _INVARIANT * np.abs(rates[:, fine]).max():
         return
-    names = next([slow.system.state_names[i] for i in g] for g in groups if len(g) > 1)
+    names = next([averaged_equations.system.state_names[i] for i in g] for g in groups if len(g) > 1)
     bodies = " and ".join(n.rpartition(".")[0] for n in names)
     raise InputError(
         "study.together",

@@ -19,11 +19,11 @@ from wucht.cams.laws import Law
 from wucht.cams.linkages.closure import LeverMotion
 from wucht.errors import InputError
 from wucht.numerics.angles import GRID, Arc, arcs_below_zero, valleys
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.numerics.zeros_and_peaks import RealFunction
 
-_Function = Law | Harmonics
-Speed = float | np.ndarray | Law | Harmonics
+_Function = Law | FourierSeries
+Speed = float | np.ndarray | Law | FourierSeries
 _DEAD = 1e-6  # of the largest grip: less is none
 
 
@@ -234,12 +234,12 @@ def _speed(speed: Speed) -> _Function:
     return omega
 
 
-def _speed_harmonics(values: np.ndarray) -> Harmonics:
+def _speed_harmonics(values: np.ndarray) -> FourierSeries:
     if values.ndim == 0:
-        return Harmonics.of(float(values))
+        return FourierSeries.of(float(values))
     if values.ndim != 1 or len(values) < 3:
         raise InputError("speed", None, "must be a number, or a row of 3 samples or more over a turn of the cam", code="shape")
-    return Harmonics.from_samples(values)
+    return FourierSeries.from_samples(values)
 
 
 def _sense(cam: Cam) -> int:

@@ -18,7 +18,7 @@ from wucht.cams.laws import Law
 from wucht.cams.linkages.closure import composed_derivative
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 
 _SAMPLES = 2048  # of a turn: orders up to a quarter of that are free of aliasing for any motion worth making
 _PHASES = (1.0, 5.0)  # degrees by which the speed may be out of phase with the shaft
@@ -72,12 +72,12 @@ class MotionOverTime:
         return composed_derivative(np.stack([self.law(angle[0], n) for n in range(order + 1)]), angle)
 
 
-def orders(law: Law, order: int = 2, samples: int = _SAMPLES) -> Harmonics:
+def orders(law: Law, order: int = 2, samples: int = _SAMPLES) -> FourierSeries:
     """Return the orders, below half of the samples, of a derivative by tau; by default of the acceleration over omega^2."""
-    return Harmonics.from_samples(law(even_angles(samples), order))
+    return FourierSeries.from_samples(law(even_angles(samples), order))
 
 
-def share_above_order(acceleration: Harmonics, count: int, reference: int = 1) -> float:
+def share_above_order(acceleration: FourierSeries, count: int, reference: int = 1) -> float:
     """Return the largest order of the acceleration above a number, as a share of its first order, or of a reference order."""
     return float(acceleration.amplitudes[count:].max(initial=0.0) / acceleration.amplitudes[reference - 1])
 
@@ -90,7 +90,7 @@ class Purity:
     reference: the order to which shares refer: the first one, or the lowest one present.
     """
 
-    target: Harmonics
+    target: FourierSeries
     count: int | None
     reference: int
 
@@ -105,7 +105,7 @@ class Purity:
             count = int(present[-1])
         return cls(target, count, int(present[0]))
 
-    def share(self, acceleration: Harmonics) -> float:
+    def share(self, acceleration: FourierSeries) -> float:
         """Return the largest order above N, as a share of the reference; without an N the largest deviation of an order."""
         if self.count is not None:
             return share_above_order(acceleration, self.count, self.reference)
@@ -175,7 +175,7 @@ def residual_of_extra_order(law: Law, count: int | None, shaft: ShaftMotion, ord
         wave = np.zeros(max(order, shaft.speed.count), complex)
         wave[: shaft.speed.count] = shaft.speed.cosine + 1j * shaft.speed.sine
         wave[order - 1] += amplitude * np.exp(1j * phase)
-        cases.append((cam, ShaftMotion(Harmonics(shaft.mean, wave.real, wave.imag))))
+        cases.append((cam, ShaftMotion(FourierSeries(shaft.mean, wave.real, wave.imag))))
     return _worst(Purity.from_law(law, count), cases)
 
 
@@ -184,8 +184,8 @@ class AccelerationComparison:
     """A measured acceleration of the output beside the computed one. measured_orders, computed_orders: of one unit. share: of
     the measured orders' mean square that the computed ones explain."""
 
-    measured_orders: Harmonics
-    computed_orders: Harmonics
+    measured_orders: FourierSeries
+    computed_orders: FourierSeries
     share: float
 
     @cached_property
@@ -194,7 +194,7 @@ class AccelerationComparison:
         and the share explained with it."""
         m, c = (series.cosine - 1j * series.sine for series in (self.measured_orders, self.computed_orders))
         product = m[: len(c)].conj() * c
-        agreement = Harmonics(0.0, product.real, product.imag)  # over the delay
+        agreement = FourierSeries(0.0, product.real, product.imag)  # over the delay
         at = agreement.stationary()
         best = float(at[np.argmax(agreement(at))])
         measured_power, computed_power = (
@@ -204,7 +204,7 @@ class AccelerationComparison:
         return math.remainder(best, 2 * math.pi), share
 
 
-def compare_with_measurement(acceleration: Harmonics, law: Law, shaft: ShaftMotion) -> AccelerationComparison:
+def compare_with_measurement(acceleration: FourierSeries, law: Law, shaft: ShaftMotion) -> AccelerationComparison:
     """004, figures 2 and 4: orders of a measured acceleration (in rad/s^2 or m/s^2) and of what the cam should make.
 
     Raises ``InputError`` (acceleration) where it has no orders.
@@ -217,7 +217,7 @@ def compare_with_measurement(acceleration: Harmonics, law: Law, shaft: ShaftMoti
         raise InputError("acceleration", None, requirement, code="constant")
     motion_orders, scale = orders(MotionOverTime(law, shaft)), shaft.mean**2
     count = min(acceleration.count, motion_orders.count)
-    computed_orders = Harmonics(0.0, scale * motion_orders.cosine[:count], scale * motion_orders.sine[:count])
+    computed_orders = FourierSeries(0.0, scale * motion_orders.cosine[:count], scale * motion_orders.sine[:count])
     off = np.hypot(acceleration.cosine[:count] - computed_orders.cosine, acceleration.sine[:count] - computed_orders.sine)
     rest = float((off**2).sum() + (acceleration.amplitudes[count:] ** 2).sum())
     return AccelerationComparison(acceleration, computed_orders, 1 - rest / total)

@@ -21,7 +21,7 @@ from wucht.errors import InputError
 from wucht.files.documents import contents_digest
 from wucht.kinds import kinds_of
 from wucht.measurements.order_fit import OrderFit
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import choice, require_table, validate_model
 
 GROUP = "wucht.cams"
@@ -30,7 +30,9 @@ TABLES = ("law", "follower", "linkage", "speed", "shaft")
 
 @dataclass(frozen=True, eq=False)
 class CamDrive:
-    """A cam drive: a motion law, and as far as they are known the follower, the linkage and the speed of the shaft.
+    """A cam drive, that is a mechanism in which a cam moves an output: no ``Drive``, which is the motor of a machine.
+
+    It has a motion law, and as far as they are known the follower, the linkage and the speed of the shaft.
 
     ``load_machine`` makes one of a cam file.
 
@@ -70,11 +72,11 @@ class CamDrive:
             raise InputError("linkage", None, f"a linkage is moved by a lever: follower.kind must be {levers}")
 
     @cached_property
-    def motion(self) -> MotionLaw:
+    def motion_law(self) -> MotionLaw:
         """Motion law of the output. Raises ``InputError`` where there is no such law."""
         output_table = self.linkage or self.follower
         unit = output_table.unit if output_table is not None else self.law.stated_unit
-        return self.law.motion(unit_of_output(self.law.quantities(), unit))
+        return self.law.motion_law(unit_of_output(self.law.output_values(), unit))
 
     @cached_property
     def closure(self) -> Linkage | None:
@@ -117,10 +119,10 @@ class CamDrive:
         if self.speed is not None or self.shaft is None:
             return self.shaft_motion
         driving = self.shaft.camshaft_drive(self.folder)
-        shaft = self.shaft.camshaft(driving, self.motion.unit)
+        shaft = self.shaft.camshaft(driving, self.motion_law.unit)
         if driving is not None and driving.is_enforced:
-            return ShaftMotion(Harmonics.of(shaft.mean_speed))
-        return shaft.motion_with_corrected_cam(self.motion.law)
+            return ShaftMotion(FourierSeries.of(shaft.mean_speed))
+        return shaft.motion_with_corrected_cam(self.motion_law.law)
 
     @property
     def facts(self) -> Mapping[str, Any]:

@@ -16,7 +16,7 @@ import numpy as np
 from wucht.cams.demands import require_not_negative, require_positive
 from wucht.cams.laws import Law
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 _DENSE = 16  # samples for each turn of the highest order: two extrema between two of them differ by nothing that counts
 _BLOCK = 64  # series that are evaluated together, so that memory stays small
@@ -72,7 +72,7 @@ class Dwell:
         if not math.isfinite(self.value):
             raise InputError("dwell.value", self.value, "must be a finite number")
 
-    def largest(self, series: Harmonics) -> float:
+    def largest(self, series: FourierSeries) -> float:
         """The largest magnitude of a function on the arc, exactly: at its extrema or at an end."""
         return float(self.largest_of(np.array([series.mean]), _waves(series)[np.newaxis])[0])
 
@@ -138,7 +138,7 @@ class ElasticOutput:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(np.where(dynamic == 0, np.inf, coupling / dynamic))
 
-    def steady(self, lever: Harmonics, omega: float) -> Harmonics:
+    def steady(self, lever: FourierSeries, omega: float) -> FourierSeries:
         """The motion of the output at a mean speed omega in rad/s, when all else has decayed.
 
         Raises ``InputError``: a speed that is not positive, an order of the lever at the resonance without damping.
@@ -146,17 +146,17 @@ class ElasticOutput:
         coupling, dynamic = self._order_stiffnesses(lever, omega)
         return _multiplied_series(lever, lever.mean, coupling / dynamic)
 
-    def elastic_part(self, lever: Harmonics, omega: float) -> Harmonics:
+    def elastic_part(self, lever: FourierSeries, omega: float) -> FourierSeries:
         """The kinetoelastic part: output less lever, without loss of digits where it is small. Raises as ``steady``."""
         coupling, dynamic = self._order_stiffnesses(lever, omega)
         return _multiplied_series(lever, 0.0, (coupling - dynamic) / dynamic)
 
-    def tuned_lever(self, law: Harmonics, omega: float, most: float = _MOST) -> Harmonics:
+    def tuned_lever(self, law: FourierSeries, omega: float, most: float = _MOST) -> FourierSeries:
         """The motion of the lever with which the output makes the law exactly, at this speed.
 
         Parameters
         ----------
-        law : Harmonics, of the output
+        law : FourierSeries, of the output
         omega : float, in rad/s
         most : float, above 1
             The largest accepted |H_k| and 1/|H_k| of an order of the law. Near a resonance the lever must nearly rest in
@@ -182,12 +182,12 @@ class ElasticOutput:
             raise InputError("law", None, requirement, code="near-resonance" if near else "above-resonance")
         return _multiplied_series(law, law.mean, inverse)
 
-    def residual(self, lever: Harmonics, omega: float, dwells: Sequence[Dwell]) -> ResidualVibration:
+    def residual(self, lever: FourierSeries, omega: float, dwells: Sequence[Dwell]) -> ResidualVibration:
         """Return the residual vibration in the dwells, exactly. Raises as ``steady``, and without a dwell."""
         maxima = self._dwell_vibration(lever, np.array([omega]), dwells)
         return ResidualVibration(*(float(maximum[0]) for maximum in maxima))
 
-    def residual_over_speed(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> VibrationOverSpeed:
+    def residual_over_speed(self, lever: FourierSeries, speeds: np.ndarray, dwells: Sequence[Dwell]) -> VibrationOverSpeed:
         """Return the residual vibration at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
         speeds = np.atleast_1d(np.asarray(speeds, float))
         if not speeds.size:
@@ -198,7 +198,9 @@ class ElasticOutput:
         within = (resonances >= speeds.min()) & (resonances <= speeds.max())
         return VibrationOverSpeed(speeds, deviation, acceleration, orders[within], resonances[within])
 
-    def _dwell_vibration(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> tuple[np.ndarray, np.ndarray]:
+    def _dwell_vibration(
+        self, lever: FourierSeries, speeds: np.ndarray, dwells: Sequence[Dwell]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest deviation (M,) and acceleration (M,) in the dwells at each speed."""
         if not dwells:
             raise InputError("dwells", None, "there must be a dwell in which the residual vibration is evaluated")
@@ -213,7 +215,7 @@ class ElasticOutput:
 
         Raises ``InputError``: a speed that is not positive, an order at the resonance without damping.
         """
-        coupling, dynamic = self._order_stiffnesses(Harmonics.of(0.0, np.ones(count)), omega)
+        coupling, dynamic = self._order_stiffnesses(FourierSeries.of(0.0, np.ones(count)), omega)
         return np.asarray(np.arange(1, count + 1) ** power * np.abs(coupling / dynamic))
 
     def _stiffnesses(self, frequency: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
@@ -222,7 +224,7 @@ class ElasticOutput:
         coupling = self.stiffness + 1j * w * self.damping
         return coupling, coupling - self.inertia * w**2
 
-    def _order_stiffnesses(self, lever: Harmonics, omega: float) -> tuple[np.ndarray, np.ndarray]:
+    def _order_stiffnesses(self, lever: FourierSeries, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """Return both stiffnesses at the orders of a lever (N,), neither zero."""
         coupling, dynamic = self._stiffnesses(_frequencies(lever.count, omega))
         resonant = np.abs(dynamic) <= _AT_RESONANCE * self.stiffness
@@ -241,18 +243,18 @@ def _frequencies(count: int, omega: float) -> np.ndarray:
     return np.arange(1, count + 1) * omega
 
 
-def _present(series: Harmonics) -> np.ndarray:
+def _present(series: FourierSeries) -> np.ndarray:
     """Return True for each order that is not negligible (N,)."""
     return np.asarray(series.amplitudes > _NEGLIGIBLE * series.amplitudes.max(initial=0.0))
 
 
-def _multiplied_series(series: Harmonics, mean: float, by: np.ndarray) -> Harmonics:
+def _multiplied_series(series: FourierSeries, mean: float, by: np.ndarray) -> FourierSeries:
     """Return the series of Re (A_k - i B_k) exp(i k tau), each order multiplied by a complex number (N,)."""
     product = _waves(series) * by
-    return Harmonics(mean, product.real, -product.imag)
+    return FourierSeries(mean, product.real, -product.imag)
 
 
-def _waves(series: Harmonics) -> np.ndarray:
+def _waves(series: FourierSeries) -> np.ndarray:
     """A_k - i B_k (N,)."""
     return np.asarray(series.cosine - 1j * series.sine)
 
@@ -267,7 +269,7 @@ class TruncatedLaw:
     where the acceleration is continuous.
     """
 
-    series: Harmonics
+    series: FourierSeries
     omitted_amplitude: float
     omitted_acceleration: float
 
@@ -281,9 +283,9 @@ def truncate_law(law: Law, count: int, samples: int | None = None) -> TruncatedL
     samples = max(256 * count, 16384) if samples is None else samples
     if not 1 <= count < samples / 2:
         raise InputError("orders", count, f"must be at least 1 and below half of the {samples} samples of a turn")
-    whole = Harmonics.from_samples(law(_TURN * np.arange(samples) / samples))
+    whole = FourierSeries.from_samples(law(_TURN * np.arange(samples) / samples))
     k, above = np.arange(1, whole.count + 1)[count:], whole.amplitudes[count:]
-    series = Harmonics(whole.mean, whole.cosine[:count], whole.sine[:count])
+    series = FourierSeries(whole.mean, whole.cosine[:count], whole.sine[:count])
     return TruncatedLaw(series, float(above.sum()), float((k**2 * above).sum()))
 
 
@@ -292,7 +294,7 @@ class LeverWithDwells:
     """A motion of the lever to be compared. name: its label. lever: over tau. dwells: of the output, over tau."""
 
     name: str
-    lever: Harmonics
+    lever: FourierSeries
     dwells: tuple[Dwell, ...]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from wucht.cams.demands import require_not_negative, require_positive
 from wucht.cams.laws import Law
 from wucht.errors import InputError, RunError
-from wucht.numerics.harmonics import Harmonics, differentiation
+from wucht.numerics.fourier_series import FourierSeries, differentiation
 
 _POINTS = 128
 _MOST_STEPS = 40
@@ -104,7 +104,9 @@ class ElasticShaft:
         require_positive("shaft.stiffness", self.stiffness)
         require_not_negative("shaft.damping", self.damping)
 
-    def periodic_motion(self, load: OutputLoad, drive: Harmonics, omega: float, points: int = _POINTS) -> ElasticShaftMotion:
+    def periodic_motion(
+        self, load: OutputLoad, drive: FourierSeries, omega: float, points: int = _POINTS
+    ) -> ElasticShaftMotion:
         """Return the periodic motion of the cam under a load: J_c phi_tt + b (phi_t - phi_d,t) + c (phi - phi_d) + torque = 0.
 
         Its stability is not examined: it may be unstable where the inertia at the cam
@@ -113,7 +115,7 @@ class ElasticShaft:
         Parameters
         ----------
         load : OriginalCam or CorrectedCam
-        drive : Harmonics
+        drive : FourierSeries
             phi_d - tau of the flywheel, in rad.
         omega : float
             Mean speed, in rad/s.
@@ -130,9 +132,12 @@ class ElasticShaft:
         _check(drive, omega, points)
         balance = _Balance(self, load, drive, omega, points)
         u, iterations = balance.solve()
-        fluctuation, output = Harmonics.from_samples(u), Harmonics.from_samples(load.output(balance.tau, balance.tau + u))
+        fluctuation, output = (
+            FourierSeries.from_samples(u),
+            FourierSeries.from_samples(load.output(balance.tau, balance.tau + u)),
+        )
         slope = fluctuation.derivative()
-        speed = balance.require_forward(Harmonics(omega, omega * slope.cosine, omega * slope.sine))
+        speed = balance.require_forward(FourierSeries(omega, omega * slope.cosine, omega * slope.sine))
         return ElasticShaftMotion(
             self, load, drive, omega, fluctuation, speed, output, balance.midpoint_imbalance(fluctuation), iterations
         )
@@ -148,11 +153,11 @@ class ElasticShaftMotion:
 
     shaft: ElasticShaft
     load: OutputLoad
-    drive: Harmonics
+    drive: FourierSeries
     omega: float
-    fluctuation: Harmonics
-    speed: Harmonics
-    output: Harmonics
+    fluctuation: FourierSeries
+    speed: FourierSeries
+    output: FourierSeries
     residual: float
     iterations: int
 
@@ -172,7 +177,7 @@ class _Balance:
 
     shaft: ElasticShaft
     load: OutputLoad
-    drive: Harmonics
+    drive: FourierSeries
     omega: float
     points: int
 
@@ -231,12 +236,12 @@ class _Balance:
         _, by_phi, by_v, by_a = self.load.torque(self.tau, self.tau + u, 1 + D @ u, DD @ u)
         return np.asarray((self.shaft.inertia + by_a)[:, None] * DD + (b + by_v)[:, None] * D + np.diag(c + by_phi))
 
-    def midpoint_imbalance(self, fluctuation: Harmonics) -> float:
+    def midpoint_imbalance(self, fluctuation: FourierSeries) -> float:
         """The largest torque out of balance halfway between the points, in N m."""
         tau = self.tau + math.pi / self.points
         return float(self.omega**2 * np.abs(self._imbalance(tau, *(fluctuation(tau, order) for order in (0, 1, 2)))).max())
 
-    def require_forward(self, speed: Harmonics) -> Harmonics:
+    def require_forward(self, speed: FourierSeries) -> FourierSeries:
         """Return the speed if it is positive. Raises ``RunError``."""
         least = speed.bounds[0]
         if not least > 0:
@@ -257,7 +262,7 @@ class _Balance:
         )
 
 
-def _check(drive: Harmonics, omega: float, points: int) -> None:
+def _check(drive: FourierSeries, omega: float, points: int) -> None:
     if not (math.isfinite(omega) and omega > 0):
         raise InputError("omega", omega, "the mean speed must be a positive number of rad/s")
     if points % 2 or points <= 2 * drive.count or points < 4:

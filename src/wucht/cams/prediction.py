@@ -18,7 +18,7 @@ from wucht.cams.demands import require_not_negative, require_positive
 from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion, shaft_motion_over_time
 from wucht.errors import RunError
-from wucht.numerics.harmonics import Harmonics, differentiation, even_angles
+from wucht.numerics.fourier_series import FourierSeries, differentiation, even_angles
 
 Torque = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # speeds (N,) in rad/s -> torque in N m, its derivative by speed
 
@@ -64,7 +64,7 @@ class CamShaft:
         With E = J phi'^2/2 and J = J0 + J1 psi'(phi)^2 it is dE/dphi = T. Raises ``RunError`` where there is no such motion.
         """
 
-        def attempt(count: int, coarser: Harmonics | None) -> Harmonics:
+        def attempt(count: int, coarser: FourierSeries | None) -> FourierSeries:
             reduced_inertia = self.inertia + self.output_inertia * law(even_angles(count), 1) ** 2
             root = np.sqrt(reduced_inertia / 2)
             energy = np.full(count, (self.mean_speed * root.mean()) ** 2)
@@ -73,7 +73,7 @@ class CamShaft:
                 energy = _newton(
                     _EnergyBalance(reduced_inertia, differentiation(count), self.torque), energy, partial(self.remedy, law)
                 )
-            return Harmonics.from_samples(np.sqrt(energy) / root)
+            return FourierSeries.from_samples(np.sqrt(energy) / root)
 
         speed = _resolved_speed(attempt)
         return ShaftMotion(shaft_motion_over_time(speed, speed.count).speed.without_rounding(_NEGLIGIBLE))
@@ -85,13 +85,13 @@ class CamShaft:
         ``RunError`` where there is no such motion.
         """
 
-        def attempt(count: int, coarser: Harmonics | None) -> Harmonics:
+        def attempt(count: int, coarser: FourierSeries | None) -> FourierSeries:
             output_energy = self.output_inertia * law(even_angles(count), 1) ** 2 / 2
             if self.torque is None:
-                return Harmonics.from_samples(self._eigenmotion(output_energy, law))
+                return FourierSeries.from_samples(self._eigenmotion(output_energy, law))
             balance = _PowerBalance(self.inertia, output_energy, differentiation(count), self.torque)
             start = np.full(count, self.mean_speed) if coarser is None else _positive(coarser, count, self.mean_speed)
-            return Harmonics.from_samples(_newton(balance, start, partial(self.remedy, law)))
+            return FourierSeries.from_samples(_newton(balance, start, partial(self.remedy, law)))
 
         return ShaftMotion(_resolved_speed(attempt).without_rounding(_NEGLIGIBLE))
 
@@ -196,13 +196,13 @@ def _newton(
     )
 
 
-def _positive(speed: Harmonics, count: int, fallback: float) -> np.ndarray:
+def _positive(speed: FourierSeries, count: int, fallback: float) -> np.ndarray:
     """Return a speed at even points (n,), the fallback where it is not above zero: with too few orders it may fall below."""
     values = speed(even_angles(count))
     return np.where(values > 0, values, fallback)
 
 
-def _resolved_speed(attempt: Callable[[int, Harmonics | None], Harmonics]) -> Harmonics:
+def _resolved_speed(attempt: Callable[[int, FourierSeries | None], FourierSeries]) -> FourierSeries:
     """Return the speed with so many points that its highest orders are rounding, or the most: see ``unresolved_share``.
 
     attempt: from a number of points and the speed computed with fewer, None at first.
@@ -215,7 +215,7 @@ def _resolved_speed(attempt: Callable[[int, Harmonics | None], Harmonics]) -> Ha
         count *= 2
 
 
-def _highest(speed: Harmonics) -> float:
+def _highest(speed: FourierSeries) -> float:
     return float(speed.amplitudes[-round(_TAIL * speed.count) :].max())
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 
 _MOST_STEPS = 60  # of Newton's method, or of halving where it would leave the interval
 _ROUNDING = 4e-16
@@ -29,7 +29,7 @@ class ShaftMotion:
 
     Parameters
     ----------
-    speed : Harmonics
+    speed : FourierSeries
         phi' in rad/s over tau; its mean is omega.
 
     Raises
@@ -38,7 +38,7 @@ class ShaftMotion:
         (speed) Where the shaft stands still or turns back.
     """
 
-    speed: Harmonics
+    speed: FourierSeries
 
     def __post_init__(self) -> None:
         least = self.speed.bounds[0]
@@ -58,11 +58,11 @@ class ShaftMotion:
         return (high - low) / self.mean
 
     @cached_property
-    def _lead(self) -> Harmonics:
+    def _lead(self) -> FourierSeries:
         """phi - tau."""
         j, s = np.arange(1, self.speed.count + 1), self.speed
         cosine, sine = -s.sine / (j * self.mean), s.cosine / (j * self.mean)
-        return Harmonics(float(-cosine.sum()), cosine, sine)
+        return FourierSeries(float(-cosine.sum()), cosine, sine)
 
     @cached_property
     def _lead_bounds(self) -> tuple[float, float]:
@@ -104,15 +104,15 @@ class ShaftMotion:
 
     def with_scaled_fluctuation(self, by: float) -> ShaftMotion:
         """Return the motion with its fluctuation scaled by a factor about the same mean."""
-        return ShaftMotion(Harmonics(self.mean, by * self.speed.cosine, by * self.speed.sine))
+        return ShaftMotion(FourierSeries(self.mean, by * self.speed.cosine, by * self.speed.sine))
 
     def without_order(self, order: int) -> ShaftMotion:
         """Return the motion without an order of its fluctuation."""
         keep = np.arange(1, self.speed.count + 1) != order
-        return ShaftMotion(Harmonics(self.mean, keep * self.speed.cosine, keep * self.speed.sine))
+        return ShaftMotion(FourierSeries(self.mean, keep * self.speed.cosine, keep * self.speed.sine))
 
 
-def with_period(speed: Harmonics, period: float) -> ShaftMotion:
+def with_period(speed: FourierSeries, period: float) -> ShaftMotion:
     """Return the motion of a shaft whose turn takes a period in s. Raises ``InputError`` where order 0 is not 2 pi/T."""
     mean_speed = 2 * math.pi / period
     if abs(speed.mean - mean_speed) > _ALIKE * mean_speed:
@@ -121,7 +121,7 @@ def with_period(speed: Harmonics, period: float) -> ShaftMotion:
     return ShaftMotion(speed)
 
 
-def shaft_motion_over_time(speed_over_angle: Harmonics, orders: int) -> ShaftMotion:
+def shaft_motion_over_time(speed_over_angle: FourierSeries, orders: int) -> ShaftMotion:
     """Return the motion of a shaft whose speed in rad/s is known over its angle, as from order tracking.
 
     orders: number of orders of the speed over time; these differ from those over angle in second order of the fluctuation.
@@ -130,14 +130,14 @@ def shaft_motion_over_time(speed_over_angle: Harmonics, orders: int) -> ShaftMot
     over_angle = ShaftMotion(speed_over_angle).speed
     count = _OVERSAMPLING * max(orders, over_angle.count, _FEWEST)
     phi = even_angles(count)
-    slowness = Harmonics.from_samples(1 / over_angle(phi)).without_rounding()
+    slowness = FourierSeries.from_samples(1 / over_angle(phi)).without_rounding()
     omega, k = 1 / slowness.mean, np.arange(1, slowness.count + 1)
-    lead = Harmonics.of(0.0, -omega * slowness.sine / k, omega * slowness.cosine / k)
+    lead = FourierSeries.of(0.0, -omega * slowness.sine / k, omega * slowness.cosine / k)
     at = phi  # phi at even tau: tau = phi + ahead(phi) - ahead(0)
     for _ in range(_MOST_STEPS):
         step = (at + lead(at) - lead(0.0) - phi) / (omega * slowness(at))
         at = at - step
         if np.abs(step).max() <= _ROUNDING * 2 * math.pi:
             break
-    resampled_speed = Harmonics.from_samples(over_angle(at))
-    return ShaftMotion(Harmonics(omega, resampled_speed.cosine[:orders], resampled_speed.sine[:orders]))
+    resampled_speed = FourierSeries.from_samples(over_angle(at))
+    return ShaftMotion(FourierSeries(omega, resampled_speed.cosine[:orders], resampled_speed.sine[:orders]))

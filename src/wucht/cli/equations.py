@@ -111,7 +111,7 @@ def _zero_parameters(machine: Machine) -> list[Symbol]:
 def _slow_equations(
     machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int
 ) -> list[tuple[str, list[str]]]:
-    from wucht.analysis.averaged_machine import averaged_machine
+    from wucht.analysis.averaged_equations import averaged_equations_of
     from wucht.machines.operation import has_damped_balancers
     from wucht.mechanics.notation import printed_averaged_equations
 
@@ -120,7 +120,7 @@ def _slow_equations(
         raise InputError("--no-inertia", None, "not allowed here: a balancing body is not damped against its rotor")
     zero = _zero_parameters(machine)
     rows, definitions = printed_averaged_equations(
-        averaged_machine(machine, with_inertia, order).equations, notation, zero, latex
+        averaged_equations_of(machine, with_inertia, order).averaged_system, notation, zero, latex
     )
     inertia_text = f"{'with' if with_inertia else 'without'} the inertia of the balancing bodies"
     return [(f"averaged equations of order {order}, {inertia_text}:", rows), ("with", definitions)]

@@ -62,7 +62,7 @@ def run_and_print(
     from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
     from wucht.results.store import RESULT, save_csv, save_summary, to_json
     from wucht.studies.runner import report as report_of
-    from wucht.studies.study_file import answer_study
+    from wucht.studies.study_file import run_study
 
     start_time = time.perf_counter()
     with Progress(study) as progress, interrupt_check() as check:
@@ -101,7 +101,7 @@ def run_and_print(
             save_summary(document, new / SUMMARY)
 
         options = {"resume": resume, "progress": report, "scheduler": scheduler}
-        result = answer_study(study_file, folder=folder, files=tuple(names), write=write, **options)
+        result = run_study(study_file, folder=folder, files=tuple(names), write=write, **options)
     accessor = result.wucht
     if as_json:
         sys.stdout.write(to_json(document) + "\n")

@@ -53,7 +53,7 @@ class UserSystem:
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
-        """The parameters by name."""
+        """The parameters by name, each with value and unit, as those of a machine."""
         return {name: Parameter(name, float(value), "", name, f"parameter {name}") for name, value in self.values.items()}
 
     def with_parameters(self, values: Mapping[str, float]) -> UserSystem:

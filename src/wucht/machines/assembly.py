@@ -15,7 +15,7 @@ import sympy as sp
 
 from wucht.errors import InputError, WuchtError, code_of, nearest
 from wucht.machines.attaching import check_attachments, place_of
-from wucht.machines.models import Model
+from wucht.machines.models import DimensionlessModel
 from wucht.machines.operation import operating_speed
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part, ShaftPart
@@ -42,7 +42,7 @@ def assemble_parts(
     carrier: Any, bodies: Any, drives: Any, loads: Any, attachments: Any, schedules: Any, tracks: Any, title: str
 ) -> dict[str, Any]:
     """Return the fields of a ``Machine`` without contacts, from its parts. See there. Raises ``InputError``."""
-    if isinstance(carrier, Model):
+    if isinstance(carrier, DimensionlessModel):
         conflicting_parts = {"bodies": bodies, "drives": drives, "loads": loads, "attachments": attachments, "tracks": tracks}
         for key, value in conflicting_parts.items():
             if value:
@@ -147,7 +147,7 @@ def _attach_to_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tup
     return labelled_shafts
 
 
-def _fields_of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
+def _fields_of_model(model: DimensionlessModel, schedules: Any, title: str) -> dict[str, Any]:
     frame = model.reference_frame()
     parameters, units = {p.path: p for p in model.parameters()}, Units(*[""] * 7)
     return {

@@ -10,7 +10,7 @@ from typing import Any
 from wucht.machines.assembly import assemble_parts, with_tracks
 from wucht.machines.attaching import doubts_at_rest
 from wucht.machines.mechanism import Mechanism
-from wucht.machines.models import Model
+from wucht.machines.models import DimensionlessModel
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
@@ -51,7 +51,7 @@ class Machine(Mechanism):
     bodies, sliders
         The bodies that turn, and those in guides, in the order given.
     parameters, values
-        Its numbers by path (``p1.damping``): with unit, symbol and name; in SI alone.
+        Its numbers by path (``p1.damping``): each a ``Parameter`` with value, unit, symbol and name; the values in SI alone.
     frame, energies, mismatch
         The bodies' axes, and gravity; the parts' formulas: the carrier's first, those of contacts last; the power by
         which dampers that are not reciprocal violate action = reaction, or None.
@@ -78,7 +78,7 @@ class Machine(Mechanism):
 
     def __init__(
         self,
-        carrier: Support | Model,
+        carrier: Support | DimensionlessModel,
         bodies: Sequence[Body] = (),
         drives: Sequence[Drive] = (),
         loads: Sequence[Load] = (),

@@ -143,8 +143,8 @@ class Mechanism(Bodies):
     @cached_property
     def structure(self) -> Structure:
         """The part that does not depend on the numbers, shared by all machines that are alike but for these."""
-        shared_fields = {f.name: getattr(self, f.name) for f in fields(Structure)}
-        return canonical_structure(Structure(**shared_fields | {"parameters": tuple(self.parameters)}))
+        shared_fields = {f.name: getattr(self, f.name) for f in fields(Structure) if f.name != "parameter_paths"}
+        return canonical_structure(Structure(**shared_fields, parameter_paths=tuple(self.parameters)))
 
     @property
     def system(self) -> System:

@@ -25,8 +25,8 @@ from wucht.mechanics.lagrange import Coordinate
 ModelBodies = tuple[tuple[str, str, str | None], ...]  # name, kind, about which it turns
 
 
-class Model(Part):
-    """A dimensionless machine: its parameters have bare names (``u``), its bodies are named as in SI machines."""
+class DimensionlessModel(Part):
+    """A dimensionless machine as one part: its parameters have bare names (``u``), its bodies are named as in SI machines."""
 
     equations: ClassVar[str] = ""
     bodies: ClassVar[ModelBodies] = (("rotor", "rotor", None),)
@@ -71,7 +71,7 @@ def _excess(frame: Frame, body: str) -> sp.Expr:
     return -frame.centre.vx * sp.sin(a) + frame.centre.vy * sp.cos(a)
 
 
-class RotorOnCarrier(Model):
+class RotorOnCarrier(DimensionlessModel):
     """An unbalanced rotor on a carrier that moves in x: 002 (3.33)-(3.34)."""
 
     kind = "rotor-on-carrier"
@@ -80,7 +80,7 @@ class RotorOnCarrier(Model):
 
     epsilon: SI[float] = si("", "unbalance over inertia, M e^2/J", "epsilon", gt=0)
     sigma: SI[float] = si("", "damping of the support, b/(2 M k)", "sigma", ge=0)
-    lambda_: SI[float] = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
+    speed_ratio: SI[float] = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
     u: SI[float] = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
 
     def energies(self, frame: Frame) -> Energies:
@@ -101,7 +101,7 @@ class LavalRotor(RotorOnCarrier):
     directions = "xy"
 
 
-class SelfBalancingRotor(Model):
+class SelfBalancingRotor(DimensionlessModel):
     """An unbalanced rotor with two balancing pendulums: 002 (4.11)-(4.20).
 
     In (4.8) the 2 of M* = M + 2 m and of beta_r = 2 b_r/(k J_R) is the number n of pendulums.
@@ -117,7 +117,7 @@ class SelfBalancingRotor(Model):
     w: SI[float] = si("", "amplitude ratio, m r/(M* e)", "w", gt=0)
     beta_p: SI[float] = si("", "damping of the pendulums, b_r/(k J_P)", "beta_p", ge=0)
     beta_r: SI[float] = si("", "damping of n pendulums on the rotor, n b_r/(k J_R)", "beta_r", ge=0)
-    lambda_: SI[float] = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
+    speed_ratio: SI[float] = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
     sigma: SI[float] = si("", "damping of the support, b/(2 k M*)", "sigma", ge=0)
     u: SI[float] = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
 
@@ -176,6 +176,6 @@ class Exciter(SelfBalancingRotor):
     bodies = SelfBalancingRotor.bodies[:2]
 
 
-def models() -> dict[str, type[Model]]:
+def models() -> dict[str, type[DimensionlessModel]]:
     """Return the dimensionless machines by name, of wucht and of the user's packages."""
-    return part_kinds(Model)
+    return part_kinds(DimensionlessModel)

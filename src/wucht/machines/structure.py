@@ -37,9 +37,9 @@ class Units:
 
 @dataclass(frozen=True)
 class Structure(Bodies):
-    """Energies in named coordinates. See ``Machine`` for the fields they share; parameters: their paths."""
+    """Energies in named coordinates. See ``Machine`` for the fields they share; parameter_paths: of the parameters."""
 
-    parameters: tuple[str, ...]
+    parameter_paths: tuple[str, ...]
     units: Units
     schedules: tuple[Schedule, ...]
     mismatch: sp.Expr | None
@@ -49,12 +49,12 @@ class Structure(Bodies):
 
     @cached_property
     def _hash(self) -> int:
-        return hash((self.carrier, self.bodies, self.sliders, self.energies, self.parameters, self.schedules))
+        return hash((self.carrier, self.bodies, self.sliders, self.energies, self.parameter_paths, self.schedules))
 
     @cached_property
     def symbols(self) -> tuple[sp.Symbol, ...]:
         """The parameters' symbols."""
-        return tuple(sp.Symbol(path, real=True) for path in self.parameters)
+        return tuple(sp.Symbol(path, real=True) for path in self.parameter_paths)
 
     @cached_property
     def linear_carrier(self) -> LinearCarrier:

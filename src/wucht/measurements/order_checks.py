@@ -10,7 +10,7 @@ import numpy as np
 from wucht.errors import InputError
 from wucht.measurements.order_regression import Fit, Mean, OrderModel, powers
 from wucht.measurements.shaft_signal import TURN, ShaftSignal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 _GAP = 10.0  # times the median step
 _NYQUIST = 2.02  # samples a period, and a little, for the speed is not yet known well
@@ -152,7 +152,7 @@ def _rest(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> 
 
 
 def warnings_of(
-    speed: Harmonics,
+    speed: FourierSeries,
     orders: tuple[int, ...],
     errors: np.ndarray,
     omitted_orders: tuple[OmittedOrder, ...],

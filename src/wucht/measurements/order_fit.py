@@ -32,7 +32,7 @@ from wucht.measurements.order_regression import (
 )
 from wucht.measurements.repetition import check_repetition, scale_warning
 from wucht.measurements.shaft_signal import TURN, ShaftSignal, mean_direction
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 _RESIDUAL_BLOCKS = 24  # a period of the highest order that is searched for
 _RESIDUAL_TURNS = 200.0  # in the middle of the record: enough
@@ -53,7 +53,7 @@ class OrderFit:
         File and column.
     orders : tuple of int, K
         Those fitted, increasing.
-    speed : Harmonics
+    speed : FourierSeries
         In rad/s over x; its mean is omega, other orders are zero.
     covariance : numpy.ndarray, (1 + 2K, 1 + 2K)
         Of omega, a, b, if the residual is noise, independent from sample to sample.
@@ -75,7 +75,7 @@ class OrderFit:
 
     location: str
     orders: tuple[int, ...]
-    speed: Harmonics
+    speed: FourierSeries
     covariance: np.ndarray
     origin: float
     offset: float
@@ -122,7 +122,9 @@ class OrderFit:
     def angle(self, time: np.ndarray) -> np.ndarray:
         """Return the angle in rad at times in s."""
         x, j = self.speed.mean * (np.asarray(time, float) - self.origin), np.arange(1, self.speed.count + 1)
-        return np.asarray(x + self.offset + Harmonics(0.0, -self.speed.sine / j, self.speed.cosine / j)(x) / self.speed.mean)
+        return np.asarray(
+            x + self.offset + FourierSeries(0.0, -self.speed.sine / j, self.speed.cosine / j)(x) / self.speed.mean
+        )
 
     def with_origin(self, origin: float) -> OrderFit:
         """Return the same motion with phases counted from another time in s."""
@@ -248,7 +250,7 @@ def _result(shaft: ShaftSignal, model: OrderModel, fit: Fit, centre: float) -> O
     cosine, sine = np.zeros((2, j[-1]))
     cosine[j - 1], sine[j - 1] = a, b
     return OrderFit(
-        location=shaft.location, orders=tuple(int(k) for k in j), speed=Harmonics(omega, cosine, sine),
+        location=shaft.location, orders=tuple(int(k) for k in j), speed=FourierSeries(omega, cosine, sine),
         covariance=change @ inverse @ change.T, origin=centre, offset=float(fit.theta[1]) if model.mean is Mean.ANGLE else 0.0,
         turns=omega * float(np.ptp(shaft.time)) / TURN, samples=fit.samples,
         unit="rad/s" if model.mean is Mean.SPEED else "rad", kept_rms=float(np.linalg.norm(waves)) / 2**0.5,

@@ -10,7 +10,7 @@ import numpy as np
 from wucht.errors import InputError
 from wucht.measurements.recording import Channel
 from wucht.measurements.shaft_signal import TURN, ShaftSignal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 _FINER = 2.0  # times the samples of a turn: so fine a signal is taken over angle before its high orders are cut off
 
@@ -72,16 +72,14 @@ class AngleSamples:
 
     def spectrum(self) -> OrderSpectrum:
         """Return the orders below M/2, also those between whole ones."""
-        harmonics, n = Harmonics.from_samples(self.values), len(self.values)
+        series, n = FourierSeries.from_samples(self.values), len(self.values)
         below = (n - 1) // 2
         orders = np.arange(below + 1) / self.turns
-        return OrderSpectrum(
-            orders, np.append(harmonics.mean, harmonics.cosine[:below]), np.append(0.0, harmonics.sine[:below])
-        )
+        return OrderSpectrum(orders, np.append(series.mean, series.cosine[:below]), np.append(0.0, series.sine[:below]))
 
-    def mean_turn(self) -> Harmonics:
+    def mean_turn(self) -> FourierSeries:
         """Return the mean of all turns over the angle, which repeats with the shaft; all orders below M/2."""
-        return Harmonics.from_samples(self.values.reshape(self.turns, self.per_turn).mean(axis=0))
+        return FourierSeries.from_samples(self.values.reshape(self.turns, self.per_turn).mean(axis=0))
 
 
 def track_orders(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:

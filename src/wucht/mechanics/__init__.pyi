@@ -18,4 +18,4 @@ from .strong_damping import StrongDamping as StrongDamping
 from .strong_damping import strongly_damped as strongly_damped
 from .trigonometric import NotTrigonometricError as NotTrigonometricError
 from .trigonometric import TrigonometricPolynomial as TrigonometricPolynomial
-from .trigonometric import harmonics as harmonics
+from .trigonometric import trigonometric_polynomial as trigonometric_polynomial

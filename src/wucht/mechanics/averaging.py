@@ -26,7 +26,7 @@ from wucht.mechanics.slow_time import (
     refuse_turning_with,
     refuse_unknown_parameter,
 )
-from wucht.mechanics.trigonometric import NotTrigonometricError, common_period, error_context, harmonics
+from wucht.mechanics.trigonometric import NotTrigonometricError, common_period, error_context, trigonometric_polynomial
 from wucht.mechanics.zero_testing import SAME, is_identically_zero
 from wucht.system import TIME, Output, System, substitute_definitions
 
@@ -164,7 +164,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
 def _fast_part(X: Sequence[sp.Expr]) -> tuple[tuple[sp.Expr, ...], str]:
     """u and an empty reason; or an empty tuple and the reason."""
     try:
-        return tuple(harmonics(e, TIME).antiderivative for e in X), ""
+        return tuple(trigonometric_polynomial(e, TIME).antiderivative for e in X), ""
     except NotTrigonometricError as error:
         return (), str(error)
 

@@ -28,9 +28,9 @@ from wucht.mechanics.trigonometric import (
     common_period,
     error_context,
     harmonic_terms,
-    harmonics,
     nonzero,
     secular_error,
+    trigonometric_polynomial,
     waves,
 )
 from wucht.mechanics.zero_testing import is_identically_zero, number
@@ -239,12 +239,12 @@ def mean(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
 def mean_and_frequencies(expression: sp.Expr, variable: sp.Symbol) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
     """The mean, and the frequencies of oscillating terms, which must not be zero for it to hold. Raises ``WuchtError``."""
     try:
-        waves = harmonics(expression, variable)
+        waves = trigonometric_polynomial(expression, variable)
         return waves.mean, waves.frequencies
     except NotTrigonometricError:
         return _mean_of_quotients(sp.sympify(expression), variable)
 
 
 def antiderivative(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-    """The antiderivative, of mean zero, of the expression minus its mean. Raises ``WuchtError`` as ``harmonics``."""
-    return harmonics(expression, variable).antiderivative
+    """The antiderivative, of mean zero, of the expression minus its mean. Raises as ``trigonometric_polynomial``."""
+    return trigonometric_polynomial(expression, variable).antiderivative

@@ -22,7 +22,7 @@ from wucht.errors import WuchtError
 from wucht.mechanics.averaging import directional_derivative, restore_fast_part
 from wucht.mechanics.means import mean
 from wucht.mechanics.slow_time import refuse_unknown_parameter
-from wucht.mechanics.trigonometric import TrigonometricPolynomial, error_context, harmonics
+from wucht.mechanics.trigonometric import TrigonometricPolynomial, error_context, trigonometric_polynomial
 from wucht.mechanics.zero_testing import is_identically_zero
 from wucht.system import TIME, Output, System
 
@@ -83,7 +83,7 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     refuse_unknown_parameter(system, fast)
     velocities = _velocities(system, positions)
     explicit = {s: sp.sympify(system.explicit(f)) for s, f in zip(system.states, system.derivatives, strict=True)}
-    forces = [harmonics(_substitute_theta(explicit[v], fast, v), THETA) for v in velocities]
+    forces = [trigonometric_polynomial(_substitute_theta(explicit[v], fast, v), THETA) for v in velocities]
     slow, Phi = [h.mean for h in forces], [h.oscillation for h in forces]
     for force, v in zip(slow, velocities, strict=True):
         if not is_identically_zero(sp.diff(_without_slow_functions(force, fast), fast, TIME)):
@@ -95,7 +95,7 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
         raise WuchtError(f"no force turns with {fast} t: there is no fast part to be separated", code="no-fast-force")
     _refuse_large(forces, fast, velocities, system)
     rate = tuple(h.antiderivative / fast for h in forces)
-    xi = tuple(harmonics(r, THETA).antiderivative / fast for r in rate)
+    xi = tuple(trigonometric_polynomial(r, THETA).antiderivative / fast for r in rate)
     moving, change = (*positions, *velocities), (*xi, *rate)
     shift = {v: v + r for v, r in zip(velocities, rate, strict=True)}
     means = []

@@ -34,7 +34,7 @@ from wucht.mechanics.slow_time import (
     refuse_turning_with,
     refuse_unknown_parameter,
 )
-from wucht.mechanics.trigonometric import error_context, harmonics
+from wucht.mechanics.trigonometric import error_context, trigonometric_polynomial
 from wucht.system import TIME, System
 
 _SHORT = 100
@@ -202,7 +202,7 @@ def _forced_response(
     for i, force in enumerate(forcing):
         with error_context(f"the forcing of {damped_states[i]} cannot be averaged"):
             refuse_turning_with(slow, force)
-            waves = harmonics(force, TIME).terms
+            waves = trigonometric_polynomial(force, TIME).terms
         for key, pair in waves.items():
             amplitudes.setdefault(key, sp.zeros(len(damped_states), 2))[i, :] = sp.Matrix([pair])
     total = sp.zeros(len(damped_states), 1)

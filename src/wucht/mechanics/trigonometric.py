@@ -93,7 +93,7 @@ def tidy(expression: sp.Expr) -> sp.Expr:
     return expanded_form if expanded_form.count_ops() <= expression.count_ops() else expression
 
 
-def harmonics(expression: sp.Expr, variable: sp.Symbol) -> TrigonometricPolynomial:
+def trigonometric_polynomial(expression: sp.Expr, variable: sp.Symbol) -> TrigonometricPolynomial:
     """Write an expression as a trigonometric polynomial in a variable.
 
     Parameters
@@ -126,7 +126,7 @@ def nonzero(terms: Terms) -> Terms:
 
 @lru_cache(maxsize=4096)
 def harmonic_terms(e: sp.Expr, t: sp.Symbol) -> Terms:
-    """The harmonics of an expression, unsorted. Raises as ``harmonics``."""
+    """The harmonics of an expression, unsorted. Raises as ``trigonometric_polynomial``."""
     if t not in e.free_symbols:
         return {CONSTANT: (e, sp.S.Zero)}
     if e.is_Add:

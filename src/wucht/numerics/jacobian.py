@@ -82,7 +82,9 @@ class Jacobian:
     def _python_function(self) -> Callable[..., Any]:
         return self.program.function()
 
-    def __call__(self, states: np.ndarray, parameters: Numbers, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def __call__(
+        self, states: np.ndarray, parameter_values: Numbers, time: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Evaluate at many states.
 
         Parameters
@@ -99,7 +101,7 @@ class Jacobian:
         f_p : ndarray, (n, k, N)
             Not a number where the equations cannot be evaluated (a division by zero).
         """
-        x, constants = np.ascontiguousarray(states, float), self.program.constant_values(parameters)
+        x, constants = np.ascontiguousarray(states, float), self.program.constant_values(parameter_values)
         shape = x.shape[1:]  # empty for one state, as from ``values_at``
         if self._heyoka_function is not None:
             constant_columns = np.tile(constants[:, None], shape) if shape else constants
@@ -114,15 +116,15 @@ class Jacobian:
             whole[i, j] = value
         return numbers[:n].reshape((n, *shape)), whole[:, :n], whole[:, n:]
 
-    def with_parameters(self, parameters: Numbers) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    def with_parameters(self, parameter_values: Numbers) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
         """Return the function at fixed parameters and time 0, with the least work per call: x (n,) or (n, N) -> f and df/dx.
 
         Raises ``RunError`` where the equations cannot be evaluated at these parameters.
         """
         n, function = len(self.system.states), self._heyoka_function
         if function is None:
-            return lambda x: self(x, parameters)[:2]
-        constants = self.program.constant_values(parameters)
+            return lambda x: self(x, parameter_values)[:2]
+        constants = self.program.constant_values(parameter_values)
         flat = np.array([i * n + j for i, j in self.places], int)
 
         @lru_cache(maxsize=4)
@@ -143,10 +145,10 @@ class Jacobian:
         return values
 
     def values_at(
-        self, state: Sequence[float] | np.ndarray, parameters: Numbers, time: float = 0.0
+        self, state: Sequence[float] | np.ndarray, parameter_values: Numbers, time: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Evaluate f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,)."""
-        return self(np.asarray(state, float), parameters, time)
+        return self(np.asarray(state, float), parameter_values, time)
 
 
 class Tangent:

@@ -223,12 +223,14 @@ class _Equations:
     """A System without outputs and quadratures, its parameters, and the time at which the orbit begins."""
 
     plain: CompiledSystem
-    parameters: np.ndarray
+    parameter_values: np.ndarray
     time: float
 
     def run(self, x: np.ndarray, duration: float, count: int) -> np.ndarray:
         """Integrate states (n, count + 1) from x over a period. Raises ``RunError`` where the integration fails."""
-        run = integrate(self.plain, x, self.parameters, self.time + np.linspace(0.0, duration, count + 1)).reraise_interrupt()
+        run = integrate(
+            self.plain, x, self.parameter_values, self.time + np.linspace(0.0, duration, count + 1)
+        ).reraise_interrupt()
         if run.failure is not None:
             raise RunError(f"no periodic motion could be computed: {run.failure}")
         return run.states
@@ -249,16 +251,16 @@ class _Equations:
         if alone:
             motion = self.run(samples[:, 0], closing.period, _MANY_SAMPLES)
         try:
-            near = close_orbit(self.plain.system, self.parameters, self.time, motion, closing, most_steps)
+            near = close_orbit(self.plain.system, self.parameter_values, self.time, motion, closing, most_steps)
         except RunError:  # a motion that is deformed until it is closed may lie nearer
             closure_gap = motion[:, -1] - motion[:, 0] - closing.advance
             bent_motion = motion - closure_gap[:, None] * np.linspace(0.0, 1.0, motion.shape[1])
-            near = close_orbit(self.plain.system, self.parameters, self.time, bent_motion, closing, most_steps)
+            near = close_orbit(self.plain.system, self.parameter_values, self.time, bent_motion, closing, most_steps)
         return self._exact(near, closing, most_steps)
 
     def _exact(self, near: ClosedOrbit, closing: Closing, most_steps: int) -> tuple[ExactOrbit, Closing]:
         """Close the orbit by integration. A state that is at rest on the orbit but not in the guess gets its size there."""
-        orbit = exact_orbit(self.plain, self.parameters, self.time, near, closing, _TOLERANCE, most_steps)
+        orbit = exact_orbit(self.plain, self.parameter_values, self.time, near, closing, _TOLERANCE, most_steps)
         if _TOLERANCE < orbit.residual < _NEARLY:
             legs = len(orbit.times) - 1
             motion = self.run(orbit.states[:, 0], orbit.period, _FEW_SAMPLES) if legs == 1 else orbit.states
@@ -268,13 +270,13 @@ class _Equations:
                 orbit.period, orbit.times, np.column_stack([orbit.states, orbit.states[:, 0] + closing.advance])
             )
             return exact_orbit(
-                self.plain, self.parameters, self.time, again, orbit_closing, _TOLERANCE, most_steps
+                self.plain, self.parameter_values, self.time, again, orbit_closing, _TOLERANCE, most_steps
             ), orbit_closing
         return orbit, closing
 
     def multipliers(self, orbit: ExactOrbit, closing: Closing, repeats: bool) -> np.ndarray:
         """Return ln mu (n,), the largest first. repeats: true if the orbit is closed, so that a free phase has mu = 1."""
-        maps, flow = finer_linearisation(self.plain, self.parameters, self.time, orbit, closing.sizes)
+        maps, flow = finer_linearisation(self.plain, self.parameter_values, self.time, orbit, closing.sizes)
         moves = np.linalg.norm(flow, axis=1).min() * orbit.period > _AT_REST
         if repeats and moves and not self.plain.system.depends_on_time:
             logs = np.append(logarithms(transverse_maps(maps, flow)[0])[0], 0.0)
@@ -292,7 +294,7 @@ class _Equations:
         jumping = sorted(functions, key=str)
         evaluator = Evaluator.of(system, [p.args[0] for p in jumping], list(map(str, range(len(jumping)))))
         times = self.time + np.linspace(0.0, duration, motion.shape[1])
-        for function, argument in zip(jumping, evaluator.array(times, motion, self.parameters), strict=True):
+        for function, argument in zip(jumping, evaluator.array(times, motion, self.parameter_values), strict=True):
             if any(argument.min() <= jump <= argument.max() for jump in function.args[1].jumps()):
                 raise WuchtError(
                     f"the periodic motion passes a jump of {function}: its multipliers are not defined by the equations",

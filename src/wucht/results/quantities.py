@@ -1,6 +1,6 @@
 """Quantities of a result, each stated once.
 
-A study gives its answer as quantities. The variables of the Dataset with their names and units, the keys of ``summary.json``,
+A study gives its result as quantities. The variables of the Dataset with their names and units, the keys of ``summary.json``,
 the units of their numbers in comparisons, tables and reports, and the pages of the docs follow from them.
 """
 
@@ -115,17 +115,17 @@ def group(name: str, quantities: Sequence[Quantity], long_name: str) -> Quantity
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
-    """An answer, before it is a Dataset.
+class StudyResult:
+    """The result of a study as quantities and sentences, before it is a Dataset.
 
     Parameters
     ----------
     quantities : sequence of Quantity
         Each name once among the variables, and once in the summary.
     sentence : str
-        The answer in words.
+        The result in words.
     warnings, assumptions : sequences of str
-        Doubts; assumptions of the answer beside those that its spec states.
+        Doubts; assumptions of the result beside those that its spec states.
     failure : str, optional
         Reason why the result is not complete.
     attributes : mapping
@@ -172,7 +172,7 @@ class Answer:
         return result
 
 
-def answer(
+def result_dataset(
     quantities: Sequence[Quantity],
     sentence: str,
     warnings: Sequence[str] = (),
@@ -180,8 +180,8 @@ def answer(
     failure: str | None = None,
     **attributes: Any,
 ) -> xr.Dataset:
-    """Build the Dataset of an answer: see ``Answer``."""
-    return Answer(quantities, sentence, warnings, assumptions, failure, attributes).dataset()
+    """Build the Dataset of a result: see ``StudyResult``."""
+    return StudyResult(quantities, sentence, warnings, assumptions, failure, attributes).dataset()
 
 
 def dataset_from_quantities(quantities: Iterable[Quantity]) -> xr.Dataset:

@@ -1,7 +1,7 @@
 """Assumptions of every answer in words: the equations, the speeds, and where bodies start.
 
 The spec of a study states which equations it solves (``Spec.equations``) and whether it prescribes the speed
-(``Spec.turning``); a study adds further assumptions to its answer (``results.quantities.answer``).
+(``Spec.turning``); a study adds further assumptions to its result (``results.quantities.result_dataset``).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from wucht.analysis.averaged_machine import keeps_inertia
+from wucht.analysis.averaged_equations import keeps_inertia
 from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, initial_state, speeds_in
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine

@@ -29,7 +29,7 @@ def steady_branch_quantities(
     the amplitude.
     """
     ordinate_words, unit, length = words
-    numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
+    numbers = np.repeat(np.arange(len(branches)), [b.unknowns.shape[1] for b in branches])
     return [
         Quantity(f"{before}value", join_arrays([b.values for b in branches]), along.full_name, along.unit, dimension),
         Quantity(f"{before}speed", join_arrays([s.speed for s in ordinates]), ordinate_words, unit, dimension),

@@ -14,13 +14,13 @@ from wucht.cams.drive import CamDrive
 from wucht.cams.laws.synthesis import Band, Cap, Restriction
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.dynamics.work import Work
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.plots.cam_drawings import draw_motion, order_scale
 from wucht.plots.scales import travel_unit, turn_scale
 from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import ReportLines, with_unit
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.spec import Spec, Whole
 
 if TYPE_CHECKING:
@@ -47,14 +47,14 @@ class CamLaw(Spec):
 class Plan:
     """The motion law, the number of its cam angles, and the number of its harmonics."""
 
-    motion: MotionLaw
+    motion_law: MotionLaw
     points: int
     orders: int
 
 
 def prepare(spec: CamLaw, drive: CamDrive) -> Plan:
     """The plan. Raises ``InputError`` if no such law exists, with the restriction to be relaxed and by how much."""
-    return Plan(drive.motion, spec.points, drive.motion.count or spec.orders)
+    return Plan(drive.motion_law, spec.points, drive.motion_law.count or spec.orders)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class Findings:
 
     angles: np.ndarray
     derivatives: np.ndarray
-    harmonics: Harmonics
+    fourier_series: FourierSeries
     least: float
     greatest: float
     peaks: np.ndarray
@@ -77,22 +77,22 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Evaluate the law in one step: it takes milliseconds."""
     work.report(0.0, "motion law")
-    motion = plan.motion
+    motion_law = plan.motion_law
     angles = np.linspace(0, 2 * np.pi, plan.points + 1)
-    derivatives = np.array([motion.law(angles, order) for order in range(4)])
-    whole = motion.harmonics()
-    harmonics = Harmonics(whole.mean, whole.cosine[: plan.orders], whole.sine[: plan.orders])
-    least, greatest = motion.bounds(0)
-    peaks = np.array([max(-least, greatest), *(motion.peak(order) for order in (1, 2, 3))])
-    attained_ranges = np.array([_attained_range(r, motion, harmonics) for r in motion.restrictions]).reshape(-1, 2)
-    yield Findings(angles, derivatives, harmonics, least, greatest, peaks, attained_ranges, motion.jump, motion.rise)
+    derivatives = np.array([motion_law.law(angles, order) for order in range(4)])
+    complete_series = motion_law.fourier_series()
+    series = FourierSeries(complete_series.mean, complete_series.cosine[: plan.orders], complete_series.sine[: plan.orders])
+    least, greatest = motion_law.bounds(0)
+    peaks = np.array([max(-least, greatest), *(motion_law.peak(order) for order in (1, 2, 3))])
+    attained_ranges = np.array([_attained_range(r, motion_law, series) for r in motion_law.restrictions]).reshape(-1, 2)
+    yield Findings(angles, derivatives, series, least, greatest, peaks, attained_ranges, motion_law.jump, motion_law.rise)
 
 
-def _attained_range(restriction: Restriction, motion: MotionLaw, harmonics: Harmonics) -> tuple[float, float]:
+def _attained_range(restriction: Restriction, motion_law: MotionLaw, series: FourierSeries) -> tuple[float, float]:
     """Least and greatest value of the restricted quantity."""
     if isinstance(restriction, Cap):
-        return 0.0, float(harmonics.amplitudes[restriction.harmonic - 1])
-    return motion.extremes(restriction)
+        return 0.0, float(series.amplitudes[restriction.harmonic - 1])
+    return motion_law.extremes(restriction)
 
 
 _NAMES = ("position", "velocity", "acceleration", "jerk")
@@ -105,40 +105,40 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_restriction_quantities(plan, findings),
         *_summary_quantities(plan, findings),
     ]
-    return answer(quantities, _sentence(plan), _warnings(findings))
+    return result_dataset(quantities, _sentence(plan), _warnings(findings))
 
 
 def _motion_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """The motion and its derivatives over the cam angle, and its harmonics."""
-    unit = plan.motion.unit
+    unit = plan.motion_law.unit
     long_names = ["motion of the output", *(f"{name} with respect to the cam angle" for name in _NAMES[1:])]
     derivatives = zip(_NAMES, f.derivatives, long_names, _units(plan), strict=True)
     return [
         Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
         *(Quantity(name, values, long_name, per, "cam_angle") for name, values, long_name, per in derivatives),
-        Quantity("mean", f.harmonics.mean, "mean of the motion", unit, ""),
-        Quantity("order", np.arange(1, f.harmonics.count + 1), "order", "", "order"),
-        Quantity("cosine", f.harmonics.cosine, "cosine coefficient", unit, "order"),
-        Quantity("sine", f.harmonics.sine, "sine coefficient", unit, "order"),
-        Quantity("amplitude", f.harmonics.amplitudes, "amplitude", unit, "order"),
+        Quantity("mean", f.fourier_series.mean, "mean of the motion", unit, ""),
+        Quantity("order", np.arange(1, f.fourier_series.count + 1), "order", "", "order"),
+        Quantity("cosine", f.fourier_series.cosine, "cosine coefficient", unit, "order"),
+        Quantity("sine", f.fourier_series.sine, "sine coefficient", unit, "order"),
+        Quantity("amplitude", f.fourier_series.amplitudes, "amplitude", unit, "order"),
     ]
 
 
 def _units(plan: Plan) -> list[str]:
     """Units of the motion and its derivatives by the cam angle."""
-    return [f"{plan.motion.unit}{per}" for per in ("", "/rad", "/rad^2", "/rad^3")]
+    return [f"{plan.motion_law.unit}{per}" for per in ("", "/rad", "/rad^2", "/rad^3")]
 
 
 def _restriction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """The restrictions with their arcs, and the values of the motion there."""
-    restrictions = plan.motion.restrictions
+    restrictions = plan.motion_law.restrictions
     bands = [r if isinstance(r, Band) else Band(r.name, -1, math.nan, math.nan, 0.0, r.size) for r in restrictions]
-    harmonics = [0 if isinstance(r, Band) else r.harmonic for r in restrictions]
+    capped_harmonics = [0 if isinstance(r, Band) else r.harmonic for r in restrictions]
     along = "restriction"
     return [
         Quantity("restriction", [r.name for r in restrictions], "restriction", "", along),
         Quantity("restricted", [b.order for b in bands], "restricted derivative, -1: a harmonic is capped", "", along),
-        Quantity("harmonic", harmonics, "capped harmonic", "", along),
+        Quantity("harmonic", capped_harmonics, "capped harmonic", "", along),
         Quantity("begin", [b.begin for b in bands], "start of the arc", "rad", along),
         Quantity("end", [b.end for b in bands], "end of the arc", "rad", along),
         Quantity("low", [b.low for b in bands], "least value allowed", "", along),
@@ -150,14 +150,14 @@ def _restriction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 
 def _summary_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """Further quantities of the summary."""
-    unit, units, harmonics = plan.motion.unit, _units(plan), f.harmonics
+    unit, units, series = plan.motion_law.unit, _units(plan), f.fourier_series
     peaks = {name: (f"largest {name}", per) for name, per in zip(_NAMES, units, strict=True)}
     rise = None if f.rise is None else dict(zip(_NAMES[1:], f.rise.tolist(), strict=True))
-    coefficients = {"mean": harmonics.mean, "cosine": harmonics.cosine.tolist(), "sine": harmonics.sine.tolist()}
+    coefficients = {"mean": series.mean, "cosine": series.cosine.tolist(), "sine": series.sine.tolist()}
     return [
         Quantity("unit", unit, "unit of the motion"),
         Quantity("stroke", f.greatest - f.least, "stroke", unit),
-        Quantity("harmonics", plan.motion.count, "number of harmonics"),
+        Quantity("harmonics", plan.motion_law.count, "number of harmonics"),
         Quantity("ripple", _ripple(plan, f), "largest deviation from the restrictions in dwells", unit, headline=True),
         Quantity("peaks", dict(zip(_NAMES, f.peaks.tolist(), strict=True)), "largest values", parts=peaks, headline=_NAMES[1:]),
         Quantity("acceleration_jumps", f.jump, "largest jump of the acceleration", units[2]),
@@ -176,8 +176,8 @@ def _warnings(f: Findings) -> list[str]:
 
 def _ripple(plan: Plan, f: Findings) -> float | None:
     """Largest deviation from the restrictions on the arcs to be held as tightly as possible, or else in the dwells."""
-    restrictions = plan.motion.restrictions
-    tight_names = {r.name for r in restrictions if r.is_widened} or {band.name for band in plan.motion.dwells}
+    restrictions = plan.motion_law.restrictions
+    tight_names = {r.name for r in restrictions if r.is_widened} or {band.name for band in plan.motion_law.dwells}
     pairs = zip(restrictions, f.attained_ranges, strict=True)
     off = [
         np.abs(attained_range - (r.low + r.high) / 2).max()
@@ -188,7 +188,7 @@ def _ripple(plan: Plan, f: Findings) -> float | None:
 
 
 def _sentence(plan: Plan) -> str:
-    count, restriction_count = plan.motion.count, len(plan.motion.restrictions)
+    count, restriction_count = plan.motion_law.count, len(plan.motion_law.restrictions)
     motion_text = (
         "a motion given by points or pieces" if count is None else f"a motion of {count} harmonic{'s' if count > 1 else ''}"
     )

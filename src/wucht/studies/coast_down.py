@@ -41,7 +41,7 @@ from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, mark_levels
 from wucht.results.formatting import ReportLines, abscissa_label
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
@@ -188,7 +188,7 @@ def _leg(plan: Plan, flow: CompiledSystem, before: Record, work: Work) -> Descen
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
-    t = integrate(flow, last.end_state, last.parameters, grid, lambda time: work.report(time / plan.limit), plan.energy)
+    t = integrate(flow, last.end_state, last.parameter_values, grid, lambda time: work.report(time / plan.limit), plan.energy)
     return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
 
 
@@ -231,7 +231,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
     assumptions = [*_carrier_assumptions(plan), *_rotor_assumptions(plan), *plan.bodies.assumptions(plan.phases)]
     more = {"outcome": at_the_end[0].value or "", "engine": flow.engine.name, "tolerance": flow.tolerance}
-    return answer(quantities, f"{ending}{half}{back}", _warnings(plan, end.failure), assumptions, end.failure, **more)
+    return result_dataset(quantities, f"{ending}{half}{back}", _warnings(plan, end.failure), assumptions, end.failure, **more)
 
 
 def _row_quantities(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]:

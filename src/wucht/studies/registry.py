@@ -2,7 +2,7 @@
 
 A study is one module with the class of its spec and the functions ``prepare``, ``run``, ``dataset``, ``report``, ``figure``;
 a long one is a package: the spec is in its module ``spec``, ``prepare`` and ``run`` are in ``computation``, ``dataset`` and
-``report`` in ``answer``, or each is in a module of its name. A template is a file ``template.toml`` of the package, one with
+``report`` in ``dataset``, or each is in a module of its name. A template is a file ``template.toml`` of the package, one with
 the module's name beside it, or a text ``template``; without any ``wucht new`` makes one from the keys.
 """
 
@@ -26,7 +26,7 @@ from wucht.studies.spec import Spec
 
 GROUP = "wucht.studies"
 _FUNCTIONS = ("prepare", "run", "dataset", "figure", "report")
-_MODULES = {"prepare": "computation", "run": "computation", "dataset": "answer", "report": "answer"}
+_MODULES = {"prepare": "computation", "run": "computation", "report": "dataset"}
 
 
 def _part(name: str, doc: str) -> property:

@@ -103,12 +103,12 @@ def run(
     place = None if folder is None else Path(folder)
     with cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
         try:
-            return _answer(spec, subject, place, files, resume, progress, document, cluster, write)
+            return _compute_result(spec, subject, place, files, resume, progress, document, cluster, write)
         except MemoryError as error:
             raise memory_error(error) from None
 
 
-def _answer(
+def _compute_result(
     spec: Spec,
     subject: Any,
     folder: Path | None,

@@ -111,7 +111,7 @@ def run_file(
     >>> run_file("drozdetskaya-2020/r1", {"study.until": 20.0}).wucht.summary["outcome"]
     'captured-modulated'
     """
-    return answer_study(read_study(str(name), settings), folder=folder, resume=resume, progress=progress, scheduler=scheduler)
+    return run_study(read_study(str(name), settings), folder=folder, resume=resume, progress=progress, scheduler=scheduler)
 
 
 def compare(
@@ -150,11 +150,11 @@ def compare(
     ['unidentified', 'compensated']
     """
     study_file = read_comparison([str(one) for one in of], settings, vary)
-    return answer_study(study_file, folder=folder, resume=resume, progress=progress)
+    return run_study(study_file, folder=folder, resume=resume, progress=progress)
 
 
-def answer_study(study_file: StudyFile, **options: Any) -> xr.Dataset:
-    """Answer a study file that was read: ``run`` with its options, whose errors name the file."""
+def run_study(study_file: StudyFile, **options: Any) -> xr.Dataset:
+    """Run the study of a file that was read: ``run`` with its options, whose errors name the file."""
     try:
         return run(study_file.spec, study_file.subject, document=study_file.document, **options)
     except InputError as error:

@@ -36,7 +36,7 @@ from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, line_style
 from wucht.results.formatting import ReportLines, label, parameter_in_words, printed_unit, with_unit
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import Composite, Parameter, Unit, composite, read_quantity
 from wucht.studies.motion_variables import parameter_values
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Value
@@ -255,7 +255,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     pace, parameter = plan.moved_machine.pace, plan.parameter
     quantities = [*_jump_quantities(plan, findings), *_question_quantities(plan), *_ramp_quantities(plan, findings)]
     more = {"along": parameter.path, "along_unit": parameter.unit, "rate": pace.rate, "engine": findings.engine}
-    return answer(quantities, _sentence(plan, findings), _warnings(findings), (), findings.failure, **more)
+    return result_dataset(quantities, _sentence(plan, findings), _warnings(findings), (), findings.failure, **more)
 
 
 def _jump_quantities(plan: Plan, findings: Findings) -> list[Quantity]:

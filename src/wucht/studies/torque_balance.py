@@ -21,7 +21,7 @@ from wucht.plots.sheet import new_figure
 from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_configurations
 from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import ReportLines, with_unit
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
@@ -108,7 +108,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a torque balance."""
     sentence = _sentence(plan, findings)
     quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings), *_machine_quantities(plan)]
-    return answer(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumptions)
+    return result_dataset(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumptions)
 
 
 def _curve_quantities(plan: Plan) -> list[Quantity]:

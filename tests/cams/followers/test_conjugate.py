@@ -9,10 +9,10 @@ from scipy.optimize import brentq, minimize_scalar
 from tests.refusals import refused
 
 from wucht.cams.followers.oscillating_roller import OscillatingRoller, conjugate_cams
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
-LAW = Harmonics.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
+LAW = FourierSeries.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
 FOLLOWER = OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143))
 COUNTER = OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.012, angle=math.radians(122))
 

@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.cams.laws.synthesis import Band, Cap, equiripple, maximally_flat, single_relaxations, synthesise
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
 STROKE = 0.4
@@ -199,7 +199,7 @@ def test_turning_and_scaling_the_task_turns_and_scales_the_motion(count, half, t
 
 
 def test_the_motion_is_a_series():
-    assert isinstance(synthesise(2, [dwell(1.0), TOP]).law, Harmonics)
+    assert isinstance(synthesise(2, [dwell(1.0), TOP]).law, FourierSeries)
 
 
 @pytest.mark.parametrize(("harmonic", "size"), [(1, 0.2), (2, 0.0), (2, 0.01), (3, 0.0)])
@@ -218,7 +218,7 @@ def satisfiable(draw):
     """A motion, and restrictions of every kind that it satisfies, points just so."""
     count, chance = draw(st.integers(3, 6)), np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     k = np.arange(1, count + 1)
-    motion = Harmonics(chance.normal(), chance.normal(size=count) / k**2, chance.normal(size=count) / k**2)
+    motion = FourierSeries(chance.normal(), chance.normal(size=count) / k**2, chance.normal(size=count) / k**2)
     restrictions = []
     for number in range(draw(st.integers(1, 4))):
         order, begin, length = int(chance.integers(0, 4)), chance.uniform(-4, 8), chance.choice([0.0, 0.4, 2.5, TURN])

@@ -8,10 +8,10 @@ from tests.refusals import refused
 
 from wucht.cams.laws.table_law import TableLaw
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
-MOTION = Harmonics.of(0.1, [1.0, -0.3], [0.2, 0.1])
+MOTION = FourierSeries.of(0.1, [1.0, -0.3], [0.2, 0.1])
 EVERYWHERE = np.linspace(-10, 10, 501)
 
 

@@ -13,7 +13,7 @@ from wucht.cams.linkages.closure import LeverMotion, OutputMotion, composed_deri
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
 from wucht.cams.tables.linkage import FourBarTable, SliderCrankTable
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 PI = math.pi
 PHI = np.linspace(0, 2 * PI, 41)
@@ -259,7 +259,7 @@ def test_transmission_angle():
     assert ROCKERS.transmission_angle(rho) == pytest.approx(np.minimum(between, PI - between), abs=1e-12)
     slope = np.arcsin((0.01 - 0.05 * np.sin(1.0 + PHI)) / 0.2)
     assert SLIDER.transmission_angle(PHI) == pytest.approx(PI / 2 - np.abs(slope), abs=1e-12)
-    law = Harmonics.of(0.0, [0.1])
+    law = FourierSeries.of(0.0, [0.1])
     motion = LeverMotion(law, ROCKERS)
     assert motion.transmission_angle(PHI) == pytest.approx(ROCKERS.transmission_angle(ROCKERS.lever_at(law(PHI))))
     assert OutputMotion(motion, ROCKERS).transmission_angle(PHI) == pytest.approx(motion.transmission_angle(PHI))
@@ -269,7 +269,7 @@ def law_within(linkage):
     """A motion of four harmonics that uses half of what is within reach, and of no more than a radian."""
     low, high = inner(linkage.output_limits, 2, 0.25)
     size = min((high - low) / 2, 0.5)
-    return Harmonics.of((low + high) / 2, [0.5 * size, 0.2 * size, 0, 0.1 * size], [0.2 * size])
+    return FourierSeries.of((low + high) / 2, [0.5 * size, 0.2 * size, 0, 0.1 * size], [0.2 * size])
 
 
 @every_linkage
@@ -289,23 +289,23 @@ def test_motions_through_a_linkage(linkage):
 
 def test_a_crank_passes_the_rod():
     """Where the output turns back: its velocity vanishes twice more, and all derivatives are smooth."""
-    motion = OutputMotion(Harmonics.of(0.0, [3.0]), CRANK_ROCKER)
+    motion = OutputMotion(FourierSeries.of(0.0, [3.0]), CRANK_ROCKER)
     assert (motion(np.linspace(0, 2 * PI, 999)).min()) == pytest.approx(CRANK_ROCKER.output_limits[0], abs=1e-5)
     for order in range(3):
         expected = differences(lambda x, n=order: motion(x, n), PHI, 1e-3)
         assert motion(PHI, order + 1) == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
     with pytest.raises(InputError):
-        LeverMotion(Harmonics.of(0.0, [1.2]), CRANK_ROCKER)
+        LeverMotion(FourierSeries.of(0.0, [1.2]), CRANK_ROCKER)
 
 
 @pytest.mark.parametrize("direction", [LeverMotion, OutputMotion])
 def test_a_dead_point_between_samples_is_seen(direction):
     """The law goes from 0 to a limit half a step of the grid of 2048 from it; on the grid it is less by 6e-7 of that."""
     for limit in ROCKERS.output_limits if direction is LeverMotion else ROCKERS.lever_limits:
-        law = Harmonics.of(limit / 2, [limit / 2]).shift(PI / 2048)
+        law = FourierSeries.of(limit / 2, [limit / 2]).shift(PI / 2048)
         assert abs(law(np.arange(2048) * PI / 1024)).max() < (1 - 5e-7) * abs(limit)
         for share, passes in ((1 - 1e-7, True), (1 + 1e-7, False)):
-            scaled = Harmonics(share * law.mean, share * law.cosine, share * law.sine)
+            scaled = FourierSeries(share * law.mean, share * law.cosine, share * law.sine)
             if passes:
                 direction(scaled, ROCKERS)
                 continue
@@ -356,15 +356,15 @@ def test_a_dead_point_between_samples_is_seen(direction):
             "linkage.angle: given '0 deg'; must not be a dead point: the rod is in line with the lever",
         ),
         (
-            lambda: LeverMotion(Harmonics.of(0.3, [1.2]), CRANK_ROCKER),
+            lambda: LeverMotion(FourierSeries.of(0.3, [1.2]), CRANK_ROCKER),
             "linkage: given '-51.5662 deg'; the output must stay between -5.03629 deg and 60.1296 deg, where the linkage",
         ),
         (
-            lambda: LeverMotion(Harmonics.of(0.0, [0.0], [0.06]), SLIDER),
+            lambda: LeverMotion(FourierSeries.of(0.0, [0.0], [0.06]), SLIDER),
             "linkage: given '60 mm'; the output must stay between -74.7603 mm and 25.3733 mm, where the linkage",
         ),
         (
-            lambda: OutputMotion(Harmonics.of(0.0, [2.0]), ROCKING_SLIDER),
+            lambda: OutputMotion(FourierSeries.of(0.0, [2.0]), ROCKING_SLIDER),
             "linkage: given '114.592 deg'; the lever must stay between -23.1872 deg and 5.80738 deg, where the linkage has",
         ),
         (lambda: ROCKERS.lever_at(math.nan), "linkage: given 'nan deg'; the output must stay between"),

@@ -18,7 +18,7 @@ PHI = np.linspace(0, 2 * math.pi, 2001)
 
 
 def law(*restrictions, unit="rad", **more):
-    return HarmonicTable(**{"harmonics": 5, "restrictions": list(restrictions)} | more).motion(unit)
+    return HarmonicTable(**{"harmonics": 5, "restrictions": list(restrictions)} | more).motion_law(unit)
 
 
 def test_the_flattest_dwell():
@@ -150,7 +150,7 @@ def test_contradictions_are_recognised_whatever_their_size(harmonics, bound):
 
 def test_more_harmonics_than_a_dwell_can_use_are_zero():
     """Of 40 harmonics rounding hides how flat it is: the fewest with which it is flat to 1e-9 of the stroke are taken."""
-    found = HarmonicTable(harmonics=40, restrictions=[TOP, DWELL]).motion("rad").law
+    found = HarmonicTable(harmonics=40, restrictions=[TOP, DWELL]).motion_law("rad").law
     assert found.bounds == pytest.approx((0.0, math.radians(24)), abs=1e-9)
     used = np.flatnonzero(found.amplitudes)[-1] + 1
     assert used == 20  # T_20((3 + c)/(1 - c)) is the first of them above 1e9, c = cos 120 deg
@@ -161,10 +161,10 @@ def test_more_harmonics_than_a_dwell_can_use_are_zero():
 def test_a_point_on_the_arc_that_is_to_be_flat_is_told(on, told):
     asked = HarmonicTable(harmonics=5, restrictions=[TOP, {"on": on, "equals": 0}])
     if not told:
-        assert asked.motion("rad").count == 5
+        assert asked.motion_law("rad").count == 5
         return
     with refused("law.restrictions[0]", "law.restrictions[1]", given=None):
-        asked.motion("rad")
+        asked.motion_law("rad")
 
 
 @pytest.mark.parametrize("begin", [400, 760, -320])

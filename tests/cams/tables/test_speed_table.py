@@ -6,9 +6,9 @@ from tests.refusals import refused
 
 from wucht.cams.tables.speed import SpeedTable
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
-SPEED = Harmonics.of(50.0, [0, 2.4, 1.0], [0, 1.0, -1.3])
+SPEED = FourierSeries.of(50.0, [0, 2.4, 1.0], [0, 1.0, -1.3])
 T = np.linspace(0, 7.3 * 2 * np.pi / 50, 3000)
 GIVEN = {"column": "speed", "orders": (2, 3)}
 

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 RADIUS = 0.05
-LAW = Harmonics.of(0.1, [0.05, 0.02], [0.03, 0.0, 0.01])  # rad, or m
+LAW = FourierSeries.of(0.1, [0.05, 0.02], [0.03, 0.0, 0.01])  # rad, or m
 
 
 def ellipse(a=RADIUS, b=RADIUS, centre=0.0):

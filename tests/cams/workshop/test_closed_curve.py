@@ -17,7 +17,7 @@ from wucht.cams.workshop.closed_curve import (
     spline_deviation,
     spline_through,
 )
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.fourier_series import even_angles
 
 PHI = even_angles(37) + 0.1
 

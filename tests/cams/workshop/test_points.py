@@ -8,7 +8,7 @@ from curves_to_mill import CURVES, RADIUS, broken, cusped, ellipse, hollow, lobe
 from tests.refusals import refused
 
 from wucht.cams.workshop.points import FINE, WORST, chord_deviation, chord_points, even_points, rounding_warning
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.fourier_series import even_angles
 
 
 def farthest(curve, points):

@@ -125,10 +125,10 @@ def states(monkeypatch: pytest.MonkeyPatch, *known: tuple[float | None, bool | N
 
     patch = monkeypatch.setattr
     patch(damping_optimum, "machine_at_speed", lambda *_: None)
-    patch(damping_optimum, "averaged_machine", lambda *_: None)
-    patch(damping_optimum.SteadyTorques, "from_slow", lambda *_: None)
+    patch(damping_optimum, "averaged_equations_of", lambda *_: None)
+    patch(damping_optimum.SteadyTorques, "from_averaged_equations", lambda *_: None)
     patch(damping_optimum, "AveragedStability", lambda *_: None)
-    describer = SimpleNamespace(slow=SimpleNamespace(stability=lambda _: None), describe=describe)
+    describer = SimpleNamespace(averaged_stability=SimpleNamespace(stability=lambda _: None), describe=describe)
     patch(damping_optimum, "ConfigurationDescriber", lambda *_: describer)
     full = SimpleNamespace(stability=lambda state: SimpleNamespace(stable=of[state][2]))
     patch(damping_optimum, "FullStability", lambda *_: full)
@@ -161,8 +161,8 @@ def test_states_above_their_resonance(monkeypatch: pytest.MonkeyPatch, speed: fl
     patch = monkeypatch.setattr
     steady = SimpleNamespace(bodies=["d", "p"], rotor="d", group=lambda _: ["d", "p"])
     patch(damping_optimum, "machine_at_speed", lambda *_: steady)
-    patch(damping_optimum, "averaged_machine", lambda *_: None)
-    patch(damping_optimum.SteadyTorques, "from_slow", lambda *_: SimpleNamespace(fixed_speed=speed))
+    patch(damping_optimum, "averaged_equations_of", lambda *_: None)
+    patch(damping_optimum.SteadyTorques, "from_averaged_equations", lambda *_: SimpleNamespace(fixed_speed=speed))
     patch(damping_optimum, "driven_speeds", lambda *_: ((1.0, 300.0), False))
     patch(damping_optimum, "all_states", lambda *_: SimpleNamespace(states=of))
 

@@ -47,7 +47,10 @@ def double() -> Connection:
     run = solve_ivp(rates, (0, 104), (-0.9, 0.0), rtol=1e-10, atol=1e-12, dense_output=True)
     time = float(np.interp(0.99, run.y[0], run.t))
     waits: Any = SimpleNamespace(
-        states_at=lambda tau: run.sol(tau * time), time=time, parameters=np.array([p, mu, r]), equilibria=np.array([[1.0, 0.0]])
+        states_at=lambda tau: run.sol(tau * time),
+        time=time,
+        parameter_values=np.array([p, mu, r]),
+        equilibria=np.array([[1.0, 0.0]]),
     )
     one = ending_curves._connections(motion(), PLANE, time, (True, False))
     found = ending_curves._double_connection(motion(), PLANE, one, waits)
@@ -58,7 +61,7 @@ def double() -> Connection:
 def test_the_connection_of_two_saddle_nodes_from_an_orbit_that_waits() -> None:
     """All parameters zero. In the longer time the error, as 1/time, is less than 1e-7 of the ranges."""
     found = double()
-    np.testing.assert_allclose(found.parameters[:3], 0.0, atol=1e-8)
+    np.testing.assert_allclose(found.parameter_values[:3], 0.0, atol=1e-8)
     np.testing.assert_allclose(found.equilibria, [[0.0, 0.0], [1.0, 0.0]], atol=1e-8)
     np.testing.assert_allclose(found.eigenvalues, [[0.0, -1.0], [0.0, -1.0]], atol=1e-8)
     assert 100.0 < found.time < 400.0  # longer, once
@@ -121,7 +124,7 @@ def test_where_none_is_next_to_it_the_others_are_followed_all_the_same(monkeypat
 
 def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three times as long, eight times at most, until the plane's parameters change by less than 1e-7 of their ranges."""
-    place: Any = SimpleNamespace(equilibria=np.zeros((1, 2)), parameters=np.zeros(3))
+    place: Any = SimpleNamespace(equilibria=np.zeros((1, 2)), parameter_values=np.zeros(3))
     at: Any = SimpleNamespace(winding=np.array([1, 0]), rates=SimpleNamespace(n=2))
     given = list[Any]()
 
@@ -131,7 +134,7 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
 
     def started(times: Any, states: Any, equilibria: np.ndarray, values: list[float]) -> Any:
         given.append((equilibria.tolist(), values))
-        return SimpleNamespace(time=1.0, parameters=np.zeros(3))
+        return SimpleNamespace(time=1.0, parameter_values=np.zeros(3))
 
     monkeypatch.setattr(ending_curves, "longest_wait", lambda *_: Wait(0.5, 0.3, np.array([0.7, 0.0])))
     monkeypatch.setattr(ending_curves, "rest_of", lambda *_: (np.array([0.0, 2.0]), np.zeros((2, 2))))
@@ -145,7 +148,9 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
     changes = iter([0.1, 0.01, 1e-8, *[0.1] * 20])
 
     def longer(later: Any, old: Any) -> Any:
-        return SimpleNamespace(time=later.time, parameters=old.parameters + np.array([9.0, next(changes) * 0.6, 0.0]))
+        return SimpleNamespace(
+            time=later.time, parameter_values=old.parameter_values + np.array([9.0, next(changes) * 0.6, 0.0])
+        )
 
     monkeypatch.setattr(ending_curves, "_connections", connections)
     monkeypatch.setattr(
@@ -164,7 +169,7 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
 
 
 def connection(mu: float, r: float = 0.0) -> Any:
-    return SimpleNamespace(parameters=np.array([0.0, mu, r]))
+    return SimpleNamespace(parameter_values=np.array([0.0, mu, r]))
 
 
 class Walked:
@@ -213,7 +218,7 @@ def test_one_way_along_the_curve_until_it_waits_too_long_at_a_second_saddle_node
 def test_it_ends_where_it_goes_away_from_the_second_saddle_node(monkeypatch: pytest.MonkeyPatch) -> None:
     """Or leaves the plane, with its first point beyond that."""
     way = [connection(0.2 - 0.004 * k, 0.05 - 0.001 * k) for k in range(15)]
-    back = [connection(way[-1].parameters[1] - 0.001, way[-1].parameters[2] + 0.001)] * 9
+    back = [connection(way[-1].parameter_values[1] - 0.001, way[-1].parameter_values[2] + 0.001)] * 9
     target = connection(0.0, 0.0)
     assert returning(monkeypatch, [*way, *back], [0.05, 0.05], [target])[:3] == (15, target, "")
     out = [connection(0.2 + 0.03 * k) for k in range(9)]

@@ -24,7 +24,9 @@ def test_folds_of_the_speed_of_a_rotor_on_a_carrier() -> None:
     folds = [branch.values[i] for i, kind in enumerate(branch.kinds) if kind == FOLD]
     assert sorted(folds) == pytest.approx([0.8937191, 2.6053860], rel=1e-6)
     assert findings.complete
-    assert any(float(case.states.ordinates(s.u[:, None]).speed[0]) == pytest.approx(0.9686444) for s in findings.nominal)
+    assert any(
+        float(case.steady_states.ordinates(s.unknowns[:, None]).speed[0]) == pytest.approx(0.9686444) for s in findings.nominal
+    )
 
 
 def test_the_modulated_motion_of_two_pendulums() -> None:

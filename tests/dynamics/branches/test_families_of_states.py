@@ -59,8 +59,8 @@ def diagram(path: str, low: float, high: float) -> tuple[BranchCase, BranchFindi
 def family_of(path: str, low: float, high: float) -> tuple[FamilyCurve, EquilibriumBranch]:
     case, findings, _ = diagram(path, low, high)
     (branch,) = findings.branches
-    assert isinstance(case.states, AveragedEquilibria)
-    return FamilyCurve(case.states), branch
+    assert isinstance(case.steady_states, AveragedEquilibria)
+    return FamilyCurve(case.steady_states), branch
 
 
 SLOPE, ECCENTRICITY = ("drive.slope", 1e-4, 0.05), ("drum.eccentricity", 0.002, 0.006)
@@ -76,11 +76,13 @@ def test_it_is_followed_at_the_speed_without_vibration() -> None:
     _, branch = family_of(*SLOPE)
     assert (branch.kind.name, branch.dimension, branch.ends) == ("compensating", 1, ("the range ends",) * 2)
     assert branch.values[[0, -1]] == pytest.approx([1e-4, 0.05]) and (np.diff(branch.values) > 0).all()
-    np.testing.assert_allclose(branch.u[3:-1], np.broadcast_to(speed_at(branch.values), (4, len(branch.values))), rtol=1e-9)
+    np.testing.assert_allclose(
+        branch.unknowns[3:-1], np.broadcast_to(speed_at(branch.values), (4, len(branch.values))), rtol=1e-9
+    )
     stages = diagram(*SLOPE)[2]
     assert [count for _, count in stages][-1] == 1 and stages[0] == (1, 0)
     # 0.009 + 0.01 (e^ia + e^ib + e^ic) = 0, the drum's phase being zero.
-    np.testing.assert_allclose(0.009 + 0.01 * np.exp(1j * branch.u[:3]).sum(axis=0), 0.0, atol=1e-9)
+    np.testing.assert_allclose(0.009 + 0.01 * np.exp(1j * branch.unknowns[:3]).sum(axis=0), 0.0, atol=1e-9)
 
 
 def test_its_members_gain_their_stability_one_after_another() -> None:
@@ -98,14 +100,14 @@ def test_its_members_gain_their_stability_one_after_another() -> None:
         assert exponents[0].real == pytest.approx(0.0, abs=1e-6) and 5.0 < abs(exponents[0].imag) < 20.0
         assert exponents[1] == pytest.approx(exponents[0].conjugate(), abs=1e-9)
     natural = (1e5 / 10.3) ** 0.5
-    assert 0.99 < branch.u[3, some] / natural < branch.u[3, all_] / natural < 1.1
+    assert 0.99 < branch.unknowns[3, some] / natural < branch.unknowns[3, all_] / natural < 1.1
 
 
 def test_the_states_at_its_nominal_value() -> None:
     _, findings, _ = diagram(*SLOPE)
     (own,) = findings.nominal
-    assert (own.branch, own.share) == (0, 1.0) and own.u[-1] == 0.01
-    assert own.u[3] == pytest.approx(180.0 / 1.01, rel=1e-12)
+    assert (own.branch, own.share) == (0, 1.0) and own.unknowns[-1] == 0.01
+    assert own.unknowns[3] == pytest.approx(180.0 / 1.01, rel=1e-12)
     assert (own.exponents.real < 0).all() and len(own.exponents) == 6
 
 
@@ -114,8 +116,8 @@ def test_at_a_value_the_family_is_recognised_by_speed_and_dimension() -> None:
     speed = float(speed_at(np.array(0.02)))
     for given, dimension, same in ((speed, 1, True), (speed * (1 + 1e-4), 1, False), (speed, 2, False)):
         assert family.is_same_family(branch, State(given, np.zeros(4), dimension), 0.02) == same
-    ((u, exponents, share),) = family.states_at(branch, 0.02)
-    assert (u[3], u[-1], share) == (pytest.approx(speed, rel=1e-12), 0.02, 1.0) and len(exponents) == 6
+    ((unknowns, exponents, share),) = family.states_at(branch, 0.02)
+    assert (unknowns[3], unknowns[-1], share) == (pytest.approx(speed, rel=1e-12), 0.02, 1.0) and len(exponents) == 6
     assert family.states_at(branch, 0.06) == []
 
 
@@ -124,7 +126,7 @@ def test_it_ends_where_the_polygon_does_not_close() -> None:
     family, branch = family_of(*ECCENTRICITY)
     assert branch.values[[0, -1]] == pytest.approx([0.002, 0.03 / 9], rel=1e-8)
     assert branch.ends == ("the range ends", "beyond, the unbalances cannot compensate each other")
-    assert branch.u[3] == pytest.approx(np.full(len(branch.values), float(speed_at(np.array(0.01)))), rel=1e-12)
+    assert branch.unknowns[3] == pytest.approx(np.full(len(branch.values), float(speed_at(np.array(0.01)))), rel=1e-12)
     with pytest.raises(RunError, match="the unbalances do not compensate each other here"):
         family._members(0.0034, 178.0)
     assert family._closes(0.0033) and not family._closes(0.0034)
@@ -144,7 +146,7 @@ def test_a_family_that_cannot_be_followed_is_said(monkeypatch: pytest.MonkeyPatc
 
 def test_of_a_family_that_is_not_followed_nothing_is_known_at_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else its members there, and of single states those on their branches."""
-    point: Any = SimpleNamespace(u=np.array([1.0, 2.0]))
+    point: Any = SimpleNamespace(unknowns=np.array([1.0, 2.0]))
     states: Any = SimpleNamespace(equilibria=SimpleNamespace(evaluate=lambda _: SimpleNamespace(eigenvalues=np.array([-1.0]))))
     branches: Any = [SimpleNamespace(dimension=1), SimpleNamespace(dimension=0)]
     members = [(np.array([3.0, 2.0]), np.array([-2.0]), 0.25)]

@@ -17,7 +17,7 @@ OPEN = "beyond, the unbalances cannot compensate each other"
 
 
 def point(value: float, speed: float = 50.0) -> Any:
-    return SimpleNamespace(u=np.array([speed, value]), x=np.array([speed]), parameter=value, kind="")
+    return SimpleNamespace(unknowns=np.array([speed, value]), x=np.array([speed]), parameter=value, kind="")
 
 
 def followed(monkeypatch: pytest.MonkeyPatch, low: float, high: float, at: float) -> EquilibriumBranch:

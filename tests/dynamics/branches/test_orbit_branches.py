@@ -198,7 +198,7 @@ def test_orbits_beside_a_value_the_nearest_first() -> None:
 def test_of_mirror_images_beside_a_branch_point_one_is_followed(
     monkeypatch: pytest.MonkeyPatch, ratio: float, count: int
 ) -> None:
-    cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameters=("T", "p")))
+    cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameter_names=("T", "p")))
     sides = [SimpleNamespace(period=4.0, parameter=1.0), SimpleNamespace(period=4.0 * ratio, parameter=1.0)]
     monkeypatch.setattr(orbit_branches, "crossing_branch", lambda *_: sides)
     monkeypatch.setattr(orbit_branches, "doubled_branch", lambda *_: ("doubled", "first"))
@@ -231,7 +231,7 @@ def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) 
     *_, found = follow_branches(diagram(), Work())
     second: Any = SimpleNamespace(path="s")
     monkeypatch.setattr(bifurcation_diagram, "curve_through", lambda *_: "no curve")
-    stages = list(bifurcation_diagram._curves(diagram().states, second, found, Work()))
+    stages = list(bifurcation_diagram._curves(diagram().steady_states, second, found, Work()))
     (sentence,) = stages[-1].omissions
     assert sentence.startswith("the hopf at p = ") and sentence.endswith(" is not followed as s changes: no curve")
     assert stages[-1].curves == ()

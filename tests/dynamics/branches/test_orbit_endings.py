@@ -66,7 +66,7 @@ class Saddle:
 def met(monkeypatch: pytest.MonkeyPatch, saddle: Saddle, stays: bool = False) -> Any:
     """Of an orbit at p = 0.5 that is 1 and 2 long, and slow at the origin."""
     found = SimpleNamespace(
-        parameters=np.array([saddle.value]),
+        parameter_values=np.array([saddle.value]),
         equilibria=np.array([[0.1, 0.2]]),
         eigenvalues=np.array([[saddle.leaving + 0j, -2]]),
     )

@@ -105,8 +105,8 @@ def test_steady_states_by_name(first: float, second: float, psi: float | None, d
     """psi is the mean of the phases, in (-pi, pi], delta their difference; of equal bodies without its sign."""
     of = states(second=0.05 if equal else 0.06)
     values = {"p.phase": first, "q.phase": second, "d.speed": 200.0}
-    u = np.array([*(values.get(n, 0.0) for n in of.names), 4e-3])
-    found = of.state_by_name(u)
+    unknowns = np.array([*(values.get(n, 0.0) for n in of.names), 4e-3])
+    found = of.state_by_name(unknowns)
     assert found["p.phase"] == pytest.approx(first) and found["q.phase"] == pytest.approx(second)
     assert found["delta"] == pytest.approx(abs(delta) if equal else delta)
     mean = second + delta / 2 if psi is None else psi

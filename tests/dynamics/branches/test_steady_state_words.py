@@ -106,7 +106,7 @@ def test_why_a_branch_ends_in_words() -> None:
     equilibria = cusp().equilibria
 
     def end(x: float, p: float) -> str:
-        return describe_end(equilibria, "p = here", lambda u: f"leaves at {u[0]:g}", np.array([x, p]), "stuck")
+        return describe_end(equilibria, "p = here", lambda unknowns: f"leaves at {unknowns[0]:g}", np.array([x, p]), "stuck")
 
     assert end(6.0, 1.0) == "leaves at 6" and end(-6.0, 2.0) == "leaves at -6"
     assert end(0.0, 2.0) == end(0.0, -2.0) == "the range ends"
@@ -114,8 +114,8 @@ def test_why_a_branch_ends_in_words() -> None:
 
 
 def branch_of(*kinds: str) -> EquilibriumBranch:
-    u = np.array([np.zeros(len(kinds)), np.arange(float(len(kinds)))])
-    return EquilibriumBranch(u, np.zeros((1, len(kinds)), complex), kinds, ("", ""))
+    unknowns = np.array([np.zeros(len(kinds)), np.arange(float(len(kinds)))])
+    return EquilibriumBranch(unknowns, np.zeros((1, len(kinds)), complex), kinds, ("", ""))
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def branch_of(*kinds: str) -> EquilibriumBranch:
 )
 def test_the_name_of_a_branch_is_what_its_points_share(met: tuple[Kind, Kind], kind: Kind) -> None:
     """Special points do not count."""
-    states: Any = SimpleNamespace(kind=lambda u: {0.0: met[0], 2.0: met[1]}[u[-1]])
+    states: Any = SimpleNamespace(kind=lambda unknowns: {0.0: met[0], 2.0: met[1]}[unknowns[-1]])
     assert equilibrium_branches._kind(states, branch_of("", "fold", "")) == kind
 
 

@@ -352,11 +352,11 @@ def test_starts_lie_around_the_circle_at_speeds_up_to_that_of_the_fastest_motor(
         phases=np.array([True, False]), n=2, pace=7.0, machine=SimpleNamespace(shaken_coordinate=None, rotors=rotors)
     )
     monkeypatch.setattr(module, "free_speed", lambda _, rotor: {"a": 9.0, "b": -12.0, "c": None}[rotor])
-    phases, speeds = module.AveragedEquations.starts(of)
+    phases, speeds = module.EntrainmentEquations.starts(of)
     assert np.unique(np.round(speeds, 9)) == pytest.approx(sorted([*np.linspace(3.6, 13.2, 9), 10.5]))
     assert np.diff(np.unique(phases)) == pytest.approx([2 * math.pi / 12] * 11) and len(phases) == 12 * 10
     of.machine.shaken_coordinate = object()
-    assert module.AveragedEquations.starts(of)[1].tolist() == [7.0] * 12
+    assert module.EntrainmentEquations.starts(of)[1].tolist() == [7.0] * 12
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

@@ -36,7 +36,7 @@ def motion(stiffness: float = WHOLE, time: tuple[float, ...] = (0.0, 0.5, 1.0), 
 
 def leg(of: Trajectory, points: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())) -> Any:
     turning = SimpleNamespace(time=np.array(points[0]), values=np.array(points[1]))
-    return Leg(of, SimpleNamespace(points=turning), (Waiting(of.parameters),))  # type: ignore[arg-type]
+    return Leg(of, SimpleNamespace(points=turning), (Waiting(of.parameter_values),))  # type: ignore[arg-type]
 
 
 def machine(at_once: bool = True, begin: float | None = None, falling: bool = True) -> Any:
@@ -79,12 +79,14 @@ def state(damage: float, **more: Any) -> RunState:
 def test_the_energy_that_a_spring_loses_is_booked() -> None:
     """A stiffness that falls from 50 to 20 N/m at 2 m: -60 J."""
     after = machine()._update_stiffness(state(1.25, jump_work=7.0))
-    assert after.last.trajectory.parameters.tolist() == [9.0, 20.0] and after.last.pending[-1].parameters.tolist() == [
+    assert after.last.trajectory.parameter_values.tolist() == [9.0, 20.0] and after.last.pending[
+        -1
+    ].parameter_values.tolist() == [
         9.0,
         20.0,
     ]
     assert after.jump_work == pytest.approx(7.0 - 30.0 * PLACE**2 / 2)
-    assert after.broken == 1.0 and after.onset is not None and after.onset.trajectory.parameters.tolist() == [9.0, WHOLE]
+    assert after.broken == 1.0 and after.onset is not None and after.onset.trajectory.parameter_values.tolist() == [9.0, WHOLE]
     again = machine()._update_stiffness(replace(after, last=leg(motion(20.0, (1.0, 2.0)))))
     assert (again.broken, again.jump_work, again.onset) == (1.0, after.jump_work, after.onset), "it breaks once"
 
@@ -93,7 +95,7 @@ def test_before_the_damage_is_one_nothing_falls_at_once() -> None:
     before = state(0.99)
     assert machine()._update_stiffness(before) == before
     part = machine(at_once=False)._update_stiffness(state(0.5))
-    assert part.last.trajectory.parameters[1] == pytest.approx(WHOLE * 0.7) and part.broken is None
+    assert part.last.trajectory.parameter_values[1] == pytest.approx(WHOLE * 0.7) and part.broken is None
     assert part.onset is not None
     given = machine(begin=5.0)._update_stiffness(state(1.0))
     assert given.onset is None and given.broken == 1.0, "its begin is given"

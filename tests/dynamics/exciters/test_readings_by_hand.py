@@ -145,12 +145,15 @@ def test_the_mean_of_a_beat_is_signed_and_leaves_the_way_there_out(
         assert start is begin and order == 1
         system = SimpleNamespace(output=lambda name: SimpleNamespace(expression=name))
         return SimpleNamespace(
-            system="system", initial="initial", values="values", slow=SimpleNamespace(system=system, senses={"drum": sense})
+            system="system",
+            initial="initial",
+            values="values",
+            averaged_equations=SimpleNamespace(system=system, senses={"drum": sense}),
         )
 
     def integrate(flow: Any, initial: Any, values: Any, grid: np.ndarray) -> Any:
         grids.append(grid)
-        return SimpleNamespace(failure=None, time=grid, states=None, parameters=None)
+        return SimpleNamespace(failure=None, time=grid, states=None, parameter_values=None)
 
     evaluate = SimpleNamespace(
         of=lambda system, outputs, names: lambda time, *_: {names[0]: np.where((time == 0.0) & (part < 10.0), 900.0, 60.0)}

@@ -21,8 +21,8 @@ def known(
     """states: speeds and whether they are stable."""
     slow = SimpleNamespace(senses={"drum": sense})
     patch.setattr(module, "machine_at_speed", lambda machine, speed: machine)
-    patch.setattr(module, "averaged_machine", lambda machine, inertia: slow)
-    patch.setattr(module.SteadyTorques, "from_slow", lambda _: SimpleNamespace(fixed_speed=given))
+    patch.setattr(module, "averaged_equations_of", lambda machine, inertia: slow)
+    patch.setattr(module.SteadyTorques, "from_averaged_equations", lambda _: SimpleNamespace(fixed_speed=given))
     patch.setattr(module, "driven_speeds", lambda _: ((1.0, 300.0), False))
     some = [SimpleNamespace(speed=speed) for speed in states]
     patch.setattr(
@@ -59,7 +59,7 @@ def test_where_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     def none(*_: Any) -> None:
         raise InputError("machine", None, "has none")
 
-    monkeypatch.setattr(module, "averaged_machine", none)
+    monkeypatch.setattr(module, "averaged_equations_of", none)
     found = averaged_speed(MACHINE, 95.0, False, np.empty(0), (1.0, 1.0), 1e-10, None)
     assert found == AveragedSpeed(None, reason="machine: has none")
     model = SimpleNamespace(system=None, initial=None, values=None)

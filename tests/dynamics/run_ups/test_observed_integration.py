@@ -79,7 +79,7 @@ def test_a_coarse_grid_that_is_integrated_piece_by_piece_has_each_sample_once() 
     leg = watched.leg(first, grid)
     whole = Trajectory.of([first.trajectory, leg.trajectory])
     assert whole.time.tolist() == grid.tolist()
-    exact = integrate(watched.compiled_system, first.trajectory.end_state, first.trajectory.parameters, grid)
+    exact = integrate(watched.compiled_system, first.trajectory.end_state, first.trajectory.parameter_values, grid)
     assert whole.states == pytest.approx(exact.states, rel=1e-10)
     seen = watched.observation(leg).rotors["d"].whole.angle[-1]
     assert seen == pytest.approx(float(exact.states[0, -1]), abs=2 * math.pi)

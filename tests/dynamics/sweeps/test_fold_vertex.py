@@ -18,7 +18,7 @@ class Branch:
 
     def __init__(self, sense: float, bend: float) -> None:
         self.sense, self.bend = sense, bend
-        pace = SimpleNamespace(answer=1.0, turn=0.1, rate=1.0, samples=1, step=1.0)
+        pace = SimpleNamespace(response_time=1.0, turn=0.1, rate=1.0, samples=1, step=1.0)
         self.moved_machine = SimpleNamespace(pace=pace)
 
     def at(self, value: float) -> Any:

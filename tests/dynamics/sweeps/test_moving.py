@@ -22,7 +22,7 @@ def test_the_energy_that_is_missing_is_that_at_the_end_of_a_leg(monkeypatch: pyt
     compiled = SimpleNamespace(system=SimpleNamespace(state_names=("phi", "omega"), states=(phi, omega), quadratures=()))
 
     def run(_: Any, grid: np.ndarray, state: np.ndarray, parameters: np.ndarray) -> Any:
-        return SimpleNamespace(time=grid, end_state=state, parameters=parameters, quadratures={})
+        return SimpleNamespace(time=grid, end_state=state, parameter_values=parameters, quadratures={})
 
     def rows(_: Any, t: Any) -> dict[str, np.ndarray]:
         return {"phi": 10 * t.time, "omega": np.full(len(t.time), 10.0), "stored_energy": np.zeros(len(t.time))}

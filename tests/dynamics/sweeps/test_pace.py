@@ -12,7 +12,7 @@ from tests.refusals import refused
 
 from wucht.dynamics.sweeps import moving
 from wucht.dynamics.sweeps.jumps import _Search, candidates
-from wucht.dynamics.sweeps.moving import Mover, Place, SweepLeg, _answer, _inertia, moving_system, rate_unit, sweep_pace
+from wucht.dynamics.sweeps.moving import Mover, Place, SweepLeg, _inertia, _response_time, moving_system, rate_unit, sweep_pace
 from wucht.files.building import machine_from
 from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.numerics.observers.energy_balance import EnergyBalance
@@ -42,10 +42,10 @@ def test_the_response_time_is_that_of_the_slowest_decay(sense: float) -> None:
     inertia = INERTIA + 0.5 * 0.2**2
     of = machine((sense * 200.0,), damping=4.0)
     assert _inertia(of, of.rotor) == pytest.approx(inertia, rel=1e-12)
-    assert _answer(of) == pytest.approx(2 * MASS / 4.0, rel=1e-6)
-    assert _answer(machine((sense * 200.0,), damping=4e2, slope=1e-2)) == pytest.approx(inertia / 1e-2, rel=1e-6)
+    assert _response_time(of) == pytest.approx(2 * MASS / 4.0, rel=1e-6)
+    assert _response_time(machine((sense * 200.0,), damping=4e2, slope=1e-2)) == pytest.approx(inertia / 1e-2, rel=1e-6)
     undamped = machine((sense * 200.0,), damping=0.0, slope=1e-2)
-    assert _answer(undamped) == pytest.approx(inertia / 1e-2, rel=1e-6), "what does not decay has no time"
+    assert _response_time(undamped) == pytest.approx(inertia / 1e-2, rel=1e-6), "what does not decay has no time"
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -55,7 +55,7 @@ def test_time_scales_of_a_sweep(sense: float) -> None:
     of = pace(machine((sense * 200.0,), damping=4.0), *ends)
     assert (of.fastest, of.driven) == pytest.approx((300.0, 300.0))
     assert of.turn == pytest.approx(2 * math.pi / 50.0)
-    assert of.answer == pytest.approx(2.0, rel=1e-3) and of.rate == pytest.approx(250.0 / 2000.0, rel=1e-3)
+    assert of.response_time == pytest.approx(2.0, rel=1e-3) and of.rate == pytest.approx(250.0 / 2000.0, rel=1e-3)
     assert (of.samples, of.step * of.samples, of.rate_unit) == (400, pytest.approx(2000.0, rel=1e-3), "rad/s per s")
     slow = machine((sense * 200.0,), damping=4.0)
     quick = pace(slow, *ends, rate=100.0)
@@ -192,7 +192,7 @@ class Settling:
     def __init__(self, signals: list[float], driven: bool = True) -> None:
         coordinate = SimpleNamespace(prescribed_velocity=None if driven else 1.0)
         self.moved_machine = SimpleNamespace(
-            pace=SimpleNamespace(answer=3.0, turn=1.0, rate=1.0, samples=100, step=2.0),
+            pace=SimpleNamespace(response_time=3.0, turn=1.0, rate=1.0, samples=100, step=2.0),
             machine=SimpleNamespace(rotor=SimpleNamespace(coordinate=coordinate)),
         )
         self.signals, self.windows = iter(signals), list[float]()

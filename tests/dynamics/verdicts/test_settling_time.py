@@ -13,7 +13,7 @@ from wucht.dynamics.verdicts.outcomes import AMPLITUDE_TOLERANCE, Outcome
 from wucht.dynamics.verdicts.verdict import Verdict, judge
 from wucht.files.building import machine_from
 from wucht.numerics.observers.turns import Samples
-from wucht.studies.run_up.answer import report
+from wucht.studies.run_up.dataset import report
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

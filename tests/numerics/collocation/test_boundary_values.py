@@ -30,31 +30,31 @@ def cycles(degree: int) -> Cycles:
 
 def problem(intervals: int, degree: int) -> tuple[BoundaryValueProblem, np.ndarray]:
     mesh = Mesh.even(intervals, degree)
-    u = np.append(known(mesh.nodes), [PERIOD, 1.0])
+    unknowns = np.append(known(mesh.nodes), [PERIOD, 1.0])
     made = cycles(degree).problem(mesh, PERIOD)
-    return replace(made, reference=made.reference_from(u)), u
+    return replace(made, reference=made.reference_from(unknowns)), unknowns
 
 
 def test_the_jacobian_is_that_of_differences() -> None:
-    p, u = problem(3, 2)
-    u = u + 0.1 * np.random.default_rng(0).normal(size=len(u))
-    row = np.random.default_rng(1).normal(size=len(u))
-    _, jacobian = p.residual(u)
+    p, unknowns = problem(3, 2)
+    unknowns = unknowns + 0.1 * np.random.default_rng(0).normal(size=len(unknowns))
+    row = np.random.default_rng(1).normal(size=len(unknowns))
+    _, jacobian = p.residual(unknowns)
     for seed in range(5):
-        direction = np.random.default_rng(seed).normal(size=len(u))
+        direction = np.random.default_rng(seed).normal(size=len(unknowns))
         step = 1e-6
-        off = (p.residual(u + step * direction)[0] - p.residual(u - step * direction)[0]) / (2 * step)
+        off = (p.residual(unknowns + step * direction)[0] - p.residual(unknowns - step * direction)[0]) / (2 * step)
         # What solves [J; row] x = (J d, row d) is d.
         np.testing.assert_allclose(jacobian.solve(row, np.append(off, row @ direction)[:, None])[:, 0], direction, atol=1e-6)
 
 
 def errors(intervals: int, degree: int) -> tuple[float, float, float]:
     """Of the period, at mesh points, and within intervals: distances from the orbit at the same place, the phase being free."""
-    p, u = problem(intervals, degree)
-    plane = np.zeros(len(u))
+    p, unknowns = problem(intervals, degree)
+    plane = np.zeros(len(unknowns))
     plane[-1] = 1.0
-    found = with_exact_tolerance(cycles(degree).curve(p)).start(u, plane)
-    y, parameters = p.split(found.u)
+    found = with_exact_tolerance(cycles(degree).curve(p)).start(unknowns, plane)
+    y, parameters = p.split(found.unknowns)
 
     def away(tau: np.ndarray, states: np.ndarray) -> float:
         # The phase condition shifts the orbit a little: by the first mesh point's distance along it.
@@ -92,16 +92,16 @@ def test_a_mesh_is_as_fine_as_the_accuracy_asks(degree: int) -> None:
 
 
 def test_what_is_carried_to_another_mesh_keeps_its_values_and_phase() -> None:
-    p, u = problem(12, 4)
+    p, unknowns = problem(12, 4)
     other = Mesh.even(17, 4)
-    both = p.to_mesh(np.stack([u, 2 * u], axis=1), other)
-    np.testing.assert_allclose(both[:, 1], 2 * p.to_mesh(u, other), rtol=1e-14)
+    both = p.to_mesh(np.stack([unknowns, 2 * unknowns], axis=1), other)
+    np.testing.assert_allclose(both[:, 1], 2 * p.to_mesh(unknowns, other), rtol=1e-14)
     moved = replace(p, mesh=other).split(both[:, 0])[0]
-    assert np.abs(moved - known(other.nodes)).max() < p.error(u).max() * 5
+    assert np.abs(moved - known(other.nodes)).max() < p.error(unknowns).max() * 5
 
 
 def test_parameters_and_outline_do_not_depend_on_the_phase() -> None:
-    p, u = problem(40, 4)
+    p, unknowns = problem(40, 4)
     shifted = np.append(known(p.mesh.nodes - 0.3), [PERIOD, 1.0])
-    a, b = p.outline(u)[0], p.outline(shifted)[0]
+    a, b = p.outline(unknowns)[0], p.outline(shifted)[0]
     np.testing.assert_allclose(a, b, atol=1e-4)

@@ -58,10 +58,10 @@ def test_both_solutions_of_bratu(height: float, theta: float) -> None:
     """Load 1: theta = sqrt(2 load) cosh(theta/4)."""
     assert theta == pytest.approx(np.sqrt(2) * np.cosh(theta / 4), rel=1e-9)
     problem, row = bratu(1.0)
-    u, steps = solve_across_row(problem, start(height, 1.0), row, -1, 25, 1e-10)
-    assert problem.split(u)[0][:, 0].max() == pytest.approx(highest(theta), rel=1e-6)
-    assert u[-1] == 1.0 and steps < 12
-    assert np.abs(problem.residual(u)[0]).max() < 1e-9
+    unknowns, steps = solve_across_row(problem, start(height, 1.0), row, -1, 25, 1e-10)
+    assert problem.split(unknowns)[0][:, 0].max() == pytest.approx(highest(theta), rel=1e-6)
+    assert unknowns[-1] == 1.0 and steps < 12
+    assert np.abs(problem.residual(unknowns)[0]).max() < 1e-9
 
 
 def test_from_where_whole_steps_go_astray() -> None:
@@ -75,15 +75,15 @@ def test_from_where_whole_steps_go_astray() -> None:
 
     nothing = Reference(np.zeros((1, 0)), np.zeros((1, 0)))
     problem = BoundaryValueProblem(field, 1, 1, ends, None, MESH, nothing, np.ones(2))
-    u, row = np.full(len(MESH.nodes) + 1, 3.0), np.zeros(len(MESH.nodes) + 1)
+    unknowns, row = np.full(len(MESH.nodes) + 1, 3.0), np.zeros(len(MESH.nodes) + 1)
     row[-1] = 1.0
     with failed("no-convergence"):
-        Curve(problem).start(u, row)
-    found, steps = solve_across_row(problem, u, row, -1, 25, 1e-10)
+        Curve(problem).start(unknowns, row)
+    found, steps = solve_across_row(problem, unknowns, row, -1, 25, 1e-10)
     np.testing.assert_allclose(found[:-1], 0, atol=1e-12)
     assert found[-1] == 3.0 and 2 < steps < 12
     with failed("too-many-steps", "2"):
-        solve_across_row(problem, u, row, -1, 2, 1e-10)
+        solve_across_row(problem, unknowns, row, -1, 2, 1e-10)
 
 
 def test_where_there_is_none_it_is_told() -> None:
@@ -115,11 +115,11 @@ def test_bratus_problem_through_its_fold() -> None:
     assert other.states_at([0.5])[0] == pytest.approx(highest_of_load(1.0, (8.0, 14.0)), abs=1e-9)
     # The issue's digits.
     assert [s.states_at([0.5])[0, 0] for s in (one, other)] == pytest.approx([0.1405392144, 4.0914672462], abs=5e-11)
-    assert [s.parameters[0] for s in (one, other)] == pytest.approx([1.0, 1.0], abs=1e-10)
+    assert [s.parameter_values[0] for s in (one, other)] == pytest.approx([1.0, 1.0], abs=1e-10)
     # (theta/4) tanh(theta/4) = 1 there, load = theta^2/2/cosh(theta/4)^2.
     quarter = brentq(lambda t: t * np.tanh(t) - 1, 1.0, 1.5, xtol=1e-15)
-    assert fold.parameters[0] == pytest.approx(8 * (quarter / np.cosh(quarter)) ** 2, abs=1e-10)
-    assert fold.parameters[0] == pytest.approx(3.513830719, abs=5e-10)
+    assert fold.parameter_values[0] == pytest.approx(8 * (quarter / np.cosh(quarter)) ** 2, abs=1e-10)
+    assert fold.parameter_values[0] == pytest.approx(3.513830719, abs=5e-10)
     assert "leaves the range" in walk.end and len(points) < 60
     theta = brentq(lambda t: t - np.sqrt(2.0) * np.cosh(t / 4), 8.0, 14.0, xtol=1e-14)
     t = np.linspace(0, 1, 101)
@@ -139,7 +139,7 @@ def test_a_parameter_that_is_found_with_the_solution() -> None:
     t = np.linspace(0, 1, 11)
     walk = solutions.walk(solutions.start(t, [4 * t * (1 - t), 4 - 8 * t], [9.0, 1.0]))
     (wanted,) = [s for s in walk if s.kind]
-    assert wanted.parameters == pytest.approx([np.pi**2, 1.5], abs=1e-8)
+    assert wanted.parameter_values == pytest.approx([np.pi**2, 1.5], abs=1e-8)
     np.testing.assert_allclose(wanted.states_at(t)[0], 1.5 / np.pi * np.sin(np.pi * t), atol=1e-8)
 
 
@@ -178,14 +178,14 @@ def test_what_is_left_counts_by_the_size_of_the_unknowns(size: float) -> None:
 
     nothing = Reference(np.zeros((1, 0)), np.zeros((1, 0)))
     problem = BoundaryValueProblem(field, 1, 1, ends, None, MESH, nothing, np.array([size, 1.0]))
-    u, row = np.append(np.full(len(MESH.nodes), 3.0 * size), 1.0), np.zeros(len(MESH.nodes) + 1)
+    unknowns, row = np.append(np.full(len(MESH.nodes), 3.0 * size), 1.0), np.zeros(len(MESH.nodes) + 1)
     row[-1] = 1.0
-    u, steps = solve_across_row(problem, u, row, -1, 25, 1e-6)
-    assert u[:-1] == pytest.approx(2.0 * size, rel=1e-9) and steps == 4
+    unknowns, steps = solve_across_row(problem, unknowns, row, -1, 25, 1e-6)
+    assert unknowns[:-1] == pytest.approx(2.0 * size, rel=1e-9) and steps == 4
 
 
 def test_every_value_that_is_passed_is_a_solution_of_its_own() -> None:
     loads = [0.5, 1.0, 2.0]
     solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), end_value(U)]), [(0.1, 3.0)], loads)
     walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
-    assert [s.parameters[0] for s in walk if s.kind == "value"] == pytest.approx(loads, abs=1e-10)
+    assert [s.parameter_values[0] for s in walk if s.kind == "value"] == pytest.approx(loads, abs=1e-10)

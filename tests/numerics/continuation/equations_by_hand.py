@@ -17,10 +17,10 @@ def by_hand(rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], parameters: S
     """Of expressions, without compiling them."""
     given = [*states, *parameters]
     f = sp.lambdify(given, list(rates), "numpy")
-    f_u = sp.lambdify(given, sp.Matrix(rates).jacobian(given).tolist(), "numpy")
+    derivatives = sp.lambdify(given, sp.Matrix(rates).jacobian(given).tolist(), "numpy")
 
-    def values(u: np.ndarray) -> Pair:
+    def values(unknowns: np.ndarray) -> Pair:
         with np.errstate(all="ignore"):
-            return np.array(f(*u), float), np.array(f_u(*u), float)
+            return np.array(f(*unknowns), float), np.array(derivatives(*unknowns), float)
 
     return Equations.from_function(values, [s.name for s in states], [p.name for p in parameters])

@@ -23,7 +23,10 @@ from wucht.system import System
 def test_starts_at_bounds_and_beyond() -> None:
     problem = Equilibria(by_hand([P - X], [X]), (-1, 1))
     found = problem.branch(problem.start([1.0], 1.0))
-    assert found.u[-1].tolist() == sorted(set(found.u[-1].tolist())) and found.u[-1, [0, -1]].tolist() == [-1, 1]
+    assert found.unknowns[-1].tolist() == sorted(set(found.unknowns[-1].tolist())) and found.unknowns[-1, [0, -1]].tolist() == [
+        -1,
+        1,
+    ]
     with failed("out-of-range", "p = 3", "-1", "1"):
         problem.branch(problem.start([3.0], 3.0))
     wrong = Equilibria(problem.equations, (1, -1))
@@ -43,7 +46,7 @@ def test_what_a_user_gets_wrong_is_told_in_a_sentence() -> None:
     with rejected("no-state", "5"):
         Equilibria(one, (-1, 1), limits={5: (0, 1)})
     with rejected("name-taken"):
-        Equilibria(one, (-1, 1), functions={"fold": lambda u: u[0]})
+        Equilibria(one, (-1, 1), functions={"fold": lambda unknowns: unknowns[0]})
     with failed("not-evaluated", "x = -1", "p = 0", "q = 0"):
         Folds(two, [(-1, 1), (-1, 1)]).start([-1.0], (0, 0))
     with failed("not-evaluated", "x = -1"):
@@ -57,23 +60,25 @@ def test_what_a_user_gets_wrong_is_told_in_a_sentence() -> None:
 
 
 def test_a_function_that_raises_beyond_its_region_ends_the_branch_there() -> None:
-    def values(u: np.ndarray) -> Pair:
-        if u[0] < -0.5:
+    def values(unknowns: np.ndarray) -> Pair:
+        if unknowns[0] < -0.5:
             raise ValueError("outside")
-        return np.array([u[1] - u[0]]), np.array([[-1.0, 1.0]])
+        return np.array([unknowns[1] - unknowns[0]]), np.array([[-1.0, 1.0]])
 
     problem = Equilibria(Equations.from_function(values, ["x"], ["p"]), (-1, 1))
     found = problem.branch(problem.start([0.0], 0.0))
-    assert found.ends[0].startswith("no further point could be computed") and found.u[-1, 0] == pytest.approx(-0.5, abs=1e-6)
+    assert found.ends[0].startswith("no further point could be computed") and found.unknowns[-1, 0] == pytest.approx(
+        -0.5, abs=1e-6
+    )
     with failed("not-evaluated"):
         problem.start([-0.7], -0.7)
 
 
 def test_why_it_ends_names_an_interruption_and_what_ran_away() -> None:
-    def interrupted(u: np.ndarray) -> Pair:
-        if u[0] > 0.5:
+    def interrupted(unknowns: np.ndarray) -> Pair:
+        if unknowns[0] > 0.5:
             raise KeyboardInterrupt
-        return np.array([u[1] - u[0]]), np.array([[-1.0, 1.0]])
+        return np.array([unknowns[1] - unknowns[0]]), np.array([[-1.0, 1.0]])
 
     problem = Equilibria(Equations.from_function(interrupted, ["x"], ["p"]), (-1, 1))
     walk = problem.walk(problem.start([0.0], 0.0))
@@ -89,8 +94,10 @@ def test_a_branch_can_be_kept_in_a_file() -> None:
     problem = Equilibria(Equations.of(AB, ["p1"], {"p2": 15.0}), (0, 0.3))
     whole = problem.branch(problem.start([0, 0], 0.0))
     again = pickle.loads(pickle.dumps(whole))
-    np.testing.assert_array_equal(again.u, whole.u)
-    for kept, own in zip(again.equations.values(whole.u[:, 3]), whole.equations.values(whole.u[:, 3]), strict=True):
+    np.testing.assert_array_equal(again.unknowns, whole.unknowns)
+    for kept, own in zip(
+        again.equations.values(whole.unknowns[:, 3]), whole.equations.values(whole.unknowns[:, 3]), strict=True
+    ):
         np.testing.assert_array_equal(kept, own)
 
 

@@ -64,11 +64,11 @@ def characteristic() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 def test_what_one_parameter_shows(located: tuple[Equilibrium, ...]) -> None:
     one = Equations.of(SYSTEM, ["q2"], {"k": 0.4})
     assert [p.kind for p in located] == [kind for kind, _, _ in MATCONT]
-    for point, (kind, u, coefficient) in zip(located, MATCONT, strict=True):
-        np.testing.assert_allclose(point.u, u, rtol=0, atol=5e-6)
-        assert point.parameter == pytest.approx(u[3], abs=1e-6)
-        form = hopf_form(one, point.u, point.frequency) if kind == "hopf" else None
-        got = form.l1 * form.frequency if form else fold_form(one, point.u).a
+    for point, (kind, unknowns, coefficient) in zip(located, MATCONT, strict=True):
+        np.testing.assert_allclose(point.unknowns, unknowns, rtol=0, atol=5e-6)
+        assert point.parameter == pytest.approx(unknowns[3], abs=1e-6)
+        form = hopf_form(one, point.unknowns, point.frequency) if kind == "hopf" else None
+        got = form.l1 * form.frequency if form else fold_form(one, point.unknowns).a
         assert got == pytest.approx(coefficient, rel=3e-4)
 
 
@@ -83,7 +83,7 @@ def test_the_fold_curve(equations: Equations, located: tuple[Equilibrium, ...]) 
     c0, c1, _ = characteristic()
     for point in curve.special:
         second = c1 if point.kind == "bogdanov-takens" else quadratic
-        np.testing.assert_allclose(point.u, solved([c0, second], point.u), rtol=0, atol=1e-10)
+        np.testing.assert_allclose(point.unknowns, solved([c0, second], point.unknowns), rtol=0, atol=1e-10)
 
 
 def test_the_hopf_curve(equations: Equations, located: tuple[Equilibrium, ...]) -> None:
@@ -92,17 +92,17 @@ def test_the_hopf_curve(equations: Equations, located: tuple[Equilibrium, ...]) 
     c0, c1, c2 = characteristic()
     numbers = sp.lambdify(STATES, (c0, c1, c2), "numpy")
     curve = problem.branch(problem.start(located[0].x, (located[0].parameter, 0.4), located[0].frequency))
-    c0s, c1s, c2s = numbers(*curve.u)
+    c0s, c1s, c2s = numbers(*curve.unknowns)
     np.testing.assert_allclose(c1s * c2s, c0s, rtol=0, atol=1e-11)  # rounding: 2e-12
     np.testing.assert_allclose([p.frequency**2 for p in curve.points], c1s, rtol=0, atol=1e-12)
-    assert min(np.abs(curve.u[3:] - [[located[3].parameter], [0.4]]).max(axis=0)) < 0.05
+    assert min(np.abs(curve.unknowns[3:] - [[located[3].parameter], [0.4]]).max(axis=0)) < 0.05
     kinds = [p.kind for p in curve.special]
     assert kinds == ["bogdanov-takens", "generalised-hopf", "generalised-hopf", "bogdanov-takens"]
     assert all(end.startswith("it ends at a Bogdanov-Takens point") for end in curve.ends)
     for point in curve.special:
         if point.kind == "bogdanov-takens":
-            np.testing.assert_allclose(point.u, solved([c0, c1], point.u), rtol=0, atol=1e-10)
+            np.testing.assert_allclose(point.unknowns, solved([c0, c1], point.unknowns), rtol=0, atol=1e-10)
         else:
-            assert abs(tensor_lyapunov(SYSTEM, point.u)) < 1e-8  # where nothing happens it is 10 to 200
+            assert abs(tensor_lyapunov(SYSTEM, point.unknowns)) < 1e-8  # where nothing happens it is 10 to 200
     signs = [np.sign(p.coefficients["l1"]) for p in curve.points if not p.kind]
     assert np.abs(np.diff(signs)).sum() == 4  # it changes twice

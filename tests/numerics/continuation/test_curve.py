@@ -12,9 +12,9 @@ def test_a_point_is_taken_when_its_convergence_foretells_what_is_left() -> None:
     """Fewer evaluations, and what is left of the equations is below the tolerance all the same."""
     calls = [0]
 
-    def ellipse(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def ellipse(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         calls[0] += 1
-        return np.array([u[0] ** 2 + 4 * u[1] ** 2 - 1]), np.array([[2 * u[0], 8 * u[1]]])
+        return np.array([unknowns[0] ** 2 + 4 * unknowns[1] ** 2 - 1]), np.array([[2 * unknowns[0], 8 * unknowns[1]]])
 
     counts = []
     for foretold in (False, True):
@@ -28,7 +28,7 @@ def test_a_point_is_taken_when_its_convergence_foretells_what_is_left() -> None:
         points = [p for _, p in walk]
         counts.append(calls[0] / len(points))
         assert walk.end == "it is closed"
-        assert max(abs(ellipse(p.u)[0][0]) for p in points) < 1e-8
+        assert max(abs(ellipse(p.unknowns)[0][0]) for p in points) < 1e-8
     assert counts[1] < 0.9 * counts[0]
 
 
@@ -38,12 +38,13 @@ def test_the_bend_of_the_curve_is_known_at_the_second_point() -> None:
 
     class Kept(FunctionProblem):
         def reformulate(self, point):  # type: ignore[no-untyped-def]
-            bends.append((point.u, point.bend))
+            bends.append((point.unknowns, point.bend))
             return super().reformulate(point)
 
     curve = Curve(
-        Kept(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), np.ones(2)), steps=Steps(first=0.01, most=0.01, points=5)
+        Kept(lambda unknowns: (np.array([unknowns @ unknowns - 1]), 2 * unknowns[None, :]), np.ones(2)),
+        steps=Steps(first=0.01, most=0.01, points=5),
     )
     list(curve.follow(curve.start(np.array([1.0, 0.0]), np.array([0.0, 1.0]))))
-    for u, bend in bends:
-        np.testing.assert_allclose(bend, -u, atol=0.01)
+    for unknowns, bend in bends:
+        np.testing.assert_allclose(bend, -unknowns, atol=0.01)

@@ -77,7 +77,7 @@ def test_the_branch_that_does_not_touch() -> None:
     """x^3 = p x + 0.01: the pitchfork's other half has a fold at p = 3 (0.01 / 2)^(2/3), x = -(0.01 / 2)^(1/3)."""
     problem = Equilibria(equations(UNFOLDED), (-1, 1))
     first = problem.branch(problem.start([-0.01], -1.0))
-    assert first.special == () and first.u[0, -1] > 0.9
+    assert first.special == () and first.unknowns[0, -1] > 0.9
     both = disconnected_branches(problem, [-0.5, 0.0, 0.5], np.array([[-0.3]]))
     assert len(both) == 2
     (other,) = disconnected_branches(problem, [0.5], random_starts([-1], [1], 4), known_branches=[first])
@@ -97,8 +97,8 @@ def test_what_is_known_at_one_value_is_a_start_at_the_next() -> None:
     """x^3 = p x: zero is a solution for all p, from which the other two are found where p > 0."""
     problem = Equilibria(equations(System((X,), (P * X - X**3,), (P,))), (-1, 1))
     trivial, other = disconnected_branches(problem, [-0.5, 0.5], np.array([[0.0]]))
-    assert np.abs(trivial.u[0]).max() < 1e-12
-    np.testing.assert_allclose(other.u[1], other.u[0] ** 2, atol=1e-12)
+    assert np.abs(trivial.unknowns[0]).max() < 1e-12
+    np.testing.assert_allclose(other.unknowns[1], other.unknowns[0] ** 2, atol=1e-12)
 
 
 def test_work_is_bounded() -> None:

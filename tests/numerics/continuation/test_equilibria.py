@@ -45,9 +45,12 @@ def test_located_points_satisfy_their_defining_equations() -> None:
     """Residual, and: determinant zero at a fold, a purely imaginary pair at a Hopf point."""
     problem = equilibria(AB, "p1", {"p2": 18.0}, 0, 0.5)
     for point in problem.branch(problem.start([0, 0], 0.0)).special:
-        f, f_u = problem.equations.values(point.u)
+        f, derivatives = problem.equations.values(point.unknowns)
         assert np.abs(f).max() < 1e-12
-        assert min(abs(np.linalg.det(f_u[:, :2])) if point.kind == "fold" else abs(np.trace(f_u[:, :2])), 1) < 1e-11
+        assert (
+            min(abs(np.linalg.det(derivatives[:, :2])) if point.kind == "fold" else abs(np.trace(derivatives[:, :2])), 1)
+            < 1e-11
+        )
 
 
 def test_lorenz_pitchfork_and_hopf_on_both_sides() -> None:
@@ -60,7 +63,7 @@ def test_lorenz_pitchfork_and_hopf_on_both_sides() -> None:
         points = list(problem.walk(first))
         assert [k for k, _ in kinds(points)] == ["hopf"]
         assert kinds(points)[0][1] == pytest.approx(470 / 19, rel=1e-12)
-        assert np.sign(points[-1].x[0]) == np.sign(first.u[0])
+        assert np.sign(points[-1].x[0]) == np.sign(first.unknowns[0])
 
 
 def test_pp2_branch_points_fold_and_hopf() -> None:
@@ -84,7 +87,9 @@ def test_a_branch_around_a_circle_of_an_angle_is_closed() -> None:
     problem = equilibria(system, "p", {}, -2, 2)
     branch = problem.branch(problem.start([0.3], math.sin(0.3)))
     assert branch.is_closed
-    assert branch.u[:, -1] == pytest.approx(branch.u[:, 0] + [2 * math.pi * np.sign(branch.u[0, 5] - 0.3), 0])
+    assert branch.unknowns[:, -1] == pytest.approx(
+        branch.unknowns[:, 0] + [2 * math.pi * np.sign(branch.unknowns[0, 5] - 0.3), 0]
+    )
     assert sorted(v for _, v in kinds(list(branch.special))) == pytest.approx([-1, 1], abs=1e-12)
     assert len(branch.special) == 2
 
@@ -98,10 +103,10 @@ def test_an_isola_is_closed() -> None:
 
 
 def test_a_function_of_the_user_is_zero_where_it_says() -> None:
-    problem = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, functions={"half": lambda u: u[0] - 0.5})
+    problem = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, functions={"half": lambda unknowns: unknowns[0] - 0.5})
     (half,) = [p for p in problem.branch(problem.start([0, 0], 0.0)).special if p.kind == "half"]
     assert half.x[0] == pytest.approx(0.5, abs=1e-10)
-    assert np.abs(problem.equations.values(half.u)[0]).max() < 1e-12
+    assert np.abs(problem.equations.values(half.unknowns)[0]).max() < 1e-12
 
 
 def test_points_come_one_by_one_and_the_walk_goes_on_after_a_pause() -> None:
@@ -140,18 +145,20 @@ def test_why_a_branch_ends() -> None:
     assert few.branch(few.start([0, 0], 0.0)).ends[1] == "it has reached the maximum number of points, 4"
     ending = equilibria(System((X,), (X - sp.sqrt(P),), (P,)), "p", {}, -1, 1)
     branch = ending.branch(ending.start([0.5], 0.25))
-    assert branch.ends[0].startswith("no further point could be computed") and branch.u[-1, 0] < 1e-5
+    assert branch.ends[0].startswith("no further point could be computed") and branch.unknowns[-1, 0] < 1e-5
 
 
 def test_a_user_gives_residual_and_jacobian() -> None:
     """The circle, from functions alone."""
-    problem = FunctionProblem(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), np.ones(2))
+    problem = FunctionProblem(lambda unknowns: (np.array([unknowns @ unknowns - 1]), 2 * unknowns[None, :]), np.ones(2))
     curve = Curve(problem)
     walk = curve.follow(curve.start(np.array([1.0, 0.1]), np.array([0.0, 1.0])))
     points = [p for _, p in walk]
     assert walk.end == "it is closed"
-    assert max(abs(p.u @ p.u - 1) for p in points) < 1e-12
-    by_hand = Equations.from_function(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), ["x"], ["p"])
+    assert max(abs(p.unknowns @ p.unknowns - 1) for p in points) < 1e-12
+    by_hand = Equations.from_function(
+        lambda unknowns: (np.array([unknowns @ unknowns - 1]), 2 * unknowns[None, :]), ["x"], ["p"]
+    )
     branch = Equilibria(by_hand, (-2, 2))
     assert len(branch.branch(branch.start([1.0], 0.1)).special) == 2
 
@@ -159,8 +166,8 @@ def test_a_user_gives_residual_and_jacobian() -> None:
 def test_functions_of_angles_and_of_other_sizes() -> None:
     """p = 1e-3 sin(theta): closed after a turn."""
 
-    def values(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.array([u[1] - 1e-3 * math.sin(u[0])]), np.array([[-1e-3 * math.cos(u[0]), 1.0]])
+    def values(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([unknowns[1] - 1e-3 * math.sin(unknowns[0])]), np.array([[-1e-3 * math.cos(unknowns[0]), 1.0]])
 
     problem = Equilibria(Equations.from_function(values, ["theta"], ["p"], {"p": 1e-3}, ["theta"]), (-1, 1))
     branch = problem.branch(problem.start([0.3], 1e-3 * math.sin(0.3)))
@@ -199,7 +206,7 @@ def test_a_bound_on_which_the_equations_are_singular_is_approached() -> None:
         "it leaves the range at p = 0, where the equations are singular",
         "it leaves the range at p = 1",
     ]
-    assert 0 < branch.u[-1].min() < 1e-2 and branch.u[0] == pytest.approx(1.0, abs=1e-9)
+    assert 0 < branch.unknowns[-1].min() < 1e-2 and branch.unknowns[0] == pytest.approx(1.0, abs=1e-9)
 
 
 def test_of_two_bounds_that_a_step_passes_the_first_on_the_way_counts() -> None:
@@ -208,7 +215,7 @@ def test_of_two_bounds_that_a_step_passes_the_first_on_the_way_counts() -> None:
         System((X,), (P - X,), (P,)), "p", {}, 0.0, 1.0, limits={0: (-1, 1.05)}, steps=Steps(first=0.5, most=0.5)
     )
     branch = limited.branch(limited.start([0.8], 0.8))
-    assert max(branch.u[-1]) == 1.0 and max(branch.u[0]) == pytest.approx(1.0, abs=1e-12)
+    assert max(branch.unknowns[-1]) == 1.0 and max(branch.unknowns[0]) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_points_between_which_an_eigenvalue_passes_unseen_are_not_explained(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,9 +40,9 @@ def assert_folds(system: System, curve: SpecialCurve[Fold]) -> None:
     unknowns = (*system.states, *system.parameters)
     f = sp.lambdify(unknowns, sp.Matrix(system.derivatives), "numpy")
     A = sp.lambdify(unknowns, sp.Matrix(system.derivatives).jacobian(system.states), "numpy")
-    for u in curve.u.T:
-        matrix = np.array(A(*u), float)
-        assert np.abs(f(*u)).max() < 1e-11
+    for solution in curve.unknowns.T:
+        matrix = np.array(A(*solution), float)
+        assert np.abs(f(*solution)).max() < 1e-11
         assert np.linalg.svd(matrix, compute_uv=False)[-1] < 1e-10 * max(1.0, np.abs(matrix).max())
 
 
@@ -51,10 +51,10 @@ def test_the_cusp_and_its_fold_curve() -> None:
     problem = folds(CUSP, (-2, 2), (-1, 2))
     curve = problem.branch(problem.start([0.5], (-0.25, 0.75)))
     assert curve.ends == ("it leaves the range at q = 2", "it leaves the range at q = 2")
-    p, q = curve.parameters
+    p, q = curve.parameter_values
     np.testing.assert_allclose(27 * p**2, 4 * q**3, atol=1e-12)
     (cusp,) = curve.special
-    assert cusp.kind == "cusp" and np.abs(cusp.u).max() < 1e-10
+    assert cusp.kind == "cusp" and np.abs(cusp.unknowns).max() < 1e-10
     assert cusp.coefficients == {"a": pytest.approx(0, abs=1e-9), "c": pytest.approx(1)}
     assert_folds(CUSP, curve)
 
@@ -63,11 +63,11 @@ def test_bogdanov_takens_on_a_fold_curve() -> None:
     """p = q^2 / 4, x = -q / 2; w = (0, 1) and v = (1, 0) wherever x = 0."""
     problem = folds(TAKENS, (-2, 2), (-2, 2))
     curve = problem.branch(problem.start([0.3, 0.1], (0.1, -0.5)))
-    p, q = curve.parameters
+    p, q = curve.parameter_values
     np.testing.assert_allclose(p, q**2 / 4, atol=1e-12)
-    np.testing.assert_allclose(curve.u[0], -q / 2, atol=1e-11)
+    np.testing.assert_allclose(curve.unknowns[0], -q / 2, atol=1e-11)
     (takens,) = curve.special
-    assert takens.kind == "bogdanov-takens" and np.abs(takens.u).max() < 1e-10
+    assert takens.kind == "bogdanov-takens" and np.abs(takens.unknowns).max() < 1e-10
     assert takens.coefficients == pytest.approx({"a": 1, "b": 1}, rel=1e-9)
     assert_folds(TAKENS, curve)
 
@@ -81,15 +81,15 @@ def test_ab_folds_have_the_form_that_follows_from_its_equilibria() -> None:
     one = Equilibria(Equations.of(AB, ["p1"], {"p2": 18.0}), (0, 0.5))
     located = [p for p in one.branch(one.start([0, 0], 0.0)).special if p.kind == "fold"]
     curve = problem.branch(problem.start(located[0].x, (located[0].parameter, 18.0)))
-    x, _, p1, p2 = curve.u
+    x, _, p1, p2 = curve.unknowns
     np.testing.assert_allclose(p2, 4 / (x * (1 - x)), rtol=1e-10)
     np.testing.assert_allclose(p1, x / (1 - x) * np.exp(-1 / (1 - x)), rtol=1e-10)
-    assert min(np.abs(curve.parameters - [[located[1].parameter], [18.0]]).sum(axis=0)) < 0.1
+    assert min(np.abs(curve.parameter_values - [[located[1].parameter], [18.0]]).sum(axis=0)) < 0.1
     special = {p.kind: p for p in curve.special}
     assert special.keys() == {"cusp", "bogdanov-takens"}
-    np.testing.assert_allclose(special["cusp"].parameters, [math.exp(-2), 16], rtol=1e-10)
+    np.testing.assert_allclose(special["cusp"].parameter_values, [math.exp(-2), 16], rtol=1e-10)
     np.testing.assert_allclose(special["cusp"].x, [0.5, 2], rtol=1e-9)
-    np.testing.assert_allclose(special["bogdanov-takens"].parameters, [math.exp(-4 / 3) / 3, 64 / 3], rtol=1e-10)
+    np.testing.assert_allclose(special["bogdanov-takens"].parameter_values, [math.exp(-4 / 3) / 3, 64 / 3], rtol=1e-10)
     assert np.abs(special["bogdanov-takens"].eigenvalues).max() < 1e-6  # the square root of rounding
     assert_folds(AB, curve)
 
@@ -106,9 +106,9 @@ def test_zero_hopf_on_a_fold_curve() -> None:
     problem = folds(system, (-1, 1), (-0.8, 0.8))
     curve = problem.branch(problem.start([0.08, 0.0, 0.0], (0.0, -0.5)))
     (special,) = curve.special
-    assert special.kind == "zero-hopf" and np.abs(special.parameters).max() < 1e-10
+    assert special.kind == "zero-hopf" and np.abs(special.parameter_values).max() < 1e-10
     np.testing.assert_allclose(special.eigenvalues[1:], [2j, -2j], atol=1e-9)
-    assert np.abs(curve.parameters[0]).max() < 1e-11
+    assert np.abs(curve.parameter_values[0]).max() < 1e-11
     assert_folds(system, curve)
 
 
@@ -123,14 +123,14 @@ def test_a_closed_fold_curve() -> None:
     problem = folds(System((X,), (P**2 + Q**2 - 1 + X**2,), (P, Q)), (-2, 2), (-2, 2))
     curve = problem.branch(problem.start([0.0], (1.0, 0.1)))
     assert curve.is_closed and curve.special == ()
-    np.testing.assert_allclose((curve.parameters**2).sum(axis=0), 1, atol=1e-11)
+    np.testing.assert_allclose((curve.parameter_values**2).sum(axis=0), 1, atol=1e-11)
 
 
 def test_points_come_one_by_one() -> None:
     problem = folds(CUSP, (-2, 2), (-1, 2))
     walk = problem.walk(problem.start([0.5], (-0.25, 0.75)))
     assert len(list(itertools.islice(walk, 3))) == 3 and walk.end == ""
-    assert list(walk)[-1].parameters[1] == 2 and walk.end == "it leaves the range at q = 2"
+    assert list(walk)[-1].parameter_values[1] == 2 and walk.end == "it leaves the range at q = 2"
 
 
 def test_other_units_give_the_same_special_points() -> None:
@@ -140,7 +140,7 @@ def test_other_units_give_the_same_special_points() -> None:
     system = System(AB.states, (rates[0], rates[1] * 10**6), AB.parameters)
     problem = folds(system, (0, 1000), (5, 40), scale={"u2": 1e6, "p1": 1e3})
     curve = problem.branch(problem.start([0.4, 1.7e6], (130, 16.7)))
-    special = {p.kind: p.parameters for p in curve.special}
+    special = {p.kind: p.parameter_values for p in curve.special}
     np.testing.assert_allclose(special["cusp"], [1000 * math.exp(-2), 16], rtol=1e-10)
     np.testing.assert_allclose(special["bogdanov-takens"], [1000 * math.exp(-4 / 3) / 3, 64 / 3], rtol=1e-10)
 
@@ -148,23 +148,23 @@ def test_other_units_give_the_same_special_points() -> None:
 def test_derivatives_of_the_defining_equations() -> None:
     """dg/du against a difference of g itself: with the border fixed g is a function of u."""
     equations = Equations.of(AB, ["p1", "p2"], {})
-    u = np.array([0.4, 1.6, 0.13, 17.0])
-    problem = FoldProblem.from_point(equations, u)
+    unknowns = np.array([0.4, 1.6, 0.13, 17.0])
+    problem = FoldProblem.from_point(equations, unknowns)
     h = 1e-5
-    differences = [(problem.residual(u + h * e)[0] - problem.residual(u - h * e)[0]) / (2 * h) for e in np.eye(4)]
-    np.testing.assert_allclose(problem.residual(u)[1].matrix, np.transpose(differences), rtol=1e-7, atol=1e-8)
+    differences = [(problem.residual(unknowns + h * e)[0] - problem.residual(unknowns - h * e)[0]) / (2 * h) for e in np.eye(4)]
+    np.testing.assert_allclose(problem.residual(unknowns)[1].matrix, np.transpose(differences), rtol=1e-7, atol=1e-8)
 
 
 def test_a_point_costs_few_evaluations() -> None:
     """Two a correction, and two or three corrections a point: what the time depends on."""
     equations, calls = Equations.of(AB, ["p1", "p2"], {}), 0
 
-    def counted(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def counted(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         nonlocal calls
         calls += 1
-        return equations.values(u)
+        return equations.values(unknowns)
 
-    given = Equations(counted, equations.states, equations.parameters, equations.turns, equations.scale)
+    given = Equations(counted, equations.state_names, equations.parameter_names, equations.turns, equations.scale)
     problem = Folds(given, [(0, 1), (5, 40)], Steps())
     start = problem.start([0.3, 1.4], (0.1, 19.0))
     calls = 0
@@ -195,7 +195,7 @@ def test_the_cusp_of_a_bent_manifold_lies_where_a_symbolic_form_vanishes() -> No
     x = brentq(lambda x: -2 + q(x) * g2(x) + 6 * x, 0.1, 1.2, xtol=1e-15)
     at = next(p for p in curve.special if p.kind == "cusp" and abs(p.x[0] - x) < 0.1)
     np.testing.assert_allclose(at.x, [x, math.sin(x) + x**2], rtol=1e-9)
-    np.testing.assert_allclose(at.parameters, [x**2 - x**3 - q(x) * (math.sin(x) + x**2), q(x)], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(at.parameter_values, [x**2 - x**3 - q(x) * (math.sin(x) + x**2), q(x)], rtol=0, atol=1e-10)
 
 
 def test_the_null_vector_may_turn_all_round() -> None:
@@ -206,14 +206,14 @@ def test_the_null_vector_may_turn_all_round() -> None:
     problem = folds(system, (-1, 1), (0, 7))
     curve = problem.branch(problem.start([0, 0], (0.01, 0.5)))
     assert curve.ends == ("it leaves the range at q = 0", "it leaves the range at q = 7") and curve.special == ()
-    assert np.abs(curve.parameters[0]).max() < 1e-11
+    assert np.abs(curve.parameter_values[0]).max() < 1e-11
 
 
 def test_a_jump_is_no_zero() -> None:
     problem = folds(CUSP, (-2, 2), (-1, 2))
     start = problem.start([0.5], (-0.25, 0.75))
     jumps = Condition("jump", lambda fold: math.copysign(1.0, fold.x[0]), lambda fold: math.copysign(1.0, fold.x[0]))
-    curve, signs = problem.curve(start.u), set[float]()
+    curve, signs = problem.curve(start.unknowns), set[float]()
     for first in (start, curve.backwards(start)):
         points = list(SpecialPointDetector(lambda p: Fold(problem.equations, p), [jumps]).walk(curve, first))
         assert [p.kind for p in points if p.kind] == []
@@ -225,7 +225,7 @@ def test_a_condition_may_end_a_curve() -> None:
     """x > 0.1 alone counts: what lies a little before the end is labelled, what lies beyond it in the same step is not."""
     problem = folds(CUSP, (-2, 2), (-1, 2))
     start = problem.start([0.5], (-0.25, 0.75))
-    curve = problem.curve(start.u)
+    curve = problem.curve(start.unknowns)
 
     def at(kind: str, x: float, end: str = "") -> Condition[Fold]:
         return Condition(kind, lambda fold: fold.x[0] - x, lambda fold: fold.x[0] - x, end=end)

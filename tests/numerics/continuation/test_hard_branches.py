@@ -39,7 +39,7 @@ def test_a_bistable_switch_keeps_its_folds(steep: float, coupling: float) -> Non
     p = abs(math.atanh(x) / steep - coupling * x)
     found = branch([X - sp.tanh(steep * (P + coupling * X))], [X], [-1.0], -0.913, -1, 1)
     assert kinds(found) == [("fold", pytest.approx(-p, rel=1e-9)), ("fold", pytest.approx(p, rel=1e-9))]
-    assert np.linalg.norm(np.diff(found.u, axis=1), axis=0).max() < 0.21
+    assert np.linalg.norm(np.diff(found.unknowns, axis=1), axis=0).max() < 0.21
 
 
 @pytest.mark.parametrize("gap", [1e-4, 1e-6])
@@ -47,7 +47,7 @@ def test_an_imperfect_pitchfork_is_not_crossed(gap: float) -> None:
     """p x - x^3 + gap = 0: the stable branch bends away from the unstable one."""
     found = branch([P * X - X**3 + gap], [X], [gap], -1.0, -1, 1)
     assert found.special == () and not found.unstable.any()
-    assert found.u[0, -1] == pytest.approx(1 + gap / 2, rel=gap)
+    assert found.unknowns[0, -1] == pytest.approx(1 + gap / 2, rel=gap)
 
 
 @pytest.mark.parametrize(("damped", "damping"), [(0, 1e-3), (2, 1e-3), (4, 1e-3), (2, 1e-4)])
@@ -79,12 +79,14 @@ def test_what_is_closed_is_known_and_what_nearly_is_is_not() -> None:
     ellipse = branch([1e4 * X**2 + P**2 - 0.25], [X], [0.005], 0.01, -1, 1)
     assert ellipse.is_closed and kinds(ellipse) == [("fold", pytest.approx(s / 2, abs=1e-9)) for s in (-1, 1)]
 
-    def screw(u: np.ndarray) -> Pair:
-        return np.array([math.sin(u[0] - 300 * u[1])]), math.cos(u[0] - 300 * u[1]) * np.array([[1.0, -300.0]])
+    def screw(unknowns: np.ndarray) -> Pair:
+        return np.array([math.sin(unknowns[0] - 300 * unknowns[1])]), math.cos(unknowns[0] - 300 * unknowns[1]) * np.array(
+            [[1.0, -300.0]]
+        )
 
     problem = Equilibria(Equations.from_function(screw, ["theta"], ["p"], angles=["theta"]), (-0.1, 0.1))
     turned = problem.branch(problem.start([0.3], 0.001))
-    assert not turned.is_closed and abs(turned.u[0, -1] - turned.u[0, 0]) == pytest.approx(60)
+    assert not turned.is_closed and abs(turned.unknowns[0, -1] - turned.unknowns[0, 0]) == pytest.approx(60)
     x = math.sqrt(math.sqrt(1 + 4 * 0.02**2) - 1 - 0.02**2)  # (x^2 + p^2)^2 = 2 (p^2 - x^2)
     eight = branch([(X**2 + P**2) ** 2 - 2 * P**2 + 2 * X**2], [X], [x], 0.02, -3, 3)
     assert eight.is_closed and sorted(k for k, _ in kinds(eight)) == ["branch-point"] * 2 + ["fold"] * 2
@@ -108,9 +110,9 @@ def test_both_sides_of_other_branches_are_found_in_any_coordinates() -> None:
         assert (at.kind, at.parameter) == ("branch-point", pytest.approx(0, abs=1e-10))
         sides = []
         for first in problem.switch_branch(at):
-            u = np.array([p.u for p in problem.walk(first)])
-            y = (u[:, :-1] - moved * np.sin(u[:, -1:])) @ back[0]
-            np.testing.assert_allclose(a * y**2, u[:, -1], atol=1e-7)
+            unknowns = np.array([p.unknowns for p in problem.walk(first)])
+            y = (unknowns[:, :-1] - moved * np.sin(unknowns[:, -1:])) @ back[0]
+            np.testing.assert_allclose(a * y**2, unknowns[:, -1], atol=1e-7)
             sides.append(np.sign(y[0]))
         assert sorted(sides) == [-1, 1]
 
@@ -118,8 +120,8 @@ def test_both_sides_of_other_branches_are_found_in_any_coordinates() -> None:
 def _pitchfork(
     seen: np.ndarray, back: np.ndarray, rates: np.ndarray, a: float, moved: np.ndarray
 ) -> Callable[[np.ndarray], Pair]:
-    def values(u: np.ndarray) -> Pair:
-        p, y = u[-1], back @ (u[:-1] - moved * np.sin(u[-1]))
+    def values(unknowns: np.ndarray) -> Pair:
+        p, y = unknowns[-1], back @ (unknowns[:-1] - moved * np.sin(unknowns[-1]))
         g, slope, by_p = rates * y, np.diag(rates), np.zeros(len(y))
         g[0], slope[0, 0], by_p[0] = y[0] * (p - a * y[0] ** 2), p - 3 * a * y[0] ** 2, y[0]
         return seen @ g, np.c_[seen @ slope @ back, seen @ (by_p - slope @ back @ moved * np.cos(p))]
@@ -132,7 +134,7 @@ def test_the_other_branch_is_met_within_the_bounds() -> None:
     problem = Equilibria(by_hand([X * (P - 1e4 * X**2)], [X]), (-0.5, 0.5))
     (at,) = problem.branch(problem.start([0.0], -0.4)).special
     for first in problem.switch_branch(at):
-        assert 0 < first.u[1] < 0.5 and list(problem.walk(first))[-1].parameter == 0.5
+        assert 0 < first.unknowns[1] < 0.5 and list(problem.walk(first))[-1].parameter == 0.5
 
 
 def test_branch_points_of_equations_of_different_rates() -> None:
@@ -159,12 +161,12 @@ def test_a_branch_that_leaves_the_range_for_less_than_a_step_ends_there() -> Non
     """p = 1 - x^2 up to 0.9999."""
     found = branch([1 - X**2 - P], [X], [1.0], 0.0, -1, 0.9999)
     assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 0.9999")
-    assert found.u[-1, -1] == 0.9999 and found.special == ()
+    assert found.unknowns[-1, -1] == 0.9999 and found.special == ()
 
 
 def test_special_points_at_the_start_are_told_once() -> None:
     """A fold, a Hopf point, a branch point, a function's zero; from the point that a branch has located, or by hand."""
-    parabola = Equilibria(by_hand([P - X**2], [X]), (-1, 1), functions={"half": lambda u: u[0] - 0.5})
+    parabola = Equilibria(by_hand([P - X**2], [X]), (-1, 1), functions={"half": lambda unknowns: unknowns[0] - 0.5})
     first = parabola.branch(parabola.start([0.5], 0.25))
     assert kinds(first) == [("fold", pytest.approx(0, abs=1e-12)), ("half", 0.25)]
     again = parabola.branch(next(p for p in first.special if p.kind == "fold").point)
@@ -184,7 +186,7 @@ def test_a_turn_at_a_branch_point_is_no_fold() -> None:
 
 def test_functions_and_parameters_of_any_size() -> None:
     """A function of 1e-11, a parameter of 1e-12: what is small is not rounding."""
-    small = Equilibria(by_hand([P - X**2], [X]), (-1, 1), functions={"m": lambda u: 1e-11 * (u[0] - 0.3)})
+    small = Equilibria(by_hand([P - X**2], [X]), (-1, 1), functions={"m": lambda unknowns: 1e-11 * (unknowns[0] - 0.3)})
     assert ("m", pytest.approx(0.09)) in kinds(small.branch(small.start([0.5], 0.25)))
     tiny = Equilibria(by_hand([1e12 * P - (X**3 - X)], [X]).with_scale(np.array([1.0, 1e-12])), (-2e-12, 2e-12))
     found = kinds(tiny.branch(tiny.start([-1.5], -1.875e-12)))
@@ -197,7 +199,7 @@ def test_generalised_hopf_point_of_the_normal_form() -> None:
     growth = P + Q * r - r**2
     problem = HopfPoints(by_hand([growth * X - Y, X + growth * Y], [X, Y], [P, Q]), ((-2, 2), (-2, 2)))
     (special,) = problem.branch(problem.start([0, 0], [0, 1.1], 1.0)).special
-    assert special.kind == "generalised-hopf" and np.abs(special.parameters).max() < 1e-10
+    assert special.kind == "generalised-hopf" and np.abs(special.parameter_values).max() < 1e-10
 
 
 def test_double_hopf_point_among_weakly_damped_pairs() -> None:
@@ -207,12 +209,20 @@ def test_double_hopf_point_among_weakly_damped_pairs() -> None:
         rates += [growth * x - omega * y, omega * x + growth * y]
     problem = HopfPoints(by_hand(rates, states, [P, Q]), ((-2, 2), (-2, 2)))
     (special,) = problem.branch(problem.start([0] * 8, [0, -1.13], 1.0)).special
-    assert special.kind == "double-hopf" and np.abs(special.parameters).max() < 1e-10
+    assert special.kind == "double-hopf" and np.abs(special.parameter_values).max() < 1e-10
 
 
 def test_a_constant_test_function_divides_by_nothing() -> None:
     """Where Newton's method fails between two points, several of the values that are left may be equal."""
-    found = branch([(X - P) / (X - sp.Rational(1, 2))], [X], [0.1], 0.1, -1, 1, functions={"d": lambda u: np.sign(u[0] - 0.5)})
+    found = branch(
+        [(X - P) / (X - sp.Rational(1, 2))],
+        [X],
+        [0.1],
+        0.1,
+        -1,
+        1,
+        functions={"d": lambda unknowns: np.sign(unknowns[0] - 0.5)},
+    )
     assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 1")
 
 

@@ -25,10 +25,10 @@ STEP, RANGE = 0.2, (-1.0, 1.0)
 def problem(rates: Rates, bounds: tuple[float, float] = RANGE) -> Equilibria:
     states = [X, Y, Z, W][: len(rates)]
     f = sp.lambdify([*states, P], rates, "numpy")
-    f_u = sp.lambdify([*states, P], sp.Matrix(rates).jacobian([*states, P]).tolist(), "numpy")
+    derivatives = sp.lambdify([*states, P], sp.Matrix(rates).jacobian([*states, P]).tolist(), "numpy")
 
-    def values(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.array(f(*u), float), np.array(f_u(*u), float)
+    def values(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.array(f(*unknowns), float), np.array(derivatives(*unknowns), float)
 
     return Equilibria(Equations.from_function(values, [s.name for s in states], ["p"]), bounds)
 
@@ -155,13 +155,13 @@ def test_a_start_on_a_branch_point_is_on_both_branches() -> None:
     of = problem([X * (P - r - X**2), -Y + sp.sin(P)])
     for x in (0.0, 0.05):
         start = of.start([x, math.sin(r)], r)
-        np.testing.assert_allclose(start.u, [0, math.sin(r), r], atol=1e-10)
+        np.testing.assert_allclose(start.unknowns, [0, math.sin(r), r], atol=1e-10)
         np.testing.assert_allclose(start.tangent, np.array([0, math.cos(r), 1]) / math.hypot(math.cos(r), 1), atol=1e-7)
         found = of.branch(start)
-        assert kinds(found) == [("branch-point", pytest.approx(r, abs=1e-10))] and np.abs(found.u[0]).max() < 1e-10
+        assert kinds(found) == [("branch-point", pytest.approx(r, abs=1e-10))] and np.abs(found.unknowns[0]).max() < 1e-10
         assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 1")
         for first in of.switch_branch(of.evaluate(start)):
-            others = np.array([p.u for p in of.walk(first)])
+            others = np.array([p.unknowns for p in of.walk(first)])
             np.testing.assert_allclose(others[:, 0] ** 2, others[:, 2] - r, atol=1e-9)
             assert others[-1, 2] == 1
 

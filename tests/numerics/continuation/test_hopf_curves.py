@@ -38,8 +38,8 @@ def assert_hopf_points(system: System, curve: SpecialCurve[HopfPoint]) -> None:
     f = sp.lambdify(unknowns, sp.Matrix(system.derivatives), "numpy")
     A = sp.lambdify(unknowns, sp.Matrix(system.derivatives).jacobian(system.states), "numpy")
     for point in curve.points:
-        matrix = np.array(A(*point.u), float)
-        assert np.abs(f(*point.u)).max() < 1e-11
+        matrix = np.array(A(*point.unknowns), float)
+        assert np.abs(f(*point.unknowns)).max() < 1e-11
         shifted = matrix @ matrix + point.frequency**2 * np.eye(len(matrix))
         assert np.linalg.svd(shifted, compute_uv=False)[-2:].max() < 1e-9 * max(1.0, np.abs(matrix).max() ** 2)
 
@@ -84,12 +84,12 @@ def test_bautin(coordinates: str) -> None:
     system = system if coordinates == "normal form" else bent(system)
     problem = hopf_points(system, (-1, 1), (-0.5, 0.7))
     curve = problem.branch(problem.start([0.01, 0.01], (0.02, 0.4)))
-    p, q = curve.parameters
+    p, q = curve.parameter_values
     assert np.abs(p).max() < 1e-11 and (q[0], q[-1]) == (-0.5, 0.7)
     for point in curve.points:
-        assert point.coefficients["l1"] == pytest.approx(point.parameters[1], abs=1e-11)
+        assert point.coefficients["l1"] == pytest.approx(point.parameter_values[1], abs=1e-11)
     (special,) = curve.special
-    assert special.kind == "generalised-hopf" and np.abs(special.parameters).max() < 1e-10
+    assert special.kind == "generalised-hopf" and np.abs(special.parameter_values).max() < 1e-10
     assert special.frequency == pytest.approx(2, rel=1e-10)
     assert_hopf_points(system, curve)
 
@@ -98,11 +98,11 @@ def test_bogdanov_takens_ends_a_hopf_curve() -> None:
     """Hopf: p = 0, x = 0, omega^2 = -q, for q < 0 only."""
     problem = hopf_points(TAKENS, (-1, 1), (-2, 2))
     curve = problem.branch(problem.start([0.05, 0.0], (0.0, -1.0)))
-    np.testing.assert_allclose([p.frequency**2 for p in curve.points], -curve.parameters[1], atol=1e-10)
-    assert np.abs(curve.u[:3]).max() < 1e-11
+    np.testing.assert_allclose([p.frequency**2 for p in curve.points], -curve.parameter_values[1], atol=1e-10)
+    assert np.abs(curve.unknowns[:3]).max() < 1e-11
     assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at q = -2"]
     (takens,) = curve.special
-    assert takens in (curve.points[0], curve.points[-1]) and np.abs(takens.u).max() < 1e-10
+    assert takens in (curve.points[0], curve.points[-1]) and np.abs(takens.unknowns).max() < 1e-10
     assert takens.coefficients == pytest.approx({"a": 1, "b": 1}, rel=1e-9)
     assert all(p.coefficients["l1"] > 0 for p in curve.points if not p.kind)  # a b > 0: unstable orbits
     assert_hopf_points(TAKENS, curve)
@@ -112,9 +112,9 @@ def test_a_hopf_curve_begins_at_a_bogdanov_takens_point_of_a_fold_curve() -> Non
     problem = Folds(Equations.of(TAKENS, ["p", "q"], {}), [(-2, 2), (-2, 2)])
     (takens,) = problem.branch(problem.start([0.3, 0.1], (0.1, -0.5))).special
     hopf = hopf_points(TAKENS, (-1, 1), (-2, 2))
-    curve = hopf.branch(hopf.start(takens.x, takens.parameters, 0.0))
+    curve = hopf.branch(hopf.start(takens.x, takens.parameter_values, 0.0))
     assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at q = -2"]
-    assert [p.kind for p in curve.special] == ["bogdanov-takens"] and curve.parameters[1].max() < 1e-9
+    assert [p.kind for p in curve.special] == ["bogdanov-takens"] and curve.parameter_values[1].max() < 1e-9
 
 
 def test_ab_hopf_curve() -> None:
@@ -123,18 +123,18 @@ def test_ab_hopf_curve() -> None:
     first, second = (p for p in one.branch(one.start([0, 0], 0.0)).special if p.kind == "hopf")
     problem = hopf_points(AB, (0, 1), (5, 40))
     curve = problem.branch(problem.start(first.x, (first.parameter, 15.0), first.frequency))
-    x, u2, p1, p2 = curve.u
+    x, u2, p1, p2 = curve.unknowns
     np.testing.assert_allclose(p2, (5 + x / (1 - x)) / x, rtol=1e-10)
     np.testing.assert_allclose(u2, p2 * x / 4, rtol=1e-10)
     np.testing.assert_allclose(p1, x / (1 - x) * np.exp(-u2), rtol=1e-10)
-    assert min(np.abs(curve.parameters - [[second.parameter], [15.0]]).sum(axis=0)) < 0.1
+    assert min(np.abs(curve.parameter_values - [[second.parameter], [15.0]]).sum(axis=0)) < 0.1
     special = {p.kind: p for p in curve.special}
     assert special.keys() == {"bogdanov-takens", "generalised-hopf"}
-    np.testing.assert_allclose(special["bogdanov-takens"].parameters, [math.exp(-4 / 3) / 3, 64 / 3], rtol=1e-10)
+    np.testing.assert_allclose(special["bogdanov-takens"].parameter_values, [math.exp(-4 / 3) / 3, 64 / 3], rtol=1e-10)
     # Zero of l1: both signs of it on either side, by Guckenheimer's and Holmes' formula.
     at = brentq(lambda v: planar_lyapunov(AB, ab_hopf(v))[1], 0.55, 0.6, xtol=1e-13)
-    np.testing.assert_allclose(special["generalised-hopf"].u, ab_hopf(at), rtol=1e-9)
-    np.testing.assert_allclose(special["generalised-hopf"].parameters, ab_hopf(at)[2:], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(special["generalised-hopf"].unknowns, ab_hopf(at), rtol=1e-9)
+    np.testing.assert_allclose(special["generalised-hopf"].parameter_values, ab_hopf(at)[2:], rtol=0, atol=1e-10)
     assert_hopf_points(AB, curve)
 
 
@@ -150,12 +150,12 @@ def test_zero_hopf_and_generalised_hopf_on_one_curve() -> None:
     system = bent(system)
     problem = hopf_points(system, (-0.7, 1), (-1, 1))
     curve = problem.branch(problem.start([0, 0, 0.3], (-0.09, -0.39), 2.0))
-    x = curve.u[2]
-    np.testing.assert_allclose(curve.parameters, [-(x**2), -x - x**2], atol=1e-11)
+    x = curve.unknowns[2]
+    np.testing.assert_allclose(curve.parameter_values, [-(x**2), -x - x**2], atol=1e-11)
     special = sorted(curve.special, key=lambda p: p.kind)
     assert [p.kind for p in special] == ["generalised-hopf", "zero-hopf"]
-    np.testing.assert_allclose(special[0].parameters, [-0.25, 0.25], atol=1e-10)
-    np.testing.assert_allclose(special[1].parameters, [0, 0], atol=1e-10)
+    np.testing.assert_allclose(special[0].parameter_values, [-0.25, 0.25], atol=1e-10)
+    np.testing.assert_allclose(special[1].parameter_values, [0, 0], atol=1e-10)
     assert abs(special[1].noncritical_eigenvalues[0]) < 1e-9
     for point in curve.points:
         if abs(point.x[2]) > 0.02:
@@ -183,10 +183,10 @@ def test_double_hopf_of_two_coupled_oscillators() -> None:
     problem = hopf_points(system, (-0.5, 0.5), (-0.4, 0.3))
     for frequency, start, slope in ((1.0, (0.0, 0.2), 0.0), (math.sqrt(1.8), (0.4, 0.2), 2.0)):
         curve = problem.branch(problem.start(np.full(4, 0.001), start, frequency))
-        p, q = curve.parameters
+        p, q = curve.parameter_values
         np.testing.assert_allclose(p, slope * q, atol=1e-11)
         (special,) = [s for s in curve.special if s.kind == "double-hopf"]
-        assert np.abs(special.parameters).max() < 1e-10
+        assert np.abs(special.parameter_values).max() < 1e-10
         both = sorted([special.frequency, abs(special.noncritical_eigenvalues[0].imag)])
         assert both == pytest.approx([1.0, math.sqrt(1.8)], rel=1e-9)
         assert np.abs(special.noncritical_eigenvalues.real).max() < 1e-9
@@ -205,11 +205,11 @@ def test_a_neutral_saddle_is_no_hopf_point() -> None:
 def test_derivatives_of_the_defining_equations() -> None:
     """Against differences of the equations themselves: with the border fixed they are functions of u."""
     equations = Equations.of(AB, ["p1", "p2"], {})
-    u = np.append(ab_hopf(0.5) + 0.03, 3.0)
-    problem = HopfProblem.from_point(equations, u)
+    unknowns = np.append(ab_hopf(0.5) + 0.03, 3.0)
+    problem = HopfProblem.from_point(equations, unknowns)
     h = 1e-5
-    differences = [(problem.residual(u + h * e)[0] - problem.residual(u - h * e)[0]) / (2 * h) for e in np.eye(5)]
-    np.testing.assert_allclose(problem.residual(u)[1].matrix, np.transpose(differences), rtol=1e-6, atol=1e-7)
+    differences = [(problem.residual(unknowns + h * e)[0] - problem.residual(unknowns - h * e)[0]) / (2 * h) for e in np.eye(5)]
+    np.testing.assert_allclose(problem.residual(unknowns)[1].matrix, np.transpose(differences), rtol=1e-6, atol=1e-7)
 
 
 def test_points_come_one_by_one() -> None:
@@ -228,7 +228,7 @@ def test_the_critical_plane_may_turn_all_round() -> None:
     problem = hopf_points(system, (-1, 1), (0, 7))
     curve = problem.branch(problem.start([0, 0, 0], (0.01, 0.5)))
     assert curve.ends == ("it leaves the range at q = 0", "it leaves the range at q = 7") and curve.special == ()
-    assert np.abs(curve.parameters[0]).max() < 1e-11
+    assert np.abs(curve.parameter_values[0]).max() < 1e-11
 
 
 def test_the_pair_next_to_the_imaginary_axis_gives_the_frequency() -> None:
@@ -236,4 +236,4 @@ def test_the_pair_next_to_the_imaginary_axis_gives_the_frequency() -> None:
     s, w = P - X**2 - Y**2, Q - sp.Rational(1, 5)
     two = System((X, Y, Z, W), (s * X - 2 * Y, 2 * X + s * Y, w * Z - 5 * W, 5 * Z + w * W), (P, Q))
     point = hopf_points(two, (-1.0, 1.0), (-1.0, 1.0)).start([0.0, 0.0, 0.0, 0.0], [0.05, 0.0])
-    assert np.sqrt(point.u[-1]) == pytest.approx(2.0, rel=1e-9)
+    assert np.sqrt(point.unknowns[-1]) == pytest.approx(2.0, rel=1e-9)

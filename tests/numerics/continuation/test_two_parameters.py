@@ -31,10 +31,10 @@ def ab_fold(x: float) -> np.ndarray:
 
 @pytest.mark.parametrize("x", [0.3, 0.45, 0.7, 0.9])
 def test_derivatives_agree_with_symbolic_ones(x: float) -> None:
-    equations, u = Equations.of(AB, ["p1", "p2"], {}), ab_hopf(x)
-    A, B, C = forms(AB, u)
+    equations, unknowns = Equations.of(AB, ["p1", "p2"], {}), ab_hopf(x)
+    A, B, C = forms(AB, unknowns)
     directions = np.array([[1.0, 0.3], [-0.4, 2.0]])
-    got = expansion(equations, u, directions)
+    got = expansion(equations, unknowns, directions)
     np.testing.assert_allclose(got.A, A, rtol=1e-13)
     np.testing.assert_allclose(got.first, np.einsum("ijk,kd->ijd", B, directions), rtol=1e-10, atol=1e-10 * np.abs(B).max())
     second = np.einsum("ijkl,kd,ld->ijd", C, directions, directions)
@@ -44,9 +44,9 @@ def test_derivatives_agree_with_symbolic_ones(x: float) -> None:
 @pytest.mark.parametrize("x", [0.3, 0.45, 0.7, 0.9])
 def test_first_lyapunov_coefficient_by_another_formula(x: float) -> None:
     """Guckenheimer and Holmes (3.4.11), from symbolic derivatives in the coordinates of the Jordan form."""
-    u = ab_hopf(x)
-    form = hopf_form(Equations.of(AB, ["p1", "p2"], {}), u)
-    omega, expected = planar_lyapunov(AB, u)
+    unknowns = ab_hopf(x)
+    form = hopf_form(Equations.of(AB, ["p1", "p2"], {}), unknowns)
+    omega, expected = planar_lyapunov(AB, unknowns)
     assert form.frequency == pytest.approx(omega, rel=1e-12)
     assert form.l1 == pytest.approx(expected, rel=1e-9)
 
@@ -56,22 +56,22 @@ def test_lorenz_loses_stability_subcritically() -> None:
     problem = Equilibria(Equations.of(LORENZ, ["rho"], {}), (20, 26))
     size = math.sqrt(8 / 3 * 21)
     (hopf,) = problem.branch(problem.start([size, size, 21], 22.0)).special
-    form = hopf_form(problem.equations, hopf.u, hopf.frequency)
+    form = hopf_form(problem.equations, hopf.unknowns, hopf.frequency)
     assert not form.supercritical
-    assert form.l1 == pytest.approx(tensor_lyapunov(LORENZ, hopf.u), rel=1e-9)
+    assert form.l1 == pytest.approx(tensor_lyapunov(LORENZ, hopf.unknowns), rel=1e-9)
     assert form.eigenvalues[2] == pytest.approx(-(10 + 1 + 8 / 3), rel=1e-9)
 
 
 @pytest.mark.parametrize("x", [0.3, 0.7])
 def test_quadratic_coefficient_of_a_fold(x: float) -> None:
     """w^T B(v, v) / (2 w^T v), v of unit length, from symbolic derivatives."""
-    u = ab_fold(x)
-    A, B, _ = forms(AB, u)
+    unknowns = ab_fold(x)
+    A, B, _ = forms(AB, unknowns)
     v, w = sp.Matrix(A).evalf(40).nullspace(iszerofunc=lambda e: abs(e) < 1e-12), np.linalg.svd(A)[0][:, -1]
     q = np.array(v[0], float).ravel()
     q *= np.sign(q[0]) / np.linalg.norm(q)
     expected = np.einsum("i,ijk,j,k", w, B, q, q) / (2 * w @ q)
-    assert fold_form(Equations.of(AB, ["p1", "p2"], {}), u).a == pytest.approx(expected, rel=1e-9)
+    assert fold_form(Equations.of(AB, ["p1", "p2"], {}), unknowns).a == pytest.approx(expected, rel=1e-9)
 
 
 def test_cubic_coefficient_of_a_cusp_on_a_bent_centre_manifold() -> None:

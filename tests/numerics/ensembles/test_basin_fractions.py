@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
@@ -68,11 +68,17 @@ def cells(count: int) -> list[tuple[float, float]]:
     [pytest.param(1.0, 0.0396, marks=pytest.mark.slow), (2.5, 0.2488), pytest.param(3.0, 0.6326, marks=pytest.mark.slow)],
 )
 def test_averaged_equations(u: float, share: float) -> None:
-    slow = averaged_machine(load_machine("drozdetskaya-2020/table-5.1", {"u": u}), inertia=False)
+    averaged_equations = averaged_equations_of(load_machine("drozdetskaya-2020/table-5.1", {"u": u}), inertia=False)
     rest = dict.fromkeys(("rotor", "p1", "p2"), 0.0)
     angles = [{"rotor": 0.0, "p1": psi + delta / 2, "p2": psi - delta / 2} for psi, delta in cells(64)]
-    starts = np.array([slow.state(a, rest) for a in angles])
-    ends = found(slow.system, starts, dict(zip(slow.system.parameter_names, slow.values(), strict=True)), 512, 2)
+    starts = np.array([averaged_equations.state(a, rest) for a in angles])
+    ends = found(
+        averaged_equations.system,
+        starts,
+        dict(zip(averaged_equations.system.parameter_names, averaged_equations.values(), strict=True)),
+        512,
+        2,
+    )
     assert ends.count(Status.FAILED) == 0
     assert ends.count(Status.SETTLED) / 64**2 == pytest.approx(share, abs=0.002)
 

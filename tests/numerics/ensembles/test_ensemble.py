@@ -57,7 +57,7 @@ class Watch:
 
     def begin(self, members: Members) -> Seen:
         zero = np.zeros(len(members))
-        return Seen(np.abs(members.starts[:, 0]), np.cos(members.starts.T), zero, members.parameters[:, 0])
+        return Seen(np.abs(members.starts[:, 0]), np.cos(members.starts.T), zero, members.parameter_values[:, 0])
 
     def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
         top = np.maximum(record.top, np.abs(samples[:, 0]).max(axis=0))
@@ -85,7 +85,7 @@ def same(a: EnsembleResult[Seen], b: EnsembleResult[Seen]) -> bool:
 def settling(count: int = 203) -> tuple[Members, Callable[..., EnsembleResult[Seen]]]:
     """Members of which some settle early, some late, some not at all, and one runs away; and how to run them."""
     members = drawn(count)
-    starts, parameters = members.starts.copy(), members.parameters.copy()
+    starts, parameters = members.starts.copy(), members.parameter_values.copy()
     starts[count // 2], parameters[count // 2] = [2.0, 0.0], [0.0, 0.0, 3.0]
     compiled = compile_ensemble(PENDULUM, 1e-9, engine="heyoka")
 
@@ -167,7 +167,7 @@ def test_bits_do_not_depend_on_tiles_or_threads() -> None:
 def test_bits_do_not_depend_on_the_order() -> None:
     members, run = settling()
     order = np.random.default_rng(4).permutation(len(members))
-    first, mixed = run(members, 50, 2), run(Members.of(members.starts[order], members.parameters[order]), 50, 2)
+    first, mixed = run(members, 50, 2), run(Members.of(members.starts[order], members.parameter_values[order]), 50, 2)
     assert np.array_equal(mixed.states, first.states[order])
     assert np.array_equal(mixed.times, first.times[order])
     assert np.array_equal(mixed.record.total, first.record.total[:, order])
@@ -366,7 +366,7 @@ def test_memory_does_not_grow_with_the_count() -> None:
     tracemalloc.start()
     try:
         for tile in tiles(compiled, source, Watch(), pace, 512, 2):
-            rates = source.part(tile.first, tile.first + 512).parameters[:, 0]
+            rates = source.part(tile.first, tile.first + 512).parameter_values[:, 0]
             assert tile.result.states[:, 0] == pytest.approx(np.exp(-2 * rates), rel=1e-4)
         peak = tracemalloc.get_traced_memory()[1]
     finally:

@@ -20,8 +20,8 @@ class Top:
 def test_parameters_that_are_shared_are_not_copied() -> None:
     one = np.array([1.0, 2.0])
     members = Members.of(np.zeros((1000, 3)), one)
-    assert np.shares_memory(members.parameters, one)
-    assert members.part(10, 14).parameters.tolist() == [[1.0, 2.0]] * 4
+    assert np.shares_memory(members.parameter_values, one)
+    assert members.part(10, 14).parameter_values.tolist() == [[1.0, 2.0]] * 4
     assert len(members.part(990, 2000)) == 10
 
 

@@ -112,7 +112,7 @@ def test_a_body_released_at_a_time(engine, samples):
     assert [h.time for h in run.hits] == pytest.approx([3.0], abs=1e-12)
     assert np.abs(run.states[0] - 2 * grid).max() < 1e-11
     assert np.abs(run.states[1] - 2 * np.minimum(grid, 3.0)).max() < 1e-11
-    assert run.parameters.tolist() == [2.0, 0.0]
+    assert run.parameter_values.tolist() == [2.0, 0.0]
 
 
 def test_a_body_released_at_a_speed(engine):

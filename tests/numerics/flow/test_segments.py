@@ -339,7 +339,7 @@ def test_an_action_at_the_end_of_a_run_that_is_continued(engine, at):
     system = System((x,), (c + 0 * x,), (c,))
     flow = compile_system(system, events=(Event("one", TIME / at - 1, +1, action=_switch_on(0)),), engine=engine)
     first = integrate(flow, [0.0], [0.0], np.linspace(0, at, 7))
-    second = integrate(flow, first.end_state, first.parameters, np.array([first.end_time, 2.0]))
+    second = integrate(flow, first.end_state, first.parameter_values, np.array([first.end_time, 2.0]))
     assert second.states[0, -1] == pytest.approx(2.0 - at, abs=1e-11)
 
 

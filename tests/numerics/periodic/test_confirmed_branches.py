@@ -48,7 +48,7 @@ def settled_on(cycles: Cycles, system: System, values: dict[str, float], state: 
     assert repeats is not None
     period = np.linspace(0, repeats.period, 4001)
     once = integrate(compiled, run.states[:, -1], parameters, period).reraise_interrupt()
-    return cycle_near(cycles, once.time, once.states, values[cycles.equations.parameters[-1]])
+    return cycle_near(cycles, once.time, once.states, values[cycles.equations.parameter_names[-1]])
 
 
 def isola(most: float = STEPS.most) -> tuple[Cycles, Cycle]:
@@ -219,7 +219,7 @@ def test_a_branch_begins_at_its_own_fold_and_at_one_of_a_curve_in_two_parameters
     scale = {"s": 30.0, "a": 100.0, "rho": 1.0, "S0": 10.0}
     curve = CycleCurve.of("fold", PLP, ("rho", "S0"), {}, ((2.0, 6.0), (105.0, 115.0)), scale=scale, accuracy=1e-9)
     *_, at = islice(curve.walk(curve.start(folds[0], 111.0)), 5)
-    rho, s0 = at.parameters
+    rho, s0 = at.parameter_values
     assert abs(s0 - 111.0) > 0.01
     aside = Cycles.of(PLP, "rho", {"S0": s0}, (2.0, 6.0), scale=scale, accuracy=1e-9)
     points = list(walk := aside.walk(cycle_at(aside, at, rho)))

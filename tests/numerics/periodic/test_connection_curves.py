@@ -37,7 +37,7 @@ def test_the_neutral_saddle_of_the_leaf() -> None:
     points = list(connections.walk(leaf))
     (neutral,) = [c for c in points if c.kind]
     assert neutral.kind == "neutral-saddle"
-    np.testing.assert_allclose(neutral.parameters, [0.0, 0.0], atol=1e-8)
+    np.testing.assert_allclose(neutral.parameter_values, [0.0, 0.0], atol=1e-8)
     np.testing.assert_allclose(neutral.eigenvalues, [[2.0, -2.0]], atol=1e-8)
     assert len(points) < LIMIT
 
@@ -47,9 +47,9 @@ def test_a_pair_that_comes_to_be_slowest_and_where_it_is_no_longer_reached() -> 
     connections, leaf = leaves((Z, W), (S * Z - W, Z + S * W), "s", {"a": -1.0}, -4.0)
     walk = connections.walk(leaf)
     points = list(walk)
-    special = [(c.kind, float(c.parameters[1])) for c in points if c.kind]
+    special = [(c.kind, float(c.parameter_values[1])) for c in points if c.kind]
     assert special == [("three-leading", pytest.approx(-3.0, abs=1e-8)), ("neutral-saddle", pytest.approx(-1.0, abs=1e-8))]
-    assert walk.end == HOPF and -0.51 < points[-1].parameters[1] < 0 and len(points) < LIMIT
+    assert walk.end == HOPF and -0.51 < points[-1].parameter_values[1] < 0 and len(points) < LIMIT
 
 
 def test_a_second_direction_in_which_a_saddle_is_left() -> None:
@@ -58,7 +58,7 @@ def test_a_second_direction_in_which_a_saddle_is_left() -> None:
     walk = connections.walk(leaf)
     points = list(walk)
     assert [c.kind for c in points if c.kind] == ["neutral-saddle"]
-    assert walk.end == LEFT_TWICE and -0.51 < points[-1].parameters[1] < 0 and len(points) < LIMIT
+    assert walk.end == LEFT_TWICE and -0.51 < points[-1].parameter_values[1] < 0 and len(points) < LIMIT
 
 
 def circuit(time: float) -> tuple[Connections, Connection]:
@@ -100,17 +100,17 @@ def test_the_circuits_curve_from_end_to_end(time: float) -> None:
     assert sum(map(len, halves.values())) < LIMIT
     last = halves[BOGDANOV_TAKENS][-1]
     # Two eigenvalues vanish at c1 = c0 = 0: nu = -be, be^2 = r.
-    np.testing.assert_allclose(last.parameters, [-np.sqrt(0.6), np.sqrt(0.6)], atol=1e-3)
+    np.testing.assert_allclose(last.parameter_values, [-np.sqrt(0.6), np.sqrt(0.6)], atol=1e-3)
     # An imaginary pair, c1 c2 = c0, at be = 0.
-    assert 0 < halves[HOPF][-1].parameters[1] < 0.05
+    assert 0 < halves[HOPF][-1].parameter_values[1] < 0.05
     for c in halves[BOGDANOV_TAKENS] + halves[HOPF]:
-        by_hand = np.linalg.eigvals(matrix(*c.parameters))
+        by_hand = np.linalg.eigvals(matrix(*c.parameter_values))
         np.testing.assert_allclose(np.sort_complex(c.eigenvalues[0]), np.sort_complex(by_hand), atol=1e-6)
 
 
 def special(time: float, kind: str) -> np.ndarray:
     (found,) = [c for half in both_ways(time).values() for c in half if c.kind == kind]
-    return found.parameters
+    return found.parameter_values
 
 
 def test_the_circuits_neutral_saddle() -> None:
@@ -186,7 +186,7 @@ def test_a_curve_that_winds_up_at_a_point() -> None:
     points = list(walk)
     first = next(c for c in points if c.kind)
     assert first.kind == "neutral-saddle" and walk.end == BOGDANOV_TAKENS and len(points) < LIMIT
-    nu, be = first.parameters
+    nu, be = first.parameter_values
     p = (be + nu) / 0.6
     leaving = p + be - 0.6
     assert np.polyval([1, leaving, p * (be - 0.6) + 1 - be**2 / 0.6, p], leaving) == pytest.approx(0.0, abs=1e-9)

@@ -61,7 +61,7 @@ def test_the_connection_near_the_last_orbit_of_a_branch() -> None:
     connections = Connections.of(LEAF, ("mu",), {"a": -1.0, "b": 0.0, "c": 0.0}, ((-0.5, 0.5),), 20.0)
     found = connection_from_cycle(connections, cycle, np.array([1e-3, -1e-3]), np.array([cycle.parameter]))
     assert found.time == pytest.approx(20.0)
-    assert found.parameters[0] == pytest.approx(0.0, abs=1e-10)
+    assert found.parameter_values[0] == pytest.approx(0.0, abs=1e-10)
     np.testing.assert_allclose(found.equilibria, [[0.0, 0.0]], atol=1e-10)
     np.testing.assert_allclose(found.eigenvalues, [[1.0, -3.0]], atol=1e-8)
     x, y = found.states
@@ -106,7 +106,7 @@ def test_the_connection_of_a_saddle_with_itself_a_turn_on(saddle: float) -> None
     cycle = cycle_near(cycles, times, np.array([theta, v]), 1e-3)
     connections = Connections.of(PENDULUM, ("mu",), {}, ((-0.5, 0.5),), cycle.period + 4.0, winding={"theta": 1})
     found = connection_from_cycle(connections, cycle, np.array([saddle, 0.0]), np.array([cycle.parameter]))
-    assert found.parameters[0] == pytest.approx(0.0, abs=1e-8)
+    assert found.parameter_values[0] == pytest.approx(0.0, abs=1e-8)
     theta, v = found.states
     assert np.ptp(theta) == pytest.approx(2 * math.pi, abs=1e-4)
     assert theta[0] == pytest.approx(math.pi, abs=1e-4)  # the saddle on the orbit's way
@@ -128,14 +128,14 @@ def with_time(time: float) -> Connections:
 def test_the_connection_of_a_saddle_node() -> None:
     """c = mu = 0 for every b; left along (1, 1) as x' = x^2, and reached along (1, -1) with -4."""
     connections, found = of_a_saddle_node()
-    np.testing.assert_allclose(found.parameters, [0.0, 0.0, 0.1], atol=1e-9)
+    np.testing.assert_allclose(found.parameter_values, [0.0, 0.0, 0.1], atol=1e-9)
     np.testing.assert_allclose(found.equilibria, [[0.0, 0.0]], atol=1e-9)
     np.testing.assert_allclose(found.eigenvalues, [[0.0, -4.0]], atol=1e-9)
     walk = connections.walk(found)
     points = list(walk)
     assert walk.end == "it leaves the range at 0.3" and not any(c.kind for c in points)
-    np.testing.assert_allclose([c.parameters[:2] for c in points], 0.0, atol=1e-9)
-    np.testing.assert_allclose([c.parameters[2] for c in points][-1], 0.3)
+    np.testing.assert_allclose([c.parameter_values[:2] for c in points], 0.0, atol=1e-9)
+    np.testing.assert_allclose([c.parameter_values[2] for c in points][-1], 0.3)
 
 
 @pytest.mark.parametrize("time", [240.0, 1000.0])
@@ -144,7 +144,7 @@ def test_a_connection_of_a_saddle_node_for_a_longer_time(time: float) -> None:
     _, short = of_a_saddle_node()
     found = prolong_at_saddle_node(with_time(time), short)
     assert found.time == time
-    np.testing.assert_allclose(found.parameters, [0.0, 0.0, 0.1], atol=1e-9)
+    np.testing.assert_allclose(found.parameter_values, [0.0, 0.0, 0.1], atol=1e-9)
     x, y = found.states
     assert x[0] * (time - 60) == pytest.approx(1.0, abs=0.32 * 240 / time) and y[0] == pytest.approx(x[0], rel=1e-2)
     assert np.hypot(x[-1], y[-1]) < 1e-9
@@ -167,7 +167,7 @@ def test_what_a_longer_time_puts_before_and_behind(monkeypatch: pytest.MonkeyPat
     )  # of the orbit, 1e-3 from the saddle-node
     short: Any = SimpleNamespace(
         states_at=lambda tau: whole.states_at(tau * end), time=60 * end, equilibria=whole.equilibria,
-        eigenvalues=whole.eigenvalues, parameters=whole.parameters,
+        eigenvalues=whole.eigenvalues, parameter_values=whole.parameter_values,
     )  # fmt: skip
     kept: list[Any] = []
     monkeypatch.setattr(Connections, "start", lambda *given: kept.append(given))
@@ -206,7 +206,7 @@ def between(*folds: bool) -> Connections:
 
 def test_the_connection_of_two_saddle_nodes() -> None:
     found = double()
-    np.testing.assert_allclose(found.parameters[:3], 0.0, atol=1e-9)
+    np.testing.assert_allclose(found.parameter_values[:3], 0.0, atol=1e-9)
     np.testing.assert_allclose(found.equilibria, [[0.0, 0.0], [1.0, 0.0]], atol=1e-9)
     np.testing.assert_allclose(found.eigenvalues, [[0.0, -1.0], [0.0, -1.0]], atol=1e-9)
     np.testing.assert_allclose(found.states[1], 0.0, atol=1e-9)
@@ -216,7 +216,7 @@ def test_beyond_it_a_saddle_node_is_connected_with_a_saddle() -> None:
     """At (1, sqrt(-r)), left along y with 2 sqrt(-r); mu = sqrt(-r)/(e E1(1)), to first order."""
     connections = between(True, False)
     found = saddle_node_to_saddle(connections, double())
-    p, mu, r = found.parameters[:3]
+    p, mu, r = found.parameter_values[:3]
     assert r == pytest.approx(-1e-5) and p == pytest.approx(0.0, abs=1e-12)
     y = math.sqrt(-r)
     assert mu * GOMPERTZ == pytest.approx(y, rel=2 * y)
@@ -231,7 +231,7 @@ def test_that_curve_ends_where_the_pair_vanishes_and_else_by_shooting() -> None:
     counts = [list(walk) for walk in walks]
     assert {walk.end for walk in walks} == {SADDLE_NODE, "it leaves the range at 0.5"}
     for c in max(counts, key=len)[2::3]:
-        p, mu, r = c.parameters[:3].tolist()
+        p, mu, r = c.parameter_values[:3].tolist()
         assert p == pytest.approx(0.0, abs=1e-9)
 
         def rates(_: float, u: np.ndarray, mu: float = mu, r: float = r) -> tuple[float, float]:
@@ -309,7 +309,7 @@ def test_the_longest_wait_on_the_way() -> None:
     run = solve_ivp(rates, (0, 104), (-0.9,), rtol=1e-10, atol=1e-12, dense_output=True)
     time = float(np.interp(0.999, run.y[0], run.t))
     orbit: Any = SimpleNamespace(
-        states_at=lambda tau: np.array([run.sol(tau * time)[0], 0 * tau]), time=time, parameters=np.array([p, 0.0, 0.0])
+        states_at=lambda tau: np.array([run.sol(tau * time)[0], 0 * tau]), time=time, parameter_values=np.array([p, 0.0, 0.0])
     )
     waits = longest_wait(between(True, False), orbit)
     assert waits is not None
@@ -326,12 +326,12 @@ def test_the_longest_wait_on_the_way() -> None:
     # Slow next to 0 and 1, and at both ends of the way for longer: the longer one in between counts.
     shares, places = (0, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.65, 0.7, 1), (0, 0, 0.5, 1, 1, 0.5, 0, 0, 1, 1)
     to_and_fro: Any = SimpleNamespace(
-        states_at=lambda tau: np.array([np.interp(tau, shares, places), 0 * tau]), time=1.0, parameters=np.zeros(3)
+        states_at=lambda tau: np.array([np.interp(tau, shares, places), 0 * tau]), time=1.0, parameter_values=np.zeros(3)
     )
     waits = longest_wait(between(True, False), to_and_fro)
     assert waits is not None and 0.55 <= waits.tau <= 0.65 and waits.state[0] == 0.0
     quick: Any = SimpleNamespace(
-        states_at=lambda tau: np.array([0.4 + 0.2 * tau, 0 * tau]), time=1.0, parameters=orbit.parameters
+        states_at=lambda tau: np.array([0.4 + 0.2 * tau, 0 * tau]), time=1.0, parameter_values=orbit.parameter_values
     )
     assert longest_wait(between(True, False), quick) is None
 
@@ -348,7 +348,7 @@ def test_places_next_to_it_are_apart_by_shares_of_the_size_of_the_last_parameter
     monkeypatch.setattr("wucht.numerics.periodic.connection_starts.fold_at", lost)
     monkeypatch.setattr("wucht.numerics.periodic.connection_starts.rest_of", lambda *_: (None, None))
     connections: Any = SimpleNamespace(rates=SimpleNamespace(scale=np.array([1.0, 2.0, 3.0, 4.0])), bounds=(0, 0, 0))
-    at: Any = SimpleNamespace(parameters=np.array([0.1, 0.2, 0.3, 30.0]), equilibria=np.array([[7.0], [8.0]]))
+    at: Any = SimpleNamespace(parameter_values=np.array([0.1, 0.2, 0.3, 30.0]), equilibria=np.array([[7.0], [8.0]]))
     with pytest.raises(RunError):
         saddle_node_to_saddle(connections, at)
     assert [values[:2] for values in tried] == [[0.1, 0.2]] * 6

@@ -29,7 +29,7 @@ def curve(kind: str, system: System, samples: np.ndarray, period: float, low: fl
     at = next(p for start in (first, cycles.backwards(first)) for p in cycles.walk(start) if p.kind == kind)
     followed = CycleCurve.of(kind, system, ("p", "q"), fixed, BOUNDS)
     start = followed.start(at, 0.5)
-    assert start.parameters == pytest.approx((at.parameter, 0.5), abs=1e-9)
+    assert start.parameter_values == pytest.approx((at.parameter, 0.5), abs=1e-9)
     found = [start]
     for way in (start, followed.backwards(start)):
         walk = followed.walk(way)
@@ -50,9 +50,9 @@ def test_folds_of_a_generalised_hopf_point() -> None:
     start = followed.start(fold, 0.5)
     for way in (start, followed.backwards(start)):
         points = list(followed.walk(way))
-        assert points[-1].parameters[1] in (0.1, 0.9)
+        assert points[-1].parameter_values[1] in (0.1, 0.9)
         for point in points:
-            p, q = point.parameters
+            p, q = point.parameter_values
             assert p == pytest.approx(-(q**2) / 4, abs=1e-8)
             assert point.period == pytest.approx(2 * math.pi / (2 + q / 8), rel=1e-7)
 
@@ -66,7 +66,7 @@ def test_folds_end_at_the_generalised_hopf_point_and_are_not_retraced() -> None:
     followed = CycleCurve.of("fold", BAUTIN, ("p", "q"), {"speed": 2.0}, ((-0.6, 0.9), (-0.9, 0.9)))
     start = followed.start(fold, 0.5)
     walks = [followed.walk(way) for way in (start, followed.backwards(start))]
-    second = np.concatenate([[p.parameters[1] for p in walk] for walk in walks])
+    second = np.concatenate([[p.parameter_values[1] for p in walk] for walk in walks])
     assert "it shrinks to an equilibrium: a generalised Hopf point" in [walk.end for walk in walks]
     assert -1e-6 < second.min() < 0.05 and second.max() == 0.9
 
@@ -75,9 +75,9 @@ def test_folds_end_at_the_generalised_hopf_point_and_are_not_retraced() -> None:
 def test_period_doublings_lie_on_their_parabola() -> None:
     samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})
     points = curve("period-doubling", MOEBIUS, samples, math.pi, -0.3, frequency=0.0)
-    assert {p.parameters[1] for p in points} >= {-0.7, 0.9}
+    assert {p.parameter_values[1] for p in points} >= {-0.7, 0.9}
     for point in points:
-        p, q = point.parameters
+        p, q = point.parameter_values
         assert p == pytest.approx(q**2, abs=1e-8) and point.period == pytest.approx(math.pi, abs=1e-8)
 
 
@@ -86,9 +86,9 @@ def test_births_of_a_torus_lie_on_their_parabola() -> None:
     """With the angle by which the pair turns in a period."""
     samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})
     points = curve("torus", TORUS_BIRTH, samples, math.pi, -0.3, frequency=math.sqrt(2))
-    assert {p.parameters[1] for p in points} >= {-0.7, 0.9}
+    assert {p.parameter_values[1] for p in points} >= {-0.7, 0.9}
     for point in points:
-        p, q = point.parameters
+        p, q = point.parameter_values
         assert p == pytest.approx(q**2, abs=1e-8)
         assert math.cos(point.extra[0]) == pytest.approx(math.cos(math.sqrt(2) * math.pi), abs=1e-8)
 
@@ -103,13 +103,13 @@ def test_a_few_births_of_a_torus_beside_one_another() -> None:
     followed = CycleCurve.of("torus", TORUS_BIRTH, ("p", "q"), fixed, ((-0.6, 0.9), (0.4, 0.6)))
     walk = followed.walk(followed.start(at, 0.5))
     points = list(walk)
-    assert walk.end == "it leaves the range at 0.6" and points[-1].parameters == pytest.approx((0.36, 0.6), abs=1e-8)
+    assert walk.end == "it leaves the range at 0.6" and points[-1].parameter_values == pytest.approx((0.36, 0.6), abs=1e-8)
     for point in points:
-        p, q = point.parameters
+        p, q = point.parameter_values
         assert p == pytest.approx(q**2, abs=1e-8) and point.period == pytest.approx(math.pi, abs=1e-8)
         (angle,) = point.extra
         assert math.cos(angle) == pytest.approx(math.cos(math.sqrt(2) * math.pi), abs=1e-8)
-        y = point.problem.split(point.point.u)[0]
+        y = point.problem.split(point.point.unknowns)[0]
         begin, end = (y[k, 4:8] + 1j * y[k, 8:] for k in (0, -1))
         np.testing.assert_allclose(end, np.exp(1j * angle) * begin, atol=1e-8)
         assert point.problem.mesh.shares @ (y[:, 4:] ** 2).sum(axis=1) == pytest.approx(1.0, abs=1e-6)
@@ -162,9 +162,9 @@ def test_a_symmetry_that_is_lost_ends_the_curve_on_which_it_breaks(monkeypatch: 
 def test_broken_symmetries_lie_on_their_parabola() -> None:
     samples = placed(EVEN, WAVE | {Z: 0 * TAU})
     points = curve("branch-point", PITCHFORK, samples, math.pi, -0.3)
-    assert {p.parameters[1] for p in points} >= {-0.7, 0.9}
+    assert {p.parameter_values[1] for p in points} >= {-0.7, 0.9}
     for point in points:
-        p, q = point.parameters
+        p, q = point.parameter_values
         assert p == pytest.approx(q**2, abs=1e-8)
         np.testing.assert_allclose(point.states[2], 0, atol=1e-9)
         assert abs(point.extra[1]) < 1e-8

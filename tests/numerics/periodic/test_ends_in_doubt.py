@@ -59,7 +59,7 @@ def test_without_a_better_mesh_a_fold_is_not_claimed(monkeypatch: pytest.MonkeyP
         raise RunError("singular")
 
     def located(curve: Any, first: Any, last: Any, *_: Any) -> None:
-        seen.append((curve is there.curve, np.array_equal(last.u, there.point.u)))
+        seen.append((curve is there.curve, np.array_equal(last.unknowns, there.point.unknowns)))
 
     monkeypatch.setattr(cycles, "refine_on_common_mesh", lost)
     monkeypatch.setattr(cycles, "locate_zero", located)
@@ -74,7 +74,7 @@ def test_without_a_better_mesh_a_fold_is_not_claimed(monkeypatch: pytest.MonkeyP
 def test_where_the_parameter_does_not_change_nothing_is_passed(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     _, _, there = beside_the_fold()
     tangent = np.append(there.point.tangent[:-1], 1e-12)
-    still = SimpleNamespace(tangent=tangent, u=there.point.u)
+    still = SimpleNamespace(tangent=tangent, unknowns=there.point.unknowns)
     monkeypatch.setattr(cycles, "refine_on_common_mesh", lambda *_: (there.curve, there.point, still))
     assert between(kind) == []
 
@@ -147,7 +147,7 @@ def test_orbits_that_shrink_where_no_equilibrium_is_end_at_no_hopf_point(monkeyp
 
 def orbit_of(states: list[float], tau: list[float]) -> tuple[Any, Any]:
     """An orbit as it might be, by the speed at its nodes: x' = x."""
-    equations = SimpleNamespace(values=lambda u: (u[:1], None), parameters=("T", "p"))
+    equations = SimpleNamespace(values=lambda u: (u[:1], None), parameter_names=("T", "p"))
     here = SimpleNamespace(
         states=np.array([states]), tau=np.array(tau), parameter=0.5, problem=SimpleNamespace(sizes=np.ones(3))
     )

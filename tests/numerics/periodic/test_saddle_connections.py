@@ -49,7 +49,7 @@ def found() -> tuple[Connections, Connection]:
 
 def test_the_leaf_is_found(found: tuple[Connections, Connection]) -> None:
     _, leaf = found
-    assert leaf.parameters[0] == pytest.approx(0.0, abs=1e-7)
+    assert leaf.parameter_values[0] == pytest.approx(0.0, abs=1e-7)
     x, y = leaf.states
     np.testing.assert_allclose(x**2 * (1 - x), y**2, atol=2e-6)
     np.testing.assert_allclose(leaf.eigenvalues[0], [1.0, -3.0], rtol=1e-6)
@@ -62,8 +62,8 @@ def test_the_curve_is_straight_and_ends_at_the_bounds(found: tuple[Connections, 
     walk = connections.walk(leaf)
     points = list(walk)
     assert "it leaves the range" in walk.end
-    np.testing.assert_allclose([c.parameters[0] for c in points], 0.0, atol=1e-6)
-    assert abs(points[-1].parameters[1]) == pytest.approx(0.3)
+    np.testing.assert_allclose([c.parameter_values[0] for c in points], 0.0, atol=1e-6)
+    assert abs(points[-1].parameter_values[1]) == pytest.approx(0.3)
     assert connections.backwards(leaf).point.tangent[-1] == -leaf.point.tangent[-1]
 
 
@@ -77,16 +77,16 @@ def test_a_single_connection_needs_one_parameter_less(found: tuple[Connections, 
     one = Connections.of(SYSTEM, ("a",), {"b": 0.1}, ((-0.5, 0.5),), connections.time)
     times = leaf.tau * leaf.time
     again = one.start(times, leaf.states, leaf.equilibria, (0.01,))
-    assert again.parameters[0] == pytest.approx(0.0, abs=1e-7)
+    assert again.parameter_values[0] == pytest.approx(0.0, abs=1e-7)
 
 
 def test_two_folds_at_once_in_closed_form() -> None:
     """x' = p + r x + q x^2 - x^4 has folds at x = +-sqrt(q/2) with the same p, -q^2/4, where r = 0."""
     system = System((X,), (P + R * X + Q * X**2 - X**4,), (P, R, Q))
     pairs = FoldPairs(Equations.of(system, ("p", "r", "q"), {}), ((-5.0, 5.0), (-1.0, 1.0), (0.2, 3.0)))
-    u = pairs.nearest_pair(np.array([0.6]), np.array([-0.8]), np.array([-0.3, 0.1, 1.0]))
-    walk = pairs.walk(u)
-    last = [p.u for _, p in walk][-1]
+    unknowns = pairs.nearest_pair(np.array([0.6]), np.array([-0.8]), np.array([-0.3, 0.1, 1.0]))
+    walk = pairs.walk(unknowns)
+    last = [p.unknowns for _, p in walk][-1]
     assert walk.end == "it leaves the range at 3"
     np.testing.assert_allclose(last, [np.sqrt(1.5), -np.sqrt(1.5), -2.25, 0.0, 3.0], atol=1e-8)
     with rejected("count"):
@@ -120,7 +120,7 @@ def test_a_curve_on_which_the_parameters_stand(found: tuple[Connections, Connect
     walk = fine.walk(replace(leaf, curve=replace(leaf.curve, steps=fine.steps)))
     points = list(walk)
     assert len(points) == 22 and walk.end.startswith(STANDSTILL)
-    a, b = points[-1].parameters
+    a, b = points[-1].parameter_values
     assert walk.end == f"{STANDSTILL}, a = {a:.7g}, b = {b:.7g}"
 
 

@@ -14,8 +14,8 @@ from tests.hand_made import drawn, titled, warnings_of
 
 from wucht.files.catalogue import load_machine
 from wucht.studies.activation import computation
-from wucht.studies.activation.answer import dataset, report
 from wucht.studies.activation.computation import CURVE, ActivationRun, Findings, Plan, prepare
+from wucht.studies.activation.dataset import dataset, report
 from wucht.studies.activation.spec import Activation
 
 MACHINE = load_machine("drozdetskaya-2020/switchable-pendulums")

@@ -22,7 +22,6 @@ from wucht.machines.machine import Machine
 from wucht.studies.approximation import computation as comparison_module
 from wucht.studies.approximation import computation as order_module
 from wucht.studies.approximation import computation as run_module
-from wucht.studies.approximation.answer import disagreement_ranges
 from wucht.studies.approximation.computation import (
     CURVE,
     FACTORS,
@@ -36,6 +35,7 @@ from wucht.studies.approximation.computation import (
     nominal,
     prepare,
 )
+from wucht.studies.approximation.dataset import disagreement_ranges
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.runner import draw, run
 

@@ -16,8 +16,8 @@ from wucht.dynamics.run_ups.deviations import ComparedMotion
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.studies.approximation import computation
-from wucht.studies.approximation.answer import dataset
 from wucht.studies.approximation.computation import CURVE, Errors, Findings, ModelComparison, compare_models
+from wucht.studies.approximation.dataset import dataset
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.registry import study_of
 

@@ -16,8 +16,8 @@ from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.files.catalogue import load_machine
 from wucht.studies.basin import computation
-from wucht.studies.basin.answer import dataset
 from wucht.studies.basin.computation import Findings, Level, Plan, TileOutcomes, prepare
+from wucht.studies.basin.dataset import dataset
 from wucht.studies.basin.figure import _LOOKS
 from wucht.studies.basin.spec import Basin
 

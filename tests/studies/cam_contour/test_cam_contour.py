@@ -88,7 +88,9 @@ def test_an_eccentric_circle_is_one_all_the_way_round(circle: xr.Dataset) -> Non
 def test_points_to_mill_keep_the_chord_tolerance(circle: xr.Dataset) -> None:
     result = run(CamContour(chord_tolerance="20 um", spacing="1 m"), given.drive(**given.eccentric(90)))
     points = points_to_mill(result, "cam")
-    deviation = chord_deviation(WorkshopCurve(drive_of(result).cams(drive_of(result).motion.law)["cam"].contour), points.phi)
+    deviation = chord_deviation(
+        WorkshopCurve(drive_of(result).cams(drive_of(result).motion_law.law)["cam"].contour), points.phi
+    )
     kept = 20e-6
     assert 0.5 * kept < deviation <= kept
     assert result.wucht.summary["cams"]["cam"]["points_to_mill"] == len(points.phi)
@@ -345,9 +347,9 @@ def test_a_smallest_cam_that_is_not_all_is_warned_of(pair: xr.Dataset) -> None:
     assert "the lever of the counter cam must be chosen anew" in said
     law = {"kind": "harmonic", "coefficients": {"mean": "0 mm", "cosine": ["0 mm", "8 mm"]}}
     groove = given.drive(law, given.ROD | {"distance": "150 mm", "roller_radius": "20 mm", "groove": True, "offset": 0.0})
-    found = smallest_cam(groove.motion.law, groove.follower, CamLimits(pressure_angle="45 deg"), "base")
+    found = smallest_cam(groove.motion_law.law, groove.follower, CamLimits(pressure_angle="45 deg"), "base")
     assert found is not None
-    [said] = obstacles(groove, groove.motion.law, found)
+    [said] = obstacles(groove, groove.motion_law.law, found)
     assert said.startswith("the smallest permitted cam cannot be made: the roller would cut the contour away")
 
 

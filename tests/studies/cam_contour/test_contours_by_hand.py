@@ -17,9 +17,9 @@ from wucht.cams.shape import Extreme, Shape
 from wucht.cams.undercut import RadiusAt
 from wucht.cams.workshop.points import PointList
 from wucht.plots.style import COLOURS
-from wucht.studies.cam_contour.answer import dataset, report
 from wucht.studies.cam_contour.computation import Curves, Findings, Plan, contour_verdict
 from wucht.studies.cam_contour.contact_load import ContactHistory
+from wucht.studies.cam_contour.dataset import dataset, report
 from wucht.studies.cam_contour.spec import CamContour
 
 PHI = np.linspace(0.0, 2 * math.pi, 9)
@@ -36,7 +36,7 @@ COUNTER = Shape(
 def planned(permitted: Any = None, shapes: Any = None, **asked: Any) -> Plan:
     follower = given.FOLLOWER | ({"counter": given.COUNTER} if shapes is None or len(shapes) > 1 else {})
     drive = given.drive(given.SMOOTH, follower)
-    law = drive.motion.law
+    law = drive.motion_law.law
     asked |= {"contact": {"inertia": 0.02, "width": "12 mm"}, "speed": 30.0} | ({"permitted": permitted} if permitted else {})
     spec = CamContour(**asked)
     contact: Any = SimpleNamespace(mean_speed=30.0)

@@ -16,7 +16,7 @@ from wucht.cams.tables.speed import SpeedTable
 from wucht.cams.workshop.cam_files import WorkshopFile
 from wucht.cams.workshop.lists import read_list
 from wucht.cli import app as command_line
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.cam_contour import export
 from wucht.studies.cam_contour.computation import prepare
 from wucht.studies.cam_contour.spec import CamContour
@@ -47,11 +47,11 @@ def test_the_corrected_cam_is_another_one_and_its_list_says_so(file, tmp_path):
     lines = wucht.export(result, tmp_path)
     assert any(line.startswith(str(tmp_path / "cam.txt")) for line in lines)
     drive = read_study(str(file)).subject
-    shaft = ShaftMotion(Harmonics.of(500 * math.pi / 30, [0, 2.4, 1], [0, 1]))
-    corrected = drive.cams(CorrectedLaw(drive.motion.law, shaft))["cam"]
+    shaft = ShaftMotion(FourierSeries.of(500 * math.pi / 30, [0, 2.4, 1], [0, 1]))
+    corrected = drive.cams(CorrectedLaw(drive.motion_law.law, shaft))["cam"]
     listed = read_list(tmp_path / "cam.txt")
     assert np.abs(listed.position - corrected.contour(listed.phi)).max() < 1e-8
-    assert np.abs(listed.position - drive.cams(drive.motion.law)["cam"].contour(listed.phi)).max() > 1e-4
+    assert np.abs(listed.position - drive.cams(drive.motion_law.law)["cam"].contour(listed.phi)).max() > 1e-4
     assert result.wucht.summary["corrected"]["cosine"] == [0, 2.4, 1]
 
 

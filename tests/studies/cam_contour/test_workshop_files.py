@@ -46,7 +46,7 @@ def test_lists_and_tables_of_a_pair(tmp_path: Path) -> None:
         assert written.motion is not None
         assert written.motion < 1e-6, "rad, of the lever on a spline through the points that were read"
         assert written.count == len(points.phi)
-    law: Law = drive_of(result).motion.law
+    law: Law = drive_of(result).motion_law.law
     table = read_cam_table(tmp_path / "mill" / "law.TcGVL.txt", Form.TWINCAT, SlaveUnit.DEGREE)
     phi = np.linspace(0, 2 * math.pi, 5001)
     assert np.abs(table(phi) - law(phi)).max() <= files["law.csv"].allowed_deviation < 1e-5 * math.radians(24.5)

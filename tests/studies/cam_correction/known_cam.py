@@ -7,10 +7,10 @@ import numpy as np
 from wucht.cams.correction import MotionOverTime
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 
 OMEGA = 500 * math.pi / 30
-SHAFT = ShaftMotion(Harmonics.of(OMEGA, [0, 2.4, 1, 0.5, 0.3], [0, 1, -1.3, 0.2, 0.4]))  # that of the template
+SHAFT = ShaftMotion(FourierSeries.of(OMEGA, [0, 2.4, 1, 0.5, 0.3], [0, 1, -1.3, 0.2, 0.4]))  # that of the template
 LAW = equiripple(5, math.radians(120), math.radians(24))
 ZERO = 0.013  # s: when the cam angle is zero
 

@@ -10,7 +10,7 @@ from known_cam import LAW, OMEGA, SHAFT, acceleration
 import wucht
 from wucht.cams.correction import MotionOverTime, orders, share_above_order
 from wucht.cams.drive import drive_from
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.studies.cam_correction.spec import CamCorrection
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
@@ -80,7 +80,7 @@ def test_the_shaft_angle_is_004_equation_4(template):
 def test_the_new_table_is_the_law_at_the_time_of_the_angle(template):
     """psi(phi(tau)) = law(tau), and each derivative is that of the one before it: by spectral differentiation."""
     corrected = template.sel(version="corrected")
-    series = Harmonics.from_samples(corrected.output.values)
+    series = FourierSeries.from_samples(corrected.output.values)
     tau = np.linspace(0, 6, 50)
     assert series(SHAFT.angle(tau)) == pytest.approx(LAW(tau), abs=2e-6)
     for order, name in enumerate(("velocity", "acceleration", "jerk"), 1):

@@ -12,7 +12,7 @@ from tests.refusals import refused
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.cam_correction.prepare import measured_acceleration
 from wucht.studies.cam_correction.run import _folded_samples
 from wucht.studies.cam_correction.spec import Acceleration
@@ -48,7 +48,9 @@ def asked(folder, text=FILE, **settings):
 
 def truly_left(result):
     """What the cam made for the measured speed leaves on the shaft as it truly turns."""
-    fitted = ShaftMotion(Harmonics(result.wucht.summary["mean_speed"], result.speed_cosine.values, result.speed_sine.values))
+    fitted = ShaftMotion(
+        FourierSeries(result.wucht.summary["mean_speed"], result.speed_cosine.values, result.speed_sine.values)
+    )
     return share_above_order(orders(MotionOverTime(CorrectedLaw(LAW, fitted), SHAFT)), 5)
 
 
@@ -58,7 +60,7 @@ def test_what_noise_leaves_is_as_large_as_is_said(tmp_path, noise):
     write(tmp_path / "record.csv", noise=noise)
     result = asked(tmp_path, FILE.replace('index = "index"\n', ""))
     by = SHAFT.mean * (result.wucht.summary["record"]["zero"] - ZERO)
-    fitted = Harmonics(0.0, result.speed_cosine.values, result.speed_sine.values).shift(by)
+    fitted = FourierSeries(0.0, result.speed_cosine.values, result.speed_sine.values).shift(by)
     aligned = result.assign(speed_cosine=("speed_order", fitted.cosine), speed_sine=("speed_order", fitted.sine))
     said = result.wucht.summary["record"]["left_by_errors"]
     assert said / 6 < truly_left(aligned) < 3 * said

@@ -19,7 +19,7 @@ from wucht.cams.shape import Extreme, Shape
 from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.order_fit import OrderFit
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.cam_correction import prepare as preparing
 from wucht.studies.cam_correction import run as running
 from wucht.studies.cam_correction.dataset import dataset, sentence
@@ -45,14 +45,14 @@ def bare() -> Plan:
 
 
 FIT = OrderFit(
-    "record", (2, 4), Harmonics.of(SHAFT.mean, [0.0, 3.0, 0.0, 1.0], [0.0, 4.0, 0.0, 0.0]),
+    "record", (2, 4), FourierSeries.of(SHAFT.mean, [0.0, 3.0, 0.0, 1.0], [0.0, 4.0, 0.0, 0.0]),
     np.diag(np.array([0.5, 0.1, 0.2, 0.3, 0.4]) ** 2), 0.25, 0.0, 7.5, 6000, "rad/s", 4.0, 0.05,
     (OmittedOrder(3, 0.75, 0.01, 0.5), OmittedOrder(6, 0.25, 0.02, 0.25)), (),
 )  # fmt: skip
 MEASURED = MeasuredAcceleration(
     SimpleNamespace(time=np.linspace(0.0, 1.0, 11), values=np.arange(11.0)),  # type: ignore[arg-type]
     AccelerationComparison(
-        Harmonics.of(5.0, [30.0, 0.0, 8.0], [40.0, 20.0, 6.0]), Harmonics.of(0.0, [40.0, 10.0], [30.0, 0.0]), 0.8
+        FourierSeries.of(5.0, [30.0, 0.0, 8.0], [40.0, 20.0, 6.0]), FourierSeries.of(0.0, [40.0, 10.0], [30.0, 0.0]), 0.8
     ),
     "corrected", 10.0, 6.5, (),
 )  # fmt: skip
@@ -81,8 +81,8 @@ def contour(k: int) -> Contour:
 
 def made(**other: Any) -> Findings:
     spectra = (
-        Harmonics.of(0.0, [0.3, 0.0, 0.0, 0.0, 0.0, 0.1], [0.4, 0.2]),
-        Harmonics.of(0.0, [0.5, 0.25, 0.0, 0.0, 0.125, 0.0]),
+        FourierSeries.of(0.0, [0.3, 0.0, 0.0, 0.0, 0.0, 0.1], [0.4, 0.2]),
+        FourierSeries.of(0.0, [0.5, 0.25, 0.0, 0.0, 0.125, 0.0]),
     )
     common = {
         "tau": TAU, "output": (1 + TAU, 2 + TAU), "acceleration": (100 * np.cos(TAU) - 300, 100 * np.sin(TAU) - 50),
@@ -91,8 +91,8 @@ def made(**other: Any) -> Findings:
         "lever": tuple(np.stack([100 + 10 * v + k + ANGLES for k in range(4)]) for v in range(2)),
         "contours": ({"cam": contour(0), "counter": contour(1)}, {"cam": contour(2), "counter": contour(3)}),
         "proofs": {
-            "cam": Proof(Harmonics.of(0.0, [0.5, 0, 0, 0, 0, 1e-12]), Harmonics.of(0.0, [0.5, 0, 0, 0, 0, 5e-7]), ()),
-            "counter": Proof(Harmonics.of(0.0, [0.4, 0, 0, 0, 0, 2e-11]), None, ()),
+            "cam": Proof(FourierSeries.of(0.0, [0.5, 0, 0, 0, 0, 1e-12]), FourierSeries.of(0.0, [0.5, 0, 0, 0, 0, 5e-7]), ()),
+            "counter": Proof(FourierSeries.of(0.0, [0.4, 0, 0, 0, 0, 2e-11]), None, ()),
         },
         "residuals": (Residual("order 2 left out of the correction", 0.5), Residual("off by 1°", 0.02)), "from_errors": 0.004,
         "left_out": (LeftOut(3, 0.75, 0.01, 0.003), LeftOut(6, 0.25, 0.02, 0.004)),
@@ -246,7 +246,7 @@ def test_what_is_clean(bare: Plan, after: float, begin: str) -> None:
 def test_what_points_and_orders_that_are_left_out_leave(bare: Plan) -> None:
     exact = sentence(bare, made(left_out=(LeftOut(3, 1.0, 0.1, 0.006), LeftOut(6, 1.0, 0.1, 0.0079))))
     assert exact.endswith("; from 36 points of the contour 5e-11"), "the worse of both cams"
-    coarse = {"cam": Proof(Harmonics.of(0.0, [0.5, 0, 0, 0, 0, 1e-9]), None, ()), "counter": Proof(None, None, ("no",))}
+    coarse = {"cam": Proof(FourierSeries.of(0.0, [0.5, 0, 0, 0, 0, 1e-9]), None, ()), "counter": Proof(None, None, ("no",))}
     said = sentence(bare, made(proofs=coarse, left_out=(LeftOut(3, 1.0, 0.1, 0.006), LeftOut(6, 1.0, 0.1, 0.0081))))
     assert said.endswith(
         "; from 36 points of the contour 2e-09, which more points reduce; but orders of the record that are not corrected "
@@ -346,7 +346,7 @@ def test_notes_on_contours(bare: Plan) -> None:
 
 def test_a_delay_counts_where_it_explains_more_and_most(bare: Plan) -> None:
     def record(share: float, best: float, noise: float = 0.0) -> Any:
-        comparison = SimpleNamespace(share=share, best_delay=(0.1, best), measured_orders=Harmonics.of(0.0, [2.0]))
+        comparison = SimpleNamespace(share=share, best_delay=(0.1, best), measured_orders=FourierSeries.of(0.0, [2.0]))
         return SimpleNamespace(comparison=comparison, noise=noise)
 
     assert preparing._delay(record(0.6, 0.606)) == (0.1, 0.606) and preparing._delay(record(0.6, 0.604)) is None

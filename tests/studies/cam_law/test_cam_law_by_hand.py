@@ -12,15 +12,15 @@ import xarray as xr
 from tests.hand_made import drawn, titled, warnings_of
 
 from wucht.cams.laws.synthesis import Band, Cap
-from wucht.cams.tables.motion_law import SeriesMotion
+from wucht.cams.tables.motion_law import SeriesMotionLaw
 from wucht.dynamics.work import Work
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies import cam_law
 from wucht.studies.cam_law import Findings, Plan
 
 INF = math.inf
 # -20 mm - 8 mm cos phi + 1 mm sin 2 phi
-SERIES = Harmonics.of(-0.02, [-0.008, 0.0], [0.0, 0.001])
+SERIES = FourierSeries.of(-0.02, [-0.008, 0.0], [0.0, 0.001])
 
 
 def motion(phi: Any, order: int = 0) -> Any:
@@ -44,7 +44,7 @@ RESTRICTIONS = (
 
 
 def planned(*restrictions: Any, points: int = 8, count: int | None = 2) -> Plan:
-    law = SeriesMotion(SERIES, "m", count, restrictions)
+    law = SeriesMotionLaw(SERIES, "m", count, restrictions)
     return Plan(law, points, 2)
 
 
@@ -194,8 +194,8 @@ def test_bounds_at_an_angle_are_triangles(low: float, high: float, marks: list[s
 
 
 def test_of_a_law_with_infinitely_many_harmonics_as_many_are_shown_as_is_said() -> None:
-    endless = SimpleNamespace(motion=SimpleNamespace(count=None))
+    endless = SimpleNamespace(motion_law=SimpleNamespace(count=None))
     asked: Any = SimpleNamespace(points=16, orders=7)
     assert cam_law.prepare(asked, endless).orders == 7  # type: ignore[arg-type]
-    asked_of_two: Any = SimpleNamespace(motion=SimpleNamespace(count=2))
+    asked_of_two: Any = SimpleNamespace(motion_law=SimpleNamespace(count=2))
     assert cam_law.prepare(asked, asked_of_two).orders == 2

@@ -18,7 +18,7 @@ from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.cams.tables.speed import SpeedTable
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.cam_prediction import computation as prediction_run
 from wucht.studies.cam_prediction.computation import dwells_of, prepare, run
 from wucht.studies.memory import UnitMemory
@@ -41,7 +41,7 @@ def drive(law=LAW, **shaft):
 
 def series(result):
     """The law of the corrected cam, by its samples over a turn."""
-    return Harmonics.from_samples(result.position.values[:-1])
+    return FourierSeries.from_samples(result.position.values[:-1])
 
 
 def settled(law, inertia, output, torque, begin, turns):
@@ -85,7 +85,7 @@ def test_the_eigenmotion_is_that_of_the_cases(eigenmotion):
 
 def test_the_eigenmotion_keeps_its_energy(eigenmotion):
     """Original: J(phi) phi'^2 is constant; corrected: J0 phi'^2 + J1 psi_t^2, with the law over time."""
-    law, tau = LAW.motion("rad").law, eigenmotion.tau.values
+    law, tau = LAW.motion_law("rad").law, eigenmotion.tau.values
     speed = eigenmotion.speed.sel(cam="corrected").values
     energy = 20 * speed**2 + 6 * OMEGA**2 * law(tau, 1) ** 2
     assert energy == pytest.approx(energy[0], rel=1e-9)
@@ -153,7 +153,11 @@ def test_a_speed_whose_orders_have_no_end_is_told(begin, output, told):
 
 def test_the_corrected_cam_makes_the_law_of_time(eigenmotion):
     """Its law at the angle that the shaft has reached, which is integrated here, is the law at the time."""
-    law, tau, speed = LAW.motion("rad").law, eigenmotion.tau.values, Harmonics.from_samples(eigenmotion.speed.values[1, :-1])
+    law, tau, speed = (
+        LAW.motion_law("rad").law,
+        eigenmotion.tau.values,
+        FourierSeries.from_samples(eigenmotion.speed.values[1, :-1]),
+    )
     at = TURN * np.array([0.2, 0.41, 0.5, 0.66, 0.9])
     turned = [quad(speed, 0, t, epsabs=1e-11, limit=200)[0] / OMEGA for t in at]
     assert series(eigenmotion)(turned) == pytest.approx(law(at), abs=1e-9)
@@ -167,7 +171,7 @@ def test_the_corrected_cam_makes_the_law_of_time(eigenmotion):
 def test_its_speed_can_be_asked_for_as_if_it_was_measured(eigenmotion):
     """In the table [speed] of cam-correction; here its cam is the one predicted."""
     given = SpeedTable(**eigenmotion.wucht.summary["corrected"]["speed"])
-    cam = CorrectedLaw(LAW.motion("rad").law, given.shaft(None))
+    cam = CorrectedLaw(LAW.motion_law("rad").law, given.shaft(None))
     assert cam(eigenmotion.cam_angle.values) == pytest.approx(eigenmotion.position.values, abs=1e-10)
 
 
@@ -182,7 +186,7 @@ def test_the_simulation_confirms_the_spectrum(eigenmotion):
 
 
 def test_at_constant_speed_the_output_takes_what_the_cam_gives(eigenmotion):
-    law, tau = LAW.motion("rad").law, np.linspace(0, TURN, 721)
+    law, tau = LAW.motion_law("rad").law, np.linspace(0, TURN, 721)
     power = 6 * OMEGA**3 * law(tau, 1) * law(tau, 2)
     assert eigenmotion.power_at_constant_speed.values == pytest.approx(power, abs=1e-9 * power.max())
     found = eigenmotion.wucht.summary["power"]["constant_speed"]
@@ -201,7 +205,7 @@ def test_with_a_drive_it_is_what_integration_settles_to(driven):
         return 200 * (510 * math.pi / 30 - v) - 150
 
     s = driven.wucht.summary
-    for one, law in ((s, LAW.motion("rad").law), (s["corrected"], series(driven))):
+    for one, law in ((s, LAW.motion_law("rad").law), (s["corrected"], series(driven))):
         _, v, mean = settled(law, 20.0, 6.0, torque, 40.0, 30)
         assert one["mean_speed"] == pytest.approx(mean, rel=1e-8)
         assert one["fluctuation"] == pytest.approx((v.max() - v.min()) / mean, rel=1e-4)  # of samples
@@ -215,7 +219,7 @@ def test_with_a_drive_it_is_what_integration_settles_to(driven):
 
 @pytest.mark.slow
 def test_a_disturbance_decays_as_it_is_said(driven):
-    law = LAW.motion("rad").law
+    law = LAW.motion_law("rad").law
 
     def after_a_turn(begin):
         return settled(law, 20.0, 6.0, lambda v: 200 * (510 * math.pi / 30 - v) - 150, begin, 1)[1][-1]
@@ -263,7 +267,7 @@ def test_with_every_drive_work_in_is_work_out(kind):
 def test_a_drive_that_enforces_its_speed_needs_no_other_cam(kind):
     load = {"kind": "viscous", "coefficient": 2.0}
     result = wucht.run(wucht.CamPrediction(), drive(drive={"kind": kind, **DRIVES[kind]}, loads=[load]))
-    s, law, tau = result.wucht.summary, LAW.motion("rad").law, result.tau.values
+    s, law, tau = result.wucht.summary, LAW.motion_law("rad").law, result.tau.values
     assert s["corrected"]["mean_speed"] == pytest.approx(OMEGA)
     assert (s["fluctuation"], s["corrected"]["fluctuation"]) == (0, 0)
     assert result.position.values == pytest.approx(law(tau), abs=1e-14)
@@ -359,9 +363,9 @@ def test_the_shaft_is_needed_and_the_cam_is_a_part_of_it():
 
 
 def test_where_the_law_rests():
-    (arc,) = dwells_of(LAW.motion("rad"))
+    (arc,) = dwells_of(LAW.motion_law("rad"))
     assert (arc.begin, arc.end, arc.value) == pytest.approx((-TURN / 3, TURN / 3, 0.0))
-    rests = dwells_of(laws()["3-4-5"](stroke="10 mm", rise=("60 deg", "150 deg")).motion("m"))
+    rests = dwells_of(laws()["3-4-5"](stroke="10 mm", rise=("60 deg", "150 deg")).motion_law("m"))
     arcs = sorted((round(math.degrees(d.begin)) % 360, round(math.degrees(d.end)) % 360, d.value) for d in rests)
     assert arcs == [(150, 210, pytest.approx(0.01)), (300, 60, pytest.approx(0.0, abs=1e-12))]
     waves = HarmonicTable(coefficients={"cosine": ["3 deg"]})
@@ -398,7 +402,7 @@ def test_the_tuned_cam_leaves_the_law_at_its_speed(elastic):
     by_name = {e["name"]: e for e in s["output"]["excited"]}
     tolerance = math.radians(24) * 243 / 29525  # of the flattest dwell of five harmonics
     assert by_name["corrected and tuned cam"]["deviation"] == pytest.approx(tolerance, rel=1e-5)
-    peak = OMEGA**2 * np.abs(LAW.motion("rad").law(np.linspace(0, TURN, 20001), 2)).max()
+    peak = OMEGA**2 * np.abs(LAW.motion_law("rad").law(np.linspace(0, TURN, 20001), 2)).max()
     assert by_name["corrected and tuned cam"]["peak"] == pytest.approx(peak, rel=1e-6)
     assert by_name["corrected cam"]["deviation"] > 3 * tolerance
     assert by_name["law 3-4-5"]["deviation"] > by_name["corrected cam"]["deviation"]
@@ -408,7 +412,7 @@ def test_the_tuned_cam_leaves_the_law_at_its_speed(elastic):
 
 def test_the_response_per_order_is_that_of_one_mass(elastic):
     """The corrected cam's lever moves by the law: the peak of the output from |H_k|, added up with its phases here."""
-    law, omega0 = LAW.motion("rad").law, 120 * math.pi
+    law, omega0 = LAW.motion_law("rad").law, 120 * math.pi
     k = np.arange(1, 6) * OMEGA
     response = (omega0**2 + 0.04j * omega0 * k) / (omega0**2 + 0.04j * omega0 * k - k**2)
     tau = np.linspace(0, TURN, 20001)
@@ -540,7 +544,7 @@ def test_what_was_simulated_is_drawn_over_what_was_predicted(eigenmotion):
     dots = [line for line in speed.get_lines() if line.get_marker() == "o"]
     for line, name in zip(dots, ("original", "corrected"), strict=True):
         at = np.radians(line.get_xdata())
-        predicted = Harmonics.from_samples(eigenmotion.speed.sel(cam=name).values[:-1])(at)
+        predicted = FourierSeries.from_samples(eigenmotion.speed.sel(cam=name).values[:-1])(at)
         assert line.get_ydata() == pytest.approx(predicted * 30 / math.pi, rel=1e-8)
     assert [t.get_text() for t in speed.get_legend().get_texts()] == ["original cam", "corrected cam", "simulated"]
     assert [t.get_text() for t in spectrum.get_legend().get_texts()] == ["original cam", "corrected cam", "simulated"]
@@ -576,7 +580,7 @@ def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     made = list[Any]()
     monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))
     plan = SimpleNamespace(
-        cuts=5, count=4, motion=SimpleNamespace(law="law"), shaft=SimpleNamespace(residual_with_cam=residual_with_cam)
+        cuts=5, count=4, motion_law=SimpleNamespace(law="law"), shaft=SimpleNamespace(residual_with_cam=residual_with_cam)
     )
     left, failure = prediction_run._cut_residuals(plan, Work())  # type: ignore[arg-type]
     assert left.tolist() == [0.5, 0.25] and len(made) == 3 and made[0] == "law" and made[1][0] == "law"

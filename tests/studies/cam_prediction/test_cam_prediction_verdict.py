@@ -14,7 +14,7 @@ from wucht.cams.prediction import CamShaft
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.dynamics.work import Work
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.cam_prediction import confirmation as simulation
 from wucht.studies.cam_prediction import summary_of_prediction
 from wucht.studies.cam_prediction.computation import prepare, run
@@ -121,7 +121,7 @@ def test_a_sharp_cam_is_simulated_as_it_is_predicted(shaft):
 
 
 def predicted(inertia=20.0, torque=None):
-    camshaft, law = CamShaft(inertia, 6.0, OMEGA, torque), LAW.motion("rad").law
+    camshaft, law = CamShaft(inertia, 6.0, OMEGA, torque), LAW.motion_law("rad").law
     motion = camshaft.motion_with_corrected_cam(law)
     return camshaft, CorrectedLaw(law, motion), motion
 
@@ -195,7 +195,7 @@ def test_a_motion_that_is_not_stable_is_not_clean(found):
 
 def test_a_simulation_that_differs_does_not_confirm_and_the_reason_is_said(found):
     plan, findings = found
-    off = replace(findings.confirmations[1], deviation=2e-3, acceleration=Harmonics.of(0.0, [1.0, 0, 0, 0, 0, 3e-3]))
+    off = replace(findings.confirmations[1], deviation=2e-3, acceleration=FourierSeries.of(0.0, [1.0, 0, 0, 0, 0, 3e-3]))
     label, sentence = verdict(plan, summary(plan, replace(findings, confirmations=(findings.confirmations[0], off))))
     assert label == "not confirmed"
     assert sentence.endswith("leaves nothing in orders above 5, by simulation 0.3 % of order 1")

@@ -17,12 +17,12 @@ from wucht.cams.elastic_output import VibrationOverSpeed
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.plots.style import COLOURS
 from wucht.studies.cam_prediction import computation, confirmation, summary_of_prediction
-from wucht.studies.cam_prediction.answer import dataset, report
 from wucht.studies.cam_prediction.computation import Eigenmotion, Findings, Plan, ShaftPrediction, prepare
 from wucht.studies.cam_prediction.confirmation import Confirmation
+from wucht.studies.cam_prediction.dataset import dataset, report
 from wucht.studies.cam_prediction.elasticity import Excitation, Twist, Twists, Vibrations
 
 LAW = HarmonicTable(coefficients={"mean": "0.5 rad", "cosine": ["-0.4 rad", "0.1 rad"]})
@@ -49,22 +49,22 @@ def driven() -> Plan:
     return planned(drive=LINEAR)
 
 
-def orders(cosine: list[float], sine: list[float] | None = None) -> Harmonics:
+def orders(cosine: list[float], sine: list[float] | None = None) -> FourierSeries:
     """As many as a result shows."""
     padded = [np.pad(values, (0, 15 - len(values))) for values in (cosine, sine or [])]
-    return Harmonics(0.0, *padded)
+    return FourierSeries(0.0, *padded)
 
 
 ORIGINAL = ShaftPrediction(
-    ShaftMotion(Harmonics.of(50.0, [3.0], [4.0])), orders([30.0, 0.0, 6.0], [40.0, 20.0, 8.0]), 0.2, 0.75,
+    ShaftMotion(FourierSeries.of(50.0, [3.0], [4.0])), orders([30.0, 0.0, 6.0], [40.0, 20.0, 8.0]), 0.2, 0.75,
     np.linspace(100.0, 180.0, 9), Eigenmotion(50.0, 0.125, 900.0, 0.25),
 )  # fmt: skip
 CORRECTED = ShaftPrediction(
-    ShaftMotion(Harmonics.of(52.0, [0.0, 2.0])), orders([50.0, 10.0]), 1e-14, 0.5, np.full(9, -20.0), None
+    ShaftMotion(FourierSeries.of(52.0, [0.0, 2.0])), orders([50.0, 10.0]), 1e-14, 0.5, np.full(9, -20.0), None
 )
 CONFIRMED = (
-    Confirmation(1e-7, orders([0.02, 0.008, 0.0, 0.004]), "", Harmonics.of(50.0, [3.0], [4.0])),
-    Confirmation(2e-7, orders([0.0185, 0.0037, 1e-9]), "", Harmonics.of(52.0, [0.0, 2.0])),
+    Confirmation(1e-7, orders([0.02, 0.008, 0.0, 0.004]), "", FourierSeries.of(50.0, [3.0], [4.0])),
+    Confirmation(2e-7, orders([0.0185, 0.0037, 1e-9]), "", FourierSeries.of(52.0, [0.0, 2.0])),
 )
 SPEEDS = np.array([40.0, 50.0, 60.0])
 SWEEPS = tuple(
@@ -129,7 +129,7 @@ def test_what_was_simulated(result: xr.Dataset) -> None:
 
 
 def test_a_simulation_that_fails_has_no_speed(plan: Plan) -> None:
-    fails = Confirmation(math.nan, Harmonics.of(0.0), "fails in turn 1 of 7: it burst", Harmonics.of(0.0))
+    fails = Confirmation(math.nan, FourierSeries.of(0.0), "fails in turn 1 of 7: it burst", FourierSeries.of(0.0))
     some = titled(dataset(plan, made(confirmations=(CONFIRMED[0], fails))))
     assert np.isnan(some.simulated_speed.values[1]).all() and np.isfinite(some.simulated_speed.values[0]).all()
     assert some.wucht.summary["simulation"]["corrected"] == {
@@ -201,7 +201,7 @@ def test_a_contraction_leaves_out_what_is_rounding_or_the_law_itself(
 
 
 def test_as_many_orders_as_three_times_those_of_the_law_but_fifteen_at_least_and_a_hundred_at_most(plan: Plan) -> None:
-    long = Harmonics.of(0.0, np.arange(1.0, 201.0))
+    long = FourierSeries.of(0.0, np.arange(1.0, 201.0))
     for count, shown in ((2, 15), (5, 15), (6, 18), (33, 99), (34, 100)):
         prediction = replace(ORIGINAL, acceleration=long), replace(CORRECTED, acceleration=long)
         findings = made(original_cam=prediction[0], corrected_cam=prediction[1], confirmations=())
@@ -347,13 +347,13 @@ def test_the_power_at_constant_speed_is_that_of_output_and_loads() -> None:
 
 def test_the_torque_of_the_drive_is_its_own() -> None:
     """200 (53.4 - v), whatever the loads; none without a drive; where it enforces the speed, loads and output."""
-    shaft, law = ShaftMotion(Harmonics.of(50.0, [3.0])), LAW.motion("rad").law
+    shaft, law = ShaftMotion(FourierSeries.of(50.0, [3.0])), LAW.motion_law("rad").law
     loads = [{"kind": "viscous", "coefficient": 2.0}]
     drive = computation._drive_torque(planned(drive=LINEAR, loads=loads), law, shaft, TAU)
     assert drive == pytest.approx(200 * (51 * math.pi / 3 - 50 - 3 * np.cos(TAU)))
     assert computation._drive_torque(planned(), law, shaft, TAU).tolist() == [0.0] * 9
     held = planned(drive={"kind": "constant-speed", "speed": 50.0}, loads=loads)
-    even = ShaftMotion(Harmonics.of(50.0))
+    even = ShaftMotion(FourierSeries.of(50.0))
     slope, bend = 0.4 * np.sin(TAU) - 0.2 * np.sin(2 * TAU), 0.4 * np.cos(TAU) - 0.4 * np.cos(2 * TAU)
     assert computation._drive_torque(held, law, even, TAU) == pytest.approx(100.0 + J1 * 2500 * slope * bend)
 
@@ -362,7 +362,7 @@ def test_a_disturbance_decays_by_the_slope_of_the_torque(plan: Plan) -> None:
     """Of a rigid output that hardly moves: exp(-(200 + 2) T/J0)."""
     still = SimpleNamespace(inertia=J0, output_inertia=0.0, torque=lambda v: (0 * v, np.full(np.shape(v), -202.0)))
     some: Any = SimpleNamespace(shaft=still, is_enforced=False)
-    law, shaft = LAW.motion("rad").law, ShaftMotion(Harmonics.of(50.0))
+    law, shaft = LAW.motion_law("rad").law, ShaftMotion(FourierSeries.of(50.0))
     assert computation._energy_multiplier(some, law, shaft) == pytest.approx(math.exp(-202 * 2 * math.pi / 50 / J0))
     assert computation._energy_multiplier(plan, law, shaft) == 1.0
     held: Any = SimpleNamespace(shaft=SimpleNamespace(torque=None), is_enforced=True)
@@ -384,8 +384,8 @@ def test_speeds_of_the_sweep_are_about_the_mean_speed() -> None:
 def test_the_cam_that_is_simulated_is_tabulated_by_quintics(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 24 intervals of an uneven shaft the error is tiny; psi'' is the derivative of psi', also past a turn."""
     monkeypatch.setattr(confirmation, "_TABLE", 24)
-    law = LAW.motion("rad").law
-    table = confirmation._Table.of(law, ShaftMotion(Harmonics.of(50.0, [3.0], [4.0])))
+    law = LAW.motion_law("rad").law
+    table = confirmation._Table.of(law, ShaftMotion(FourierSeries.of(50.0, [3.0], [4.0])))
     for phi in np.linspace(0.01, 6.2, 57):
         for turn in (0.0, 2 * math.pi, -2 * math.pi):
             p, q = table(float(phi) + turn)

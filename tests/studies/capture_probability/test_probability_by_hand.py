@@ -16,8 +16,8 @@ from known_basins import MACHINE
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.studies.capture_probability import computation
-from wucht.studies.capture_probability.answer import _distribution_in_words, _sample_word, dataset, report
 from wucht.studies.capture_probability.computation import Findings, Plan, ProbabilityPoint, clopper_pearson, prepare
+from wucht.studies.capture_probability.dataset import _distribution_in_words, _sample_word, dataset, report
 from wucht.studies.capture_probability.distributions import Indices
 from wucht.studies.capture_probability.spec import CaptureProbability
 

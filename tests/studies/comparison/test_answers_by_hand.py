@@ -12,8 +12,8 @@ import xarray as xr
 from tests.hand_made import variable, warnings_of
 
 from wucht.studies.comparison import computation
-from wucht.studies.comparison.answer import _merged_sentences, _path_label, dataset, is_constant
-from wucht.studies.comparison.computation import Case, Findings, Plan, VariantAnswer, VariantCurve, _curve, _numbers_by_path
+from wucht.studies.comparison.computation import Case, Findings, Plan, VariantCurve, VariantResult, _curve, _numbers_by_path
+from wucht.studies.comparison.dataset import _merged_sentences, _path_label, dataset, is_constant
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.comparison.variants import Variant, VariedKey, _common_unit, _name, _uniquely_named
 
@@ -32,9 +32,9 @@ def curve(first: float, count: int, kind: str = "speed") -> VariantCurve:
     return VariantCurve(("time", kind), ("s", "rad/s" if kind == "speed" else "m"), x, 10 * x)
 
 
-def answer(outcome: str, numbers: dict[str, float], *curves: VariantCurve, **other: Any) -> VariantAnswer:
+def answer(outcome: str, numbers: dict[str, float], *curves: VariantCurve, **other: Any) -> VariantResult:
     common = {"units": {"final_speed": "rad/s", "final_phases.p1": "rad"}, "headlines": ("final_speed",)}
-    return VariantAnswer("run-up", "A machine", outcome, f"it {outcome}", "", numbers=numbers, curves=curves, **common | other)
+    return VariantResult("run-up", "A machine", outcome, f"it {outcome}", "", numbers=numbers, curves=curves, **common | other)
 
 
 PLAN = Plan(
@@ -46,7 +46,7 @@ ANSWERS = (
     answer(
         "captured", {"final_speed": 2.0, "final_phases.p1": 0.5}, curve(5.0, 4), warnings=("all",), headlines=("turns", "x")
     ),
-    VariantAnswer("run-up", "A machine", "failed", "it burst", "it burst", warnings=("all", "v")),
+    VariantResult("run-up", "A machine", "failed", "it burst", "it burst", warnings=("all", "v")),
 )
 
 
@@ -186,7 +186,7 @@ def test_names_that_distinguish_the_variants() -> None:
 
 def test_a_study_that_fails_is_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     refusal = Case(Variant("a", "a.toml", {}), None, None, "not allowed")
-    found = computation._answer_case(refusal, SimpleNamespace())  # type: ignore[arg-type]
+    found = computation._run_case(refusal, SimpleNamespace())  # type: ignore[arg-type]
     assert (found.outcome, found.failure, found.sentence, found.study) == ("failed", "not allowed", "not allowed", "")
     sizes: Any = [SimpleNamespace(study=SimpleNamespace(numbers=lambda plan: plan), plan=n) for n in (3.0, 7.0, 5.0)]
     plan: Any = SimpleNamespace(cases=[*sizes, refusal])

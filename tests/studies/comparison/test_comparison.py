@@ -20,8 +20,8 @@ from wucht.errors import InputError
 from wucht.plots.page import JOURNAL, PRINT
 from wucht.results.formatting import printed_unit
 from wucht.studies.comparison import computation as comparison_run
-from wucht.studies.comparison.answer import dataset
-from wucht.studies.comparison.computation import Findings, answer_from_result, failed_answer, prepare
+from wucht.studies.comparison.computation import Findings, failed_result, prepare, variant_result
+from wucht.studies.comparison.dataset import dataset
 from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_comparison
@@ -107,7 +107,7 @@ def test_variants_are_called_what_the_engineer_calls_them(
     assert labels == [f"{what} = {values[0]}", f"{again}{what} = {values[1]}"]
     assert plan.title == f"Comparison of study, varied: {what}"
     [path] = vary
-    result = dataset(plan, Findings(tuple(failed_answer(case.variant, "not run here") for case in plan.cases)))
+    result = dataset(plan, Findings(tuple(failed_result(case.variant, "not run here") for case in plan.cases)))
     assert result[path].attrs["long_name"] == what
     assert printed_unit(result, path) == (pytest.approx(printed[0]), printed[1])
 
@@ -175,7 +175,7 @@ def test_what_was_computed_is_not_computed_again(study: Study, here: Path, monke
 
     def counted(variant: Variant, result: Any) -> Any:
         kept.append(variant.label)
-        return answer_from_result(variant, result)
+        return variant_result(variant, result)
 
     monkeypatch.setattr(comparison_run, "compared", counted)
     vary = {"drive.slope": SLOPES}
@@ -227,7 +227,7 @@ def test_branches_and_directions_follow_each_other_with_a_gap() -> None:
         "amplitude": variable("body sample", [[1.0, 2.0], [3.0, 4.0]], "amplitude", "m"),
     }
     about = {"study": "sweep", "summary": "{}", "failure": "", "sentence": "", "warnings": "[]", "title": "M"}
-    kept = answer_from_result(Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about))), one)
+    kept = variant_result(Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about))), one)
     assert [c.labels for c in kept.curves] == [("slope", "speed")], "the other has no value for each of its own"
     assert str(kept.curves[0].x.tolist()) == "[1.0, 2.0, nan, 4.0, 3.0]"
     data = {
@@ -235,9 +235,7 @@ def test_branches_and_directions_follow_each_other_with_a_gap() -> None:
         "speed": variable("point", [1.0, 2.0, 3.0, 4.0], "speed"),
         "branch": variable("point", [0, 0, 1, 1], "branch"),
     }
-    kept = answer_from_result(
-        Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about | {"study": "speed-curve"}))), one
-    )
+    kept = variant_result(Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about | {"study": "speed-curve"}))), one)
     assert str(kept.curves[0].y.tolist()) == "[1.0, 2.0, nan, 3.0, 4.0]"
 
 

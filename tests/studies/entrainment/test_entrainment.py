@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
 from wucht.dynamics.entrainment.entrainment_case import swept_parameter
+from wucht.dynamics.entrainment.entrainment_equations import EntrainmentEquations
 from wucht.dynamics.entrainment.existence import Continuation
 from wucht.dynamics.entrainment.runs_from_start import CaptureBand, RunFromStart, capture_band, values_to_run
 from wucht.dynamics.work import Work
@@ -24,8 +24,8 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
-from wucht.studies.entrainment.answer import dataset
 from wucht.studies.entrainment.computation import Findings, prepare
+from wucht.studies.entrainment.dataset import dataset
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
 
@@ -189,7 +189,7 @@ def test_a_gap_beside_an_edge_is_found() -> None:
 
 def test_a_closed_branch_is_walked_once() -> None:
     machine = bild_2()
-    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
+    averaged = EntrainmentEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
     path = Continuation(averaged)
     (branch,) = path.branches([5.5, 6.0, 7.0], None, Work())
     assert branch.is_closed
@@ -200,7 +200,7 @@ def test_a_closed_branch_is_walked_once() -> None:
 
 def test_a_branch_ends_at_the_limits() -> None:
     machine = bild_2()
-    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (5.0, 6.0))
+    averaged = EntrainmentEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (5.0, 6.0))
     path = Continuation(averaged)
     branches = path.branches([5.5], None, Work())
     assert len(branches) == 2
@@ -218,7 +218,7 @@ def test_a_band_far_from_the_vibration() -> None:
         "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6 * math.pi},
     }  # fmt: skip
     machine = machine_from({"carrier": carrier, "bodies": [ROTOR | {"name": "r"}], "drive": drive("r", 19.0)})
-    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"r": 1.0}, (-900.0, 900.0))
+    averaged = EntrainmentEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"r": 1.0}, (-900.0, 900.0))
     path, w = Continuation(averaged), 6 * math.pi
     (branch,) = path.branches([19.0, w], None, Work())
     (stretch,) = path.stable_ranges([branch])
@@ -232,7 +232,7 @@ def test_a_band_far_from_the_vibration() -> None:
 def test_a_band_is_found_from_a_value_far_outside_it() -> None:
     """Bild 2: no equilibrium at 100 rad/s; the edges are folds: (21), w +- m r a w^2 / (2 slope)."""
     machine = bild_2()
-    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
+    averaged = EntrainmentEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
     path = Continuation(averaged)
     assert averaged.equilibria(100.0) == []
     branches = path.branches([100.0], None, Work())
@@ -247,7 +247,7 @@ def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:
     machine = load_machine("sperling-vibration/sustained-rotation")
     swept, rates = swept_parameter(machine, "carrier.motion.amplitude"), []
     for sense in (1.0, -1.0):
-        averaged = AveragedEquations(machine, swept, {"rotor": sense}, (0.0, 0.1))
+        averaged = EntrainmentEquations(machine, swept, {"rotor": sense}, (0.0, 0.1))
         rates.append(averaged.rates(np.array([[0.3], [5.0]]), 0.005)[0])
     assert np.array_equal(*rates)
     assert rates[0].any()
@@ -257,7 +257,7 @@ def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:
 def test_the_phase_to_the_vibration_counts_in_the_rotors_sense(sense: float) -> None:
     """A rotor that is 0.7 rad ahead of the vibration, at any time: at +-(w t + 0.7)."""
     machine, w = bild_2().with_values({"drive.no_load_speed": sense * 5.5}), 2 * math.pi
-    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": sense}, (-300.0, 300.0))
+    averaged = EntrainmentEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": sense}, (-300.0, 300.0))
     rotor, time, state = machine.rotor.coordinate, 1.3, np.zeros(len(machine.state_names))
     state[[machine.row(rotor.position), machine.row(rotor.velocity)]] = sense * (w * time + 0.7), sense * w
     found = averaged.wrap_phases(averaged.state_at(machine, time, state, w))

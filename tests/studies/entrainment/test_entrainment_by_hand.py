@@ -23,8 +23,8 @@ from wucht.files.catalogue import load_machine
 from wucht.numerics.orbits import PeriodicOrbit
 from wucht.plots.style import COLOURS, GREY
 from wucht.studies.entrainment import computation, figure
-from wucht.studies.entrainment.answer import band_in_words
 from wucht.studies.entrainment.computation import Findings
+from wucht.studies.entrainment.dataset import band_in_words
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.registry import study_of
 

@@ -10,7 +10,7 @@ import wucht
 from interrupting import assert_same, stop_at
 from wucht.measurements.cusum import Cusum
 from wucht.results.store import to_json
-from wucht.studies.failure_detection.answer import duration_in_words, readings_in_words
+from wucht.studies.failure_detection.dataset import duration_in_words, readings_in_words
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 

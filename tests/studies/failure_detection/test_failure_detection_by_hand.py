@@ -18,8 +18,8 @@ from wucht.dynamics.exciters.speed_readings import STEADY, UNSTABLE, AveragedSpe
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
 from wucht.studies.failure_detection import computation as run_module
-from wucht.studies.failure_detection.answer import _reading_extremes as over_readings
 from wucht.studies.failure_detection.computation import Findings, MonitoredRun, ParameterAxis, ParameterPoint
+from wucht.studies.failure_detection.dataset import _reading_extremes as over_readings
 from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.registry import study_of
 

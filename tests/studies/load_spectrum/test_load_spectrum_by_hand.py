@@ -14,7 +14,7 @@ from tests.refusals import refused
 import wucht
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.damage import WoehlerLine
-from wucht.studies.load_spectrum import answer, computation
+from wucht.studies.load_spectrum import computation, dataset
 
 TIME = np.array([0.0, 2.0, 3.0, 4.0, 6.0, 8.0, 9.0, 10.0])
 VALUES = np.array([100.0, 0.0, 10.0, 2.0, 8.0, -2.0, 6.0, 0.0])  # counted from 2 s on; the first half ends at 7 s
@@ -32,7 +32,7 @@ def plan(line: WoehlerLine | None = None, case: Any = None, **keys: Any) -> Any:
 @pytest.fixture(scope="module")
 def result() -> xr.Dataset:
     line = WoehlerLine(2.0, 100.0, 5.0, 4.0)
-    return answer.dataset(plan(line, after=2.0), LoadHistory(TIME, VALUES, 12.0))
+    return dataset.dataset(plan(line, after=2.0), LoadHistory(TIME, VALUES, 12.0))
 
 
 def test_every_range_has_its_cycles_their_mean_and_damage(result: xr.Dataset) -> None:
@@ -77,15 +77,15 @@ def test_the_summary(result: xr.Dataset) -> None:
 
 
 def test_without_a_line_a_start_or_a_cycle() -> None:
-    s = answer.dataset(plan(), LoadHistory(TIME + 1.0, VALUES, 12.0)).wucht.summary
+    s = dataset.dataset(plan(), LoadHistory(TIME + 1.0, VALUES, 12.0)).wucht.summary
     assert (s["begin"], s["half"], s["max"]) == (1.0, 6.5, 100.0), "from the first sample on"
     assert [s[key] for key in ("damage", "repetitions", "life")] == [None] * 3 and "damage_of_half" not in s
-    empty = answer.dataset(plan(after=11.0), LoadHistory(TIME, VALUES, 12.0))
+    empty = dataset.dataset(plan(after=11.0), LoadHistory(TIME, VALUES, 12.0))
     s = empty.wucht.summary
     assert (s["cycles"], s["largest_range"], s["min"], s["max"], s["turning_points"]) == (0.0, 0.0, None, None, 0)
     assert s["sentence"] == "there is no cycle to count"
     assert any("after study.after = 11" in w and "ends at 12" in w for w in empty.wucht.warnings)
-    none = answer.dataset(plan(), LoadHistory(np.empty(0), np.empty(0), 3.0))
+    none = dataset.dataset(plan(), LoadHistory(np.empty(0), np.empty(0), 3.0))
     assert (none.wucht.summary["begin"], none.wucht.summary["end"]) == (0.0, 3.0)
 
 
@@ -97,7 +97,7 @@ def test_a_long_signal_is_drawn_with_the_least_and_greatest_value_of_each_of_200
     result = xr.Dataset(
         {
             q.name: (q.dimensions.split(), q.value)
-            for q in answer._signal_quantities(plan(), LoadHistory(time, values, 25.0), values)
+            for q in dataset._signal_quantities(plan(), LoadHistory(time, values, 25.0), values)
             if q.dimensions
         }
     )
@@ -119,12 +119,12 @@ def test_a_run_up_is_not_converged_where_its_second_half_changes_more_than_five_
     load: Any = SimpleNamespace(cycles=SimpleNamespace(total=3.0), class_width=None)
     convergence = {"spectrum": spectrum, "damage": damage}
     run_up = LoadHistory(TIME, VALUES, 12.0, SimpleNamespace(advice="run longer"))  # type: ignore[arg-type]
-    told = answer._warnings(plan(), run_up, load, convergence)
+    told = dataset._warnings(plan(), run_up, load, convergence)
     assert [w for w in told if "not converged" in w] == told[2:] and len(told[2:]) == doubted
     assert told[:2] == ["a doubt", "run longer"]
     if doubted and damage:
         assert f"change by {spectrum:.1%} of all cycles, and the damage by 6.0%" in told[-1]
-    assert answer._warnings(plan(), LoadHistory(TIME, VALUES, 12.0), load, convergence) == ["a doubt"]
+    assert dataset._warnings(plan(), LoadHistory(TIME, VALUES, 12.0), load, convergence) == ["a doubt"]
 
 
 def test_warnings_of_the_run_up_are_passed_on_but_not_that_samples_are_few() -> None:
@@ -134,10 +134,10 @@ def test_warnings_of_the_run_up_are_passed_on_but_not_that_samples_are_few() -> 
     )
     load: Any = SimpleNamespace(cycles=SimpleNamespace(total=3.0), class_width=0.25)
     findings = LoadHistory(TIME, VALUES, 12.0, None, "it broke off")
-    told = answer._warnings(plan(case=case), findings, load, {"spectrum": 0.0, "damage": None})
+    told = dataset._warnings(plan(case=case), findings, load, {"spectrum": 0.0, "damage": None})
     assert told[:4] == ["a doubt", "a long run", "of the model", "it broke off"]
     assert len(told) == 5 and "classes of 0.25 N" in told[4]
-    levels = answer._warnings(plan(counting="level-crossing"), findings, load, {"spectrum": 0.0, "damage": None})
+    levels = dataset._warnings(plan(counting="level-crossing"), findings, load, {"spectrum": 0.0, "damage": None})
     assert levels == ["a doubt", "it broke off"], "levels have a distance, which nobody is warned of"
 
 
@@ -151,7 +151,7 @@ def test_the_lines_of_the_report() -> None:
 
     def told(dimensionless: bool = False, **other: Any) -> list[str]:
         made = answered(xr.Dataset(), given | other, "as by hand", dimensionless=dimensionless).assign_attrs(signal="Force")
-        return answer.report(titled(made, dimensionless))[2:]
+        return dataset.report(titled(made, dimensionless))[2:]
 
     assert told() == [
         "  signal       Force, from 1.5 to 20 s",

@@ -13,7 +13,7 @@ from tests.refusals import refused
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
 from wucht.files.user_system import UserSystem, equations_from
-from wucht.studies.orbit_branch.answer import report
+from wucht.studies.orbit_branch.dataset import report
 from wucht.studies.orbit_branch.figure import figure
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.runner import run

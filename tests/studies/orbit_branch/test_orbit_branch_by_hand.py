@@ -15,8 +15,8 @@ from tests.hand_made import titled, warnings_of, with_answer
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.work import Work
 from wucht.files.user_system import equations_from
-from wucht.studies.orbit_branch import answer as orbit_answer
-from wucht.studies.orbit_branch.answer import _orbit_entry as orbit_entry
+from wucht.studies.orbit_branch import dataset as orbit_dataset
+from wucht.studies.orbit_branch.dataset import _orbit_entry as orbit_entry
 from wucht.studies.orbit_branch.orbit_tables import rotor_periods
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.registry import study_of
@@ -158,7 +158,7 @@ def test_exponents_of_a_rotor_per_angle_are_those_per_time_over_its_speed() -> N
     ],
 )
 def test_stable_stretches_reach_to_special_orbits(stable: list[int], special: list[int], expected: Any) -> None:
-    assert orbit_answer._stretches(np.array(stable, bool), np.array(special, bool)) == expected
+    assert orbit_dataset._stretches(np.array(stable, bool), np.array(special, bool)) == expected
 
 
 def entry_of(stable: list[int], end: str = "range", backward: bool = True, last: float = 6.0) -> dict[str, Any]:
@@ -170,7 +170,7 @@ def entry_of(stable: list[int], end: str = "range", backward: bool = True, last:
         backward=SimpleNamespace(end=SimpleNamespace(parameter=0.5)) if backward else None,
     )  # fmt: skip
     plan: Any = SimpleNamespace(problem=SimpleNamespace(turns=lambda winding: {}))
-    (entry,) = orbit_answer._branch_entries(plan, SimpleNamespace(branches=[branch]))  # type: ignore[arg-type]
+    (entry,) = orbit_dataset._branch_entries(plan, SimpleNamespace(branches=[branch]))  # type: ignore[arg-type]
     return entry
 
 
@@ -183,10 +183,12 @@ def test_ranges_of_stable_orbits_go_to_the_ends_of_the_branch() -> None:
     }
     assert entry_of([0, 1, 1, 1, 0])["stable"] == [[1.0, 5.0]]
     assert entry_of([1, 0, 0, 0, 0], backward=False)["stable"] == [[3.0, 3.0]]
-    assert entry_of([1, 1, 0, 1, 1], orbit_answer.CLOSED_BRANCH, False)["stable"] == [[1.0, 6.0]], "on either side of the first"
-    assert entry_of([1, 0, 1, 1, 0], orbit_answer.CLOSED_BRANCH, False)["stable"] == [[3.0, 3.0], [2.0, 5.0]]
-    assert entry_of([0, 1, 0, 1, 1], orbit_answer.CLOSED_BRANCH, False)["stable"] == [[1.0, 1.0], [4.0, 6.0]]
-    assert entry_of([1, 1, 0, 1, 1], orbit_answer.CLOSED_BRANCH, False, 0.25)["stable"] == [[0.25, 5.0]]
+    assert entry_of([1, 1, 0, 1, 1], orbit_dataset.CLOSED_BRANCH, False)["stable"] == [[1.0, 6.0]], (
+        "on either side of the first"
+    )
+    assert entry_of([1, 0, 1, 1, 0], orbit_dataset.CLOSED_BRANCH, False)["stable"] == [[3.0, 3.0], [2.0, 5.0]]
+    assert entry_of([0, 1, 0, 1, 1], orbit_dataset.CLOSED_BRANCH, False)["stable"] == [[1.0, 1.0], [4.0, 6.0]]
+    assert entry_of([1, 1, 0, 1, 1], orbit_dataset.CLOSED_BRANCH, False, 0.25)["stable"] == [[0.25, 5.0]]
 
 
 def test_the_rotor_turns_through_a_positive_angle_in_a_period() -> None:

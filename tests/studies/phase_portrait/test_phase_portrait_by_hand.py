@@ -18,7 +18,7 @@ from wucht.numerics.phase_plane.closed_curves import ClosedCurve
 from wucht.numerics.phase_plane.fixed_points import FixedPoint, FixedPoints
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED_CURVE, FAILURE, FIXED_POINT, KINKS, LENGTH, PhaseCurve
-from wucht.studies.phase_portrait import answer, computation
+from wucht.studies.phase_portrait import computation, dataset
 from wucht.studies.phase_portrait.computation import Findings, Plan, PortraitCase, PortraitFindings
 
 TURN = 2 * math.pi
@@ -62,7 +62,7 @@ def plan(count: int = 2, section: bool = True, **keys: Any) -> Plan:
 
 @pytest.fixture(scope="module")
 def several() -> xr.Dataset:
-    return titled(answer.dataset(plan(), Findings((FIRST, SECOND))))
+    return titled(dataset.dataset(plan(), Findings((FIRST, SECOND))))
 
 
 def test_points_of_several_portraits_side_by_side(several: xr.Dataset) -> None:
@@ -123,24 +123,24 @@ def test_the_summary_of_each_portrait(several: xr.Dataset) -> None:
 
 
 def test_the_sentence_counts_kinds() -> None:
-    told = titled(answer.dataset(plan(), Findings((FIRST, SECOND))))
+    told = titled(dataset.dataset(plan(), Findings((FIRST, SECOND))))
     model = "averaged equations, second order, with the inertia of the balancing bodies"
     assert told.wucht.summary["sentence"] == (
         f"{model}: u = 1: 1 saddle, 1 stable focus (proved to be all), 1 stable closed curve; u = 2: 1 stable focus"
     )
     family = ClosedCurve(ROUND.states, 1.0, ROUND.turns, 1.0)
     many = PortraitFindings(FixedPoints((FOCUS, FOCUS, SADDLE, SADDLE), False, ""), (), (), (), (ROUND, ROUND, family), 0, ())
-    assert answer._sentence(many) == "2 stable foci, 2 saddles, 2 stable closed curves, 1 closed curve of a family"
-    assert answer._sentence(PortraitFindings(FixedPoints((), True, ""), (), (), (), (), 0, ())) == "no fixed point (proved)"
+    assert dataset._sentence(many) == "2 stable foci, 2 saddles, 2 stable closed curves, 1 closed curve of a family"
+    assert dataset._sentence(PortraitFindings(FixedPoints((), True, ""), (), (), (), (), 0, ())) == "no fixed point (proved)"
 
 
 def test_a_single_portrait_has_no_dimension_of_cases() -> None:
-    made = titled(answer.dataset(plan(1, section=False), Findings((FIRST,))))
+    made = titled(dataset.dataset(plan(1, section=False), Findings((FIRST,))))
     assert made.fixed_points.dims == ("fixed_point", "state") and made.closed_curve_period.values.tolist() == [1.25]
     assert "eigenvalues_phi" not in made.wucht.summary["fixed_points"][0]
     assert [p["stable"] for p in made.wucht.summary["fixed_points"]] == [False, True]
     assert made.wucht.warnings == ["of the section"]
-    assert answer.report(made)[2:] == [
+    assert dataset.report(made)[2:] == [
         "  1 saddle          omega 3, psi -2.283185; eigenvalues 0.5, -2",
         "  2 stable focus    omega 1, psi 3.141593; eigenvalues -1+3i, -1-3i",
         "  saddle 1, unstable manifold, one side: goes to stable focus 2",
@@ -156,7 +156,7 @@ def test_each_portrait_is_doubted_by_its_name() -> None:
             FIRST.fixed_points, FIRST.transverse, tuple(Manifold(0, False, 1, 0.0, m) for m in manifolds),
             tuple((a, back) for a in ahead), (), 1, (),
         )  # fmt: skip
-        return answer._warnings(plan(), plan().cases[1], made)
+        return dataset._warnings(plan(), plan().cases[1], made)
 
     flat = [[0.0, 1.0], [0.0, 1.0]]
     assert told((LEAVING,), AHEAD) == []
@@ -172,14 +172,14 @@ def test_each_portrait_is_doubted_by_its_name() -> None:
     (connection,) = told((curve(flat, FIXED_POINT, 0),))
     assert connection.startswith("u = 2: a separatrix leads to a saddle")
     assert told((), curve(flat, FIXED_POINT, 0)) == []
-    both = answer.dataset(plan(), Findings((FIRST, SECOND))).wucht.warnings
+    both = dataset.dataset(plan(), Findings((FIRST, SECOND))).wucht.warnings
     assert both == ["of the section", "u = 2: by Newton"]
-    assert answer.dataset(plan(), Findings((FIRST,))).wucht.warnings[-1] == "1 of 2 portraits are finished"
+    assert dataset.dataset(plan(), Findings((FIRST,))).wucht.warnings[-1] == "1 of 2 portraits are finished"
 
 
 def test_rates_lie_over_the_panel_as_it_is_drawn() -> None:
     """Rows go up the ordinate, the first state here, columns along the abscissa, the angle."""
-    rate = answer._rates(plan(), 1).value[0]
+    rate = dataset._rates(plan(), 1).value[0]
     omega, psi = np.linspace(-1.0, 3.0, 161), np.linspace(0.0, 2 * TURN, 161)
     np.testing.assert_allclose(rate[0], np.repeat(10.0 * omega[:, None], 161, axis=1))
     np.testing.assert_allclose(rate[1], np.repeat(psi[None], 161, axis=0))
@@ -243,12 +243,12 @@ def test_an_angle_is_drawn_over_two_turns_and_two_angles_over_one_each() -> None
 @pytest.mark.parametrize(("turns", "at"), [((0.0, 0.0), 0), ((TURN, 0.0), 0), ((0.0, TURN), 1), ((TURN, TURN), 0)])
 def test_the_only_angle_is_the_abscissa(turns: tuple[float, float], at: int) -> None:
     case = SimpleNamespace(plane=SimpleNamespace(turns=np.array(turns)))
-    assert answer._abscissa(SimpleNamespace(cases=(case,))) == at  # type: ignore[arg-type]
+    assert dataset._abscissa(SimpleNamespace(cases=(case,))) == at  # type: ignore[arg-type]
 
 
 def test_portraits_without_points_and_curves_have_the_same_dimensions() -> None:
     nothing = PortraitFindings(FixedPoints((), True, ""), (), (), (), (), 0, ())
-    made = answer.dataset(plan(), Findings((nothing, nothing)))
+    made = dataset.dataset(plan(), Findings((nothing, nothing)))
     assert made.fixed_points.shape == (2, 0, 2) and made.eigenvalues_real.shape == (2, 0, 2)
     assert made.separatrices.shape == (2, 0, 2, 0) and made.trajectory_end.shape == (2, 0)
 
@@ -265,4 +265,4 @@ def test_portraits_without_points_and_curves_have_the_same_dimensions() -> None:
     ],
 )
 def test_where_a_manifold_comes_from_or_goes(end: str, stable: bool, words: str) -> None:
-    assert answer._end_clause(end, stable) == words
+    assert dataset._end_clause(end, stable) == words

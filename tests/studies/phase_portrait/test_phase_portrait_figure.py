@@ -12,7 +12,7 @@ import xarray as xr
 import wucht
 from wucht.files.user_system import equations_from
 from wucht.numerics.phase_plane.fixed_points import STABLE, FixedPoint
-from wucht.studies.phase_portrait import answer as portrait_answer
+from wucht.studies.phase_portrait import dataset as portrait_dataset
 
 TILE = 2 * np.pi
 
@@ -84,7 +84,7 @@ def test_a_stable_node_that_is_left_across_the_section_is_not_stable(out: float,
     found: Any = SimpleNamespace(fixed_points=SimpleNamespace(points=(node,)), transverse=(np.array([out + 1j, out - 1j]),))
     case: Any = SimpleNamespace(section=SimpleNamespace(rotor_speed=lambda state: -4.0))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(portrait_answer, "_wrap_state", lambda plan, state: ())
-        entry = portrait_answer._point_entry(SimpleNamespace(axes=()), case, found, 0)  # type: ignore[arg-type]
+        patch.setattr(portrait_dataset, "_wrap_state", lambda plan, state: ())
+        entry = portrait_dataset._point_entry(SimpleNamespace(axes=()), case, found, 0)  # type: ignore[arg-type]
     assert entry["stable"] is stable
     assert entry["transverse_phi"] == [[out / 4, 0.25], [out / 4, -0.25]] and entry["eigenvalues_phi"][0] == [-0.25, 0.0]

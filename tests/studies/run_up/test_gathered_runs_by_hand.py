@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.results.quantities import Answer, Quantity
+from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.run_up import combined_runs
 
 
-def one(outcome: str, count: int, warnings: tuple[str, ...] = (), failure: str | None = None, slow: bool = False) -> Answer:
+def one(
+    outcome: str, count: int, warnings: tuple[str, ...] = (), failure: str | None = None, slow: bool = False
+) -> StudyResult:
     """A run with the speed 10 t, the amplitude 1 - t and a variable that is not stored."""
     time = np.arange(float(count))
     quantities = [
@@ -26,10 +28,10 @@ def one(outcome: str, count: int, warnings: tuple[str, ...] = (), failure: str |
     ]
     if slow:
         quantities += [Quantity(f"slow_{n}", [time], n, "rad", "body time") for n in ("angle", "speed")]
-    return Answer(quantities, outcome, warnings, (), failure)
+    return StudyResult(quantities, outcome, warnings, (), failure)
 
 
-def gathered(*answers: Answer, finished: int | None = None, over: str = "time", planned: int = 3) -> xr.Dataset:
+def gathered(*answers: StudyResult, finished: int | None = None, over: str = "time", planned: int = 3) -> xr.Dataset:
     cases = [SimpleNamespace(label=f"u = {k}", start={"p1": k / 10}, value=float(k)) for k in range(planned)]
     plan: Any = SimpleNamespace(
         cases=cases, spec=SimpleNamespace(over=over, along="u"), machine=SimpleNamespace(units=SimpleNamespace(time="s"))

@@ -12,7 +12,7 @@ import sympy as sp
 from tests.refusals import refused
 
 from auto_demos import AB
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -126,7 +126,7 @@ def test_families_are_followed_modulo_the_family() -> None:
     some, all_ = (limits[kind]["drive.slope"] for kind in ("some-stable", "all-stable"))
     assert len(limits) == 2 and all(0.99 < p["speed"] / math.sqrt(1e5 / 10.3) < 1.1 for p in limits.values())
     assert family["stable"] == [[all_, 0.05]] and family["partly_stable"] == [[some, all_]] and some < 0.99 * all_
-    averaged = averaged_machine(machine)
+    averaged = averaged_equations_of(machine)
     system = averaged.system
     jacobian = Jacobian.of(system)
 

@@ -188,7 +188,7 @@ def second(*values: float) -> xr.Dataset:
     branches = []
     for value in values:
         one = branch(1, 10, second=value, kinds=kinds)
-        branches.append(replace(one, u=one.u + np.array([[value], [0.0]])))
+        branches.append(replace(one, unknowns=one.unknowns + np.array([[value], [0.0]])))
     return result(*branches, of=made)
 
 

@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import REGIONS, AveragedStability, averaged_matrices
 from wucht.analysis.configurations.closed_form import State, family_members, fixed_speed_states
 from wucht.analysis.configurations.full_stability import FullStability
@@ -30,8 +30,8 @@ from wucht.numerics.flow.integration import integrate
 from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.runner import run
-from wucht.studies.synchronous_states.answer import _degrees
 from wucht.studies.synchronous_states.computation import prepare
+from wucht.studies.synchronous_states.dataset import _degrees
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 Entry = dict[str, Any]
@@ -295,15 +295,16 @@ def test_a_family_has_one_entry(count: int) -> None:
 def test_the_members_of_a_family_are_all_judged_without_inertia_too() -> None:
     """Three balls just above resonance of an anisotropic carrier: each member's exponents against difference quotients."""
     m = machine(0.006, 0.006, 0.006, carrier={"damping": [300.0, 300.0]})
-    torques, slow = SteadyTorques.of(m), averaged_machine(m, inertia=False)
+    torques, averaged_equations = SteadyTorques.of(m), averaged_equations_of(m, inertia=False)
     state = next(s for s in fixed_speed_states(torques, 100.0) if s.dimension)
     at = family_members(torques, 5)
-    of_members = AveragedStability(torques, slow).exponents(state, at)
-    linear, h = Jacobian.of(slow.system), 1e-6
+    of_members = AveragedStability(torques, averaged_equations).exponents(state, at)
+    linear, h = Jacobian.of(averaged_equations.system), 1e-6
     for k, phases in enumerate(at.T):
-        x = slow.steady_state(state.speed, phases)
+        x = averaged_equations.steady_state(state.speed, phases)
         ahead, behind = (
-            np.array([linear.values_at(x + s * h * e, slow.values())[0] for e in np.eye(len(x))]).T for s in (1, -1)
+            np.array([linear.values_at(x + s * h * e, averaged_equations.values())[0] for e in np.eye(len(x))]).T
+            for s in (1, -1)
         )
         exponents = np.linalg.eigvals((ahead - behind) / (2 * h))
         rest = np.sort(exponents[np.argsort(np.abs(exponents))][state.dimension :].real)
@@ -408,12 +409,14 @@ def test_a_screen_throws_along_45_degrees() -> None:
 @pytest.mark.parametrize("given", [None, 100.0])
 def test_the_slow_matrix_is_that_of_the_slow_equations(given: float | None) -> None:
     for m in (machine(0.006, 0.007, 0.008, drive=MOTOR), exciters(3)):
-        slow = averaged_machine(m, has_fixed_speed=given is not None)
-        torques = SteadyTorques.from_slow(averaged_machine(m))
+        averaged_equations = averaged_equations_of(m, has_fixed_speed=given is not None)
+        torques = SteadyTorques.from_averaged_equations(averaged_equations_of(m))
         torques = torques if given is None else torques.with_fixed_speed(given)
         state = State(given or 97.0, np.array([0.0, 1.0, 2.5, 4.0][: torques.size]))
         matrix = averaged_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
-        jacobian = Jacobian.of(slow.system).values_at(slow.steady_state(state.speed, state.phases), slow.values(given))[1]
+        jacobian = Jacobian.of(averaged_equations.system).values_at(
+            averaged_equations.steady_state(state.speed, state.phases), averaged_equations.values(given)
+        )[1]
         assert np.sort_complex(np.linalg.eigvals(matrix)) == pytest.approx(
             np.sort_complex(np.linalg.eigvals(jacobian)), rel=1e-9
         )
@@ -432,8 +435,8 @@ def test_an_exponent_that_is_zero_is_not_decided() -> None:
     """Without dampers to the rotor the balls librate for ever in the averaged equations."""
     torques = SteadyTorques.of(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
     free = replace(torques, relative=np.zeros((3, 3)))
-    slow = averaged_machine(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
-    stability = AveragedStability(free, slow).stability(fixed_speed_states(free, 200.0)[0])
+    averaged_equations = averaged_equations_of(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
+    stability = AveragedStability(free, averaged_equations).stability(fixed_speed_states(free, 200.0)[0])
     assert stability.stable is None
     assert stability.reason == "neither grows nor decays"
 

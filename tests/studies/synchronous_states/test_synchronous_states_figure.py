@@ -18,7 +18,7 @@ from tests.refusals import refused
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
-from wucht.studies.synchronous_states.answer import select_states
+from wucht.studies.synchronous_states.dataset import select_states
 from wucht.studies.synchronous_states.figure import _MOST, _appearance, _arrows_overlap
 from wucht.studies.synchronous_states.spec import SynchronousStates
 

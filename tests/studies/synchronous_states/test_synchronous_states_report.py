@@ -19,7 +19,7 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.studies.registry import study_of
 from wucht.studies.runner import run
-from wucht.studies.synchronous_states.answer import _map_quantities as of_map
+from wucht.studies.synchronous_states.dataset import _map_quantities as of_map
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 STUDY = study_of("synchronous-states")

@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.catalogue import load_machine
 
 from .check import Claim, check, equal
@@ -22,10 +22,10 @@ DIRECTIONS = ("x", "y")
 @cache
 def balancer(short: bool = True) -> Derived:
     """The machine of Table 5.1 with symbols for its parameters; short: with A and B of (4.42), (4.43)."""
-    slow = averaged_machine(load_machine("drozdetskaya-2020/table-5.1", {}), inertia=False)
+    averaged_equations = averaged_equations_of(load_machine("drozdetskaya-2020/table-5.1", {}), inertia=False)
     put = {path("rotor.speed"): OMEGA, path("p1.phase"): PSI + DELTA / 2, path("p2.phase"): PSI - DELTA / 2}
     names = {f"D[{d}].{part}": symbol for d in DIRECTIONS for part, symbol in (("re", A), ("im", B))}
-    return Derived(slow, (put,), names if short else {})
+    return Derived(averaged_equations, (put,), names if short else {})
 
 
 @cache

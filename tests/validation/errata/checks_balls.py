@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.catalogue import load_machine
 
 from .check import Claim, check, equal, reduced, turned
@@ -24,7 +24,7 @@ BALLS = ("b1", "b2")
 @cache
 def balls(directions: str = "xy") -> Derived:
     """The machine of (42), (43), undamped."""
-    slow = averaged_machine(with_balls(directions))
+    averaged_equations = averaged_equations_of(with_balls(directions))
     masses = [path(f"{n}.mass") for n in BALLS]
     put = {path("carrier.mass"): M - path("drum.mass") - sp.Add(*masses), path("carrier.damping"): sp.S.Zero}
     put |= {path("carrier.stiffness"): M * SPEED**2 + 1 / A_XX, path("carrier.gravity"): sp.S.Zero}
@@ -36,7 +36,7 @@ def balls(directions: str = "xy") -> Derived:
             path(f"{n}.damping"): DAMPING[i],
         }
         put |= {path(f"{n}.phase"): ALPHA[i], path(f"{n}.speed"): SPEED + RATE[i]}
-    return Derived(slow, (put,))
+    return Derived(averaged_equations, (put,))
 
 
 @cache
@@ -133,7 +133,7 @@ RESONANCE = (1 - ETA**2) ** 2 + 4 * VARTHETA**2 * ETA**2
 @cache
 def damped() -> Derived:
     """The machine of (12), (55), with eta and vartheta of (58) and k = sqrt(c/M)."""
-    slow = averaged_machine(load_machine("sperling-vibration/figure-5", {}))
+    averaged_equations = averaged_equations_of(load_machine("sperling-vibration/figure-5", {}))
     put = {
         path("carrier.mass"): M - path("rotor.mass"),
         path("carrier.stiffness"): M * K**2,
@@ -142,7 +142,7 @@ def damped() -> Derived:
     put |= {path("carrier.damping"): 2 * VARTHETA * M * K, path("rotor.speed"): ETA * K, path("rotor.inertia"): J[0]}
     put |= {path("rotor.eccentricity"): M_1 * E_1 / path("rotor.mass"), path("rotor.bearing_damping"): sp.S.Zero}
     put |= {path("drive.slope"): DAMPING[0], path("drive.no_load_speed"): PARTIAL[0]}
-    return Derived(slow, (put,))
+    return Derived(averaged_equations, (put,))
 
 
 @check(SOURCE, "(58) amplitude", r"\Delta^2", "The amplitude in (57), squared: |z|^2.")

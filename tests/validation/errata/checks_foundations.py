@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate, equations_of_motion
 
@@ -64,7 +64,7 @@ def equation_2_79() -> Claim:
         path("carrier.damping"): 2 * M * SIGMA,
     }
     unbalance = {path("drum.eccentricity"): M * e / (M - path("carrier.mass")), path("speed"): OMEGA}
-    derived = -Derived(averaged_machine(si_rotor("xy"), has_fixed_speed=True), (unbalance | put, put)).output(
+    derived = -Derived(averaged_equations_of(si_rotor("xy"), has_fixed_speed=True), (unbalance | put, put)).output(
         "vibration_torque[drum]"
     )
     lost = 2 * e**2 * SIGMA * OMEGA**5 / ((K**2 - OMEGA**2) ** 2 + 4 * SIGMA**2 * OMEGA**2)

@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 
 from .check import Claim, check, equal
 from .derived import Derived, full_rows, path, real
@@ -28,7 +28,7 @@ FAST = real("theta")[0]
 @cache
 def rollers(short: bool = True) -> Derived:
     """The machine of (18) with (19), (20); short: with A_xx, A_yy of (27)."""
-    slow = averaged_machine(with_rollers(HELD))
+    averaged_equations = averaged_equations_of(with_rollers(HELD))
     rigidity = {"x": (A_XX, OMEGA_X), "y": (A_YY, OMEGA_Y)}
     total = path("carrier.mass"), M - path("drum.mass") - path("r1.mass") - path("r2.mass")
     put = {total[0]: total[1], path("drive.speed"): SPEED, path("drum.unbalance"): F[0] / SPEED**2}
@@ -45,7 +45,7 @@ def rollers(short: bool = True) -> Derived:
         }
         put[path(f"{r}.speed")] = SPEED + RATE[i]
         forces |= {path(f"{r}.mass"): F[i] / (arm * SPEED**2), path(f"{r}.shape_factor"): J[i] * SPEED**2 / (F[i] * arm) - 1}
-    return Derived(slow, (put, forces))
+    return Derived(averaged_equations, (put, forces))
 
 
 def turning_back(i: int) -> sp.Expr:

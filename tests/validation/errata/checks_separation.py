@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.catalogue import load_machine
 
 from .check import Claim, check, equal, turned
@@ -26,12 +26,12 @@ SECOND = real(r"\ddot{\alpha}_{1} \ddot{\alpha}_{2}")
 @cache
 def shaken() -> Derived:
     """The machine of (12), (13)."""
-    slow = averaged_machine(load_machine("sperling-vibration/figure-2a", {}))
+    averaged_equations = averaged_equations_of(load_machine("sperling-vibration/figure-2a", {}))
     put = {path("carrier.motion.amplitude"): X_0, path("carrier.motion.frequency"): SPEED, path("carrier.gravity"): sp.S.Zero}
     put |= {path("rotor.inertia"): J[0], path("rotor.bearing_damping"): sp.S.Zero, path("drive.slope"): DAMPING[0]}
     put |= {path("rotor.eccentricity"): F[0] / (SPEED**2 * path("rotor.mass")), path("drive.no_load_speed"): PARTIAL[0]}
     put |= {path("rotor.phase"): ALPHA[0], path("rotor.speed"): SPEED + RATE[0]}
-    return Derived(slow, (put,))
+    return Derived(averaged_equations, (put,))
 
 
 def fluctuation_left(d: Derived, body: str, inertia: sp.Expr, damping: sp.Expr) -> sp.Expr:
@@ -117,7 +117,7 @@ def equation_26() -> Claim:
 @cache
 def exciters() -> Derived:
     """The machine of (27), (28); the first exciter turns with Omega."""
-    slow = averaged_machine(load_machine("sperling-vibration/self-synchronisation-soft", {}))
+    averaged_equations = averaged_equations_of(load_machine("sperling-vibration/self-synchronisation-soft", {}))
     put = {path("carrier.mass"): M - path("e1.mass") - path("e2.mass"), path("carrier.damping"): sp.S.Zero}
     put |= {path("carrier.stiffness"): M * SPEED**2 + 1 / A_XX, path("carrier.gravity"): sp.S.Zero}
     put |= {path("e1.speed"): SPEED, path("e2.speed"): SPEED + RATE[1], path("e2.phase"): ALPHA[1] - ALPHA[0]}
@@ -125,7 +125,7 @@ def exciters() -> Derived:
         put |= {path(f"{name}.eccentricity"): F[i] / (SPEED**2 * path(f"{name}.mass")), path(f"{name}.inertia"): J[i]}
         put |= {path(f"{name}.bearing_damping"): sp.S.Zero, path(f"drives.{name}.slope"): DAMPING[i]}
         put[path(f"drives.{name}.no_load_speed")] = PARTIAL[i]
-    return Derived(slow, (put,))
+    return Derived(averaged_equations, (put,))
 
 
 @check(SOURCE, "(32)", "x", "The forced motion of the undamped carrier, theta = Omega t.")

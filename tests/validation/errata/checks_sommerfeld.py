@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.catalogue import load_machine
 from wucht.mechanics.lagrange import acceleration
 
@@ -25,9 +25,9 @@ RESONANCE = (1 - OMEGA**2) ** 2 + 4 * SIGMA**2 * OMEGA**2
 @cache
 def rotor(directions: str, short: bool = False) -> Derived:
     """The machine of Table 3.1 on a carrier that moves in these directions, with symbols for its parameters."""
-    slow = averaged_machine(load_machine(f"drozdetskaya-2020/{TABLES[directions]}", {}))
+    averaged_equations = averaged_equations_of(load_machine(f"drozdetskaya-2020/{TABLES[directions]}", {}))
     names = {f"D[{d}].{part}": symbol for d in directions for part, symbol in (("re", A), ("im", B))}
-    return Derived(slow, ({path("rotor.speed"): OMEGA},), names if short else {})
+    return Derived(averaged_equations, ({path("rotor.speed"): OMEGA},), names if short else {})
 
 
 def acceleration_of_rotor(directions: str) -> sp.Expr:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from wucht.analysis.averaged_machine import AveragedMachine
+from wucht.analysis.averaged_equations import AveragedEquations
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
 from wucht.system import substitute_definitions
@@ -32,13 +32,13 @@ class Derived:
     put: substitutions, one after the other. named: definitions of the system that the paper has a symbol for.
     """
 
-    slow: AveragedMachine
+    averaged_equations: AveragedEquations
     put: tuple[Substitution, ...] = ()
     named: Mapping[str, sp.Expr] = field(default_factory=dict)
 
     def __call__(self, expression: sp.Expr) -> sp.Expr:
         """An expression of the system with all definitions put in, in the paper's symbols."""
-        pairs = [(s, self.named.get(s.name, e)) for s, e in self.slow.system.definitions]
+        pairs = [(s, self.named.get(s.name, e)) for s, e in self.averaged_equations.system.definitions]
         actual = substitute_definitions(expression, pairs)
         for mapping in self.put:
             actual = actual.xreplace(mapping)
@@ -46,12 +46,12 @@ class Derived:
 
     def rate(self, state: str) -> sp.Expr:
         """The right-hand side of a state."""
-        system = self.slow.system
+        system = self.averaged_equations.system
         return self(system.derivatives[system.state_names.index(state)])
 
     def output(self, name: str) -> sp.Expr:
         """An output."""
-        return self(self.slow.system.output(name).expression)
+        return self(self.averaged_equations.system.output(name).expression)
 
     def definition(self, name: str) -> sp.Expr:
         """What a symbol of the system means."""
@@ -64,7 +64,7 @@ class Derived:
 
     def fluctuation(self, body: str, theta: sp.Expr) -> sp.Expr:
         """psi = Re[P exp(2 i theta)]."""
-        fast = self.slow.fast
+        fast = self.averaged_equations.fast
         p = [self(fast.explicit(fast.output(f"ripple.{part}[{body}]").expression)) for part in ("re", "im")]
         return p[0] * sp.cos(2 * theta) - p[1] * sp.sin(2 * theta)
 

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import AveragedMachine
+from wucht.analysis.averaged_equations import AveragedEquations
 from wucht.analysis.configurations.closed_form import State, branches, compensating_phases
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.numerics.jacobian import Jacobian
@@ -58,11 +58,11 @@ class AveragedStability:
     """The averaged equations of a machine, linearised about its steady phase configurations."""
 
     torques: SteadyTorques
-    slow: AveragedMachine
+    averaged_equations: AveragedEquations
 
     @cached_property
     def _linear(self) -> Jacobian:
-        return Jacobian.of(self.slow.system)
+        return Jacobian.of(self.averaged_equations.system)
 
     def stability(self, state: State) -> Stability:
         """Stability of a state, transverse to its family."""
@@ -75,12 +75,12 @@ class AveragedStability:
 
         NaN where the equations are singular.
         """
-        speed, slow = state.interior_state.speed, self.slow
-        if slow.inertia and slow.order == 1:
+        speed, averaged_equations = state.interior_state.speed, self.averaged_equations
+        if averaged_equations.inertia and averaged_equations.order == 1:
             matrices = averaged_matrices(self.torques, np.full(phases.shape[1], speed), phases)
         else:
-            states = np.array([slow.steady_state(speed, at) for at in phases.T]).T
-            matrices = np.moveaxis(self._linear(states, slow.values())[1], -1, 0)
+            states = np.array([averaged_equations.steady_state(speed, at) for at in phases.T]).T
+            matrices = np.moveaxis(self._linear(states, averaged_equations.values())[1], -1, 0)
         regular = np.isfinite(matrices).all(axis=(1, 2))
         exponents = np.full(matrices.shape[:2], np.nan, complex)
         exponents[regular] = np.linalg.eigvals(matrices[regular])

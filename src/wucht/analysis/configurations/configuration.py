@@ -102,8 +102,12 @@ class ConfigurationDescriber:
     body_unbalances: (n,) in the order of the torques; order: place of each body of the machine among these.
     """
 
-    def __init__(self, slow: AveragedStability) -> None:
-        self.slow, self.torques, self.machine = slow, slow.torques, slow.torques.machine
+    def __init__(self, averaged_stability: AveragedStability) -> None:
+        self.averaged_stability, self.torques, self.machine = (
+            averaged_stability,
+            averaged_stability.torques,
+            averaged_stability.torques.machine,
+        )
         self.order = [self.torques.names.index(b.name) for b in self.machine.bodies]
         self.body_unbalances = unbalances(self.machine)[np.argsort(self.order)]
         self.forced_vibration = ForcedVibration.of(self.machine, np.zeros(len(self.order)))
@@ -125,11 +129,11 @@ class ConfigurationDescriber:
 
     def _stability(self, state: State) -> tuple[Stability, float | None]:
         """Stability in the averaged equations; of a family, as far as members agree, and the share of stable members."""
-        stability = self.slow.stability(state)
+        stability = self.averaged_stability.stability(state)
         if not state.dimension:
             return stability, None
         at = np.concatenate([state.phases[:, None], family_members(self.torques, _SAMPLES)], axis=1)
-        share = float((self.slow.exponents(state, at)[:, 0].real < 0).mean())
+        share = float((self.averaged_stability.exponents(state, at)[:, 0].real < 0).mean())
         if 0 < share < 1 and stability.stable is not None:
             return Stability(None, stability.exponents, f"stable on {100 * share:.0f} % of the family"), share
         return stability, share

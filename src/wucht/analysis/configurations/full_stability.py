@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques, separation
@@ -120,7 +120,7 @@ class FullStability:
         if self.torques.size > _NEXT_ORDER:
             return None
         try:
-            return AveragedStability(self.torques, averaged_machine(self.torques.machine, self.inertia, 2))
+            return AveragedStability(self.torques, averaged_equations_of(self.torques.machine, self.inertia, 2))
         except WuchtError:
             return None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from wucht.analysis.averaged_machine import averaged_machine, keeps_inertia
+from wucht.analysis.averaged_equations import averaged_equations_of, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
 from wucht.analysis.configurations.search import CancelCheck, StateSearch, all_states
@@ -49,7 +49,7 @@ class RunningConfigurations:
         if len(steady.bodies) > MOST_BODIES:
             requirement = f"there must be at most {MOST_BODIES}, the main rotor included"
             raise InputError("machine.bodies", len(steady.bodies), requirement)
-        slow = averaged_machine(steady, keeps_inertia(steady, None))
+        slow = averaged_equations_of(steady, keeps_inertia(steady, None))
         torques, (low, high) = SteadyTorques.from_slow(slow), speeds or driven_speeds(steady)[0]
         if torques.fixed_speed is None and not high > 0:
             raise InputError("machine.drive", None, "nothing drives the machine", code="no-drive")

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of
 from wucht.analysis.vibration import UNDAMPED_RATIO, ForcedVibration, Vibration, WithSlope
 from wucht.analysis.working_points import Curve, curves
 from wucht.errors import InputError
@@ -57,27 +57,28 @@ class SteadyTorques:
     @classmethod
     def of(cls, machine: Machine) -> SteadyTorques:
         """The torques of a machine that has averaged equations. Raises ``InputError`` for others, with the reason."""
-        return cls.from_slow(averaged_machine(machine))
+        return cls.from_averaged_equations(averaged_equations_of(machine))
 
     @classmethod
-    def from_slow(cls, slow: AveragedMachine) -> SteadyTorques:
+    def from_averaged_equations(cls, averaged_equations: AveragedEquations) -> SteadyTorques:
         """The torques from averaged equations at hand."""
-        b = slow.equations.bodies
+        b = averaged_equations.averaged_system.bodies
         if b.shaking is not None:
             sentence = "the carrier's motion is prescribed: study.kind = 'entrainment' computes whether it entrains the rotor"
             raise InputError("machine.carrier.motion", None, sentence, code="prescribed")
 
         def matrix(m: sp.ImmutableMatrix) -> np.ndarray:
-            return np.array(slow.machine.evaluate(*m), float).reshape(m.shape)
+            return np.array(averaged_equations.machine.evaluate(*m), float).reshape(m.shape)
 
-        order = [x.name for x in slow.machine.bodies]
-        vibration = Vibration.of(slow.machine).select_bodies([order.index(name) for name in b.names])
+        machine, senses = averaged_equations.machine, averaged_equations.senses
+        order = [x.name for x in machine.bodies]
+        vibration = Vibration.of(machine).select_bodies([order.index(name) for name in b.names])
         return cls(
-            machine=slow.machine, names=b.names, heads=b.heads, vibration=vibration, reaction_shapes=vibration.excitation,
-            senses=np.array([float(slow.senses[name]) for name in b.names]), share=np.ones(len(b.names)),
+            machine=machine, names=b.names, heads=b.heads, vibration=vibration, reaction_shapes=vibration.excitation,
+            senses=np.array([float(senses[name]) for name in b.names]), share=np.ones(len(b.names)),
             inertia=matrix(b.inertia), relative=matrix(b.relative),
             shaft_torques=tuple(sp.sympify(absolute_torque(b, i, SPEED)) for i in range(len(b.names))),
-            fixed_speed=None if b.fixed_speed is None else float(slow.machine.evaluate(sp.sympify(b.fixed_speed))[0]),
+            fixed_speed=None if b.fixed_speed is None else float(machine.evaluate(sp.sympify(b.fixed_speed))[0]),
         )  # fmt: skip
 
     def with_fixed_speed(self, speed: float) -> SteadyTorques:

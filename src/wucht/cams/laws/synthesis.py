@@ -17,7 +17,7 @@ import numpy as np
 
 from wucht.cams.laws.programs import REMEDY, InfeasibleError, Programme, solve_programme
 from wucht.errors import RunError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.numerics.zeros_and_peaks import fewest_where
 
 _PER_HARMONIC = 6  # angles on a whole turn that are sampled first, times the number of harmonics
@@ -28,7 +28,7 @@ _STEP, _FALLING = 4, 0.5  # harmonics tried first, then so many more while the w
 _MOST_EXCHANGES = 40
 
 
-def equiripple(count: int, half_dwell: float, stroke: float = 1.0) -> Harmonics:
+def equiripple(count: int, half_dwell: float, stroke: float = 1.0) -> FourierSeries:
     """Return the flattest motion of so many harmonics: on |phi| <= half_dwell it goes to and fro as little as possible.
 
     It is stroke T_N(u(phi))/T_N(u(pi)), with Chebyshev's polynomial and u linear in cos phi, such that |u| <= 1 on the dwell:
@@ -45,17 +45,17 @@ def equiripple(count: int, half_dwell: float, stroke: float = 1.0) -> Harmonics:
 
     Returns
     -------
-    Harmonics
+    FourierSeries
         A law.
     """
     c = math.cos(half_dwell)
     phi = 2 * math.pi * np.arange(2 * count + 1) / (2 * count + 1)
     polynomial = np.polynomial.Chebyshev.basis(count)
     top = polynomial(-(3 + c) / (1 - c))
-    return Harmonics.from_samples(stroke * polynomial((2 * np.cos(phi) - 1 - c) / (1 - c)) / top)
+    return FourierSeries.from_samples(stroke * polynomial((2 * np.cos(phi) - 1 - c) / (1 - c)) / top)
 
 
-def maximally_flat(count: int, stroke: float = 1.0) -> Harmonics:
+def maximally_flat(count: int, stroke: float = 1.0) -> FourierSeries:
     """Return stroke sin^(2N)(phi/2), the motion of N harmonics that is flattest at 0.
 
     Of its derivatives there all vanish below that of order 2 N.
@@ -69,12 +69,12 @@ def maximally_flat(count: int, stroke: float = 1.0) -> Harmonics:
 
     Returns
     -------
-    Harmonics
+    FourierSeries
         A law.
     """
     k = np.arange(count + 1)
     terms = np.array([math.comb(2 * count, count - int(i)) for i in k]) / 4**count * (-1.0) ** k
-    return Harmonics.of(stroke * terms[0], 2 * stroke * terms[1:])
+    return FourierSeries.of(stroke * terms[0], 2 * stroke * terms[1:])
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ Restriction = Band | Cap
 class Synthesis:
     """law: the motion. widening: the amount by which restrictions that are to be as tight as possible are widened."""
 
-    law: Harmonics
+    law: FourierSeries
     widening: float
 
 
@@ -190,15 +190,15 @@ def _with_fewest_harmonics(count: int, restrictions: Sequence[Restriction]) -> S
     bounds = [limit for r in restrictions for limit in ((r.low, r.high) if isinstance(r, Band) else (r.size,))]
     enough = _ENOUGH * max((abs(limit) for limit in bounds if math.isfinite(limit)), default=0.0)
 
-    def attempt(harmonics: int) -> Synthesis | None:
-        applicable = [r for r in restrictions if isinstance(r, Band) or r.harmonic <= harmonics]
+    def attempt(trial_count: int) -> Synthesis | None:
+        applicable = [r for r in restrictions if isinstance(r, Band) or r.harmonic <= trial_count]
         try:
-            return _solve_by_exchange(harmonics, applicable, None)
+            return _solve_by_exchange(trial_count, applicable, None)
         except (InfeasibleError, RunError):
             return None
 
-    def is_enough(harmonics: int) -> bool:
-        trial = attempt(harmonics)
+    def is_enough(trial_count: int) -> bool:
+        trial = attempt(trial_count)
         return trial is not None and trial.widening <= enough
 
     before = math.inf
@@ -207,7 +207,7 @@ def _with_fewest_harmonics(count: int, restrictions: Sequence[Restriction]) -> S
         if trial is not None and trial.widening <= enough:
             best = attempt(fewest_where(is_enough, trial_count - _STEP, trial_count)) or trial
             zeros = np.zeros(count - best.law.count)
-            padded_law = Harmonics(best.law.mean, np.append(best.law.cosine, zeros), np.append(best.law.sine, zeros))
+            padded_law = FourierSeries(best.law.mean, np.append(best.law.cosine, zeros), np.append(best.law.sine, zeros))
             return Synthesis(padded_law, best.widening)
         if trial is not None and trial.widening > _FALLING * before:
             return None
@@ -226,7 +226,7 @@ def _solve_by_exchange(
     widening = 0.0
     for _ in range(_MOST_EXCHANGES):
         x, widening = solve_programme(_programme(count, bands, angles, caps, diagonal), widening if weights is None else 0.0)
-        law = Harmonics(float(x[0]), x[1 : count + 1], x[count + 1 :])
+        law = FourierSeries(float(x[0]), x[1 : count + 1], x[count + 1 :])
         violations = [_violations(band, law, widening) for band in bands]
         if not any(len(b) for b in violations):
             return Synthesis(law, max((_needed_widening(r, law) for r in restrictions if r.is_widened), default=0.0))
@@ -236,7 +236,7 @@ def _solve_by_exchange(
     )
 
 
-def _needed_widening(restriction: Restriction, law: Harmonics) -> float:
+def _needed_widening(restriction: Restriction, law: FourierSeries) -> float:
     """Return the widening that a restriction needs for a motion to satisfy it, exactly."""
     if isinstance(restriction, Cap):
         return max(float(law.amplitudes[restriction.harmonic - 1]) - restriction.size, 0.0)
@@ -244,14 +244,14 @@ def _needed_widening(restriction: Restriction, law: Harmonics) -> float:
     return max(greatest - restriction.high, restriction.low - least, 0.0)
 
 
-def band_extremes(band: Band, law: Harmonics) -> tuple[float, float]:
+def band_extremes(band: Band, law: FourierSeries) -> tuple[float, float]:
     """Return the least and the greatest value of the derivative on the arc of a band, exactly."""
     derivative = law.derivative(band.order)
     values = derivative(np.array([band.begin, band.end, *_extremal_angles(band, derivative)]))
     return float(values.min()), float(values.max())
 
 
-def _extremal_angles(band: Band, derivative: Harmonics) -> np.ndarray:
+def _extremal_angles(band: Band, derivative: FourierSeries) -> np.ndarray:
     """Return the angles on the arc of a band at which its derivative may have extrema."""
     at = band.begin + np.mod(derivative.stationary() - band.begin, 2 * math.pi)
     return np.asarray(at[at < band.end])
@@ -301,7 +301,7 @@ def _first_angles(band: Band, count: int, points: np.ndarray) -> np.ndarray:
     return np.append(np.linspace(band.begin, band.end, intervals + 1), on[(on > band.begin) & (on < band.end)])
 
 
-def _violations(band: Band, law: Harmonics, widening: float) -> np.ndarray:
+def _violations(band: Band, law: FourierSeries, widening: float) -> np.ndarray:
     """Return the extrema on the arc at which the motion violates a band."""
     if band.begin == band.end:
         return np.zeros(0)

@@ -12,9 +12,9 @@ from pydantic import Field
 
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.cams.laws.synthesis import Band, Cap, Relaxation, Restriction, Synthesis, single_relaxations, synthesise
-from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotion, read_output
+from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotionLaw, read_output
 from wucht.errors import InputError, RunError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.numerics.zeros_and_peaks import fewest_where
 from wucht.schema import SI, Composite, TableModel, composite, si
 
@@ -38,7 +38,7 @@ class RestrictionTable(TableModel):
     max: Position | None = Field(default=None, title="greatest value", description="greatest value that it may have")
     tolerance: Position | None = Field(default=None, description="tolerance of equals on an arc")
 
-    def quantities(self, location: str) -> Iterator[tuple[str, float | str]]:
+    def output_values(self, location: str) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
         for key in ("equals", "min", "max", "tolerance"):
             value = getattr(self, key)
@@ -48,7 +48,7 @@ class RestrictionTable(TableModel):
     def band(self, location: str, unit: str, objective: str) -> Band:
         """Return it as a restriction of the synthesis. Raises ``InputError`` where keys are inconsistent."""
         order = _ORDERS.index(self.of)
-        values = {w.rsplit(".", 1)[1]: read_output(unit, q, w, order) for w, q in self.quantities(location)}
+        values = {w.rsplit(".", 1)[1]: read_output(unit, q, w, order) for w, q in self.output_values(location)}
         if self.at is not None and self.on is not None:
             raise InputError(f"{location}.on", list(self.on), "give either at or on")
         begin, end = (self.at, self.at) if self.at is not None else self.on or (0.0, _TURN)
@@ -95,7 +95,7 @@ class Coefficients(TableModel):
         default=(), title="sine coefficients", description="sines, the first harmonic first"
     )
 
-    def quantities(self) -> Iterator[tuple[str, float | str]]:
+    def output_values(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
         yield "law.coefficients.mean", self.mean
         for key in ("cosine", "sine"):
@@ -138,29 +138,29 @@ class HarmonicTable(LawTable):
         description="coefficients of a motion that is known, instead of restrictions, a table: `[law.coefficients]`",
     )
 
-    def quantities(self) -> Iterator[tuple[str, float | str]]:
+    def output_values(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
         if self.coefficients is not None:
-            yield from self.coefficients.quantities()
+            yield from self.coefficients.output_values()
         for i, restriction in enumerate(self.restrictions):
-            yield from restriction.quantities(f"law.restrictions[{i}]")
+            yield from restriction.output_values(f"law.restrictions[{i}]")
         yield from ((f"law.caps[{i}].amplitude", cap.amplitude) for i, cap in enumerate(self.caps))
 
-    def motion(self, unit: str) -> SeriesMotion:
+    def motion_law(self, unit: str) -> SeriesMotionLaw:
         """See ``LawTable``."""
         if self.coefficients is not None:
             if self.restrictions or self.caps or self.resonance:
                 raise InputError("law.coefficients", None, "give either coefficients or restrictions")
             c = self.coefficients
-            values = {w: read_output(unit, q, w) for w, q in c.quantities()}
+            values = {w: read_output(unit, q, w) for w, q in c.output_values()}
             cosine, sine = ([v for w, v in values.items() if f".{key}[" in w] for key in ("cosine", "sine"))
             if not cosine and not sine:
                 raise InputError("law.coefficients", None, "give cosine or sine coefficients, the first harmonic first")
-            law = Harmonics.of(values["law.coefficients.mean"], cosine, sine)
-            return SeriesMotion(law, unit, law.count)
-        return self._synthesised_motion(unit)
+            law = FourierSeries.of(values["law.coefficients.mean"], cosine, sine)
+            return SeriesMotionLaw(law, unit, law.count)
+        return self._synthesised_law(unit)
 
-    def _synthesised_motion(self, unit: str) -> SeriesMotion:
+    def _synthesised_law(self, unit: str) -> SeriesMotionLaw:
         if not self.restrictions:
             raise InputError("law.restrictions", None, "give [[law.restrictions]], or coefficients")
         if self.harmonics is None:
@@ -178,7 +178,7 @@ class HarmonicTable(LawTable):
                 requirement = "the flattest dwell needs a restriction on an arc with equals, without a tolerance"
                 raise InputError("law.objective", self.objective, requirement)
             synthesis = _checked_synthesis(count, restrictions, [], self._weights(count), unit)
-        return SeriesMotion(synthesis.law, unit, count, restrictions)
+        return SeriesMotionLaw(synthesis.law, unit, count, restrictions)
 
     def _weights(self, count: int) -> np.ndarray | None:
         """Return the weights of the harmonics in the objective."""
@@ -237,7 +237,7 @@ def _enough_harmonics(count: int, restrictions: Sequence[Restriction]) -> int | 
     most = min(_MORE * count, _MOST)
     if most <= count or not _is_feasible(most, restrictions):
         return None
-    return fewest_where(lambda harmonics: _is_feasible(harmonics, restrictions), count, most)
+    return fewest_where(lambda trial_count: _is_feasible(trial_count, restrictions), count, most)
 
 
 def _is_feasible(count: int, restrictions: Sequence[Restriction]) -> bool:

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from wucht.cams.laws.standard_laws import RiseAndReturn, StandardLaw, standard_law
 from wucht.cams.laws.table_law import TableLaw
-from wucht.cams.tables.motion_law import UNITS, LawTable, MotionLaw, Position, RiseMotion, read_output
+from wucht.cams.tables.motion_law import UNITS, LawTable, MotionLaw, Position, RiseMotionLaw, read_output
 from wucht.errors import InputError
 from wucht.files.tables import read_table
 from wucht.schema import SI, Composite, Unit, composite, si
@@ -34,14 +34,14 @@ class RiseTable(LawTable):
     def rise_law(self) -> StandardLaw:
         """Return the law of the rise, from 0 to 1 over an arc of 1. Raises ``InputError``."""
 
-    def quantities(self) -> Iterator[tuple[str, float | str]]:
+    def output_values(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
         yield "law.stroke", self.stroke
 
-    def motion(self, unit: str) -> RiseMotion:
+    def motion_law(self, unit: str) -> RiseMotionLaw:
         """See ``LawTable``."""
         stroke = read_output(unit, self.stroke, "law.stroke")
-        return RiseMotion(RiseAndReturn(self.rise_law(), stroke, self.rise, self.back), unit)
+        return RiseMotionLaw(RiseAndReturn(self.rise_law(), stroke, self.rise, self.back), unit)
 
 
 class StandardTable(RiseTable):
@@ -92,7 +92,7 @@ class PointsTable(LawTable):
         """See ``LawTable``."""
         return self.unit
 
-    def motion(self, unit: str) -> MotionLaw:
+    def motion_law(self, unit: str) -> MotionLaw:
         """See ``LawTable``."""
         angles, outputs = np.array(self.points).reshape(-1, 2).T
         return MotionLaw(TableLaw(angles, outputs, self.degree), unit)

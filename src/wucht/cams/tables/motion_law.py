@@ -17,7 +17,7 @@ from wucht.cams.laws.standard_laws import RiseAndReturn
 from wucht.cams.laws.synthesis import Band, Restriction, band_extremes
 from wucht.errors import InputError
 from wucht.numerics.angles import valleys
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.schema import TableModel, Unit, article, read_quantity
 
 UNITS = {"rad": Unit("rad", "angle of the output"), "m": Unit("m", "displacement of the output")}
@@ -58,13 +58,13 @@ def _without_angle(value: float | str) -> tuple[float | str, int]:
     return value[: suffix.start()], int(suffix[1] or 1)
 
 
-def unit_of_output(quantities: Iterable[tuple[str, float | str]], stated_unit: str | None) -> str:
+def unit_of_output(output_values: Iterable[tuple[str, float | str]], stated_unit: str | None) -> str:
     """Return ``rad`` or ``m``. quantities: with their locations. stated_unit: of the linkage or the follower.
 
     Raises ``InputError`` where a quantity has another unit. Bare numbers are in rad where no unit is stated.
     """
     unit = stated_unit
-    for location, value in quantities:
+    for location, value in output_values:
         bare, _ = _without_angle(value)
         if unit is None and isinstance(bare, str):
             unit = next((u for u, definition in UNITS.items() if _is_readable(definition, bare)), None)
@@ -97,7 +97,7 @@ class MotionLaw:
         return tuple(band for band in arcs if band.high - band.low <= narrow)
 
     @property
-    def series(self) -> Harmonics | None:
+    def series(self) -> FourierSeries | None:
         """The law where it is a finite series of harmonics, else None."""
         return None
 
@@ -111,9 +111,9 @@ class MotionLaw:
         """The largest velocity, acceleration and jerk (3,) of a rise of 1 over an arc of 1: Cv, Ca, Cj; None of other laws."""
         return None
 
-    def harmonics(self) -> Harmonics:
+    def fourier_series(self) -> FourierSeries:
         """Return the law as a series; of a law with infinitely many harmonics as many as the samples resolve."""
-        return self.series or Harmonics.from_samples(self.law(even_angles(_SAMPLES)))
+        return self.series or FourierSeries.from_samples(self.law(even_angles(_SAMPLES)))
 
     def bounds(self, order: int) -> tuple[float, float]:
         """Return the least and the greatest value of a derivative, refined between the sampled angles."""
@@ -133,13 +133,13 @@ class MotionLaw:
 
 
 @dataclass(frozen=True, eq=False)
-class SeriesMotion(MotionLaw):
+class SeriesMotionLaw(MotionLaw):
     """A motion of finitely many harmonics."""
 
-    law: Harmonics
+    law: FourierSeries
 
     @property
-    def series(self) -> Harmonics:
+    def series(self) -> FourierSeries:
         """See ``MotionLaw``."""
         return self.law
 
@@ -153,7 +153,7 @@ class SeriesMotion(MotionLaw):
 
 
 @dataclass(frozen=True, eq=False)
-class RiseMotion(MotionLaw):
+class RiseMotionLaw(MotionLaw):
     """A motion that rises, rests and returns."""
 
     law: RiseAndReturn
@@ -194,10 +194,10 @@ class LawTable(TableModel, ABC):
         """The unit of the output, if the table itself states it."""
         return None
 
-    def quantities(self) -> Iterator[tuple[str, float | str]]:
+    def output_values(self) -> Iterator[tuple[str, float | str]]:
         """Yield the location and the value of each position."""
         yield from ()
 
     @abstractmethod
-    def motion(self, unit: str) -> MotionLaw:
+    def motion_law(self, unit: str) -> MotionLaw:
         """Return the law of an output whose positions are in rad or m. Raises ``InputError``."""

@@ -13,7 +13,7 @@ from wucht.measurements.order_fit import OrderFit, checked_orders, fit_orders
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Recording
 from wucht.measurements.shaft_signal import ShaftSignal, shaft_signal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import SI, Composite, TableModel, composite, si
 
 
@@ -110,7 +110,7 @@ class SpeedTable(TableModel):
         """Return the motion of the shaft. Raises ``InputError`` where it stops or turns back, or the mean is not 2 pi/T."""
         if fit is not None:
             return _shaft_motion(fit)
-        speed = Harmonics.of(self.mean or 0.0, self.cosine or (), self.sine or ())
+        speed = FourierSeries.of(self.mean or 0.0, self.cosine or (), self.sine or ())
         if self.over == "angle":
             return ShaftMotion(shaft_motion_over_time(speed, max(4 * speed.count, 16)).speed.without_rounding())
         return ShaftMotion(speed) if self.period is None else with_period(speed, self.period)

@@ -28,7 +28,7 @@ from wucht.cams.workshop.plc import (
 from wucht.cams.workshop.points import PointList, chord_points
 from wucht.errors import RunError
 from wucht.numerics.angles import valleys
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.fourier_series import even_angles
 
 _BETWEEN = 16  # parts of each chord at which a list is compared with its curve
 _ANGLES = 720  # at which the motion that milled points make is compared with the law

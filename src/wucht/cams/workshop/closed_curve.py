@@ -10,7 +10,7 @@ import numpy as np
 
 from wucht.cams.demands import require_finite, require_positive
 from wucht.errors import InputError
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.fourier_series import even_angles
 
 GRID = 4096  # samples of a turn, from which a curve is judged as a whole
 _CUSP = 1e-9  # of the largest speed: slower, the curve has a cusp there

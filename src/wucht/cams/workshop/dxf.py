@@ -19,7 +19,7 @@ from wucht.cams.demands import require_finite, require_positive
 from wucht.cams.workshop.closed_curve import CamCurve, PlaneSpline, curve_distances, fitted_spline, spline_deviation
 from wucht.cams.workshop.points import chord_deviation, chord_points
 from wucht.errors import InputError
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.fourier_series import even_angles
 from wucht.results.store import replace_file
 
 CONTOUR, CONTOUR_SPLINE = "CONTOUR", "CONTOUR_SPLINE"

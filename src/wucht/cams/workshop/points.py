@@ -10,7 +10,7 @@ import numpy as np
 from wucht.cams.demands import require_at_least, require_finite, require_positive
 from wucht.cams.workshop.closed_curve import GRID, CamCurve, curvature, outward_normals, speed
 from wucht.errors import InputError
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.fourier_series import even_angles
 
 FEWEST = 3
 _BETWEEN = 16  # parts of each chord between which the curve is sampled; the middle is one

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
@@ -29,7 +29,7 @@ def states_at_speed(machine: Machine) -> tuple[State, ...]:
     a machine without averaged equations.
     """
     steady = machine_at_speed(machine, None)
-    torques = SteadyTorques.from_slow(averaged_machine(steady, True))
+    torques = SteadyTorques.from_averaged_equations(averaged_equations_of(steady, True))
     low, high = driven_speeds(steady)[0] if torques.fixed_speed is None else (0.0, 0.0)
     candidates = tuple(all_states(torques, low, high).states)
     if torques.fixed_speed is not None:
@@ -46,12 +46,12 @@ def compensated_state(machine: Machine, full: bool, states: Sequence[State] | No
     full: by the full equations, else by the averaged ones with the inertia of the bodies. states: if already computed. Raises
     ``InputError`` for a machine without averaged equations.
     """
-    slow = averaged_machine(machine_at_speed(machine, None), True)
-    torques = SteadyTorques.from_slow(slow)
-    describer = ConfigurationDescriber(AveragedStability(torques, slow))
+    averaged_equations = averaged_equations_of(machine_at_speed(machine, None), True)
+    torques = SteadyTorques.from_averaged_equations(averaged_equations)
+    describer = ConfigurationDescriber(AveragedStability(torques, averaged_equations))
     judge = FullStability(torques, True)
     candidates = states_at_speed(machine) if states is None else states
-    descriptions = [(s, describer.describe(s, describer.slow.stability(s))) for s in candidates]
+    descriptions = [(s, describer.describe(s, describer.averaged_stability.stability(s))) for s in candidates]
     descriptions = [(s, c) for s, c in descriptions if c.residual is not None and c.slow.stable is not False]
     for state, configuration in sorted(descriptions, key=lambda one: one[1].residual or 0.0):
         stable = (judge.stability(state) if full else configuration.slow).stable

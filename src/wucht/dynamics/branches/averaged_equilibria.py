@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine, keeps_inertia
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.configuration import name_of, residual_unbalance, type_of
@@ -49,8 +49,8 @@ class AveragedEquilibria:
     """Equilibria of the averaged equations of a machine.
 
     machine: after its schedules. path, bounds: of the parameter. inertia: of the balancing bodies. show:
-    the state that is drawn, None for the speed. A point u (n+1,)
-    is a state of the averaged equations, in each body's sense of rotation, and the parameter's value.
+    the state that is drawn, None for the speed. The unknowns (n+1,) of a point
+    are a state of the averaged equations, in each body's sense of rotation, and the parameter's value.
     """
 
     machine: Machine
@@ -73,37 +73,37 @@ class AveragedEquilibria:
             sentence = "the carrier's motion is prescribed: study.kind = 'entrainment' computes whether it entrains the rotor"
             raise InputError("machine.carrier.motion", None, sentence)
         steady = machine_at_speed(machine, None)
-        states = cls(steady, path, bounds, keeps_inertia(steady, settings.inertia), settings.show)
-        if not states.names:
+        equilibria = cls(steady, path, bounds, keeps_inertia(steady, settings.inertia), settings.show)
+        if not equilibria.names:
             reason = "its speed is prescribed and nothing else turns: no state is left that could depend on a parameter"
             raise InputError("machine.drive", None, f"{reason}; study.kind = 'response' shows its vibration")
-        if path not in states.slow_machine.system.parameter_names:
+        if path not in equilibria.averaged_equations.system.parameter_names:
             raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
-        if settings.show is not None and settings.show not in states.names:
-            raise InputError("study.show", settings.show, f"unknown state; {nearest(settings.show, states.names)}")
-        if not states.fastest > 0:
+        if settings.show is not None and settings.show not in equilibria.names:
+            raise InputError("study.show", settings.show, f"unknown state; {nearest(settings.show, equilibria.names)}")
+        if not equilibria.fastest > 0:
             raise InputError("study.range", list(bounds), "nothing drives the machine there: it has no steady operation")
-        return states
+        return equilibria
 
     @cached_property
-    def slow_machine(self) -> AveragedMachine:
+    def averaged_equations(self) -> AveragedEquations:
         """Averaged equations at the machine's nominal values. Raises ``InputError`` where there are none."""
-        return averaged_machine(self.machine, self.inertia)
+        return averaged_equations_of(self.machine, self.inertia)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the states (n)."""
-        return self.slow_machine.system.state_names
+        return self.averaged_equations.system.state_names
 
     @cached_property
     def model_at(self) -> Callable[[float], AveragedStability]:
         """Machine at a value of the parameter: its torques and averaged equations. Computed once for each value."""
-        senses = {r.name: self.slow_machine.senses[r.name] for r in self.machine.rotors}
+        senses = {r.name: self.averaged_equations.senses[r.name] for r in self.machine.rotors}
 
         def model(value: float) -> AveragedStability:
             machine = self.machine.with_unchecked_values({self.path: value})
-            slow_machine = averaged_machine(machine, self.inertia, turning=senses)
-            return AveragedStability(SteadyTorques.from_slow(slow_machine), slow_machine)
+            averaged_equations = averaged_equations_of(machine, self.inertia, turning=senses)
+            return AveragedStability(SteadyTorques.from_averaged_equations(averaged_equations), averaged_equations)
 
         return lru_cache(maxsize=512)(model)
 
@@ -126,7 +126,7 @@ class AveragedEquilibria:
     @cached_property
     def equilibria(self) -> Equilibria:
         """Continuation problem: phases scaled by a radian, speeds by the fastest one, the parameter by its range."""
-        equations = Equations.of(self.slow_machine.system, [self.path], self.machine.values, self._scale)
+        equations = Equations.of(self.averaged_equations.system, [self.path], self.machine.values, self._scale)
         rotors = {f"{r.name}.speed" for r in self.machine.rotors}
         limits = {i: self.limits for i, name in enumerate(self.names) if name in rotors}
         return Equilibria(equations, self.bounds, _STEPS, limits)
@@ -138,7 +138,9 @@ class AveragedEquilibria:
 
     def equations_with(self, second: str, width: float) -> Equations:
         """See ``SteadyStates``."""
-        return Equations.of(self.slow_machine.system, [self.path, second], self.machine.values, self._scale | {second: width})
+        return Equations.of(
+            self.averaged_equations.system, [self.path, second], self.machine.values, self._scale | {second: width}
+        )
 
     @property
     def ordinate_size(self) -> float:
@@ -160,34 +162,36 @@ class AveragedEquilibria:
         )
 
     def point(self, state: State, value: float) -> np.ndarray:
-        """Return the point u (n+1,) of a state."""
-        return np.append(self.slow_machine.steady_state(state.speed, state.phases), value)
+        """Return the unknowns (n+1,) of a state."""
+        return np.append(self.averaged_equations.steady_state(state.speed, state.phases), value)
 
-    def state(self, u: np.ndarray) -> State:
+    def state(self, unknowns: np.ndarray) -> State:
         """Return the state at a point: phases relative to the main rotor, and which bodies are in line."""
-        torques = self.model_at(float(u[-1])).torques
-        phases = np.array([self._phase(u, name) for name in torques.names])
-        speed = torques.fixed_speed if torques.fixed_speed is not None else float(u[self._rows[f"{torques.names[0]}.speed"]])
+        torques = self.model_at(float(unknowns[-1])).torques
+        phases = np.array([self._phase(unknowns, name) for name in torques.names])
+        speed = (
+            torques.fixed_speed if torques.fixed_speed is not None else float(unknowns[self._rows[f"{torques.names[0]}.speed"]])
+        )
         state = State(speed, phases % (2 * math.pi))
         beside = _sides_in_line(torques, state.phases)
         return replace(state, sides=beside, multiplicity=multiplicity(torques, state))
 
-    def _phase(self, u: np.ndarray, name: str) -> float:
+    def _phase(self, unknowns: np.ndarray, name: str) -> float:
         """Return the phase of a body relative to the main rotor."""
-        reference = self.slow_machine.references[name]
-        return 0.0 if reference is None else float(u[self._rows[f"{name}.phase"]]) + self._phase(u, reference)
+        reference = self.averaged_equations.references[name]
+        return 0.0 if reference is None else float(unknowns[self._rows[f"{name}.phase"]]) + self._phase(unknowns, reference)
 
     @cached_property
     def _rows(self) -> dict[str, int]:
         return {name: i for i, name in enumerate(self.names)}
 
-    def is_same(self, u: np.ndarray, v: np.ndarray) -> bool:
+    def is_same(self, unknowns: np.ndarray, reference: np.ndarray) -> bool:
         """True if points at one value of the parameter are one state, up to an exchange of equal bodies."""
-        return is_same_state(self.model_at(float(u[-1])).torques, self.state(u), self.state(v))
+        return is_same_state(self.model_at(float(unknowns[-1])).torques, self.state(unknowns), self.state(reference))
 
-    def kind(self, u: np.ndarray) -> Kind:
+    def kind(self, unknowns: np.ndarray) -> Kind:
         """See ``SteadyStates``: the names used by ``synchronous-states``."""
-        torques, state = self.model_at(float(u[-1])).torques, self.state(u)
+        torques, state = self.model_at(float(unknowns[-1])).torques, self.state(unknowns)
         if torques.size == 1:
             return Kind()
         order = [torques.names.index(b.name) for b in torques.machine.bodies]
@@ -198,41 +202,43 @@ class AveragedEquilibria:
 
     @cached_property
     def _observables(self) -> tuple[Evaluator, tuple[float, ...]]:
-        system, symbol = self.slow_machine.system, sp.Symbol(self.path, real=True)
+        system, symbol = self.averaged_equations.system, sp.Symbol(self.path, real=True)
         parameters = tuple(p for p in system.parameters if p != symbol)
         rates = (*system.derivatives, sp.S.Zero)
-        whole = System((*system.states, symbol), rates, parameters, system.definitions)
-        bodies = self.slow_machine.equations.bodies
+        extended_system = System((*system.states, symbol), rates, parameters, system.definitions)
+        bodies = self.averaged_equations.averaged_system.bodies
         speed = system.output(f"speed[{bodies.names[0]}]").expression
         moments = sp.Add(*(sp.sqrt(sp.Add(*(x**2 for p in row for x in (p.re, p.im)))) for row in bodies.excitation))
         expressions = [system.output("amplitude").expression, speed, moments / bodies.mass.trace()]
         values = tuple(self.machine.values[p.name] for p in parameters)
-        return Evaluator.of(whole, expressions, ["amplitude", "speed", "size"]), values
+        return Evaluator.of(extended_system, expressions, ["amplitude", "speed", "size"]), values
 
-    def ordinates(self, u: np.ndarray) -> Ordinates:
+    def ordinates(self, unknowns: np.ndarray) -> Ordinates:
         """See ``SteadyStates``: the main rotor's signed speed, or the chosen state."""
         evaluator, values = self._observables
-        output_values = evaluator(np.zeros(u.shape[1]), u, values)
+        output_values = evaluator(np.zeros(unknowns.shape[1]), unknowns, values)
         amplitude, speed = np.asarray(output_values["amplitude"]), self._sense * output_values["speed"]
         amplitude = np.where(amplitude < _ROUNDING * output_values["size"], 0.0, amplitude)  # where unbalances compensate
-        return Ordinates(speed if self.show is None else u[self._rows[self.show]], amplitude)
+        return Ordinates(speed if self.show is None else unknowns[self._rows[self.show]], amplitude)
 
     @property
     def _sense(self) -> float:
-        return float(self.slow_machine.senses[self.machine.rotor.name])
+        return float(self.averaged_equations.senses[self.machine.rotor.name])
 
-    def state_by_name(self, u: np.ndarray) -> dict[str, float]:
+    def state_by_name(self, unknowns: np.ndarray) -> dict[str, float]:
         """See ``SteadyStates``: phases as in the contract, in each body's sense of rotation, speeds likewise; psi and delta of
         two bodies of one rotor.
         """
         angles = [n.endswith(".phase") for n in self.names]
-        values = {n: float(wrap_angle(x) if angle else x) for n, x, angle in zip(self.names, u[:-1], angles, strict=True)}
+        values = {
+            n: float(wrap_angle(x) if angle else x) for n, x, angle in zip(self.names, unknowns[:-1], angles, strict=True)
+        }
         about = [b.name for b in self.machine.bodies if b.about is not None]
         if len(self.machine.bodies) == 3 and len(about) == 2:
             first, second = (values[f"{name}.phase"] for name in about)
             delta = float(wrap_to_pi(first - second))
             equal = (
-                len(self.model_at(float(u[-1])).torques.classes) == 1
+                len(self.model_at(float(unknowns[-1])).torques.classes) == 1
             )  # exchanging them changes delta's sign, and nothing else
             values |= {
                 "psi": float(math.pi - wrap_angle(math.pi - second - delta / 2)),
@@ -240,9 +246,9 @@ class AveragedEquilibria:
             }
         return values
 
-    def end_reason(self, u: np.ndarray) -> str:
+    def end_reason(self, unknowns: np.ndarray) -> str:
         """See ``SteadyStates``."""
-        return self.speed_limit_reason(any(u[i] <= self.limits[0] for i in self.equilibria.limits))
+        return self.speed_limit_reason(any(unknowns[i] <= self.limits[0] for i in self.equilibria.limits))
 
     def speed_limit_reason(self, slow: bool) -> str:
         """Return why a branch ends where rotors are too slow, or too fast."""
@@ -259,7 +265,7 @@ class AveragedEquilibria:
     @property
     def labels(self) -> Labels:
         """See ``SteadyStates``."""
-        return Labels.from_machine(self.machine, self.slow_machine, self.inertia, self.show)
+        return Labels.from_machine(self.machine, self.averaged_equations, self.inertia, self.show)
 
 
 def _sides_in_line(torques: SteadyTorques, phases: np.ndarray) -> tuple[int, ...]:

@@ -46,8 +46,8 @@ class BranchCase:
 
     Attributes
     ----------
-    curves : tuple of (float or None, SteadyStates)
-        The states along the parameter, for each value of a second one (None where there are no such values).
+    states_by_second_value : tuple of (float or None, SteadyStates)
+        The steady states along the parameter, for each value of a second one (None where there are no such values).
     plane : SecondParameter or None
         The second parameter where it has a range.
     values : tuple of float
@@ -56,7 +56,7 @@ class BranchCase:
         The names of states that are followed, None for all.
     """
 
-    curves: tuple[tuple[float | None, SteadyStates], ...]
+    states_by_second_value: tuple[tuple[float | None, SteadyStates], ...]
     plane: SecondParameter | None
     values: tuple[float, ...]
     only: tuple[str, ...] | None
@@ -94,17 +94,17 @@ class BranchCase:
         subjects: dict[float | None, Machine | UserSystem] = {None: subject} if second is None else {
             value: with_parameters(subject, {second[0]: value}) for value in second[1]
         }  # fmt: skip
-        curves = tuple((value, _states(there, path, bounds, settings)) for value, there in subjects.items())
-        return cls(curves, plane, _searched_values(bounds, settings.points), settings.only)
+        states_by_second_value = tuple((value, _states(there, path, bounds, settings)) for value, there in subjects.items())
+        return cls(states_by_second_value, plane, _searched_values(bounds, settings.points), settings.only)
 
     def includes(self, name: str | None) -> bool:
         """True if states of a name are followed."""
         return self.only is None or name in self.only
 
     @property
-    def states(self) -> SteadyStates:
+    def steady_states(self) -> SteadyStates:
         """States along the parameter, at the first value of the second one."""
-        return self.curves[0][1]
+        return self.states_by_second_value[0][1]
 
 
 def _states(subject: Machine | UserSystem, path: str, bounds: Range, settings: BranchSettings) -> SteadyStates:
@@ -127,7 +127,7 @@ class SearchedValue:
 
     value: float
     second: float | None
-    states: int
+    state_count: int
     complete: bool
     evidence: str
     speeds: tuple[float, float] | None = None
@@ -144,11 +144,11 @@ class SearchedValue:
 
 @dataclass(frozen=True)
 class NominalState:
-    """State at the parameter's nominal value: u (n+1,), exponents (k,), the number of its branch, and for a family the share
-    of its members that are stable.
+    """State at the parameter's nominal value: unknowns (n+1,), exponents (k,), the number of its branch, and for a family the
+    share of its members that are stable.
     """
 
-    u: np.ndarray
+    unknowns: np.ndarray
     exponents: np.ndarray
     branch: int
     share: float | None = None
@@ -235,26 +235,26 @@ def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
     ...     print([f"{kind} at u = {u:.4f}" for kind, u in zip(branch.kinds, branch.values) if kind])
     ['fold at u = 2.6054', 'fold at u = 0.8937']
     """
-    findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.curves)
-    for k, (second, states) in enumerate(case.curves):
+    findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.states_by_second_value)
+    for k, (second, steady_states) in enumerate(case.states_by_second_value):
         part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)
-        findings = yield from _follow_at_second(case, findings, second, states, part)
+        findings = yield from _follow_at_second(case, findings, second, steady_states, part)
     if case.plane is not None:
-        findings = yield from _curves(case.states, case.plane, findings, work)
+        findings = yield from _curves(case.steady_states, case.plane, findings, work)
     work.report(1.0)
     yield replace(findings, complete=True)
 
 
 def _follow_at_second(
-    case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, work: Work
+    case: BranchCase, findings: BranchFindings, second: float | None, steady_states: SteadyStates, work: Work
 ) -> Stage:
     """Search and follow the branches at one value of the second parameter."""
-    family = FamilyCurve(states) if isinstance(states, AveragedEquilibria) else None
+    family = FamilyCurve(steady_states) if isinstance(steady_states, AveragedEquilibria) else None
     for i, value in enumerate(case.values):
-        share, at = _SEARCHING * i / len(case.values), f"{states.path} = {value:.6g}"
-        work.report(share, f"searching at {states.path} = {value:.5g}")
+        share, at = _SEARCHING * i / len(case.values), f"{steady_states.path} = {value:.6g}"
+        work.report(share, f"searching at {steady_states.path} = {value:.5g}")
         report = partial(work.report, share, "searching")
-        search = work.unit(f"states at {value!r}", partial(result_or_reason, states.states_at, value, report))
+        search = work.unit(f"states at {value!r}", partial(result_or_reason, steady_states.states_at, value, report))
         findings = replace(findings, searches=(*findings.searches, SearchedValue.from_search(value, second, search)))
         yield findings
         if isinstance(search, str):
@@ -267,75 +267,89 @@ def _follow_at_second(
                 branch = work.unit(f"family {len(known_branches)}", partial(result_or_reason, family.branch, state, value))
                 findings = findings.with_branch(branch, at, second)
                 yield findings
-        for u in search.points:
+        for unknowns in search.points:
             known_branches = findings.branches_at(second)
-            if findings.is_full(second) or not case.includes(states.kind(u).name) or lies_on(states, known_branches, u):
+            if (
+                findings.is_full(second)
+                or not case.includes(steady_states.kind(unknowns).name)
+                or lies_on(steady_states, known_branches, unknowns)
+            ):
                 continue
-            branch = work.unit(f"branch from {u.tolist()!r}", partial(result_or_reason, _branch_from, states, u, None))
+            branch = work.unit(
+                f"branch from {unknowns.tolist()!r}", partial(result_or_reason, _branch_from, steady_states, unknowns, None)
+            )
             # A state that is a special point may belong to a known branch and yet not be recognised on it.
-            if isinstance(branch, str) or not is_duplicate(states, known_branches, branch):
+            if isinstance(branch, str) or not is_duplicate(steady_states, known_branches, branch):
                 findings = findings.with_branch(branch, at, second)
                 yield findings
-                findings = yield from _offshoots(case, findings, second, states, branch, work)
-    nominal = states.nominal_value
-    if second is None and states.bounds[0] <= nominal <= states.bounds[1]:
+                findings = yield from _offshoots(case, findings, second, steady_states, branch, work)
+    nominal = steady_states.nominal_value
+    if second is None and steady_states.bounds[0] <= nominal <= steady_states.bounds[1]:
         work.report(_SEARCHING, "the nominal value")
-        at_value = work.unit("own", partial(_nominal, states, family, findings.branches, nominal))
+        at_value = work.unit("own", partial(_nominal, steady_states, family, findings.branches, nominal))
         findings = replace(findings, nominal=at_value)
         yield findings
     return findings
 
 
 def _offshoots(
-    case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, first: EquilibriumBranch | str,
-    work: Work,
+    case: BranchCase, findings: BranchFindings, second: float | None, steady_states: SteadyStates,
+    first: EquilibriumBranch | str, work: Work,
 ) -> Stage:  # fmt: skip
     """Follow the branches that cross a branch, and those that cross them."""
     pending = [] if isinstance(first, str) else [*first.offshoots]
     while pending and not findings.is_full(second):
-        u, towards = pending.pop(0)
+        unknowns, towards = pending.pop(0)
         known_branches = findings.branches_at(second)
-        if lies_on(states, known_branches, u) or not case.includes(states.kind(u).name):
+        if lies_on(steady_states, known_branches, unknowns) or not case.includes(steady_states.kind(unknowns).name):
             continue
         # Near the branch point where they cross, two branches cannot be distinguished: compare the whole branch.
-        branch = work.unit(f"offshoot {u.tolist()!r}", partial(result_or_reason, _branch_from, states, u, towards))
-        if isinstance(branch, str) or not is_duplicate(states, known_branches, branch):
-            findings = findings.with_branch(branch, f"{states.path} = {float(u[-1]):.6g}", second)
+        branch = work.unit(
+            f"offshoot {unknowns.tolist()!r}", partial(result_or_reason, _branch_from, steady_states, unknowns, towards)
+        )
+        if isinstance(branch, str) or not is_duplicate(steady_states, known_branches, branch):
+            findings = findings.with_branch(branch, f"{steady_states.path} = {float(unknowns[-1]):.6g}", second)
             yield findings
             pending += [] if isinstance(branch, str) else branch.offshoots
     return findings
 
 
-def _curves(states: SteadyStates, second: SecondParameter, findings: BranchFindings, work: Work) -> Stage:
+def _curves(steady_states: SteadyStates, second: SecondParameter, findings: BranchFindings, work: Work) -> Stage:
     """Follow the curves through all folds and Hopf points, each once."""
     special = curve_starts(findings.branches)
-    for k, (bifurcation, kind, u) in enumerate(special):
+    for k, (bifurcation, kind, unknowns) in enumerate(special):
         work.report(0.5 + 0.5 * k / len(special), f"{bifurcation}s in two parameters")
-        if any(lies_on_curve(states, second, c, bifurcation, u) for c in findings.curves):
+        if any(lies_on_curve(steady_states, second, c, bifurcation, unknowns) for c in findings.curves):
             continue
-        curve = work.unit(f"curve {k}", partial(result_or_reason, curve_through, states, second, bifurcation, kind, u))
-        missing = f"the {bifurcation} at {states.path} = {u[-1]:.6g} is not followed as {second.path} changes: "
+        curve = work.unit(
+            f"curve {k}", partial(result_or_reason, curve_through, steady_states, second, bifurcation, kind, unknowns)
+        )
+        missing = f"the {bifurcation} at {steady_states.path} = {unknowns[-1]:.6g} is not followed as {second.path} changes: "
         findings = with_result(findings, "curves", curve, missing)
         yield findings
     return findings
 
 
-def _branch_from(states: SteadyStates, u: np.ndarray, towards: np.ndarray | None) -> EquilibriumBranch:
-    """Follow the branch through a point near u, in a direction where one is given. Raises ``RunError`` where there is none."""
-    problem = states.equilibria
-    return branch_through(states, problem.start(u[:-1], u[-1]) if towards is None else problem.curve.start(u, towards))
+def _branch_from(steady_states: SteadyStates, unknowns: np.ndarray, towards: np.ndarray | None) -> EquilibriumBranch:
+    """Follow the branch through a point near given unknowns, in a direction if any. Raises ``RunError`` where there is none."""
+    problem = steady_states.equilibria
+    return branch_through(
+        steady_states, problem.start(unknowns[:-1], unknowns[-1]) if towards is None else problem.curve.start(unknowns, towards)
+    )
 
 
 def _nominal(
-    states: SteadyStates, family: FamilyCurve | None, branches: Sequence[EquilibriumBranch], value: float
+    steady_states: SteadyStates, family: FamilyCurve | None, branches: Sequence[EquilibriumBranch], value: float
 ) -> tuple[NominalState, ...]:
     nominal_states: list[NominalState] = []
     for k, branch in enumerate(branches):
         if not branch.dimension:
             nominal_states += [
-                NominalState(p.u, states.equilibria.evaluate(p).eigenvalues, k)
-                for p in points_with_value(states, branch, value)
+                NominalState(p.unknowns, steady_states.equilibria.evaluate(p).eigenvalues, k)
+                for p in points_with_value(steady_states, branch, value)
             ]
         elif family is not None:
-            nominal_states += [NominalState(u, exponents, k, share) for u, exponents, share in family.states_at(branch, value)]
+            nominal_states += [
+                NominalState(unknowns, exponents, k, share) for unknowns, exponents, share in family.states_at(branch, value)
+            ]
     return tuple(nominal_states)

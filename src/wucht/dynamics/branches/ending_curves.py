@@ -93,9 +93,9 @@ def curves_between(
         omissions += [reason] if reason else []
         if double is not None and point is None:
             point, third = _from_double(motion, plane, double, omissions, report)
-            double_point = double.parameters[:3]
+            double_point = double.parameter_values[:3]
     way = [*halves[0][::-1], first, *halves[1]]
-    table = np.array([c.parameters[:3] for c in way]).T
+    table = np.array([c.parameter_values[:3] for c in way]).T
     if point is not None:
         at_begin, at_end = (float(np.linalg.norm(_scale_change(plane, table[:, i] - double_point))) for i in (0, -1))
         table = np.insert(table, 0 if at_begin < at_end else table.shape[1], double_point, axis=1)
@@ -153,7 +153,7 @@ def _limit(
         pass
     if walk.end != SADDLE_NODE:
         raise RunError(f"the saddle connection does not lead to a saddle-node: {walk.end}")
-    value, limit_value = last.parameters[:2].tolist()
+    value, limit_value = last.parameter_values[:2].tolist()
     fold = nearest_fold(here.with_values({plane.paths[along]: limit_value}), last.equilibria[0], value)
     winding = connections.winding
     whole = connections_of(here, plane.paths, plane.wider_bounds, connections.time, winding, (True,))
@@ -180,7 +180,7 @@ def _returning_curve(
         if double is not None and not _comes_nearer(plane, double, half[-1], c):
             return half, double, ""
         half.append(c)
-        x, y = c.parameters[1:3]
+        x, y = c.parameter_values[1:3]
         if not plane.contains(np.array([x]), np.array([y]))[0] or k > _MOST:
             return half, double, ""
         if not finds_double or k < next_check:
@@ -200,7 +200,7 @@ def _returning_curve(
 
 def _comes_nearer(plane: ParameterPlane, double: Connection, before: Connection, after: Connection) -> bool:
     """True if a curve still approaches its end in both parameters: so near to the end, other solutions are near too."""
-    a, b = (np.abs(_scale_change(plane, c.parameters[:3] - double.parameters[:3])) for c in (before, after))
+    a, b = (np.abs(_scale_change(plane, c.parameter_values[:3] - double.parameter_values[:3])) for c in (before, after))
     return bool((b < a).all())
 
 
@@ -213,11 +213,11 @@ def _double_connection(
         return None
     end = at.equilibria[0] + 2 * np.pi * connections.winding
     try:
-        u = FoldPairs(connections.rates, plane.wider_bounds).nearest_pair(waits.state, end, at.parameters)
+        unknowns = FoldPairs(connections.rates, plane.wider_bounds).nearest_pair(waits.state, end, at.parameter_values)
         times, states = rest_of(at, waits.tau)
         n = connections.rates.n
         double_connections = _connections(motion, plane, float(times[-1]), (True, True))
-        double = double_connections.start(times, states, u[: 2 * n].reshape(2, n), u[2 * n :].tolist())
+        double = double_connections.start(times, states, unknowns[: 2 * n].reshape(2, n), unknowns[2 * n :].tolist())
     except (RunError, np.linalg.LinAlgError):
         return None
     for _ in range(_MOST_LONGER):
@@ -226,7 +226,7 @@ def _double_connection(
             double = prolong_at_saddle_node(later, double)
         except RunError:
             return None
-        if np.linalg.norm(_scale_change(plane, double.parameters[:3] - before.parameters[:3])) < _CONVERGENCE:
+        if np.linalg.norm(_scale_change(plane, double.parameter_values[:3] - before.parameter_values[:3])) < _CONVERGENCE:
             return double
     return None
 
@@ -241,7 +241,7 @@ def _from_double(
     motion: ModulatedMotion, plane: ParameterPlane, double: Connection, omissions: list[str], report: StageReport
 ) -> tuple[PlanePoint, list[PlaneCurve]]:
     """Return the point of the plane at a connection of two saddle-nodes, and the curves that begin there."""
-    value, x, y = double.parameters[:3].tolist()
+    value, x, y = double.parameter_values[:3].tolist()
     point = PlanePoint(DOUBLE, x, y, value)
     curves = list[PlaneCurve | None]()
     report("the curve from a saddle-node to a saddle")
@@ -250,19 +250,19 @@ def _from_double(
         first = saddle_node_to_saddle(third, double)
         ways = []
         for start in (first, third.backwards(first)):
-            ways.append([c.parameters[:3] for c in third.walk(start)])
-        ways.sort(key=lambda way: np.linalg.norm(_scale_change(plane, way[-1] - double.parameters[:3])) if way else 0.0)
-        table = np.array([double.parameters[:3], *ways[0][::-1], first.parameters[:3], *ways[1]]).T
+            ways.append([c.parameter_values[:3] for c in third.walk(start)])
+        ways.sort(key=lambda way: np.linalg.norm(_scale_change(plane, way[-1] - double.parameter_values[:3])) if way else 0.0)
+        table = np.array([double.parameter_values[:3], *ways[0][::-1], first.parameter_values[:3], *ways[1]]).T
         curves.append(_curve(plane, TO_SADDLE, table))
     except RunError as error:
         omissions.append(str(error))
     report("the curve at which both pairs of steady states vanish at once")
     equations = motion.equations(plane.paths, plane.bounds)
     pairs, n = FoldPairs(equations, plane.wider_bounds), equations.n
-    u = np.concatenate([double.equilibria.ravel(), double.parameters[:3]])
+    unknowns = np.concatenate([double.equilibria.ravel(), double.parameter_values[:3]])
     for way in (1, -1):
         try:
-            table = np.array([u[2 * n :], *(p.u[2 * n :] for _, p in pairs.walk(u, way))]).T
+            table = np.array([unknowns[2 * n :], *(p.unknowns[2 * n :] for _, p in pairs.walk(unknowns, way))]).T
             curves.append(_curve(plane, BOTH_VANISH, table))
         except RunError as error:
             omissions.append(f"the curve at which both pairs vanish at once is not followed: {error}")

@@ -49,10 +49,10 @@ class EndingMapCase:
         """
         third, along, second = plane.paths
         middle = with_parameters(subject, {second: sum(plane.bounds[2]) / 2})
-        states = BranchCase.of(middle, along, plane.bounds[1], settings).states
-        motion = ModulatedMotion.of(subject, third, plane.bounds[0], orbits, states)
+        steady_states = BranchCase.of(middle, along, plane.bounds[1], settings).steady_states
+        motion = ModulatedMotion.of(subject, third, plane.bounds[0], orbits, steady_states)
         motion.refuse_idle({"along": along, "second": second, "eliminate": third})
-        return cls(plane, motion, cells, states.labels.warnings)
+        return cls(plane, motion, cells, steady_states.labels.warnings)
 
     @property
     def centres(self) -> list[tuple[float, float]]:

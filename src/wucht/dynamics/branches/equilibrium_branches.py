@@ -59,14 +59,14 @@ def stability_from_fraction(share: float) -> StabilityLevel:
 class EquilibriumBranch:
     """Equilibria in their order along a branch, as stored between runs.
 
-    u (n+1, N): states, angles not wrapped, and parameter. exponents (n, N): per unit of time, nan where a
+    unknowns (n+1, N): states, angles not wrapped, and parameter. exponents (n, N): per unit of time, nan where a
     family has fewer. kinds (N): "" or the kind of a special point. ends: why it ends, at first and last. dimension: of
     the family that it represents, 0 for isolated states. stable_share (N): of the family's members, empty where
     there is no family. kind: name and type of the states. offshoots: point and direction (n+1,) of the
     branches that cross it. second: value of the second parameter.
     """
 
-    u: np.ndarray
+    unknowns: np.ndarray
     exponents: np.ndarray
     kinds: tuple[str, ...]
     ends: tuple[str, str]
@@ -79,7 +79,7 @@ class EquilibriumBranch:
     @property
     def values(self) -> np.ndarray:
         """Values of the parameter (N,)."""
-        return np.asarray(self.u[-1])
+        return np.asarray(self.unknowns[-1])
 
     @cached_property
     def stability(self) -> np.ndarray:
@@ -132,47 +132,50 @@ class EquilibriumBranch:
 
     def length(self, scale: np.ndarray) -> float:
         """Return the arc length through all points, in units of scale (n+1,)."""
-        return float((np.abs(np.diff(self.u / scale[:, None], axis=1)) ** 2).sum(axis=0) ** 0.5 @ np.ones(self.u.shape[1] - 1))
+        return float(
+            (np.abs(np.diff(self.unknowns / scale[:, None], axis=1)) ** 2).sum(axis=0) ** 0.5
+            @ np.ones(self.unknowns.shape[1] - 1)
+        )
 
     def crossings(self, value: float) -> Iterator[np.ndarray]:
         """Return points (n+1,) where the branch passes a value, interpolated to first order."""
-        return (np.append(x, value) for x in values_at_passages(self.values, value, self.u[:-1])[1].T)
+        return (np.append(x, value) for x in values_at_passages(self.values, value, self.unknowns[:-1])[1].T)
 
 
-def branch_through(states: SteadyStates, start: CurvePoint) -> EquilibriumBranch:
+def branch_through(steady_states: SteadyStates, start: CurvePoint) -> EquilibriumBranch:
     """Follow the branch of isolated states through a point both ways, with its name, and the starts of those that cross it."""
-    equilibria = states.equilibria
+    equilibria = steady_states.equilibria
     branch = equilibria.branch(start)
     points = [p for p in branch.points if not _turns_at_a_branch_point(branch, p)]
     offshoots = [offshoot for p in points if p.kind == BRANCH_POINT for offshoot in _offshoots(equilibria, p)]
     whole_branch = EquilibriumBranch(
-        u=np.array([p.u for p in points]).T, exponents=np.array([p.eigenvalues for p in points]).T,
+        unknowns=np.array([p.unknowns for p in points]).T, exponents=np.array([p.eigenvalues for p in points]).T,
         kinds=tuple(p.kind for p in points), offshoots=tuple(offshoots),
-        ends=describe_ends(states.equilibria, branch, states.path, states.end_reason),
+        ends=describe_ends(steady_states.equilibria, branch, steady_states.path, steady_states.end_reason),
     )  # fmt: skip
-    return replace(whole_branch, kind=_kind(states, whole_branch))
+    return replace(whole_branch, kind=_kind(steady_states, whole_branch))
 
 
 def _turns_at_a_branch_point(branch: Branch, point: Equilibrium) -> bool:
     """True if a fold is one only because the branch begins there on another one, symmetrically: a pitchfork."""
     scale = branch.equations.scale
     return point.kind == FOLD and any(
-        p.kind == BRANCH_POINT and np.abs((p.u - point.u) / scale).max() < _PITCHFORK for p in branch.special
+        p.kind == BRANCH_POINT and np.abs((p.unknowns - point.unknowns) / scale).max() < _PITCHFORK for p in branch.special
     )
 
 
 def _offshoots(equilibria: Equilibria, at: Equilibrium) -> list[tuple[np.ndarray, np.ndarray]]:
     try:
-        return [(p.u, p.tangent) for p in equilibria.switch_branch(at)]
+        return [(p.unknowns, p.tangent) for p in equilibria.switch_branch(at)]
     except RunError:
         return []
 
 
-def _kind(states: SteadyStates, branch: EquilibriumBranch) -> Kind:
+def _kind(steady_states: SteadyStates, branch: EquilibriumBranch) -> Kind:
     """Return name, type and split as far as they are the same along the branch, from some points that are not special."""
     regular = np.flatnonzero([not kind for kind in branch.kinds])
     chosen = regular[np.linspace(0, len(regular) - 1, min(_SAMPLES, len(regular))).astype(int)]
-    kinds_at_points = {states.kind(branch.u[:, i]) for i in chosen}
+    kinds_at_points = {steady_states.kind(branch.unknowns[:, i]) for i in chosen}
     if len(kinds_at_points) == 1:
         return kinds_at_points.pop()
     names, splits = {(k.name, k.type) for k in kinds_at_points}, {k.split for k in kinds_at_points}
@@ -191,21 +194,27 @@ def describe_ends(
     # A branch with fewer points than the maximum ends where not even the shortest step leads to another one.
     fewer = len(branch.points) < equilibria.steps.points
     first, last = (
-        describe_end(equilibria, f"{path} = {p.parameter:.5g}", limit_reason, p.u, _NO_FURTHER_POINT if fewer else reason)
+        describe_end(
+            equilibria, f"{path} = {p.parameter:.5g}", limit_reason, p.unknowns, _NO_FURTHER_POINT if fewer else reason
+        )
         for p, reason in zip((branch.points[0], branch.points[-1]), branch.ends, strict=True)
     )
     return first, last
 
 
-def describe_end(equilibria: Equilibria, at: str, limit_reason: Callable[[np.ndarray], str], u: np.ndarray, reason: str) -> str:
-    """Return why a branch that is not closed ends at a point u (n+1,).
+def describe_end(
+    equilibria: Equilibria, at: str, limit_reason: Callable[[np.ndarray], str], unknowns: np.ndarray, reason: str
+) -> str:
+    """Return why a branch that is not closed ends at the point of these unknowns (n+1,).
 
     at: the place as text. limit_reason: of a state at its limits. reason: of the continuation, for all other cases.
     """
     scale = equilibria.equations.scale
-    off = min(abs(float(u[-1]) - limit) for limit in equilibria.bounds) / scale[-1]
-    if any(min(abs(u[i] - limit) for limit in pair) <= BOUND_TOLERANCE * scale[i] for i, pair in equilibria.limits.items()):
-        return limit_reason(u)
+    off = min(abs(float(unknowns[-1]) - limit) for limit in equilibria.bounds) / scale[-1]
+    if any(
+        min(abs(unknowns[i] - limit) for limit in pair) <= BOUND_TOLERANCE * scale[i] for i, pair in equilibria.limits.items()
+    ):
+        return limit_reason(unknowns)
     if off <= BOUND_TOLERANCE:
         return RANGE_ENDS
     if off <= _CLOSE:
@@ -213,29 +222,34 @@ def describe_end(equilibria: Equilibria, at: str, limit_reason: Callable[[np.nda
     return f"at {at}: {reason}"
 
 
-def points_with_value(states: SteadyStates, branch: EquilibriumBranch, value: float) -> list[CurvePoint]:
+def points_with_value(steady_states: SteadyStates, branch: EquilibriumBranch, value: float) -> list[CurvePoint]:
     """Return the points of a branch of isolated states at a value."""
     points: list[CurvePoint] = []
     for guess in branch.crossings(value):
         try:
-            point = states.equilibria.start(guess[:-1], value)
+            point = steady_states.equilibria.start(guess[:-1], value)
         except RunError:
             continue
-        if not any(states.is_same(point.u, p.u) for p in points):
+        if not any(steady_states.is_same(point.unknowns, p.unknowns) for p in points):
             points.append(point)
     return points
 
 
-def lies_on(states: SteadyStates, branches: Sequence[EquilibriumBranch], u: np.ndarray) -> bool:
+def lies_on(steady_states: SteadyStates, branches: Sequence[EquilibriumBranch], unknowns: np.ndarray) -> bool:
     """True if a point lies on one of the branches, up to an exchange of equal bodies."""
-    value = float(u[-1])
-    return any(states.is_same(u, p.u) for b in branches if not b.dimension for p in points_with_value(states, b, value))
+    value = float(unknowns[-1])
+    return any(
+        steady_states.is_same(unknowns, p.unknowns)
+        for b in branches
+        if not b.dimension
+        for p in points_with_value(steady_states, b, value)
+    )
 
 
-def is_duplicate(states: SteadyStates, branches: Sequence[EquilibriumBranch], candidate: EquilibriumBranch) -> bool:
+def is_duplicate(steady_states: SteadyStates, branches: Sequence[EquilibriumBranch], candidate: EquilibriumBranch) -> bool:
     """True if a branch is only a point, or coincides with a known one at points far from its special ones."""
     regular = np.flatnonzero([not kind for kind in candidate.kinds])
-    if not len(regular) or candidate.length(states.equilibria.equations.scale) < _LENGTH:
+    if not len(regular) or candidate.length(steady_states.equilibria.equations.scale) < _LENGTH:
         return True
     chosen = regular[(np.array(_COMPARISON_SHARES) * (len(regular) - 1)).astype(int)]
-    return all(lies_on(states, branches, candidate.u[:, i]) for i in chosen)
+    return all(lies_on(steady_states, branches, candidate.unknowns[:, i]) for i in chosen)

@@ -87,25 +87,30 @@ def _polygon(sides: _Sides) -> tuple[np.ndarray, int] | None:
 class FamilyCurve:
     """Families of states of a machine along a parameter."""
 
-    slow: AveragedEquilibria
+    averaged_equilibria: AveragedEquilibria
 
     @cached_property
     def equilibria(self) -> Equilibria:
         """Common speed over the parameter: (w, p) with sum tau_i(w, p) = 0."""
-        slow = self.slow
+        averaged_equilibria = self.averaged_equilibria
         torques, prescribed_speed = (
-            slow.model_at(slow.machine.values[slow.path]).torques,
-            slow.slow_machine.equations.bodies.fixed_speed,
+            averaged_equilibria.model_at(averaged_equilibria.machine.values[averaged_equilibria.path]).torques,
+            averaged_equilibria.averaged_equations.averaged_system.bodies.fixed_speed,
         )
         rate = (
             sp.Add(*torques.shaft_torques) / float(torques.inertia.sum())
             if prescribed_speed is None
             else prescribed_speed - SPEED
         )
-        system = System((SPEED,), (rate,), slow.machine.structure.symbols)
-        scale = {SPEED.name: slow.fastest, slow.path: slow.bounds[1] - slow.bounds[0]}
-        equations = Equations.of(system, [slow.path], slow.machine.values, scale)
-        return Equilibria(equations, slow.bounds, slow.equilibria.steps, {0: slow.limits})
+        system = System((SPEED,), (rate,), averaged_equilibria.machine.structure.symbols)
+        scale = {
+            SPEED.name: averaged_equilibria.fastest,
+            averaged_equilibria.path: averaged_equilibria.bounds[1] - averaged_equilibria.bounds[0],
+        }
+        equations = Equations.of(system, [averaged_equilibria.path], averaged_equilibria.machine.values, scale)
+        return Equilibria(
+            equations, averaged_equilibria.bounds, averaged_equilibria.equilibria.steps, {0: averaged_equilibria.limits}
+        )
 
     def branch(self, state: State, value: float) -> EquilibriumBranch:
         """Follow the branch of the family to which a state at a value belongs. Raises ``RunError`` where that is impossible."""
@@ -118,15 +123,15 @@ class FamilyCurve:
                 # At a limit the member that gains or loses its stability there: the first that is stable, or the last.
                 k = {SOME_STABLE: sample.first, ALL_STABLE: sample.last}.get(kind, 0)
                 rows.append((self._point(speed, sample.phases[:, k], at), sample.exponents[k], kind, sample.share))
-        u, exponents, kinds, shares = zip(*rows, strict=True)
+        unknowns, exponents, kinds, shares = zip(*rows, strict=True)
         return EquilibriumBranch(
-            u=np.array(u).T, exponents=self._pad_exponents(exponents), kinds=kinds, ends=ends,
+            unknowns=np.array(unknowns).T, exponents=self._pad_exponents(exponents), kinds=kinds, ends=ends,
             kind=Kind("compensating"), dimension=state.dimension, stable_share=shares,
         )  # fmt: skip
 
     def is_same_family(self, branch: EquilibriumBranch, state: State, value: float) -> bool:
         """True if a family at a value belongs to a branch: its speed is that of the branch there."""
-        near = _NEAR * self.slow.fastest
+        near = _NEAR * self.averaged_equilibria.fastest
         return branch.dimension == state.dimension and any(abs(w - state.speed) < near for w in self._speeds(branch, value))
 
     def _speeds(self, branch: EquilibriumBranch, value: float) -> list[float]:
@@ -134,14 +139,14 @@ class FamilyCurve:
         speeds = list[float]()
         for guess in branch.crossings(value):
             try:
-                speeds.append(float(self.equilibria.start([self.slow.state(guess).speed], value).u[0]))
+                speeds.append(float(self.equilibria.start([self.averaged_equilibria.state(guess).speed], value).unknowns[0]))
             except RunError:
                 continue
         return speeds
 
     def states_at(self, branch: EquilibriumBranch, value: float) -> list[tuple[np.ndarray, np.ndarray, float]]:
-        """Return u (n+1,) and exponents (k,) of the member that represents a family, where its branch passes a value, and the
-        share of members that are stable.
+        """Return unknowns (n+1,) and exponents (k,) of the member that represents a family, where its branch has a value, and
+        the share of members that are stable.
         """
         states = list[tuple[np.ndarray, np.ndarray, float]]()
         for speed in self._speeds(branch, value):
@@ -153,22 +158,22 @@ class FamilyCurve:
         return states
 
     def _point(self, speed: float, phases: np.ndarray, value: float) -> np.ndarray:
-        return self.slow.point(State(speed, phases), value)
+        return self.averaged_equilibria.point(State(speed, phases), value)
 
     def _pad_exponents(self, exponents: Sequence[np.ndarray]) -> np.ndarray:
-        table = np.full((len(self.slow.names), len(exponents)), np.nan, complex)
+        table = np.full((len(self.averaged_equilibria.names), len(exponents)), np.nan, complex)
         for i, column in enumerate(exponents):
             table[: len(column), i] = column
         return table
 
-    def _limit_reason(self, u: np.ndarray) -> str:
-        return self.slow.speed_limit_reason(bool(u[0] <= self.slow.limits[0]))
+    def _limit_reason(self, unknowns: np.ndarray) -> str:
+        return self.averaged_equilibria.speed_limit_reason(bool(unknowns[0] <= self.averaged_equilibria.limits[0]))
 
     def _closes(self, value: float) -> bool:
         return self._polygon(value) is not None
 
     def _polygon(self, value: float) -> tuple[np.ndarray, int] | None:
-        torques = self.slow.model_at(value).torques
+        torques = self.averaged_equilibria.model_at(value).torques
         c = torques.coefficients
         if c is None:
             return None
@@ -180,18 +185,20 @@ class FamilyCurve:
         if polygon is None:
             raise RunError("the unbalances do not compensate each other here")
         phases, dimension = polygon
-        return _Members(phases, self.slow.model_at(value).exponents(State(speed, phases[:, 0], dimension), phases))
+        return _Members(
+            phases, self.averaged_equilibria.model_at(value).exponents(State(speed, phases[:, 0], dimension), phases)
+        )
 
     def _closing_part(self, branch: Branch, value: float, speed: float) -> tuple[list[Equilibrium], tuple[str, str]]:
         """Return the points of a branch of speeds around a state, as far as the unbalances compensate each other."""
         scale = self.equilibria.equations.scale
         points = list(branch.points)
-        first = last = int(np.argmin([np.abs((p.u - [speed, value]) / scale).max() for p in points]))
+        first = last = int(np.argmin([np.abs((p.unknowns - [speed, value]) / scale).max() for p in points]))
         while first > 0 and self._closes(points[first - 1].parameter):
             first -= 1
         while last + 1 < len(points) and self._closes(points[last + 1].parameter):
             last += 1
-        ends = list(describe_ends(self.equilibria, branch, self.slow.path, self._limit_reason))
+        ends = list(describe_ends(self.equilibria, branch, self.averaged_equilibria.path, self._limit_reason))
         kept_points = points[first : last + 1]
         if first > 0:
             kept_points.insert(0, self._last_closing_point(points[first], points[first - 1]))
@@ -202,7 +209,7 @@ class FamilyCurve:
         return kept_points, (ends[0], ends[1])
 
     def _last_closing_point(self, good: Equilibrium, bad: Equilibrium) -> Equilibrium:
-        inside, outside = good.u, bad.u
+        inside, outside = good.unknowns, bad.unknowns
         for _ in range(_BISECTIONS):
             middle = (inside + outside) / 2
             inside, outside = (middle, outside) if self._closes(float(middle[1])) else (inside, middle)
@@ -214,8 +221,8 @@ class FamilyCurve:
             return []
 
         def point_at(way: float) -> tuple[float, float, _Members]:
-            guess = a.u + way * (b.u - a.u)
-            speed, value = self.equilibria.start(guess[:1], float(guess[1])).u.tolist()
+            guess = a.unknowns + way * (b.unknowns - a.unknowns)
+            speed, value = self.equilibria.start(guess[:1], float(guess[1])).unknowns.tolist()
             return speed, value, self._members(value, speed)
 
         def levels(way: float) -> dict[str, bool]:

@@ -182,14 +182,14 @@ def orbits_of_hopf_points(
     orbits = list[SeedOrbit | str]()
     for branch in branches:
         for i in np.flatnonzero([kind == HOPF for kind in branch.kinds]).tolist():
-            u, exponents = branch.u[:, i], branch.exponents[:, i]
+            unknowns, exponents = branch.unknowns[:, i], branch.exponents[:, i]
             pair = exponents[exponents.imag > 0]
             period = 2 * np.pi / float(pair[np.abs(pair.real).argmin()].imag)
-            cycles = _first_cycles(subject, np.zeros(len(u) - 1, int), sizes, period, longest)
-            place = f"the Hopf point at {subject.path} = {u[-1]:.6g}"
+            cycles = _first_cycles(subject, np.zeros(len(unknowns) - 1, int), sizes, period, longest)
+            place = f"the Hopf point at {subject.path} = {unknowns[-1]:.6g}"
             equilibria = equilibria_of(cycles.equations)
             try:
-                hopf = equilibria.evaluate(equilibria.start(u[:-1], float(u[-1])))
+                hopf = equilibria.evaluate(equilibria.start(unknowns[:-1], float(unknowns[-1])))
                 orbits.append(SeedOrbit.from_cycle(cycles, cycle_at_hopf(cycles, hopf), place, both_ways=True))
             except WuchtError as error:
                 orbits.append(f"the branch from {place} is not followed: {error}")

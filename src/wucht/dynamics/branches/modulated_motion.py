@@ -43,7 +43,7 @@ class ModulatedMotion:
 
     @classmethod
     def of(
-        cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: OrbitSettings, states: SteadyStates
+        cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: OrbitSettings, steady_states: SteadyStates
     ) -> ModulatedMotion:  # fmt: skip
         """Set up the motions of a machine, or of user equations, along a parameter within bounds.
 
@@ -53,7 +53,7 @@ class ModulatedMotion:
         """
         part = OrbitProblem.of(subject, path, bounds, settings)
         whole = OrbitProblem.of(subject, path, bounds, replace(settings, together=False)) if settings.together else part
-        return cls(part, whole, _box(part, states))
+        return cls(part, whole, _box(part, steady_states))
 
     def refuse_idle(self, paths: Mapping[str, str]) -> None:
         """Raise ``InputError`` at the key of a parameter on which the equations do not depend. paths: by key."""
@@ -119,11 +119,11 @@ class ModulatedMotion:
         return disconnected_branches(self.equilibria, values, random_starts(self.box[0], self.box[1], _STARTS))
 
 
-def _box(problem: OrbitProblem, states: SteadyStates) -> np.ndarray:
+def _box(problem: OrbitProblem, steady_states: SteadyStates) -> np.ndarray:
     """Return ranges (2, n) of the states."""
-    if isinstance(states, SystemEquilibria):
-        return np.array([states.ranges[n] for n in states.names]).T
-    speeds = (_LOWEST * states.ordinate_size, _HIGHEST * states.ordinate_size)
+    if isinstance(steady_states, SystemEquilibria):
+        return np.array([steady_states.ranges[n] for n in steady_states.names]).T
+    speeds = (_LOWEST * steady_states.ordinate_size, _HIGHEST * steady_states.ordinate_size)
     return np.array([(0.0, 2 * np.pi) if turns else speeds for turns in problem.turning]).T
 
 

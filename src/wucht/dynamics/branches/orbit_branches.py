@@ -168,15 +168,15 @@ def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bo
 def cycles_through(problem: OrbitProblem, seed: SeedOrbit) -> tuple[Cycles, Cycle]:
     """Return the branches of an orbit's winding, and the orbit as the first of its branch. Raises ``RunError``."""
     cycles = cycles_of(problem, seed.winding, seed.scale, seed.longest)
-    u = np.concatenate([seed.states.ravel(), [seed.period, seed.value]])
+    unknowns = np.concatenate([seed.states.ravel(), [seed.period, seed.value]])
     on_mesh = cycles.problem(seed.mesh, seed.period)
-    on_mesh = replace(on_mesh, reference=on_mesh.reference_from(u))
+    on_mesh = replace(on_mesh, reference=on_mesh.reference_from(unknowns))
     towards = seed.towards
     if not len(towards):
-        towards = np.zeros(len(u))
+        towards = np.zeros(len(unknowns))
         towards[-1] = on_mesh.scale[-1]
     curve = cycles.curve(on_mesh)
-    return cycles, cycles.cycle_from_point(curve, curve.start(u, towards))
+    return cycles, cycles.cycle_from_point(curve, curve.start(unknowns, towards))
 
 
 def _numbers(subject: OrbitProblem, cycle: Cycle) -> list[float]:
@@ -213,7 +213,7 @@ def stored_orbit(cycle: Cycle) -> StoredOrbit:
 
 def _offshoots(cycles: Cycles, at: Cycle) -> Sequence[SeedOrbit | str]:
     """Return the first orbits of other branches at a special one, one of mirror images; or a sentence why there is none."""
-    place = f"the {at.kind.replace('-', ' ')} at {cycles.equations.parameters[-1]} = {at.parameter:.6g}"
+    place = f"the {at.kind.replace('-', ' ')} at {cycles.equations.parameter_names[-1]} = {at.parameter:.6g}"
     sides: Sequence[tuple[Cycles, Cycle]] = ()
     try:
         if at.kind == DOUBLING:

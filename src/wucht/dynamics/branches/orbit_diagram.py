@@ -180,7 +180,7 @@ def _first_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage
             findings = yield from _follow_branch(case, run.orbit, findings, work)
             if case.run_values is None:
                 return findings
-    sizes = None if case.steady is None else case.steady.states.equilibria.equations.scale[:-1]
+    sizes = None if case.steady is None else case.steady.steady_states.equilibria.equations.scale[:-1]
     if not findings.branches and sizes is not None and len(sizes) == len(problem.turning):
         seeds = work.unit("hopf points", partial(orbits_of_hopf_points, problem, findings.steady, sizes, settings.longest))
         findings, hopf_orbits = _split(findings, seeds)

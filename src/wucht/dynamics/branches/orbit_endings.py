@@ -257,7 +257,7 @@ def _connection(
     except RunError:
         # A parameter that stays as the period grows is known, even if the connection cannot be computed.
         return (cycle.parameter, saddle.x) if stays else None
-    value, x = float(connection.parameters[0]), connection.equilibria[0]
+    value, x = float(connection.parameter_values[0]), connection.equilibria[0]
     near = abs(value - cycle.parameter) < _NEAR * (high - low)
     return (value, x) if near and connection.eigenvalues[0, 0].real > 0 else None
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine, keeps_inertia
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, keeps_inertia
 from wucht.analysis.sections import Section, section_of
 from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.steady_states import Labels
@@ -119,21 +119,21 @@ def _machine_problem(settings: OrbitSettings, machine: Machine, path: str, bound
         raise InputError(f"study.{key}", getattr(settings, key), "allowed for a table [system] only", code="system-only")
     steady = steady_machine(machine, None)
     inertia = keeps_inertia(steady, settings.inertia)
-    slow_machine = averaged_machine(steady, inertia)
-    part = section_of(slow_machine, True) if settings.together else None
-    system = _bare(slow_machine.system if part is None else part.system)
+    averaged_equations = averaged_equations_of(steady, inertia)
+    part = section_of(averaged_equations, True) if settings.together else None
+    system = _bare(averaged_equations.system if part is None else part.system)
     if path not in system.parameter_names:
         raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
 
     def initial(value: float) -> np.ndarray:
         at = steady.with_unchecked_values({path: value})
         state = initial_state(at, settings.start)
-        slow = averaged_machine(at, inertia)
-        whole = slow.state(angles_in(at, state), speeds_in(at, state))
+        averaged_equations = averaged_equations_of(at, inertia)
+        whole = averaged_equations.state(angles_in(at, state), speeds_in(at, state))
         return whole if part is None else np.linalg.lstsq(part.embedding, whole, rcond=None)[0]
 
-    observables, embedding = _observables(slow_machine, part, path, steady), None if part is None else part.embedding
-    labels = Labels.from_machine(steady, slow_machine, inertia)
+    observables, embedding = _observables(averaged_equations, part, path, steady), None if part is None else part.embedding
+    labels = Labels.from_machine(steady, averaged_equations, inertia)
     return OrbitProblem(system, steady.values, path, bounds, initial, observables, labels, embedding)
 
 
@@ -142,12 +142,12 @@ def _bare(system: System) -> System:
 
 
 def _observables(
-    slow_machine: AveragedMachine, part: Section | None, path: str, machine: Machine
+    averaged_equations: AveragedEquations, part: Section | None, path: str, machine: Machine
 ) -> Callable[[np.ndarray, float], np.ndarray]:
     """Return a function for the main rotor's signed speed and the amplitude of the axis."""
-    system, rotor = slow_machine.system, machine.rotor.name
+    system, rotor = averaged_equations.system, machine.rotor.name
     outputs = [system.output(f"speed[{rotor}]").expression, system.output("amplitude").expression]
-    evaluator, sense = Evaluator.of(system, outputs, ["speed", "amplitude"]), slow_machine.senses[rotor]
+    evaluator, sense = Evaluator.of(system, outputs, ["speed", "amplitude"]), averaged_equations.senses[rotor]
 
     def observables(states: np.ndarray, value: float) -> np.ndarray:
         whole = states if part is None else part.embedding @ states

@@ -23,13 +23,14 @@ _SAME = 1e-5  # in units of scale: a special point that lies on a curve
 class BifurcationCurve:
     """Curve of special points in two parameters.
 
-    bifurcation: "fold" or "hopf". u (n+2, N): states and both parameters. kinds (N): "" or the kind of a point where a second
-    condition holds. coefficients (N): of the normal form at these, empty at others. ends: why it ends, at first and last.
+    bifurcation: "fold" or "hopf". unknowns (n+2, N): states and both parameters. kinds (N): "" or the kind of a
+    point where a second condition holds. coefficients (N): of the normal form at these, empty at others. ends: why it ends, at
+    its first and its last point.
     """
 
     bifurcation: str
     kind: Kind
-    u: np.ndarray
+    unknowns: np.ndarray
     kinds: tuple[str, ...]
     coefficients: tuple[Mapping[str, float], ...]
     ends: tuple[str, str]
@@ -45,9 +46,9 @@ class SecondParameter:
 
 
 def curve_starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind, np.ndarray]]:
-    """Return the folds and Hopf points of branches of isolated states: bifurcation, kind of the states, u (n+1,)."""
+    """Return the folds and Hopf points of branches of isolated states: bifurcation, kind of the states, unknowns (n+1,)."""
     return [
-        (special, b.kind, b.u[:, i])
+        (special, b.kind, b.unknowns[:, i])
         for b in branches
         if not b.dimension
         for i, special in enumerate(b.kinds)
@@ -56,71 +57,75 @@ def curve_starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind,
 
 
 def curve_through(
-    states: SteadyStates, second: SecondParameter, bifurcation: str, kind: Kind, u: np.ndarray
+    steady_states: SteadyStates, second: SecondParameter, bifurcation: str, kind: Kind, unknowns: np.ndarray
 ) -> BifurcationCurve:
     """Follow the curve through a fold or Hopf point both ways. Raises ``RunError`` where it cannot be followed."""
-    equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
-    problem = states.equilibria
-    bounds = (states.bounds, second.bounds)
+    equations = steady_states.equations_with(second.path, second.bounds[1] - second.bounds[0])
+    problem = steady_states.equilibria
+    bounds = (steady_states.bounds, second.bounds)
     more: Folds | HopfPoints = (Folds if bifurcation == FOLD else HopfPoints)(
         equations, bounds, problem.steps, dict(problem.limits)
     )
-    curve = more.branch(more.start(u[:-1], (float(u[-1]), second.value)))
+    curve = more.branch(more.start(unknowns[:-1], (float(unknowns[-1]), second.value)))
     points = curve.points
     ends = curve.ends if curve.is_closed else tuple(
-        _describe_curve_end(states, second, end, at) for end, at in zip(curve.ends, curve.u.T[[0, -1]], strict=True)
+        _describe_curve_end(steady_states, second, end, at)
+        for end, at in zip(curve.ends, curve.unknowns.T[[0, -1]], strict=True)
     )  # fmt: skip
     return BifurcationCurve(
-        bifurcation, kind, curve.u, tuple(p.kind for p in points),
+        bifurcation, kind, curve.unknowns, tuple(p.kind for p in points),
         tuple(dict(p.coefficients) if p.kind else {} for p in points), (ends[0], ends[1]),
     )  # fmt: skip
 
 
-def _describe_curve_end(states: SteadyStates, second: SecondParameter, reason: str, at: np.ndarray) -> str:
+def _describe_curve_end(steady_states: SteadyStates, second: SecondParameter, reason: str, at: np.ndarray) -> str:
     """Return why a curve ends at a point (n+2,)."""
     low, high = second.bounds
     if min(abs(at[-1] - low), abs(at[-1] - high)) <= BOUND_TOLERANCE * (high - low):
         return RANGE_ENDS
-    place = f"{states.path} = {at[-2]:.5g}, {second.path} = {at[-1]:.5g}"
-    return describe_end(states.equilibria, place, states.end_reason, at[:-1], reason)
+    place = f"{steady_states.path} = {at[-2]:.5g}, {second.path} = {at[-1]:.5g}"
+    return describe_end(steady_states.equilibria, place, steady_states.end_reason, at[:-1], reason)
 
 
 def lies_on_curve(
-    states: SteadyStates, second: SecondParameter, curve: BifurcationCurve, bifurcation: str, u: np.ndarray
+    steady_states: SteadyStates, second: SecondParameter, curve: BifurcationCurve, bifurcation: str, unknowns: np.ndarray
 ) -> bool:
     """True if a special point at the second parameter's nominal value lies on a curve."""
     if curve.bifurcation != bifurcation:
         return False
-    scale = np.append(states.equilibria.equations.scale, second.bounds[1] - second.bounds[0])
-    near = (np.abs(np.diff(curve.u / scale[:, None], axis=1)) ** 2).sum(axis=0) ** 0.5
-    passages, points = values_at_passages(curve.u[-1], second.value, curve.u)
+    scale = np.append(steady_states.equilibria.equations.scale, second.bounds[1] - second.bounds[0])
+    near = (np.abs(np.diff(curve.unknowns / scale[:, None], axis=1)) ** 2).sum(axis=0) ** 0.5
+    passages, points = values_at_passages(curve.unknowns[-1], second.value, curve.unknowns)
     for i, at in zip(passages.tolist(), points.T, strict=True):
-        away = (at[-2] - u[-1]) / scale[-2]
-        ordinate_change = states.ordinates(np.append(at[:-2], u[-1])[:, None]).speed - states.ordinates(u[:, None]).speed
-        if max(abs(away), abs(float(ordinate_change[0])) / states.ordinate_size) < max(_SAME, 0.1 * near[i]):
+        away = (at[-2] - unknowns[-1]) / scale[-2]
+        ordinate_change = (
+            steady_states.ordinates(np.append(at[:-2], unknowns[-1])[:, None]).speed
+            - steady_states.ordinates(unknowns[:, None]).speed
+        )
+        if max(abs(away), abs(float(ordinate_change[0])) / steady_states.ordinate_size) < max(_SAME, 0.1 * near[i]):
             return True
     return False
 
 
-def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]) -> CurvesAndPoints:
+def fold_crossings(steady_states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]) -> CurvesAndPoints:
     """Return the crossings of fold curves of states of one name: there two pairs of steady states vanish at once."""
     folds, points, omissions = [c for c in curves if c.bifurcation == FOLD], list[PlanePoint](), list[str]()
-    equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
-    pairs = FoldPairs(equations, (states.bounds, second.bounds))
+    equations = steady_states.equations_with(second.path, second.bounds[1] - second.bounds[0])
+    pairs = FoldPairs(equations, (steady_states.bounds, second.bounds))
     for i, a in enumerate(folds):
         for b in folds[i + 1 :]:
             if a.kind.name != b.kind.name:
                 continue
-            for k, m in crossing_pieces(a.u[-2:], b.u[-2:]):
-                x, y = at = (a.u[-2:, k] + b.u[-2:, m]) / 2
+            for k, m in crossing_pieces(a.unknowns[-2:], b.unknowns[-2:]):
+                x, y = at = (a.unknowns[-2:, k] + b.unknowns[-2:, m]) / 2
                 try:
-                    u = pairs.nearest_pair(a.u[:-2, k], b.u[:-2, m], at)
+                    unknowns = pairs.nearest_pair(a.unknowns[:-2, k], b.unknowns[:-2, m], at)
                 except WuchtError as error:
-                    place = f"{states.path} = {x:.6g}, {second.path} = {y:.6g}"
+                    place = f"{steady_states.path} = {x:.6g}, {second.path} = {y:.6g}"
                     omissions.append(f"the crossing of two curves of folds near {place} is not located: {error}")
                     continue
-                if not any(abs(c.x - u[-2]) + abs(c.y - u[-1]) < 1e-9 for c in points):
-                    points.append(PlanePoint(COINCIDE, float(u[-2]), float(u[-1])))
+                if not any(abs(c.x - unknowns[-2]) + abs(c.y - unknowns[-1]) < 1e-9 for c in points):
+                    points.append(PlanePoint(COINCIDE, float(unknowns[-2]), float(unknowns[-1])))
     return CurvesAndPoints((), tuple(points), tuple(omissions))
 
 

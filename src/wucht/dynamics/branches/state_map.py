@@ -71,11 +71,11 @@ class StateMapCase:
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
         case = cls(subject, paths, bounds, cells, settings, None, ())
-        states, motion = case.row(sum(bounds[1]) / 2).states, None
+        steady_states, motion = case.row(sum(bounds[1]) / 2).steady_states, None
         if orbits is not None:
-            motion = ModulatedMotion.of(subject, paths[0], bounds[0], orbits, states)
+            motion = ModulatedMotion.of(subject, paths[0], bounds[0], orbits, steady_states)
             motion.refuse_idle(dict(zip(("along", "second"), paths, strict=True)))
-        return replace(case, motion=motion, warnings=states.labels.warnings)
+        return replace(case, motion=motion, warnings=steady_states.labels.warnings)
 
     def row(self, second: float) -> BranchCase:
         """Return the steady states over the first parameter at a value of the second."""
@@ -150,15 +150,16 @@ def _follow_row(
     *_, steady = follow_branches(row, part)
     findings = with_result(findings, "rows", steady_row(second, steady.branches, values))
     yield findings
-    states, second_parameter = row.states, case.second(second)
-    for k, (bifurcation, kind, u) in enumerate(curve_starts(steady.branches)):
-        if any(lies_on_curve(states, second_parameter, c, bifurcation, u) for c in findings.curves):
+    steady_states, second_parameter = row.steady_states, case.second(second)
+    for k, (bifurcation, kind, unknowns) in enumerate(curve_starts(steady.branches)):
+        if any(lies_on_curve(steady_states, second_parameter, c, bifurcation, unknowns) for c in findings.curves):
             continue
         part.report(0.5, f"{bifurcation}s in both parameters")
         curve = work.unit(
-            f"curve {second!r} {k}", partial(result_or_reason, curve_through, states, second_parameter, bifurcation, kind, u)
+            f"curve {second!r} {k}",
+            partial(result_or_reason, curve_through, steady_states, second_parameter, bifurcation, kind, unknowns),
         )
-        at = f"the {bifurcation} at {case.paths[0]} = {u[-1]:.6g}, {case.paths[1]} = {second:.6g}"
+        at = f"the {bifurcation} at {case.paths[0]} = {unknowns[-1]:.6g}, {case.paths[1]} = {second:.6g}"
         findings = with_result(findings, "curves", curve, f"{at} is not followed: ")
         yield findings
     return findings
@@ -166,7 +167,7 @@ def _follow_row(
 
 def _crossings(case: StateMapCase, curves: tuple[BifurcationCurve, ...]) -> CurvesAndPoints:
     middle = sum(case.bounds[1]) / 2
-    return fold_crossings(case.row(middle).states, case.second(middle), curves)
+    return fold_crossings(case.row(middle).steady_states, case.second(middle), curves)
 
 
 def _runs(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
@@ -292,7 +293,7 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
 
 def lines_of(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return all curves as x and y."""
-    return [(c.u[-2], c.u[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended_curves(case, findings)]
+    return [(c.unknowns[-2], c.unknowns[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended_curves(case, findings)]
 
 
 def extended_curves(case: StateMapCase, findings: StateFindings) -> list[PlaneCurve]:

@@ -248,9 +248,9 @@ def _locate_special(cycles: Cycles, start: Cycle, special: StoredOrbit) -> Cycle
 def _curve_both_ways(kind: str, curves: Any, start: Any) -> PlaneCurve:
     """Follow the curve through a point of a ``CycleCurve``, or of ``Connections``, both ways."""
     back, onward = (
-        [p.parameters[:2] for p in islice(curves.walk(first), _POINTS)] for first in (curves.backwards(start), start)
+        [p.parameter_values[:2] for p in islice(curves.walk(first), _POINTS)] for first in (curves.backwards(start), start)
     )
-    x, y = np.array([*back[::-1], start.parameters[:2], *onward], float).T
+    x, y = np.array([*back[::-1], start.parameter_values[:2], *onward], float).T
     return PlaneCurve(kind, x, y)
 
 

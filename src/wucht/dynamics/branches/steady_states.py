@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import AveragedMachine
+from wucht.analysis.averaged_equations import AveragedEquations
 from wucht.analysis.configurations.closed_form import State
 from wucht.errors import InputError, RunError, nearest
 from wucht.files.user_system import UserSystem
@@ -97,7 +97,9 @@ class Labels:
     warnings: tuple[str, ...] = field(default_factory=tuple)
 
     @classmethod
-    def from_machine(cls, machine: Machine, slow_machine: AveragedMachine, inertia: bool, state: str | None = None) -> Labels:
+    def from_machine(
+        cls, machine: Machine, averaged_equations: AveragedEquations, inertia: bool, state: str | None = None
+    ) -> Labels:
         """Return the labels of a machine. state: that is drawn; None: the main rotor's speed."""
         units = machine.units
         ordinate, unit = "speed of the main rotor", units.speed
@@ -106,7 +108,7 @@ class Labels:
         elif state is not None:
             ordinate = f"speed of {state.removesuffix('.speed')}"
         length = machine.orbit_unit if units.length else ""
-        return cls(ordinate, unit, state, inertia, units.speed, units.time, length, slow_machine.warnings)
+        return cls(ordinate, unit, state, inertia, units.speed, units.time, length, averaged_equations.warnings)
 
     @property
     def rate(self) -> str:
@@ -120,7 +122,7 @@ def speed_range_text(speeds: tuple[float, float], unit: str) -> str:
 
 
 class SteadyStates(Protocol):
-    """Steady states as points u (n+1,): states and the parameter's value."""
+    """Steady states along a parameter. The unknowns (n+1,) of a point are the states and the parameter's value."""
 
     @property
     def bounds(self) -> tuple[float, float]: ...  # noqa: D102
@@ -155,19 +157,19 @@ class SteadyStates(Protocol):
     def states_at(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
         """Search all states at a value. Raises ``InputError`` where that is impossible."""
 
-    def is_same(self, u: np.ndarray, v: np.ndarray) -> bool:
+    def is_same(self, unknowns: np.ndarray, reference: np.ndarray) -> bool:
         """True if points at one value are one state."""
 
-    def kind(self, u: np.ndarray) -> Kind:
+    def kind(self, unknowns: np.ndarray) -> Kind:
         """Return name and type of the state at a point."""
 
-    def ordinates(self, u: np.ndarray) -> Ordinates:
+    def ordinates(self, unknowns: np.ndarray) -> Ordinates:
         """Return the ordinates of points (n+1, N)."""
 
-    def state_by_name(self, u: np.ndarray) -> Mapping[str, float]:
+    def state_by_name(self, unknowns: np.ndarray) -> Mapping[str, float]:
         """Return the state at a point by names."""
 
-    def end_reason(self, u: np.ndarray) -> str:
+    def end_reason(self, unknowns: np.ndarray) -> str:
         """Return why a branch ends at a point at which a state leaves its limits."""
 
 
@@ -182,7 +184,7 @@ _AROUND = 1.0  # of an interval of a state: margin beyond it within which branch
 class SystemEquilibria:
     """Equilibria of user equations. path, bounds: of the parameter. ranges: of states, in which equilibria are searched.
 
-    show: the state that is drawn. Points u (n+1,) are states and the parameter's value.
+    show: the state that is drawn. The unknowns (n+1,) of a point are the states and the parameter's value.
     """
 
     subject: UserSystem
@@ -278,31 +280,31 @@ class SystemEquilibria:
         evidence = f"deflated Newton's method from {_STARTS} starts within the ranges of the states: completeness is not proved"
         return StatesAtValue(tuple(np.append(x, value) for x in inside), (), False, evidence)
 
-    def is_same(self, u: np.ndarray, v: np.ndarray) -> bool:
+    def is_same(self, unknowns: np.ndarray, reference: np.ndarray) -> bool:
         """See ``SteadyStates``: up to whole turns of angles."""
         e = self.equilibria.equations
-        away = u - v
+        away = unknowns - reference
         turns = np.where(e.turns > 0, e.turns, 1.0)
         away = np.where(e.turns > 0, away - turns * np.round(away / turns), away)
         return bool((np.abs(away / e.scale) < _SAME).all())
 
-    def kind(self, u: np.ndarray) -> Kind:
+    def kind(self, unknowns: np.ndarray) -> Kind:
         """See ``SteadyStates``: they have no names."""
         return Kind()
 
-    def ordinates(self, u: np.ndarray) -> Ordinates:
+    def ordinates(self, unknowns: np.ndarray) -> Ordinates:
         """See ``SteadyStates``."""
-        return Ordinates(u[self.names.index(self.show)], np.full(u.shape[1], math.nan))
+        return Ordinates(unknowns[self.names.index(self.show)], np.full(unknowns.shape[1], math.nan))
 
-    def state_by_name(self, u: np.ndarray) -> dict[str, float]:
+    def state_by_name(self, unknowns: np.ndarray) -> dict[str, float]:
         """See ``SteadyStates``."""
-        return {n: float(wrap_angle(x) if n in self._turning else x) for n, x in zip(self.names, u[:-1], strict=True)}
+        return {n: float(wrap_angle(x) if n in self._turning else x) for n, x in zip(self.names, unknowns[:-1], strict=True)}
 
-    def end_reason(self, u: np.ndarray) -> str:
+    def end_reason(self, unknowns: np.ndarray) -> str:
         """See ``SteadyStates``."""
         for i, (low, high) in self.equilibria.limits.items():
-            if not low < u[i] < high:
-                return f"{self.names[i]} passes {u[i]:.5g}, far outside the range in which equilibria were searched"
+            if not low < unknowns[i] < high:
+                return f"{self.names[i]} passes {unknowns[i]:.5g}, far outside the range in which equilibria were searched"
         return "a state leaves its limits"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.dynamics.parameters import parameter_of
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.verdicts.locking import is_locking
@@ -159,7 +159,7 @@ class EntrainmentCase:
         case = cls(placed_machine, initial, start, parameter, limits, range, resolution, points, until)
         if range is None:  # the band of existence determines it
             try:
-                averaged_machine(case.steady)
+                averaged_equations_of(case.steady)
             except InputError as error:
                 reason = f"a default follows only from averaged equations, and {error.explanation}"
                 raise InputError(

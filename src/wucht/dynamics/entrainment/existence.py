@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 
-from wucht.dynamics.entrainment.averaged_equations import STABLE, AveragedEquations
 from wucht.dynamics.entrainment.entrainment_case import (
     AMPLITUDE,
     DETUNING,
@@ -17,6 +16,7 @@ from wucht.dynamics.entrainment.entrainment_case import (
     no_load_speed,
     swept_parameter,
 )
+from wucht.dynamics.entrainment.entrainment_equations import STABLE, EntrainmentEquations
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
 from wucht.dynamics.work import Work
 from wucht.numerics.continuation.curve import Steps
@@ -69,7 +69,7 @@ class StableRange:
 class Continuation:
     """Continuation of equilibria of averaged equations with the parameter."""
 
-    def __init__(self, equations: AveragedEquations) -> None:
+    def __init__(self, equations: EntrainmentEquations) -> None:
         self.equations = equations
         turning = dict.fromkeys(np.flatnonzero(~equations.phases).tolist(), (0.0, math.inf))
         self.problem = Equilibria(equations.equations, equations.limits, _STEPS, turning)
@@ -101,7 +101,7 @@ class Continuation:
         beside = np.append(False, decays[:-1] & ~special[:-1]) | np.append(decays[1:] & ~special[1:], False)
         leaving = np.take_along_axis(exponents, exponents.real.argmax(axis=1)[:, None], axis=1)[:, 0]
         kinds, stable = tuple(p.kind for p in whole.points), np.where(special, beside, decays)
-        return ExistenceBranch(whole.u[-1], whole.u[:-1], stable, kinds, leaving, whole.is_closed)
+        return ExistenceBranch(whole.unknowns[-1], whole.unknowns[:-1], stable, kinds, leaving, whole.is_closed)
 
     def passes(self, branch: ExistenceBranch, state: np.ndarray, value: float) -> bool:
         """True if an equilibrium lies on a branch."""
@@ -167,7 +167,7 @@ class Existence:
     inside. phases: there by body, if the nominal value lies in the band. warnings: omissions.
     """
 
-    equations: AveragedEquations | None = None
+    equations: EntrainmentEquations | None = None
     warnings: tuple[str, ...] = ()
     branches: tuple[ExistenceBranch, ...] = ()
     band: StableRange | None = None
@@ -180,7 +180,7 @@ def existence(case: EntrainmentCase, nominal_run: RunFromStart, senses: Mapping[
 
     Raises ``InputError`` where the machine has no averaged equations.
     """
-    equations, value = AveragedEquations(case.steady, case.parameter, senses, case.limits), case.parameter.nominal_value
+    equations, value = EntrainmentEquations(case.steady, case.parameter, senses, case.limits), case.parameter.nominal_value
     run_state = None
     if nominal_run.is_entrained:
         run_state = equations.state_at(case.machine, nominal_run.end_time, nominal_run.end_state, abs(nominal_run.mean_speed))
@@ -199,7 +199,7 @@ def existence(case: EntrainmentCase, nominal_run: RunFromStart, senses: Mapping[
         apart = 0.0 if run_state is None else float(equations.distance(nearest(r), run_state))
         return away, round(apart, 3), r.low.value - r.high.value
 
-    existing = Existence(equations, equations.slow_machine.warnings, branches)
+    existing = Existence(equations, equations.averaged_equations.warnings, branches)
     if not ranges:
         return existing
     band = min(ranges, key=order)
@@ -248,10 +248,10 @@ def threshold(case: EntrainmentCase, existing: Existence, work: Work) -> float |
         return None
     if case.parameter.name == AMPLITUDE:
         return existing.band.low.value if existing.band is not None and existing.band.low.kind != "range" else None
-    amplitude, senses = swept_parameter(case.steady, AMPLITUDE), existing.equations.slow_machine.senses
+    amplitude, senses = swept_parameter(case.steady, AMPLITUDE), existing.equations.averaged_equations.senses
     for k in range(_DOUBLINGS if amplitude.nominal_value > 0 else 0):
         largest = amplitude.nominal_value * 2.0**k
-        continuation = Continuation(AveragedEquations(case.steady, amplitude, senses, (0.0, largest * 1.001)))
+        continuation = Continuation(EntrainmentEquations(case.steady, amplitude, senses, (0.0, largest * 1.001)))
         branches = continuation.branches([largest], None, work.part(f"amplitude {k}", k / _DOUBLINGS, (k + 1) / _DOUBLINGS))
         least_amplitudes = [r.low.value for r in continuation.stable_ranges(branches) if r.high.kind == "range"]
         if least_amplitudes:

@@ -189,19 +189,21 @@ class FailingMachine:
         trajectory, total = state.last.trajectory, state.damage.total
         stiffness, broken = self.falling.stiffness_at(total), state.broken
         broken = trajectory.end_time if broken is None and total >= 1.0 else broken
-        if stiffness == trajectory.parameters[self._row]:
+        if stiffness == trajectory.parameter_values[self._row]:
             return replace(state, broken=broken)
         onset = state.onset or (state.last if self.begin is None else None)
-        parameters = trajectory.parameters.copy()
+        parameters = trajectory.parameter_values.copy()
         parameters[self._row] = stiffness
         last = trajectory.tail(1)
-        before, after = (float(self._energy(replace(last, parameters=p))[0]) for p in (trajectory.parameters, parameters))
-        restart, waiting = replace(trajectory, parameters=parameters), state.last.pending[-1]
-        leg = replace(state.last, trajectory=restart, pending=(replace(waiting, parameters=parameters),))
+        before, after = (
+            float(self._energy(replace(last, parameter_values=p))[0]) for p in (trajectory.parameter_values, parameters)
+        )
+        restart, waiting = replace(trajectory, parameter_values=parameters), state.last.pending[-1]
+        leg = replace(state.last, trajectory=restart, pending=(replace(waiting, parameter_values=parameters),))
         return replace(state, last=leg, jump_work=state.jump_work + after - before, broken=broken, onset=onset)
 
     def _energy(self, motion: Trajectory) -> np.ndarray:
-        return np.asarray(self.compiled_system.outputs(motion.time, motion.states, motion.parameters)["stored_energy"])
+        return np.asarray(self.compiled_system.outputs(motion.time, motion.states, motion.parameter_values)["stored_energy"])
 
     def _observe(self, state: RunState, motion: Trajectory) -> tuple[EnergyBalance, FailureCourse]:
         """Return balance and time series at the samples of a motion, the first of which is the last of the motion before."""
@@ -223,7 +225,7 @@ class FailingMachine:
     def _stiffness(self, motion: Trajectory) -> np.ndarray:
         """Return the stiffness as a share of that of the whole specimen."""
         if self.falling is not None:
-            return np.full(len(motion.time), motion.parameters[self._row] / self.falling.value)
+            return np.full(len(motion.time), motion.parameter_values[self._row] / self.falling.value)
         assert self.schedule is not None
         return self.schedule(motion.time)
 
@@ -239,7 +241,9 @@ class FailingMachine:
         """Return the machine with its final stiffness."""
         if self.falling is None:
             return self.machine
-        return self.machine.with_unchecked_values({self.falling.parameter: float(state.last.trajectory.parameters[self._row])})
+        return self.machine.with_unchecked_values(
+            {self.falling.parameter: float(state.last.trajectory.parameter_values[self._row])}
+        )
 
     def _judge(self, leg: Leg[SignalObservation], machine: Machine) -> Verdict:
         return verdict_at_end(machine, self.integration.observation(leg).observation, leg.trajectory)

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import AveragedMachine, FullMotion, averaged_machine
+from wucht.analysis.averaged_equations import AveragedEquations, FullMotion, averaged_equations_of
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.fatigue.counted_cycles import LoadCycles
@@ -86,19 +86,23 @@ class Rig:
     def beat(self, machine: Machine) -> Beat:
         """Return the beat of an exciter. Raises ``InputError`` without averaged equations, or without the signal."""
         state = initial_state(machine, self.start)
-        slow = averaged_machine(machine, self.inertia)
-        result = self._find_repetition(slow, slow.state(angles_in(machine, state), speeds_in(machine, state)))
+        averaged_equations = averaged_equations_of(machine, self.inertia)
+        result = self._find_repetition(
+            averaged_equations, averaged_equations.state(angles_in(machine, state), speeds_in(machine, state))
+        )
         if isinstance(result, Beat):
             return result
         begin, period, trajectory = result
-        return self._harmonic_beat(slow, begin, period, trajectory)
+        return self._harmonic_beat(averaged_equations, begin, period, trajectory)
 
-    def _find_repetition(self, slow: AveragedMachine, state: np.ndarray) -> Beat | tuple[float, float, Trajectory]:
+    def _find_repetition(
+        self, averaged_equations: AveragedEquations, state: np.ndarray
+    ) -> Beat | tuple[float, float, Trajectory]:
         """Run until the motion repeats itself: time, period, and one period of it at the middles of equal parts."""
-        system, parameters = slow.system, slow.values()
+        system, parameters = averaged_equations.system, averaged_equations.values()
         compiled_system = compile_system(system, self.tolerance)
         turning = np.array([s in system.angles for s in system.states])
-        slowest = min(f for f in natural_frequencies(slow.machine).values() if f > 0)
+        slowest = min(f for f in natural_frequencies(averaged_equations.machine).values() if f > 0)
         span, done = _FIRST_TURNS * 2 * np.pi / slowest, 0.0
         for _ in range(_RUNS):
             run = integrate(compiled_system, state, parameters, np.linspace(0.0, span, _SAMPLES)).reraise_interrupt()
@@ -111,16 +115,16 @@ class Rig:
             repetition = recurrence(run.time, run.states, turning)
             if repetition is None or not (repetition.turns.any() or repetition.period < span / _REPEATS):
                 continue
-            last_period = self._settled_period(slow, state, repetition, turning)
+            last_period = self._settled_period(averaged_equations, state, repetition, turning)
             if last_period is not None:
                 return done, *last_period
         return Beat("unsettled", done, reason=f"after {done:.4g} the motion neither rests nor repeats itself")
 
     def _settled_period(
-        self, slow: AveragedMachine, state: np.ndarray, repetition: Recurrence, turning: np.ndarray
+        self, averaged_equations: AveragedEquations, state: np.ndarray, repetition: Recurrence, turning: np.ndarray
     ) -> tuple[float, Trajectory] | None:
         """Return the period, and the motion over it, some beats later; None where it does not repeat itself then."""
-        compiled_system, parameters = compile_system(slow.system, self.tolerance), slow.values()
+        compiled_system, parameters = compile_system(averaged_equations.system, self.tolerance), averaged_equations.values()
         grid = np.linspace(0.0, _SETTLING * repetition.period, _SETTLING * _PER_BEAT + 1)
         run = integrate(compiled_system, state, parameters, grid).reraise_interrupt()
         again = None if run.failure is not None else recurrence(run.time, run.states, turning)
@@ -130,23 +134,23 @@ class Rig:
         last = integrate(compiled_system, _unwound(run.states[:, -1], turning), parameters, middles).reraise_interrupt()
         return None if last.failure is not None else (again.period, last)
 
-    def _harmonic_beat(self, slow: AveragedMachine, begin: float, period: float, motion: Trajectory) -> Beat:
+    def _harmonic_beat(self, averaged_equations: AveragedEquations, begin: float, period: float, motion: Trajectory) -> Beat:
         """Return the beat from the first harmonic of the signal over the main rotor's angle, at each place of the beat."""
-        machine, time, states = slow.machine, motion.time[1:], motion.states[:, 1:]
-        signal, full = machine_signal(machine, self.signal, self.direction), FullMotion(slow)
+        machine, time, states = averaged_equations.machine, motion.time[1:], motion.states[:, 1:]
+        signal, full = machine_signal(machine, self.signal, self.direction), FullMotion(averaged_equations)
         parameters = np.array(machine.system.values(machine.values))
         angles = 2 * np.pi * np.arange(_TURN) / _TURN
         harmonic = np.zeros(_PLACES, complex)
         for angle in angles.tolist():
             whole = full(time, states, np.full(_PLACES, angle))
-            there = replace(motion, time=time, states=whole, parameters=parameters)
+            there = replace(motion, time=time, states=whole, parameter_values=parameters)
             harmonic += 2 / _TURN * signal(there) * np.exp(-1j * angle)
         amplitude = np.abs(harmonic)
         if not np.ptp(amplitude) > _BEATS * amplitude.max(initial=0.0):
             return Beat("steady", begin, reason="the amplitude does not beat")
         # The vibration turns with the rotor's angle plus its phase, which gains what the shaking force loses in a beat.
-        names = slow.system.output(f"speed[{slow.equations.bodies.names[0]}]").expression
-        speed = Evaluator.of(slow.system, [names], ["speed"])(time, states, motion.parameters)["speed"]
+        names = averaged_equations.system.output(f"speed[{averaged_equations.averaged_system.bodies.names[0]}]").expression
+        speed = Evaluator.of(averaged_equations.system, [names], ["speed"])(time, states, motion.parameter_values)["speed"]
         step = period / _PLACES
         phase = np.unwrap(np.angle(harmonic))
         phase_gain = 2 * np.pi * np.round((phase[-1] - phase[0] + (phase[1] - phase[0])) / (2 * np.pi))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.search import all_states
 from wucht.analysis.configurations.torques import SteadyTorques
@@ -59,11 +59,11 @@ def averaged_speed(
 
 
 def _nearest_speed(machine: Machine, near: float) -> AveragedSpeed:
-    slow = averaged_machine(machine, True)
-    torques = SteadyTorques.from_slow(slow)
+    averaged_equations = averaged_equations_of(machine, True)
+    torques = SteadyTorques.from_averaged_equations(averaged_equations)
     if torques.fixed_speed is not None:
         return AveragedSpeed(None, reason="the drive prescribes the speed")
-    stability, sense = AveragedStability(torques, slow), slow.senses[machine.rotor.name]
+    stability, sense = AveragedStability(torques, averaged_equations), averaged_equations.senses[machine.rotor.name]
     states = all_states(torques, *driven_speeds(machine)[0]).states
     if not states:
         return AveragedSpeed(None, reason="the averaged equations have no steady state")
@@ -85,10 +85,10 @@ def _beating_speed(
     if motion.failure:
         return AveragedSpeed(None, reason=motion.failure)
     name = machine.rotor.name
-    output = model.slow.system.output(f"speed[{name}]").expression
-    speeds = Evaluator.of(model.system, [output], [name])(motion.time, motion.states, motion.parameters)[name][-_SAMPLES:]
+    output = model.averaged_equations.system.output(f"speed[{name}]").expression
+    speeds = Evaluator.of(model.system, [output], [name])(motion.time, motion.states, motion.parameter_values)[name][-_SAMPLES:]
     mean = float(np.average(speeds, weights=smooth_weights(len(speeds))))
-    return AveragedSpeed(model.slow.senses[name] * mean, BEATING)
+    return AveragedSpeed(model.averaged_equations.senses[name] * mean, BEATING)
 
 
 FEWEST = 10  # readings that determine a speed

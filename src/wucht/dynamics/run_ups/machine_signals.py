@@ -36,7 +36,7 @@ class MachineSignal:
 
     def __call__(self, motion: Trajectory) -> np.ndarray:
         """Return its values (N,) over the machine's motion."""
-        values = self.evaluator(motion.time, motion.states, motion.parameters)[_VALUE]
+        values = self.evaluator(motion.time, motion.states, motion.parameter_values)[_VALUE]
         return np.broadcast_to(values, motion.time.shape)
 
 

@@ -146,7 +146,7 @@ class ObservedIntegration(Generic[ObservationT]):
             fine = min(max(fine + 1, math.ceil(samples_per_step * (1 - _ROUNDING))), _MOST_AT_ONCE)
             dense = _refine_grid(grid[: max(1, _MOST_AT_ONCE // fine) + 1], fine)
             motion = integrate(
-                self.compiled_system, before.end_state, before.parameters, dense, report, self.energy
+                self.compiled_system, before.end_state, before.parameter_values, dense, report, self.energy
             ).reraise_interrupt()
             machine_motion = self.machine_motion(motion)
             fastest = fastest_speed(self.machine, machine_motion)

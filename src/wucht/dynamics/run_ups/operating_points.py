@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
 from wucht.analysis.configurations.running_configurations import FULL_UNDECIDED
@@ -62,7 +62,7 @@ class OperatingPoints:
             points = tuple(base.point(sense * abs(c.speed), c.slow.stable is True) for c in configurations)
             return cls(points, configurations, tuple(configuration_labels(configurations)))
         search = all_states(steady.torques, *speeds, watch, prove=False)
-        describer = ConfigurationDescriber(AveragedStability(steady.torques, averaged_machine(steady.torques.machine)))
+        describer = ConfigurationDescriber(AveragedStability(steady.torques, averaged_equations_of(steady.torques.machine)))
         configurations = tuple(sorted((describer.describe(s, FULL_UNDECIDED) for s in search.states), key=lambda c: c.speed))
         labels = (labels_of(steady.torques, c.state.sides, c.state.phases[:, None])[0] for c in configurations)
         points = tuple(base.point(c.speed, c.slow.stable is True) for c in configurations)

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged_machine import AveragedMachine, FullMotion, averaged_machine
+from wucht.analysis.averaged_equations import AveragedEquations, FullMotion, averaged_equations_of
 from wucht.dynamics.run_ups.initial_state import angles_in, speeds_in
 from wucht.errors import InputError
 from wucht.machines.machine import DISSIPATED_WORK, Machine
@@ -60,7 +60,7 @@ class FullModel:
         """Return the states and outputs (N,) of the machine's System, by name."""
         states = dict(zip(self.machine.state_names, machine_motion.states, strict=True))
         return states | Evaluator.of_outputs(self.machine.system)(
-            machine_motion.time, machine_motion.states, machine_motion.parameters
+            machine_motion.time, machine_motion.states, machine_motion.parameter_values
         )
 
 
@@ -68,13 +68,13 @@ class FullModel:
 class SlowModel(FullModel):
     """The averaged equations."""
 
-    slow: AveragedMachine = field(kw_only=True)
+    averaged_equations: AveragedEquations = field(kw_only=True)
     name: ClassVar[str] = "slow"
 
     @cached_property
     def system(self) -> System:
         """The averaged System with the main rotor's angle as a state."""
-        s = self.slow.system
+        s = self.averaged_equations.system
         turning = s.output(ROTOR_ANGLE).expression
         works = tuple(q for q in s.quadratures if q.name != ROTOR_ANGLE)
         return replace(
@@ -95,9 +95,9 @@ class SlowModel(FullModel):
         unknown = {q.name: np.full(len(time), np.nan) for q in machine.system.quadratures if q.name not in works}
         return replace(
             trajectory,
-            states=FullMotion(self.slow)(time, trajectory.states[:-1], trajectory.states[-1]),
+            states=FullMotion(self.averaged_equations)(time, trajectory.states[:-1], trajectory.states[-1]),
             quadratures=works | unknown,
-            parameters=np.array(machine.system.values(machine.values)),
+            parameter_values=np.array(machine.system.values(machine.values)),
         )
 
     def rows(self, trajectory: Trajectory, machine_motion: Trajectory) -> dict[str, np.ndarray]:
@@ -105,11 +105,11 @@ class SlowModel(FullModel):
         s, rotor, rows = self.system, self.machine.rotor, super().rows(trajectory, machine_motion)
         expressions = [*(s.output(n).expression for n in ("motor_torque", "stored_energy")), self._transmission_loss]
         averaged_outputs = Evaluator.of(s, expressions, ["motor", "stored", "loss"])(
-            trajectory.time, trajectory.states, trajectory.parameters
+            trajectory.time, trajectory.states, trajectory.parameter_values
         )
         rows["stored_energy"] = averaged_outputs["stored"]
         if len(self.machine.rotors) == 1:
-            rows["motor_torque"] = self.slow.senses[rotor.name] * averaged_outputs["motor"]
+            rows["motor_torque"] = self.averaged_equations.senses[rotor.name] * averaged_outputs["motor"]
             rows["drive_torque"] = rows["motor_torque"] - averaged_outputs["loss"]
             rows["motor_power"] = rows["motor_torque"] * rows[rotor.coordinate.velocity.name]
         return rows
@@ -123,7 +123,7 @@ class SlowModel(FullModel):
     @property
     def _rotor_in_its_sense(self) -> dict[sp.Symbol, sp.Expr]:
         """Angle and speed of the main rotor by the states of the averaged equations, positive in its sense of rotation."""
-        main, c = self.slow.senses[self.machine.rotor.name], self.machine.rotor.coordinate
+        main, c = self.averaged_equations.senses[self.machine.rotor.name], self.machine.rotor.coordinate
         return {c.position: main * _ANGLE, c.velocity: main * c.velocity}
 
 
@@ -144,9 +144,9 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     angles, speeds, main = angles_in(machine, start), speeds_in(machine, start), machine.rotor.name
     undriven = [r.name for r in machine.rotors if r.coordinate.prescribed_velocity is None and not free_speed(machine, r)]
     senses = {name: int(np.sign(speeds[name])) for name in undriven if speeds[name]}
-    slow = averaged_machine(machine, with_inertia, order, turning=senses)
-    initial = np.append(slow.state(angles, speeds), slow.senses[main] * angles[main])
-    if order > 1 and not speeds[main] and not slow.is_defined_at(initial[:-1]):
+    averaged_equations = averaged_equations_of(machine, with_inertia, order, turning=senses)
+    initial = np.append(averaged_equations.state(angles, speeds), averaged_equations.senses[main] * angles[main])
+    if order > 1 and not speeds[main] and not averaged_equations.is_defined_at(initial[:-1]):
         remedy = f"give a speed of {main!r} in study.start, however small, or order = 1"
         raise InputError("study.order", order, f"the averaged equations of second order are not defined at rest; {remedy}")
     positions = zip(machine.carrier, machine.rest, strict=True)
@@ -156,4 +156,10 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     has_moved = any(abs(start[machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
     left_out = ("the averaged equations have no free vibration of the carrier: its start is left out",) if has_moved else ()
     advice = "the terms of the next order may have become as large as those of the first: try order = 1"
-    return SlowModel(machine, initial, (*left_out, *slow.warnings), (advice,) if order > 1 else (), slow=slow)
+    return SlowModel(
+        machine,
+        initial,
+        (*left_out, *averaged_equations.warnings),
+        (advice,) if order > 1 else (),
+        averaged_equations=averaged_equations,
+    )

@@ -187,10 +187,10 @@ def _starts(machine: Machine) -> np.ndarray:
     return starts
 
 
-def _motion(ensemble: CompiledEnsemble, state: np.ndarray, parameters: np.ndarray, duration: float) -> np.ndarray | None:
+def _motion(ensemble: CompiledEnsemble, state: np.ndarray, parameter_values: np.ndarray, duration: float) -> np.ndarray | None:
     """Return samples (K, k, 1) from a state (k,) on; None if it cannot be continued."""
     with ensemble.lanes() as lanes:
-        numbers, _ = lanes.numbers(parameters[None])
+        numbers, _ = lanes.numbers(parameter_values[None])
         advance = lanes.advance(state[:, None], numbers, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
     return None if advance.stops else advance.samples
 

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import AveragedMachine
+from wucht.analysis.averaged_equations import AveragedEquations
 from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.analysis.time_constants import runaway_limit
 from wucht.dynamics.run_ups.run_up_models import slow_model
@@ -102,7 +102,7 @@ class NumberedMembers(Members):
     def part(self, first: int, last: int) -> NumberedMembers:
         """Return the members from ``first`` on, before ``last``."""
         selection = slice(first, last)
-        return NumberedMembers(self.starts[selection], self.parameters[selection], self.numbers[selection])
+        return NumberedMembers(self.starts[selection], self.parameter_values[selection], self.numbers[selection])
 
 
 @dataclass(frozen=True)
@@ -158,36 +158,36 @@ class FullEquations:
 class SlowEquations:
     """The averaged equations."""
 
-    slow: AveragedMachine
+    averaged_equations: AveragedEquations
 
     @property
     def system(self) -> System:
         """The integrated System."""
-        return self.slow.system
+        return self.averaged_equations.system
 
     @cached_property
     def isotropic(self) -> bool:
         """True if the machine is invariant under rotation: see ``FullEquations``."""
-        return FullEquations.of(self.slow.machine).isotropic
+        return FullEquations.of(self.averaged_equations.machine).isotropic
 
     def starts(self, states: np.ndarray, variants: Variants) -> np.ndarray:
         """Convert states (n, M) of the machine's System into those (k, M) to start from."""
         initial = np.empty((len(self.system.states), states.shape[1]))
         for machine, members in variants.groups():
-            one = replace(self.slow, machine=machine)
+            one = replace(self.averaged_equations, machine=machine)
             angles = {b.name: states[machine.row(b.coordinate.position), members] for b in machine.bodies}
             initial[:, members] = one.state(angles, {b.name: _speeds(machine, b, states[:, members]) for b in machine.bodies})
         return initial
 
     def view(self, variants: Variants) -> SlowView:
         """Return the view of their states."""
-        s, machine = self.system, self.slow.machine
+        s, machine = self.system, self.averaged_equations.machine
         main = machine.rotor.name
         about = tuple(s.state_names.index(f"{b.name}.phase") for b in machine.group(machine.rotor)[1:])
         names = (f"speed[{main}]", "amplitude")
-        values = [replace(self.slow, machine=m).values() for m in variants.machines]
+        values = [replace(self.averaged_equations, machine=m).values() for m in variants.machines]
         rates, outputs = (VariantFunction.of(s, e, values) for e in (s.derivatives, [s.output(n).expression for n in names]))
-        return SlowView(self.slow.senses[main], about, rates, outputs)
+        return SlowView(self.averaged_equations.senses[main], about, rates, outputs)
 
 
 Equations = FullEquations | SlowEquations
@@ -198,7 +198,7 @@ def member_equations(question: EnsembleQuestion, state: np.ndarray) -> Equations
     averaged equations, if these are requested."""
     if question.model == "full":
         return FullEquations.of(question.machine, question.varied_paths)
-    return SlowEquations(slow_model(question.machine, state, question.inertia, question.order).slow)
+    return SlowEquations(slow_model(question.machine, state, question.inertia, question.order).averaged_equations)
 
 
 def embedded_states(system: System, samples: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import FullMotion
+from wucht.analysis.averaged_equations import FullMotion
 from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
 from wucht.dynamics.sampling.ensemble_equations import NumberedMembers, Variants, parameters_of
@@ -178,5 +178,5 @@ def _motion(model: FullModel, time: np.ndarray, samples: np.ndarray) -> Trajecto
     """Return the machine's motion from samples (K, k, M), one member after the other."""
     machine, states = model.machine, samples.transpose(1, 2, 0).reshape(samples.shape[1], -1)
     if isinstance(model, SlowModel):
-        states = FullMotion(model.slow)(time, states[:-1], states[-1])
+        states = FullMotion(model.averaged_equations)(time, states[:-1], states[-1])
     return Trajectory(time, states, {}, np.array(machine.system.values(machine.values)), float(time[-1]), states[:, -1])

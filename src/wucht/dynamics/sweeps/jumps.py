@@ -144,7 +144,7 @@ class _Search:
 
     @property
     def _window(self) -> float:
-        return max(2 * self.mover.moved_machine.pace.answer, 4 * self.mover.moved_machine.pace.turn)
+        return max(2 * self.mover.moved_machine.pace.response_time, 4 * self.mover.moved_machine.pace.turn)
 
     def _width(self, value: float) -> float:
         """Return the requested width of the bracket."""

@@ -32,7 +32,7 @@ from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples, TurnObserver
 from wucht.schema import Parameter
 from wucht.system import TIME, Output, System
 
-ANSWERS = 1000  # the default rate: the range takes a thousand response times of the machine
+RESPONSE_TIMES = 1000  # the default rate: the range takes a thousand response times of the machine
 MOST_TURNS = 100_000  # of one ramp at the default rate
 MOST_TURNS_AT_RATE = 10_000_000  # of one ramp at a requested rate
 _LEAST = 0.1  # of the response time of the machine: least duration of a ramp
@@ -42,13 +42,13 @@ _TURNS_A_SAMPLE = 3
 
 @dataclass(frozen=True)
 class SweepPace:
-    """Time scales of a sweep. answer: response time, the slowest decay of the machine's small motions, at least a turn.
+    """Time scales of a sweep. response_time: of the machine, the slowest decay of the machine's small motions, at least a turn.
 
     fastest, turn: the largest speed and the longest turn expected. driven: the largest speed that the drives reach.
     rate: of the swept parameter, in rate_unit. samples: of a ramp. step: duration of one. warnings: doubts.
     """
 
-    answer: float
+    response_time: float
     fastest: float
     turn: float
     driven: float
@@ -69,11 +69,11 @@ def sweep_pace(machine: Machine, path: str, low: float, high: float, requested_r
     natural = [f for m in ends for f in natural_frequencies(m).values() if f > 0]
     fastest = max([*speeds, *natural, *(m.shaking_frequency or 0.0 for m in ends)]) or 1.0
     turn = 2 * math.pi / max(min([w for w in [*speeds, *natural] if w > 0], default=fastest), 0.02 * fastest)
-    answers = [max(turn, _answer(m)) for m in ends]
-    answer, warnings, unit = max(answers), tuple[str, ...](), rate_unit(machine, path)
-    duration, most = ANSWERS * answer, MOST_TURNS * 2 * math.pi / fastest
+    response_times = [max(turn, _response_time(m)) for m in ends]
+    response_time, warnings, unit = max(response_times), tuple[str, ...](), rate_unit(machine, path)
+    duration, most = RESPONSE_TIMES * response_time, MOST_TURNS * 2 * math.pi / fastest
     if requested_rate is not None:
-        longest, shortest = MOST_TURNS_AT_RATE * 2 * math.pi / fastest, min(_LEAST * min(answers), most)
+        longest, shortest = MOST_TURNS_AT_RATE * 2 * math.pi / fastest, min(_LEAST * min(response_times), most)
         lowest, highest = (float(f"{(high - low) / time:.2g}") for time in (longest, shortest))
         if not lowest <= requested_rate <= highest:
             raise InputError(
@@ -83,14 +83,14 @@ def sweep_pace(machine: Machine, path: str, low: float, high: float, requested_r
             )  # fmt: skip
         duration = (high - low) / requested_rate
     elif duration > most:
-        duration, time = most, f"{answer:.3g} {machine.units.time}".strip()
+        duration, time = most, f"{response_time:.3g} {machine.units.time}".strip()
         warnings = (
             f"the machine responds slowly (in {time}): the default rate is limited to {MOST_TURNS} turns a ramp; "
             "give a lower rate to be sure that the sweep is quasi-static",
         )
     samples = max(8, min(SAMPLES, int(duration / (_TURNS_A_SAMPLE * turn))))
     driven, rate = max(speeds, default=0.0), (high - low) / duration
-    return SweepPace(answer, fastest, turn, driven, rate, unit, samples, duration / samples, warnings)
+    return SweepPace(response_time, fastest, turn, driven, rate, unit, samples, duration / samples, warnings)
 
 
 def rate_unit(machine: Machine, path: str) -> str:
@@ -99,7 +99,7 @@ def rate_unit(machine: Machine, path: str) -> str:
     return f"{unit} {f'per {time}' if time else 'a unit of time'}".strip()
 
 
-def _answer(machine: Machine) -> float:
+def _response_time(machine: Machine) -> float:
     """Return the time constant of the slowest decay of the carrier's vibration and the drives' speed; 0 if none decays."""
     poles = Vibration.of(machine).poles
     decays = -poles.real[-poles.real > 1e-9 * np.abs(poles).max(initial=0.0)]
@@ -150,14 +150,14 @@ class MovedMachine:
 class Place:
     """State of the machine between legs: all that a leg depends on.
 
-    value: of the swept parameter. state: (n + m,), with the works done so far. parameters: the other run-time ones, in the
-    System's order. balance: of the energy so far.
+    value: of the swept parameter. state: (n + m,), with the works done so far. parameter_values: the others, in the System's
+    order. balance: of the energy so far.
     """
 
     time: float
     value: float
     state: tuple[float, ...]
-    parameters: tuple[float, ...]
+    parameter_values: tuple[float, ...]
     balance: EnergyBalance
 
 
@@ -240,7 +240,7 @@ class Mover:
         largest: speed and amplitude so far; a speed that changes by less than a millionth of the largest has settled,
         also at a standstill.
         """
-        window, quiet = max(5 * self.moved_machine.pace.answer, 8 * self.moved_machine.pace.turn), 0
+        window, quiet = max(5 * self.moved_machine.pace.response_time, 8 * self.moved_machine.pace.turn), 0
         motion, scale = np.full(2, np.inf), np.array(largest)
         for _ in range(_MOST_WINDOWS):
             leg, before = self.leg(place, window), motion
@@ -258,7 +258,7 @@ class Mover:
         Raises ``IntegrationError``, and ``KeyboardInterrupt`` where the user stops it.
         """
         rate = 0.0 if to is None else (to - place.value) / duration
-        parameters = np.array([*place.parameters, place.value, rate, place.time])  # those of the ramp come last
+        parameters = np.array([*place.parameter_values, place.value, rate, place.time])  # those of the ramp come last
         state, end, fastest = self._without_turns(place), place.time + duration, self.moved_machine.pace.fastest
         sampled_time = min(duration, _MOST_TURNS_SAMPLED * 2 * math.pi / fastest)
         grids = [
@@ -271,7 +271,7 @@ class Mover:
             grids = [*map(np.array, pairwise(np.linspace(place.time, end - sampled_time, count))), *grids]
         for grid in grids:
             t = self._run(grid, state, parameters)
-            state, parameters = t.end_state, t.parameters
+            state, parameters = t.end_state, t.parameter_values
         rows, system = rows_of(self.compiled_system, t), self.compiled_system.system
         n, done = len(system.states), np.array(place.state)
         done[:n] = 0.0
@@ -294,8 +294,10 @@ class Mover:
         state[len(names) :] = 0.0
         return state
 
-    def _run(self, grid: np.ndarray, state: np.ndarray, parameters: np.ndarray) -> Trajectory:
-        t = integrate(self.compiled_system, state, parameters, grid, self.report, self.moved_machine.energy).reraise_interrupt()
+    def _run(self, grid: np.ndarray, state: np.ndarray, parameter_values: np.ndarray) -> Trajectory:
+        t = integrate(
+            self.compiled_system, state, parameter_values, grid, self.report, self.moved_machine.energy
+        ).reraise_interrupt()
         if t.failure:
             raise IntegrationError(t.failure)
         return t

@@ -30,7 +30,7 @@ Rows = Mapping[str, np.ndarray]
 def rows_of(compiled_system: CompiledSystem, t: Trajectory) -> dict[str, np.ndarray]:
     """Return the states and outputs (N,) of a trajectory, by name."""
     return dict(zip(compiled_system.system.state_names, t.states, strict=True)) | compiled_system.outputs(
-        t.time, t.states, t.parameters
+        t.time, t.states, t.parameter_values
     )
 
 
@@ -167,7 +167,7 @@ class MotionObserver:
     def samples(self, motion: Trajectory) -> Samples:
         """Return the observed samples of the machine's motion: all bodies in their order."""
         samples = Samples.of(motion.time, *(motion_of(self.machine, motion, b) for b in self.machine.bodies))
-        rows = self._orbit(motion.time, motion.states, motion.parameters)
+        rows = self._orbit(motion.time, motion.states, motion.parameter_values)
         orbit = AxisMotion.of(self.machine, motion.time, rows, self._rest_position)
         moments = np.zeros_like(samples.angles) if self._sliding else samples.moments
         for body, row, moment in self._sliding:

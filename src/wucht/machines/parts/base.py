@@ -77,7 +77,7 @@ class Part(TableModel, ABC):
         return tuple(self.symbol(n) for n in names)
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return the part's parameters: its quantities that are given."""
+        """Return the part's parameters, each with path, value, unit and symbol: its quantities that are given."""
         return self.parameters_at(self.path)
 
 

@@ -221,7 +221,7 @@ def steady_motion(coupling: Coupling) -> list[Phasor]:
     return coupling.motion(coupling.lines.phasors(force, "F", names) if len(coupling.direction) > 1 else force, "")
 
 
-def averaged_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> AveragedSystem:
+def averaged_system(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> AveragedSystem:
     """The averaged equations. inertia: keep that of the balancing bodies; else the strongly damped reduction 002 (3.24).
 
     order: 1, with an error O(epsilon) over times 1/epsilon, or 2 with an error O(epsilon^2): the carrier's response to

@@ -70,13 +70,13 @@ class EndConditions:
 
     @classmethod
     def of(
-        cls, system: System, parameters: Sequence[str], fixed_values: Mapping[str, float], conditions: Sequence[sp.Expr]
+        cls, system: System, parameter_names: Sequence[str], fixed_values: Mapping[str, float], conditions: Sequence[sp.Expr]
     ) -> EndConditions:
         """Compile formulas that must vanish, in ``start_value`` and ``end_value`` of states and in parameters.
 
         Raises ``WuchtError`` for a formula in which anything else occurs.
         """
-        parameter_symbols = [p for name in parameters for p in system.parameters if p.name == name]
+        parameter_symbols = [p for name in parameter_names for p in system.parameters if p.name == name]
         substitutions = {p: fixed_values[p.name] for p in system.parameters if p not in parameter_symbols}
         variables = [*map(start_value, system.states), *map(end_value, system.states), *parameter_symbols]
         b = sp.Matrix([sp.sympify(c).subs(substitutions) for c in conditions])
@@ -119,7 +119,7 @@ _UNEVEN = 1.25  # an interval may need so many times the mean number of mesh poi
 class BoundaryValueProblem:
     """Boundary value problem y' = g(y, P) on [0, 1], discretised. ``BoundaryValueProblem.of`` builds it from formulas.
 
-    The unknowns u are y at the nodes of the mesh, node by node, then the parameters P.
+    The unknowns are y at the nodes of the mesh, node by node, then the parameters P.
 
     Attributes
     ----------
@@ -159,7 +159,7 @@ class BoundaryValueProblem:
     def of(
         cls,
         system: System,
-        parameters: Sequence[str],
+        parameter_names: Sequence[str],
         fixed_values: Mapping[str, float],
         conditions: Sequence[sp.Expr],
         *,
@@ -173,8 +173,8 @@ class BoundaryValueProblem:
         system : System
             Whose equations do not depend on time: a time that matters is a state whose derivative is 1, a length L of the
             interval a parameter by which all derivatives are multiplied.
-        parameters : sequence of str
-            Those that vary; solutions are followed over the last one.
+        parameter_names : sequence of str
+            Of those that vary; solutions are followed over the last one.
         fixed_values : mapping
             Values of all other parameters.
         conditions : sequence of sympy.Expr
@@ -194,22 +194,22 @@ class BoundaryValueProblem:
         WuchtError
             For another number of conditions, a formula with other symbols, and as ``Equations.of``.
         """
-        equations = Equations.of(system, parameters, fixed_values, scale)
-        n, q = equations.n, len(parameters)
+        equations = Equations.of(system, parameter_names, fixed_values, scale)
+        n, q = equations.n, len(parameter_names)
         if not q or len(conditions) != n + q - 1:
             counts = f"{n} states and {q} parameters with {len(conditions)} conditions at the ends"
             raise WuchtError(
                 f"{counts}: a curve of solutions needs at least one parameter, and {n + max(q, 1) - 1} conditions", code="count"
             )
         ends, no_reference = (
-            EndConditions.of(system, parameters, fixed_values, conditions),
+            EndConditions.of(system, parameter_names, fixed_values, conditions),
             Reference(np.zeros((n, 0)), np.zeros((n, 0))),
         )
         return cls(equations.values, n, q, ends, None, Mesh.even(*_FIRST), no_reference, equations.scale, None, accuracy)
 
-    def split(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def split(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return y at the nodes (N m + 1, n), and P (q,)."""
-        return u[: -self.q].reshape(-1, self.n), u[-self.q :]
+        return unknowns[: -self.q].reshape(-1, self.n), unknowns[-self.q :]
 
     @property
     def periodic(self) -> bool:
@@ -222,21 +222,21 @@ class BoundaryValueProblem:
         per_node = 1 / np.sqrt(self.mesh.shares)
         return np.concatenate([(per_node[:, None] * self.sizes[: self.n]).ravel(), self.sizes[self.n :]])
 
-    def residual(self, u: np.ndarray) -> tuple[np.ndarray, CollocationJacobian]:
+    def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, CollocationJacobian]:
         """Evaluate the equations and their Jacobian: see ``Problem``."""
-        y, parameters = self.split(u)
+        y, parameters = self.split(unknowns)
         mesh, n, q = self.mesh, self.n, self.q
         intervals, m, lagrange = mesh.intervals, mesh.degree, mesh.basis.values
         pieces = mesh.pieces(y)
         at, slopes = lagrange @ pieces, (mesh.basis.slopes @ pieces) / mesh.lengths[:, None, None]
         states = at.reshape(-1, n).T
-        g, g_u = self.field(np.concatenate([states, np.broadcast_to(parameters[:, None], (q, states.shape[1]))]))
+        g, derivatives = self.field(np.concatenate([states, np.broadcast_to(parameters[:, None], (q, states.shape[1]))]))
         off = slopes.reshape(-1, n) - g.T
-        by_states = g_u[:, :n].transpose(2, 0, 1).reshape(intervals, m, n, 1, n)
+        by_states = derivatives[:, :n].transpose(2, 0, 1).reshape(intervals, m, n, 1, n)
         differentiation = mesh.basis.slopes[:, None, :, None] * np.eye(n)[:, None]
         blocks = differentiation / mesh.lengths[:, None, None, None, None] - by_states * lagrange[:, None, :, None]
         blocks = blocks.reshape(intervals, m * n, (m + 1) * n)
-        by_parameters = -g_u[:, n:].transpose(2, 0, 1).reshape(intervals, m * n, q)
+        by_parameters = -derivatives[:, n:].transpose(2, 0, 1).reshape(intervals, m * n, q)
         b, begin, end, ends_by_parameters = self.ends(y[0], y[-1], parameters)
         h, integrals, integrals_by_parameters = self._integrals(states, parameters)
         jacobian = CollocationJacobian(
@@ -244,18 +244,18 @@ class BoundaryValueProblem:
         )
         return np.concatenate([off.ravel(), b, h]), jacobian
 
-    def rates_at_edges(self, u: np.ndarray) -> np.ndarray:
+    def rates_at_edges(self, unknowns: np.ndarray) -> np.ndarray:
         """Return g (N+1, n) at the edges of the mesh."""
-        y, parameters = self.split(u)
+        y, parameters = self.split(unknowns)
         at = y[:: self.mesh.degree].T
         return self.field(np.concatenate([at, np.broadcast_to(parameters[:, None], (self.q, at.shape[1]))]))[0].T
 
-    def divergences(self, u: np.ndarray) -> np.ndarray:
+    def divergences(self, unknowns: np.ndarray) -> np.ndarray:
         """Integrate the trace of dg/dy over each interval (N,): the growth of ln of volumes (Liouville)."""
-        y, parameters = self.split(u)
+        y, parameters = self.split(unknowns)
         at = (self.mesh.basis.values @ self.mesh.pieces(y)).reshape(-1, self.n).T
-        g_u = self.field(np.concatenate([at, np.broadcast_to(parameters[:, None], (self.q, at.shape[1]))]))[1]
-        return np.asarray((np.trace(g_u[:, : self.n]).reshape(self.mesh.weights.shape) * self.mesh.weights).sum(axis=1))
+        derivatives = self.field(np.concatenate([at, np.broadcast_to(parameters[:, None], (self.q, at.shape[1]))]))[1]
+        return np.asarray((np.trace(derivatives[:, : self.n]).reshape(self.mesh.weights.shape) * self.mesh.weights).sum(axis=1))
 
     def _integrals(self, states: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         mesh, n = self.mesh, self.n
@@ -272,27 +272,31 @@ class BoundaryValueProblem:
 
     def reformulate(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """Take the point's solution as reference, and adapt the mesh from time to time: see ``Problem``."""
-        better = self.adapt_mesh(point.u)
-        u, tangent, bend = point.u, point.tangent, np.zeros_like(point.u) if point.bend is None else point.bend
+        better = self.adapt_mesh(point.unknowns)
+        unknowns, tangent, bend = (
+            point.unknowns,
+            point.tangent,
+            np.zeros_like(point.unknowns) if point.bend is None else point.bend,
+        )
         if better.mesh is not self.mesh:
-            u, tangent, bend = self.to_mesh(np.stack([u, tangent, bend], axis=1), better.mesh).T
-        problem = replace(better, reference=better.reference_from(u))
+            unknowns, tangent, bend = self.to_mesh(np.stack([unknowns, tangent, bend], axis=1), better.mesh).T
+        problem = replace(better, reference=better.reference_from(unknowns))
         if self.periodic and self.integrand is not None:
-            tangent, bend = problem._without_phase_shift(u, tangent), problem._without_phase_shift(u, bend)
+            tangent, bend = problem._without_phase_shift(unknowns, tangent), problem._without_phase_shift(unknowns, bend)
         jacobian = point.jacobian if better.mesh is self.mesh else None
-        return problem, CurvePoint(u, tangent, jacobian, point.length, point.orientation, bend)
+        return problem, CurvePoint(unknowns, tangent, jacobian, point.length, point.orientation, bend)
 
-    def _without_phase_shift(self, u: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """Remove from a change of an orbit u the phase shift that its first condition on an integral forbids."""
-        y, parameters = self.split(u)
+    def _without_phase_shift(self, unknowns: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Remove from a change of an orbit the phase shift that its first condition on an integral forbids."""
+        y, parameters = self.split(unknowns)
         shift = np.append(self.mesh.slopes(y).ravel(), np.zeros(self.q))
         _, row, _ = self._integrals(self.reference.y, parameters)
         along, share = ((row[0] * self.mesh.pieces(self.split(direction)[0])).sum() for direction in (shift, change))
         return np.asarray(change - share / along * shift)
 
-    def adapt_mesh(self, u: np.ndarray) -> BoundaryValueProblem:
+    def adapt_mesh(self, unknowns: np.ndarray) -> BoundaryValueProblem:
         """Return the problem on a mesh that suits a solution, with as many intervals as the accuracy requires."""
-        values = self.split(u)[0] / self.sizes[: self.n]
+        values = self.split(unknowns)[0] / self.sizes[: self.n]
         target = _SPARE * self.mesh.required_intervals(values, self.periodic, self.accuracy)
         intervals = int(np.clip(math.ceil(target), *_INTERVALS))
         if _FEWER * self.mesh.intervals < intervals < _MORE * self.mesh.intervals:
@@ -301,24 +305,24 @@ class BoundaryValueProblem:
                 return self
         return replace(self, mesh=self.mesh.adapt(values, self.periodic, intervals))
 
-    def reference_from(self, u: np.ndarray) -> Reference:
+    def reference_from(self, unknowns: np.ndarray) -> Reference:
         """Return a solution as the reference of the next one."""
-        pieces = self.mesh.pieces(self.split(u)[0])
+        pieces = self.mesh.pieces(self.split(unknowns)[0])
         slopes = (self.mesh.basis.slopes @ pieces) / self.mesh.lengths[:, None, None]
         return Reference((self.mesh.basis.values @ pieces).reshape(-1, self.n).T, slopes.reshape(-1, self.n).T)
 
-    def error(self, u: np.ndarray) -> np.ndarray:
+    def error(self, unknowns: np.ndarray) -> np.ndarray:
         """Estimate the error of the solution within each interval (N,), in units of its sizes; far less at mesh points."""
-        return self.mesh.error(self.split(u)[0] / self.sizes[: self.n], self.periodic)
+        return self.mesh.error(self.split(unknowns)[0] / self.sizes[: self.n], self.periodic)
 
-    def to_mesh(self, u: np.ndarray, mesh: Mesh) -> np.ndarray:
+    def to_mesh(self, unknowns: np.ndarray, mesh: Mesh) -> np.ndarray:
         """Interpolate a solution, or a change of it, or several as columns, to another mesh."""
-        values = u[: -self.q].reshape(len(self.mesh.nodes), -1)
-        return np.concatenate([self.mesh.interpolate(values, mesh.nodes).reshape(-1, *u.shape[1:]), u[-self.q :]])
+        values = unknowns[: -self.q].reshape(len(self.mesh.nodes), -1)
+        return np.concatenate([self.mesh.interpolate(values, mesh.nodes).reshape(-1, *unknowns.shape[1:]), unknowns[-self.q :]])
 
-    def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def outline(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters, and mean and mean square of states that return: a phase shift does not change these."""
-        y, parameters = self.split(u)
+        y, parameters = self.split(unknowns)
         scaled_states = (y / self.sizes[: self.n])[:, np.ones(self.n, bool) if self.winding is None else self.winding == 0]
         # By Gauss' quadrature: the identity of the orbit must not depend on its mesh.
         at, weights = (

@@ -53,7 +53,7 @@ class CollocationSolution:
     @property
     def states(self) -> np.ndarray:
         """States at these places (n, K)."""
-        return self.problem.split(self.point.u)[0].T
+        return self.problem.split(self.point.unknowns)[0].T
 
     def states_at(self, tau: np.ndarray) -> np.ndarray:
         """Interpolate the states (n, K) at places (K,) of [0, 1]."""
@@ -76,35 +76,37 @@ def mesh_from_samples(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, 
     return mesh, samples(mesh.nodes)
 
 
-def solve_near(curve: Curve, u: np.ndarray, towards: np.ndarray | None = None) -> tuple[Curve, CurvePoint]:
-    """Solve for the solution near u; return also the curve on a mesh that suits it.
+def solve_near(curve: Curve, unknowns: np.ndarray, towards: np.ndarray | None = None) -> tuple[Curve, CurvePoint]:
+    """Solve for the solution near given unknowns; return also the curve on a mesh that suits it.
 
-    curve: of a boundary value problem, on the mesh of u. towards: a direction of all unknowns; the solution lies in the plane
+    curve: of a boundary value problem, on their mesh. towards: a direction of all unknowns; the solution lies in the plane
     across it, and the curve continues that way. By default it is the last parameter, which then keeps its value. Raises
     ``RunError`` where Newton's method does not converge.
     """
     if towards is None:
-        towards = np.zeros(len(u))
+        towards = np.zeros(len(unknowns))
         towards[-1] = 1.0
     for refinement in range(_MOST_REFINEMENTS + 1):
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
-        curve = replace(curve, problem=replace(problem, reference=problem.reference_from(u)))
-        point = curve.start(u, towards)
-        better = problem.adapt_mesh(point.u)
+        curve = replace(curve, problem=replace(problem, reference=problem.reference_from(unknowns)))
+        point = curve.start(unknowns, towards)
+        better = problem.adapt_mesh(point.unknowns)
         if better.mesh is problem.mesh or refinement == _MOST_REFINEMENTS:
             break
-        u, towards = problem.to_mesh(np.stack([point.u, towards], axis=1), better.mesh).T
+        unknowns, towards = problem.to_mesh(np.stack([point.unknowns, towards], axis=1), better.mesh).T
         curve = replace(curve, problem=better)
     return curve, point
 
 
-def tangent_near(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
-    """Return the direction of the curve of solutions near u, of all unknowns and with either sign. Raises ``RunError``."""
-    sides = np.zeros((len(u), 1))
+def tangent_near(problem: BoundaryValueProblem, unknowns: np.ndarray) -> np.ndarray:
+    """Return the direction of the curve of solutions near given unknowns, with either sign. Raises ``RunError``."""
+    sides = np.zeros((len(unknowns), 1))
     sides[-1] = 1.0
-    row = np.random.default_rng(0).normal(size=len(u)) / problem.scale  # not across the curve, as that of a fold would be
-    return problem.solution(problem.residual(u)[1], row, sides)[0][:, 0]
+    row = (
+        np.random.default_rng(0).normal(size=len(unknowns)) / problem.scale
+    )  # not across the curve, as that of a fold would be
+    return problem.solution(problem.residual(unknowns)[1], row, sides)[0][:, 0]
 
 
 def with_exact_tolerance(curve: Curve) -> Curve:
@@ -123,27 +125,27 @@ def refine_on_common_mesh(
     curve, there = b
     problem = curve.problem
     assert isinstance(problem, BoundaryValueProblem)
-    better = replace(problem, accuracy=min(accuracy, problem.accuracy)).adapt_mesh(there.u)
-    better = replace(better, reference=better.reference_from(problem.to_mesh(there.u, better.mesh)))
+    better = replace(problem, accuracy=min(accuracy, problem.accuracy)).adapt_mesh(there.unknowns)
+    better = replace(better, reference=better.reference_from(problem.to_mesh(there.unknowns, better.mesh)))
     fine, points = with_exact_tolerance(replace(curve, problem=better)), list[CurvePoint]()
     for at, point in (a, b):
         coarse_problem = at.problem
         assert isinstance(coarse_problem, BoundaryValueProblem)
-        u, tangent = coarse_problem.to_mesh(np.stack([point.u, point.tangent], axis=1), better.mesh).T
-        points.append(fine.correct(u, tangent, point.length)[0])
+        unknowns, tangent = coarse_problem.to_mesh(np.stack([point.unknowns, point.tangent], axis=1), better.mesh).T
+        points.append(fine.correct(unknowns, tangent, point.length)[0])
     return fine, points[0], points[1]
 
 
 def solve_across_row(
-    problem: BoundaryValueProblem, u: np.ndarray, row: np.ndarray, positive: int, most_steps: int, tolerance: float
+    problem: BoundaryValueProblem, unknowns: np.ndarray, row: np.ndarray, positive: int, most_steps: int, tolerance: float
 ) -> tuple[np.ndarray, int]:
-    """Solve for the solution near u in the plane through it across a row; return also the number of steps.
+    """Solve for the solution near given unknowns in the plane through them across a row; return also the number of steps.
 
     Parameters
     ----------
     problem : BoundaryValueProblem
-    u, row : ndarray
-        Of all unknowns; changes of u are zero along the row.
+    unknowns, row : ndarray
+        All unknowns; their changes are zero along the row.
     positive : int
         Index of an unknown that stays positive: a period.
     most_steps : int
@@ -162,12 +164,12 @@ def solve_across_row(
         change = problem.solution(jacobian, row, sides)[0][:, 0]  # type: ignore[arg-type]
         return change, float(np.linalg.norm(change / scale))
 
-    off, jacobian = problem.residual(u)
+    off, jacobian = problem.residual(unknowns)
     change, size = correction(jacobian, off)
     share = 1.0
     for step in range(1, most_steps + 1):
         while True:
-            at = u - share * change
+            at = unknowns - share * change
             if at[positive] > 0:
                 off, after = problem.residual(at)
                 next_change, next_size = correction(jacobian, off)
@@ -178,9 +180,9 @@ def solve_across_row(
             share /= 2
             if not share >= _LEAST:
                 raise RunError("Newton's method does not converge", code="no-convergence")
-        u = at
+        unknowns = at
         if share == 1.0 and (next_size <= tolerance or size / 2 < next_size < _CORRECTION_ROUNDING):
-            return u - next_change, step
+            return unknowns - next_change, step
         jacobian, (change, size) = after, correction(after, off)
         share = min(1.0, 2 * share)
     raise RunError(f"after {most_steps} steps of Newton's method a correction of {size:.2g} remains", code="too-many-steps")
@@ -197,14 +199,14 @@ class Solution(CollocationSolution):
     kind: str = ""
 
     @property
-    def parameters(self) -> np.ndarray:
+    def parameter_values(self) -> np.ndarray:
         """Values of the parameters (q,)."""
-        return self.problem.split(self.point.u)[1]
+        return self.problem.split(self.point.unknowns)[1]
 
     @property
     def error(self) -> float:
         """Estimated error between mesh points, in units of its sizes."""
-        return float(self.problem.error(self.point.u).max())
+        return float(self.problem.error(self.point.unknowns).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,7 +294,7 @@ class Solutions:
         """Locate the special solutions between two neighbours, in order."""
         tests: Mapping[tuple[str, float], Callable[[Solution], float]] = {
             (FOLD, 0.0): lambda s: float(s.point.tangent[-1]),
-            **{(VALUE, value): lambda s, value=value: float(s.point.u[-1]) - value for value in self.values},  # type: ignore[misc]
+            **{(VALUE, value): lambda s, value=value: float(s.point.unknowns[-1]) - value for value in self.values},  # type: ignore[misc]
         }
         active_tests = [(kind, test) for (kind, _), test in tests.items() if test(here) * test(there) < 0]
         if not active_tests:

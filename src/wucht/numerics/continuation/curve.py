@@ -1,4 +1,4 @@
-"""A curve F(u) = 0, F: R^(n+1) -> R^n, followed point by point by pseudo-arclength continuation.
+"""A curve F(X) = 0, F: R^(n+1) -> R^n, followed point by point by pseudo-arclength continuation.
 
 From a point the next one is predicted along the tangent and its change, and corrected by Newton's method in the plane across
 the tangent; the step grows and shrinks with Newton's effort and with how far the tangent turns.
@@ -100,7 +100,7 @@ class Curve:
     Parameters
     ----------
     problem : Problem
-        The equations F(u) = 0, such as a ``FunctionProblem``.
+        The equations F(X) = 0, such as a ``FunctionProblem``.
     bounds : mapping of int to (float, float)
         Lower and upper limit of some unknowns, by their index (-1: the last one).
     steps : Steps
@@ -116,10 +116,10 @@ class Curve:
 
     >>> import numpy as np
     >>> from wucht.numerics.continuation import Curve, FunctionProblem
-    >>> circle = FunctionProblem(lambda u: (np.array([u @ u - 1]), 2 * u[None]), scale=np.ones(2))
+    >>> circle = FunctionProblem(lambda x: (np.array([x @ x - 1]), 2 * x[None]), scale=np.ones(2))
     >>> curve = Curve(circle)
     >>> walk = curve.follow(curve.start(np.array([1.0, 0.0]), towards=np.array([0.0, 1.0])))
-    >>> points = np.array([point.u for _, point in walk])
+    >>> points = np.array([point.unknowns for _, point in walk])
     >>> walk.end, float(points[:, 0].min().round(2))
     ('it is closed', -1.0)
     """
@@ -130,9 +130,12 @@ class Curve:
     continues: Callable[[Problem, CurvePoint, CurvePoint], bool] | None = None
     names: Sequence[str] = ()
 
-    def start(self, u: np.ndarray, towards: np.ndarray) -> CurvePoint:
-        """Solve for the point near u in the plane across a direction (n+1,), which its tangent follows. Raises ``RunError``."""
-        point, _ = self.correct(u, towards / self.size(towards), 0.0)
+    def start(self, unknowns: np.ndarray, towards: np.ndarray) -> CurvePoint:
+        """Solve for the point near given unknowns in the plane across a direction (n+1,), which its tangent follows.
+
+        Raises ``RunError``.
+        """
+        point, _ = self.correct(unknowns, towards / self.size(towards), 0.0)
         return point
 
     def follow(self, start: CurvePoint) -> Walk[tuple[Curve, CurvePoint]]:
@@ -140,21 +143,23 @@ class Curve:
 
         Raises ``RunError`` for a first point out of bounds.
         """
-        self._check_start(start.u)
+        self._check_start(start.unknowns)
         return Walk(self._generate_points(start))
 
     def _generate_points(self, start: CurvePoint) -> Generator[tuple[Curve, CurvePoint], None, str]:
         curve, here, step = self, start, self.steps.first
-        first, turns = self.problem.outline(start.u)
+        first, turns = self.problem.outline(start.unknowns)
         before, count, first_direction, is_reformulated = first, 0, first, False
         while count < self.steps.points:
             try:
-                guess = here.u + step * here.tangent
+                guess = here.unknowns + step * here.tangent
                 if here.bend is not None:
                     guess += step**2 / 2 * here.bend
                 there, corrections = curve.correct(guess, here.tangent, here.length + step, self.steps.predicts_correction)
                 # Where Newton's method went farther than the step, that is another curve's point.
-                turn_angle = curve._angle(here.tangent, there.tangent) if curve.size(there.u - guess) <= step else math.pi
+                turn_angle = (
+                    curve._angle(here.tangent, there.tangent) if curve.size(there.unknowns - guess) <= step else math.pi
+                )
             except RunError:
                 there, turn_angle, corrections = here, math.pi, _MOST_CORRECTIONS
             if turn_angle > 3 * self.steps.turn or (self.continues and not self.continues(curve.problem, here, there)):
@@ -164,10 +169,10 @@ class Curve:
                 if step < self.steps.least:
                     return f"no further point could be computed: steps would be shorter than {self.steps.least:g}"
                 continue
-            if (crossing := curve.crossed_bound(here.u, there.u)) is not None:
+            if (crossing := curve.crossed_bound(here.unknowns, there.unknowns)) is not None:
                 index, limit = crossing
-                gap = abs(limit - here.u[index]) / curve.problem.scale[index]
-                if gap < _BOUND_TOLERANCE or not curve.bounds[index][0] <= here.u[index] <= curve.bounds[index][1]:
+                gap = abs(limit - here.unknowns[index]) / curve.problem.scale[index]
+                if gap < _BOUND_TOLERANCE or not curve.bounds[index][0] <= here.unknowns[index] <= curve.bounds[index][1]:
                     return curve.exit_sentence(index, limit)
                 try:
                     last = curve._point_on_bound(here, there, index, limit)
@@ -178,7 +183,7 @@ class Curve:
                     continue
                 yield curve, last
                 return curve.exit_sentence(index, limit)
-            after, _ = curve.problem.outline(there.u)
+            after, _ = curve.problem.outline(there.unknowns)
             close = count > 1 and _passes_start(before, after, first, turns)
             if close and (closing_point := curve._closing_point(here, there, start, first, first_direction)) is not None:
                 yield curve, closing_point
@@ -191,33 +196,34 @@ class Curve:
             is_reformulated = problem is not curve.problem
             if is_reformulated:
                 curve = replace(curve, problem=problem)
-        return f"it has reached the maximum number of points, {self.steps.points}{self._runaway_note(start.u, here.u)}"
+        runaway_note = self._runaway_note(start.unknowns, here.unknowns)
+        return f"it has reached the maximum number of points, {self.steps.points}{runaway_note}"
 
     def correct(
-        self, u: np.ndarray, tangent: np.ndarray, length: float, predicts_correction: bool = False
+        self, unknowns: np.ndarray, tangent: np.ndarray, length: float, predicts_correction: bool = False
     ) -> tuple[CurvePoint, int]:
-        """Apply Newton's method from u in the plane across a tangent; return also the number of corrections.
+        """Apply Newton's method from given unknowns in the plane across a tangent; return also the number of corrections.
 
         predicts_correction: see ``Steps``; only for points on the way. Raises ``RunError``.
         """
         scale = self.problem.scale
         across = tangent / scale**2
-        sides, before = np.zeros((len(u), 2)), math.inf
+        sides, before = np.zeros((len(unknowns), 2)), math.inf
         sides[-1, 1] = 1.0
         for correction in range(1, _MOST_CORRECTIONS + 1):
             try:
-                off, jacobian = self.problem.residual(u)
+                off, jacobian = self.problem.residual(unknowns)
             except (ValueError, ArithmeticError) as error:  # a user's function, outside the region where it is defined
                 raise RunError(f"the equations cannot be evaluated here: {error}") from error
             sides[:-1, 0] = off
             solution, orientation = self.problem.solution(jacobian, across, sides)
             change = self.size(solution[:, 0])
-            u = u - solution[:, 0]
+            unknowns = unknowns - solution[:, 0]
             # Where the equations are nearly singular, rounding stops Newton's method before the tolerance is reached.
             remaining = change * (change / before) ** 2 if predicts_correction and change < before < math.inf else change
             if remaining <= self.steps.tolerance or before / 2 < change < _CORRECTION_ROUNDING:
                 direction = solution[:, 1]
-                return CurvePoint(u, direction / self.size(direction), jacobian, length, orientation), correction
+                return CurvePoint(unknowns, direction / self.size(direction), jacobian, length, orientation), correction
             if not change < 2 * before:
                 break
             before = change
@@ -226,17 +232,22 @@ class Curve:
     def _try_correct(self, point: CurvePoint) -> CurvePoint:
         """Correct an approximate point by Newton's method; return it unchanged where that fails."""
         try:
-            solution, _ = self.correct(point.u, point.tangent, point.length)
+            solution, _ = self.correct(point.unknowns, point.tangent, point.length)
         except RunError:
             return point
         return solution
 
     def point_between(self, a: CurvePoint, b: CurvePoint, share: float) -> CurvePoint:
         """Solve for the point of the curve at a fraction of the way from one point to a near one. Raises ``RunError``."""
-        way, span = b.u - a.u, b.length - a.length
+        way, span = b.unknowns - a.unknowns, b.length - a.length
         across, s, r = way / self.size(way), share, 1 - share
-        guess = (1 + 2 * s) * r**2 * a.u + s * r**2 * span * a.tangent + s**2 * (3 - 2 * s) * b.u - s**2 * r * span * b.tangent
-        guess = guess + across * float((a.u + share * way - guess) @ (across / self.problem.scale**2))
+        guess = (
+            (1 + 2 * s) * r**2 * a.unknowns
+            + s * r**2 * span * a.tangent
+            + s**2 * (3 - 2 * s) * b.unknowns
+            - s**2 * r * span * b.tangent
+        )
+        guess = guess + across * float((a.unknowns + share * way - guess) @ (across / self.problem.scale**2))
         return self.correct(guess, across, a.length + share * span)[0]
 
     def backwards(self, point: CurvePoint) -> CurvePoint:
@@ -248,26 +259,26 @@ class Curve:
         scaled_direction = direction / self.problem.scale
         return math.sqrt(scaled_direction @ scaled_direction)
 
-    def is_within_bounds(self, u: np.ndarray) -> bool:
+    def is_within_bounds(self, unknowns: np.ndarray) -> bool:
         """True if unknowns (n+1,) are within their bounds, or on one but for rounding."""
         near = _ON_A_BOUND * self.problem.scale
-        return all(low - near[i] <= u[i] <= high + near[i] for i, (low, high) in self.bounds.items())
+        return all(low - near[i] <= unknowns[i] <= high + near[i] for i, (low, high) in self.bounds.items())
 
-    def is_on_bound(self, u: np.ndarray) -> bool:
+    def is_on_bound(self, unknowns: np.ndarray) -> bool:
         """True if unknowns (n+1,) are on one of their bounds, but for rounding: it is then undecided whether a special point
         lies within them."""
         near = _ON_A_BOUND * self.problem.scale
-        return any(abs(u[i] - limit) <= near[i] for i, bounds in self.bounds.items() for limit in bounds)
+        return any(abs(unknowns[i] - limit) <= near[i] for i, bounds in self.bounds.items() for limit in bounds)
 
-    def _check_start(self, u: np.ndarray) -> None:
+    def _check_start(self, unknowns: np.ndarray) -> None:
         for i, (low, high) in self.bounds.items():
             if not low < high:
                 raise RunError(
                     f"there is no range from {low:.9g} to {high:.9g}: the second number must be the greater one",
                     code="empty-range",
                 )
-            if not replace(self, bounds={i: (low, high)}).is_within_bounds(u):
-                description = self._describe_value(i, u[i])
+            if not replace(self, bounds={i: (low, high)}).is_within_bounds(unknowns):
+                description = self._describe_value(i, unknowns[i])
                 raise RunError(
                     f"the first point is out of its range: {description} is not between {low:.9g} and {high:.9g}",
                     code="out-of-range",
@@ -299,32 +310,34 @@ class Curve:
         factor = min(_GROWS, self.steps.turn / max(turn_angle, 1e-12), 2.0 ** (self.steps.corrections - corrections + 1))
         return min(max(factor, _SHRINKS) * step, self.steps.most)
 
-    def crossed_bound(self, before: np.ndarray, u: np.ndarray) -> tuple[int, float] | None:
-        """Return the index of the unknown that leaves its bounds first on the way to u, and that bound; None if none does."""
-        crossings = [(i, low if u[i] < low else high) for i, (low, high) in self.bounds.items() if not low <= u[i] <= high]
+    def crossed_bound(self, before: np.ndarray, unknowns: np.ndarray) -> tuple[int, float] | None:
+        """Return the index of the unknown that leaves its bounds first on the way, and that bound; None if none does."""
+        crossings = [
+            (i, low if unknowns[i] < low else high) for i, (low, high) in self.bounds.items() if not low <= unknowns[i] <= high
+        ]
         return min(
             crossings,
-            key=lambda crossing: (crossing[1] - before[crossing[0]]) / (u[crossing[0]] - before[crossing[0]]),
+            key=lambda crossing: (crossing[1] - before[crossing[0]]) / (unknowns[crossing[0]] - before[crossing[0]]),
             default=None,
         )
 
     def _point_on_bound(self, here: CurvePoint, there: CurvePoint, index: int, limit: float) -> CurvePoint:
         """Solve for the point between two where an unknown is on its bound, by Newton's method in that plane."""
-        plane = np.zeros(len(here.u))
+        plane = np.zeros(len(here.unknowns))
         plane[index] = self.problem.scale[index]
-        share = (limit - here.u[index]) / (there.u[index] - here.u[index])
-        guess = here.u + share * (there.u - here.u)
+        share = (limit - here.unknowns[index]) / (there.unknowns[index] - here.unknowns[index])
+        guess = here.unknowns + share * (there.unknowns - here.unknowns)
         solution, _ = self.correct(guess, plane, here.length + share * (there.length - here.length))
-        u = solution.u.copy()
-        u[index] = limit
-        solution = replace(solution, u=u)
+        unknowns = solution.unknowns.copy()
+        unknowns[index] = limit
+        solution = replace(solution, unknowns=unknowns)
         return solution if solution.tangent @ (here.tangent / self.problem.scale**2) > 0 else self.backwards(solution)
 
     def _closing_point(
         self, here: CurvePoint, there: CurvePoint, start: CurvePoint, first: np.ndarray, first_direction: np.ndarray
     ) -> CurvePoint | None:
         """Return the first point once more if the curve passes it between two points in the direction in which it began."""
-        (before, turns), (after, _) = (self.problem.outline(p.u) for p in (here, there))
+        (before, turns), (after, _) = (self.problem.outline(p.unknowns) for p in (here, there))
         way, away = after - before, first - before
         away = away - _whole_turns(away, turns)
         if way @ first_direction < _SAME_WAY * math.sqrt((way @ way) * (first_direction @ first_direction)):
@@ -335,7 +348,7 @@ class Curve:
                 near = self.point_between(here, there, share)
             except RunError:  # too near to another branch: the direction alone decides that it returns
                 return self._repeat_start(there, start)
-            off = self.problem.outline(near.u)[0] - before - away
+            off = self.problem.outline(near.unknowns)[0] - before - away
             if float(off @ off) < (_SAME * long) ** 2:
                 return self._repeat_start(near, start)
             share = min(max(share - float(off @ way) / long**2, 0.0), 1.0)
@@ -343,11 +356,11 @@ class Curve:
 
     def _repeat_start(self, there: CurvePoint, start: CurvePoint) -> CurvePoint:
         """Return the first point, after whole turns of its angles, where an outline determines it; else the near point."""
-        _, turns = self.problem.outline(there.u)
-        if len(turns) != len(there.u):
+        _, turns = self.problem.outline(there.unknowns)
+        if len(turns) != len(there.unknowns):
             return there
-        away = (there.u - start.u) / self.problem.scale
-        return replace(start, u=start.u + _whole_turns(away, turns) * self.problem.scale, length=there.length)
+        away = (there.unknowns - start.unknowns) / self.problem.scale
+        return replace(start, unknowns=start.unknowns + _whole_turns(away, turns) * self.problem.scale, length=there.length)
 
 
 def _passes_start(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.ndarray) -> bool:

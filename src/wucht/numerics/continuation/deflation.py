@@ -160,8 +160,8 @@ def _distinct_points(equations: Equations, points: np.ndarray, solutions: np.nda
 def _newton(equations: Equations, x: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return Newton's corrections (n, N) of states (n, N), not a number where there is none."""
     n = equations.n
-    f, f_u = equations.values(np.concatenate([x, np.repeat(values[:, None], x.shape[1], axis=1)]))
-    matrices, step = np.moveaxis(f_u[:, :n], -1, 0), np.full_like(x, np.nan)
+    f, derivatives = equations.values(np.concatenate([x, np.repeat(values[:, None], x.shape[1], axis=1)]))
+    matrices, step = np.moveaxis(derivatives[:, :n], -1, 0), np.full_like(x, np.nan)
     with np.errstate(all="ignore"):
         good = np.flatnonzero(np.isfinite(f).all(axis=0) & np.isfinite(matrices).all(axis=(1, 2)))
         good = good[np.linalg.slogdet(matrices[good])[0] != 0]
@@ -207,13 +207,13 @@ def equilibria_at(branch: Branch, value: float) -> np.ndarray:
     ndarray, (n, k)
         A column a state; angles that differ by whole turns are one.
     """
-    equations, points, off = branch.equations, branch.points, branch.u[-1] - value
+    equations, points, off = branch.equations, branch.points, branch.unknowns[-1] - value
     curve, states = _curve(equations), [points[i].x for i in np.flatnonzero(off == 0)]
     for i in np.flatnonzero(np.sign(off[:-1]) * np.sign(off[1:]) < 0):
-        at = locate_zero(curve, points[i].point, points[i + 1].point, _identity, lambda p: float(p.u[-1] - value))
+        at = locate_zero(curve, points[i].point, points[i + 1].point, _identity, lambda p: float(p.unknowns[-1] - value))
         if at is None:  # at one of the two points, but for rounding
             at = points[i if abs(off[i]) < abs(off[i + 1]) else i + 1].point
-        states.append(at.u[:-1])
+        states.append(at.unknowns[:-1])
     empty = np.empty((equations.n, 0))
     return _distinct_points(equations, np.array(states).T, empty) if states else empty
 
@@ -226,18 +226,18 @@ def _curve(equations: Equations) -> Curve:
     return Curve(FunctionProblem(equations.values, equations.scale, equations.turns))
 
 
-def _is_on_branch(branch: Branch, u: np.ndarray) -> bool:
-    """True if u (n+1,) lies on a branch, but for whole turns of angles: between the two points of it nearest to u."""
+def _is_on_branch(branch: Branch, unknowns: np.ndarray) -> bool:
+    """True if unknowns (n+1,) lie on a branch, but for whole turns of angles: between the two points of it nearest to them."""
     scale, turns = branch.equations.scale, branch.equations.turns[:, None]
-    away = u[:, None] - branch.u[:, :-1]
+    away = unknowns[:, None] - branch.unknowns[:, :-1]
     away = (away - turns * np.rint(away / np.where(turns > 0, turns, np.inf))) / scale[:, None]
-    way = np.diff(branch.u, axis=1) / scale[:, None]
+    way = np.diff(branch.unknowns, axis=1) / scale[:, None]
     long = (way**2).sum(axis=0)
     shares = np.clip((away * way).sum(axis=0) / np.where(long > 0, long, 1.0), 0.0, 1.0)
     i = int(((away - shares * way) ** 2).sum(axis=0).argmin())
     a, b = branch.points[i].point, branch.points[i + 1].point
     try:
-        near = (_curve(branch.equations).point_between(a, b, float(shares[i])).u - a.u) / scale
+        near = (_curve(branch.equations).point_between(a, b, float(shares[i])).unknowns - a.unknowns) / scale
     except RunError:
         near = shares[i] * way[:, i]
     return float(np.linalg.norm(away[:, i] - near)) < max(_SAME, _NEAR * math.sqrt(long[i]))
@@ -304,7 +304,7 @@ def disconnected_branches(
             known_states = np.concatenate([known_states, x], axis=1)
             try:
                 start = problem.start(x[:, 0], value)
-                if any(_is_on_branch(b, start.u) for b in branches if len(b.points) > 1):  # nearly singular: at a fold
+                if any(_is_on_branch(b, start.unknowns) for b in branches if len(b.points) > 1):  # nearly singular: at a fold
                     continue
                 branch = problem.branch(start)
             except RunError:

@@ -1,4 +1,7 @@
-"""Equations to be followed: F(u) = 0, n of n + 1 unknowns; and those of a System's equilibria, f(x, p) = 0, compiled once."""
+"""Equations to be followed: F(X) = 0, n of n + 1 unknowns; and those of a System's equilibria, f(x, p) = 0, compiled once.
+
+The vector of unknowns, X in formulas and ``unknowns`` in code, has the parameters p after the states x: X = (x, p).
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from wucht.numerics.jacobian import Jacobian
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 Residual = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""u (n+1,) -> F (n,), dF/du (n, n+1)."""
+"""X (n+1,) -> F (n,), dF/dX (n, n+1)."""
 Values = tuple[np.ndarray, np.ndarray]
 
 
@@ -26,21 +29,21 @@ class CurvePoint:
 
     Attributes
     ----------
-    u : ndarray, (n+1,)
+    unknowns : ndarray, (n+1,)
         The unknowns, parameters last.
     tangent : ndarray, (n+1,)
         du/ds, s being the arclength.
     jacobian : ndarray, (n, n+1)
-        dF/du, or another object in which the problem stores it.
+        dF/dX, or another object in which the problem stores it.
     length : float
         The arclength s.
     orientation : int
-        Sign of the determinant of dF/du with the tangent as its last row; 0 where it is not computed.
+        Sign of the determinant of dF/dX with the tangent as its last row; 0 where it is not computed.
     bend : ndarray, (n+1,), or None
-        About d^2u/ds^2, where the previous point is known.
+        About d^2X/ds^2, where the previous point is known.
     """
 
-    u: np.ndarray
+    unknowns: np.ndarray
     tangent: np.ndarray
     jacobian: Any
     length: float
@@ -49,7 +52,7 @@ class CurvePoint:
 
 
 class Problem(Protocol):
-    """F(u) = 0 in the form that ``Curve`` needs: functions of u alone.
+    """F(X) = 0 in the form that ``Curve`` needs: functions of the unknowns alone.
 
     scale (n+1,): a typical large change of each unknown: the unit of arclength.
     """
@@ -57,7 +60,7 @@ class Problem(Protocol):
     @property
     def scale(self) -> np.ndarray: ...  # noqa: D102
 
-    def residual(self, u: np.ndarray) -> tuple[np.ndarray, Any]:
+    def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, Any]:
         """Evaluate F (n,) and its Jacobian."""
 
     def solution(self, jacobian: Any, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
@@ -66,7 +69,7 @@ class Problem(Protocol):
     def reformulate(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """Return the equations in the form best suited near a point, and the point in that form."""
 
-    def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def outline(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return numbers that identify a solution, in units of their scale, and the period of those on a circle."""
 
 
@@ -87,18 +90,18 @@ def bordered_solution(jacobian: np.ndarray, row: np.ndarray, sides: np.ndarray) 
 
 @dataclass(frozen=True, eq=False)
 class FunctionProblem:
-    """Equations F(u) = 0 of n + 1 unknowns, given as a function, for ``Curve``.
+    """Equations F(X) = 0 of n + 1 unknowns, given as a function, for ``Curve``.
 
     Parameters
     ----------
     function : callable
-        u (n+1,) -> F (n,), dF/du (n, n+1).
+        X (n+1,) -> F (n,), dF/dX (n, n+1).
     scale : ndarray, (n+1,)
         A typical large change of each unknown.
     turns : ndarray, (n+1,), optional
         The period of unknowns that are angles, 0 of others.
     solution : callable, optional
-        Solves the bordered linear equations [dF/du; row] x = sides, as ``bordered_solution``, where dF/du is no full matrix.
+        Solves the bordered linear equations [dF/dX; row] x = sides, as ``bordered_solution``, where dF/dX is no full matrix.
     """
 
     function: Residual
@@ -106,17 +109,17 @@ class FunctionProblem:
     turns: np.ndarray | None = None
     solution: Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, int]] = field(default=bordered_solution, repr=False)
 
-    def residual(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Evaluate F and its Jacobian: see ``Problem``."""
-        return self.function(u)
+        return self.function(unknowns)
 
     def reformulate(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """Return the problem and the point unchanged: see ``Problem``."""
         return self, point
 
-    def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def outline(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the unknowns as outline: see ``Problem``."""
-        return u / self.scale, np.zeros(len(u)) if self.turns is None else self.turns / self.scale
+        return unknowns / self.scale, np.zeros(len(unknowns)) if self.turns is None else self.turns / self.scale
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +131,9 @@ class Equations:
     Attributes
     ----------
     values : callable
-        u = (x, p) (n+m,) or (n+m, N) -> f (n,) or (n, N), df/du (n, n+m) or (n, n+m, N).
-    states, parameters : tuple of str
-        Their names, in order.
+        X = (x, p) (n+m,) or (n+m, N) -> f (n,) or (n, N), df/dX (n, n+m) or (n, n+m, N).
+    state_names, parameter_names : tuple of str
+        Of the states, and of the varied parameters, in order.
     turns : ndarray, (n+m,)
         2 pi of states that are angles, 0 of others.
     scale : ndarray, (n+m,)
@@ -138,8 +141,8 @@ class Equations:
     """
 
     values: Callable[[np.ndarray], Values]
-    states: tuple[str, ...]
-    parameters: tuple[str, ...]
+    state_names: tuple[str, ...]
+    parameter_names: tuple[str, ...]
     turns: np.ndarray
     scale: np.ndarray
 
@@ -147,7 +150,7 @@ class Equations:
     def of(
         cls,
         system: System,
-        parameters: Sequence[str],
+        parameter_names: Sequence[str],
         fixed_values: Mapping[str, float],
         scale: Mapping[str, float] | None = None,
     ) -> Equations:
@@ -157,8 +160,8 @@ class Equations:
         ----------
         system : System
             Its outputs and quadratures are left out.
-        parameters : sequence of str
-            Names of the parameters that change along a branch.
+        parameter_names : sequence of str
+            Of the parameters that change along a branch.
         fixed_values : mapping
             Values of all other parameters.
         scale : mapping, optional
@@ -174,35 +177,39 @@ class Equations:
             For a name that is no parameter, a parameter without a value or varied twice, a size that is not positive,
             equations that depend on time, a System without states.
         """
-        names, n, m = system.parameter_names, len(system.states), len(parameters)
+        names, n, m = system.parameter_names, len(system.states), len(parameter_names)
         if not n:
             raise WuchtError("a System without states has no equilibria", code="no-states")
-        if twice := [name for name in parameters if parameters.count(name) > 1]:
+        if twice := [name for name in parameter_names if parameter_names.count(name) > 1]:
             raise WuchtError(f"the parameter {twice[0]} is varied twice: give each name once", code="given-twice")
-        for name in (*parameters, *(scale or {})):
-            if name not in names and not (name in system.state_names and name not in parameters):
+        for name in (*parameter_names, *(scale or {})):
+            if name not in names and not (name in system.state_names and name not in parameter_names):
                 raise WuchtError(f"{name} is none of the parameters: {', '.join(names)}", code="no-parameter")
-        missing = [name for name in names if name not in parameters and name not in fixed_values]
+        missing = [name for name in names if name not in parameter_names and name not in fixed_values]
         if missing:
             raise WuchtError(f"the parameter {missing[0]} has no value: give one to each that is not varied", code="no-value")
         if system.depends_on_time:
             raise WuchtError(
                 "these equations depend on time: they have no equilibria, only periodic orbits", code="time-dependent"
             )
-        symbols = tuple(system.parameters[names.index(name)] for name in parameters)
+        symbols = tuple(system.parameters[names.index(name)] for name in parameter_names)
         fixed_symbols = tuple(p for p in system.parameters if p not in symbols)
         # A varied parameter is a constant state: one compiled function then gives f and all its derivatives.
-        whole = System((*system.states, *symbols), (*system.derivatives, *(0,) * m), fixed_symbols, system.definitions)
-        values = _SystemValues(whole, tuple(fixed_values[p.name] for p in fixed_symbols), n)
+        extended_system = System(
+            (*system.states, *symbols), (*system.derivatives, *(0,) * m), fixed_symbols, system.definitions
+        )
+        values = _SystemValues(extended_system, tuple(fixed_values[p.name] for p in fixed_symbols), n)
         turns = np.array([2 * math.pi if s in system.angles else 0.0 for s in system.states] + [0.0] * m)
-        return cls(values, system.state_names, tuple(parameters), turns, _sizes((*system.state_names, *parameters), scale))
+        return cls(
+            values, system.state_names, tuple(parameter_names), turns, _sizes((*system.state_names, *parameter_names), scale)
+        )
 
     @classmethod
     def from_function(
         cls,
         values: Callable[[np.ndarray], Values],
-        states: Sequence[str],
-        parameters: Sequence[str],
+        state_names: Sequence[str],
+        parameter_names: Sequence[str],
         scale: Mapping[str, float] | None = None,
         angles: Sequence[str] = (),
     ) -> Equations:
@@ -211,9 +218,9 @@ class Equations:
         Parameters
         ----------
         values : callable
-            Function of one u = (x, p) (n+m,) that returns f (n,) and df/du (n, n+m).
-        states, parameters : sequence of str
-            Names of the states and of the varied parameters, in the order of u.
+            Function of the unknowns X = (x, p) (n+m,) that returns f (n,) and df/dX (n, n+m).
+        state_names, parameter_names : sequence of str
+            Names of the states and of the varied parameters, in the order of X.
         scale : mapping, optional
             A typical large change of each, by name; 1 where none is given.
         angles : sequence of str
@@ -228,12 +235,12 @@ class Equations:
         WuchtError
             For a name that is none of the states and parameters, or a size that is not positive.
         """
-        names = (*states, *parameters)
+        names = (*state_names, *parameter_names)
         for name in (*(scale or {}), *angles):
             if name not in names:
                 raise WuchtError(f"{name} is none of the states and parameters: {', '.join(names)}", code="unknown-name")
         turns = np.array([2 * math.pi if name in angles else 0.0 for name in names])
-        return cls(_PointwiseValues(values), tuple(states), tuple(parameters), turns, _sizes(names, scale))
+        return cls(_PointwiseValues(values), tuple(state_names), tuple(parameter_names), turns, _sizes(names, scale))
 
     def with_scale(self, scale: np.ndarray) -> Equations:
         """Return the equations with another scale of states and parameters (n+m,). Raises ``WuchtError`` if not positive."""
@@ -243,12 +250,12 @@ class Equations:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of states and parameters (n+m,)."""
-        return (*self.states, *self.parameters)
+        return (*self.state_names, *self.parameter_names)
 
     @property
     def n(self) -> int:
         """Number of states."""
-        return len(self.states)
+        return len(self.state_names)
 
 
 def _sizes(names: Sequence[str], scale: Mapping[str, float] | None) -> np.ndarray:
@@ -263,35 +270,38 @@ def _sizes(names: Sequence[str], scale: Mapping[str, float] | None) -> np.ndarra
 
 @dataclass(frozen=True, eq=False)
 class _SystemValues:
-    """Values f (n,) of a System whose last states are the varied parameters, and derivatives, compiled when first called."""
+    """Values f (n,) of a System and derivatives, compiled when first called.
 
-    whole: System
+    extended_system: with the varied parameters as last states, which are constant.
+    """
+
+    extended_system: System
     fixed_values: tuple[float, ...]
     n: int
 
     @cached_property
     def _function(self) -> Callable[[np.ndarray], Values]:
-        return _jacobian(self.whole).with_parameters(self.fixed_values)
+        return _jacobian(self.extended_system).with_parameters(self.fixed_values)
 
-    def __call__(self, u: np.ndarray) -> Values:
-        f, f_u = self._function(u)
-        return f[: self.n], f_u[: self.n]
+    def __call__(self, unknowns: np.ndarray) -> Values:
+        f, derivatives = self._function(unknowns)
+        return f[: self.n], derivatives[: self.n]
 
     def __reduce__(self) -> tuple[type[_SystemValues], tuple[System, tuple[float, ...], int]]:
-        return type(self), (self.whole, self.fixed_values, self.n)  # compiled code is not pickled
+        return type(self), (self.extended_system, self.fixed_values, self.n)  # compiled code is not pickled
 
 
 @dataclass(frozen=True, eq=False)
 class _PointwiseValues:
-    """A function of one u, called with one or with several."""
+    """A function of one vector of unknowns, called with one or with several."""
 
     values: Callable[[np.ndarray], Values]
 
-    def __call__(self, u: np.ndarray) -> Values:
-        if u.ndim == 1:
-            return self.values(u)
-        f, f_u = zip(*map(self.values, u.T), strict=True)
-        return np.stack(f, axis=-1), np.stack(f_u, axis=-1)
+    def __call__(self, unknowns: np.ndarray) -> Values:
+        if unknowns.ndim == 1:
+            return self.values(unknowns)
+        f, derivatives = zip(*map(self.values, unknowns.T), strict=True)
+        return np.stack(f, axis=-1), np.stack(derivatives, axis=-1)
 
 
 @lru_cache(maxsize=64)

@@ -53,7 +53,7 @@ class Equilibrium:
 
     Attributes
     ----------
-    u : ndarray, (n+1,)
+    unknowns : ndarray, (n+1,)
         States and the parameter; angles continued along the branch, not wrapped.
     point : CurvePoint
         The same with tangent and Jacobian.
@@ -69,18 +69,18 @@ class Equilibrium:
     kind: str = ""
 
     @property
-    def u(self) -> np.ndarray:  # noqa: D102
-        return self.point.u
+    def unknowns(self) -> np.ndarray:  # noqa: D102
+        return self.point.unknowns
 
     @property
     def x(self) -> np.ndarray:
         """The states (n,)."""
-        return self.point.u[:-1]
+        return self.point.unknowns[:-1]
 
     @property
     def parameter(self) -> float:
         """The parameter's value."""
-        return float(self.point.u[-1])
+        return float(self.point.unknowns[-1])
 
     @cached_property
     def unstable(self) -> int:
@@ -108,9 +108,9 @@ class Branch(TracedCurve[Equilibrium]):
     """
 
     @cached_property
-    def u(self) -> np.ndarray:
+    def unknowns(self) -> np.ndarray:
         """States and parameter of all points (n+1, N)."""
-        return np.array([p.u for p in self.points]).T
+        return np.array([p.unknowns for p in self.points]).T
 
     @cached_property
     def unstable(self) -> np.ndarray:
@@ -132,7 +132,7 @@ class Equilibria:
     limits : mapping of int to (float, float)
         Limits of some states, by their index, beyond which a branch is not followed.
     functions : mapping of str to callable
-        Functions of u = (x, p) (n+1,), by name, whose zeros are located.
+        Functions of the unknowns X = (x, p) (n+1,), by name, whose zeros are located.
 
     Raises
     ------
@@ -189,25 +189,25 @@ class Equilibria:
         """
         up = np.zeros(self.equations.n + 1)
         up[-1] = self.equations.scale[-1]
-        u = state_of(self.equations, x, [value])
+        unknowns = state_of(self.equations, x, [value])
         try:
-            return self.curve.start(u, up)
+            return self.curve.start(unknowns, up)
         except RunError as error:
-            if (crossing := self._crossing_near(u)) is not None:
+            if (crossing := self._crossing_near(unknowns)) is not None:
                 return crossing
-            at = f"{self.equations.parameters[0]} = {value:.9g}"
+            at = f"{self.equations.parameter_names[0]} = {value:.9g}"
             raise RunError(
                 f"{error}; nor do two branches cross at {at}: start at another value or state", code="not-evaluated"
             ) from error
 
-    def _crossing_near(self, u: np.ndarray) -> CurvePoint | None:
-        """Return the branch point near u (n+1,) at its value of the parameter, None if there is none."""
+    def _crossing_near(self, unknowns: np.ndarray) -> CurvePoint | None:
+        """Return the branch point near given unknowns (n+1,) at its value of the parameter, None if there is none."""
         try:
-            crossing = branch_point_near(self.equations, u)
+            crossing = branch_point_near(self.equations, unknowns)
         except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
             return None
-        here = abs(float(crossing.u[-1] - u[-1])) < _HERE * float(self.equations.scale[-1])
-        return CurvePoint(crossing.u, crossing.tangents[0], crossing.jacobian, 0.0, 0) if here else None
+        here = abs(float(crossing.unknowns[-1] - unknowns[-1])) < _HERE * float(self.equations.scale[-1])
+        return CurvePoint(crossing.unknowns, crossing.tangents[0], crossing.jacobian, 0.0, 0) if here else None
 
     def walk(self, start: CurvePoint) -> Walk[Equilibrium]:
         """Return the points from a first one on, special ones included, computed one by one."""
@@ -264,7 +264,7 @@ class Equilibria:
             return False
         a, b = here.point, there.point
         try:
-            guess = (a.u + b.u) / 2 + (b.length - a.length) / 8 * (a.tangent - b.tangent)
+            guess = (a.unknowns + b.unknowns) / 2 + (b.length - a.length) / 8 * (a.tangent - b.tangent)
             middle = self.equations.values(guess)[1][:, :-1]
             if not may_cross(here.eigenvalues, middle, there.eigenvalues, _ON_AXIS):
                 return False
@@ -289,7 +289,7 @@ class Equilibria:
         except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
             return None
         tangent = crossing.tangents[0]
-        point = CurvePoint(crossing.u, tangent, crossing.jacobian, a.length + crossing.share * (b.length - a.length), 0)
+        point = CurvePoint(crossing.unknowns, tangent, crossing.jacobian, a.length + crossing.share * (b.length - a.length), 0)
         return replace(self.evaluate(point), kind=BRANCH_POINT)
 
     def switch_branch(self, at: Equilibrium, step: float | None = None) -> tuple[CurvePoint, CurvePoint]:
@@ -297,7 +297,7 @@ class Equilibria:
 
         step: their largest distance from it.
         """
-        tangents = BranchPoint.from_point(self.equations, at.u, at.point.tangent).tangents
+        tangents = BranchPoint.from_point(self.equations, at.unknowns, at.point.tangent).tangents
         distance = self.curve.steps.first if step is None else step
         first, second = (self._point_on_branch(at, s * tangents[1], tangents[0], distance) for s in (1.0, -1.0))
         return first, second
@@ -311,10 +311,10 @@ class Equilibria:
         largest_angle = _NARROW * math.sqrt(max(1 - cosine**2, 0.0))
         while distance >= curve.steps.least:
             with suppress(RunError):
-                candidate = curve.start(at.u + distance * direction, direction)
-                off = curve.size(candidate.u - at.u - distance * direction)
+                candidate = curve.start(at.unknowns + distance * direction, direction)
+                off = curve.size(candidate.unknowns - at.unknowns - distance * direction)
                 turn = curve.size(candidate.tangent - direction)
-                if max(off / distance, turn / 2) < largest_angle and curve.is_within_bounds(candidate.u):
+                if max(off / distance, turn / 2) < largest_angle and curve.is_within_bounds(candidate.unknowns):
                     return candidate
             distance /= 2
         raise RunError("near this branch point no point of the other branch was found within the bounds: adjust the scale")
@@ -351,4 +351,4 @@ def _sums(equilibrium: Equilibrium) -> float:
 
 
 def _user_condition(function: UserFunction) -> Callable[[Equilibrium], float]:
-    return lambda equilibrium: float(function(equilibrium.u))
+    return lambda equilibrium: float(function(equilibrium.unknowns))

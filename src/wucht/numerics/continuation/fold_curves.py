@@ -2,7 +2,7 @@
 
 A fold is a regular solution of f = 0, g = 0, where g comes from the matrix of df/dx with a border:
 
-    [f_x b; c^T 0] [v; g] = [0; 1],    [f_x^T c; b^T 0] [w; g] = [0; 1],    dg/du = -w^T f_xu v.
+    [f_x b; c^T 0] [v; g] = [0; 1],    [f_x^T c; b^T 0] [w; g] = [0; 1],    dg/dX = -w^T f_xX v.
 
 W. Govaerts, "Numerical Methods for Bifurcations of Dynamical Equilibria", SIAM 2000, chapter 4; Y. A. Kuznetsov, "Elements of
 Applied Bifurcation Theory", Springer 2004, section 10.2.
@@ -53,7 +53,7 @@ class BorderedJacobian(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FoldProblem:
-    """f = 0, g = 0 with unknowns u = (x, p, q) (n+2,). border (n+1, n+1): b, c in its last column and row.
+    """f = 0, g = 0 with the unknowns X = (x, p, q) (n+2,). border (n+1, n+1): b, c in its last column and row.
 
     weights (n, n): factors of f_x that put it into units of scale.
     """
@@ -63,11 +63,11 @@ class FoldProblem:
     weights: np.ndarray
 
     @classmethod
-    def from_point(cls, equations: Equations, u: np.ndarray) -> FoldProblem:
-        """Formulate the problem with the border best suited at u (n+2,)."""
+    def from_point(cls, equations: Equations, unknowns: np.ndarray) -> FoldProblem:
+        """Formulate the problem with the border best suited at unknowns (n+2,)."""
         n, scale = equations.n, equations.scale
         weights = scale[:n] / scale[:n, None]
-        left_vectors, _, right_vectors = np.linalg.svd(finite_jacobian(equations, u)[:, :n] * weights)
+        left_vectors, _, right_vectors = np.linalg.svd(finite_jacobian(equations, unknowns)[:, :n] * weights)
         return cls(equations, _border(right_vectors[-1], left_vectors[:, -1]), weights)
 
     @property
@@ -75,13 +75,13 @@ class FoldProblem:
         """Unit of arclength of each unknown: see ``Problem``."""
         return self.equations.scale
 
-    def residual(self, u: np.ndarray) -> tuple[np.ndarray, BorderedJacobian]:
-        """Evaluate f and g (n+1,), and their derivatives. dg/du only guides Newton's method: it is a difference along v."""
+    def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, BorderedJacobian]:
+        """Evaluate f and g (n+1,), and their derivatives. dg/dX only guides Newton's method: it is a difference along v."""
         dgetrf, dgetrs = _routines()
-        n, values, sizes = len(u) - 2, self.equations.values, self.equations.scale[: len(u) - 2]
-        f, f_u = values(u)
+        n, values, sizes = len(unknowns) - 2, self.equations.values, self.equations.scale[: len(unknowns) - 2]
+        f, derivatives = values(unknowns)
         bordered_matrix = self.border.copy(order="K")
-        np.multiply(f_u[:, :n], self.weights, out=bordered_matrix[:n, :n])
+        np.multiply(derivatives[:, :n], self.weights, out=bordered_matrix[:n, :n])
         factors, pivots, info = dgetrf(bordered_matrix, overwrite_a=1)
         if info:
             raise RunError("the bordered matrix of this fold is singular")
@@ -90,11 +90,11 @@ class FoldProblem:
         solution, transposed_solution = dgetrs(factors, pivots, unit)[0], dgetrs(factors, pivots, unit, trans=1)[0]
         v, w = solution[:n], transposed_solution[:n]
         h = _ONE_SIDED_STEP / math.sqrt(v @ v)
-        neighbour = u.copy()
+        neighbour = unknowns.copy()
         neighbour[:n] -= h * sizes * v
         matrix = np.empty((n + 1, n + 2))
-        matrix[:n] = f_u
-        matrix[n] = (w / (h * sizes)) @ (values(neighbour)[1] - f_u)
+        matrix[:n] = derivatives
+        matrix[n] = (w / (h * sizes)) @ (values(neighbour)[1] - derivatives)
         off = np.empty(n + 1)
         off[:n], off[n] = f, solution[n]
         return off, BorderedJacobian(matrix, v, w)
@@ -110,9 +110,9 @@ class FoldProblem:
             return self, point
         return FoldProblem(self.equations, _border(v, w), self.weights), point
 
-    def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def outline(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the unknowns as outline: see ``Problem``."""
-        return u / self.equations.scale, self._turns
+        return unknowns / self.equations.scale, self._turns
 
     @cached_property
     def _turns(self) -> np.ndarray:
@@ -127,11 +127,11 @@ def _routines() -> tuple[Callable[..., Any], Callable[..., Any]]:
     return dgetrf, dgetrs
 
 
-def finite_jacobian(equations: Equations, u: np.ndarray) -> np.ndarray:
-    """Evaluate df/du (n, n+m) at a first u. Raises ``RunError`` where it is not finite."""
-    matrix = equations.values(u)[1]
+def finite_jacobian(equations: Equations, unknowns: np.ndarray) -> np.ndarray:
+    """Evaluate df/dX (n, n+m) at the first unknowns. Raises ``RunError`` where it is not finite."""
+    matrix = equations.values(unknowns)[1]
     if not np.isfinite(matrix).all():
-        at = ", ".join(f"{name} = {v:g}" for name, v in zip(equations.names, u, strict=False))
+        at = ", ".join(f"{name} = {v:g}" for name, v in zip(equations.names, unknowns, strict=False))
         raise RunError(f"the equations cannot be evaluated at {at}", code="not-evaluated")
     return matrix
 
@@ -151,7 +151,7 @@ class Fold(SpecialEquilibrium):
     ----------
     equations : Equations
     point : CurvePoint
-        u = (x, p, q) (n+2,) with tangent and derivatives.
+        X = (x, p, q) (n+2,) with tangent and derivatives.
     kind : str
         ``""`` of a regular point, else ``"cusp"``, ``"bogdanov-takens"`` or ``"zero-hopf"``.
     """
@@ -165,7 +165,7 @@ class Fold(SpecialEquilibrium):
 
     def _coefficients(self) -> Mapping[str, float]:
         """Return a, at a cusp c as well."""
-        form = fold_form(self.equations, self.u)
+        form = fold_form(self.equations, self.unknowns)
         return {"a": form.a, "c": form.c} if self.kind == CUSP else {"a": form.a}
 
 
@@ -189,8 +189,8 @@ class Folds(SpecialCurves[Fold]):
         For equations with another number of varied parameters, and limits of a state that does not exist.
     """
 
-    def _problem(self, u: np.ndarray) -> FoldProblem:
-        return FoldProblem.from_point(self.equations, u)
+    def _problem(self, unknowns: np.ndarray) -> FoldProblem:
+        return FoldProblem.from_point(self.equations, unknowns)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> CurvePoint:
         """Solve for the fold near a state and both parameters.
@@ -214,9 +214,9 @@ class Folds(SpecialCurves[Fold]):
         RunError
             Where Newton's method does not converge to a fold.
         """
-        u = state_of(self.equations, x, parameters)
-        curve = self.curve(u)
-        return curve.start(u, direction(curve.problem.residual(u)[1].matrix, self.equations.scale))
+        unknowns = state_of(self.equations, x, parameters)
+        curve = self.curve(unknowns)
+        return curve.start(unknowns, direction(curve.problem.residual(unknowns)[1].matrix, self.equations.scale))
 
     def _detector(self, _: Curve) -> SpecialPointDetector[Fold]:
         conditions = [
@@ -253,7 +253,7 @@ def _exact_curvature(fold: Fold) -> float:
     scale = fold.equations.scale
     n = len(jacobian.v)
     v, w, row = jacobian.v * scale[:n], jacobian.w / scale[:n], jacobian.matrix[n] * scale
-    form = expansion(fold.equations, fold.u, v[:, None]).first[..., 0]
+    form = expansion(fold.equations, fold.unknowns, v[:, None]).first[..., 0]
     return float(w @ form @ v) / math.sqrt(row @ row)
 
 
@@ -277,28 +277,28 @@ class FoldPairs:
     bounds: tuple[tuple[float, float], ...]
 
     def __post_init__(self) -> None:
-        if len(self.equations.parameters) not in (2, 3):
+        if len(self.equations.parameter_names) not in (2, 3):
             raise WuchtError("two folds coincide at points of two parameters, or on curves in three of them", code="count")
 
     def nearest_pair(self, first: np.ndarray, second: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Solve for x, z and p (2 n + m,) nearest to states and parameters, by the Gauss-Newton method. Raises ``RunError``."""
-        u = np.concatenate([first, second, parameters])
+        unknowns = np.concatenate([first, second, parameters])
         for _ in range(_CORRECTIONS):
-            off, jacobian = self._residual(u)
+            off, jacobian = self._residual(unknowns)
             slopes = jacobian * self._scale
             change = np.linalg.pinv(slopes) @ off
-            u = u - change * self._scale
+            unknowns = unknowns - change * self._scale
             # Where no parameter separates the values at both folds, the best compromise does not change either.
             if np.linalg.norm(change) < _ACCURATE and np.linalg.norm(off) < _CONDITION_TOLERANCE * np.linalg.norm(slopes):
-                return self._require_distinct(u)
+                return self._require_distinct(unknowns)
         raise RunError("Newton's method does not converge to a point at which both folds coincide")
 
-    def walk(self, u: np.ndarray, way: int = 1) -> Walk[tuple[Curve, CurvePoint]]:
+    def walk(self, unknowns: np.ndarray, way: int = 1) -> Walk[tuple[Curve, CurvePoint]]:
         """Return the points after one, for growing values of the third parameter (way 1) or the other way."""
         n, curve = self.equations.n, self._curve
-        along = np.linalg.svd(self._residual(u)[1] * self._scale)[2][-1]
+        along = np.linalg.svd(self._residual(unknowns)[1] * self._scale)[2][-1]
         grows = along[2 * n + 1 :][np.abs(along[2 * n + 1 :]).argmax()]
-        return curve.follow(curve.start(u, along * self._scale * way * np.sign(grows)))
+        return curve.follow(curve.start(unknowns, along * self._scale * way * np.sign(grows)))
 
     @property
     def _curve(self) -> Curve:
@@ -310,25 +310,27 @@ class FoldPairs:
         n, scale = self.equations.n, self.equations.scale
         return np.concatenate([scale[:n], scale])
 
-    def _residual(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         step = _CENTRAL_STEP * self._scale
-        columns = [(self._conditions(u + h) - self._conditions(u - h)) / (2 * _CENTRAL_STEP) for h in np.diag(step)]
-        return self._conditions(u), np.array(columns).T / self._scale
+        columns = [
+            (self._conditions(unknowns + h) - self._conditions(unknowns - h)) / (2 * _CENTRAL_STEP) for h in np.diag(step)
+        ]
+        return self._conditions(unknowns), np.array(columns).T / self._scale
 
-    def _conditions(self, u: np.ndarray) -> np.ndarray:
-        m = len(self.equations.parameters)
-        return np.concatenate([self._fold(x, u[-m:]) for x in u[:-m].reshape(2, -1)])
+    def _conditions(self, unknowns: np.ndarray) -> np.ndarray:
+        m = len(self.equations.parameter_names)
+        return np.concatenate([self._fold(x, unknowns[-m:]) for x in unknowns[:-m].reshape(2, -1)])
 
     def _fold(self, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         n, scale = self.equations.n, self.equations.scale
-        f, f_u = self.equations.values(np.concatenate([x, parameters]))
-        matrix = f_u[:, :n] * (scale[:n] / scale[:n, None])
+        f, derivatives = self.equations.values(np.concatenate([x, parameters]))
+        matrix = derivatives[:, :n] * (scale[:n] / scale[:n, None])
         size = np.linalg.norm(matrix)
         # A homogeneous function of degree one of the matrix: as large as f is.
         return np.append(f / scale[:n], np.linalg.det(matrix / size) * size if size else 0.0)
 
-    def _require_distinct(self, u: np.ndarray) -> np.ndarray:
+    def _require_distinct(self, unknowns: np.ndarray) -> np.ndarray:
         n, scale = self.equations.n, self.equations.scale[: self.equations.n]
-        if np.linalg.norm((u[:n] - u[n : 2 * n]) / scale) < 1e-6:
+        if np.linalg.norm((unknowns[:n] - unknowns[n : 2 * n]) / scale) < 1e-6:
             raise RunError("both folds are the same point")
-        return u
+        return unknowns

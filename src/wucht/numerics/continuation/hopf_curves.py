@@ -2,7 +2,7 @@
 
 With A = df/dx and kappa = omega^2 a Hopf point is a regular solution of f = 0 and of two entries of G = 0, where
 
-    [A^2 + kappa I, b; c^T, 0] [V; G] = [0; I],   [.]^T [W; G^T] = [0; I],   dG/du = -W^T (A^2 + kappa I)_u V,
+    [A^2 + kappa I, b; c^T, 0] [V; G] = [0; I],   [.]^T [W; G^T] = [0; I],   dG/dX = -W^T (A^2 + kappa I)_X V,
 
 with borders b, c of two columns. This stays regular at a Bogdanov-Takens point, where kappa passes zero; beyond it the
 eigenvalues are real, +-sqrt(-kappa): neutral saddles, which are no Hopf points.
@@ -51,7 +51,7 @@ class DoublyBorderedJacobian(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class HopfProblem:
-    """f = 0 and two entries of G = 0 with unknowns u = (x, p, q, kappa) (n+3,).
+    """f = 0 and two entries of G = 0 with the unknowns X = (x, p, q, kappa) (n+3,).
 
     border (n+2, n+2): b, c in its last two columns and rows. entries: row and column of both entries of G. scale (n+3,).
     """
@@ -62,11 +62,11 @@ class HopfProblem:
     scale: np.ndarray
 
     @classmethod
-    def from_point(cls, equations: Equations, u: np.ndarray) -> HopfProblem:
-        """Formulate the problem with the border best suited at u (n+3,)."""
+    def from_point(cls, equations: Equations, unknowns: np.ndarray) -> HopfProblem:
+        """Formulate the problem with the border best suited at unknowns (n+3,)."""
         n, sizes = equations.n, equations.scale[: equations.n]
-        A = finite_jacobian(equations, u[:-1])[:, :n] * (sizes / sizes[:, None])
-        left_vectors, _, right_vectors = np.linalg.svd(A @ A + u[-1] * np.eye(n))
+        A = finite_jacobian(equations, unknowns[:-1])[:, :n] * (sizes / sizes[:, None])
+        left_vectors, _, right_vectors = np.linalg.svd(A @ A + unknowns[-1] * np.eye(n))
         size = float(np.linalg.norm(A, 2)) ** 2
         scale = np.append(equations.scale, size if size > 0 else 1.0)
         return cls(equations, *_border_and_entries(A, right_vectors[-2:].T, left_vectors[:, -2:]), scale)
@@ -76,19 +76,19 @@ class HopfProblem:
         sizes = self.equations.scale[: self.equations.n]
         return np.asarray(sizes / sizes[:, None])
 
-    def residual(self, u: np.ndarray) -> tuple[np.ndarray, DoublyBorderedJacobian]:
+    def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, DoublyBorderedJacobian]:
         """Evaluate f and two entries of G (n+2,), and their derivatives.
 
         Those of G only guide Newton's method: they are central differences along V and A V.
         """
         from scipy.linalg.lapack import dgesv  # dgetrs of two right-hand sides wakes other threads, however small they are
 
-        n, sizes, at = self.equations.n, self.equations.scale, u[:-1]
-        f, f_u = self.equations.values(at)
-        A = f_u[:, :n] * self._weights
+        n, sizes, at = self.equations.n, self.equations.scale, unknowns[:-1]
+        f, derivatives = self.equations.values(at)
+        A = derivatives[:, :n] * self._weights
         bordered_matrix = self.border.copy()
         bordered_matrix[:n, :n] = A @ A
-        bordered_matrix[range(n), range(n)] += u[-1]
+        bordered_matrix[range(n), range(n)] += unknowns[-1]
         units = np.eye(n + 2)[:, n:]
         _, _, solution, info = dgesv(bordered_matrix, units)
         if info:
@@ -103,9 +103,9 @@ class HopfProblem:
         around[:n, :4] += move
         around[:n, 4:] -= move
         jacobians = self.equations.values(around)[1]
-        change = (jacobians[..., :4] - jacobians[..., 4:]) / (2 * h * sizes[:n, None, None])  # (n, n+2, 4): f_xu V, f_xu A V
+        change = (jacobians[..., :4] - jacobians[..., 4:]) / (2 * h * sizes[:n, None, None])  # (n, n+2, 4): f_xX V, f_xX A V
         matrix = np.zeros((n + 2, n + 3))
-        matrix[:n, :-1] = f_u
+        matrix[:n, :-1] = derivatives
         for row, (i, j) in enumerate(self.entries, n):
             matrix[row, :-1] = -(W[:, i] @ change[..., 2 + j] + WA[:, i] @ change[..., j])
             matrix[row, -1] = -W[:, i] @ V[:, j]
@@ -121,9 +121,9 @@ class HopfProblem:
         A = jacobian.matrix[:n, :n] * self._weights
         return HopfProblem(self.equations, *_border_and_entries(A, jacobian.V, jacobian.W), self.scale), point
 
-    def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def outline(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the unknowns as outline: see ``Problem``."""
-        return u / self.scale, np.append(self.equations.turns, 0.0) / self.scale
+        return unknowns / self.scale, np.append(self.equations.turns, 0.0) / self.scale
 
 
 def _border_and_entries(
@@ -152,7 +152,7 @@ class HopfPoint(SpecialEquilibrium):
     ----------
     equations : Equations
     point : CurvePoint
-        u = (x, p, q, kappa) (n+3,), kappa the square of the frequency, with tangent and derivatives.
+        X = (x, p, q, kappa) (n+3,), kappa the square of the frequency, with tangent and derivatives.
     kind : str
         ``""`` of a regular point, else ``"bogdanov-takens"``, ``"zero-hopf"``,
         ``"generalised-hopf"`` or ``"double-hopf"``.
@@ -161,12 +161,12 @@ class HopfPoint(SpecialEquilibrium):
     @property
     def frequency(self) -> float:
         """Frequency in rad per unit of time; 0 at a Bogdanov-Takens point."""
-        return float(max(self.point.u[-1], 0.0) ** 0.5)
+        return float(max(self.point.unknowns[-1], 0.0) ** 0.5)
 
     @cached_property
     def noncritical_eigenvalues(self) -> np.ndarray:
         """The eigenvalues of df/dx (n-2,), per unit of time, without the critical pair."""
-        n, pair = self.equations.n, 1j * np.sqrt(complex(self.point.u[-1]))
+        n, pair = self.equations.n, 1j * np.sqrt(complex(self.point.unknowns[-1]))
         values = np.linalg.eigvals(self.point.jacobian.matrix[:n, :n])
         for critical in (pair, -pair):
             values = np.delete(values, np.abs(values - critical).argmin())
@@ -178,7 +178,7 @@ class HopfPoint(SpecialEquilibrium):
         if not self.frequency > 0:
             return None
         try:
-            return hopf_form(self.equations, self.u, self.frequency)
+            return hopf_form(self.equations, self.unknowns, self.frequency)
         except RunError:
             return None
 
@@ -206,8 +206,8 @@ class HopfPoints(SpecialCurves[HopfPoint]):
         For equations with another number of varied parameters, and limits of a state that does not exist.
     """
 
-    def _problem(self, u: np.ndarray) -> HopfProblem:
-        return HopfProblem.from_point(self.equations, u)
+    def _problem(self, unknowns: np.ndarray) -> HopfProblem:
+        return HopfProblem.from_point(self.equations, unknowns)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float], frequency: float | None = None) -> CurvePoint:
         """Solve for the Hopf point near a state and both parameters.
@@ -241,10 +241,10 @@ class HopfPoints(SpecialCurves[HopfPoint]):
             if not len(values):
                 raise RunError("no pair of complex eigenvalues near this state: there is no Hopf point nearby", code="no-pair")
             frequency = float(values[np.abs(values.real).argmin()].imag)
-        u = np.append(at, frequency**2)
-        curve = self.curve(u)
-        hopf_point = curve.start(u, direction(curve.problem.residual(u)[1].matrix, curve.problem.scale))
-        if hopf_point.u[-1] < -_ROUNDING * curve.problem.scale[-1]:
+        unknowns = np.append(at, frequency**2)
+        curve = self.curve(unknowns)
+        hopf_point = curve.start(unknowns, direction(curve.problem.residual(unknowns)[1].matrix, curve.problem.scale))
+        if hopf_point.unknowns[-1] < -_ROUNDING * curve.problem.scale[-1]:
             raise RunError(
                 "near this state there is no Hopf point, but a saddle whose eigenvalues add up to zero", code="neutral-saddle"
             )
@@ -254,7 +254,7 @@ class HopfPoints(SpecialCurves[HopfPoint]):
         n, kappa = self.equations.n, float(curve.problem.scale[-1])
 
         def square(point: HopfPoint) -> float:
-            return float(point.point.u[-1]) / kappa
+            return float(point.point.unknowns[-1]) / kappa
 
         conditions = [
             Condition(BOGDANOV_TAKENS, square, square, _ROUNDING, end=_ENDS),

@@ -53,8 +53,8 @@ class TracedCurve(Generic[P]):
 
     def __repr__(self) -> str:
         """Summarise the curve in one line: its points are hundreds of arrays."""
-        n, names = self.equations.n, self.equations.parameters
-        values = np.array([p.point.u[n : n + len(names)] for p in self.points]).T
+        n, names = self.equations.n, self.equations.parameter_names
+        values = np.array([p.point.unknowns[n : n + len(names)] for p in self.points]).T
         ranges = (f"{name} from {v.min():.6g} to {v.max():.6g}" for name, v in zip(names, values, strict=True))
         kinds = Counter(p.kind for p in self.special)
         special = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "none"
@@ -145,10 +145,10 @@ class SpecialPointDetector(Generic[P]):
             end_condition = next((c for c in ending if last[c.kind].number < 0), None)
             until = point.length
             for p in sorted(self.select(special_points), key=lambda p: p.point.length) if special_points else ():
-                if not curve.is_within_bounds(p.point.u) and (exit_point := _exit_point(curve, here.point, p.point)):
+                if not curve.is_within_bounds(p.point.unknowns) and (exit_point := _exit_point(curve, here.point, p.point)):
                     yield self.evaluate(exit_point[0])
                     return exit_point[1]
-                if p.point.length <= until and not curve.is_on_bound(p.point.u):
+                if p.point.length <= until and not curve.is_on_bound(p.point.unknowns):
                     yield p
                 until = p.point.length if end_condition and p.kind == end_condition.kind else until
             if end_condition:
@@ -225,7 +225,7 @@ def _locate_condition(
 ) -> P | None:
     def exact(point: CurvePoint) -> P:
         """Evaluate with the Jacobian at this point, not one correction before."""
-        return evaluate(replace(point, jacobian=curve.problem.residual(point.u)[1]))
+        return evaluate(replace(point, jacobian=curve.problem.residual(point.unknowns)[1]))
 
     candidate = locate_zero(curve, a, b.point, exact, condition.exact)
     if candidate is None or not abs(condition.exact(candidate)) < _ZERO * b.largest or not condition.holds(candidate):
@@ -235,15 +235,15 @@ def _locate_condition(
 
 def _exit_point(curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[CurvePoint, str] | None:
     """Return the point where the curve leaves the range, to which it returns within a step, and the sentence for it."""
-    if (crossing := curve.crossed_bound(a.u, b.u)) is None:
+    if (crossing := curve.crossed_bound(a.unknowns, b.unknowns)) is None:
         return None
     index, limit = crossing
-    solution = locate_zero(curve, a, b, lambda point: point, lambda point: float(point.u[index]) - limit)
+    solution = locate_zero(curve, a, b, lambda point: point, lambda point: float(point.unknowns[index]) - limit)
     if solution is None:
         return None
-    u = solution.u.copy()
-    u[index] = limit
-    return replace(solution, u=u), curve.exit_sentence(index, limit)
+    unknowns = solution.unknowns.copy()
+    unknowns[index] = limit
+    return replace(solution, unknowns=unknowns), curve.exit_sentence(index, limit)
 
 
 def _label(evaluation: P, kind: str) -> P:
@@ -258,8 +258,8 @@ def _reverse(evaluation: P) -> P:
 
 def require_parameter_count(count: int, equations: Equations) -> None:
     """Raise ``WuchtError`` unless as many parameters are varied as the curve needs, one or two."""
-    if len(equations.parameters) != count:
-        names = ", ".join(equations.parameters) or "none"
+    if len(equations.parameter_names) != count:
+        names = ", ".join(equations.parameter_names) or "none"
         raise WuchtError(f"{_NEEDS[count]}; given: {names}", code="one-parameter")
 
 
@@ -279,13 +279,17 @@ def bounds_of(
 
 
 def state_of(equations: Equations, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> np.ndarray:
-    """Return u = (x, p) (n+m,) of a state and parameters. Raises ``WuchtError`` if one has a wrong length or is not finite."""
-    for values, names, kind in ((x, equations.states, "state"), (parameters, equations.parameters, "value of the parameters")):
+    """Return X = (x, p) (n+m,) of a state and parameters. Raises ``WuchtError`` if one has a wrong length or is not finite."""
+    for values, names, kind in (
+        (x, equations.state_names, "state"),
+        (parameters, equations.parameter_names, "value of the parameters"),
+    ):
         if np.shape(values) != (len(names),):
             raise WuchtError(f"a {kind} is {len(names)} numbers, {', '.join(names)}; given: {values}", code="shape")
-    u = np.concatenate([np.asarray(x, float), np.asarray(parameters, float)])
-    if not np.isfinite(u).all():
+    unknowns = np.concatenate([np.asarray(x, float), np.asarray(parameters, float)])
+    if not np.isfinite(unknowns).all():
         raise WuchtError(
-            f"a state and its parameters must be finite numbers; given: {', '.join(f'{v:g}' for v in u)}", code="not-finite"
+            f"a state and its parameters must be finite numbers; given: {', '.join(f'{v:g}' for v in unknowns)}",
+            code="not-finite",
         )
-    return u
+    return unknowns

@@ -1,4 +1,4 @@
-"""Special points of a curve: where a function of its points passes zero, and where two branches of F(u) = 0 cross.
+"""Special points of a curve: where a function of its points passes zero, and where two branches of F(X) = 0 cross.
 
 Of branch points: W. Govaerts, "Numerical Methods for Bifurcations of Dynamical Equilibria", SIAM 2000, sections 6.1 (defining
 equations) and 4.1 (the algebraic branching equation).
@@ -88,11 +88,11 @@ def _interpolate_zero(
     if len(shares) < _NODES or not min(samples) <= root <= max(samples):
         return None
     parts = [math.prod((root - r) / (s - r) for r in shares if r != s) for s in shares]
-    u, tangent, length = (
+    unknowns, tangent, length = (
         sum(part * getattr(samples[s].point, name) for part, s in zip(parts, shares, strict=True))
-        for name in ("u", "tangent", "length")
+        for name in ("unknowns", "tangent", "length")
     )
-    point = CurvePoint(u, tangent / curve.size(tangent), curve.problem.residual(u)[1], length, 0)
+    point = CurvePoint(unknowns, tangent / curve.size(tangent), curve.problem.residual(unknowns)[1], length, 0)
     there = evaluate(point)
     return _Sample(point, there, test(there))
 
@@ -211,27 +211,27 @@ def _pair_indices(k: int) -> tuple[np.ndarray, np.ndarray]:
 class BranchPoint:
     """A point at which two branches cross.
 
-    u (n+1,). jacobian (n, n+1). tangents (2, n+1): of the branch that was followed, and of the other one. share: of the step.
+    unknowns (n+1,). jacobian (n, n+1). tangents (2, n+1): of the followed branch, and of the other. share: of the step.
     """
 
-    u: np.ndarray
+    unknowns: np.ndarray
     jacobian: np.ndarray
     tangents: np.ndarray
     share: float = 0.0
 
     @classmethod
-    def from_point(cls, equations: Equations, u: np.ndarray, along: np.ndarray | None = None) -> BranchPoint:
-        """Compute the branches through a branch point u; the first is nearest to a direction (n+1,), by default the parameter.
+    def from_point(cls, equations: Equations, unknowns: np.ndarray, along: np.ndarray | None = None) -> BranchPoint:
+        """Compute the branches through a branch point; the first is nearest to a direction (n+1,), by default the parameter.
 
         Raises ``RunError`` where two branches do not cross there.
         """
         scale = equations.scale
-        jacobian = equations.values(u)[1]
+        jacobian = equations.values(unknowns)[1]
         rates = np.abs(jacobian * scale).max(axis=1)
         weights = 1 / np.where(rates > _FLAT * rates.max(), rates, rates.max() or 1.0)
         left_vectors, _, right_vectors = np.linalg.svd(jacobian * scale * weights[:, None])
         w, null_basis = left_vectors[:, -1] * weights, right_vectors[-2:] * scale
-        second = np.array([w @ _derivative_along(equations, u, v) @ null_basis.T for v in null_basis])
+        second = np.array([w @ _derivative_along(equations, unknowns, v) @ null_basis.T for v in null_basis])
         a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
         inside = b * b - a * c
         if not inside > 1e-8 * (b * b + abs(a * c)):
@@ -241,18 +241,18 @@ class BranchPoint:
         roots = np.array([(q, a), (c, q)])
         tangents = roots @ null_basis
         tangents /= np.linalg.norm(tangents / scale, axis=1)[:, None]
-        reference = np.eye(len(u))[-1] * scale if along is None else along
+        reference = np.eye(len(unknowns))[-1] * scale if along is None else along
         near = np.abs(tangents / scale @ (reference / scale))
         tangents = tangents[np.argsort(-near)]
         tangents *= np.where(tangents / scale @ (reference / scale) < 0, -1.0, 1.0)[:, None]
-        return cls(u, jacobian, tangents)
+        return cls(unknowns, jacobian, tangents)
 
 
-def _derivative_along(equations: Equations, u: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Differentiate dF/du (n, n+m) along a direction (n+m,) by a central difference: accurate to about ten digits."""
+def _derivative_along(equations: Equations, unknowns: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Differentiate dF/dX (n, n+m) along a direction (n+m,) by a central difference: accurate to about ten digits."""
     length = float(np.linalg.norm(direction / equations.scale))
     h = _STEP / length if length else 1.0
-    _, jacobians = equations.values(np.stack([u + h * direction, u - h * direction], axis=-1))
+    _, jacobians = equations.values(np.stack([unknowns + h * direction, unknowns - h * direction], axis=-1))
     return np.asarray((jacobians[..., 0] - jacobians[..., 1]) / (2 * h))
 
 
@@ -261,41 +261,43 @@ def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPo
 
     Raises ``RunError`` where none lies there.
     """
-    way = (b.u - a.u) / equations.scale
-    u = _singular_solution(equations, (a.u + b.u) / 2)
-    share = float((u - a.u) / equations.scale @ way / (way @ way))
+    way = (b.unknowns - a.unknowns) / equations.scale
+    unknowns = _singular_solution(equations, (a.unknowns + b.unknowns) / 2)
+    share = float((unknowns - a.unknowns) / equations.scale @ way / (way @ way))
     if not -0.5 <= share <= 1.5:
         raise RunError("no branch point was found between the two points")
-    return replace(BranchPoint.from_point(equations, u, b.u - a.u), share=share)
+    return replace(BranchPoint.from_point(equations, unknowns, b.unknowns - a.unknowns), share=share)
 
 
-def branch_point_near(equations: Equations, u: np.ndarray) -> BranchPoint:
-    """Solve for the branch point near u (n+1,), its branches in the order of ``BranchPoint.from_point``.
+def branch_point_near(equations: Equations, unknowns: np.ndarray) -> BranchPoint:
+    """Solve for the branch point near given unknowns (n+1,), its branches in the order of ``BranchPoint.from_point``.
 
     Raises ``RunError`` where Newton's method does not converge.
     """
-    return BranchPoint.from_point(equations, _singular_solution(equations, u))
+    return BranchPoint.from_point(equations, _singular_solution(equations, unknowns))
 
 
-def _singular_solution(equations: Equations, u: np.ndarray) -> np.ndarray:
-    """Solve for u where F_u (n, n+1) lacks full rank: a regular solution of F + b w = 0, F_u^T w = 0, w^T w = 1.
+def _singular_solution(equations: Equations, unknowns: np.ndarray) -> np.ndarray:
+    """Solve for the unknowns X where F_X (n, n+1) lacks full rank: a regular solution of F + b w = 0, F_X^T w = 0, w^T w = 1.
 
-    The unknowns are u, b, w. Raises ``RunError`` where Newton's method does not converge from u (n+1,).
+    The unknowns are X, b, w. Raises ``RunError`` where Newton's method does not converge from the given X (n+1,).
     """
     n, scale, slack = equations.n, equations.scale, 0.0
     # Equations of very different rates are scaled separately: at a branch point first derivatives alone may vanish.
     rates = np.abs(
-        np.concatenate([equations.values(u)[1] * scale, *np.moveaxis(_second_derivatives(equations, u), 1, 0)], axis=1)
+        np.concatenate(
+            [equations.values(unknowns)[1] * scale, *np.moveaxis(_second_derivatives(equations, unknowns), 1, 0)], axis=1
+        )
     ).max(axis=1)
     weights = 1 / np.where(rates > 0, rates, 1.0)[:, None]
     if not np.isfinite(weights).all():
         raise RunError("Newton's method for a branch point fails: the equations cannot be evaluated there")
-    w = np.linalg.svd(equations.values(u)[1] * scale * weights)[0][:, -1]
+    w = np.linalg.svd(equations.values(unknowns)[1] * scale * weights)[0][:, -1]
     before = math.inf
     for _ in range(_MOST_STEPS):
-        off, jacobian = equations.values(u)
+        off, jacobian = equations.values(unknowns)
         off, scaled_jacobian = off * weights[:, 0], jacobian * scale * weights
-        hessian = np.einsum("i,ijk->jk", w * weights[:, 0], _second_derivatives(equations, u))
+        hessian = np.einsum("i,ijk->jk", w * weights[:, 0], _second_derivatives(equations, unknowns))
         matrix = np.zeros((2 * n + 2, 2 * n + 2))
         matrix[:n, : n + 1], matrix[:n, n + 1], matrix[:n, n + 2 :] = scaled_jacobian, w, slack * np.eye(n)
         matrix[n : 2 * n + 1, : n + 1], matrix[n : 2 * n + 1, n + 2 :] = hessian, scaled_jacobian.T
@@ -305,20 +307,20 @@ def _singular_solution(equations: Equations, u: np.ndarray) -> np.ndarray:
             step = np.linalg.solve(matrix, -residual)
         except np.linalg.LinAlgError:
             break
-        u, slack, w = u + step[: n + 1] * scale, slack + step[n + 1], w + step[n + 2 :]
+        unknowns, slack, w = unknowns + step[: n + 1] * scale, slack + step[n + 1], w + step[n + 2 :]
         change = float(np.abs(step[: n + 2]).max())
         if not math.isfinite(change):
             break
-        if change <= _TOLERANCE * max(1.0, float(np.abs(u / scale).max())) or before / 2 < change < _CORRECTION_ROUNDING:
+        if change <= _TOLERANCE * max(1.0, float(np.abs(unknowns / scale).max())) or before / 2 < change < _CORRECTION_ROUNDING:
             if abs(slack) < _TOUCHING:
-                return u
+                return unknowns
             break
         before = change
     raise RunError("Newton's method does not converge to a branch point")
 
 
-def _second_derivatives(equations: Equations, u: np.ndarray) -> np.ndarray:
+def _second_derivatives(equations: Equations, unknowns: np.ndarray) -> np.ndarray:
     """Return d^2 F / du^2 (n, n+1, n+1) in units of scale, by central differences."""
     n, basis = equations.n, _STEP * np.diag(equations.scale)
-    jacobians = equations.values(u[:, None] + np.concatenate([basis, -basis], axis=1))[1]
+    jacobians = equations.values(unknowns[:, None] + np.concatenate([basis, -basis], axis=1))[1]
     return np.asarray((jacobians[..., : n + 1] - jacobians[..., n + 1 :]) * equations.scale[:, None] / (2 * _STEP))

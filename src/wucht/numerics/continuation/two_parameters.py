@@ -45,12 +45,12 @@ class Expansion:
     second: np.ndarray
 
 
-def expansion(equations: Equations, u: np.ndarray, directions: np.ndarray) -> Expansion:
-    """Compute the derivatives of df/dx at u (n+m,) along directions (n, k) of the states, evaluating 6 k + 1 points at once."""
+def expansion(equations: Equations, unknowns: np.ndarray, directions: np.ndarray) -> Expansion:
+    """Compute the derivatives of df/dx along directions (n, k) of the states, evaluating 6 k + 1 points at once."""
     n, k = directions.shape
     length = np.linalg.norm(directions / equations.scale[:n, None], axis=0)
     h = _STEP / np.where(length > 0, length, 1.0)
-    around = np.repeat(u[:, None], 6 * k + 1, axis=1)
+    around = np.repeat(unknowns[:, None], 6 * k + 1, axis=1)
     around[:n, 1:] += ((directions * h)[:, :, None] * _OFFSETS).reshape(n, 6 * k)
     jacobians = equations.values(around)[1][:, :n]
     centre, shifted_jacobians = jacobians[..., 0], jacobians[..., 1:].reshape(n, n, k, 6)
@@ -72,10 +72,10 @@ class FoldForm:
     c: float
 
 
-def fold_form(equations: Equations, u: np.ndarray) -> FoldForm:
-    """Compute the normal form of a fold u = (x, p...) (n+m,). Raises ``RunError`` where equations cannot be evaluated."""
-    q, p = null_vectors(equations.values(u)[1][:, : equations.n])
-    e = expansion(equations, u, q[:, None])
+def fold_form(equations: Equations, unknowns: np.ndarray) -> FoldForm:
+    """Compute the normal form of a fold X = (x, p...) (n+m,). Raises ``RunError`` where equations cannot be evaluated."""
+    q, p = null_vectors(equations.values(unknowns)[1][:, : equations.n])
+    e = expansion(equations, unknowns, q[:, None])
     n, skew = len(q), float(p @ q)
     square, cube = e.first[..., 0] @ q, e.second[..., 0] @ q
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -97,10 +97,10 @@ class BogdanovTakensForm:
     b: float
 
 
-def bogdanov_takens_form(equations: Equations, u: np.ndarray) -> BogdanovTakensForm:
-    """Compute the normal form of a Bogdanov-Takens point u = (x, p...) (n+m,); Kuznetsov section 8.4.2, (8.53)."""
+def bogdanov_takens_form(equations: Equations, unknowns: np.ndarray) -> BogdanovTakensForm:
+    """Compute the normal form of a Bogdanov-Takens point X = (x, p...) (n+m,); Kuznetsov section 8.4.2, (8.53)."""
     n = equations.n
-    A = equations.values(u)[1][:, :n]
+    A = equations.values(unknowns)[1][:, :n]
     q0, p1 = null_vectors(A)
     # A q1 = q0, A^T p0 = p1: the singular A is bordered by its null vectors, and the border's unknown vanishes.
     bordered_matrix = np.block([[A, p1[:, None]], [q0[None, :], np.zeros((1, 1))]])
@@ -108,7 +108,7 @@ def bogdanov_takens_form(equations: Equations, u: np.ndarray) -> BogdanovTakensF
     p0 = np.linalg.solve(bordered_matrix.T, np.append(p1, 0.0))[:n]
     p0, p1 = p0 / (p1 @ q1), p1 / (p1 @ q1)
     q1 = q1 - (p0 @ q1) * q0
-    B = expansion(equations, u, q0[:, None]).first[..., 0]
+    B = expansion(equations, unknowns, q0[:, None]).first[..., 0]
     return BogdanovTakensForm(float(p1 @ B @ q0) / 2, float(p0 @ B @ q0 + p1 @ B @ q1))
 
 
@@ -139,13 +139,13 @@ class HopfForm:
         return self.l1 < 0
 
 
-def hopf_form(equations: Equations, u: np.ndarray, frequency: float | None = None) -> HopfForm:
+def hopf_form(equations: Equations, unknowns: np.ndarray, frequency: float | None = None) -> HopfForm:
     """Compute the normal form of a Hopf point.
 
     Parameters
     ----------
     equations : Equations
-    u : ndarray, (n+m,)
+    unknowns : ndarray, (n+m,)
         State and parameters (x, p...) of the Hopf point.
     frequency : float, optional
         Imaginary part of the critical pair; by default the pair nearest to the imaginary axis.
@@ -177,10 +177,10 @@ def hopf_form(equations: Equations, u: np.ndarray, frequency: float | None = Non
     (True, 1.0)
     """
     n = equations.n
-    values, q, p, rest = _critical(equations.values(u)[1][:, :n], frequency)
+    values, q, p, rest = _critical(equations.values(unknowns)[1][:, :n], frequency)
     omega = float(values[0].imag)
     a, b = q.real, q.imag
-    e = expansion(equations, u, np.stack([a, b], axis=1))
+    e = expansion(equations, unknowns, np.stack([a, b], axis=1))
     Ba, Bb, Caa, Cbb = e.first[..., 0], e.first[..., 1], e.second[..., 0], e.second[..., 1]
     cubic = (Caa @ a + Cbb @ a) + 1j * (Caa @ b + Cbb @ b)  # C(q, q, q*)
     mean = Ba @ a + Bb @ b  # B(q, q*)
@@ -222,7 +222,7 @@ def _critical(matrix: np.ndarray, frequency: float | None) -> tuple[np.ndarray, 
 class SpecialEquilibrium(ABC):
     """A point of a curve of special equilibria.
 
-    point: u = (x, p, q) (n+2,), followed by any other unknowns of the curve, with tangent and derivatives. kind: ``""`` of a
+    point: X = (x, p, q) (n+2,), followed by any other unknowns of the curve, with tangent and derivatives. kind: ``""`` of a
     regular point.
     """
 
@@ -231,25 +231,25 @@ class SpecialEquilibrium(ABC):
     kind: str = ""
 
     @property
-    def u(self) -> np.ndarray:
+    def unknowns(self) -> np.ndarray:
         """States and both parameters (n+2,)."""
-        return self.point.u[: self.equations.n + 2]
+        return self.point.unknowns[: self.equations.n + 2]
 
     @property
     def x(self) -> np.ndarray:
         """The states (n,)."""
-        return self.u[:-2]
+        return self.unknowns[:-2]
 
     @property
-    def parameters(self) -> np.ndarray:
+    def parameter_values(self) -> np.ndarray:
         """Both parameters (2,)."""
-        return self.u[-2:]
+        return self.unknowns[-2:]
 
     @cached_property
     def coefficients(self) -> Mapping[str, float]:
         """Coefficients of the normal form, at a Bogdanov-Takens point its a and b."""
         if self.kind == BOGDANOV_TAKENS:
-            takens = bogdanov_takens_form(self.equations, self.u)
+            takens = bogdanov_takens_form(self.equations, self.unknowns)
             return {"a": takens.a, "b": takens.b}
         return self._coefficients()
 
@@ -274,14 +274,14 @@ class SpecialCurve(TracedCurve[P]):
     """
 
     @cached_property
-    def u(self) -> np.ndarray:
+    def unknowns(self) -> np.ndarray:
         """States and both parameters of all points (n+2, N)."""
-        return np.array([p.u for p in self.points]).T
+        return np.array([p.unknowns for p in self.points]).T
 
     @property
-    def parameters(self) -> np.ndarray:
+    def parameter_values(self) -> np.ndarray:
         """Both parameters of all points (2, N)."""
-        return self.u[-2:]
+        return self.unknowns[-2:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,10 +301,10 @@ class SpecialCurves(ABC, Generic[P]):
         require_parameter_count(2, self.equations)
         bounds_of(self.equations, self.limits)
 
-    def curve(self, u: np.ndarray) -> Curve:
-        """Return the problem in the form that ``Curve`` follows, formulated near a point u of it."""
+    def curve(self, unknowns: np.ndarray) -> Curve:
+        """Return the problem in the form that ``Curve`` follows, formulated near a point of it."""
         bounds = bounds_of(self.equations, self.limits, *self.bounds)
-        return Curve(self._problem(u), bounds, self.steps, names=self.equations.names)
+        return Curve(self._problem(unknowns), bounds, self.steps, names=self.equations.names)
 
     def walk(self, start: CurvePoint) -> Walk[P]:
         """Return the points from a first one on, special ones included, computed one by one."""
@@ -318,11 +318,11 @@ class SpecialCurves(ABC, Generic[P]):
 
     def _start_curve(self, start: CurvePoint) -> tuple[Curve, CurvePoint]:
         """Recompute the null vectors with this border, so that no sign jumps at the first step."""
-        curve = self.curve(start.u)
-        return curve, replace(start, jacobian=curve.problem.residual(start.u)[1])
+        curve = self.curve(start.unknowns)
+        return curve, replace(start, jacobian=curve.problem.residual(start.unknowns)[1])
 
     @abstractmethod
-    def _problem(self, u: np.ndarray) -> Problem: ...
+    def _problem(self, unknowns: np.ndarray) -> Problem: ...
 
     @abstractmethod
     def _detector(self, curve: Curve) -> SpecialPointDetector[P]: ...

@@ -186,7 +186,7 @@ def processors() -> int:
 def _checked_members(members: Members, system: System) -> Members:
     """Return the members. Raises ``WuchtError`` where their shape does not fit the System."""
     member_shape, system_shape = (
-        (members.starts.shape[1], members.parameters.shape[1]),
+        (members.starts.shape[1], members.parameter_values.shape[1]),
         (len(system.states), len(system.parameters)),
     )
     if member_shape != system_shape:

@@ -37,15 +37,15 @@ class Members:
     """
 
     starts: np.ndarray
-    parameters: np.ndarray
+    parameter_values: np.ndarray
 
     @classmethod
-    def of(cls, starts: np.ndarray, parameters: np.ndarray | Sequence[float]) -> Members:
+    def of(cls, starts: np.ndarray, parameter_values: np.ndarray | Sequence[float]) -> Members:
         """Combine starts (M, n) with parameters (M, p), or (p,) shared by all, which are not copied.
 
         Raises ``WuchtError`` where their shapes do not fit.
         """
-        start_states, values = np.asarray(starts, float), np.asarray(parameters, float)
+        start_states, values = np.asarray(starts, float), np.asarray(parameter_values, float)
         if start_states.ndim != 2 or values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(start_states)):
             shapes = f"starts of the shape {start_states.shape} and parameters of the shape {values.shape}"
             raise WuchtError(f"{shapes} do not fit: members need (M, n) and (M, p) or (p,)", code="shape")
@@ -56,7 +56,7 @@ class Members:
 
     def part(self, first: int, last: int) -> Members:
         """Return the members from ``first`` on, before ``last``."""
-        return Members(self.starts[first:last], self.parameters[first:last])
+        return Members(self.starts[first:last], self.parameter_values[first:last])
 
 
 class Source(Protocol):

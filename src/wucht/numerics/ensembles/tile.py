@@ -61,7 +61,7 @@ class ChunkResult:
 class Lanes(Protocol):
     """Lanes on which one thread advances members."""
 
-    def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+    def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         """Convert parameters (L, p) to the numbers of the compiled code (k, L); where this fails, with a reason by lane."""
         ...
 
@@ -78,11 +78,11 @@ class BatchLanes:
     program: Program
     names: tuple[str, ...]
 
-    def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+    def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         """Return the program's constants, computed once for equal parameters."""
         values_by_key, refusals = dict[bytes, np.ndarray](), dict[int, str]()
-        values = np.empty((len(self.program.constants), len(parameters)))
-        for lane, row in enumerate(parameters):
+        values = np.empty((len(self.program.constants), len(parameter_values)))
+        for lane, row in enumerate(parameter_values):
             key = row.tobytes()
             try:
                 if key not in values_by_key:
@@ -110,9 +110,9 @@ class SequentialLanes:
 
     compiled_system: CompiledSystem
 
-    def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+    def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         """Return the parameters unchanged."""
-        return parameters.T.copy(), {}
+        return parameter_values.T.copy(), {}
 
     def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance the states one by one: see ``Lanes``."""
@@ -125,7 +125,7 @@ class SequentialLanes:
             except RunError as error:  # the equations cannot be evaluated at its parameters
                 stops[lane] = Stop(float(times[0]), states[:, lane], Status.FAILED, str(error))
                 continue
-            after[:, lane], end = run.parameters, run.end_state[: len(states)]
+            after[:, lane], end = run.parameter_values, run.end_state[: len(states)]
             if run.failure is not None:
                 stops[lane] = Stop(run.end_time, end, Status.FAILED, run.failure)
             elif run.stopped_by is not None:
@@ -167,7 +167,7 @@ class _Course(Generic[R]):
         self._records = list[tuple[np.ndarray, R]]()
         self.ids, self.states = np.arange(count), np.ascontiguousarray(members.starts.T)
         self.record = checked_record(observer.begin(members), count)
-        self.numbers, refusals = lanes.numbers(members.parameters)
+        self.numbers, refusals = lanes.numbers(members.parameter_values)
         for i in np.flatnonzero(~np.isfinite(members.starts).all(axis=1)).tolist():
             refusals[i] = f"the start {members.starts[i]} is not finite"
         self._stop({i: Stop(0.0, members.starts[i], Status.FAILED, reason) for i, reason in refusals.items()})

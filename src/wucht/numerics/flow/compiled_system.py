@@ -37,7 +37,7 @@ class Integrator(Protocol):
     @property
     def state(self) -> np.ndarray: ...  # noqa: D102
     def forget_events(self) -> None: ...  # noqa: D102
-    def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None: ...  # noqa: D102
+    def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None: ...  # noqa: D102
     def leg(self, grid: np.ndarray) -> LegResult: ...  # noqa: D102
 
 

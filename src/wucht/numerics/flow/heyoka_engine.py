@@ -254,16 +254,19 @@ class HeyokaIntegrator:
         self._parameters, self._event_constants = np.empty(0), list[float]()
         self._time_limit, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
 
-    def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
+    def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None:
         """Place the integrator. After an event's action the cool-down of the event is kept."""
         ta, engine = self._adaptive, self._engine
         ta.time = time
         ta.state[:] = state / engine.units
-        if not np.array_equal(parameters, self._parameters):
-            values = [*engine.program.constant_values(parameters), *engine.event_program.constant_values(parameters)]
+        if not np.array_equal(parameter_values, self._parameters):
+            values = [
+                *engine.program.constant_values(parameter_values),
+                *engine.event_program.constant_values(parameter_values),
+            ]
             ta.pars[:] = values[: len(ta.pars)]  # those of constant events come last
-            self._parameters = np.array(parameters, float)
-            self._event_constants = engine.event_program.constant_values(parameters).tolist()
+            self._parameters = np.array(parameter_values, float)
+            self._event_constants = engine.event_program.constant_values(parameter_values).tolist()
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""

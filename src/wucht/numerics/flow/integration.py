@@ -25,16 +25,16 @@ TimeCallback = Callable[[float], None]
 class Integration:
     """An integration in progress: its start, and the record so far.
 
-    state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. before: their values
-    (m,) at the beginning of the leg: the engine accumulates only the gains of the leg, so that a large work does not loosen its
-    tolerance. times, states: samples, leg by leg, ``done`` in all. fired_at: the time at which each event last fired.
-    segments: those in use. sample_parameters: the parameters at the last sample.
+    state: (n + m,) with the quadratures. parameter_values: in the System's order. unit: the size of the quadratures.
+    before: their values (m,) at the beginning of the leg: the engine accumulates only the gains of the leg, so that a large
+    work does not loosen its tolerance. times, states: samples, leg by leg, ``done`` in all. fired_at: the time at which each
+    event last fired. segments: those in use. sample_parameter_values: those at the last sample.
     """
 
     compiled_system: CompiledSystem
     integrator: Integrator
     state: np.ndarray
-    pars: np.ndarray
+    parameter_values: np.ndarray
     grid: np.ndarray
     unit: float = 1.0
     before: np.ndarray = field(default_factory=lambda: np.empty(0))
@@ -45,12 +45,12 @@ class Integration:
     stopped_by: str | None = None
     fired_at: dict[int, float] = field(default_factory=dict)
     segments: np.ndarray = field(default_factory=lambda: np.empty(0))
-    sample_parameters: np.ndarray = field(default_factory=lambda: np.empty(0))
+    sample_parameter_values: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def start(self) -> None:
         """Place the integrator at the beginning."""
         time, locator = float(self.grid[0]), self.compiled_system.locator
-        self.sample_parameters, self.before = self.pars, self.state[len(self.compiled_system.system.states) :]
+        self.sample_parameter_values, self.before = self.parameter_values, self.state[len(self.compiled_system.system.states) :]
         if locator is not None:
             self.segments = locator.start(time, self.state, self._system_parameters)
         # A run may continue one that has stopped at a terminal event: it starts beyond it.
@@ -75,7 +75,7 @@ class Integration:
     @property
     def _system_parameters(self) -> np.ndarray:
         """Parameters without those of the segments."""
-        return np.append(self.pars, 1 / self.unit)
+        return np.append(self.parameter_values, 1 / self.unit)
 
     def _convert_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
         """Convert states (n + m) or (n + m, N) to those with the leg's gains of the quadratures in their unit, or back."""
@@ -93,7 +93,7 @@ class Integration:
             self._begin_leg()
         leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
-        self.sample_parameters = self.pars
+        self.sample_parameter_values = self.parameter_values
         switches = {e.name for e in self.compiled_system.events if e.switch is not None}
         self.hits.extend(h for h in leg.hits if h.name not in switches and not self._is_duplicate(h))
         if len(self.hits) > _MOST_HITS:
@@ -142,7 +142,7 @@ class Integration:
         for i in together:
             event, self.fired_at[i] = self.compiled_system.events[i], time
             if event.action is not None:
-                new_state, self.pars = event.action(time, state[:n].copy(), self.pars.copy())
+                new_state, self.parameter_values = event.action(time, state[:n].copy(), self.parameter_values.copy())
                 state = np.concatenate([new_state, state[n:]])
             if event.terminal:
                 self.stopped_by = self.stopped_by or event.name
@@ -239,7 +239,7 @@ class Integration:
             times,
             states[:n],
             {q.name: states[n + i] for i, q in enumerate(self.compiled_system.system.quadratures)},
-            self.sample_parameters if at_sample else self.pars,
+            self.sample_parameter_values if at_sample else self.parameter_values,
             float(times[-1]) if at_sample else self.time,
             states[:, -1] if at_sample else self._convert_units(self.integrator.state, back=True),
             tuple(self.hits),
@@ -266,7 +266,7 @@ def integrate(
     initial : array_like, (n,) or (n + m,)
         The state; with the quadratures' values appended to continue a run.
     parameters : sequence of float, or mapping by name
-        In the System's order, in the units of its equations (SI).
+        Values in the System's order, in the units of its equations (SI).
     grid : ndarray, (N,)
         Increasing times.
     progress : callable, optional
@@ -286,7 +286,7 @@ def integrate(
         For an initial state that is not finite, or a grid that does not increase.
     """
     system = compiled_system.system
-    pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
+    parameter_values = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
     n, quadrature_count = len(system.states), len(system.quadratures)
     state = np.asarray(initial, dtype=float)
     if state.shape not in ((n,), (n + quadrature_count,)) or not np.isfinite(state).all():
@@ -299,7 +299,9 @@ def integrate(
     if len(grid) < 1 or not (np.isfinite(grid).all() and (np.diff(grid) > 0).all()):
         raise RunError("the times at which to sample must increase, and be finite", code="not-increasing")
     # The unit is a power of two, so that a run which is continued has the same numbers to the last bit.
-    run = Integration(compiled_system, compiled_system.engine.lend(), state, pars, grid, 2.0 ** round(math.log2(unit)))
+    run = Integration(
+        compiled_system, compiled_system.engine.lend(), state, parameter_values, grid, 2.0 ** round(math.log2(unit))
+    )
     failure, is_interrupted = None, False
     try:
         run.start()

@@ -35,29 +35,29 @@ class Program:
     """Assignments to be evaluated in order, then results; ``constants`` are functions of the parameters alone."""
 
     states: tuple[sp.Symbol, ...]
-    parameters: tuple[sp.Symbol, ...]
+    parameter_symbols: tuple[sp.Symbol, ...]
     constants: Assignments
     lines: Assignments
     results: tuple[sp.Expr, ...]
 
     @cached_property
     def _constant_function(self) -> Callable[..., Sequence[float]]:
-        return python_function((self.parameters,), (), tuple(e for _, e in self.constants), "math")
+        return python_function((self.parameter_symbols,), (), tuple(e for _, e in self.constants), "math")
 
     def function(self, modules: str = "numpy") -> Callable[..., Any]:
         """Return the function (states, time, constants) -> list of results; see ``python_function``."""
         return python_function((self.states, TIME, tuple(s for s, _ in self.constants)), self.lines, self.results, modules)
 
-    def constant_values(self, parameters: Numbers) -> np.ndarray:
+    def constant_values(self, parameter_values: Numbers) -> np.ndarray:
         """Evaluate the constants (k,) at given parameter values. Raises ``RunError`` where they are not finite."""
         try:
-            values = np.array(self._constant_function(list(map(float, parameters))), dtype=float)
+            values = np.array(self._constant_function(list(map(float, parameter_values))), dtype=float)
         except (ZeroDivisionError, OverflowError, ValueError):
             values = np.array([math.nan])
         if not np.isfinite(values).all():
             pairs = [
                 (p.name, v)
-                for p, v in zip(self.parameters, parameters, strict=True)
+                for p, v in zip(self.parameter_symbols, parameter_values, strict=True)
                 if not p.name.startswith(_AUXILIARY_PREFIX)
             ]
             listing = ", ".join(f"{name} = {v:g}" for name, v in pairs) or "none"
@@ -243,14 +243,14 @@ class Evaluator:
     def _function(self) -> Callable[..., Any]:
         return self.program.function()
 
-    def __call__(self, time: np.ndarray, states: np.ndarray, parameters: Numbers) -> dict[str, np.ndarray]:
+    def __call__(self, time: np.ndarray, states: np.ndarray, parameter_values: Numbers) -> dict[str, np.ndarray]:
         """Evaluate. time: (N,), states: (n, N), parameters in the System's order. Returns an array (N,) for each name."""
-        values = self._function(tuple(states), time, self.program.constant_values(parameters))
+        values = self._function(tuple(states), time, self.program.constant_values(parameter_values))
         return {n: np.broadcast_to(np.asarray(v, float), time.shape) for n, v in zip(self.names, values, strict=True)}
 
-    def array(self, time: np.ndarray, states: np.ndarray, parameters: Numbers) -> np.ndarray:
+    def array(self, time: np.ndarray, states: np.ndarray, parameter_values: Numbers) -> np.ndarray:
         """Evaluate to an array (k, N), in the order of the names."""
-        return np.array(list(self(time, states, parameters).values())).reshape(len(self.names), len(time))
+        return np.array(list(self(time, states, parameter_values).values())).reshape(len(self.names), len(time))
 
 
 @lru_cache(maxsize=256)

@@ -50,11 +50,11 @@ class ScipyIntegrator:
         self.time, self.state = 0.0, np.zeros(len(engine.program.states))
         self._cooldowns: dict[int, tuple[float, float]] = {}
 
-    def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
+    def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None:
         """Place the integrator."""
         self.time, self.state = time, np.array(state, dtype=float)
-        self._constants = self._engine.program.constant_values(parameters).tolist()
-        self._event_constants = self._engine.event_program.constant_values(parameters).tolist()
+        self._constants = self._engine.program.constant_values(parameter_values).tolist()
+        self._event_constants = self._engine.event_program.constant_values(parameter_values).tolist()
         # Only those that have just happened: an earlier one may be about to happen again at this place. But the other end of a
         # segment that has just begun lies within rounding of zero: its sign is that towards which the argument moves.
         if self._cooldowns:

@@ -178,19 +178,19 @@ class SegmentLocator:
             segmentations.segmentations, compile_place(smooth, arguments), compile_lookahead(smooth, arguments), state_indices
         )
 
-    def start(self, time: float, state: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """Return the values of the additional parameters at the start of a run. parameters: those of the System."""
+    def start(self, time: float, state: np.ndarray, parameter_values: np.ndarray) -> np.ndarray:
+        """Return the values of the additional parameters at the start of a run. parameter_values: those of the System."""
         segments, sizes = [0] * len(self.segmentations), self._sizes(time, state)
         for _ in self.segmentations:  # an argument may depend on another one's segment; rates may be infinite on wrong ones
-            arguments = self._finite(self.place, time, state, np.concatenate([parameters, self._values(segments)]))
+            arguments = self._finite(self.place, time, state, np.concatenate([parameter_values, self._values(segments)]))
             segments = [x.locate(h, h, size) for x, h, size in zip(self.segmentations, arguments, sizes, strict=True)]
         for _ in range(len(self.segmentations) + 1):
-            arguments, ahead = self._lookahead(time, state, np.concatenate([parameters, self._values(segments)]))
+            arguments, ahead = self._lookahead(time, state, np.concatenate([parameter_values, self._values(segments)]))
             segments = [x.locate(*at) for x, *at in zip(self.segmentations, arguments, ahead, sizes, strict=True)]
         return self._values(segments, arguments, sizes)
 
     def values_after_event(
-        self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray, event: tuple[int, int] | None
+        self, time: float, state: np.ndarray, parameter_values: np.ndarray, values: np.ndarray, event: tuple[int, int] | None
     ) -> np.ndarray:
         """Return the values after an event: the segmentation that reached an end of its segment and the direction, or None.
 
@@ -200,27 +200,27 @@ class SegmentLocator:
         segments = self._segments(values)
         if event is not None:
             segments[event[0]] += event[1]
-        arguments, ahead = self._lookahead(time, state, np.concatenate([parameters, self._values(segments)]))
+        arguments, ahead = self._lookahead(time, state, np.concatenate([parameter_values, self._values(segments)]))
         sizes = self._sizes(time, state)
         for i, segmentation in enumerate(self.segmentations):
             if event is None or i != event[0]:
                 segments[i] = segmentation.locate(arguments[i], ahead[i], sizes[i])
         return self._values(segments, arguments, sizes)
 
-    def right_values(self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def right_values(self, time: float, state: np.ndarray, parameter_values: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the values on the arguments' segments as outputs use them: on the right of each breakpoint."""
-        arguments, _ = self._lookahead(time, state, np.concatenate([parameters, values]))
+        arguments, _ = self._lookahead(time, state, np.concatenate([parameter_values, values]))
         return self._values(
             [int(np.searchsorted(x.breakpoints, h, side="right")) for x, h in zip(self.segmentations, arguments, strict=True)]
         )
 
-    def _lookahead(self, time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[list[float], list[float]]:
-        return self._finite(self.lookahead, time, state, parameters)
+    def _lookahead(self, time: float, state: np.ndarray, parameter_values: np.ndarray) -> tuple[list[float], list[float]]:
+        return self._finite(self.lookahead, time, state, parameter_values)
 
     @staticmethod
-    def _finite(function: Callable[..., Result], time: float, state: np.ndarray, parameters: np.ndarray) -> Result:
+    def _finite(function: Callable[..., Result], time: float, state: np.ndarray, parameter_values: np.ndarray) -> Result:
         try:
-            return function(time, state, parameters)
+            return function(time, state, parameter_values)
         except (OverflowError, ValueError, ZeroDivisionError):
             remedy = "Look for a parameter that is off by a factor of thousands"
             raise LegError("the state ceases to be finite", remedy, np.empty((len(state), 0))) from None
@@ -258,10 +258,10 @@ def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr]) -> Lookahe
     position, rates = lower(smooth, expressions), lower(smooth, smooth.derivatives)
     evaluate, rate = position.function("math"), rates.function("math")
 
-    def lookahead(time: float, state: np.ndarray, parameters: Numbers) -> tuple[list[float], list[float]]:
+    def lookahead(time: float, state: np.ndarray, parameter_values: Numbers) -> tuple[list[float], list[float]]:
         position_constants, rate_constants = (
-            position.constant_values(parameters).tolist(),
-            rates.constant_values(parameters).tolist(),
+            position.constant_values(parameter_values).tolist(),
+            rates.constant_values(parameter_values).tolist(),
         )
         values = list(evaluate(state.tolist(), time, position_constants))
         ahead = list(values)

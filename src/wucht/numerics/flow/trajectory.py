@@ -23,8 +23,8 @@ class Trajectory:
         In the System's order.
     quadratures : mapping of str to ndarray, (N,)
         By name, zero at the first sample of the run.
-    parameters : ndarray
-        At the end: actions of events may have changed them.
+    parameter_values : ndarray
+        In the order of the System's parameters, at the end: actions of events may have changed them.
     end_time : float
     end_state : ndarray, (n + m,)
         At the end, to continue from: the states, then the m quadratures.
@@ -41,7 +41,7 @@ class Trajectory:
     time: np.ndarray
     states: np.ndarray
     quadratures: Mapping[str, np.ndarray]
-    parameters: np.ndarray
+    parameter_values: np.ndarray
     end_time: float
     end_state: np.ndarray
     hits: tuple[Hit, ...] = ()

@@ -108,7 +108,7 @@ def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Se
     -------
     BranchEnd
     """
-    here, name = last[-1], cycles.equations.parameters[-1]
+    here, name = last[-1], cycles.equations.parameter_names[-1]
     value, period = here.parameter, here.period
     if reason == CURVE_CLOSED:
         return BranchEnd(CLOSED_BRANCH, value, 0.0, period, "the branch is closed")
@@ -123,7 +123,7 @@ def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Se
 
 def _lengthening_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], reason: str) -> BranchEnd:
     """Return the end of a branch whose period may grow without bound: see ``branch_end``."""
-    here, name = last[-1], cycles.equations.parameters[-1]
+    here, name = last[-1], cycles.equations.parameter_names[-1]
     value, period = here.parameter, here.period
     grown = growth(values, periods) if period >= _GROWN * periods.min() else None
     by_law = None if grown is None else _end_from_growth(cycles, here, grown, reason)
@@ -140,7 +140,7 @@ def _lengthening_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, la
 
 def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) -> BranchEnd:
     """Return the end of a branch whose period grows, by the law of its growth."""
-    name, law = cycles.equations.parameters[-1], grown.better
+    name, law = cycles.equations.parameter_names[-1], grown.better
     other_law = grown.connection if law is grown.saddle_node else grown.saddle_node
     make_end = partial(BranchEnd, saddle_node=grown.saddle_node, connection=grown.connection)
     places, beyond = _slow_places(cycles, here), "the period grows beyond all bounds, as"
@@ -173,7 +173,7 @@ def _unresolved_connection(cycles: Cycles, values: np.ndarray, periods: np.ndarr
 
     It is the only sign of a connection where the law of the period is not reached before that.
     """
-    here, name = last[-1], cycles.equations.parameters[-1]
+    here, name = last[-1], cycles.equations.parameter_names[-1]
     late = values[periods > here.period / _GROWN_AT_REST]
     resolution = _RESOLUTION * max(float(np.abs(values).max()), float(np.ptp(values)))
     if len(late) < _FEWEST or np.ptp(late) > resolution or here.period <= last[0].period:
@@ -236,11 +236,11 @@ def _fold(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray]) -> Equilibr
     if len(places) != 1:
         return None
     equilibria = equilibria_of(cycles.equations)
-    u = np.append(places[0], here.parameter)
+    unknowns = np.append(places[0], here.parameter)
     scale = equilibria.equations.scale[:-1]
-    across = np.linalg.svd(equilibria.equations.values(u)[1][:, :-1] * scale / scale[:, None])[2][-1]
+    across = np.linalg.svd(equilibria.equations.values(unknowns)[1][:, :-1] * scale / scale[:, None])[2][-1]
     try:
-        fold = nearest_special(equilibria, equilibria.curve.start(u, np.append(across * scale, 0.0)), FOLD)
+        fold = nearest_special(equilibria, equilibria.curve.start(unknowns, np.append(across * scale, 0.0)), FOLD)
     except RunError:
         return None
     return fold if fold is not None and _is_near(here, places[0], fold.x) else None

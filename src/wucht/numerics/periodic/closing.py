@@ -187,7 +187,7 @@ class ClosedOrbit:
 
 
 def close_orbit(
-    system: System, parameters: np.ndarray, time: float, motion: np.ndarray, closing: Closing, most_steps: int
+    system: System, parameter_values: np.ndarray, time: float, motion: np.ndarray, closing: Closing, most_steps: int
 ) -> ClosedOrbit:
     """Close a motion of one period to an orbit, as piecewise polynomials.
 
@@ -195,7 +195,7 @@ def close_orbit(
     ----------
     system : System
         n states.
-    parameters : ndarray
+    parameter_values : ndarray
         In its order.
     time : float
         At which the period begins.
@@ -214,7 +214,7 @@ def close_orbit(
     if system.depends_on_time:
         motion = np.concatenate([motion, time + closing.period * shares[None]])
         system, closing = with_clock(system), closing.with_time(time)
-    fixed_values = dict(zip(system.parameter_names, map(float, parameters), strict=True))
+    fixed_values = dict(zip(system.parameter_names, map(float, parameter_values), strict=True))
     equations = Equations.of(with_period_unit(system), (PERIOD.name,), fixed_values)
     mesh, y = mesh_from_samples(shares, motion, closing.sizes, _DEGREE)
     period, steps_left, counts, gap = closing.period, most_steps, -1, y[-1] - y[0] - closing.advance
@@ -224,12 +224,12 @@ def close_orbit(
         problem = _problem(equations, closing, mesh, borders)
         # Most of the gap goes where the equations cannot be closed.
         s = borders.open.T @ (gap / closing.sizes)
-        u = np.concatenate([y.ravel(), [period], s])
-        u, steps = solve_across_row(problem, u, _row(problem, borders), -1 - len(s), steps_left, _TOLERANCE)
+        unknowns = np.concatenate([y.ravel(), [period], s])
+        unknowns, steps = solve_across_row(problem, unknowns, _row(problem, borders), -1 - len(s), steps_left, _TOLERANCE)
         steps_left -= steps
-        y, unknowns = problem.split(u)
-        period, gap = float(unknowns[0]), closing.sizes * (borders.open @ unknowns[1:])
-        better = problem.adapt_mesh(u)
+        y, free_parameters = problem.split(unknowns)
+        period, gap = float(free_parameters[0]), closing.sizes * (borders.open @ free_parameters[1:])
+        better = problem.adapt_mesh(unknowns)
         if better.mesh is mesh and counts == len(s):
             break
         if better.mesh is not mesh:
@@ -246,9 +246,9 @@ def _problem(equations: Equations, closing: Closing, mesh: Mesh, borders: Border
     """Return the problem y' = T f(y), closed except for open gaps; without borders the only parameter is T."""
     n, k = equations.n, 0 if borders is None else borders.open.shape[1]
 
-    def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        f, f_u = equations.values(u[: n + 1])
-        return f, np.concatenate([f_u, np.zeros((n, k, u.shape[1]))], axis=1)
+    def field(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        f, derivatives = equations.values(unknowns[: n + 1])
+        return f, np.concatenate([derivatives, np.zeros((n, k, unknowns.shape[1]))], axis=1)
 
     sizes = np.concatenate([closing.sizes, [closing.period], np.ones(k)])
     ends = partial(_ends, closing, borders)
@@ -256,18 +256,20 @@ def _problem(equations: Equations, closing: Closing, mesh: Mesh, borders: Border
     return BoundaryValueProblem(field, n, 1 + k, ends, None, mesh, nothing, sizes, closing.advance, _ACCURACY)
 
 
-def _ends(closing: Closing, borders: Borders | None, first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
+def _ends(
+    closing: Closing, borders: Borders | None, first: np.ndarray, last: np.ndarray, parameter_values: np.ndarray
+) -> EndValues:
     """See ``Ends``: the gap, and all conditions except the first."""
-    n, k = len(first), len(parameters) - 1
+    n, k = len(first), len(parameter_values) - 1
     gap = last - first - closing.advance
     if borders is None:
         return gap, -np.eye(n), np.eye(n), np.zeros((n, 1))
     rows, open_ = borders.rows[1:], closing.sizes[:, None] * borders.open
-    change = np.append((first - closing.reference) / closing.sizes, parameters[0] / closing.period - 1)
+    change = np.append((first - closing.reference) / closing.sizes, parameter_values[0] / closing.period - 1)
     begin = np.concatenate([-np.eye(n), rows[:, :n] / closing.sizes])
     by_parameters = np.zeros((n + k, 1 + k))
     by_parameters[:n, 1:], by_parameters[n:, 0] = -open_, rows[:, n] / closing.period
-    value = np.concatenate([gap - open_ @ parameters[1:], rows @ change])
+    value = np.concatenate([gap - open_ @ parameter_values[1:], rows @ change])
     return value, begin, np.concatenate([np.eye(n), np.zeros((k, n))]), by_parameters
 
 
@@ -280,10 +282,10 @@ def _row(problem: BoundaryValueProblem, borders: Borders) -> np.ndarray:
 
 
 def _places(
-    problem: BoundaryValueProblem, y: np.ndarray, parameters: np.ndarray, closing: Closing
+    problem: BoundaryValueProblem, y: np.ndarray, parameter_values: np.ndarray, closing: Closing
 ) -> tuple[Places, np.ndarray]:
     """Return the linearisation between places, and the intervals that begin there."""
-    jacobian = problem.residual(np.concatenate([y.ravel(), parameters]))[1]
+    jacobian = problem.residual(np.concatenate([y.ravel(), parameter_values]))[1]
     n, sizes = problem.n, closing.sizes
     try:
         late, maps = -np.linalg.solve(jacobian.inner, jacobian.by_parameters)[:, -n:, 0], jacobian.maps()[:, -1]

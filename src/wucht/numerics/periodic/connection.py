@@ -42,7 +42,7 @@ class Connection(CollocationSolution):
         Where it begins and ends, one where that is the same.
     eigenvalues : ndarray of complex, (e, n)
         Of the equilibria, the largest real part first.
-    parameters : ndarray
+    parameter_values : ndarray
         Their values, in the order in which they are varied.
     kind : str
         ``""``, or that of a special point of an orbit that returns to a saddle. ``"neutral-saddle"``: the saddle quantity is
@@ -54,7 +54,7 @@ class Connection(CollocationSolution):
     time: float
     equilibria: np.ndarray
     eigenvalues: np.ndarray
-    parameters: np.ndarray
+    parameter_values: np.ndarray
     kind: str = ""
 
     @property
@@ -121,7 +121,7 @@ def lengthen_orbit(
     from scipy.linalg import expm
 
     problem, time = connection.problem, connection.time
-    mesh, (y, _), (tangent, _) = problem.mesh, problem.split(connection.point.u), problem.split(connection.point.tangent)
+    mesh, (y, _), (tangent, _) = problem.mesh, problem.split(connection.point.unknowns), problem.split(connection.point.tangent)
     whole, leaving = time + float(more.sum()), float(connection.eigenvalues[0, 0].real)
     before, after = (_edges(span, rate) for span, rate in zip(more, _slowest(connection), strict=True))
     edges = np.concatenate([before[:-1], more[0] + time * mesh.edges, more[0] + time + after[1:]]) / whole
@@ -185,10 +185,10 @@ def end_reason(folds: Sequence[bool], start: Connection, there: Connection, larg
 
 def is_standstill(here: Connection, there: Connection, scale: np.ndarray) -> bool:
     """True if from one point to the next the orbit changes, but not the parameters, in units of a scale (m,)."""
-    parameter_change = np.linalg.norm((there.parameters - here.parameters) / scale)
+    parameter_change = np.linalg.norm((there.parameter_values - here.parameter_values) / scale)
     return bool(parameter_change < _STILL * (there.point.length - here.point.length))
 
 
 def standstill_sentence(names: Sequence[str], at: Connection) -> str:
     """Return the sentence for the end at a point where the parameters, by their names, stand still."""
-    return f"{STANDSTILL}, {', '.join(f'{name} = {value:.7g}' for name, value in zip(names, at.parameters, strict=True))}"
+    return f"{STANDSTILL}, {', '.join(f'{name} = {value:.7g}' for name, value in zip(names, at.parameter_values, strict=True))}"

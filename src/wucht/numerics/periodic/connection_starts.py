@@ -58,16 +58,16 @@ def connection_from_excursion(
     from scipy.integrate import solve_ivp
 
     equations, n = connections.rates, connections.rates.n
-    parameters, scale = _all_parameters(connections, values), connections.rates.scale[:n]
-    saddle = _equilibrium_near(equations, np.asarray(place, float), parameters)
-    matrix = equations.values(np.concatenate([saddle, parameters]))[1][:, :n] / scale[:, None] * scale
+    parameter_values, scale = _all_parameters(connections, values), connections.rates.scale[:n]
+    saddle = _equilibrium_near(equations, np.asarray(place, float), parameter_values)
+    matrix = equations.values(np.concatenate([saddle, parameter_values]))[1][:, :n] / scale[:, None] * scale
     rates, vectors = np.linalg.eig(matrix)
     if not ((rates.real > 0).sum() == 1 and (rates.real < 0).sum() == n - 1):
         raise RunError("the equilibrium is not a saddle with one unstable direction", code="no-saddle")
     leaving = vectors[:, int(rates.real.argmax())].real
     leaving = leaving * way * np.sign(leaving[np.abs(leaving).argmax()]) / np.linalg.norm(leaving)
     run = solve_ivp(
-        lambda _, x: equations.values(np.concatenate([x, parameters]))[0],
+        lambda _, x: equations.values(np.concatenate([x, parameter_values]))[0],
         (0.0, connections.time), saddle + _BEGIN * leaving * scale, "DOP853",
         rtol=_TOLERANCE, atol=_TOLERANCE * _BEGIN * scale.min(), dense_output=True,
     )  # fmt: skip
@@ -95,12 +95,12 @@ def _all_parameters(connections: Connections, values: Sequence[float]) -> np.nda
     return np.array([*values, *[0.0] * (len(connections.bounds) - len(values))])
 
 
-def _equilibrium_near(equations: Equations, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+def _equilibrium_near(equations: Equations, x: np.ndarray, parameter_values: np.ndarray) -> np.ndarray:
     n, scale = equations.n, equations.scale[: equations.n]
     for _ in range(_CORRECTIONS):
-        f, f_u = equations.values(np.concatenate([x, parameters]))
+        f, derivatives = equations.values(np.concatenate([x, parameter_values]))
         try:
-            change = np.linalg.solve(f_u[:, :n], f)
+            change = np.linalg.solve(derivatives[:, :n], f)
         except np.linalg.LinAlgError:
             break
         x = x - change
@@ -159,7 +159,7 @@ def longest_wait(connections: Connections, connection: Connection) -> Wait | Non
     """Return the longest wait of a connection between its ends, None where there is none."""
     tau = np.linspace(0.0, 1.0, _SAMPLES)
     states, n = connection.states_at(tau), connections.rates.n
-    points = np.concatenate([states, np.repeat(connection.parameters[:, None], len(tau), axis=1)])
+    points = np.concatenate([states, np.repeat(connection.parameter_values[:, None], len(tau), axis=1)])
     speed = np.linalg.norm(connections.rates.values(points)[0] / connections.rates.scale[:n, None], axis=0)
     waits = [(a, b) for a, b in stretches(speed < _SLOW * speed.max()) if a > 0 and b < len(tau)]
     if not waits:
@@ -187,7 +187,7 @@ def prolong_at_saddle_node(connections: Connections, connection: Connection) -> 
     begin, end = connection.equilibria[0], connection.equilibria[-1] + 2 * np.pi * connections.winding
     times, states = rest_of(connection, 0.0)
     away, scale = states[:, 0] - begin, connections.rates.scale[:n]
-    speed = connections.rates.values(np.concatenate([states[:, 0], connection.parameters]))[0]
+    speed = connections.rates.values(np.concatenate([states[:, 0], connection.parameter_values]))[0]
     rate = float(np.linalg.norm(speed / scale) / np.linalg.norm(away / scale))
     decay = float(connection.eigenvalues[-1, 1].real)
     after = np.linspace(0.0, min(more / 2, _DECAY_TIMES / -decay), _OUTSIDE)[1:]
@@ -197,29 +197,29 @@ def prolong_at_saddle_node(connections: Connections, connection: Connection) -> 
     later = end[:, None] + (states[:, -1] - end)[:, None] * np.exp(decay * after)
     whole = np.concatenate([earlier, states, later], axis=1)
     at = np.concatenate([more - (before - 1) / rate, more + times, more + times[-1] + after])
-    values = connection.parameters[: len(connections.bounds)]
+    values = connection.parameter_values[: len(connections.bounds)]
     return connections.start(at, whole, connection.equilibria, values.tolist())
 
 
-def saddles_near(equations: Equations, place: np.ndarray, parameters: np.ndarray) -> list[np.ndarray]:
+def saddles_near(equations: Equations, place: np.ndarray, parameter_values: np.ndarray) -> list[np.ndarray]:
     """Return the saddles (n,), left in one direction, near a saddle-node that has split in two."""
     n, scale = equations.n, equations.scale[: equations.n]
-    matrix = equations.values(np.concatenate([place, parameters]))[1][:, :n] * scale / scale[:, None]
+    matrix = equations.values(np.concatenate([place, parameter_values]))[1][:, :n] * scale / scale[:, None]
     along = np.linalg.svd(matrix)[2][-1] * scale
     saddles = list[np.ndarray]()
     shares = np.geomspace(1e-4, _SPREAD, _STARTS)
     for share in np.concatenate([shares, -shares]).tolist():
         x = place + share * along
         for _ in range(_CORRECTIONS):
-            f, f_u = equations.values(np.concatenate([x, parameters]))
+            f, derivatives = equations.values(np.concatenate([x, parameter_values]))
             try:
-                change = np.linalg.solve(f_u[:, :n], f)
+                change = np.linalg.solve(derivatives[:, :n], f)
             except np.linalg.LinAlgError:
                 break
             x = x - change
             if np.linalg.norm(change / scale) < _ACCURATE:
                 break
-        f_x = equations.values(np.concatenate([x, parameters]))[1][:, :n]
+        f_x = equations.values(np.concatenate([x, parameter_values]))[1][:, :n]
         rates = np.linalg.eigvals(f_x).real if np.isfinite(f_x).all() else np.zeros(n)
         one = np.linalg.norm(change / scale) < _SAME and (rates > 0).sum() == 1 and (rates < 0).sum() == n - 1
         near = np.linalg.norm((x - place) / scale) < _SPREAD
@@ -235,7 +235,7 @@ def saddle_node_to_saddle(connections: Connections, at: Connection) -> Connectio
     either side of that point.
     """
     equations, m = connections.rates, len(connections.bounds)
-    values = at.parameters[:m]
+    values = at.parameter_values[:m]
     times, states = rest_of(at, 0.0)
     for shift in _SHIFTS:
         for sign in (-1.0, 1.0):
@@ -253,26 +253,26 @@ def saddle_node_to_saddle(connections: Connections, at: Connection) -> Connectio
     raise RunError("no connection of the saddle-node with a saddle of the other pair was found next to it")
 
 
-def fold_at(equations: Equations, x: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def fold_at(equations: Equations, x: np.ndarray, parameter_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Solve for the saddle-node near x and the first parameter, the others fixed. Raises ``RunError``."""
     n = equations.n
-    u = np.append(x, parameters[0])
+    unknowns = np.append(x, parameter_values[0])
 
-    def conditions(u: np.ndarray) -> np.ndarray:
-        f, f_u = equations.values(np.concatenate([u, parameters[1:]]))
-        return np.append(f, np.linalg.det(f_u[:, :n]))
+    def conditions(unknowns: np.ndarray) -> np.ndarray:
+        f, derivatives = equations.values(np.concatenate([unknowns, parameter_values[1:]]))
+        return np.append(f, np.linalg.det(derivatives[:, :n]))
 
     sizes = np.append(equations.scale[:n], equations.scale[n])
     for _ in range(_CORRECTIONS):
         steps = np.diag(6e-6 * sizes)
-        slopes = np.array([(conditions(u + h) - conditions(u - h)) / (2 * h.max()) for h in steps]).T
+        slopes = np.array([(conditions(unknowns + h) - conditions(unknowns - h)) / (2 * h.max()) for h in steps]).T
         try:
-            change = np.linalg.solve(slopes, conditions(u))
+            change = np.linalg.solve(slopes, conditions(unknowns))
         except np.linalg.LinAlgError:
             break
-        u = u - change
-        if not np.isfinite(u).all():
+        unknowns = unknowns - change
+        if not np.isfinite(unknowns).all():
             break
         if np.linalg.norm(change / sizes) < _SAME:
-            return u[:-1], np.append(u[-1], parameters[1:])
+            return unknowns[:-1], np.append(unknowns[-1], parameter_values[1:])
     raise RunError("Newton's method does not converge to the saddle-node")

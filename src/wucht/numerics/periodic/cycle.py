@@ -27,7 +27,7 @@ class Orbit(CollocationSolution):
     @property
     def period(self) -> float:
         """T."""
-        return float(self.problem.split(self.point.u)[1][0])
+        return float(self.problem.split(self.point.unknowns)[1][0])
 
 
 class HiddenPoint(NamedTuple):
@@ -77,7 +77,7 @@ class Cycle(Orbit):
     @property
     def parameter(self) -> float:
         """Value of the parameter."""
-        return float(self.point.u[-1])
+        return float(self.point.unknowns[-1])
 
     def integral(self, values: np.ndarray) -> float:
         """Return the integral over a period, in time, of values at the nodes (K,)."""
@@ -121,14 +121,14 @@ class Cycle(Orbit):
     @property
     def error(self) -> float:
         """Estimated error of the orbit between mesh points, in units of its sizes."""
-        return float(self.problem.error(self.point.u).max())
+        return float(self.problem.error(self.point.unknowns).max())
 
     def point_on(self, mesh: Mesh) -> CurvePoint:
         """Return its point of the curve on another mesh."""
         if self.problem.mesh is mesh:
             return self.point
-        u, tangent = self.problem.to_mesh(np.stack([self.point.u, self.point.tangent], axis=1), mesh).T
-        return replace(self.point, u=u, tangent=tangent)
+        unknowns, tangent = self.problem.to_mesh(np.stack([self.point.unknowns, self.point.tangent], axis=1), mesh).T
+        return replace(self.point, unknowns=unknowns, tangent=tangent)
 
 
 def swing(here: Orbit, there: Orbit) -> float:
@@ -142,7 +142,7 @@ def swing(here: Orbit, there: Orbit) -> float:
 def is_orbit(problem: Problem, here: CurvePoint, there: CurvePoint) -> bool:
     """True if a point of a curve after another one is an orbit too: an equilibrium satisfies the same equations."""
     assert isinstance(problem, BoundaryValueProblem)
-    a, b = (problem.split(point.u)[0].T for point in (here, there))
+    a, b = (problem.split(point.unknowns)[0].T for point in (here, there))
     return abs(_relative_size(problem, a, b)) > VANISHING_SIZE
 
 

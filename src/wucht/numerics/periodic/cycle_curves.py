@@ -57,9 +57,9 @@ class CurveCycle(Orbit):
     n: int
 
     @property
-    def parameters(self) -> tuple[float, float]:
+    def parameter_values(self) -> tuple[float, float]:
         """Values of both parameters."""
-        first, second = self.point.u[-2:].tolist()
+        first, second = self.point.unknowns[-2:].tolist()
         return first, second
 
     @property
@@ -70,7 +70,7 @@ class CurveCycle(Orbit):
     @property
     def extra(self) -> list[float]:
         """Extra unknowns: theta of a torus, c of a fold, c and d of a symmetry breaking."""
-        return [float(e) for e in self.problem.split(self.point.u)[1][1:-2]]
+        return [float(e) for e in self.problem.split(self.point.unknowns)[1][1:-2]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ class CycleCurve:
         cls,
         kind: str,
         system: System,
-        parameters: tuple[str, str],
+        parameter_names: tuple[str, str],
         fixed_values: Mapping[str, float],
         bounds: tuple[tuple[float, float], tuple[float, float]],
         *,
@@ -127,7 +127,7 @@ class CycleCurve:
         kind : {"fold", "period-doubling", "torus", "branch-point"}
             As of a ``Cycle``.
         system : System
-        parameters : (str, str)
+        parameter_names : (str, str)
             Names of both varied ones.
         fixed_values : mapping
             Values of all others.
@@ -147,9 +147,9 @@ class CycleCurve:
         """
         if kind not in _COLUMNS:
             raise WuchtError(f"{kind}: curves of orbits are of the kinds {', '.join(_COLUMNS)}", code="unknown-kind")
-        if parameters[0] == parameters[1]:
-            raise WuchtError(f"a curve of orbits needs two parameters, not {parameters[0]} twice", code="given-twice")
-        for name, both_bounds in zip((*parameters, "the period"), (*bounds, periods), strict=True):
+        if parameter_names[0] == parameter_names[1]:
+            raise WuchtError(f"a curve of orbits needs two parameters, not {parameter_names[0]} twice", code="given-twice")
+        for name, both_bounds in zip((*parameter_names, "the period"), (*bounds, periods), strict=True):
             refuse_empty(name, both_bounds)
         with_variation, n = variational_system(with_period_unit(system), _COLUMNS[kind]), len(system.states)
         rates, changes = with_variation.derivatives[:n], with_variation.derivatives[n:]
@@ -159,7 +159,7 @@ class CycleCurve:
             rates = tuple(rate + _BREAKING * v for rate, v in zip(rates, with_variation.states[n:], strict=True))
         extra = (_EXTRA, _BREAKING)[: _EXTRAS[kind]]
         whole = replace(with_variation, derivatives=(*rates, *changes), parameters=(*extra, *with_variation.parameters))
-        varied_names = (PERIOD.name, *(s.name for s in extra), *parameters)
+        varied_names = (PERIOD.name, *(s.name for s in extra), *parameter_names)
         sizes = dict(scale or {})
         sizes |= {name: 1.0 for name in (PERIOD.name, *varied_names) if name not in sizes}
         equations = Equations.of(whole, varied_names, fixed_values, sizes)
@@ -170,10 +170,10 @@ class CycleCurve:
 
         second: value of the other parameter there. Raises ``RunError`` where Newton's method does not converge.
         """
-        y, (period, first) = at.problem.split(at.point.u)
+        y, (period, first) = at.problem.split(at.point.unknowns)
         changes, extra = _changes(at, self.kind)
         sizes = self.equations.scale.copy()
-        whole, q = len(self.equations.states), len(self.equations.parameters)
+        whole, q = len(self.equations.state_names), len(self.equations.parameter_names)
         sizes[self.n : whole] = np.tile(sizes[: self.n], whole // self.n - 1)
         sizes[whole] = period
         sizes[whole + 1 : q + whole - 2] = period if self.kind in (FOLD, BRANCH_POINT) else 1.0  # c, d are rates per period
@@ -182,18 +182,18 @@ class CycleCurve:
             squares += (extra[0] / period) ** 2
             extra[0] /= math.sqrt(squares)
         changes = changes / math.sqrt(squares)
-        u = np.concatenate([np.concatenate([y, changes], axis=1).ravel(), [period, *extra, first, second]])
+        unknowns = np.concatenate([np.concatenate([y, changes], axis=1).ravel(), [period, *extra, first, second]])
         ends, integrand = _conditions(self.kind, self.n, 2 * math.pi * self.winding, sizes)
         nothing = Reference(np.zeros((whole, 0)), np.zeros((whole, 0)))
         winding = np.concatenate([2 * math.pi * self.winding, np.zeros(whole - self.n)])
         problem = BoundaryValueProblem(
             self.equations.values, whole, q, ends, integrand, at.problem.mesh, nothing, sizes, winding, self.accuracy
         )
-        problem = replace(problem, reference=problem.reference_from(u))
+        problem = replace(problem, reference=problem.reference_from(unknowns))
         curve = Curve(problem, {-2: self.bounds[0], -1: self.bounds[1], -q: self.periods}, self.steps)
-        towards = np.zeros(len(u))
+        towards = np.zeros(len(unknowns))
         towards[-1] = sizes[-1]
-        return CurveCycle(curve, with_exact_tolerance(curve).start(u, towards), self.n)
+        return CurveCycle(curve, with_exact_tolerance(curve).start(unknowns, towards), self.n)
 
     def walk(self, start: CurveCycle) -> Walk[CurveCycle]:
         """Return an iterator over the orbits of the curve from a first one on."""

@@ -65,7 +65,9 @@ def _checked_period(cycles: Cycles, times: np.ndarray, states: np.ndarray, value
     """Return the period that samples cover. Raises ``WuchtError`` where they cannot be those of an orbit."""
     e, (low, high) = cycles.equations, cycles.bounds
     if not low <= value <= high:
-        raise WuchtError(f"{e.parameters[-1]} = {value:g} lies outside its bounds, {low:g} to {high:g}", code="out-of-range")
+        raise WuchtError(
+            f"{e.parameter_names[-1]} = {value:g} lies outside its bounds, {low:g} to {high:g}", code="out-of-range"
+        )
     if np.shape(states) != (e.n, len(times)):
         raise WuchtError(
             f"samples of {e.n} states at {len(times)} times form an array {(e.n, len(times))}, not {np.shape(states)}",
@@ -78,7 +80,7 @@ def _checked_period(cycles: Cycles, times: np.ndarray, states: np.ndarray, value
     if not _extent(np.asarray(states), e.scale) > 0:
         raise WuchtError("these samples are at rest: no state changes, as it must along an orbit", code="at-rest")
     turns_made = (np.asarray(states)[:, -1] - np.asarray(states)[:, 0]) / (2 * np.pi)
-    for name, turns, winding, turn in zip(e.states, turns_made, cycles.winding, e.turns, strict=False):
+    for name, turns, winding, turn in zip(e.state_names, turns_made, cycles.winding, e.turns, strict=False):
         if turn and round(turns) != winding:
             raise WuchtError(
                 f"{name} turns {turns:.3g} times in these samples, but its winding number is {winding}", code="winding"
@@ -112,15 +114,15 @@ def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
     e, mesh = cycles.equations, orbit.problem.mesh
     if not cycles.bounds[0] <= value <= cycles.bounds[1]:
         raise WuchtError(
-            f"{e.parameters[-1]} = {value:g} lies outside its bounds, {cycles.bounds[0]:g} to {cycles.bounds[1]:g}",
+            f"{e.parameter_names[-1]} = {value:g} lies outside its bounds, {cycles.bounds[0]:g} to {cycles.bounds[1]:g}",
             code="out-of-range",
         )
     if len(orbit.states) != e.n:
         raise WuchtError(f"an orbit of {e.n} states begins this branch, not one of {len(orbit.states)}", code="shape")
-    u = np.concatenate([orbit.states.T.ravel(), [orbit.period, value]])
+    unknowns = np.concatenate([orbit.states.T.ravel(), [orbit.period, value]])
     problem = cycles.problem(mesh, orbit.period)
-    problem = replace(problem, reference=problem.reference_from(u))
-    curve, point = solve_near(with_exact_tolerance(cycles.curve(problem)), u, tangent_near(problem, u))
+    problem = replace(problem, reference=problem.reference_from(unknowns))
+    curve, point = solve_near(with_exact_tolerance(cycles.curve(problem)), unknowns, tangent_near(problem, unknowns))
     return cycles.cycle_from_point(replace(curve, steps=cycles.steps), point)
 
 
@@ -157,7 +159,7 @@ def _cycle_between(cycles: Cycles, here: Cycle, there: Cycle, value: float) -> C
     at = locate_zero(exact, here.point_on(there.problem.mesh), there.point, make_cycle, lambda c: c.parameter - value)
     if at is None:
         raise RunError(
-            f"no orbit with {cycles.equations.parameters[-1]} = {value:g} was located between two that enclose this value"
+            f"no orbit with {cycles.equations.parameter_names[-1]} = {value:g} was located between two that enclose this value"
         )
     return at
 
@@ -267,7 +269,7 @@ def crossing_branch(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple
     """
     curve, direction = at.curve, at.crossing_direction
     first, second = (
-        with_exact_tolerance(curve).start(at.point.u + s * amplitude * direction, s * direction) for s in (1.0, -1.0)
+        with_exact_tolerance(curve).start(at.point.unknowns + s * amplitude * direction, s * direction) for s in (1.0, -1.0)
     )
     return cycles.cycle_from_point(curve, first), cycles.cycle_from_point(curve, second)
 

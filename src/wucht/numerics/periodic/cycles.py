@@ -158,8 +158,8 @@ class Cycles:
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
         if curve.steps.predicts_correction:  # the Jacobian is that at a point before
-            point = replace(point, jacobian=problem.residual(point.u)[1])
-        return Cycle(curve, point, *collocated_multipliers(problem, point.u, point.jacobian, near, _STEERING))
+            point = replace(point, jacobian=problem.residual(point.unknowns)[1])
+        return Cycle(curve, point, *collocated_multipliers(problem, point.unknowns, point.jacobian, near, _STEERING))
 
     def walk(self, start: Cycle) -> Walk[Cycle]:
         """Return an iterator over the orbits from a first one on, including special ones."""
@@ -207,7 +207,7 @@ class Cycles:
             here, least = there, min(least, there.period)
         if walk.end != CURVE_IS_CLOSED and here.period > _LONGER * least and here.lengthens:
             grown = f"the period has grown from {least:.6g} to {here.period:.6g}"
-            return f"{walk.end}; {grown}, while {self.equations.parameters[-1]} stays near {here.parameter:.6g}"
+            return f"{walk.end}; {grown}, while {self.equations.parameter_names[-1]} stays near {here.parameter:.6g}"
         return walk.end
 
     def _stands_still(self, *neighbours: Cycle) -> bool:
@@ -249,10 +249,10 @@ class Cycles:
                 continue
             with suppress(RunError):
                 near = curve.point_between(a, b, share)
-                near = replace(near, jacobian=curve.problem.residual(near.u)[1])
+                near = replace(near, jacobian=curve.problem.residual(near.unknowns)[1])
                 at = orbit_branch_point(curve, near, a, b)
                 length = a.length + at.share * (b.length - a.length)
-                point = CurvePoint(at.u, at.tangents[0], curve.problem.residual(at.u)[1], length, 0)
+                point = CurvePoint(at.unknowns, at.tangents[0], curve.problem.residual(at.unknowns)[1], length, 0)
                 return replace(make_cycle(point), crossing_direction=at.tangents[1])
         return None
 

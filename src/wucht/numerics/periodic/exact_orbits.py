@@ -43,7 +43,7 @@ class ExactOrbit:
 
 def exact_orbit(
     compiled_system: CompiledSystem,
-    parameters: np.ndarray,
+    parameter_values: np.ndarray,
     time: float,
     near: ClosedOrbit,
     closing: Closing,
@@ -56,7 +56,7 @@ def exact_orbit(
     ----------
     compiled_system : CompiledSystem
         Without outputs and quadratures.
-    parameters : ndarray
+    parameter_values : ndarray
         In the System's order.
     time : float
         At its beginning.
@@ -79,8 +79,8 @@ def exact_orbit(
     x, period, before, count, share = near.states[:n, :-1].copy(), near.period, math.inf, -1, 1.0
     for step in range(1, most_steps + 1):
         grid = time + period * near.times
-        ends, maps = integrated_legs(linear, parameters, grid[:-1], grid[1:], x)
-        flow = rates.array(np.append(grid[:-1], grid[1:]), np.concatenate([x, ends], axis=1), parameters)
+        ends, maps = integrated_legs(linear, parameter_values, grid[:-1], grid[1:], x)
+        flow = rates.array(np.append(grid[:-1], grid[1:]), np.concatenate([x, ends], axis=1), parameter_values)
         here, there = np.split(flow, 2, axis=1)
         late = (there * np.diff(near.times)).T * closing.period / closing.sizes
         linearisation = Places(maps * closing.sizes / closing.sizes[:, None], late)
@@ -112,7 +112,7 @@ def exact_orbit(
 
 
 def finer_linearisation(
-    compiled_system: CompiledSystem, parameters: np.ndarray, time: float, orbit: ExactOrbit, sizes: np.ndarray
+    compiled_system: CompiledSystem, parameter_values: np.ndarray, time: float, orbit: ExactOrbit, sizes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the orbit's maps (G', n, n) and flow (G', n), in units of the states' sizes (n,), at places close enough.
 
@@ -122,5 +122,5 @@ def finer_linearisation(
         variational_system(compiled_system.system, len(sizes)), compiled_system.tolerance, (), compiled_system.engine_name
     )
     times = time + orbit.period * orbit.times
-    times, x, maps = halve_legs(linear, parameters, times, orbit.states, orbit.linearisation.maps, sizes)
-    return maps, Evaluator.of_rates(compiled_system.system).array(times[:-1], x, parameters).T / sizes
+    times, x, maps = halve_legs(linear, parameter_values, times, orbit.states, orbit.linearisation.maps, sizes)
+    return maps, Evaluator.of_rates(compiled_system.system).array(times[:-1], x, parameter_values).T / sizes

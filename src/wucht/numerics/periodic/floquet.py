@@ -103,7 +103,11 @@ class OrbitMultipliers(NamedTuple):
 
 
 def collocated_multipliers(
-    problem: BoundaryValueProblem, u: np.ndarray, jacobian: CollocationJacobian, near: np.ndarray | None, tolerance: float
+    problem: BoundaryValueProblem,
+    unknowns: np.ndarray,
+    jacobian: CollocationJacobian,
+    near: np.ndarray | None,
+    tolerance: float,
 ) -> OrbitMultipliers:
     """Return the multipliers of an orbit by collocation, their product checked by Liouville's formula.
 
@@ -115,7 +119,7 @@ def collocated_multipliers(
     ----------
     problem : BoundaryValueProblem
         Of the orbit.
-    u : ndarray
+    unknowns : ndarray
         Its unknowns.
     jacobian : CollocationJacobian
         At these unknowns.
@@ -124,8 +128,8 @@ def collocated_multipliers(
     tolerance : float
         Relative, of mu.
     """
-    maps, volumes = jacobian.maps()[:, -1], problem.divergences(u)
-    across, along = transverse_maps(maps, problem.rates_at_edges(u)[:-1])
+    maps, volumes = jacobian.maps()[:, -1], problem.divergences(unknowns)
+    across, along = transverse_maps(maps, problem.rates_at_edges(unknowns)[:-1])
     values, basis = logarithms(across, near, tolerance)
     product = float(volumes.sum())
     if len(values) == 1:
@@ -135,13 +139,13 @@ def collocated_multipliers(
         parts = np.clip(np.ceil(np.abs(volumes) / _RESOLUTION), 2, _MOST_PARTS).astype(int)
         if (mesh := problem.mesh.subdivide(np.where(wrong, parts, 1))).intervals > _MOST_INTERVALS:
             break
-        u, problem = problem.to_mesh(u, mesh), replace(problem, mesh=mesh)
-        problem = replace(problem, reference=problem.reference_from(u))
-        maps, volumes = problem.residual(u)[1].maps()[:, -1], problem.divergences(u)
+        unknowns, problem = problem.to_mesh(unknowns, mesh), replace(problem, mesh=mesh)
+        problem = replace(problem, reference=problem.reference_from(unknowns))
+        maps, volumes = problem.residual(unknowns)[1].maps()[:, -1], problem.divergences(unknowns)
         if not (wrong := _wrong_volumes(maps, volumes)).any():
             break
     if problem.mesh.intervals > len(jacobian.first):
-        finer = logarithms(transverse_maps(maps, problem.rates_at_edges(u)[:-1])[0], basis, tolerance)[0]
+        finer = logarithms(transverse_maps(maps, problem.rates_at_edges(unknowns)[:-1])[0], basis, tolerance)[0]
         values = np.where(np.abs(finer - values) < _ALIKE, values, finer)
     return OrbitMultipliers(values, along, float(values.real.sum()) + along - product, basis)
 
@@ -178,7 +182,7 @@ def _block_logarithms(rotation: np.ndarray, triangles: np.ndarray) -> np.ndarray
 
 
 def integrated_maps(
-    system: System, parameters: Mapping[str, float], times: np.ndarray, states: np.ndarray
+    system: System, parameter_values: Mapping[str, float], times: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the maps of small changes from one place of an orbit to the next, by integrating the variational equations.
 
@@ -186,14 +190,22 @@ def integrated_maps(
     where the changes grow and decay too differently. Returns maps (G, n, n) and dx/dt (G, n). Raises ``RunError``.
     """
     bare = replace(system, outputs=(), quadratures=())
-    linear, values = compile_system(variational_system(bare, len(states)), _INTEGRATION), np.array(bare.values(parameters))
+    linear, values = (
+        compile_system(variational_system(bare, len(states)), _INTEGRATION),
+        np.array(bare.values(parameter_values)),
+    )
     maps = integrated_legs(linear, values, times[:-1], times[1:], states[:, :-1])[1]
     times, x, maps = halve_legs(linear, values, times, states[:, :-1], maps, np.ones(len(states)))
     return maps, Evaluator.of_rates(bare).array(times[:-1], x, values).T
 
 
 def halve_legs(
-    linear: CompiledSystem, parameters: np.ndarray, times: np.ndarray, states: np.ndarray, maps: np.ndarray, sizes: np.ndarray
+    linear: CompiledSystem,
+    parameter_values: np.ndarray,
+    times: np.ndarray,
+    states: np.ndarray,
+    maps: np.ndarray,
+    sizes: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Halve legs of a motion until changes do not grow and decay too differently: longer maps lose the fastest decay.
 
@@ -208,8 +220,8 @@ def halve_legs(
             )
         begin, end = times[long], times[long + 1]
         middle = (begin + end) / 2
-        there, first = integrated_legs(linear, parameters, begin, middle, states[:, long])
-        _, second = integrated_legs(linear, parameters, middle, end, there)
+        there, first = integrated_legs(linear, parameter_values, begin, middle, states[:, long])
+        _, second = integrated_legs(linear, parameter_values, middle, end, there)
         maps = np.insert(maps, long + 1, second * sizes / sizes[:, None], axis=0)
         maps[long + np.arange(len(long))] = first * sizes / sizes[:, None]
         times, states = np.insert(times, long + 1, middle), np.insert(states, long + 1, there, axis=1)
@@ -217,7 +229,7 @@ def halve_legs(
 
 
 def integrated_legs(
-    linear: CompiledSystem, parameters: np.ndarray, begin: np.ndarray, end: np.ndarray, states: np.ndarray
+    linear: CompiledSystem, parameter_values: np.ndarray, begin: np.ndarray, end: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the states (n, G) at the ends of legs of a motion, and the maps of small changes to there (G, n, n).
 
@@ -228,7 +240,7 @@ def integrated_legs(
     for j, state in enumerate(states.T):
         size = float(np.abs(state).max()) or 1.0  # the engines' errors are relative to the largest state
         start = np.concatenate([state, (size * np.eye(n)).ravel()])
-        run = integrate(linear, start, parameters, np.array([begin[j], end[j]])).reraise_interrupt()
+        run = integrate(linear, start, parameter_values, np.array([begin[j], end[j]])).reraise_interrupt()
         if run.failure is not None:
             raise RunError(f"the linearised equations could not be integrated: {run.failure}")
         ends[:, j], maps[j] = run.states[:n, -1], run.states[n:, -1].reshape(n, n).T / size

@@ -63,7 +63,7 @@ def hopf_point(orbits: Equations, last: Sequence[Cycle]) -> Equilibrium | None:
         return None
     if hopf is None or abs(hopf.frequency * here.period / (2 * math.pi) - 1) > _AGREE_FREQUENCY:
         return None
-    away = (hopf.u - np.append(mean, value)) / equilibria.equations.scale
+    away = (hopf.unknowns - np.append(mean, value)) / equilibria.equations.scale
     parameter_change = abs(here.parameter - before.parameter) / equilibria.equations.scale[-1]
     near = np.linalg.norm(away[:-1]) < _NEAR * size and abs(away[-1]) < max(parameter_change, _NEAR * size)
     return hopf if near else None

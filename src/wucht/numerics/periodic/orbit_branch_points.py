@@ -1,6 +1,6 @@
 """Branch points of periodic orbits, where two branches cross, and the directions of both.
 
-There the equations F(u) = 0 lack a rank. With a gap beta l left open, y(1) - y(0) - 2 pi winding = beta l, they have it, and
+There the equations F(X) = 0 lack a rank. With a gap beta l left open, y(1) - y(0) - 2 pi winding = beta l, they have it, and
 their solutions form a surface on which beta is a smooth function of two coordinates. Its contour beta = 0 are both branches;
 they cross at its saddle point, to which Newton's method converges to rounding: unlike on a branch nothing is singular there.
 E. L. Allgower, K. Georg, "Numerical Continuation Methods", Springer 1990, section 8.3 (unfolding); W. Govaerts, "Numerical
@@ -32,10 +32,10 @@ _FARTHEST = 1.0  # of the way between both neighbours: largest distance of a bra
 class OrbitBranchPoint:
     """Branch point at which two branches of orbits cross.
 
-    u: the unknowns. tangents (2, len(u)): of the branch that was followed, and of the other. share: of the way to it.
+    unknowns (k,). tangents (2, k): of the branch that was followed, and of the other. share: of the way to it.
     """
 
-    u: np.ndarray
+    unknowns: np.ndarray
     tangents: np.ndarray
     share: float
 
@@ -44,7 +44,7 @@ class OrbitBranchPoint:
 class _Surface:
     """Surface of solutions with an open gap near one of them, by two coordinates: arclengths along two directions.
 
-    curve: of orbits. problem_at: the equations with beta as first parameter, at a second coordinate. origin: u with beta.
+    curve: of orbits. problem_at: the equations with beta as first parameter, at a second coordinate. origin: unknowns, beta.
     directions (2, len(origin)).
     """
 
@@ -58,7 +58,7 @@ class _Surface:
         """Set up the surface near a point of a curve of orbits, whose equations are nearly singular there."""
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
-        n, length = problem.n, len(point.u)
+        n, length = problem.n, len(point.unknowns)
         collocation_rows = length - problem.q - n
         sides = np.zeros((length, n))
         sides[collocation_rows : collocation_rows + n] = np.diag(problem.sizes[:n])
@@ -68,16 +68,19 @@ class _Surface:
         second_direction, gap = left_vectors[:, 0] * problem.scale, right_vectors[0] * problem.sizes[:n]
         directions = np.stack([_with_gap(problem, point.tangent), _with_gap(problem, second_direction)])
         return cls(
-            curve, partial(_unfolded_problem, problem, gap, point.u, second_direction), _with_gap(problem, point.u), directions
+            curve,
+            partial(_unfolded_problem, problem, gap, point.unknowns, second_direction),
+            _with_gap(problem, point.unknowns),
+            directions,
         )
 
     def solution_at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the solution at a place (2,) and its derivatives by both coordinates (2, len(u)). Raises ``RunError``."""
+        """Return the solution at a place (2,) and its derivatives by both coordinates (2, k). Raises ``RunError``."""
         problem, along = self.problem_at(float(place[1])), self.directions[0]
         point, _ = replace(self.curve, problem=problem).correct(self.origin + place @ self.directions, along, 0.0)
-        sides = np.zeros((len(point.u), 2))
+        sides = np.zeros((len(point.unknowns), 2))
         sides[-1, 0] = sides[-2, 1] = 1.0
-        return point.u, problem.solution(problem.residual(point.u)[1], along / problem.scale**2, sides)[0].T
+        return point.unknowns, problem.solution(problem.residual(point.unknowns)[1], along / problem.scale**2, sides)[0].T
 
     @property
     def gap_index(self) -> int:
@@ -108,15 +111,15 @@ def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePo
     i = surface.gap_index
     if not abs(with_gap[i]) < _CROSSING:
         raise RunError("there is no branch point: two branches pass one another")
-    u, way = np.delete(with_gap, i), b.u - a.u
-    share = float((u - a.u) / curve.problem.scale @ (way / curve.problem.scale)) / curve.size(way) ** 2
+    unknowns, way = np.delete(with_gap, i), b.unknowns - a.unknowns
+    share = float((unknowns - a.unknowns) / curve.problem.scale @ (way / curve.problem.scale)) / curve.size(way) ** 2
     if not -_FARTHEST <= share <= 1 + _FARTHEST:
         raise RunError("no branch point was found between the two orbits")
     tangents = np.delete(_contours(surface, place) @ changes, i, axis=1)
     tangents /= np.array([[curve.size(t)] for t in tangents])
     along = tangents / curve.problem.scale @ (way / curve.problem.scale)
     order = np.argsort(-np.abs(along))
-    return OrbitBranchPoint(u, (tangents * np.where(along < 0, -1.0, 1.0)[:, None])[order], share)
+    return OrbitBranchPoint(unknowns, (tangents * np.where(along < 0, -1.0, 1.0)[:, None])[order], share)
 
 
 def _saddle_point(surface: _Surface) -> np.ndarray:
@@ -148,26 +151,26 @@ def _contours(surface: _Surface, place: np.ndarray) -> np.ndarray:
     return np.array([(q, a), (c, q)])
 
 
-def _with_gap(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
+def _with_gap(problem: BoundaryValueProblem, unknowns: np.ndarray) -> np.ndarray:
     """Insert a zero gap as the first of three parameters into unknowns, or a change of them."""
-    return np.insert(u, len(u) - problem.q, 0.0)
+    return np.insert(unknowns, len(unknowns) - problem.q, 0.0)
 
 
 def _unfolded_problem(
-    problem: BoundaryValueProblem, gap: np.ndarray, u: np.ndarray, direction: np.ndarray, coordinate: float
+    problem: BoundaryValueProblem, gap: np.ndarray, unknowns: np.ndarray, direction: np.ndarray, coordinate: float
 ) -> BoundaryValueProblem:
-    """Return the equations with an open gap (n,), scaled by the first parameter, at a distance from u in a direction."""
+    """Return the equations with an open gap (n,), scaled by the first parameter, at a distance from unknowns in a direction."""
     n, q, mesh = problem.n, problem.q, problem.mesh
     sizes = np.insert(problem.sizes, n, 1.0)
-    (y, parameters), (change, changes) = problem.split(u), problem.split(direction)
+    (y, parameters), (change, changes) = problem.split(unknowns), problem.split(direction)
     y, change = ((mesh.basis.values @ mesh.pieces(node_values)).reshape(-1, n).T for node_values in (y, change))
     weighted_change, by_parameters = change / sizes[:n, None] ** 2, np.insert(changes / problem.sizes[n:] ** 2, 0, 0.0)
     base_parameters, phase = np.insert(parameters, 0, 0.0), problem.integrand
     assert phase is not None
 
     def field(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        g, g_u = problem.field(np.delete(values, n, axis=0))
-        return g, np.insert(g_u, n, 0.0, axis=1)
+        g, derivatives = problem.field(np.delete(values, n, axis=0))
+        return g, np.insert(derivatives, n, 0.0, axis=1)
 
     def ends(first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
         b, begin, end, by = problem.ends(first, last, parameters[1:])

@@ -37,13 +37,13 @@ def equilibrium_equations(orbits: Equations) -> Equations:
     n = orbits.n
     rows, keep = np.array([*range(n), n + 1]), np.delete(np.arange(n + 2), n)
 
-    def values(u: np.ndarray) -> Values:
-        point = np.ones((n + 2, *u.shape[1:]))
-        point[rows] = u  # the period is 1: then T f is f
-        f, f_u = orbits.values(point)
-        return f, f_u[:, keep]
+    def values(unknowns: np.ndarray) -> Values:
+        point = np.ones((n + 2, *unknowns.shape[1:]))
+        point[rows] = unknowns  # the period is 1: then T f is f
+        f, derivatives = orbits.values(point)
+        return f, derivatives[:, keep]
 
-    return Equations(values, orbits.states, orbits.parameters[1:], orbits.turns[keep], orbits.scale[keep])
+    return Equations(values, orbits.state_names, orbits.parameter_names[1:], orbits.turns[keep], orbits.scale[keep])
 
 
 def refuse_empty(name: str, bounds: tuple[float, float]) -> None:

@@ -122,7 +122,7 @@ class Connections:
     def of(
         cls,
         system: System,
-        parameters: Sequence[str],
+        parameter_names: Sequence[str],
         fixed_values: Mapping[str, float],
         bounds: Sequence[tuple[float, float]],
         time: float,
@@ -139,7 +139,7 @@ class Connections:
         Parameters
         ----------
         system : System
-        parameters : sequence of str
+        parameter_names : sequence of str
             Two, and one more for each saddle-node; one less where a single connection is computed, not a curve of them.
         fixed_values : mapping
             Values of all others.
@@ -168,17 +168,17 @@ class Connections:
         count, parameter_count = len(folds), 2 + sum(folds)
         if (
             count not in (1, 2)
-            or not len(parameters) == len(bounds)
-            or len(parameters) not in (parameter_count, parameter_count - 1)
+            or not len(parameter_names) == len(bounds)
+            or len(parameter_names) not in (parameter_count, parameter_count - 1)
         ):
             raise WuchtError(
                 "a curve of connections has two parameters with bounds, and one more for each saddle-node", code="count"
             )
-        if len(parameters) < parameter_count:  # with a fixed parameter on which nothing depends the curve becomes a point
+        if len(parameter_names) < parameter_count:  # with a fixed parameter on which nothing depends the curve becomes a point
             system = replace(system, parameters=(*system.parameters, _FIXED_PARAMETER))
-            parameters, bounds = (*parameters, _FIXED_PARAMETER.name), (*bounds, (-math.inf, math.inf))
+            parameter_names, bounds = (*parameter_names, _FIXED_PARAMETER.name), (*bounds, (-math.inf, math.inf))
         bare = System(system.states, system.derivatives, system.parameters, system.definitions, angles=system.angles)
-        rates = Equations.of(bare, tuple(parameters), fixed_values, scale)
+        rates = Equations.of(bare, tuple(parameter_names), fixed_values, scale)
         turns = np.array([(winding or {}).get(name, 0) for name in system.state_names])
         return cls(rates, time, turns, tuple(bounds), tuple(folds), steps or _STEPS, accuracy, longest)
 
@@ -190,8 +190,8 @@ class Connections:
         mesh, y = mesh_from_samples(times, states, self.rates.scale[: self.rates.n], _DEGREE)
         m = len(self.bounds)
         values = [*values, *[0.0] * (m - len(values))]
-        u = np.concatenate([y.ravel(), np.ravel(equilibria), values])
-        connection = self.connection_from_point(*solve_near(self._curve(mesh), u))
+        unknowns = np.concatenate([y.ravel(), np.ravel(equilibria), values])
+        connection = self.connection_from_point(*solve_near(self._curve(mesh), unknowns))
         for _ in range(_MOST_LONGER):
             before, connection = connection, self.prolong(connection, fix_last=True)
             if connection is before:
@@ -212,21 +212,21 @@ class Connections:
         more = missing_times(connection, scale, advance, self.time)
         if not more.sum() > 0:
             return connection
-        matrix = self.rates.values(self._places(connection.point.u[-self._q :])[-1])[1][:, : self.rates.n]
+        matrix = self.rates.values(self._places(connection.point.unknowns[-self._q :])[-1])[1][:, : self.rates.n]
         more = more * min(1.0, room / more.sum())
         mesh, y, changes = lengthen_orbit(connection, more, matrix, advance)
         later, q, point = replace(self, time=connection.time + float(more.sum())), self._q, connection.point
-        u = np.concatenate([y.ravel(), point.u[-q:]])
+        unknowns = np.concatenate([y.ravel(), point.unknowns[-q:]])
         towards = np.concatenate([changes.ravel(), point.tangent[-q:]])
         try:
-            curve, new_point = solve_near(later._curve(mesh), u, None if fix_last else towards)
+            curve, new_point = solve_near(later._curve(mesh), unknowns, None if fix_last else towards)
         except RunError:
             return connection
         return later.connection_from_point(curve, replace(new_point, length=point.length))
 
     def connection_from_point(self, curve: Curve, point: CurvePoint) -> Connection:
         """Return the connection at a point of the curve with the equilibria's eigenvalues."""
-        places = self._places(point.u[-self._q :])
+        places = self._places(point.unknowns[-self._q :])
         values = [np.linalg.eigvals(self.rates.values(place)[1][:, : self.rates.n]) for place in places]
         ordered_values = np.array([spectrum[np.argsort(-spectrum.real)] for spectrum in values])
         n = self.rates.n
@@ -256,7 +256,7 @@ class Connections:
                 step, scale = there.point.length - here.point.length, self.rates.scale[self.rates.n :]
                 still = still + 1 if is_standstill(here, there, scale) else 0
                 if still == LONG:
-                    return standstill_sentence(self.rates.parameters, there)
+                    return standstill_sentence(self.rates.parameter_names, there)
                 here, longer = there, self.prolong(there)
                 if longer is not there:  # another problem: continue from there, with the same length of steps
                     here, steps = longer, replace(self.steps, first=max(step, self.steps.least))
@@ -303,12 +303,12 @@ class Connections:
         weights = 1 / self.rates.scale[:n, None] ** 2
         sizes = np.concatenate([self.rates.scale[:n], np.tile(self.rates.scale[:n], len(self.folds)), self.rates.scale[n:]])
 
-        def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            rows = [*range(n), *range(len(u) - len(self.bounds), len(u))]
-            f, f_u = self.rates.values(u[rows])
-            by_u = np.zeros((n, len(u), u.shape[1]))
-            by_u[:, rows] = self.time * f_u
-            return self.time * f, by_u
+        def field(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            rows = [*range(n), *range(len(unknowns) - len(self.bounds), len(unknowns))]
+            f, derivatives = self.rates.values(unknowns[rows])
+            by_unknowns = np.zeros((n, len(unknowns), unknowns.shape[1]))
+            by_unknowns[:, rows] = self.time * derivatives
+            return self.time * f, by_unknowns
 
         def ends(first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
             at_first, at_last = (self._directions(self._places(parameters)[k]) for k in (0, -1))
@@ -335,7 +335,7 @@ class Connections:
         """Return the conditions on the first and the last state, on the equilibria, and on saddle-nodes."""
         n, places = self.rates.n, self._places(parameters)
         values = [self.rates.values(place) for place in places]
-        folds = [np.linalg.det(f_u[:, :n]) for (_, f_u), fold in zip(values, self.folds, strict=True) if fold]
+        folds = [np.linalg.det(derivatives[:, :n]) for (_, derivatives), fold in zip(values, self.folds, strict=True) if fold]
         complement, leaving = self._directions(places[0], by).complement, self._directions(places[-1], by).leaving
         start_gaps, end_gap = complement @ (first - places[0][:n]), leaving @ (last - places[-1][:n])
         return np.concatenate([start_gaps, [end_gap], *(f for f, _ in values), folds])

@@ -128,7 +128,7 @@ def errors(spec: Approximation, machine: Machine, work: Work) -> Errors:
     def error(factor: float, part: Work) -> float:
         slow, flows = compile_flows()
         weak = slow.machine.with_values(scaled_values(slow.machine, factor))
-        model = replace(slow, machine=weak, slow=replace(slow.slow, machine=weak))
+        model = replace(slow, machine=weak, averaged_equations=replace(slow.averaged_equations, machine=weak))
         return _largest_error(model, flows, min(spec.until_phi, _LONGEST * FACTORS[-1]) / factor, part)
 
     speeds, lengths = list[float](), np.cumsum([0.0, *(1 / f for f in FACTORS)])

@@ -63,7 +63,7 @@ class Plan:
 
 def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     """Return the plan. Raises ``InputError`` where there is no such cam: which key, and what to do."""
-    law, notes = drive.motion.law, list[str]()
+    law, notes = drive.motion_law.law, list[str]()
     if spec.corrected:
         law = CorrectedLaw(law, drive.corrected_shaft_motion)
     cams = drive.cams(law)
@@ -71,7 +71,7 @@ def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     unit = follower.unit if follower is not None else "rad"
     contact = contact_load(spec, drive, unit)
     if contact is not None and drive.linkage is not None and not contact.load.output_inertia:
-        key = "output_inertia" if drive.motion.unit == "rad" else "output_mass"
+        key = "output_inertia" if drive.motion_law.unit == "rad" else "output_mass"
         notes.append(f"contact forces are those of the lever alone: study.contact.{key} adds what the linkage moves")
     try:
         smallest = smallest_cam(lever, follower, spec.permitted, spec.smallest)

@@ -110,7 +110,7 @@ def _moved_inertia(contact: Contact, unit: str, part: str) -> tuple[str, float |
 def _output_inertia(contact: Contact, drive: CamDrive) -> float:
     """Return the inertia or mass that a linkage moves, in kg m^2 or kg."""
     if drive.linkage is not None:
-        return _moved_inertia(contact, drive.motion.unit, "output")[1] or 0.0
+        return _moved_inertia(contact, drive.motion_law.unit, "output")[1] or 0.0
     for key in ("output_inertia", "output_mass"):
         if getattr(contact, key) is not None:
             requirement = "without a linkage the follower is the output: add this value to that of the follower"

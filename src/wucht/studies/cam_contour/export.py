@@ -18,7 +18,7 @@ from wucht.cams.workshop.lists import Separator
 from wucht.cams.workshop.plc import Form
 from wucht.cams.workshop.points import PointList
 from wucht.errors import InputError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.results.store import prepare_folder
 
 if TYPE_CHECKING:
@@ -66,9 +66,9 @@ def write_workshop(
     if summary["undercut"] or not result.sizes["mill_point"]:
         raise InputError("result", None, "it has no points to mill: part of the contour is cut away", code="no-points")
     drive = drive_of(result)
-    law: Law = drive.motion.law
+    law: Law = drive.motion_law.law
     if summary["corrected"] is not None:
-        law = CorrectedLaw(law, ShaftMotion(Harmonics.of(**summary["corrected"])))
+        law = CorrectedLaw(law, ShaftMotion(FourierSeries.of(**summary["corrected"])))
     folder = prepare_folder(folder)
     files: list[WorkshopFile] = []
     for name, cam in drive.cams(law).items():
@@ -82,7 +82,7 @@ def write_workshop(
         )  # fmt: skip
     stroke = float(np.ptp(law(np.linspace(0, 2 * np.pi, 4097))))
     tolerance = _STROKE_TOLERANCE * stroke if table_tolerance is None else table_tolerance
-    return files + write_law_files(folder, law, drive.motion.unit, tolerance, forms=forms, decimals=table_decimals)
+    return files + write_law_files(folder, law, drive.motion_law.unit, tolerance, forms=forms, decimals=table_decimals)
 
 
 def points_to_mill(result: xr.Dataset, cam: str) -> PointList:

@@ -12,8 +12,8 @@ import numpy as np
 from wucht.cams.shape import COMMON, Shape, largest_pressure_angle
 from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_checks import OmittedOrder
-from wucht.numerics.harmonics import Harmonics
-from wucht.results.quantities import Quantity, answer, group, table
+from wucht.numerics.fourier_series import FourierSeries
+from wucht.results.quantities import Quantity, group, result_dataset, table
 from wucht.studies.cam_correction.prepare import Plan, explained_share
 from wucht.studies.cam_correction.run import Contour, Findings, Proof
 
@@ -78,7 +78,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_measurement_quantities(plan, f),
         *_summary_quantities(plan, f),
     ]
-    return answer(quantities, sentence(plan, f), f.notes)
+    return result_dataset(quantities, sentence(plan, f), f.notes)
 
 
 def _order_count(plan: Plan) -> int:
@@ -107,11 +107,11 @@ def _table_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 def _order_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     count, scale, unit = _order_count(plan), plan.shaft.mean**2, f"{plan.unit}/s^2"
 
-    def version_rows(of: Callable[[Harmonics], np.ndarray]) -> list[np.ndarray]:
+    def version_rows(of: Callable[[FourierSeries], np.ndarray]) -> list[np.ndarray]:
         return [_pad_row(scale * of(series), count) for series in f.spectrum]
 
-    def cam_rows(of: Callable[[Proof], Harmonics | None]) -> np.ndarray:
-        rows = [_pad_row(scale * (of(proof) or Harmonics.of(0.0)).amplitudes, count) for proof in f.proofs.values()]
+    def cam_rows(of: Callable[[Proof], FourierSeries | None]) -> np.ndarray:
+        rows = [_pad_row(scale * (of(proof) or FourierSeries.of(0.0)).amplitudes, count) for proof in f.proofs.values()]
         return np.array(rows).reshape(-1, count)
 
     dimensions = "version order"
@@ -187,7 +187,7 @@ def _contour_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 
 
 def _measurement_quantities(plan: Plan, f: Findings) -> list[Quantity]:
-    count, unit, no_orders = _order_count(plan), f"{plan.unit}/s^2", Harmonics.of(math.nan)
+    count, unit, no_orders = _order_count(plan), f"{plan.unit}/s^2", FourierSeries.of(math.nan)
     comparison = plan.measurement.comparison if plan.measurement is not None else None
     measured_orders, computed_orders = (
         (comparison.measured_orders, comparison.computed_orders) if comparison is not None else (no_orders, no_orders)
@@ -245,7 +245,7 @@ def _summary_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     ]
 
 
-def _shares(plan: Plan, spectra: Mapping[str, Harmonics | None]) -> dict[str, float]:
+def _shares(plan: Plan, spectra: Mapping[str, FourierSeries | None]) -> dict[str, float]:
     return {name: plan.purity.share(series) for name, series in spectra.items() if series is not None}
 
 

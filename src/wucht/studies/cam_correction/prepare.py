@@ -26,7 +26,7 @@ from wucht.measurements.order_regression import START_BLOCKS, Mean, OrderModel, 
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Channel
 from wucht.measurements.shaft_signal import TURN, ShaftSignal
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import Unit
 from wucht.studies.cam_correction.spec import Acceleration, CamCorrection
 
@@ -76,8 +76,8 @@ def measured_acceleration(
     orders = np.arange(1, (acceleration.orders or most) + 1)
     check_samples(ShaftSignal(channel.location, "speed", channel.time, channel.values), shaft.mean, orders)
     zero = zero if acceleration.zero is None else acceleration.zero
-    harmonics, noise, speed = _fit_orders(channel, orders, shaft.mean, zero)
-    comparison = compare_with_measurement(harmonics, law, shaft)
+    series, noise, speed = _fit_orders(channel, orders, shaft.mean, zero)
+    comparison = compare_with_measurement(series, law, shaft)
     turns = speed * float(np.ptp(channel.time)) / TURN
     return MeasuredAcceleration(
         channel, comparison, acceleration.cam, noise, turns, _notes(comparison, acceleration.cam, speed / shaft.mean)
@@ -110,7 +110,7 @@ def _is_straight(channel: Channel) -> bool:
     return bool(channel.unit)
 
 
-def _fit_orders(channel: Channel, orders: np.ndarray, omega: float, zero: float) -> tuple[Harmonics, float, float]:
+def _fit_orders(channel: Channel, orders: np.ndarray, omega: float, zero: float) -> tuple[FourierSeries, float, float]:
     """Return the orders with phases from the time zero on, the rms of the residual, and the speed at which they repeat."""
     model, centre = OrderModel(orders, Mean.FREE), float(channel.time[0] + channel.time[-1]) / 2
     time, theta = channel.time - centre, np.zeros(model.size)
@@ -123,7 +123,7 @@ def _fit_orders(channel: Channel, orders: np.ndarray, omega: float, zero: float)
     theta[1:], *_ = np.linalg.lstsq(fit.gram[1:, 1:], fit.gradient[1:], rcond=1e-13)
     residual_fit = model.normal_equations(time, channel.values, theta)
     waves = model.waves(theta)
-    about_centre = Harmonics(float(theta[1]), waves.real, -waves.imag)
+    about_centre = FourierSeries(float(theta[1]), waves.real, -waves.imag)
     return about_centre.shift(theta[0] * (centre - zero)), residual_fit.variance**0.5, float(theta[0])
 
 
@@ -176,14 +176,14 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
     Raises ``InputError``: there is no such law, the output stands still, the motion of the shaft is not given, it turns back,
     a record cannot be used, or the linkage or the follower cannot make the motion.
     """
-    motion, shaft, fit = drive.motion, drive.shaft_motion, drive.speed_fit
-    purity = Purity.from_law(motion.law, motion.count)
+    motion_law, shaft, fit = drive.motion_law, drive.shaft_motion, drive.speed_fit
+    purity = Purity.from_law(motion_law.law, motion_law.count)
     orders = spec.orders or 3 * (purity.count or _DEFAULT_ORDERS // 3)
-    corrected_law = CorrectedLaw(motion.law, shaft)
-    before, after = ({}, {}) if drive.follower is None else (drive.cams(motion.law), drive.cams(corrected_law))
+    corrected_law = CorrectedLaw(motion_law.law, shaft)
+    before, after = ({}, {}) if drive.follower is None else (drive.cams(motion_law.law), drive.cams(corrected_law))
     zero, record, delay, notes = 0.0 if fit is None else fit.origin, None, None, list(_record_notes(drive, fit))
     if spec.acceleration is not None:
-        law = motion.law if spec.acceleration.cam == "original" else corrected_law
+        law = motion_law.law if spec.acceleration.cam == "original" else corrected_law
         record = _read_measurement(spec.acceleration, drive, orders, law, zero)
         zero, few = zero if spec.acceleration.zero is None else spec.acceleration.zero, _order_count_notes(record, law, shaft)
         delay = None if few else _delay(record)  # at a wrong speed the record is out of phase in any case
@@ -191,11 +191,11 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
     return Plan(
         spec=spec,
         drive=drive,
-        law=motion.law,
+        law=motion_law.law,
         corrected_law=corrected_law,
-        levers=(drive.lever(motion.law), drive.lever(corrected_law)),
-        unit=motion.unit,
-        lever_unit=motion.unit if drive.closure is None else "rad",
+        levers=(drive.lever(motion_law.law), drive.lever(corrected_law)),
+        unit=motion_law.unit,
+        lever_unit=motion_law.unit if drive.closure is None else "rad",
         purity=purity,
         orders=orders,
         shaft=shaft,
@@ -213,7 +213,7 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
 def _read_measurement(acceleration: Acceleration, drive: CamDrive, orders: int, law: Law, zero: float) -> MeasuredAcceleration:
     """Return the measured acceleration. Raises ``InputError``, at its key for a column without orders."""
     try:
-        return measured_acceleration(acceleration, drive.folder, drive.motion.unit, orders, law, drive.shaft_motion, zero)
+        return measured_acceleration(acceleration, drive.folder, drive.motion_law.unit, orders, law, drive.shaft_motion, zero)
     except InputError as error:
         if error.location != "acceleration":
             raise

@@ -20,7 +20,7 @@ from wucht.cams.workshop.points import chord_deviation
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
 from wucht.measurements.shaft_signal import TURN
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.studies.cam_correction.prepare import Cams, Plan
 
 TIMES = 721  # at which the motion over time is given, the first again at the end
@@ -54,8 +54,8 @@ class Proof:
     """Acceleration over omega^2 from the points of a corrected cam, and from these rounded; None where it fails, with
     notes."""
 
-    recovered: Harmonics | None
-    rounded: Harmonics | None
+    recovered: FourierSeries | None
+    rounded: FourierSeries | None
     notes: tuple[str, ...]
 
 
@@ -82,7 +82,7 @@ class Findings:
     tau: np.ndarray
     output: tuple[np.ndarray, np.ndarray]
     acceleration: tuple[np.ndarray, np.ndarray]
-    spectrum: tuple[Harmonics, Harmonics]
+    spectrum: tuple[FourierSeries, FourierSeries]
     impurity: tuple[float, float]
     angles: np.ndarray
     table: tuple[np.ndarray, np.ndarray]
@@ -215,7 +215,7 @@ def _folded_samples(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
 
 def _proof(plan: Plan, name: str, exact: np.ndarray) -> Proof:
     """Recover the motion from the points of a corrected cam, and from these rounded."""
-    step, spectra, notes = 1e-3 * 10.0**-plan.spec.decimals, list[Harmonics | None](), list[str]()
+    step, spectra, notes = 1e-3 * 10.0**-plan.spec.decimals, list[FourierSeries | None](), list[str]()
     for points in (exact, step * (np.round(exact.real / step) + 1j * np.round(exact.imag / step))):
         try:
             spectra.append(_recovered_acceleration(plan, plan.after[name], points))
@@ -225,7 +225,7 @@ def _proof(plan: Plan, name: str, exact: np.ndarray) -> Proof:
     return Proof(spectra[0], spectra[1], tuple(notes))
 
 
-def _recovered_acceleration(plan: Plan, cam: Cam, points: np.ndarray) -> Harmonics:
+def _recovered_acceleration(plan: Plan, cam: Cam, points: np.ndarray) -> FourierSeries:
     """Recover psi(t) from points by contact with the follower and the linkage: a computation independent of the law."""
     phi = plan.shaft.angle(even_angles(_RECOVERY_TIMES))
     expected_motion = plan.levers[1](phi)
@@ -233,8 +233,8 @@ def _recovered_acceleration(plan: Plan, cam: Cam, points: np.ndarray) -> Harmoni
     lever_motion = MilledCam(points, cam.follower, cam.clockwise).motion(phi, first_guess)
     output = lever_motion if plan.closure is None else plan.closure.output_at(lever_motion)
     # Twice differentiated, the rounding of orders far above the examined ones would dominate.
-    acceleration, most = Harmonics.from_samples(output).derivative(2), max(plan.orders, 3 * (plan.purity.count or 0))
-    return Harmonics(0.0, acceleration.cosine[:most], acceleration.sine[:most])
+    acceleration, most = FourierSeries.from_samples(output).derivative(2), max(plan.orders, 3 * (plan.purity.count or 0))
+    return FourierSeries(0.0, acceleration.cosine[:most], acceleration.sine[:most])
 
 
 def _notes(plan: Plan, before: Mapping[str, Contour], after: Mapping[str, Contour]) -> list[str]:

@@ -20,7 +20,7 @@ from wucht.cams.tables.camshaft import CamshaftDrive
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.studies.cam_prediction.confirmation import Confirmation, confirmation
 from wucht.studies.cam_prediction.elasticity import Twists, Vibrations, twists, vibrations
 from wucht.studies.cam_prediction.spec import CamPrediction
@@ -38,7 +38,7 @@ class Plan:
     vibration of the output, rad/s.
     """
 
-    motion: MotionLaw
+    motion_law: MotionLaw
     shaft: CamShaft
     driving: CamshaftDrive | None
     count: int
@@ -65,31 +65,31 @@ def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
             "the table [shaft] is missing: the inertias of shaft and output, and what drives them",
             code="missing",
         )
-    table, motion = drive.shaft, drive.motion
-    output_inertia = table.moving_inertia(motion.unit)
+    table, motion_law = drive.shaft, drive.motion_law
+    output_inertia = table.moving_inertia(motion_law.unit)
     driving = table.camshaft_drive(drive.folder)
-    shaft = table.camshaft(driving, motion.unit)
-    output = None if table.elastic is None else table.elastic.output(output_inertia, motion.unit)
-    dwells = (_dwell_on_arc(motion, spec.dwell),) if spec.dwell is not None else dwells_of(motion)
+    shaft = table.camshaft(driving, motion_law.unit)
+    output = None if table.elastic is None else table.elastic.output(output_inertia, motion_law.unit)
+    dwells = (_dwell_on_arc(motion_law, spec.dwell),) if spec.dwell is not None else dwells_of(motion_law)
     low, high = spec.speeds or tuple(share * shaft.mean_speed for share in _ABOUT)
     if low <= 0:
         raise InputError("study.speeds", spec.speeds and list(spec.speeds), "must be above zero")
     if output is not None and not dwells:
         raise InputError("study.dwell", None, "the law has no dwell: give the start and end of the dwell")
     speeds = np.linspace(low, high, spec.speed_points)
-    count, turns = motion.count or spec.orders, 0 if driving is not None and driving.is_enforced else spec.simulate
+    count, turns = motion_law.count or spec.orders, 0 if driving is not None and driving.is_enforced else spec.simulate
     cuts = 0 if driving is not None and driving.is_enforced else spec.cuts
-    return Plan(motion, shaft, driving, count, spec.points, cuts, turns, output, table.twisting(), dwells, speeds)
+    return Plan(motion_law, shaft, driving, count, spec.points, cuts, turns, output, table.twisting(), dwells, speeds)
 
 
-def dwells_of(motion: MotionLaw) -> tuple[Dwell, ...]:
+def dwells_of(motion_law: MotionLaw) -> tuple[Dwell, ...]:
     """Return the dwells that a law prescribes; without any, the arcs on which it rests."""
-    return tuple(Dwell(b.begin, b.end, (b.low + b.high) / 2) for b in motion.dwells) or _resting_dwells(motion)
+    return tuple(Dwell(b.begin, b.end, (b.low + b.high) / 2) for b in motion_law.dwells) or _resting_dwells(motion_law)
 
 
-def _resting_dwells(motion: MotionLaw) -> tuple[Dwell, ...]:
+def _resting_dwells(motion_law: MotionLaw) -> tuple[Dwell, ...]:
     phi = even_angles(_SCAN_ANGLES)
-    speed = np.abs(motion.law(phi, 1))
+    speed = np.abs(motion_law.law(phi, 1))
     still = speed <= _STILL * speed.max()
     if still.all() or not still.any():
         return ()
@@ -99,14 +99,14 @@ def _resting_dwells(motion: MotionLaw) -> tuple[Dwell, ...]:
     for begin, end in edges.reshape(-1, 2).tolist():
         if end - begin >= _MIN_DWELL:
             start, stop = (2 * math.pi * (first + at) / _SCAN_ANGLES for at in (begin, end - 1))
-            dwells.append(Dwell(start, stop, float(motion.law((start + stop) / 2))))
+            dwells.append(Dwell(start, stop, float(motion_law.law((start + stop) / 2))))
     return tuple(dwells)
 
 
-def _dwell_on_arc(motion: MotionLaw, arc: tuple[float, float]) -> Dwell:
+def _dwell_on_arc(motion_law: MotionLaw, arc: tuple[float, float]) -> Dwell:
     """Return the dwell on the arc of the spec, with the mean of the law as its value."""
     try:
-        return Dwell(*arc, float(motion.law(np.linspace(*arc, 1000)).mean()))
+        return Dwell(*arc, float(motion_law.law(np.linspace(*arc, 1000)).mean()))
     except InputError as error:
         raise error.with_prefix("study") from None
 
@@ -134,7 +134,7 @@ class ShaftPrediction:
     """
 
     shaft: ShaftMotion
-    acceleration: Harmonics
+    acceleration: FourierSeries
     above: float
     multiplier: float
     drive: np.ndarray
@@ -175,7 +175,7 @@ class Findings:
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Compute both motions of the shaft, cuts, simulations, springs. Raises ``RunError`` where there is no motion."""
-    law, tau = plan.motion.law, np.linspace(0, 2 * math.pi, plan.points + 1)
+    law, tau = plan.motion_law.law, np.linspace(0, 2 * math.pi, plan.points + 1)
     work.report(0.0, "motion of the shaft")
     original_cam = work.unit("original cam", lambda: _shaft_prediction(plan, law, _shaft_motion(plan, law, False), tau, False))
     work.report(0.1, "motion of the shaft with the corrected cam")
@@ -195,7 +195,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     output_vibrations = shaft_twists = None
     if output is not None:
         output_vibrations = work.unit(
-            "output", lambda: vibrations(output, plan.motion, *shaft_motions, plan.dwells, plan.speeds)
+            "output", lambda: vibrations(output, plan.motion_law, *shaft_motions, plan.dwells, plan.speeds)
         )
     if twisting is not None:
         inertia = plan.shaft.output_inertia
@@ -223,7 +223,7 @@ def _report_simulation(work: Work, share: float) -> None:
 def _shaft_motion(plan: Plan, law: Law, is_corrected: bool) -> ShaftMotion:
     """Return the motion of the shaft, uniform where the drive enforces its speed."""
     if plan.is_enforced:
-        return ShaftMotion(Harmonics.of(plan.shaft.mean_speed))
+        return ShaftMotion(FourierSeries.of(plan.shaft.mean_speed))
     motion = plan.shaft.motion_with_corrected_cam(law) if is_corrected else plan.shaft.motion_with_cam(law)
     if plan.driving is not None and (stands := plan.driving.stall_reason(motion.mean)):
         raise RunError(f"from the expected mean_speed the shaft comes to {motion.mean:.3g} rad/s: {stands}", code="stands")
@@ -232,7 +232,7 @@ def _shaft_motion(plan: Plan, law: Law, is_corrected: bool) -> ShaftMotion:
 
 def _shaft_prediction(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray, is_corrected: bool) -> ShaftPrediction:
     spectrum, omega = orders(MotionOverTime(cam, shaft)), shaft.mean
-    acceleration = Harmonics(0.0, omega**2 * spectrum.cosine, omega**2 * spectrum.sine)
+    acceleration = FourierSeries(0.0, omega**2 * spectrum.cosine, omega**2 * spectrum.sine)
     multiplier, drive, free = (
         _energy_multiplier(plan, cam, shaft),
         _drive_torque(plan, cam, shaft, tau),
@@ -242,7 +242,7 @@ def _shaft_prediction(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray,
 
 
 def _eigenmotion(plan: Plan, shaft: ShaftMotion, is_corrected: bool) -> Eigenmotion | None:
-    law, omega, free = plan.motion.law, shaft.mean, plan.shaft.without_torque(shaft.mean)
+    law, omega, free = plan.motion_law.law, shaft.mean, plan.shaft.without_torque(shaft.mean)
     try:
         solve = free.motion_with_corrected_cam if is_corrected else free.motion_with_cam
         motion = shaft if plan.driving is None else solve(law)
@@ -274,21 +274,21 @@ def _drive_torque(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> 
 
 def _constant_speed_power(plan: Plan, omega: float) -> np.ndarray:
     """Return the power at constant speed, at the mean speed with the corrected cam, see ``Findings``."""
-    law, points = plan.motion.law, plan.points
+    law, points = plan.motion_law.law, plan.points
     output = plan.shaft.output_inertia * omega**3 * law(even_angles(points), 1) * law(even_angles(points), 2)
     load = 0.0 if plan.driving is None else omega * float(plan.driving.torques(np.array([omega]))[0][1][0])
     return np.append(output, output[0]) + load
 
 
 def _cut_residuals(plan: Plan, work: Work) -> tuple[np.ndarray, str]:
-    residuals, cam = list[float](), plan.motion.law
+    residuals, cam = list[float](), plan.motion_law.law
     for n in range(plan.cuts):
         work.report(n / plan.cuts, f"cut and measured: cam {n + 1}")
         one = work.unit(f"cam {n + 1}", partial(_cut_trial, plan, cam))
         if one.shaft is None:
             return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {one.failure}"
         residuals.append(one.residual)
-        cam = CorrectedLaw(plan.motion.law, one.shaft)
+        cam = CorrectedLaw(plan.motion_law.law, one.shaft)
     return np.array(residuals), ""
 
 

@@ -12,7 +12,7 @@ from scipy.integrate import DOP853
 from wucht.cams.laws import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 
 _TURN = 2 * np.pi
 _PER_TURN = 2048  # as many as sample the predicted orders: both alias equally
@@ -33,9 +33,9 @@ class Confirmation:
     """
 
     deviation: float
-    acceleration: Harmonics
+    acceleration: FourierSeries
     failure: str
-    speed: Harmonics
+    speed: FourierSeries
 
 
 def confirmation(
@@ -49,7 +49,7 @@ def confirmation(
     begin = [float(prediction.angle(0.0)), float(prediction.speed(0.0))]
     slope, tolerance = _slope(camshaft, _Table.of(cam, prediction)), {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
     solver = DOP853(slope, 0.0, begin, tau[-1] / omega, max_step=_LONGEST * _TURN / omega, **tolerance)
-    solution, sample_count, steps, no_orders = np.empty((2, len(tau))), 0, 0, Harmonics.of(0.0)
+    solution, sample_count, steps, no_orders = np.empty((2, len(tau))), 0, 0, FourierSeries.of(0.0)
     while solver.status == "running":
         fault = solver.step()
         elapsed_turns = solver.t * omega / _TURN
@@ -64,8 +64,8 @@ def confirmation(
     deviation = np.abs(solution[1] - prediction.speed(np.mod(tau, _TURN))).max() / omega
     phi, v = solution[:, -_PER_TURN - 1 : -1]
     a = _acceleration(camshaft, cam(phi, 1), cam(phi, 2), v)
-    acceleration = Harmonics.from_samples((cam(phi, 2) * v**2 + cam(phi, 1) * a) / omega**2)
-    return Confirmation(float(deviation), acceleration, "", Harmonics.from_samples(v))
+    acceleration = FourierSeries.from_samples((cam(phi, 2) * v**2 + cam(phi, 1) * a) / omega**2)
+    return Confirmation(float(deviation), acceleration, "", FourierSeries.from_samples(v))
 
 
 def _acceleration(camshaft: CamShaft, p: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:

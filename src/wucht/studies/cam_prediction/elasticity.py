@@ -22,7 +22,7 @@ from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.errors import InputError, RunError
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 
 _SAMPLES = 2048
 _MOST_ORDERS, _SMALL = 40, 1e-9  # of a lever's motion: those that matter
@@ -62,7 +62,7 @@ class Vibrations:
 
 def vibrations(
     output: ElasticOutput,
-    motion: MotionLaw,
+    motion_law: MotionLaw,
     original_motion: ShaftMotion,
     corrected_motion: ShaftMotion,
     dwells: tuple[Dwell, ...],
@@ -73,8 +73,8 @@ def vibrations(
     Each lever is assumed to move alike over tau at all mean speeds: exact without a drive, where the fluctuation is
     proportional to the speed.
     """
-    law, omega, notes = motion.law, corrected_motion.mean, list[str]()
-    clean = motion.series or truncate_law(law, _MOST_ORDERS).series
+    law, omega, notes = motion_law.law, corrected_motion.mean, list[str]()
+    clean = motion_law.series or truncate_law(law, _MOST_ORDERS).series
     time_dwells = tuple(
         Dwell(float(original_motion.time(d.begin)), float(original_motion.time(d.end)), d.value) for d in dwells
     )
@@ -91,9 +91,9 @@ def vibrations(
     return Vibrations(tuple(one.name for one in levers), sweeps, excitations, tuple(notes))
 
 
-def _series(law: Law) -> Harmonics:
-    whole = Harmonics.from_samples(law(even_angles(_SAMPLES))).without_rounding(_SMALL)
-    return Harmonics(whole.mean, whole.cosine[:_MOST_ORDERS], whole.sine[:_MOST_ORDERS])
+def _series(law: Law) -> FourierSeries:
+    whole = FourierSeries.from_samples(law(even_angles(_SAMPLES))).without_rounding(_SMALL)
+    return FourierSeries(whole.mean, whole.cosine[:_MOST_ORDERS], whole.sine[:_MOST_ORDERS])
 
 
 def _with_resonances(output: ElasticOutput, count: int, speeds: np.ndarray) -> np.ndarray:
@@ -118,7 +118,7 @@ def _standard_levers(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwell
     for name in _STANDARD:
         rise_and_return = RiseAndReturn(standard_law(name), stroke, (begin, middle), (middle, end))
         series = truncate_law(rise_and_return, _MOST_ORDERS).series
-        lever = Harmonics(series.mean + dwell.value, series.cosine, series.sine)
+        lever = FourierSeries(series.mean + dwell.value, series.cosine, series.sine)
         levers.append(LeverWithDwells(f"law {name}", lever, dwells))
     return levers
 
@@ -158,7 +158,7 @@ def twists(
     twist_list, notes = list[Twist](), list[str]()
     for name, load, flywheel in cams:
         points = min(max(_FEWEST, 4 * flywheel.speed.count), _MOST)
-        drive = Harmonics.from_samples(flywheel.angle(even_angles(points)) - even_angles(points)).without_rounding()
+        drive = FourierSeries.from_samples(flywheel.angle(even_angles(points)) - even_angles(points)).without_rounding()
         try:
             turning = shaft.periodic_motion(load, drive, flywheel.mean, points)
         except RunError as error:
@@ -170,5 +170,5 @@ def twists(
     return Twists(tuple(twist_list), tuple(notes))
 
 
-def _sampled_law(law: Law) -> Harmonics:
-    return Harmonics.from_samples(law(even_angles(_SAMPLES))).without_rounding()
+def _sampled_law(law: Law) -> FourierSeries:
+    return FourierSeries.from_samples(law(even_angles(_SAMPLES))).without_rounding()

@@ -27,7 +27,7 @@ def prediction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """Return the numbers of ``summary.json``: the motion of the shaft with the original cam, which moves its output by the law
     over the cam angle, and under ``corrected`` that with the corrected one."""
     predictions = {"original": f.original_cam, "corrected": f.corrected_cam}
-    constant, shaft, motion = _power(f.constant_speed_power), plan.shaft, plan.motion
+    constant, shaft, motion_law = _power(f.constant_speed_power), plan.shaft, plan.motion_law
     powers = {name: _power(one.drive * one.shaft.speed(f.tau)) for name, one in predictions.items()}
     original_quantities, corrected_quantities = (
         _shaft_quantities(one, powers[name]["mean"], f"{name} cam") for name, one in predictions.items()
@@ -39,11 +39,11 @@ def prediction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     above = {"orders": plan.count, "law": f.clean, **{name: one.above for name, one in predictions.items()}}
     multipliers = {name: _finite_or_none(one.multiplier) for name, one in predictions.items()}
     saving = {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")}
-    ratio_limit = shaft.most_inertia_ratio(motion.law)
+    ratio_limit = shaft.most_inertia_ratio(motion_law.law)
     return [
-        Quantity("unit", motion.unit, "unit of the output"),
-        Quantity("harmonics", motion.count, "number N of harmonics of the law"),
-        Quantity("inertia_ratio", shaft.inertia_ratio(motion.law), "largest inertia of the output over that of the shaft"),
+        Quantity("unit", motion_law.unit, "unit of the output"),
+        Quantity("harmonics", motion_law.count, "number N of harmonics of the law"),
+        Quantity("inertia_ratio", shaft.inertia_ratio(motion_law.law), "largest inertia of the output over that of the shaft"),
         Quantity("inertia_ratio_limit", ratio_limit, "largest inertia ratio with a corrected cam without a drive"),
         Quantity("driven", driven, "kind of drive of the shaft"),
         *original_quantities,
@@ -83,11 +83,11 @@ _EIGENMOTION = {
 
 def _spring_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """Return the elastic output and shaft, each None where it is rigid."""
-    output, twists, acceleration = Quantity("output", None, "elastic output"), None, f"{plan.motion.unit}/s^2"
+    output, twists, acceleration = Quantity("output", None, "elastic output"), None, f"{plan.motion_law.unit}/s^2"
     if f.vibrations is not None and plan.output is not None:
         excitations = [asdict(e) for e in f.vibrations.excitations]
         of_excited = {
-            "deviation": ("deviation in the dwell", plan.motion.unit),
+            "deviation": ("deviation in the dwell", plan.motion_law.unit),
             "acceleration": ("acceleration in the dwell", acceleration),
             "peak": ("largest acceleration of the output", acceleration),
         }

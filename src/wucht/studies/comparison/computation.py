@@ -37,8 +37,8 @@ class VariantCurve:
 
 
 @dataclass(frozen=True)
-class VariantAnswer:
-    """Answer of one variant. numbers, units: of its summary, those in tables by path. headlines: numbers shown first."""
+class VariantResult:
+    """Result of one variant. numbers, units: of its summary, those in tables by path. headlines: numbers shown first."""
 
     study: str
     machine: str
@@ -54,14 +54,14 @@ class VariantAnswer:
     curves: tuple[VariantCurve, ...] = ()
 
 
-def failed_answer(variant: Variant, failure: str) -> VariantAnswer:
-    """Return the answer of a variant whose study failed."""
+def failed_result(variant: Variant, failure: str) -> VariantResult:
+    """Return the result of a variant whose study failed."""
     kind = "" if variant.study_file is None else variant.study_file.spec.kind
-    return VariantAnswer(kind, variant.title, "failed", failure, failure)
+    return VariantResult(kind, variant.title, "failed", failure, failure)
 
 
-def answer_from_result(variant: Variant, result: xr.Dataset) -> VariantAnswer:
-    """Return the answer of a variant from its result."""
+def variant_result(variant: Variant, result: xr.Dataset) -> VariantResult:
+    """Return the result of a variant from the Dataset of its study."""
     kind = str(result.attrs["study"]) if variant.study_file is None else variant.study_file.spec.kind
     spec, summary, failure = study_of(kind).spec, result.wucht.summary, str(result.attrs["failure"])
     outcome = str(summary.get("outcome") or ("failed" if failure else ""))
@@ -69,7 +69,7 @@ def answer_from_result(variant: Variant, result: xr.Dataset) -> VariantAnswer:
     units = {path: result.wucht.unit_at(path) for path in numbers} if result.wucht.quantities else {}
     curves = [c for x, y in spec.curves if (c := _curve(result, x, y)) is not None]
     headlines = tuple(result.wucht.headlines)
-    return VariantAnswer(
+    return VariantResult(
         kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, numbers, units, headlines,
         tuple(result.wucht.warnings), tuple(result.wucht.assumed), tuple(curves),
     )  # fmt: skip
@@ -176,30 +176,30 @@ def numbers(plan: Plan) -> float:
 class Findings:
     """Answers of the finished variants, in their order."""
 
-    answers: tuple[VariantAnswer, ...]
+    results: tuple[VariantResult, ...]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Run the studies one after the other, and yield the findings after each."""
-    done, count = list[VariantAnswer](), len(plan.cases)
+    done, count = list[VariantResult](), len(plan.cases)
     for k, case in enumerate(plan.cases):
         part = work.part(f"variant {k + 1}", k / count, (k + 1) / count)
         part.report(0.0, case.variant.label)
-        done.append(part.unit("answer", partial(_answer_case, case, part)))
+        done.append(part.unit("answer", partial(_run_case, case, part)))
         yield Findings(tuple(done))
 
 
-def _answer_case(case: Case, work: Work) -> VariantAnswer:
-    """Answer one case. A failure is recorded; the units of its study are stored with those of the comparison."""
+def _run_case(case: Case, work: Work) -> VariantResult:
+    """Run one case. A failure is recorded; the units of its study are stored with those of the comparison."""
     variant = case.variant
     if variant.result is not None:
-        return answer_from_result(variant, variant.result)
+        return variant_result(variant, variant.result)
     if case.study is None or variant.study_file is None:
-        return failed_answer(variant, case.refusal)
+        return failed_result(variant, case.refusal)
     findings = None
     try:
         for findings in case.study.run(case.plan, work):  # noqa: B007
             pass
-        return answer_from_result(variant, case.study.dataset(case.plan, findings))
+        return variant_result(variant, case.study.dataset(case.plan, findings))
     except WuchtError as error:
-        return failed_answer(variant, str(error))
+        return failed_result(variant, str(error))

@@ -15,7 +15,7 @@ from wucht.plots.page import current_page, small
 from wucht.plots.scales import printed_values
 from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
 from wucht.results.formatting import printed_unit, value_in_words, wrap_text
-from wucht.studies.comparison.answer import shown_numbers, variant_names
+from wucht.studies.comparison.dataset import shown_numbers, variant_names
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
 _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text
@@ -53,9 +53,9 @@ def figure(result: xr.Dataset) -> Figure:
 def _text_figure(result: xr.Dataset) -> Figure:
     """Write the verdicts where there are neither curves nor numbers."""
     letters = int(current_page().width * _LETTERS)
-    answers = [f"{name}: {text}" for name, text in zip(result.variant.values, result.sentence.values, strict=True)]
-    lines = ["\n".join(wrap_text(answer, letters)) for answer in answers[:_MOST_WRITTEN]]
-    text = "\n".join([*lines, *([f"and {len(answers) - len(lines)} more"] if len(answers) > len(lines) else [])])
+    results = [f"{name}: {text}" for name, text in zip(result.variant.values, result.sentence.values, strict=True)]
+    lines = ["\n".join(wrap_text(entry, letters)) for entry in results[:_MOST_WRITTEN]]
+    text = "\n".join([*lines, *([f"and {len(results) - len(lines)} more"] if len(results) > len(lines) else [])])
     height = (text.count("\n") + 1) * _LINE / current_page().height
     fig, [axis] = new_grid(1, result.attrs["title"], result.attrs["sentence"], columns=1, heights=height)
     axis.set_axis_off()

@@ -16,7 +16,7 @@ from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import draw_classes, extend_both_ways
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import with_unit
-from wucht.studies.entrainment.answer import band_in_words
+from wucht.studies.entrainment.dataset import band_in_words
 
 _MARGIN = 0.03  # of the range, so that curves and marks at its ends are visible
 _EXISTENCE_COLOUR, _CAPTURE_COLOUR = COLOURS[4], COLOURS[2]

@@ -16,7 +16,7 @@ from wucht.dynamics.exciters.design_trials import (
 from wucht.dynamics.exciters.slow_beats import MOTIONS
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitudes_at
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.exciter_design.computation import Findings, Plan
 
 if TYPE_CHECKING:
@@ -59,7 +59,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("reach", _reach(findings), "spectra of random points of the ranges", parts=_form_parts(plan) | _BEATING),
         Quantity("tolerances", tolerances, "distance of exciters within tolerances", parts=_TOLERANCES | _BEATING),
     ]
-    return answer(quantities, _sentence(plan, findings, design), _warnings(plan, findings, design, tolerances), signal=name)
+    return result_dataset(
+        quantities, _sentence(plan, findings, design), _warnings(plan, findings, design, tolerances), signal=name
+    )
 
 
 def _form_parts(plan: Plan) -> dict[str, tuple[str, str]]:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import keeps_inertia
+from wucht.analysis.averaged_equations import keeps_inertia
 from wucht.dynamics.balancers.candidates import (
     CAPTURE,
     BalancerTrials,

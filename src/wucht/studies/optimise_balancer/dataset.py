@@ -12,7 +12,7 @@ from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.sampling.searches import is_pareto_optimal
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.results.formatting import percent
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.optimise_balancer.computation import Findings, FullCheck, Plan
 from wucht.studies.optimise_balancer.spec import OBJECTIVES
 
@@ -46,7 +46,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_question_quantities(plan),
         *_damping_quantities(plan, findings.curve),
     ]
-    return answer(quantities, _sentence(findings, holds), _warnings(plan, findings, check_objectives))
+    return result_dataset(quantities, _sentence(findings, holds), _warnings(plan, findings, check_objectives))
 
 
 def _front_quantities(plan: Plan, findings: Findings, check_objectives: np.ndarray, holds: np.ndarray) -> list[Quantity]:

@@ -105,5 +105,5 @@ def end_quantities(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> list[Qu
 def steady_quantities(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
     """Return the branches of steady states beside those of orbits."""
     s, steady = plan.problem.labels, findings.steady
-    ordinates = [] if plan.case.steady is None else [plan.case.steady.states.ordinates(b.u) for b in steady]
+    ordinates = [] if plan.case.steady is None else [plan.case.steady.steady_states.ordinates(b.unknowns) for b in steady]
     return steady_branch_quantities("steady", "steady_", steady, ordinates, plan.along, (s.ordinate, s.unit, s.length))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import averaged_machine, keeps_inertia
+from wucht.analysis.averaged_equations import averaged_equations_of, keeps_inertia
 from wucht.analysis.sections import Axis, Section, section_of
 from wucht.dynamics.parameters import parameter_of, values_of, with_parameters
 from wucht.dynamics.work import Work
@@ -54,8 +54,8 @@ def planar_section(spec: PhasePortrait, machine: Machine) -> Section:
 
 
 def _candidate_section(spec: PhasePortrait, steady: Machine, inertia: bool) -> Section:
-    slow = averaged_machine(steady, inertia, spec.order, has_fixed_speed=spec.speed is not None)
-    return section_of(slow, spec.together, spec.speed)
+    averaged_equations = averaged_equations_of(steady, inertia, spec.order, has_fixed_speed=spec.speed is not None)
+    return section_of(averaged_equations, spec.together, spec.speed)
 
 
 def _refuse_section(spec: PhasePortrait, section: Section) -> None:

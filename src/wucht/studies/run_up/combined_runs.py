@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.dynamics.run_ups.deviations import Deviations, compared_motion, deviations_by_angle, deviations_by_phase
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.results.quantities import Answer, Quantity, dataset_from_quantities
+from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities
 from wucht.studies.run_up.computation import Plan
 from wucht.studies.run_up.figure import mean_phase, rotor_angle
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 _COMPARED_VARIABLES = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
 
 
-def join_models(motions: Sequence[Motion], answers: Sequence[Answer]) -> Answer:
-    """Join the full run-up with the averaged one at the same times; of one model alone return its answer unchanged.
+def join_models(motions: Sequence[Motion], results: Sequence[StudyResult]) -> StudyResult:
+    """Join the full run-up with the averaged one at the same times; of one model alone return its result unchanged.
 
     Variables slow_angle, slow_speed (body, time), slow_phase (balancer, time), slow_amplitude, slow_radius (time);
     speed_deviation and radius_deviation (compared), at equal angle of the rotor. Summary: ``slow`` and ``deviations``.
     """
-    if len(answers) == 1:
-        return answers[0]
-    full, slow = answers
+    if len(results) == 1:
+        return results[0]
+    full, slow = results
     failures = [f"averaged equations: {slow.failure}"] if slow.failure else []
     courses = compared_motion(motions[0]), compared_motion(motions[1])
     deviations = {"at_equal_angle": deviations_by_angle(*courses), "at_equal_phase": deviations_by_phase(*courses)}
@@ -39,7 +39,7 @@ def join_models(motions: Sequence[Motion], answers: Sequence[Answer]) -> Answer:
     return replace(full, quantities=quantities, warnings=[*full.warnings, *failures], attributes=attributes)
 
 
-def _averaged_variables(full: Answer, slow: Answer) -> list[Quantity]:
+def _averaged_variables(full: StudyResult, slow: StudyResult) -> list[Quantity]:
     """Return the variables of the averaged equations, padded to the length of the full run-up."""
     slow_by_name = {q.name: q for q in slow.quantities if q.dimensions is not None}
     pairs = [
@@ -55,7 +55,7 @@ def _averaged_variables(full: Answer, slow: Answer) -> list[Quantity]:
     return [*variables, Quantity("slow", slow.summary, "the same of the averaged equations")]
 
 
-def _deviations(full: Answer, deviations: dict[str, Deviations | None]) -> list[Quantity]:
+def _deviations(full: StudyResult, deviations: dict[str, Deviations | None]) -> list[Quantity]:
     """Return the deviations of the models over the angle of the rotor; and the largest at equal angle and at equal phase."""
     unit = {q.name: q.unit for q in full.quantities if q.dimensions is not None}
     largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in deviations.items()}
@@ -84,13 +84,13 @@ _STORED_VARIABLES = (
 )
 
 
-def gather_runs(plan: Plan, answers: Sequence[Answer], finished_count: int) -> xr.Dataset:
+def gather_runs(plan: Plan, results: Sequence[StudyResult], finished_count: int) -> xr.Dataset:
     """Return the runs as one Dataset with the dimension ``case``; its summary has a list ``cases``."""
     import xarray as xr_
 
-    pairs = list(zip(plan.cases, answers, strict=False))  # a run may be missing
+    pairs = list(zip(plan.cases, results, strict=False))  # a run may be missing
     cases = [{"label": c.label, "start": dict(c.start), "value": c.value} | a.summary for c, a in pairs]
-    reduced_runs = [_reduce_run(dataset_from_quantities(a.quantities), plan.spec.over) for a in answers]
+    reduced_runs = [_reduce_run(dataset_from_quantities(a.quantities), plan.spec.over) for a in results]
     longest = max(r.sizes["sample"] for r in reduced_runs)
     padded_runs = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced_runs]
     result = xr_.concat(padded_runs, dim="case", combine_attrs="override")
@@ -102,7 +102,7 @@ def gather_runs(plan: Plan, answers: Sequence[Answer], finished_count: int) -> x
     if finished_count < len(plan.cases):
         warnings.append(f"{finished_count} of {len(plan.cases)} runs are finished")
     outcome = next(iter(count)) if len(count) == 1 and finished_count == len(plan.cases) else None
-    parts = {q.name: (q.long_name, q.unit) for q in answers[0].quantities if q.dimensions is None or q.in_summary}
+    parts = {q.name: (q.long_name, q.unit) for q in results[0].quantities if q.dimensions is None or q.in_summary}
     quantities = [
         Quantity("outcome", outcome, "outcome, where all have the same"),
         Quantity("outcomes", dict(count), "number of runs of each outcome"),
@@ -110,8 +110,8 @@ def gather_runs(plan: Plan, answers: Sequence[Answer], finished_count: int) -> x
         Quantity("cases", cases, "the runs", parts=parts),
     ]
     sentence = ", ".join(f"{n} {name}" for name, n in count.most_common())
-    failure = next((a.failure for a in answers if a.failure), None)
-    return Answer(quantities, sentence, warnings, (), failure, {"outcome": outcome or "several"}).dataset(result)
+    failure = next((a.failure for a in results if a.failure), None)
+    return StudyResult(quantities, sentence, warnings, (), failure, {"outcome": outcome or "several"}).dataset(result)
 
 
 def _reduce_run(run: xr.Dataset, over: str) -> xr.Dataset:

@@ -13,7 +13,7 @@ from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE
 from wucht.dynamics.branches.family_curve import SAMPLED_MEMBERS
 from wucht.dynamics.branches.steady_states import SteadyStates
 from wucht.dynamics.branches.steady_states import speed_range_text as speeds_in_words
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.shared_keys import VALUES, entry_with_values
 from wucht.studies.speed_curve.computation import Plan
 from wucht.studies.speed_curve.report import (
@@ -43,7 +43,7 @@ def dataset(plan: Plan, findings: BranchFindings) -> xr.Dataset:
         collect_special_points(plan, findings),
         _nominal_states(plan, findings),
         plan.second,
-        plan.case.states.names,
+        plan.case.steady_states.names,
     )
     quantities = [
         *point_quantities(plan, findings.branches), *branch_quantities(plan, findings.branches),
@@ -55,12 +55,12 @@ def dataset(plan: Plan, findings: BranchFindings) -> xr.Dataset:
     ]  # fmt: skip
     more = {} if second is None else {"second": second.path, "second_unit": second.unit, "second_what": second.full_name,
         "second_symbol": _symbol(second.path)}  # fmt: skip
-    return answer(
+    return result_dataset(
         quantities, _sentence(plan, findings, special_points), _warnings(plan, findings),
         along_symbol=_symbol(plan.along.path),
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.full_name, low=plan.bounds[0],
         high=plan.bounds[1],
-        shown=plan.case.states.labels.ordinate, **more,
+        shown=plan.case.steady_states.labels.ordinate, **more,
     )  # fmt: skip
 
 
@@ -71,17 +71,17 @@ def _symbol(path: str) -> str:
 
 def _nominal_states(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
     """Return the states at the subject's value of the parameter, the fastest first."""
-    entries, states = [], plan.case.states
+    entries, steady_states = [], plan.case.steady_states
     for nominal in findings.nominal:
-        branch, ordinates = findings.branches[nominal.branch], states.ordinates(nominal.u[:, None])
+        branch, ordinates = findings.branches[nominal.branch], steady_states.ordinates(nominal.unknowns[:, None])
         speed = float(ordinates.speed[0])
-        kind = states.kind(nominal.u) if not branch.dimension else branch.kind
+        kind = steady_states.kind(nominal.unknowns) if not branch.dimension else branch.kind
         exponents = nominal.exponents[np.isfinite(nominal.exponents)]
         exponents = exponents[np.argsort(-exponents.real, kind="stable")]
         entries.append({
             "name": kind.name, "type": kind.type, "speed": speed, "amplitude": float(ordinates.amplitude[0]),
             "stable": nominal.stability == StabilityLevel.STABLE, "stable_share": nominal.share, "branch": nominal.branch,
-            "state": dict(states.state_by_name(nominal.u)),
+            "state": dict(steady_states.state_by_name(nominal.unknowns)),
             "family_dimension": branch.dimension,
             "exponents": [[float(e.real), float(e.imag)] for e in exponents],
             "exponents_phi": _exponents_by_angle(plan, exponents, speed),
@@ -91,13 +91,13 @@ def _nominal_states(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]
 
 def _exponents_by_angle(plan: Plan, exponents: np.ndarray, speed: float) -> list[list[float]] | None:
     """Return exponents by the rotor's angle instead of time; None where the ordinate is no speed."""
-    if plan.case.states.labels.state is not None or not speed:
+    if plan.case.steady_states.labels.state is not None or not speed:
         return None
     return [[float(e.real) / abs(speed), float(e.imag) / abs(speed)] for e in exponents]
 
 
 def _question_quantities(plan: Plan) -> list[Quantity]:
-    along, second, plane, words = plan.along, plan.second, plan.case.plane, plan.case.states.labels
+    along, second, plane, words = plan.along, plan.second, plan.case.plane, plan.case.steady_states.labels
     of_second = (None, None) if second is None else (second.path, second.unit)
     return [
         Quantity("along", along.path, "parameter over which branches are followed"),
@@ -114,7 +114,7 @@ def _question_quantities(plan: Plan) -> list[Quantity]:
 def _table_quantities(
     plan: Plan, findings: BranchFindings, special_points: Sequence[Special], nominal: Sequence[Any]
 ) -> list[Quantity]:
-    words, at = plan.case.states.labels, (plan.along.full_name, plan.along.unit)
+    words, at = plan.case.steady_states.labels, (plan.along.full_name, plan.along.unit)
     at_ends, dimension = (f"{words.ordinate} at their ends", words.unit), ("dimension of the family", "")
     free = [(p, (p.full_name, p.unit)) for p in (plan.along, plan.second) if p is not None]
     values = {p.path: words for p, words in free} | {key: words for key, (_, words) in zip(VALUES, free, strict=False)}
@@ -149,7 +149,7 @@ def _table_quantities(
             values | place | special_columns,
         ),
         *table("branches", _branch_entries(plan, findings), "branches of steady states", values | kind | branch_columns),
-        Quantity("value", plan.case.states.nominal_value, f"{at[0]} of the subject", at[1]),
+        Quantity("value", plan.case.steady_states.nominal_value, f"{at[0]} of the subject", at[1]),
         *table("states", nominal, "steady states at this value", kind | place | nominal_columns),
         *table("curves", _curve_entries(plan, findings), "curves of special points", values | kind | place | curve_columns),
     ]
@@ -159,7 +159,9 @@ def _search_quantities(plan: Plan, searched_values: Sequence[SearchedValue]) -> 
     values, along = [s.value for s in searched_values if s.failure is None], plan.along
     return [
         Quantity("searched_value", [s.value for s in searched_values], along.full_name, along.unit, "search"),
-        Quantity("searched_states", np.array([s.states for s in searched_values], int), "number of states there", "", "search"),
+        Quantity(
+            "searched_states", np.array([s.state_count for s in searched_values], int), "number of states there", "", "search"
+        ),
         Quantity("searched", values, f"{along.full_name} at which all states were searched for", along.unit),
         Quantity(
             "complete", bool(searched_values) and all(s.complete for s in searched_values), "whether all states are known there"
@@ -178,32 +180,33 @@ def _completeness_evidence(plan: Plan, searched_values: Sequence[SearchedValue])
     if not speeds:
         return sentence
     widest = min(low for low, _ in speeds), max(high for _, high in speeds)
-    return f"{sentence}; over all of them {speeds_in_words(widest, plan.case.states.labels.speed)}"
+    return f"{sentence}; over all of them {speeds_in_words(widest, plan.case.steady_states.labels.speed)}"
 
 
 def _snap_to_zero(plan: Plan, value: float) -> float:
     return 0.0 if abs(value) < _AT_ZERO * (plan.bounds[1] - plan.bounds[0]) else float(value)
 
 
-def _round_ordinate(states: SteadyStates, ordinate: float) -> float:
+def _round_ordinate(steady_states: SteadyStates, ordinate: float) -> float:
     """Return the ordinate, zero within rounding."""
-    return 0.0 if abs(ordinate) < _AT_ZERO * states.ordinate_size else ordinate
+    return 0.0 if abs(ordinate) < _AT_ZERO * steady_states.ordinate_size else ordinate
 
 
 def _special_entry(plan: Plan, s: Special) -> dict[str, Any]:
-    states = dict(plan.case.curves)[s.second]
+    steady_states = dict(plan.case.states_by_second_value)[s.second]
     second = {} if plan.second is None or s.second is None else {plan.second.path: s.second}
     return entry_with_values({
-        "kind": s.kind, "speed": _round_ordinate(states, s.speed), "state": dict(states.state_by_name(s.u)),
+        "kind": s.kind, "speed": _round_ordinate(steady_states, s.speed),
+        "state": dict(steady_states.state_by_name(s.unknowns)),
         "amplitude": s.amplitude, "branch": s.branch, "frequency": s.frequency,
-    }, [plan.along.path, *second], [_snap_to_zero(plan, s.u[-1]), *second.values()], ["second_value"])  # fmt: skip
+    }, [plan.along.path, *second], [_snap_to_zero(plan, s.unknowns[-1]), *second.values()], ["second_value"])  # fmt: skip
 
 
 def _branch_entries(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
     entries = []
     for b in findings.branches:
-        states = dict(plan.case.curves)[b.second]
-        speeds = [_round_ordinate(states, float(speed)) for speed in states.ordinates(b.u).speed]
+        steady_states = dict(plan.case.states_by_second_value)[b.second]
+        speeds = [_round_ordinate(steady_states, float(speed)) for speed in steady_states.ordinates(b.unknowns).speed]
         second = {} if plan.second is None or b.second is None else {plan.second.path: b.second, "second_value": b.second}
         stretches = {"": b.intervals(StabilityLevel.STABLE), "partly_": b.intervals(StabilityLevel.PARTLY_STABLE)}
         spans = {f"{word}stable": [_span(plan, b.values[i : k + 1]) for i, k in at] for word, at in stretches.items()}
@@ -231,19 +234,22 @@ def _curve_entries(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]
     """Return the curves of folds and Hopf points in two parameters, with the points where a second condition holds."""
     if plan.case.plane is None:
         return []
-    entries, states = [], plan.case.states
+    entries, steady_states = [], plan.case.steady_states
     for c in findings.curves:
-        speeds = states.ordinates(c.u[:-1]).speed
+        speeds = steady_states.ordinates(c.unknowns[:-1]).speed
         special = [
             entry_with_values({
-                "kind": c.kinds[i], "speed": float(speeds[i]), "state": dict(states.state_by_name(c.u[:-1, i])),
+                "kind": c.kinds[i], "speed": float(speeds[i]), "state": dict(steady_states.state_by_name(c.unknowns[:-1, i])),
                 "coefficients": dict(c.coefficients[i]),
-            }, [plan.along.path, plan.case.plane.path], c.u[-2:, i].tolist())
+            }, [plan.along.path, plan.case.plane.path], c.unknowns[-2:, i].tolist())
             for i in np.flatnonzero([bool(kind) for kind in c.kinds]).tolist()
         ]  # fmt: skip
         entries.append({
             "of": c.bifurcation, "type": c.kind.type, "name": c.kind.name,
-            **{key: [float(u.min()), float(u.max())] for key, u in zip(("range", "second_range"), c.u[-2:], strict=True)},
+            **{
+                key: [float(values.min()), float(values.max())]
+                for key, values in zip(("range", "second_range"), c.unknowns[-2:], strict=True)
+            },
             "special_points": special, "ends": list(c.ends),
         })  # fmt: skip
     return entries
@@ -285,8 +291,8 @@ def _sentence(plan: Plan, findings: BranchFindings, special_points: Sequence[Spe
 
 def _warnings(plan: Plan, findings: BranchFindings) -> list[str]:
     """Return warnings on omissions, doubts, and unfinished work."""
-    states, path = plan.case.states, plan.along.path
-    lines = [*states.labels.warnings]
+    steady_states, path = plan.case.steady_states, plan.along.path
+    lines = [*steady_states.labels.warnings]
     for failure in dict.fromkeys(s.failure for s in findings.searches if s.failure):
         at = [s.value for s in findings.searches if s.failure == failure]
         location = (

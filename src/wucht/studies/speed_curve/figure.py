@@ -146,9 +146,9 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
     """Draw the curves of folds and Hopf points in both parameters."""
     number, legend_names = result.curve.values, set[str]()
     for k in range(result.sizes["curve_number"]):
-        at, curve_type, states = number == k, str(result.curve_of.values[k]), str(result.curve_label.values[k])
-        name = f"{_MARKS[curve_type][2] or curve_type}s" + ("" if states == _NO_NAME else f", {states}")
-        style: dict[str, Any] = {"color": colours.get(states, GREY), "linestyle": "-" if curve_type == "fold" else "--"}
+        at, curve_type, steady_states = number == k, str(result.curve_of.values[k]), str(result.curve_label.values[k])
+        name = f"{_MARKS[curve_type][2] or curve_type}s" + ("" if steady_states == _NO_NAME else f", {steady_states}")
+        style: dict[str, Any] = {"color": colours.get(steady_states, GREY), "linestyle": "-" if curve_type == "fold" else "--"}
         x, y = result.curve_value.values[at], result.curve_second.values[at]
         axis.plot(x, y, linewidth=1.3, label=None if name in legend_names else _wrap_label(name), **style)
         legend_names.add(name)

@@ -160,10 +160,10 @@ _ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branche
 
 @dataclass(frozen=True)
 class Special:
-    """A special point u (n+1,) of a numbered branch. frequency: of a Hopf point. second: value of the second parameter."""
+    """Special point of a numbered branch: unknowns (n+1,). frequency: of a Hopf point. second: the second parameter's value."""
 
     kind: str
-    u: np.ndarray
+    unknowns: np.ndarray
     speed: float
     amplitude: float
     branch: int
@@ -174,24 +174,24 @@ class Special:
 def collect_special_points(plan: Plan, findings: BranchFindings) -> list[Special]:
     """Collect all special points; one on two branches counts once."""
     special_points: list[Special] = []
-    curves = dict(plan.case.curves)
+    states_by_second_value = dict(plan.case.states_by_second_value)
     for k, branch in enumerate(findings.branches):
-        states = curves[branch.second]
-        width, ordinates = states.equilibria.equations.scale[-1], states.ordinates(branch.u)
+        steady_states = states_by_second_value[branch.second]
+        width, ordinates = steady_states.equilibria.equations.scale[-1], steady_states.ordinates(branch.unknowns)
         for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
-            u, kind = branch.u[:, i], branch.kinds[i]
+            unknowns, kind = branch.unknowns[:, i], branch.kinds[i]
             neighbours = [
                 s
                 for s in special_points
-                if (s.kind, s.second) == (kind, branch.second) and abs(s.u[-1] - u[-1]) < _ONE_POINT * width
+                if (s.kind, s.second) == (kind, branch.second) and abs(s.unknowns[-1] - unknowns[-1]) < _ONE_POINT * width
             ]
-            if any(states.is_same(u, np.append(s.u[:-1], u[-1])) for s in neighbours):
+            if any(steady_states.is_same(unknowns, np.append(s.unknowns[:-1], unknowns[-1])) for s in neighbours):
                 continue
             speed, amplitude = float(ordinates.speed[i]), float(ordinates.amplitude[i])
             exponents = branch.exponents[:, i][np.isfinite(branch.exponents[:, i])]
             swings = kind == HOPF or (kind in (SOME_STABLE, ALL_STABLE) and exponents[exponents.real.argmax()].imag != 0)
             frequency = _frequency_of(exponents) if swings else None
-            special_points.append(Special(kind, u, speed, amplitude, k, frequency, branch.second))
+            special_points.append(Special(kind, unknowns, speed, amplitude, k, frequency, branch.second))
     return special_points
 
 
@@ -202,19 +202,19 @@ def _frequency_of(exponents: np.ndarray) -> float:
 
 def point_quantities(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
     """Return the points of all branches."""
-    states, curves = plan.case.states, dict(plan.case.curves)
-    words, n = states.labels, len(states.names)
-    ordinates = [curves[b.second].ordinates(b.u) for b in branches]
+    steady_states, states_by_second_value = plan.case.steady_states, dict(plan.case.states_by_second_value)
+    words, n = steady_states.labels, len(steady_states.names)
+    ordinates = [states_by_second_value[b.second].ordinates(b.unknowns) for b in branches]
     exponents = join_arrays([b.exponents for b in branches], n)
     growing = [(b.exponents.real > NEUTRAL * np.nanmax(np.abs(b.exponents), axis=0)).sum(axis=0) for b in branches]
-    shares = [np.array(b.stable_share) if b.stable_share else np.full(b.u.shape[1], np.nan) for b in branches]
+    shares = [np.array(b.stable_share) if b.stable_share else np.full(b.unknowns.shape[1], np.nan) for b in branches]
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
     return [
         *steady_branch_quantities("point", "", branches, ordinates, plan.along, (words.ordinate, words.unit, words.length)),
         Quantity("unstable", join_arrays(growing).astype(int), "number of growing disturbances", "", "point"),
         Quantity("stable_share", join_arrays(shares), "share of a family's members that are stable", "", "point"),
         Quantity("at_special", join_arrays(at_special).astype(np.int8), "a special point", "", "point"),
-        Quantity("state", join_arrays([b.u[:-1] for b in branches], n), "states of the equations", "", "state point"),
+        Quantity("state", join_arrays([b.unknowns[:-1] for b in branches], n), "states of the equations", "", "state point"),
         Quantity("exponent_re", np.asarray(exponents.real), "real part of an exponent", words.rate, "exponent point"),
         Quantity("exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", words.rate, "exponent point"),
     ]
@@ -238,12 +238,14 @@ def branch_quantities(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list
 
 def special_point_quantities(plan: Plan, special_points: Sequence[Special]) -> list[Quantity]:
     """Return the special points."""
-    states, words = plan.case.states, plan.case.states.labels
-    table = np.array([s.u[:-1] for s in special_points]).reshape(len(special_points), len(states.names)).T
+    steady_states, words = plan.case.steady_states, plan.case.steady_states.labels
+    table = np.array([s.unknowns[:-1] for s in special_points]).reshape(len(special_points), len(steady_states.names)).T
     frequency = np.array([s.frequency for s in special_points], float)
     return [
         Quantity("special_kind", np.array([s.kind for s in special_points], "U20"), "kind of the special point", "", "special"),
-        Quantity("special_value", [float(s.u[-1]) for s in special_points], plan.along.full_name, plan.along.unit, "special"),
+        Quantity(
+            "special_value", [float(s.unknowns[-1]) for s in special_points], plan.along.full_name, plan.along.unit, "special"
+        ),
         Quantity("special_speed", [s.speed for s in special_points], words.ordinate, words.unit, "special"),
         Quantity("special_amplitude", [s.amplitude for s in special_points], "amplitude of the axis", words.length, "special"),
         Quantity("special_branch", np.array([s.branch for s in special_points], int), "branch", "", "special"),
@@ -254,13 +256,13 @@ def special_point_quantities(plan: Plan, special_points: Sequence[Special]) -> l
 
 def frequency_unit(plan: Plan) -> str:
     """Return the unit of an oscillation's frequency."""
-    rate = plan.case.states.labels.rate
+    rate = plan.case.steady_states.labels.rate
     return f"rad{rate.removeprefix('1')}" if rate else ""
 
 
 def nominal_quantities(plan: Plan, nominal: Sequence[Mapping[str, Any]]) -> list[Quantity]:
     """Return the states at the subject's value of the parameter."""
-    words = plan.case.states.labels
+    words = plan.case.steady_states.labels
     return [
         Quantity("own_speed", [s["speed"] for s in nominal], words.ordinate, words.unit, "own"),
         Quantity("own_amplitude", [s["amplitude"] for s in nominal], "amplitude of the axis", words.length, "own"),
@@ -277,15 +279,21 @@ def curve_quantities(plan: Plan, curves: Sequence[BifurcationCurve]) -> list[Qua
     """Return the curves of folds and Hopf points in two parameters."""
     if plan.second is None or plan.case.plane is None:
         return []
-    states, words = plan.case.states, plan.case.states.labels
-    numbers = np.repeat(np.arange(len(curves)), [c.u.shape[1] for c in curves])
-    speeds = [states.ordinates(c.u[:-1]).speed for c in curves]
+    steady_states, words = plan.case.steady_states, plan.case.steady_states.labels
+    numbers = np.repeat(np.arange(len(curves)), [c.unknowns.shape[1] for c in curves])
+    speeds = [steady_states.ordinates(c.unknowns[:-1]).speed for c in curves]
     kinds = [kind for c in curves for kind in c.kinds]
     labels = np.array([label_of(c.kind.name, c.kind.type, c.kind.split) for c in curves], "U40")
     return [
-        Quantity("curve_value", join_arrays([c.u[-2] for c in curves]), plan.along.full_name, plan.along.unit, "curve_point"),
         Quantity(
-            "curve_second", join_arrays([c.u[-1] for c in curves]), plan.second.full_name, plan.second.unit, "curve_point"
+            "curve_value", join_arrays([c.unknowns[-2] for c in curves]), plan.along.full_name, plan.along.unit, "curve_point"
+        ),
+        Quantity(
+            "curve_second",
+            join_arrays([c.unknowns[-1] for c in curves]),
+            plan.second.full_name,
+            plan.second.unit,
+            "curve_point",
         ),
         Quantity("curve_speed", join_arrays(speeds), words.ordinate, words.unit, "curve_point"),
         Quantity("curve", numbers.astype(int), "curve", "", "curve_point"),

@@ -109,12 +109,14 @@ class StatePlan(MapPlan[StateFindings]):
         ]
         hatched_sets = sorted({tuple(names) for names, _, _ in parsed_keys if names})
         hatches = [1 + hatched_sets.index(tuple(names)) if names else 0 for names, _, _ in parsed_keys]
-        lines = [_line(f"{c.bifurcation}: {c.kind.name or 'steady states'}", c.u[-2], c.u[-1]) for c in findings.curves]
+        lines = [
+            _line(f"{c.bifurcation}: {c.kind.name or 'steady states'}", c.unknowns[-2], c.unknowns[-1]) for c in findings.curves
+        ]
         lines += [_line(f"{MODULATED_MOTION}: {ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended_curves(self.case, findings)]
         on_orbit = f"{MODULATED_MOTION}: {ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}"
         lines += [_line(on_orbit, x, y) for x, y in _ends_on_folds(self.case, findings)]
         marks = [
-            PlanePoint(kind, float(c.u[-2, i]), float(c.u[-1, i]))
+            PlanePoint(kind, float(c.unknowns[-2, i]), float(c.unknowns[-1, i]))
             for c in findings.curves for i, kind in enumerate(c.kinds) if kind
         ]  # fmt: skip
         places = tuple(
@@ -187,15 +189,15 @@ def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np
         for crossing in findings.crossings:
             if low <= crossing.y <= min(seconds):
                 low = crossing.y
-        y = c.u[-1]
+        y = c.unknowns[-1]
         inside = (y >= low) & (y <= high)
         if inside.sum() > 1:
-            parts.append((c.u[-2][inside], y[inside]))
+            parts.append((c.unknowns[-2][inside], y[inside]))
     return parts
 
 
 def _lies_on(case: StateMapCase, curve: BifurcationCurve, value: float, second: float) -> bool:
-    x, y = curve.u[-2:]
+    x, y = curve.unknowns[-2:]
     width = case.bounds[0][1] - case.bounds[0][0]
     i, passages = values_at_passages(y, second, x)
     near = 0.02 * np.abs(np.diff(x))[i] + _ON_FOLD * width

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine, keeps_inertia
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Regions, Stability, regions
 from wucht.analysis.configurations.closed_form import State, family_members, pattern_count
 from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
@@ -50,7 +50,7 @@ class Plan:
 
     spec: SynchronousStates
     machine: Machine
-    slow: AveragedMachine
+    averaged_equations: AveragedEquations
     torques: SteadyTorques
     speeds: tuple[float, float] | None
     is_limit_chosen: bool
@@ -68,14 +68,14 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
             "study.range", list(spec.range), "not allowed where the speed of the main rotor is given", code="prescribed"
         )
     steady, unheld = machine_at_speed(machine, spec.speed), machine_at_speed(machine, None)
-    slow = averaged_machine(steady, keeps_inertia(steady, spec.inertia))
-    torques, speeds, is_limit_chosen = SteadyTorques.from_slow(slow), None, False
+    averaged_equations = averaged_equations_of(steady, keeps_inertia(steady, spec.inertia))
+    torques, speeds, is_limit_chosen = SteadyTorques.from_averaged_equations(averaged_equations), None, False
     if torques.fixed_speed is None:
         speeds, is_limit_chosen = _search_range(steady, spec.range)
     else:
         _check_speed(spec, unheld, torques, torques.fixed_speed)
     has_closed_form(torques, *speeds or (0.0, 0.0))
-    return Plan(spec, machine, slow, torques, speeds, is_limit_chosen, _map(spec, unheld, torques))
+    return Plan(spec, machine, averaged_equations, torques, speeds, is_limit_chosen, _map(spec, unheld, torques))
 
 
 def _refuse_single(machine: Machine) -> None:
@@ -202,7 +202,7 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Yield the states by the averaged equations, then one by one by the full equations, then with the map."""
     search = work.unit("search", partial(_search, plan, work))
-    describer = ConfigurationDescriber(AveragedStability(plan.torques, plan.slow))
+    describer = ConfigurationDescriber(AveragedStability(plan.torques, plan.averaged_equations))
     full = [
         _NOT_REQUESTED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))
     ]

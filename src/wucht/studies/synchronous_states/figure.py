@@ -17,7 +17,7 @@ from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, legend_over, new_grid
 from wucht.plots.stability_lines import draw_region, entry, field
 from wucht.plots.style import COLOURS, GREY
-from wucht.studies.synchronous_states.answer import select_states
+from wucht.studies.synchronous_states.dataset import select_states
 
 _COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a journal, and in all
 _ROW, _MAP = 1.5, 2.4  # inches

@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.dynamics.run_ups.deviations import compared_bodies
 from wucht.results.formatting import ReportLines
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.approximation.computation import CURVE, Findings, ModelComparison, Plan, angles
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     ]
     sentence = ": ".join(filter(None, (_ANSWERS[is_trusted], "; ".join(reasons))))
     warnings = _warnings(plan, findings)
-    return answer(quantities, sentence, warnings, trusted_speed=SPEED_TOLERANCE, trusted_amplitude=AMPLITUDE_TOLERANCE)
+    return result_dataset(quantities, sentence, warnings, trusted_speed=SPEED_TOLERANCE, trusted_amplitude=AMPLITUDE_TOLERANCE)
 
 
 def _parameter_words(plan: Plan) -> tuple[str, str]:

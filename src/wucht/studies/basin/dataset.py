@@ -10,7 +10,7 @@ import numpy as np
 from wucht.dynamics.sampling.label_maps import error_bound, share, uncertainty
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.results.formatting import percent, report_lines
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.basin.computation import MISSING, Findings, Level, MapAxis, Plan
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         f"{k}_{word}": value for k, axis in zip("xy", plan.axes, strict=True) for word, value in _axis_attributes(axis).items()
     }
     summary = _summary_quantities(plan, findings)
-    return answer([*quantities, *summary], _sentence(summary), _warnings(plan, findings), **names)
+    return result_dataset([*quantities, *summary], _sentence(summary), _warnings(plan, findings), **names)
 
 
 def _axis_attributes(axis: MapAxis) -> dict[str, Any]:

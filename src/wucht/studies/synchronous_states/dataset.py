@@ -15,7 +15,7 @@ from wucht.analysis.throw import NUMBERS
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.results.formatting import ReportLines
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.synchronous_states.computation import Findings, Plan
 
@@ -48,7 +48,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *natural_vibrations(t.machine),
         *_map_quantities(findings.map, unit),
     ]
-    return answer(quantities, _sentence(plan, states), _warnings(plan, findings, states), comparable=int(t.is_coaxial))
+    return result_dataset(quantities, _sentence(plan, states), _warnings(plan, findings, states), comparable=int(t.is_coaxial))
 
 
 def _state_quantities(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> list[Quantity]:

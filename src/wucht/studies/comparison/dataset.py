@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results.formatting import label, printed_unit, value_in_words, wrap_text
-from wucht.results.quantities import Quantity, answer
-from wucht.studies.comparison.computation import Case, Findings, Plan, VariantAnswer
+from wucht.results.quantities import Quantity, result_dataset
+from wucht.studies.comparison.computation import Case, Findings, Plan, VariantResult
 from wucht.studies.comparison.variants import VariedKey
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ _DESCRIPTIONS = {
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of the finished variants: each number of their summaries by its path, and their curves."""
-    done = findings.answers
+    done = findings.results
     cases = plan.cases[: len(done)]
     names = list(dict.fromkeys(name for c in done for name in c.numbers))
     coordinates = _coordinates(cases)
@@ -47,10 +47,10 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
             f"{one}: dimensionless; its numbers have no units and cannot be compared with others" for one in dimensionless
         ]
     quantities = [*coordinates, *texts, *numbers, *curves, *_summary_quantities(plan, done, names)]
-    return answer(quantities, _sentence(plan, done), warnings, assumptions)
+    return result_dataset(quantities, _sentence(plan, done), warnings, assumptions)
 
 
-def _number_quantity(name: str, done: Sequence[VariantAnswer]) -> Quantity:
+def _number_quantity(name: str, done: Sequence[VariantResult]) -> Quantity:
     """Return a number of the summaries, of all variants."""
     unit = next((c.units[name] for c in done if name in c.units), "")
     return Quantity(name, [c.numbers.get(name, np.nan) for c in done], _path_label(name), unit, "variant")
@@ -69,7 +69,7 @@ def _coordinates(cases: Sequence[Case]) -> list[Quantity]:
     return [*coordinates, *(_varied_quantity(key, cases) for key in _varied_keys(cases))]
 
 
-def _curve_quantities(number: int, kind: tuple[str, ...], done: Sequence[VariantAnswer]) -> list[Quantity]:
+def _curve_quantities(number: int, kind: tuple[str, ...], done: Sequence[VariantResult]) -> list[Quantity]:
     """Return the curves of one kind, of all variants, padded to the length of the longest."""
     variant_curves = [next((curve for curve in c.curves if curve.kind == kind), None) for c in done]
     longest = max(len(curve.x) for curve in variant_curves if curve is not None)
@@ -103,7 +103,7 @@ def _varied_quantity(key: VariedKey, cases: Sequence[Case]) -> Quantity:
     return Quantity(key.path, values, key.description, key.unit or "", "variant", coordinate=True, attributes=print_attributes)
 
 
-def _summary_quantities(plan: Plan, done: Sequence[VariantAnswer], names: Sequence[str]) -> list[Quantity]:
+def _summary_quantities(plan: Plan, done: Sequence[VariantResult], names: Sequence[str]) -> list[Quantity]:
     headlines = list(dict.fromkeys(name for c in done for name in c.headlines if name in names))
     variants = [
         {
@@ -124,7 +124,7 @@ def _summary_quantities(plan: Plan, done: Sequence[VariantAnswer], names: Sequen
     ]
 
 
-def _sentence(plan: Plan, done: Sequence[VariantAnswer]) -> str:
+def _sentence(plan: Plan, done: Sequence[VariantResult]) -> str:
     count = Counter(c.outcome for c in done if c.outcome)
     outcomes = ", ".join(f"{n} {outcome}" for outcome, n in count.most_common())
     ready = f"{len(done)} variants" if len(done) == len(plan.cases) else f"{len(done)} of {len(plan.cases)} variants"

@@ -10,7 +10,7 @@ from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings, ReportedOrbit
 from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, BranchEnd
 from wucht.results.formatting import formats
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.orbit_branch.computation import Plan
 from wucht.studies.orbit_branch.orbit_tables import end_quantities, orbit_quantities, reported_quantities, steady_quantities
 from wucht.studies.shared_keys import entry_with_values
@@ -36,7 +36,7 @@ def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
         Quantity("law", ["saddle-node", "connection"], "law of the period", "", "law"),
         *_question_quantities(plan), *_table_quantities(plan, findings, ends),
     ]  # fmt: skip
-    return answer(
+    return result_dataset(
         quantities, _sentence(plan, findings, ends), _warnings(plan, findings),
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.full_name,
         low=plan.problem.bounds[0], high=plan.problem.bounds[1], shown=plan.problem.labels.ordinate,

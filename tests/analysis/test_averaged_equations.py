@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 from tests.refusals import refused
 
-from wucht.analysis.averaged_machine import AveragedMachine, averaged_machine
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of
 from wucht.analysis.vibration import ForcedVibration
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -61,15 +61,17 @@ def exciters(sense: int, directions: str = "xyr") -> Machine:
     )
 
 
-def at(slow: AveragedMachine, state: np.ndarray, *names: str) -> np.ndarray:
+def at(averaged_equations: AveragedEquations, state: np.ndarray, *names: str) -> np.ndarray:
     """Outputs (k,) at a slow state (n,)."""
-    outputs = Evaluator.of(slow.system, [slow.system.output(n).expression for n in names], names)
-    return outputs.array(np.zeros(1), state[:, None], slow.values())[:, 0]
+    outputs = Evaluator.of(averaged_equations.system, [averaged_equations.system.output(n).expression for n in names], names)
+    return outputs.array(np.zeros(1), state[:, None], averaged_equations.values())[:, 0]
 
 
-def rates(slow: AveragedMachine, state: np.ndarray) -> np.ndarray:
+def rates(averaged_equations: AveragedEquations, state: np.ndarray) -> np.ndarray:
     """State derivatives (n,) at a slow state (n,)."""
-    return Evaluator.of_rates(slow.system).array(np.zeros(1), np.asarray(state)[:, None], slow.values())[:, 0]
+    return Evaluator.of_rates(averaged_equations.system).array(
+        np.zeros(1), np.asarray(state)[:, None], averaged_equations.values()
+    )[:, 0]
 
 
 def averaged_torques(machine: Machine, w: float, alpha: np.ndarray, senses: np.ndarray) -> np.ndarray:
@@ -121,13 +123,13 @@ def averaged_torques(machine: Machine, w: float, alpha: np.ndarray, senses: np.n
 @pytest.mark.parametrize("directions", ["xyr", "xy"])
 def test_vibration_torques_are_the_means_of_the_full_equations(directions: str, sense: int) -> None:
     machine = exciters(sense, directions)
-    slow = averaged_machine(machine)
+    averaged_equations = averaged_equations_of(machine)
     rng, w = np.random.default_rng(7), 38.0
-    senses = np.array([slow.senses[b.name] for b in machine.bodies])
+    senses = np.array([averaged_equations.senses[b.name] for b in machine.bodies])
     alpha = np.concatenate([[0.0], rng.uniform(-3, 3, len(machine.bodies) - 1)])
     absolute = dict(zip((b.name for b in machine.bodies), senses * alpha, strict=True))
-    state = slow.state(absolute, {b.name: slow.senses[b.name] * w for b in machine.bodies})
-    torques = at(slow, state, *(f"vibration_torque[{b.name}]" for b in machine.bodies))
+    state = averaged_equations.state(absolute, {b.name: averaged_equations.senses[b.name] * w for b in machine.bodies})
+    torques = at(averaged_equations, state, *(f"vibration_torque[{b.name}]" for b in machine.bodies))
     expected = averaged_torques(machine, w, alpha, senses)
     assert np.abs(expected).max() > 1e-3
     # Round-off of sums over 64 samples.
@@ -135,7 +137,9 @@ def test_vibration_torques_are_the_means_of_the_full_equations(directions: str, 
     forced = ForcedVibration.of(machine, senses * alpha)
     parts = [-float(forced.torque_on(np.array([w]), [i])[0][0]) for i in range(len(senses))]
     assert torques == pytest.approx(parts, rel=1e-9, abs=1e-12)
-    assert at(slow, state, "amplitude")[0] == pytest.approx(float(forced.amplitude(np.array([w]))[0][0]), rel=1e-11)
+    assert at(averaged_equations, state, "amplitude")[0] == pytest.approx(
+        float(forced.amplitude(np.array([w]))[0][0]), rel=1e-11
+    )
 
 
 def test_vibration_torques_on_a_frame_that_is_shaken() -> None:
@@ -151,11 +155,11 @@ def test_vibration_torques_on_a_frame_that_is_shaken() -> None:
             "drives": [DRIVE | {"on": "a", "no_load_speed": 41.0}, DRIVE | {"on": "b", "no_load_speed": -42.0}],
         }
     )
-    slow = averaged_machine(machine)
-    assert slow.system.state_names == ("a.phase", "b.phase", "a.speed", "b.speed")
+    averaged_equations = averaged_equations_of(machine)
+    assert averaged_equations.system.state_names == ("a.phase", "b.phase", "a.speed", "b.speed")
     senses, alpha = np.array([1.0, -1.0]), np.array([0.4, -1.1])
-    state = slow.state({"a": 0.4, "b": 1.1}, {"a": 40.0, "b": -40.0})
-    torques = at(slow, state, "vibration_torque[a]", "vibration_torque[b]")
+    state = averaged_equations.state({"a": 0.4, "b": 1.1}, {"a": 40.0, "b": -40.0})
+    torques = at(averaged_equations, state, "vibration_torque[a]", "vibration_torque[b]")
     expected = averaged_torques(machine, 40.0, alpha, senses)
     assert torques == pytest.approx(expected, rel=1e-10, abs=1e-13)
     still = averaged_torques(machine.with_values({"carrier.motion.amplitude": 0.0}), 40.0, alpha, senses)
@@ -173,11 +177,16 @@ def test_steady_states_of_table_5_1(case: str) -> None:
     from scipy.optimize import fsolve
 
     speed, guess, eigenvalues = EQUILIBRIA[case]
-    slow = averaged_machine(load_machine("drozdetskaya-2020/table-5.1", {}).with_values({"u": 1.0}), inertia=False)
-    steady = fsolve(lambda x: rates(slow, x), guess, xtol=1e-13)
+    averaged_equations = averaged_equations_of(
+        load_machine("drozdetskaya-2020/table-5.1", {}).with_values({"u": 1.0}), inertia=False
+    )
+    steady = fsolve(lambda x: rates(averaged_equations, x), guess, xtol=1e-13)
     assert steady[2] == pytest.approx(speed, abs=5e-8)
     moves = 1e-6 * np.eye(3)
-    jacobian = np.array([(rates(slow, steady + e) - rates(slow, steady - e)) / 2e-6 for e in moves]).T / steady[2]
+    jacobian = (
+        np.array([(rates(averaged_equations, steady + e) - rates(averaged_equations, steady - e)) / 2e-6 for e in moves]).T
+        / steady[2]
+    )
     if eigenvalues is not None:
         assert np.sort(np.linalg.eigvals(jacobian).real) == pytest.approx(eigenvalues, rel=2e-4)
     else:
@@ -190,18 +199,22 @@ def test_what_is_steady_in_the_first_order_stays_steady() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1", {}).with_values({"u": 1.0})
     steady = np.array([-1.0660861, -1.0660861, 0.7028953])  # type II, to the digits of cases.md
     for inertia, state in ((False, steady), (True, np.append(steady, steady[[2, 2]]))):
-        first, second = (np.abs(rates(averaged_machine(machine, inertia, order), state)).max() for order in (1, 2))
+        first, second = (np.abs(rates(averaged_equations_of(machine, inertia, order), state)).max() for order in (1, 2))
         assert first < 1e-8
         assert second < 3 * first
 
 
 @pytest.mark.parametrize("inertia", [True, False])
 def test_energy_of_the_slow_motion_balances(inertia: bool) -> None:
-    slow = averaged_machine(load_machine("drozdetskaya-2020/r1", {}), inertia)
-    start = slow.state({"drum": 0.0, "p1": 0.3, "p2": -0.5}, dict.fromkeys(("drum", "p1", "p2"), 0.0))
-    run = integrate(compile_system(slow.system), start, slow.values(), np.linspace(0, 3, 400), None, 0.1)
-    s = slow.system
-    stored = Evaluator.of(s, [s.output("stored_energy").expression], ["e"])(run.time, run.states, slow.values())["e"]
+    averaged_equations = averaged_equations_of(load_machine("drozdetskaya-2020/r1", {}), inertia)
+    start = averaged_equations.state({"drum": 0.0, "p1": 0.3, "p2": -0.5}, dict.fromkeys(("drum", "p1", "p2"), 0.0))
+    run = integrate(
+        compile_system(averaged_equations.system), start, averaged_equations.values(), np.linspace(0, 3, 400), None, 0.1
+    )
+    s = averaged_equations.system
+    stored = Evaluator.of(s, [s.output("stored_energy").expression], ["e"])(run.time, run.states, averaged_equations.values())[
+        "e"
+    ]
     q = run.quadratures
     gap = q["supplied_work"] - q["dissipated_work"] - q["vibration_work"] - (stored - stored[0])
     assert np.abs(gap).max() < 1e-10 * q["supplied_work"].max()
@@ -220,18 +233,22 @@ def test_a_mirrored_machine_moves_alike() -> None:
                 "drive": {"on": "drum", "kind": "linear", "slope": 0.01, "no_load_speed": sense * 250.0},
             }
         )
-        slow = averaged_machine(machine)
-        start = slow.state({"drum": 0.0, "p": sense * 1.0}, {"drum": sense * 20.0, "p": sense * 15.0})
-        runs.append(integrate(compile_system(slow.system), start, slow.values(), np.linspace(0, 2, 50)).states)
+        averaged_equations = averaged_equations_of(machine)
+        start = averaged_equations.state({"drum": 0.0, "p": sense * 1.0}, {"drum": sense * 20.0, "p": sense * 15.0})
+        runs.append(
+            integrate(
+                compile_system(averaged_equations.system), start, averaged_equations.values(), np.linspace(0, 2, 50)
+            ).states
+        )
     assert np.abs(runs[0] - runs[1]).max() < 1e-9 * np.abs(runs[0]).max()
 
 
 def test_slips_of_the_start_move_the_slow_phase() -> None:
     """002 (4.24), (4.30): without vibration the strongly damped state must be where the full one ends."""
     machine = load_machine("drozdetskaya-2020/r1", {}).with_values({"drum.eccentricity": 0.0, "drive.slope": 0.0})
-    slow = averaged_machine(machine, inertia=False)
+    averaged_equations = averaged_equations_of(machine, inertia=False)
     angles, speeds = {"drum": 0.0, "p1": 0.3, "p2": -0.5}, {"drum": 50.0, "p1": 80.0, "p2": 20.0}
-    state = dict(zip(slow.system.state_names, slow.state(angles, speeds), strict=True))
+    state = dict(zip(averaged_equations.system.state_names, averaged_equations.state(angles, speeds), strict=True))
     j, b = np.diag([9.75e-4, 1.69e-3, 1.69e-3]), 0.169 * np.array([[2, -1, -1], [-1, 1, 0], [-1, 0, 1.0]])
     decay = -np.linalg.solve(j, b)
     time = np.linspace(0, 2, 200_001)
@@ -265,7 +282,7 @@ def test_machines_outside_the_class_are_refused(case: tuple[str | None, dict[str
         )
     )
     with pytest.raises(InputError, match=reason):
-        averaged_machine(given)
+        averaged_equations_of(given)
 
 
 def test_two_prescribed_rotors_have_no_common_speed() -> None:
@@ -278,7 +295,7 @@ def test_two_prescribed_rotors_have_no_common_speed() -> None:
         }
     )
     with refused("machine", "b", code="no-common-speed"):
-        averaged_machine(machine)
+        averaged_equations_of(machine)
 
 
 def test_without_dampers_the_inertia_stays() -> None:
@@ -297,17 +314,23 @@ def test_without_dampers_the_inertia_stays() -> None:
     assert not has_damped_balancers(free)
     for order in (0, 3):
         with refused("machine", f"order {order}", code="order"):
-            averaged_machine(machine, True, order)
+            averaged_equations_of(machine, True, order)
 
 
 def test_held_at_a_speed_the_drive_does_not_matter() -> None:
     machine = load_machine("drozdetskaya-2020/r1", {})
     states = []
     for slope in (1e-3, 1.0):
-        slow = averaged_machine(machine.with_values({"drive.slope": slope}), inertia=True, has_fixed_speed=True)
-        assert slow.system.state_names == ("p1.phase", "p2.phase", "p1.speed", "p2.speed")
+        averaged_equations = averaged_equations_of(
+            machine.with_values({"drive.slope": slope}), inertia=True, has_fixed_speed=True
+        )
+        assert averaged_equations.system.state_names == ("p1.phase", "p2.phase", "p1.speed", "p2.speed")
         start = np.array([0.5, -0.4, 150.0, 150.0])
-        states.append(integrate(compile_system(slow.system), start, slow.values(150.0), np.linspace(0, 1, 20)).states)
+        states.append(
+            integrate(
+                compile_system(averaged_equations.system), start, averaged_equations.values(150.0), np.linspace(0, 1, 20)
+            ).states
+        )
     assert np.array_equal(states[0], states[1])
 
 
@@ -330,17 +353,19 @@ MOTOR = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
 def test_shaken_machines_without_averaged_equations(motion: dict[str, Any], drive: dict[str, Any], code: str) -> None:
     machine = machine_from({"carrier": {"directions": "x", "motion": motion}, "bodies": [ROTOR], "drive": drive})
     with refused("machine", code=code):
-        averaged_machine(machine)
+        averaged_equations_of(machine)
 
 
 @pytest.mark.parametrize("inertia", [True, False])
 def test_powers_make_the_stored_energy_at_any_slow_state(inertia: bool) -> None:
     """d(stored)/dt by differences: supplied less lost, relative dampers included, less what shakes the carrier."""
-    slow = averaged_machine(exciters(1), inertia, 1)
-    names = slow.system.state_names
+    averaged_equations = averaged_equations_of(exciters(1), inertia, 1)
+    names = averaged_equations.system.state_names
     state = np.array([0.3 if n.startswith(("phase", "alpha", "psi")) else 40.0 + 0.3 * i for i, n in enumerate(names)])
-    rate, step = rates(slow, state), 1e-7
-    there, here = (at(slow, state + s * step * rate, "stored_energy")[0] for s in (1, -1))
-    supplied, lost, shaken = (at(slow, state, name)[0] for name in (SUPPLIED_WORK, DISSIPATED_WORK, VIBRATION_WORK))
+    rate, step = rates(averaged_equations, state), 1e-7
+    there, here = (at(averaged_equations, state + s * step * rate, "stored_energy")[0] for s in (1, -1))
+    supplied, lost, shaken = (
+        at(averaged_equations, state, name)[0] for name in (SUPPLIED_WORK, DISSIPATED_WORK, VIBRATION_WORK)
+    )
     assert lost > 0
     assert (there - here) / (2 * step) == pytest.approx(supplied - lost - shaken, rel=1e-5, abs=1e-4)

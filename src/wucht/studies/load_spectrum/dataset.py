@@ -10,7 +10,7 @@ import numpy as np
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
 from wucht.results.formatting import report_lines
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.load_spectrum.computation import MOST_ROWS, CountedLoad, Plan, check_width, count_load
 
 if TYPE_CHECKING:
@@ -62,7 +62,9 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
     warnings = _warnings(plan, findings, whole, convergence)
     name = plan.signal.name[:1].upper() + plan.signal.name[1:]
     failure = findings.failure or _damage_overflow(plan, whole, damages)
-    return answer(quantities, sentence, warnings, (), failure, signal=name, **({} if outcome is None else {"outcome": outcome}))
+    return result_dataset(
+        quantities, sentence, warnings, (), failure, signal=name, **({} if outcome is None else {"outcome": outcome})
+    )
 
 
 def _row_quantities(plan: Plan, whole: CountedLoad, half: CountedLoad) -> list[Quantity]:

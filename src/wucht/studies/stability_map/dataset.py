@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.branches.plane_regions import DOUBLE, PlanePoint
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import Parameter
 from wucht.studies.stability_map.map_parts import F, MapParts, MapPlan, plane_shares
 
@@ -57,7 +57,7 @@ def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
         Quantity("region_y", inmost[1], b.full_name, b.unit, "region_number"),
         *_summary(plan, parts),
     ]  # fmt: skip
-    return answer(
+    return result_dataset(
         quantities, _sentence(plan, parts), _warnings(plan, findings, parts),
         along=a.path, along_unit=a.unit, along_what=a.full_name, second=b.path, second_unit=b.unit, second_what=b.full_name,
         eliminated="" if third is None else third.path, everywhere=", ".join(parts.everywhere),

@@ -25,7 +25,7 @@ from wucht.machines.tree import Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, first_harmonic, linear_carrier
 from wucht.mechanics.phasors import Phasor
-from wucht.mechanics.rotating_bodies.averaged_system import AveragedSystem, averaged_equations
+from wucht.mechanics.rotating_bodies.averaged_system import AveragedSystem, averaged_system
 from wucht.mechanics.rotating_bodies.bodies import RotatingBodies, Shaking
 from wucht.numerics.flow.program import Evaluator
 from wucht.system import System
@@ -34,14 +34,14 @@ _STEP = 1e-4  # rad of the fastest free vibration: small against what a slow mot
 
 
 @dataclass(frozen=True)
-class AveragedMachine:
+class AveragedEquations:
     """A machine's averaged equations.
 
     senses: +1 or -1 for each body. has_fixed_speed: the main rotor turns at the parameter ``speed``.
     """
 
     machine: Machine
-    equations: AveragedSystem
+    averaged_system: AveragedSystem
     senses: Mapping[str, int]
     inertia: bool
     order: int
@@ -50,13 +50,13 @@ class AveragedMachine:
     @cached_property
     def system(self) -> System:
         """The System, with the machine's parameters; scheduled ones follow their schedules."""
-        system = self.equations.system
+        system = self.averaged_system.system
         return _with_parameters(system, self.machine.structure, self.has_fixed_speed, system.output("stored_energy").expression)
 
     @cached_property
     def fast(self) -> System:
         """The bodies' fluctuation within a turn, in the same states and parameters: outputs alone."""
-        return _with_parameters(self.equations.fast, self.machine.structure, self.has_fixed_speed, sp.S.Zero)
+        return _with_parameters(self.averaged_system.fast, self.machine.structure, self.has_fixed_speed, sp.S.Zero)
 
     def values(self, speed: float | None = None) -> tuple[float, ...]:
         """Parameter values in order. speed: of the main rotor, where it is fixed, positive in the rotor's sense."""
@@ -72,7 +72,7 @@ class AveragedMachine:
     @cached_property
     def references(self) -> dict[str, str | None]:
         """The body to which the phase of each body counts; None for the main rotor."""
-        b = self.equations.bodies
+        b = self.averaged_system.bodies
         return {name: b.names[b.reference(i)] if i else None for i, name in enumerate(b.names)}
 
     def state(self, angles: Mapping[str, float | np.ndarray], speeds: Mapping[str, float | np.ndarray]) -> np.ndarray:
@@ -81,7 +81,7 @@ class AveragedMachine:
         Without inertia the bodies' slips have decayed: rotors have the speed that remains, and phases have moved on, see
         002 (4.24), (4.30).
         """
-        names = self.equations.bodies.names
+        names = self.averaged_system.bodies.names
         theta, speed_values = (np.array([self.senses[n] * by_body[n] for n in names]) for by_body in (angles, speeds))
         return self._state(*((theta, speed_values) if self.inertia else self._settle_slips(theta, speed_values)))
 
@@ -97,7 +97,7 @@ class AveragedMachine:
 
     def _state(self, angles: np.ndarray, speeds: np.ndarray) -> np.ndarray:
         """The slow state from the bodies' angles and speeds, each in the body's sense."""
-        values, b = dict[str, np.ndarray](), self.equations.bodies
+        values, b = dict[str, np.ndarray](), self.averaged_system.bodies
         for i, name in enumerate(b.names):
             values[f"{name}.phase"] = angles[i] - (angles[b.reference(i)] if i else 0.0)
             values[f"{name}.speed"] = speeds[i]
@@ -105,7 +105,12 @@ class AveragedMachine:
 
     def _settle_slips(self, angles: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Limit of J nu' + B nu = 0: the angles moved by the integral of nu, and the speeds that remain."""
-        b, numbers, settled_angles, settled_speeds = self.equations.bodies, self.machine.numbers, angles.copy(), speeds.copy()
+        b, numbers, settled_angles, settled_speeds = (
+            self.averaged_system.bodies,
+            self.machine.numbers,
+            angles.copy(),
+            speeds.copy(),
+        )
         inertia, damping = (np.array(a.xreplace(numbers).tolist(), float).reshape(a.shape) for a in (b.inertia, b.relative))
         for head in b.rotors:
             group = b.group(head)
@@ -131,13 +136,13 @@ def keeps_inertia(machine: Machine, requested_inertia: bool | None) -> bool:
     return not (machine.dimensionless and limit) if requested_inertia is None else requested_inertia
 
 
-def averaged_machine(
+def averaged_equations_of(
     machine: Machine,
     inertia: bool = True,
     order: int = 1,
     has_fixed_speed: bool = False,
     turning: Mapping[str, int] | None = None,
-) -> AveragedMachine:
+) -> AveragedEquations:
     """The averaged equations of a machine with a linear carrier: see ``mechanics.rotating_bodies``.
 
     inertia: of the bodies that turn about a rotor; without it they are strongly damped. order: 1 or 2.
@@ -152,13 +157,13 @@ def averaged_machine(
         equations = _equations(machine.structure, len(machine.tracks), machine.shaking, signs, inertia, order, has_fixed_speed)
     except WuchtError as error:
         raise InputError("machine", None, f"there are no such averaged equations: {error}", code=error.code) from None
-    return AveragedMachine(machine, equations, senses, inertia, order, has_fixed_speed)
+    return AveragedEquations(machine, equations, senses, inertia, order, has_fixed_speed)
 
 
 @lru_cache(maxsize=64)
 def _with_parameters(system: System, structure: Structure, has_fixed_speed: bool, energy: sp.Expr) -> System:
-    whole = replace(system, parameters=(*structure.symbols, *([SPEED] if has_fixed_speed else [])))
-    return with_schedules(whole, structure.schedules, energy, structure.units.energy)
+    machine_system = replace(system, parameters=(*structure.symbols, *([SPEED] if has_fixed_speed else [])))
+    return with_schedules(machine_system, structure.schedules, energy, structure.units.energy)
 
 
 def _refuse_unsuitable(machine: Machine) -> None:
@@ -250,7 +255,7 @@ def _equations(
         fixed_speed=SPEED if has_fixed_speed else None if main_speed is None else sign[0] * main_speed,
         shaking=Shaking(structure.carrier.index(shaken), *shaking) if shaken is not None and shaking is not None else None,
     )
-    return averaged_equations(bodies, inertia, order)
+    return averaged_system(bodies, inertia, order)
 
 
 def _weight(energies: Sequence[Energies], angle: sp.Symbol, sense: int) -> Phasor:
@@ -281,24 +286,27 @@ def _excitation(
 class FullMotion:
     """The full motion that belongs to states of the averaged equations."""
 
-    slow: AveragedMachine
+    averaged_equations: AveragedEquations
 
     def __call__(self, time: np.ndarray, states: np.ndarray, rotor_angle: np.ndarray, speed: float | None = None) -> np.ndarray:
         """States (N_full, N) of ``machine.system`` for slow states (n, N) at times (N,).
 
         rotor_angle: (N,), the integral of the main rotor's speed in its sense. speed: where it is fixed.
         """
-        slow, machine = self.slow, self.slow.machine
-        parameters, frequency = slow.values(speed), machine.shaking_frequency
+        averaged_equations, machine = self.averaged_equations, self.averaged_equations.machine
+        parameters, frequency = averaged_equations.values(speed), machine.shaking_frequency
         outputs = self._steady_outputs(time, states, parameters)
-        fluctuations = Evaluator.of_outputs(slow.fast)(time, states, parameters)
+        fluctuations = Evaluator.of_outputs(averaged_equations.fast)(time, states, parameters)
         # theta is the angle of the prescribed motion, else of the main rotor.
         theta = np.asarray(rotor_angle, float) if frequency is None else frequency * time
-        turning, main = np.exp(1j * theta), outputs[f"speed[{slow.equations.bodies.names[0]}]"]
+        turning, main = np.exp(1j * theta), outputs[f"speed[{averaged_equations.averaged_system.bodies.names[0]}]"]
         w = main if frequency is None else frequency + 0 * theta
         values = dict[str, np.ndarray]()
         for b in machine.bodies:
-            sense, (once, twice) = slow.senses[b.name], (_complex(fluctuations, x, b.name, main) for x in ("gravity", "ripple"))
+            sense, (once, twice) = (
+                averaged_equations.senses[b.name],
+                (_complex(fluctuations, x, b.name, main) for x in ("gravity", "ripple")),
+            )
             fluctuation, rate = once * turning + twice * turning**2, 1j * w * (once * turning + 2 * twice * turning**2)
             values[b.coordinate.position.name] = sense * (theta + self._phase(states, b.name) + fluctuation.real)
             values[b.coordinate.velocity.name] = sense * (outputs[f"speed[{b.name}]"] + rate.real)
@@ -311,15 +319,15 @@ class FullMotion:
     @cached_property
     def _steady_outputs(self) -> Evaluator:
         """Speeds and amplitudes: no other output of the averaged equations is needed."""
-        system, bodies = self.slow.system, self.slow.equations.bodies.names
+        system, bodies = self.averaged_equations.system, self.averaged_equations.averaged_system.bodies.names
         names = [f"speed[{n}]" for n in bodies]
-        names += [f"amplitude.{part}[{d}]" for d in self.slow.machine.labels for part in ("re", "im")]
+        names += [f"amplitude.{part}[{d}]" for d in self.averaged_equations.machine.labels for part in ("re", "im")]
         return Evaluator.of(system, [system.output(n).expression for n in names], names)
 
     def _phase(self, states: np.ndarray, name: str) -> np.ndarray:
         """alpha of a body to the reference (N,)."""
-        names = self.slow.system.state_names
-        phases = [f"{body}.phase" for body in Tree(self.slow.references).path(name)]
+        names = self.averaged_equations.system.state_names
+        phases = [f"{body}.phase" for body in Tree(self.averaged_equations.references).path(name)]
         return np.asarray(sum((states[names.index(p)] for p in phases if p in names), np.zeros(states.shape[1])))
 
     def _amplitude_rates(
@@ -327,7 +335,7 @@ class FullMotion:
     ) -> np.ndarray:
         """z' (m, N) along the slow motion, by central differences over a small part of a turn."""
         # One step for all samples: the result for one does not depend on the others.
-        natural, system = natural_frequencies(self.slow.machine).values(), self.slow.system
+        natural, system = natural_frequencies(self.averaged_equations.machine).values(), self.averaged_equations.system
         fastest = max((f for f in natural if f > 0), default=0.0) or float(np.abs(w).max(initial=0.0)) or 1.0
         rate, step = Evaluator.of_rates(system).array(time, states, parameters), _STEP / fastest
         after, before = (self._amplitudes(self._steady_outputs(time + h, states + h * rate, parameters)) for h in (step, -step))
@@ -335,8 +343,8 @@ class FullMotion:
 
     def _amplitudes(self, outputs: Mapping[str, np.ndarray]) -> np.ndarray:
         """z (m, N)."""
-        main = outputs[f"speed[{self.slow.equations.bodies.names[0]}]"]
-        return np.array([_complex(outputs, "amplitude", d, main) for d in self.slow.machine.labels])
+        main = outputs[f"speed[{self.averaged_equations.averaged_system.bodies.names[0]}]"]
+        return np.array([_complex(outputs, "amplitude", d, main) for d in self.averaged_equations.machine.labels])
 
 
 def _complex(outputs: Mapping[str, np.ndarray], quantity: str, name: str, main: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrap_angle
 from wucht.results.formatting import ReportLines
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.entrainment.computation import Findings
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def dataset(case: EntrainmentCase, findings: Findings) -> xr.Dataset:
         *_motion_quantities(case, findings),
         *_run_quantities(case, runs),
     ]
-    return answer(
+    return result_dataset(
         quantities, _sentence(case, findings, outcome), _warnings(case, findings), (), findings.failure,
         along=parameter.name, along_unit=parameter.unit, along_what=parameter.description,
         **({} if frequency is None else {"frequency": frequency}),

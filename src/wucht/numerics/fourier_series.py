@@ -33,7 +33,7 @@ def differentiation(count: int, order: int = 1) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Harmonics:
+class FourierSeries:
     """A periodic function. mean: c0. cosine, sine: A_k, B_k (N,), the first harmonic first; in the unit of the function."""
 
     mean: float
@@ -81,23 +81,23 @@ class Harmonics:
         """Amplitudes sqrt(A_k^2 + B_k^2) (N,)."""
         return np.asarray(np.hypot(self.cosine, self.sine))
 
-    def derivative(self, order: int = 1) -> Harmonics:
+    def derivative(self, order: int = 1) -> FourierSeries:
         """Differentiate by x, to an order of 0 or more."""
         series, k = self, np.arange(1, self.count + 1)
         for _ in range(order):
-            series = Harmonics(0.0, k * series.sine, -k * series.cosine)
+            series = FourierSeries(0.0, k * series.sine, -k * series.cosine)
         return series
 
-    def without_rounding(self, share: float = _NEGLIGIBLE) -> Harmonics:
+    def without_rounding(self, share: float = _NEGLIGIBLE) -> FourierSeries:
         """Drop the highest harmonics that are all smaller than a share of the largest value."""
         limit = share * max(abs(self.mean), float(self.amplitudes.max(initial=0.0)))
         last = int(np.flatnonzero(self.amplitudes > limit).max(initial=-1)) + 1
-        return Harmonics(self.mean, self.cosine[:last], self.sine[:last])
+        return FourierSeries(self.mean, self.cosine[:last], self.sine[:last])
 
-    def shift(self, offset: float) -> Harmonics:
+    def shift(self, offset: float) -> FourierSeries:
         """Return f(x - offset)."""
         coefficients = (self.cosine - 1j * self.sine) * np.exp(-1j * offset * np.arange(1, self.count + 1))
-        return Harmonics(self.mean, coefficients.real, -coefficients.imag)
+        return FourierSeries(self.mean, coefficients.real, -coefficients.imag)
 
     def stationary(self) -> np.ndarray:
         """Return angles in [0, 2 pi), in order, that include all extrema of the function.

@@ -14,7 +14,7 @@ from wucht.numerics.angles import wrap_to_pi
 from wucht.numerics.phase_plane.fixed_points import DEGENERATE, SADDLE, STABLE, FixedPoint
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED_CURVE, FAILURE, FIXED_POINT, KINKS, LENGTH, PhaseCurve
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.phase_portrait.computation import Findings, Plan, PortraitCase, PortraitFindings
 
 if TYPE_CHECKING:
@@ -28,16 +28,16 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of phase portraits. Of several, each variable has them along its first dimension."""
     pairs = list(zip(plan.cases, findings.portraits, strict=False))  # a portrait may be missing
     along, section = plan.spec.along, plan.cases[0].section
-    answers, quantities = [_case_quantities(plan, *pair) for pair in pairs], _variables(plan, findings.portraits)
+    case_quantities, quantities = [_case_quantities(plan, *pair) for pair in pairs], _variables(plan, findings.portraits)
     sentences = [_sentence(portrait) for _, portrait in pairs]
     if along is None:
-        quantities = [*map(_single_case, quantities), *answers[0]]
+        quantities = [*map(_single_case, quantities), *case_quantities[0]]
     else:
         quantities += [
             Quantity("case", [c.label for c, _ in pairs], "case", "", "case"),
             Quantity("value", [c.value for c, _ in pairs], along, "", "case", coordinate=True),
             Quantity("along", along, "parameter that differs"),
-            *_cases_table(answers, sentences),
+            *_cases_table(case_quantities, sentences),
         ]
     if section is not None:
         quantities += [
@@ -51,7 +51,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     if len(pairs) < len(plan.cases):
         warnings.append(f"{len(pairs)} of {len(plan.cases)} portraits are finished")
     assumptions = [plan.model] if plan.model else []
-    return answer(
+    return result_dataset(
         quantities, sentence, warnings, assumptions, abscissa=_abscissa(plan), section=int(bool(plan.model)), model=plan.model
     )
 
@@ -227,10 +227,10 @@ def _case_quantities(plan: Plan, case: PortraitCase, portrait: PortraitFindings)
     ]
 
 
-def _cases_table(answers: Sequence[Sequence[Quantity]], sentences: Sequence[str]) -> list[Quantity]:
+def _cases_table(case_quantities: Sequence[Sequence[Quantity]], sentences: Sequence[str]) -> list[Quantity]:
     """Return a table of several portraits, each with a sentence."""
     rows, parts = [], {"sentence": ("description of the portrait", "")}
-    for quantities, sentence in zip(answers, sentences, strict=True):
+    for quantities, sentence in zip(case_quantities, sentences, strict=True):
         rows.append({q.name: q.value for q in quantities} | {"sentence": sentence})
         for q in quantities:
             parts |= {q.name: (q.long_name, q.unit), **q.parts}

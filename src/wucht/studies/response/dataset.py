@@ -14,7 +14,7 @@ from wucht.analysis.vibration import ForcedVibration
 from wucht.dynamics.run_ups.steady_phases import Piece
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.results.formatting import ReportLines, formats
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.response.computation import (
     Findings,
@@ -67,7 +67,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     resonances = [f"{x:.6g} {speed}".rstrip() for x in undamped_resonances]
     warnings = [f"the resonance at {at} is undamped: there the amplitude is infinite" for at in resonances]
     sentence = _sentence(is_excited, critical, free, maxima.at_free)
-    return answer(quantities, sentence, warnings + steady.warnings, steady.assumptions)
+    return result_dataset(quantities, sentence, warnings + steady.warnings, steady.assumptions)
 
 
 def _curve_quantities(

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.fourier_series import even_angles
 from wucht.results.formatting import formats, report_lines
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.cam_prediction.computation import Findings, Plan, ShaftPrediction
 from wucht.studies.cam_prediction.summary_of_prediction import prediction_quantities, verdict, warnings
 
@@ -25,7 +25,7 @@ _SIMULATED_TIMES = 36  # times of a turn at which the simulated speed is stored
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of a prediction; with the residuals of elastic outputs and shafts where there are any."""
-    f, predictions, unit = findings, (findings.original_cam, findings.corrected_cam), plan.motion.unit
+    f, predictions, unit = findings, (findings.original_cam, findings.corrected_cam), plan.motion_law.unit
     count = min(max(3 * plan.count, _FEWEST), _MOST)
     descriptions = ["law of the corrected cam", *(f"{name} with respect to the cam angle" for name in NAMES[1:])]
     law = zip(NAMES, f.cam, descriptions, (unit, f"{unit}/rad", f"{unit}/rad^2", f"{unit}/rad^3"), strict=True)
@@ -60,7 +60,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     shaft_assumption = (
         "the camshaft held at its drive's speed" if plan.is_enforced else "the camshaft as inertia and drive move it"
     )
-    return answer(quantities, sentence, warnings(plan, f, s), [parts_assumption, shaft_assumption])
+    return result_dataset(quantities, sentence, warnings(plan, f, s), [parts_assumption, shaft_assumption])
 
 
 def _amplitudes(one: ShaftPrediction, count: int) -> np.ndarray:
@@ -83,14 +83,14 @@ def _simulation_quantities(plan: Plan, f: Findings, count: int) -> list[Quantity
         Quantity("simulated_speed", speeds, "speed of the shaft in the last turn simulated", "rad/s", "cam simulated_tau"),
         Quantity("simulated_deviation", deviation, "difference of speed over the mean speed", "", "cam"),
         Quantity("simulated_residual", residual, "largest order above N over order 1, simulated", "", "cam"),
-        Quantity("simulated_acceleration", amplitudes, description, f"{plan.motion.unit}/s^2", "cam order"),
+        Quantity("simulated_acceleration", amplitudes, description, f"{plan.motion_law.unit}/s^2", "cam order"),
     ]
 
 
 def _output_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     if (v := f.vibrations) is None:
         return []
-    sweeps, excitations, unit, dimensions = v.sweeps, v.excitations, plan.motion.unit, "lever swept_speed"
+    sweeps, excitations, unit, dimensions = v.sweeps, v.excitations, plan.motion_law.unit, "lever swept_speed"
     deviation, acceleration, per = "deviation in the dwell", "acceleration in the dwell", f"{unit}/s^2"
     corrected_sweep = sweeps[1]  # of the corrected cam
     return [

@@ -13,7 +13,7 @@ import numpy as np
 from wucht.analysis.switching import switchable, switching
 from wucht.machines.operation import natural_frequencies
 from wucht.results.formatting import ReportLines, formats
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.activation.computation import (
     BALANCED_VARIANT,
     CURVE,
@@ -54,7 +54,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     ]
     failure = next((d.failure for d in results.values() if d.failure), None)
     sentence = _sentence(groups, bare_run, *((1e3, "mm") if length == "m" else (1.0, length)))
-    return answer(quantities, sentence, _warnings(plan, results), (), failure)
+    return result_dataset(quantities, sentence, _warnings(plan, results), (), failure)
 
 
 def _run_quantities(plan: Plan, results: dict[Cell, ActivationRun]) -> list[Quantity]:

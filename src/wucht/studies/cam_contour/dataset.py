@@ -13,7 +13,7 @@ from wucht.cams.shape import COMMON, Shape, largest_pressure_angle, pressure_ang
 from wucht.cams.undercut import RadiusAt
 from wucht.numerics.angles import Arc
 from wucht.results.formatting import report_lines
-from wucht.results.quantities import Quantity, answer, group
+from wucht.results.quantities import Quantity, group, result_dataset
 from wucht.studies.cam_contour.computation import Curves, Findings, Plan, contour_verdict
 from wucht.studies.cam_contour.contact_load import ContactHistory
 
@@ -37,7 +37,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_layout_quantities(plan),
         *_summary_quantities(plan, findings, outcome),
     ]
-    return answer(quantities, sentence, [*findings.notes, *_pressure_angle_notes(plan)])
+    return result_dataset(quantities, sentence, [*findings.notes, *_pressure_angle_notes(plan)])
 
 
 def _curve_quantities(plan: Plan, f: Findings) -> list[Quantity]:
@@ -74,7 +74,7 @@ def _curve_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 
 def _motion_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     quantities = []
-    for name, unit, motion in (("output", plan.drive.motion.unit, f.output), ("follower", plan.unit, f.lever)):
+    for name, unit, motion in (("output", plan.drive.motion_law.unit, f.output), ("follower", plan.unit, f.lever)):
         for suffix, per, values in zip(_MOTIONS, ("", "/rad", "/rad^2"), motion, strict=True):
             quantities.append(Quantity(name + suffix, values, f"{name}{suffix.replace('_', ', ')}", unit + per, "cam_angle"))
     transmission = np.full(len(f.angles), np.nan) if f.transmission is None else f.transmission

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wucht.numerics.harmonics import Harmonics, differentiation, even_angles
+from wucht.numerics.fourier_series import FourierSeries, differentiation, even_angles
 
 X = np.linspace(0, 2 * math.pi, 20001)
 
 coefficient = st.floats(-1, 1)
 series = st.integers(1, 9).flatmap(
     lambda n: st.builds(
-        Harmonics.of,
+        FourierSeries.of,
         coefficient,
         st.lists(coefficient, min_size=n, max_size=n),
         st.lists(coefficient, min_size=n, max_size=n),
@@ -23,7 +23,7 @@ series = st.integers(1, 9).flatmap(
 
 
 def test_values_and_derivatives_of_any_order():
-    f = Harmonics.of(0.5, [1.0, 2.0], [0.0, 0.0, 3.0])
+    f = FourierSeries.of(0.5, [1.0, 2.0], [0.0, 0.0, 3.0])
     assert f(X) == pytest.approx(0.5 + np.cos(X) + 2 * np.cos(2 * X) + 3 * np.sin(3 * X))
     assert f(X, 1) == pytest.approx(-np.sin(X) - 4 * np.sin(2 * X) + 9 * np.cos(3 * X))
     assert f(X, 2) == pytest.approx(f.derivative(2)(X))
@@ -35,7 +35,7 @@ def test_values_and_derivatives_of_any_order():
 
 
 def test_nothing_but_a_mean_is_a_series_too():
-    f = Harmonics.of(2.0)
+    f = FourierSeries.of(2.0)
     assert (f(X) == 2.0).all()
     assert (f(X, 1) == 0).all()
     assert f.bounds == (2.0, 2.0)
@@ -61,8 +61,8 @@ def test_a_shift_moves_the_function(f, by):
 
 @pytest.mark.parametrize("count", [19, 20])
 def test_samples_give_all_harmonics_below_half_their_number(count):
-    f = Harmonics.of(0.5, np.arange(1.0, 10), np.arange(3.0, 12))
-    found = Harmonics.from_samples(f(2 * math.pi * np.arange(count) / count))
+    f = FourierSeries.of(0.5, np.arange(1.0, 10), np.arange(3.0, 12))
+    found = FourierSeries.from_samples(f(2 * math.pi * np.arange(count) / count))
     assert found.count == 9
     assert found.mean == pytest.approx(0.5)
     assert found.cosine == pytest.approx(f.cosine)
@@ -73,7 +73,7 @@ def test_samples_give_all_harmonics_below_half_their_number(count):
 def test_bounds_of_many_harmonics(count):
     """On both sides of where the companion matrix gives way to changes of sign."""
     rng = np.random.default_rng(count)
-    f = Harmonics.of(0.3, rng.normal(size=count), rng.normal(size=count))
+    f = FourierSeries.of(0.3, rng.normal(size=count), rng.normal(size=count))
     low, high = f.bounds
     values = f(np.linspace(0, 2 * math.pi, 100_001))
     assert 0 <= values.min() - low < 1e-3
@@ -82,24 +82,24 @@ def test_bounds_of_many_harmonics(count):
 
 def test_extrema_of_a_flat_dwell_are_found_although_its_zeros_are_many_fold():
     """sin^10(x/2): its derivative has a ninefold zero at 0, which a companion matrix scatters."""
-    flat = Harmonics.of(252 / 1024, np.array([-420, 240, -90, 20, -2]) / 1024)
+    flat = FourierSeries.of(252 / 1024, np.array([-420, 240, -90, 20, -2]) / 1024)
     low, high = flat.bounds
     assert high == pytest.approx(1.0, abs=1e-14)
     assert 0 <= low + 1e-15 < 1e-11
 
 
 def test_the_peak_is_the_larger_of_both_sides():
-    assert Harmonics.of(-1.0, [0.5]).peak == pytest.approx(1.5)
-    assert Harmonics.of(1.0, [0.5]).peak == pytest.approx(1.5)
+    assert FourierSeries.of(-1.0, [0.5]).peak == pytest.approx(1.5)
+    assert FourierSeries.of(1.0, [0.5]).peak == pytest.approx(1.5)
 
 
 def test_subnormal_numbers_are_no_function():
-    assert Harmonics.of(1.0, [5e-324], [1e-300]).bounds == (1.0, 1.0)
+    assert FourierSeries.of(1.0, [5e-324], [1e-300]).bounds == (1.0, 1.0)
 
 
 def test_highest_harmonics_that_are_rounding_do_no_harm():
-    f = Harmonics.of(0.0, [1.0, 0.2, 1e-18, 1e-300], [0.0, 0.0, 0.0, 0.0])
-    assert f.bounds == pytest.approx(Harmonics.of(0.0, [1.0, 0.2]).bounds)
+    f = FourierSeries.of(0.0, [1.0, 0.2, 1e-18, 1e-300], [0.0, 0.0, 0.0, 0.0])
+    assert f.bounds == pytest.approx(FourierSeries.of(0.0, [1.0, 0.2]).bounds)
 
 
 @pytest.mark.parametrize("count", [8, 10, 64])

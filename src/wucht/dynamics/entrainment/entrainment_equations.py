@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged_machine import averaged_machine
+from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.dynamics.entrainment.entrainment_case import SweptParameter
 from wucht.dynamics.run_ups.initial_state import angles_in
 from wucht.machines.machine import Machine
@@ -30,7 +30,7 @@ _SAME = 1e-5  # of two equilibria that are the same
 STABLE = 1e-9  # of the fastest rate: growth below this is rounding
 
 
-class AveragedEquations:
+class EntrainmentEquations:
     """Averaged equations of a machine along a parameter, within limits of it. Immutable after its construction.
 
     States (n) are the phases in rad, then the speeds; phases (n,): mask of the phases; phase_rows: index of a body's phase.
@@ -41,9 +41,9 @@ class AveragedEquations:
         self, machine: Machine, parameter: SweptParameter, senses: Mapping[str, float], limits: tuple[float, float]
     ) -> None:
         """Derive the equations. senses: +-1 per body. Raises ``InputError`` where the machine has no averaged equations."""
-        self.slow_machine = averaged_machine(machine, turning={name: int(sense) for name, sense in senses.items()})
+        self.averaged_equations = averaged_equations_of(machine, turning={name: int(sense) for name, sense in senses.items()})
         self.machine, self.parameter, self.limits = machine, parameter, limits
-        self.names = self.slow_machine.system.state_names
+        self.names = self.averaged_equations.system.state_names
         self.n = len(self.names)
         self.phase_rows = {n.removesuffix(".phase"): i for i, n in enumerate(self.names) if n.endswith(".phase")}
         self.phases = np.array([n.endswith(".phase") for n in self.names])
@@ -56,7 +56,7 @@ class AveragedEquations:
 
     def _equations(self) -> Equations:
         """Return the equations with the swept parameter varied, and those that follow from it as definitions."""
-        system, name = self.slow_machine.system, self.parameter.name
+        system, name = self.averaged_equations.system, self.parameter.name
         scale = dict(zip(self.names, self.sizes.tolist(), strict=True)) | {name: self.unit}
         if self.parameter.shares.keys() != {name}:
             symbol = sp.Symbol(name, real=True)
@@ -77,10 +77,10 @@ class AveragedEquations:
 
     def _linearisation(self, states: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ``rates`` at values (N,) of the parameter, and the derivatives (N, n) by the scaled parameter."""
-        f, f_u = self.equations.values(np.vstack([states, values]))
+        f, derivatives = self.equations.values(np.vstack([states, values]))
         scale = self.pace * self.sizes[:, None]
-        jacobian = f_u[:, :-1] * self.sizes[None, :, None] / scale[:, :, None]
-        return f / scale, np.moveaxis(jacobian, -1, 0), (f_u[:, -1] * self.unit / scale).T
+        jacobian = derivatives[:, :-1] * self.sizes[None, :, None] / scale[:, :, None]
+        return f / scale, np.moveaxis(jacobian, -1, 0), (derivatives[:, -1] * self.unit / scale).T
 
     def eigenvalues(self, state: np.ndarray, value: float) -> np.ndarray:
         """Return eigenvalues of the linearised averaged equations (n,), in 1/time."""
@@ -158,10 +158,10 @@ class AveragedEquations:
 
     def state_at(self, machine: Machine, time: float, state: np.ndarray, speed: float) -> np.ndarray:
         """Return the averaged state (n,) of a state (m,) of the full machine at a time, all rotors at one absolute speed."""
-        angles, senses = angles_in(machine, state), self.slow_machine.senses
+        angles, senses = angles_in(machine, state), self.averaged_equations.senses
         if machine.shaken_coordinate is not None:  # the phase is relative to that of the vibration at this time
             angles = {n: a - senses[n] * time * self.pace for n, a in angles.items()}
-        return self.slow_machine.state(angles, {n: senses[n] * speed for n in angles})
+        return self.averaged_equations.state(angles, {n: senses[n] * speed for n in angles})
 
     def speed(self, states: np.ndarray) -> np.ndarray:
         """Return the common speed (N,) in the main rotor's sense: of the vibration, or of the main rotor."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.dynamics.exciters.speed_readings import UNSTABLE, Readings
 from wucht.results.formatting import ReportLines
-from wucht.results.quantities import Answer, Quantity
+from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.failure_detection.computation import Findings, ParameterAxis, ParameterPoint, Plan
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_point_quantities(plan, findings.points),
         _largest_signal(plan, findings.points),
     ]
-    draft, run = Answer(quantities, ""), findings.nominal_run.run
+    draft, run = StudyResult(quantities, ""), findings.nominal_run.run
     s = draft.summary
     return replace(
         draft, sentence=_sentence(s, plan), warnings=_warnings(plan, findings, s), failure=run.failure,

@@ -19,7 +19,7 @@ from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.formatting import Format, ReportLines, formats
-from wucht.results.quantities import Answer, Quantity, dataset_from_quantities
+from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities
 from wucht.studies.motion_variables import envelopes, variables
 from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
@@ -67,12 +67,12 @@ def _plane(of: xr.DataArray, ways: str) -> np.ndarray:
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of one run, of one run of both models, or of many, with the dimension ``case``."""
-    runs = [join_models(motions, [_motion_answer(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
+    runs = [join_models(motions, [_motion_result(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
     return gather_runs(plan, runs, findings.finished_count) if plan.several else runs[0].dataset()
 
 
-def _motion_answer(motion: Motion, deck: float | None) -> Answer:
-    """Return the answer for the motion of one model."""
+def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
+    """Return the result for the motion of one model."""
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
     quantities = variables(machine, motion.rows, motion.machine_motion, motion.observation.largest)
     limits = _observe_limits(motion) if _sampling_warnings(motion) else None
@@ -89,7 +89,7 @@ def _motion_answer(motion: Motion, deck: float | None) -> Answer:
     }
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
     warnings = _warnings(motion, residual)
-    return Answer([*summary, *quantities], verdict.sentence, warnings, (), trajectory.failure, flow | end)
+    return StudyResult([*summary, *quantities], verdict.sentence, warnings, (), trajectory.failure, flow | end)
 
 
 def _warnings(motion: Motion, residual: float) -> list[str]:

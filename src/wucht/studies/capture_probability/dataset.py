@@ -10,7 +10,7 @@ import numpy as np
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.sampling.searches import certain_fall, smallest_value
 from wucht.results.formatting import percent, report_lines
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.capture_probability.computation import Findings, Plan, ProbabilityPoint
 from wucht.studies.capture_probability.distributions import KINDS, REPLICATES
 
@@ -24,7 +24,7 @@ _MOST_FAILURES = 3  # listed individually
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a probability over a parameter; for a sensitivity with the indices of the random quantities."""
     quantities = [*_point_quantities(plan, findings), *_index_quantities(plan, findings), *_summary_quantities(plan, findings)]
-    return answer(quantities, _sentence(plan, findings, _is_complete(plan, findings)), _warnings(plan, findings))
+    return result_dataset(quantities, _sentence(plan, findings, _is_complete(plan, findings)), _warnings(plan, findings))
 
 
 def _level(plan: Plan) -> str:
