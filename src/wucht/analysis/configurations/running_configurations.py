@@ -50,7 +50,7 @@ class RunningConfigurations:
             requirement = f"there must be at most {MOST_BODIES}, the main rotor included"
             raise InputError("machine.bodies", len(steady.bodies), requirement)
         slow = averaged_equations_of(steady, keeps_inertia(steady, None))
-        torques, (low, high) = SteadyTorques.from_slow(slow), speeds or driven_speeds(steady)[0]
+        torques, (low, high) = SteadyTorques.from_averaged_equations(slow), speeds or driven_speeds(steady)[0]
         if torques.fixed_speed is None and not high > 0:
             raise InputError("machine.drive", None, "nothing drives the machine", code="no-drive")
         search = all_states(torques, low, high, watch, prove=False)

@@ -138,8 +138,8 @@ class SteadyPhases:
         where = [f"{label} at {speed:.5g}{_unit(self.machine)}" for label, speed in self.running_speeds.items()]
         phases = "its phases are" if len(where) == 1 else "the phases of each are"
         return [
-            f"rotors in the stable synchronous configuration {', or '.join(where)} (averaged equations); {phases} held over the "
-            "speed"
+            f"rotors in the stable synchronous configuration {', or '.join(where)} (averaged equations); "
+            f"{phases} held over the speed"
         ]
 
     @property
@@ -204,9 +204,7 @@ def stable_configurations(
 def configuration_labels(configurations: Sequence[Configuration]) -> list[str]:
     """Return the label of each configuration of several rotors: its name where no other has it, else its phases."""
     names = [c.name for c in configurations]
-    return [
-        c.name if c.name is not None and names.count(c.name) == 1 else format_phases(c.phases) for c in configurations
-    ]
+    return [c.name if c.name is not None and names.count(c.name) == 1 else format_phases(c.phases) for c in configurations]
 
 
 @dataclass(frozen=True)
