@@ -96,7 +96,7 @@ _MOST_TURNS = 50_000
 
 
 @dataclass(frozen=True)
-class Descending:
+class SingleCoastDown:
     """Plan of one run.
 
     machine: without its drives. initial: state (n,) at the start. carrier: its kind of start; rest_reason: why it starts at
@@ -125,10 +125,12 @@ class Descending:
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of a coast-down: a run for each stable configuration of several rotors, else one. held_reason: why rotors are at the
-    phases of the start."""
+    """Plan of the study: a run for each stable configuration of several rotors, else one.
 
-    runs: tuple[Descending, ...]
+    held_reason: why the rotors are at the phases of the start, empty where they are not or as requested.
+    """
+
+    runs: tuple[SingleCoastDown, ...]
     held_reason: str = ""
 
 
@@ -154,13 +156,13 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     return Plan((_single_run(spec, coasting, initial),))
 
 
-def _single_run(spec: CoastDown, coasting: Machine, initial: np.ndarray) -> Descending:
+def _single_run(spec: CoastDown, coasting: Machine, initial: np.ndarray) -> SingleCoastDown:
     """The run from given phases of the rotors. Raises ``InputError``."""
     bodies = BodyPhases.of(coasting, spec.start, float(initial[coasting.row(coasting.rotor.coordinate.velocity)]), spec.bodies)
     return _one_run(spec, coasting, place_bodies(coasting, initial, bodies.to_rotor), bodies)
 
 
-def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: BodyPhases, label: str = "") -> Descending:
+def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: BodyPhases, label: str = "") -> SingleCoastDown:
     """The run from a state (n,) with the carrier at rest. Raises ``InputError`` where its vibration is unbounded."""
     velocity = coasting.rotor.coordinate.velocity
     coasting = machine_in_state(coasting, initial)
@@ -170,7 +172,7 @@ def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: Bo
     start_speed = float(initial[coasting.row(velocity)])
     turn = 2 * math.pi / max([abs(start_speed), *(f for f in natural_frequencies(coasting).values() if f > 0)])
     limit = spec.until or _MOST_TURNS * turn
-    return Descending(
+    return SingleCoastDown(
         spec, coasting, initial, carrier, rest_reason, bodies, phases_of_bodies(coasting, initial), label, start_speed, limit,
         step=limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn)),  # a whole number of steps until the end
         stride=turn if spec.until is None else limit / _ROWS, energy=energy_scale(coasting),
@@ -195,17 +197,17 @@ Findings = tuple[Coasting, ...]  # of the runs so far
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Integrate run by run; yield the records after each leg."""
-    finished, count = list[Coasting](), len(plan.runs)
+    complete_runs, count = list[Coasting](), len(plan.runs)
     for k, one in enumerate(plan.runs):
         part = work if count == 1 else work.part(f"run {k + 1}", k / count, (k + 1) / count)
         latest = None
         for latest in _descend(one, part):
-            yield (*finished, latest)
+            yield (*complete_runs, latest)
         assert latest is not None
-        finished.append(latest)
+        complete_runs.append(latest)
 
 
-def _descend(plan: Descending, work: Work) -> Iterator[Coasting]:
+def _descend(plan: SingleCoastDown, work: Work) -> Iterator[Coasting]:
     """Integrate one run; yield the record after each leg."""
     flow = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
     start = integrate(flow, plan.initial, plan.machine.values, np.zeros(1))
@@ -216,7 +218,7 @@ def _descend(plan: Descending, work: Work) -> Iterator[Coasting]:
         yield record, flow
 
 
-def _leg(plan: Descending, flow: CompiledSystem, before: Record, work: Work) -> Descent:
+def _leg(plan: SingleCoastDown, flow: CompiledSystem, before: Record, work: Work) -> Descent:
     """Integrate the leg that begins at the end of the preceding one."""
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
@@ -225,7 +227,7 @@ def _leg(plan: Descending, flow: CompiledSystem, before: Record, work: Work) -> 
     return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
 
 
-def _has_ended(plan: Descending, record: Record) -> bool:
+def _has_ended(plan: SingleCoastDown, record: Record) -> bool:
     """True if the time is over, the run failed, or, without a time, the rotor has stopped, swung often enough, or is slow."""
     if record.end.has_ended or record.end.end_time >= plan.limit * (1 - 1e-9):
         return True
@@ -270,14 +272,14 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 class _RunResult:
     """A run with its rows (N,) by name, the sentence on its end, and the quantities of that."""
 
-    plan: Descending
+    plan: SingleCoastDown
     record: Record
     rows: Mapping[str, np.ndarray]
     ending: str
     at_the_end: list[Quantity]
 
     @classmethod
-    def of(cls, plan: Descending, record: Record) -> _RunResult:
+    def of(cls, plan: SingleCoastDown, record: Record) -> _RunResult:
         rows = dict(record.rows)
         if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
             first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
@@ -339,7 +341,7 @@ def _row_quantities(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Qu
     return [Quantity(name, rows[name], *words_and_unit, "time") for name, words_and_unit in words.items()]
 
 
-def _course_quantities(plan: Descending, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
+def _course_quantities(plan: SingleCoastDown, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
     """Times of the coast-down, number of turns, and largest vibration."""
     units, largest = plan.machine.units, int(rows["amplitude"].argmax())
     turns, amplitude = float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi), float(rows["amplitude"][largest])
@@ -379,8 +381,8 @@ def _warnings(coast_down: Plan, failure: str | None) -> list[str]:
 def _rotor_assumptions(plan: Plan) -> list[str]:
     """Statement on where several rotors start: the vibration depends on their relative phases."""
     if label := plan.runs[0].label:
-        others = [f"{one.label}, from {abs(one.start_speed):.5g}{_unit(one.machine)}" for one in plan.runs[1:]]
-        more = f"; the other runs start in {' and in '.join(others)}" if others else ""
+        further_starts = [f"{one.label}, from {abs(one.start_speed):.5g}{_unit(one.machine)}" for one in plan.runs[1:]]
+        more = f"; the other runs start in {' and in '.join(further_starts)}" if further_starts else ""
         return [f"rotors start in the stable synchronous configuration {label} (averaged equations){more}"]
     one = plan.runs[0]
     rotors, angles = one.machine.rotors, angles_in(one.machine, one.initial)
@@ -391,7 +393,7 @@ def _unit(machine: Machine) -> str:
     return f" {machine.units.speed}" if machine.units.speed else ""
 
 
-def _carrier_assumptions(plan: Descending) -> list[str]:
+def _carrier_assumptions(plan: SingleCoastDown) -> list[str]:
     """Statement on the start of the carrier; none if it cannot move, or if the start gives it."""
     if plan.carrier in (CarrierStart.FIXED, CarrierStart.GIVEN):
         return []
@@ -444,10 +446,10 @@ def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a coast-down."""
     s, lines = result.wucht.summary, ReportLines(result)
     lines.add("speed", "{start_speed} at the start, {final_speed} on average at the end")
-    for run in s.get("configurations", [])[1:]:
-        half = "" if run["half_time"] is None else "; halved after {half_time:.5g}"
+    for row in s.get("configurations", [])[1:]:
+        half = "" if row["half_time"] is None else "; halved after {half_time:.5g}"
         text = f"{{peak_amplitude}} at most, from {{start_speed}}{half}"
-        lines.add("other start", f"{run['configuration']}: {text}", run, "configurations")
+        lines.add("other start", f"{row['configuration']}: {text}", row, "configurations")
     lines.add("halved", "not within this time" if s["half_time"] is None else "after {half_time:.5g}")
     lines.add("turns back", "at {reversal_time:.6g}")
     lines.add("turned", "{turns:.5g} times in {end_time:.5g}")

@@ -55,8 +55,8 @@ class RunningConfigurations:
             raise InputError("machine.drive", None, "nothing drives the machine", code="no-drive")
         search = all_states(torques, low, high, watch, prove=False)
         describer = ConfigurationDescriber(AveragedStability(torques, slow))
-        found = (describer.describe(state, FULL_UNDECIDED) for state in search.states)
-        return cls(torques, tuple(sorted(found, key=lambda c: abs(c.speed))), search)
+        configurations = (describer.describe(state, FULL_UNDECIDED) for state in search.states)
+        return cls(torques, tuple(sorted(configurations, key=lambda c: abs(c.speed))), search)
 
     @property
     def stable(self) -> tuple[Configuration, ...]:

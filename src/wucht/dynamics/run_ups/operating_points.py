@@ -87,14 +87,14 @@ def vibration_in_operation(steady: SteadyPhases, watch: Callable[[], None] | Non
     speeds = shaft_speed_range(steady, rotor)
     curves = [TorqueCurves(machine, rotor, vibration, speeds, _POINTS) for vibration in steady.curves]
     in_sense = speeds if steady.torques is None else speeds_in_sense(steady, rotor, speeds)
-    found = OperatingPoints.of(steady, curves, in_sense, watch)
+    operating = OperatingPoints.of(steady, curves, in_sense, watch)
     if steady.torques is not None:
-        rows = zip(found.points, found.configurations, found.labels, strict=True)
+        rows = zip(operating.points, operating.configurations, operating.labels, strict=True)
         return tuple(Operation(p.speed, c.amplitude, n, c.throw) for p, c, n in rows if p.stable and not c.overlapping)
     at = steady.forced_vibration
     return tuple(
         Operation(p.speed, float(at.amplitude(np.array([abs(p.speed)]))[0][0]), "", steady_throw(machine, at, p.speed))
-        for p in found.points
+        for p in operating.points
         if p.stable
     )
 

@@ -67,7 +67,7 @@ class SteadyPhases:
         by_name, reason = angles_in(steady, initial_state(steady, start)), ""
         if bodies != "held" and (len(machine.rotors) > 1 or any(b.about is not None for b in machine.bodies)):
             try:
-                return cls._in_steady_phases(machine, steady, start)
+                return cls._with_steady_phases(machine, steady, start)
             except InputError as error:
                 if bodies == "steady":
                     explanation = f"not possible here: {error.explanation}; {HELD_HINT}"
@@ -78,7 +78,7 @@ class SteadyPhases:
         return cls(steady, angles, ForcedVibration.of(steady, angles), held_reason=reason)
 
     @classmethod
-    def _in_steady_phases(cls, machine: Machine, steady: Machine, start: Mapping[str, Any]) -> SteadyPhases:
+    def _with_steady_phases(cls, machine: Machine, steady: Machine, start: Mapping[str, Any]) -> SteadyPhases:
         """Return the bodies in steady phases. Raises ``InputError`` where these are not known."""
         angles = np.zeros(len(steady.bodies))
         if len(machine.rotors) == 1:
@@ -135,10 +135,10 @@ class SteadyPhases:
         """The state in which several rotors run."""
         if not self.branches:
             return ["rotors at the phases of the start, turning at one speed: no synchronous configuration is stable"]
-        where = [f"{label} at {speed:.5g}{_unit(self.machine)}" for label, speed in self.running_speeds.items()]
-        phases = "its phases are" if len(where) == 1 else "the phases of each are"
+        configurations = [f"{label} at {speed:.5g}{_unit(self.machine)}" for label, speed in self.running_speeds.items()]
+        phases = "its phases are" if len(configurations) == 1 else "the phases of each are"
         return [
-            f"rotors in the stable synchronous configuration {', or '.join(where)} (averaged equations); "
+            f"rotors in the stable synchronous configuration {', or '.join(configurations)} (averaged equations); "
             f"{phases} held over the speed"
         ]
 
@@ -155,8 +155,8 @@ class SteadyPhases:
         sliders = "sliders are held where their springs are free of force: their unbalance does not grow with the speed"
         switchable = "switchable pendulums are treated as closed, at any speed: study.kind = 'activation' shows them open"
         balancing = any(b.about is not None for b in self.machine.bodies)
-        held = "balancing bodies are held, as their" if balancing else "rotors are at the phases of the start, as"
-        held_bodies = f"{held} steady phases are not computed: {self.held_reason}"
+        subject = "balancing bodies are held, as their" if balancing else "rotors are at the phases of the start, as"
+        held_bodies = f"{subject} steady phases are not computed: {self.held_reason}"
         inside = [x.name == x.about for x in self.machine.sliders]
         left_out = {
             prescribed_motion: self.machine.shaken_coordinate is not None,

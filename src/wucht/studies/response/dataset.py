@@ -183,7 +183,7 @@ def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a response."""
     s, lines = result.wucht.summary, ReportLines(result)
     speed, length = formats(result, result.amplitude.attrs["units"])
-    steady = " where balancing bodies are in stable steady phases" if s["bodies"] == "steady" else ""
+    steady = " in stable steady phases" if s["bodies"] == "steady" else ""
     lines.add("range", " to ".join(map(speed, s["range"])))
     lines.add("critical", ", ".join(map(speed, s["critical_speeds"])) or "none")
     if s["peak_speed"] is not None:
@@ -192,7 +192,7 @@ def report(result: xr.Dataset) -> list[str]:
     elif not steady:
         return lines.report(s["sentence"])
     else:
-        never = "the balancing bodies have no stable steady phases"
+        never = "there are no stable steady phases"
         lines.add("amplitude", never if s["peak_amplitude"] is None else f"none{steady}")
     further_peaks = [m for m in _stable(s["peaks"]) if m["speed"] != s["peak_speed"]]
     if further_peaks:
