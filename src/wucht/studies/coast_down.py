@@ -65,13 +65,15 @@ class CoastDown(Spec):
         "time at which the run ends; by default when the rotor has stopped, swings, or turns at a hundredth of its speed"
     ))  # fmt: skip
     start: Composite[Start] = composite(default_factory=dict, description=(
-        "initial state; rotors without a given speed start with the speed that their drive reaches, and the bodies about them "
-        "turn along"
+        "initial state; rotors without a given speed start with the speed that their drive reaches (several in a synchronous "
+        "configuration: with its speed), and the bodies about them turn along. Phases of several rotors and their bodies select "
+        'the nearest stable configuration; with `bodies = "held"` they are the phases at the start'
     ))  # fmt: skip
     bodies: BalancingBodies = Field(default=None, description=(
         'where balancing bodies start: `"steady"`, in a stable steady configuration of that speed (one that compensates before '
         'others); or `"held"`, at the phases of `start`, by default at 0. By default steady where `start` names none of them '
-        "and these phases are known, else held, with a warning if this key is not given"
+        "and these phases are known, else held, with a warning if this key is not given. Several rotors and the bodies about "
+        "them start in a stable synchronous configuration: a run from each, or from the one that `start` selects"
     ))  # fmt: skip
     vibration: Literal["steady", "none"] | None = Field(default=None, description=(
         'vibration of the carrier at the start: `"steady"`, the vibration while all bodies turn with their speeds and '
@@ -265,7 +267,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     assumptions = [*_carrier_assumptions(one), *_rotor_assumptions(plan), *one.bodies.assumptions(one.phases)]
     more = {"outcome": first.outcome or "", "engine": flow.engine.name, "tolerance": flow.tolerance}
     failure = next((run.record.end.failure for run in runs if run.record.end.failure), None)
-    return result_dataset(quantities, f"{first.ending}{half}{back}", _warnings(plan, failure), assumptions, failure, **more)
+    several = f"; the first of {len(plan.runs)} runs, one from each stable configuration" if len(plan.runs) > 1 else ""
+    sentence = f"{first.ending}{half}{back}{several}"
+    return result_dataset(quantities, sentence, _warnings(plan, failure), assumptions, failure, **more)
 
 
 @dataclass(frozen=True)
@@ -463,16 +467,17 @@ def figure(result: xr.Dataset) -> Figure:
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
     heights = [2.0] * (1 + moves) + [RESIDUAL]
     fig, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
-    _speed(axes[0], result)
-    if "run_speed" in result:
-        _draw_other_runs(axes, result, moves)
+    start = f", from {result.configuration_name.values[0]}" if "run_speed" in result else ""
+    _speed(axes[0], result, start)
     if moves:
         amplitude, name = printed_values(result, "amplitude")
-        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label="amplitude")
+        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label=f"amplitude{start}")
         axes[1].set(ylabel=name, ylim=(0, None))
+    if start:
+        _draw_other_runs(axes, result, moves)
     draw_residual(axes[-1], result.time.values, result.energy_residual.values)
     if result.sizes["time"] > 1:
-        axes[-1].set_xlim(float(result.time[0]), float(result.time[-1]))
+        axes[-1].set_xlim(float(result.time[0]), float((result.run_time if start else result.time)[-1]))
     axes[-1].set_xlabel(abscissa_label(result, "time"))
     for axis in axes[:-1]:
         legend_beside(axis)
@@ -489,20 +494,23 @@ def _draw_other_runs(axes: Sequence[Axes], result: xr.Dataset, moves: bool) -> N
                 axes[1].plot(result.run_time, printed_values(result, "run_amplitude")[0][k], **style)
 
 
-def _speed(axis: Axes, result: xr.Dataset) -> None:
-    """Draw the mean speed over each turn, the range of the speed, and the times of half speed and of the reversal."""
+def _speed(axis: Axes, result: xr.Dataset, start: str) -> None:
+    """Draw the mean speed over each turn, the range of the speed, and the times of half speed and of the reversal.
+
+    start: words on the start of the run, for the legend.
+    """
     summary, time, blue = result.wucht.summary, result.time, COLOURS[0]
-    start, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
+    start_speed, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
     low, high, pale = result.min_speed, result.max_speed, COLOURS[4]
     axis.fill_between(time, low, high, color=pale, alpha=0.5, linewidth=0, label="range of the speed")
     if result.sizes["turn"] > 1:
-        axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label="mean over a turn")
+        axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label=f"mean over a turn{start}")
     else:
-        axis.plot(time, result.speed, color=blue, linewidth=1.3, label="speed")
+        axis.plot(time, result.speed, color=blue, linewidth=1.3, label=f"speed{start}")
     natural = np.unique(np.round(result.natural_frequency.values, 9))
-    mark_levels(axis, np.sign(start) * natural[np.abs(natural) <= 1.05 * abs(start)], "natural frequency")
+    mark_levels(axis, np.sign(start_speed) * natural[np.abs(natural) <= 1.05 * abs(start_speed)], "natural frequency")
     if half_time is not None:
-        axis.plot([half_time], [start / 2], "o", color=COLOURS[1], markersize=5, zorder=4, label="speed halved")
+        axis.plot([half_time], [start_speed / 2], "o", color=COLOURS[1], markersize=5, zorder=4, label="speed halved")
     if reversal_time is not None:
         axis.plot([reversal_time], [0.0], "s", color=COLOURS[2], markersize=5, zorder=4, label="turns back")
         axis.axhline(0.0, color=GREY, linewidth=0.6)

@@ -51,9 +51,9 @@ class TorqueBalance(Spec):
         "number of speeds, evenly spaced over the range; more are added to resolve resonances and breakdown"
     ))  # fmt: skip
     bodies: BalancingBodies = None
-    start: Composite[Start] = composite(
-        default_factory=dict, description="phases of balancing bodies that are held, and of other rotors"
-    )
+    start: Composite[Start] = composite(default_factory=dict, description=(
+        "phases of bodies that are held; of several rotors in steady phases, those that select the nearest stable configuration"
+    ))  # fmt: skip
 
     def turning(self) -> str:
         """See ``Spec``."""
@@ -213,7 +213,7 @@ def _sentence(plan: Plan, findings: Findings) -> str:
         return f"the rotors do not run synchronously: no synchronous configuration in the range is stable{unstable}"
     one, several = f"one working point, {'stable' if stable else 'not stable'}", f"{len(points)} working points"
     count = one if len(points) == 1 else f"{several}, {stable} of them stable"
-    count += f": {', '.join(dict.fromkeys(stable_names))}" if stable_names else ""
+    count += f": {plan.steady.list_labels(stable_names)}" if stable_names else ""
     if impossible := sum(overlapping):
         count += f"; {impossible} more with overlapping bodies of a track" if points else ""
     if plan.curves[0].runaway:

@@ -45,7 +45,9 @@ def ended(plan: SingleCoastDown, time: float = 8.0, **other: Any) -> Trajectory:
     return Trajectory(np.array([time]), np.zeros((n, 1)), {}, np.zeros(0), time, np.arange(n + 2.0), **other)
 
 
-def recorded(plan: SingleCoastDown, end: dict[str, Any] | None = None, rows: dict[str, Any] | None = None, **other: Any) -> Record:
+def recorded(
+    plan: SingleCoastDown, end: dict[str, Any] | None = None, rows: dict[str, Any] | None = None, **other: Any
+) -> Record:
     """Clockwise, from 200 rad/s to 40 rad/s in 8 s."""
     time = np.linspace(0.0, 8.0, 17)
     speed = -np.linspace(200.0, 40.0, 17)

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from tests.hand_made import drawn
 
 from wucht.analysis.working_points import WorkingPoint
+from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.studies import torque_balance
 from wucht.studies.torque_balance import Findings
 
@@ -112,7 +113,9 @@ def sentence(
     """over: of the configurations, those with overlapping bodies. rotors: configurations of several rotors."""
     made = tuple(WorkingPoint(1.0, 1.0, stable, False, 0.0, 0.0, None) for stable in points)
     configurations: Any = tuple(SimpleNamespace(overlapping=o) for o in over)
-    steady = SimpleNamespace(torques=object() if over or names else None, configurations=configurations if rotors else None)
+    anything: Any = object()
+    torques = anything if over or names else None
+    steady = SteadyPhases(anything, np.zeros(1), anything, torques, (), configurations if rotors else None)
     plan: Any = SimpleNamespace(steady=steady, curves=[SimpleNamespace(runaway=runaway)])
     return torque_balance._sentence(plan, Findings(made, configurations, names))
 
@@ -138,6 +141,8 @@ def test_sentences_on_several_rotors() -> None:
     assert sentence(True, False, over=(False, False), names=("a", "b"), rotors=True) == (
         "2 working points, 1 of them stable: a"
     )
+    both = sentence(True, True, over=(False, False), names=("e2 1°, e3 2°", "e2 3°, e3 4°"), rotors=True)
+    assert both == "2 working points, 2 of them stable: e2 1°, e3 2° or e2 3°, e3 4°"
 
 
 def test_warnings_of_touching_curves_and_of_several_rotors() -> None:

@@ -148,6 +148,11 @@ class SteadyPhases:
         speeds = {tuple(c.state.phases): abs(c.speed) for c in self.configurations or ()}
         return {b.configuration_label: speeds[tuple(b.solution)] for b in self.branches if isinstance(b.solution, np.ndarray)}
 
+    def list_labels(self, labels: Sequence[str]) -> str:
+        """Return different labels of configurations as a list; those of several rotors contain commas themselves."""
+        separator = ", " if self.configurations is None else " or "
+        return separator.join(dict.fromkeys(label for label in labels if label))
+
     @property
     def warnings(self) -> list[str]:
         """Sentences on what the steady vibration of a linear carrier omits."""

@@ -66,7 +66,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     undamped_resonances = sorted({x for c in findings.curves for x in c.undamped_resonances})
     resonances = [f"{x:.6g} {speed}".rstrip() for x in undamped_resonances]
     warnings = [f"the resonance at {at} is undamped: there the amplitude is infinite" for at in resonances]
-    sentence = _sentence(is_excited, critical, free, maxima.at_free)
+    sentence = _sentence(is_excited, critical, free, steady.list_labels([m.label for m in maxima.at_free]))
     return result_dataset(quantities, sentence, warnings + steady.warnings, steady.assumptions)
 
 
@@ -163,7 +163,7 @@ def _entry(name: str, m: Maximum) -> dict[str, Any]:
     return {"speed": m.speed, name: m.value, **more}
 
 
-def _sentence(is_excited: bool, critical: list[float], free: float | None, at_free: list[Maximum]) -> str:
+def _sentence(is_excited: bool, critical: list[float], free: float | None, labels: str) -> str:
     if not is_excited:
         return "nothing excites the carrier: the unbalances are zero or cancel"
     count = len(critical)
@@ -172,8 +172,7 @@ def _sentence(is_excited: bool, critical: list[float], free: float | None, at_fr
         below = sum(c < abs(free) for c in critical)
         relation = "above" if below == count else "below" if not below else "between"
         sentence += f"; the drive runs {relation} {'it' if count == 1 else 'them'}"
-    labels = dict.fromkeys(m.label for m in at_free if m.label)
-    return f"{sentence}; bodies stable there: {', '.join(labels)}" if labels and free else sentence
+    return f"{sentence}; bodies stable there: {labels}" if labels and free else sentence
 
 
 _MOST = 6  # maxima named one by one
