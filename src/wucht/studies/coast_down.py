@@ -66,8 +66,8 @@ class CoastDown(Spec):
     ))  # fmt: skip
     start: Composite[Start] = composite(default_factory=dict, description=(
         "initial state; rotors without a given speed start with the speed that their drive reaches (several in a synchronous "
-        "configuration: with its speed), and the bodies about them turn along. Phases of several rotors and their bodies select "
-        'the nearest stable configuration; with `bodies = "held"` they are the phases at the start'
+        "configuration: with its speed), and the bodies about them turn along. Phases of several rotors and bodies select the "
+        'nearest stable configuration; with `bodies = "held"` they are the phases at the start'
     ))  # fmt: skip
     bodies: BalancingBodies = Field(default=None, description=(
         'where balancing bodies start: `"steady"`, in a stable steady configuration of that speed (one that compensates before '
