@@ -280,3 +280,55 @@ def test_the_figure_of_one_that_turns_back(plan: SingleCoastDown) -> None:
     assert [0.0, 0.0] in [list(x.get_ydata()) for x in speed.get_lines()], "a line at standstill"
     after = [x for x in speed.get_lines() if list(x.get_xdata()) == [6.5, 7.0, 7.5, 8.0]]
     assert [list(x.get_ydata()) for x in after] == [still.rows["speed"][13:].tolist()]
+
+
+# --- a run from each configuration ---
+
+
+def several(plan: SingleCoastDown, count: int = 2) -> xr.Dataset:
+    """Two runs, the second from 180 rad/s for 12 s; count: of those that have begun."""
+    plans = Plan((replace(plan, label="a"), replace(plan, label="b 1°, c 2°", start_speed=-180.0)))
+    longer = {"time": np.linspace(0.0, 12.0, 17), "speed": -np.linspace(180.0, 20.0, 17)}
+    records = [recorded(plan), recorded(plan, end={"time": 12.0}, rows=longer, start_speed=-180.0)]
+    return titled(dataset(plans, tuple((record, FLOW) for record in records[:count])))
+
+
+def test_every_run_is_in_the_summary_and_over_one_time(plan: SingleCoastDown) -> None:
+    result = several(plan)
+    first, second = result.wucht.summary["configurations"]
+    assert first == {
+        "configuration": "a", "outcome": None, "start_speed": -200.0, "half_time": pytest.approx(5.0), "end_time": 8.0,
+        "peak_amplitude": pytest.approx(2e-3), "peak_speed": pytest.approx(-100.0),
+    }  # fmt: skip
+    assert (second["configuration"], second["start_speed"], second["end_time"]) == ("b 1°, c 2°", -180.0, 12.0)
+    assert result.run_time.values.tolist() == np.linspace(0.0, 12.0, 17).tolist()
+    assert result.run_speed.values[0, :3] == pytest.approx([-200.0, -185.0, -170.0]), "10 rad/s in 0.5 s"
+    assert np.isnan(result.run_speed.values[0, 11:]).all() and result.run_speed.values[1, -1] == -20.0
+    assert result.attrs["sentence"].endswith("after 5 s; the first of 2 runs, one from each stable configuration")
+    assert result.wucht.assumed[1] == (
+        "rotors start in the stable synchronous configuration a (averaged equations); "
+        "the other runs start in b 1°, c 2°, from 180 rad/s"
+    )
+    (line,) = [line for line in report(result) if line.startswith("  other start")]
+    assert line == "  other start  b 1°, c 2°: 2 mm at most, from -180 rad/s (-1719 rpm); halved after 5.5 s"
+    assert module.numbers(Plan((plan, plan))) == 2 * module.numbers(Plan((plan,)))
+
+
+def test_of_an_interrupted_study_the_runs_so_far(plan: SingleCoastDown) -> None:
+    result = several(plan, 1)
+    assert [row["configuration"] for row in result.wucht.summary["configurations"]] == ["a"]
+    assert "run_speed" not in result and not [line for line in report(result) if "other start" in line]
+
+
+def test_the_figure_of_several_runs_names_each(plan: SingleCoastDown) -> None:
+    speed, amplitude, residual = drawn("coast-down", several(plan)).axes
+    assert {"mean over a turn, from a", "from b 1°, c 2°"} <= set(lines_of(speed))
+    assert list(lines_of(amplitude)) == ["amplitude, from a", "from b 1°, c 2°"]
+    assert residual.get_xlim() == (0.0, 12.0)
+
+
+def test_of_one_configuration_there_is_one_row_and_no_table_of_runs(plan: SingleCoastDown) -> None:
+    result = answered(replace(plan, label="antiphase"))
+    assert len(result.wucht.summary["configurations"]) == 1 and "run_speed" not in result
+    assert "rotors start in the stable synchronous configuration antiphase (averaged equations)" in result.wucht.assumed
+    assert not result.attrs["sentence"].endswith("configuration")
