@@ -467,11 +467,11 @@ def figure(result: xr.Dataset) -> Figure:
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
     heights = [2.0] * (1 + moves) + [RESIDUAL]
     fig, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
-    start = f", from {result.configuration_name.values[0]}" if "run_speed" in result else ""
+    start = f"from {result.configuration_name.values[0]}" if "run_speed" in result else ""
     _speed(axes[0], result, start)
     if moves:
         amplitude, name = printed_values(result, "amplitude")
-        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label=f"amplitude{start}")
+        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label=start or "amplitude")
         axes[1].set(ylabel=name, ylim=(0, None))
     if start:
         _draw_other_runs(axes, result, moves)
@@ -497,16 +497,16 @@ def _draw_other_runs(axes: Sequence[Axes], result: xr.Dataset, moves: bool) -> N
 def _speed(axis: Axes, result: xr.Dataset, start: str) -> None:
     """Draw the mean speed over each turn, the range of the speed, and the times of half speed and of the reversal.
 
-    start: words on the start of the run, for the legend.
+    start: words on the start of the run for the legend where there are several, else empty.
     """
     summary, time, blue = result.wucht.summary, result.time, COLOURS[0]
     start_speed, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
     low, high, pale = result.min_speed, result.max_speed, COLOURS[4]
     axis.fill_between(time, low, high, color=pale, alpha=0.5, linewidth=0, label="range of the speed")
     if result.sizes["turn"] > 1:
-        axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label=f"mean over a turn{start}")
+        axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label=start or "mean over a turn")
     else:
-        axis.plot(time, result.speed, color=blue, linewidth=1.3, label=f"speed{start}")
+        axis.plot(time, result.speed, color=blue, linewidth=1.3, label=start or "speed")
     natural = np.unique(np.round(result.natural_frequency.values, 9))
     mark_levels(axis, np.sign(start_speed) * natural[np.abs(natural) <= 1.05 * abs(start_speed)], "natural frequency")
     if half_time is not None:

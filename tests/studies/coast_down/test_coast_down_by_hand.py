@@ -322,8 +322,8 @@ def test_of_an_interrupted_study_the_runs_so_far(plan: SingleCoastDown) -> None:
 
 def test_the_figure_of_several_runs_names_each(plan: SingleCoastDown) -> None:
     speed, amplitude, residual = drawn("coast-down", several(plan)).axes
-    assert {"mean over a turn, from a", "from b 1°, c 2°"} <= set(lines_of(speed))
-    assert list(lines_of(amplitude)) == ["amplitude, from a", "from b 1°, c 2°"]
+    assert {"from a", "from b 1°, c 2°"} <= set(lines_of(speed))
+    assert list(lines_of(amplitude)) == ["from a", "from b 1°, c 2°"]
     assert residual.get_xlim() == (0.0, 12.0)
 
 

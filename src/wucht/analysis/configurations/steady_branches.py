@@ -65,9 +65,10 @@ class SteadyBranch:
     def stable(self, speeds: np.ndarray) -> np.ndarray:
         """True (N,) where such a state exists and is stable."""
         phases = self.phases(speeds)
-        exists, stable = np.isfinite(phases[-1]), np.zeros(len(speeds), bool)
+        exists: np.ndarray = np.isfinite(phases[-1])
         if self.configuration_label:
             return exists
+        stable = np.zeros(len(speeds), bool)
         stable[exists] = transverse_stability(self.torques, speeds[exists], phases[:, exists], self.dimension)
         return stable
 
