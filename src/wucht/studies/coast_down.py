@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -18,21 +18,23 @@ from wucht.dynamics.run_ups.coasting import (
     Descent,
     Record,
     carrier_start,
+    driving_machine,
     phases_of_bodies,
     place_bodies,
     reduce_leg,
     state_at_start,
+    state_in_configuration,
     with_steady_vibration,
     without_drives,
 )
 from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state
-from wucht.dynamics.run_ups.steady_phases import BodyPhases
+from wucht.dynamics.run_ups.steady_phases import HELD_HINT, BodyPhases, configuration_labels, stable_configurations
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
-from wucht.machines.operation import axis_at_rest, natural_frequencies
+from wucht.machines.operation import axis_at_rest, natural_frequencies, sense_of
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
@@ -41,7 +43,7 @@ from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, mark_levels
 from wucht.results.formatting import ReportLines, abscissa_label
-from wucht.results.quantities import Quantity, result_dataset
+from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
@@ -63,13 +65,15 @@ class CoastDown(Spec):
         "time at which the run ends; by default when the rotor has stopped, swings, or turns at a hundredth of its speed"
     ))  # fmt: skip
     start: Composite[Start] = composite(default_factory=dict, description=(
-        "initial state; rotors without a given speed start with the speed that their drive reaches, and the bodies about them "
-        "turn along"
+        "initial state; rotors without a given speed start with the speed that their drive reaches (several in a synchronous "
+        "configuration: with its speed), and the bodies about them turn along. Phases of several rotors and bodies select the "
+        'nearest stable configuration; with `bodies = "held"` they are the phases at the start'
     ))  # fmt: skip
     bodies: BalancingBodies = Field(default=None, description=(
         'where balancing bodies start: `"steady"`, in a stable steady configuration of that speed (one that compensates before '
         'others); or `"held"`, at the phases of `start`, by default at 0. By default steady where `start` names none of them '
-        "and these phases are known, else held, with a warning if this key is not given"
+        "and these phases are known, else held, with a warning if this key is not given. Several rotors and the bodies about "
+        "them start in a stable synchronous configuration: a run from each, or from the one that `start` selects"
     ))  # fmt: skip
     vibration: Literal["steady", "none"] | None = Field(default=None, description=(
         'vibration of the carrier at the start: `"steady"`, the vibration while all bodies turn with their speeds and '
@@ -94,13 +98,14 @@ _MOST_TURNS = 50_000
 
 
 @dataclass(frozen=True)
-class Plan:
-    """Plan of the integration.
+class SingleCoastDown:
+    """Plan of one run.
 
     machine: without its drives. initial: state (n,) at the start. carrier: its kind of start; rest_reason: why it starts at
-    rest without being given so. bodies: kind of start of the balancing bodies; phases: their phases to the rotor. start_speed:
-    of the main rotor. limit: latest end. step: between samples. stride: between rows of the result, initially. energy: scale
-    of the works. rest_position: of the axis. events: the rotor turns back, and locked bodies are released.
+    rest without being given so. bodies: kind of start of the balancing bodies; phases: their phases to the rotor. label: of
+    the configuration in which several rotors start, empty without one. start_speed: of the main rotor. limit: latest end.
+    step: between samples. stride: between rows of the result, initially. energy: scale of the works. rest_position: of the
+    axis. events: the rotor turns back, and locked bodies are released.
     """
 
     spec: CoastDown
@@ -110,6 +115,7 @@ class Plan:
     rest_reason: str
     bodies: BodyPhases
     phases: Mapping[str, float]
+    label: str
     start_speed: float
     limit: float
     step: float
@@ -119,13 +125,48 @@ class Plan:
     events: tuple[Event, ...]
 
 
+@dataclass(frozen=True)
+class Plan:
+    """Plan of the study: a run for each stable configuration of several rotors, else one.
+
+    held_reason: why the rotors are at the phases of the start, empty where they are not or as requested.
+    """
+
+    runs: tuple[SingleCoastDown, ...]
+    held_reason: str = ""
+
+
 def prepare(spec: CoastDown, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` if the start does not fit the machine, or if nothing would turn."""
     coasting = without_drives(machine)
     initial = state_at_start(machine, coasting, spec.start)
+    if spec.bodies != "held" and len(machine.rotors) > 1:
+        driven, reason = driving_machine(machine), "no synchronous configuration of the rotors is stable"
+        senses = {b.name: sense_of(driven, b) for b in driven.bodies}
+        try:
+            configurations = stable_configurations(driven, spec.start)[1]
+        except InputError as error:
+            configurations, reason = (), error.explanation
+        starts = zip(configurations, configuration_labels(configurations), strict=True)
+        if configurations:
+            states = [(state_in_configuration(coasting, initial, c, senses, spec.start), label) for c, label in starts]
+            return Plan(tuple(_one_run(spec, coasting, state, BodyPhases({}), label) for state, label in states))
+        if spec.bodies == "steady":
+            explanation = f"not possible here: {reason}; {HELD_HINT}"
+            raise InputError("study.bodies", spec.bodies, explanation, code="no-stable-phases")
+        return Plan((_single_run(spec, coasting, initial),), reason)
+    return Plan((_single_run(spec, coasting, initial),))
+
+
+def _single_run(spec: CoastDown, coasting: Machine, initial: np.ndarray) -> SingleCoastDown:
+    """The run from given phases of the rotors. Raises ``InputError``."""
+    bodies = BodyPhases.of(coasting, spec.start, float(initial[coasting.row(coasting.rotor.coordinate.velocity)]), spec.bodies)
+    return _one_run(spec, coasting, place_bodies(coasting, initial, bodies.to_rotor), bodies)
+
+
+def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: BodyPhases, label: str = "") -> SingleCoastDown:
+    """The run from a state (n,) with the carrier at rest. Raises ``InputError`` where its vibration is unbounded."""
     velocity = coasting.rotor.coordinate.velocity
-    bodies = BodyPhases.of(coasting, spec.start, float(initial[coasting.row(velocity)]), spec.bodies)
-    initial = place_bodies(coasting, initial, bodies.to_rotor)
     coasting = machine_in_state(coasting, initial)
     carrier, rest_reason = carrier_start(coasting, spec.start, spec.vibration)
     if carrier is CarrierStart.STEADY:
@@ -133,35 +174,18 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     start_speed = float(initial[coasting.row(velocity)])
     turn = 2 * math.pi / max([abs(start_speed), *(f for f in natural_frequencies(coasting).values() if f > 0)])
     limit = spec.until or _MOST_TURNS * turn
-    step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of steps until the end
-    stride, energy, rest_position = (
-        turn if spec.until is None else limit / _ROWS,
-        energy_scale(coasting),
-        axis_at_rest(coasting),
-    )
-    events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting))
-    phases = phases_of_bodies(coasting, initial)
-    return Plan(
-        spec,
-        coasting,
-        initial,
-        carrier,
-        rest_reason,
-        bodies,
-        phases,
-        start_speed,
-        limit,
-        step,
-        stride,
-        energy,
-        rest_position,
-        events,
-    )
+    return SingleCoastDown(
+        spec, coasting, initial, carrier, rest_reason, bodies, phases_of_bodies(coasting, initial), label, start_speed, limit,
+        step=limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn)),  # a whole number of steps until the end
+        stride=turn if spec.until is None else limit / _ROWS, energy=energy_scale(coasting),
+        rest_position=axis_at_rest(coasting),
+        events=(Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting)),
+    )  # fmt: skip
 
 
 def numbers(plan: Plan) -> float:
     """Greatest number of stored values: time and mean speed of each turn, at the rate of turns of the start."""
-    return 2 * plan.limit * abs(plan.start_speed) / (2 * math.pi)
+    return sum(2 * one.limit * abs(one.start_speed) / (2 * math.pi) for one in plan.runs)
 
 
 SAMPLES_A_LEG = 20_480
@@ -169,11 +193,24 @@ SLOW = 0.01  # of the speed at the start: without `until` the run ends below it
 _STILL = 1e-4  # likewise, after the rotor has turned back
 _ENOUGH_SWINGS = 20
 
-Findings = tuple[Record, CompiledSystem]  # the record so far, and the integrated system
+Coasting = tuple[Record, CompiledSystem]  # the record so far, and the integrated system
+Findings = tuple[Coasting, ...]  # of the runs so far
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Integrate; yield the record after each leg."""
+    """Integrate run by run; yield the records after each leg."""
+    complete_runs, count = list[Coasting](), len(plan.runs)
+    for k, one in enumerate(plan.runs):
+        part = work if count == 1 else work.part(f"run {k + 1}", k / count, (k + 1) / count)
+        latest = None
+        for latest in _descend(one, part):
+            yield (*complete_runs, latest)
+        assert latest is not None
+        complete_runs.append(latest)
+
+
+def _descend(plan: SingleCoastDown, work: Work) -> Iterator[Coasting]:
+    """Integrate one run; yield the record after each leg."""
     flow = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
     start = integrate(flow, plan.initial, plan.machine.values, np.zeros(1))
     record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
@@ -183,7 +220,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         yield record, flow
 
 
-def _leg(plan: Plan, flow: CompiledSystem, before: Record, work: Work) -> Descent:
+def _leg(plan: SingleCoastDown, flow: CompiledSystem, before: Record, work: Work) -> Descent:
     """Integrate the leg that begins at the end of the preceding one."""
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
@@ -194,7 +231,7 @@ def _leg(plan: Plan, flow: CompiledSystem, before: Record, work: Work) -> Descen
     return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
 
 
-def _has_ended(plan: Plan, record: Record) -> bool:
+def _has_ended(plan: SingleCoastDown, record: Record) -> bool:
     """True if the time is over, the run failed, or, without a time, the rotor has stopped, swung often enough, or is slow."""
     if record.end.has_ended or record.end.end_time >= plan.limit * (1 - 1e-9):
         return True
@@ -211,29 +248,87 @@ _LAST = 0.1  # share of the run from which the outcome is determined
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """Build the Dataset of a coast-down."""
-    record, flow = findings
-    rows, units, end = dict(record.rows), plan.machine.units, record.end
-    if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
-        first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
-        rows["amplitude"] = np.append(rows["amplitude"][first].max(), rows["amplitude"][1:])
-    ending, at_the_end = _ending(record, units.speed)
+    """Build the Dataset of a coast-down: that of the first run, and the others beside it."""
+    runs = [_RunResult.of(one, record) for one, (record, _) in zip(plan.runs, findings, strict=False)]
+    one, first, flow = plan.runs[0], runs[0], findings[0][1]
+    record, units, end = first.record, one.machine.units, first.record.end
     quantities = [
-        *at_the_end,
-        *_course_quantities(plan, record, rows),
-        *_row_quantities(plan.machine, rows),
+        *first.at_the_end,
+        *_course_quantities(one, record, first.rows),
+        *_row_quantities(one.machine, first.rows),
         Quantity("turn_time", record.turns[0], "time", units.time, "turn", coordinate=True),
         Quantity("mean_speed", record.turns[1], "mean speed over a turn", units.speed, "turn"),
-        *(q for q in natural_vibrations(plan.machine) if q.dimensions),
-        *parameter_values(plan.machine),
+        *(q for q in natural_vibrations(one.machine) if q.dimensions),
+        *parameter_values(one.machine),
         Quantity("end_state", end.end_state, "state and accumulated works at the end", "", "state"),
+        *_configuration_quantities(one.machine, runs),
     ]
     unit, reversal_time = f" {units.time}" if units.time else "", next(iter(record.reversals), None)
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
     back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
-    assumptions = [*_carrier_assumptions(plan), *_rotor_assumptions(plan), *plan.bodies.assumptions(plan.phases)]
-    more = {"outcome": at_the_end[0].value or "", "engine": flow.engine.name, "tolerance": flow.tolerance}
-    return result_dataset(quantities, f"{ending}{half}{back}", _warnings(plan, end.failure), assumptions, end.failure, **more)
+    assumptions = [*_carrier_assumptions(one), *_rotor_assumptions(plan), *one.bodies.assumptions(one.phases)]
+    more = {"outcome": first.outcome or "", "engine": flow.engine.name, "tolerance": flow.tolerance}
+    failure = next((run.record.end.failure for run in runs if run.record.end.failure), None)
+    several = f"; the first of {len(plan.runs)} runs, one from each stable configuration" if len(plan.runs) > 1 else ""
+    sentence = f"{first.ending}{half}{back}{several}"
+    return result_dataset(quantities, sentence, _warnings(plan, failure), assumptions, failure, **more)
+
+
+@dataclass(frozen=True)
+class _RunResult:
+    """A run with its rows (N,) by name, the sentence on its end, and the quantities of that."""
+
+    plan: SingleCoastDown
+    record: Record
+    rows: Mapping[str, np.ndarray]
+    ending: str
+    at_the_end: list[Quantity]
+
+    @classmethod
+    def of(cls, plan: SingleCoastDown, record: Record) -> _RunResult:
+        rows = dict(record.rows)
+        if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
+            first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
+            rows["amplitude"] = np.append(rows["amplitude"][first].max(), rows["amplitude"][1:])
+        return cls(plan, record, rows, *_ending(record, plan.machine.units.speed))
+
+    @property
+    def outcome(self) -> str | None:
+        """The outcome, None while the rotor still turns."""
+        return None if self.at_the_end[0].value is None else str(self.at_the_end[0].value)
+
+
+def _configuration_quantities(machine: Machine, runs: Sequence[_RunResult]) -> list[Quantity]:
+    """The run from each configuration of several rotors, and over one time if there are several; none for a single rotor."""
+    if not runs[0].plan.label:
+        return []
+    units, orbit, rows = machine.units, machine.orbit_unit, list[dict[str, Any]]()
+    for run in runs:
+        course = {q.name: q.value for q in _course_quantities(run.plan, run.record, run.rows)}
+        keys = ("start_speed", "half_time", "end_time", "peak_amplitude", "peak_speed")
+        rows.append({"configuration": run.plan.label, "outcome": run.outcome} | {key: course[key] for key in keys})
+    parts = {
+        "configuration": ("configuration in which the rotors start", ""), "outcome": ("outcome", ""),
+        "start_speed": ("speed of the main rotor at the start", units.speed),
+        "half_time": ("time after which the speed has halved", units.time), "end_time": ("time at the end", units.time),
+        "peak_amplitude": ("largest amplitude of the axis", orbit), "peak_speed": ("speed of the rotor there", units.speed),
+    }  # fmt: skip
+    quantities = table("configurations", rows, "the run from each stable synchronous configuration", parts)
+    if len(runs) == 1:
+        return quantities
+    longest = max((run.rows["time"] for run in runs), key=lambda time: float(time[-1]))
+    courses = {
+        name: np.array([np.interp(longest, run.rows["time"], run.rows[name], right=np.nan) for run in runs])
+        for name in ("speed", "amplitude")
+    }
+    labels = np.array([run.plan.label for run in runs], str)
+    return [
+        *quantities,
+        Quantity("configuration_name", labels, "configuration in which the rotors start", "", "configuration", coordinate=True),
+        Quantity("run_time", longest, "time", units.time, "run_time", coordinate=True),
+        Quantity("run_speed", courses["speed"], "speed of the rotor in each run", units.speed, "configuration run_time"),
+        Quantity("run_amplitude", courses["amplitude"], "amplitude of the axis in each run", orbit, "configuration run_time"),
+    ]
 
 
 def _row_quantities(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
@@ -252,7 +347,7 @@ def _row_quantities(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Qu
     return [Quantity(name, rows[name], *words_and_unit, "time") for name, words_and_unit in words.items()]
 
 
-def _course_quantities(plan: Plan, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
+def _course_quantities(plan: SingleCoastDown, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
     """Times of the coast-down, number of turns, and largest vibration."""
     units, largest = plan.machine.units, int(rows["amplitude"].argmax())
     turns, amplitude = float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi), float(rows["amplitude"][largest])
@@ -271,8 +366,10 @@ def _course_quantities(plan: Plan, record: Record, rows: Mapping[str, np.ndarray
     ]
 
 
-def _warnings(plan: Plan, failure: str | None) -> list[str]:
-    warnings = [failure] if failure else []
+def _warnings(coast_down: Plan, failure: str | None) -> list[str]:
+    warnings, plan = [failure] if failure else [], coast_down.runs[0]
+    if coast_down.held_reason:
+        warnings.append(f"the rotors start at the phases of the start: {coast_down.held_reason}")
     if plan.carrier is CarrierStart.REST:
         steady = "vibration = 'steady' starts with the vibration of that speed"
         advice = f"the machine {plan.rest_reason}" if plan.rest_reason else steady
@@ -289,11 +386,20 @@ def _warnings(plan: Plan, failure: str | None) -> list[str]:
 
 def _rotor_assumptions(plan: Plan) -> list[str]:
     """Statement on where several rotors start: the vibration depends on their relative phases."""
-    rotors, angles = plan.machine.rotors, angles_in(plan.machine, plan.initial)
+    if label := plan.runs[0].label:
+        further_starts = [f"{one.label}, from {abs(one.start_speed):.5g}{_unit(one.machine)}" for one in plan.runs[1:]]
+        more = f"; the other runs start in {' and in '.join(further_starts)}" if further_starts else ""
+        return [f"rotors start in the stable synchronous configuration {label} (averaged equations){more}"]
+    one = plan.runs[0]
+    rotors, angles = one.machine.rotors, angles_in(one.machine, one.initial)
     return [f"rotors start at {format_phases({r.name: angles[r.name] for r in rotors})}"] if len(rotors) > 1 else []
 
 
-def _carrier_assumptions(plan: Plan) -> list[str]:
+def _unit(machine: Machine) -> str:
+    return f" {machine.units.speed}" if machine.units.speed else ""
+
+
+def _carrier_assumptions(plan: SingleCoastDown) -> list[str]:
     """Statement on the start of the carrier; none if it cannot move, or if the start gives it."""
     if plan.carrier in (CarrierStart.FIXED, CarrierStart.GIVEN):
         return []
@@ -346,6 +452,10 @@ def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a coast-down."""
     s, lines = result.wucht.summary, ReportLines(result)
     lines.add("speed", "{start_speed} at the start, {final_speed} on average at the end")
+    for row in s.get("configurations", [])[1:]:
+        half = "" if row["half_time"] is None else "; halved after {half_time:.5g}"
+        text = f"{{peak_amplitude}} at most, from {{start_speed}}{half}"
+        lines.add("other start", f"{row['configuration']}: {text}", row, "configurations")
     lines.add("halved", "not within this time" if s["half_time"] is None else "after {half_time:.5g}")
     lines.add("turns back", "at {reversal_time:.6g}")
     lines.add("turned", "{turns:.5g} times in {end_time:.5g}")
@@ -359,34 +469,50 @@ def figure(result: xr.Dataset) -> Figure:
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
     heights = [2.0] * (1 + moves) + [RESIDUAL]
     fig, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
-    _speed(axes[0], result)
+    start = f", from {result.configuration_name.values[0]}" if "run_speed" in result else ""
+    _speed(axes[0], result, start)
     if moves:
         amplitude, name = printed_values(result, "amplitude")
-        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label="amplitude")
+        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label=f"amplitude{start}")
         axes[1].set(ylabel=name, ylim=(0, None))
+    if start:
+        _draw_other_runs(axes, result, moves)
     draw_residual(axes[-1], result.time.values, result.energy_residual.values)
     if result.sizes["time"] > 1:
-        axes[-1].set_xlim(float(result.time[0]), float(result.time[-1]))
+        axes[-1].set_xlim(float(result.time[0]), float((result.run_time if start else result.time)[-1]))
     axes[-1].set_xlabel(abscissa_label(result, "time"))
     for axis in axes[:-1]:
         legend_beside(axis)
     return fig
 
 
-def _speed(axis: Axes, result: xr.Dataset) -> None:
-    """Draw the mean speed over each turn, the range of the speed, and the times of half speed and of the reversal."""
+def _draw_other_runs(axes: Sequence[Axes], result: xr.Dataset, moves: bool) -> None:
+    """Draw the runs that start in other configurations."""
+    for k, name in enumerate(map(str, result.configuration_name.values)):
+        if k:
+            style: dict[str, Any] = {"color": COLOURS[2 + k % 4], "linewidth": 0.9, "linestyle": "-.", "label": f"from {name}"}
+            axes[0].plot(result.run_time, result.run_speed[k], **style)
+            if moves:
+                axes[1].plot(result.run_time, printed_values(result, "run_amplitude")[0][k], **style)
+
+
+def _speed(axis: Axes, result: xr.Dataset, start: str) -> None:
+    """Draw the mean speed over each turn, the range of the speed, and the times of half speed and of the reversal.
+
+    start: words on the start of the run, for the legend.
+    """
     summary, time, blue = result.wucht.summary, result.time, COLOURS[0]
-    start, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
+    start_speed, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
     low, high, pale = result.min_speed, result.max_speed, COLOURS[4]
     axis.fill_between(time, low, high, color=pale, alpha=0.5, linewidth=0, label="range of the speed")
     if result.sizes["turn"] > 1:
-        axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label="mean over a turn")
+        axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label=f"mean over a turn{start}")
     else:
-        axis.plot(time, result.speed, color=blue, linewidth=1.3, label="speed")
+        axis.plot(time, result.speed, color=blue, linewidth=1.3, label=f"speed{start}")
     natural = np.unique(np.round(result.natural_frequency.values, 9))
-    mark_levels(axis, np.sign(start) * natural[np.abs(natural) <= 1.05 * abs(start)], "natural frequency")
+    mark_levels(axis, np.sign(start_speed) * natural[np.abs(natural) <= 1.05 * abs(start_speed)], "natural frequency")
     if half_time is not None:
-        axis.plot([half_time], [start / 2], "o", color=COLOURS[1], markersize=5, zorder=4, label="speed halved")
+        axis.plot([half_time], [start_speed / 2], "o", color=COLOURS[1], markersize=5, zorder=4, label="speed halved")
     if reversal_time is not None:
         axis.plot([reversal_time], [0.0], "s", color=COLOURS[2], markersize=5, zorder=4, label="turns back")
         axis.axhline(0.0, color=GREY, linewidth=0.6)

@@ -181,9 +181,10 @@ Inertia = Annotated[bool, _inertia, Field(description=(
     "whether the averaged equations keep the inertia of the balancing bodies, by default if one of them is not damped"
 ))]  # fmt: skip
 BalancingBodies = Annotated[Literal["steady", "held"] | None, Field(description=(
-    'where balancing bodies are: `"steady"`, in the steady phases of each speed, a curve for each configuration, '
-    'as in `synchronous-states`; `"held"`, at the phases of `start`, at all speeds. By default steady if these phases '
-    "are known, else held with a warning. Other rotors are at the phases of `start`"
+    'where bodies are: `"steady"`, balancing bodies in the steady phases of each speed, a curve for each configuration, '
+    "as in `synchronous-states`, several rotors and the bodies about them in their stable synchronous configurations, a curve "
+    "for each, whose phases are the same at all speeds (phases in `start` select the nearest one); "
+    '`"held"`, at the phases of `start`, at all speeds. By default steady if these phases are known, else held with a warning'
 ))]  # fmt: skip
 TrueOrFalse = Annotated[bool, _validator(_is_bool, "must be true or false")]
 Tolerance = Annotated[

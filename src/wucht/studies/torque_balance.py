@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -11,19 +10,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from wucht.analysis.averaged_equations import averaged_equations_of
-from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
-from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
-from wucht.analysis.configurations.search import StateSearch, all_states
-from wucht.analysis.configurations.steady_branches import labels_of
-from wucht.analysis.time_constants import highest_speed
-from wucht.analysis.working_points import TorqueCurves, WorkingPoint
+from wucht.analysis.working_points import TorqueCurves
+from wucht.dynamics.run_ups.operating_points import OperatingPoints, shaft_speed_range, speeds_in_sense
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import LOWEST, free_speed, natural_frequencies, net_torque, sense_of
-from wucht.machines.tree import RotatingBody
+from wucht.machines.operation import free_speed, sense_of
 from wucht.plots.sheet import new_figure
 from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_configurations
 from wucht.plots.style import COLOURS, GREY, mark_speeds
@@ -58,16 +51,13 @@ class TorqueBalance(Spec):
         "number of speeds, evenly spaced over the range; more are added to resolve resonances and breakdown"
     ))  # fmt: skip
     bodies: BalancingBodies = None
-    start: Composite[Start] = composite(
-        default_factory=dict, description="phases of balancing bodies that are held, and of other rotors"
-    )
+    start: Composite[Start] = composite(default_factory=dict, description=(
+        "phases of bodies that are held; of several rotors in steady phases, those that select the nearest stable configuration"
+    ))  # fmt: skip
 
     def turning(self) -> str:
         """See ``Spec``."""
         return "all bodies turn at one speed; the drive as its characteristic says"
-
-
-_FAR, _POINTS = 20.0, 1200  # times the highest natural frequency; speeds in the search for working points
 
 
 @dataclass(frozen=True)
@@ -99,70 +89,25 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
         raise InputError(
             "machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance", code="no-drive"
         )
-    speeds = spec.range or _speed_range(steady, rotor)
+    speeds = spec.range or shaft_speed_range(steady, rotor)
     curves = tuple(TorqueCurves(steady.machine, rotor, vibration, speeds, spec.points) for vibration in steady.curves)
-    return Plan(steady, curves, _search_range(steady, speeds) if steady.branches else speeds)
+    return Plan(steady, curves, speeds_in_sense(steady, rotor, speeds) if steady.torques is not None else speeds)
 
 
-def _search_range(steady: SteadyPhases, speeds: tuple[float, float]) -> tuple[float, float]:
-    """The part of the (signed) range to be searched. Raises ``InputError`` if it is not in the sense of the drive."""
-    sense = sense_of(steady.machine, steady.machine.rotor)
-    low, high = sorted(sense * w for w in speeds)
-    if low < 0 or not high > 0:
-        requirement = "must be speeds in the sense in which the drive turns; with study.bodies = 'held' any speeds are allowed"
-        raise InputError("study.range", list(speeds), requirement)
-    return max(low, LOWEST * high), high
-
-
-def _speed_range(steady: SteadyPhases, rotor: RotatingBody) -> tuple[float, float]:
-    """Default of ``range``: up to the speed of the drive, or if that is out of reach, up to all working points."""
-    machine = steady.machine
-    free, torque = free_speed(machine, rotor), net_torque(machine, rotor)(0.0)
-    natural = max([f for f in natural_frequencies(machine).values() if f > 0], default=100.0)
-    reach = min(highest_speed(machine), _FAR * natural) if machine.dimensionless else highest_speed(machine)
-    if free and abs(free) <= reach:
-        end = 1.2 * free
-    else:  # the vibration may limit the speed far beyond all resonances
-        sense = math.copysign(1.0, free or torque)
-        limits = (0.0, reach) if sense > 0 else (-reach, 0.0)
-        points = TorqueCurves(machine, rotor, steady.forced_vibration, limits, _POINTS).working_points
-        end = sense * max([3 * natural, *(1.2 * abs(p.speed) for p in points)])
-    return min(0.0, end), max(0.0, end)
-
-
-_FULL_UNDECIDED = Stability.without_verdict("the full equations are not evaluated")
-
-
-@dataclass(frozen=True)
-class Findings:
-    """The working points, and with bodies in steady phases the configuration of each; search: its record."""
-
-    points: tuple[WorkingPoint, ...]
-    configurations: tuple[Configuration, ...] = ()
-    search: StateSearch | None = None
+Findings = OperatingPoints
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Compute the working points: with held bodies the crossings of the curves, else all steady phase configurations."""
-    work.report(0.0, "working points")
-    torques = plan.steady.torques
-    if torques is None:
-        yield Findings(tuple(plan.curves[0].working_points))
-        return
-    search = work.unit(
-        "search", lambda: all_states(torques, *plan.search_range, partial(work.report, 0.0, "working points"), prove=False)
-    )
-    describer = ConfigurationDescriber(AveragedStability(torques, averaged_equations_of(torques.machine)))
-    configurations = sorted((describer.describe(state, _FULL_UNDECIDED) for state in search.states), key=lambda c: c.speed)
-    points = (plan.curves[0].point(c.speed, c.slow.stable is True) for c in configurations)
-    yield Findings(tuple(points), tuple(configurations), search)
+    """Yield the working points."""
+    watch = partial(work.report, 0.0, "working points")
+    watch()
+    yield work.unit("search", partial(OperatingPoints.of, plan.steady, plan.curves, plan.search_range, watch))
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a torque balance."""
-    labels = [_label(plan, c) for c in findings.configurations]
-    sentence = _sentence(findings, labels, plan.curves[0].runaway)
-    quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings, labels), *_machine_quantities(plan)]
+    sentence = _sentence(plan, findings)
+    quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings), *_machine_quantities(plan)]
     return result_dataset(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumptions)
 
 
@@ -177,7 +122,7 @@ def _curve_quantities(plan: Plan) -> list[Quantity]:
     if not plan.steady.branches:
         vibration, surplus, stable, along = vibration[0], surplus[0], stable[0], "speed"
     else:
-        pieces = plan.steady.pieces(sense_of(machine, machine.rotor) * grid)
+        pieces = plan.steady.pieces(sense_of(machine, base.rotor) * grid)
         at, inside = [p.branch for p in pieces], np.array([p.inside for p in pieces])
         vibration, surplus = (np.where(inside, torque[at], np.nan) for torque in (vibration, surplus))
         stable = stable[at] & np.array([p.stable for p in pieces])
@@ -198,10 +143,10 @@ def _curve_quantities(plan: Plan) -> list[Quantity]:
     ]
 
 
-def _point_quantities(plan: Plan, findings: Findings, labels: list[str]) -> list[Quantity]:
+def _point_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """The working points; with bodies in steady phases including their configuration."""
     units, rows = plan.steady.machine.units, [asdict(p) for p in findings.points]
-    for row, c, label in zip(rows, findings.configurations, labels, strict=False):
+    for row, c, label in zip(rows, findings.configurations, findings.labels, strict=False):
         row |= {
             "configuration": label, "name": c.name, "phases": c.phases, "residual_share": c.share,
             "overlapping": c.overlapping, "indifferent": c.state.is_indifferent, "family_dimension": c.state.dimension,
@@ -223,7 +168,7 @@ def _point_quantities(plan: Plan, findings: Findings, labels: list[str]) -> list
         "family_dimension": ("dimension of the family of phases", ""),
     }
     columns: dict[str, type] = {"speed": float, "torque": float, "stable": np.int8}
-    columns |= {"configuration": str, "overlapping": np.int8} if plan.steady.branches else {}
+    columns |= {"configuration": str, "overlapping": np.int8} if plan.steady.torques is not None else {}
     return table("working_points", rows, "steady speeds at which the torques balance", parts, "point", columns)
 
 
@@ -236,7 +181,7 @@ def _machine_quantities(plan: Plan) -> list[Quantity]:
     return [
         Quantity("on", base.rotor.name, "rotor on whose shaft the torques act"),
         Quantity("range", list(base.range), "lowest and highest speed", units.speed),
-        Quantity("bodies", "steady" if plan.steady.branches else "held", "where balancing bodies are"),
+        Quantity("bodies", "steady" if plan.steady.branches else "held", "phases of bodies: steady, or held"),
         Quantity(
             "free_speed", free_speed(machine, base.rotor), "speed reached without vibration", units.speed, "",
             in_summary=True, headline=True,
@@ -247,37 +192,36 @@ def _machine_quantities(plan: Plan) -> list[Quantity]:
     ]  # fmt: skip
 
 
-def _label(plan: Plan, c: Configuration) -> str:
-    assert plan.steady.torques is not None
-    return str(labels_of(plan.steady.torques, c.state.sides, c.state.phases[:, None])[0])
-
-
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     warnings, machine = list[str](), plan.steady.machine
     if any(p.tangential for p in findings.points):
         warnings.append("at a working point the curves only touch: a small change splits it into two or removes it")
-    if len(machine.rotors) > 1:
+    if len(machine.rotors) > 1 and plan.steady.configurations is None:
         name = plan.curves[0].rotor.name
         warnings.append(f"all rotors are assumed to turn as fast as {name!r}, in the phases of the start")
     return warnings
 
 
-def _sentence(findings: Findings, labels: list[str], runaway: bool) -> str:
+def _sentence(plan: Plan, findings: Findings) -> str:
     overlapping = [c.overlapping for c in findings.configurations] or [False] * len(findings.points)
     points = [p for p, over in zip(findings.points, overlapping, strict=True) if not over]
-    stable_names = [name for name, p, over in zip(labels, findings.points, overlapping, strict=False) if p.stable and not over]
+    labelled_points = zip(findings.labels, findings.points, overlapping, strict=False)
+    stable_names = [name for name, p, over in labelled_points if p.stable and not over]
     stable = sum(p.stable for p in points)
+    if plan.steady.configurations is not None and not stable:
+        unstable = f" ({len(points)} not stable)" if points else ""
+        return f"the rotors do not run synchronously: no synchronous configuration in the range is stable{unstable}"
     one, several = f"one working point, {'stable' if stable else 'not stable'}", f"{len(points)} working points"
     count = one if len(points) == 1 else f"{several}, {stable} of them stable"
-    count += f": {', '.join(dict.fromkeys(stable_names))}" if stable_names else ""
+    count += f": {plan.steady.list_labels(stable_names)}" if stable_names else ""
     if impossible := sum(overlapping):
         count += f"; {impossible} more with overlapping bodies of a track" if points else ""
-    if runaway:
+    if plan.curves[0].runaway:
         away = "without vibration the drive's torque never meets the load: the rotor would run away"
         return f"{away}; with it {'are' if len(points) > 1 else 'is'} {count}" if points else away
     if points:
         return count
-    place = " in any steady phases of the balancing bodies" if findings.search is not None else ""
+    place = " in any steady phases of the balancing bodies" if plan.steady.torques is not None else ""
     return f"drive, load and vibration do not balance anywhere in the range{place}"
 
 

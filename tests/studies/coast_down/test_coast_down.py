@@ -116,7 +116,7 @@ def test_a_prescribed_speed_is_let_go() -> None:
 
 def test_bodies_turn_along_at_the_start() -> None:
     machine = load_machine("drozdetskaya-2020/r1-u40")
-    plan = prepare(CoastDown(start={"p1": 0.3, "p2": {"speed": 10.0}}), machine)
+    plan = prepare(CoastDown(start={"p1": 0.3, "p2": {"speed": 10.0}}), machine).runs[0]
     at = dict(zip(plan.machine.system.state_names, plan.initial, strict=True))
     assert at["p1.speed"] == pytest.approx(at["drum.speed"])
     assert at["p1.angle"] == pytest.approx(0.3)
@@ -296,8 +296,8 @@ def test_the_largest_amplitude_is_that_of_the_resonance() -> None:
 
 def test_a_start_of_the_carrier_that_is_given_stays() -> None:
     machine, start = machine_from(SHAKEN), {"r": {"speed": 300.0}, "carrier": {"x": 1e-3}}
-    plan = prepare(CoastDown(start=start), machine)
-    rest = prepare(CoastDown(start={"r": {"speed": 300.0}}, vibration="none"), machine)
+    plan = prepare(CoastDown(start=start), machine).runs[0]
+    rest = prepare(CoastDown(start={"r": {"speed": 300.0}}, vibration="none"), machine).runs[0]
     assert plan.initial - rest.initial == pytest.approx([1e-3 * (n == "carrier.x") for n in machine.state_names], abs=1e-15)
 
 
@@ -319,7 +319,7 @@ def test_where_the_drives_would_start_the_rotors_they_start_without_them() -> No
     first, second = (r.name for r in screen.rotors[:2])
     turned = screen.with_fields(start_angles={first: 0.3, second: -0.4})
     rows = [turned.row(turned.body(name).coordinate.position) for name in (first, second)]
-    assert prepare(CoastDown(until=0.02), turned).initial[rows] == pytest.approx([0.3, -0.4])
-    given = prepare(CoastDown(until=0.02, start={second: {"angle": 0.1}}), turned)
-    assert given.initial[rows] == pytest.approx([0.3, 0.1])
-    assert module.numbers(given) == pytest.approx(2 * 0.02 * abs(given.start_speed) / (2 * math.pi))
+    assert prepare(CoastDown(until=0.02, bodies="held"), turned).runs[0].initial[rows] == pytest.approx([0.3, -0.4])
+    given = prepare(CoastDown(until=0.02, start={second: {"angle": 0.1}}, bodies="held"), turned)
+    assert given.runs[0].initial[rows] == pytest.approx([0.3, 0.1])
+    assert module.numbers(given) == pytest.approx(2 * 0.02 * abs(given.runs[0].start_speed) / (2 * math.pi))

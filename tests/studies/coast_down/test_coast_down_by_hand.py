@@ -17,7 +17,7 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies import coast_down as module
-from wucht.studies.coast_down import CoastDown, Plan, dataset, prepare, report
+from wucht.studies.coast_down import CoastDown, Plan, SingleCoastDown, dataset, prepare, report
 
 # By hand: 20 kg and 2 kg on 8.8e4 N/m and 2.2e5 N/m, so 63.2 rad/s and 100 rad/s.
 CARRIER = {"mass": 20.0, "directions": "xy", "stiffness": [8.8e4, 2.2e5], "damping": [60.0, 90.0]}
@@ -30,21 +30,24 @@ def machine() -> Machine:
     return machine_from({"carrier": CARRIER, "bodies": [ROTOR]})
 
 
-def planned(machine: Machine, speed: float = -200.0, **asked: Any) -> Plan:
-    return prepare(CoastDown(**{"until": 8.0, "start": {"r": {"speed": speed}}} | asked), machine)
+def planned(machine: Machine, speed: float = -200.0, **asked: Any) -> SingleCoastDown:
+    (single_run,) = prepare(CoastDown(**{"until": 8.0, "start": {"r": {"speed": speed}}} | asked), machine).runs
+    return single_run
 
 
 @pytest.fixture(scope="module")
-def plan(machine: Machine) -> Plan:
+def plan(machine: Machine) -> SingleCoastDown:
     return planned(machine)
 
 
-def ended(plan: Plan, time: float = 8.0, **other: Any) -> Trajectory:
+def ended(plan: SingleCoastDown, time: float = 8.0, **other: Any) -> Trajectory:
     n = len(plan.machine.state_names)
     return Trajectory(np.array([time]), np.zeros((n, 1)), {}, np.zeros(0), time, np.arange(n + 2.0), **other)
 
 
-def recorded(plan: Plan, end: dict[str, Any] | None = None, rows: dict[str, Any] | None = None, **other: Any) -> Record:
+def recorded(
+    plan: SingleCoastDown, end: dict[str, Any] | None = None, rows: dict[str, Any] | None = None, **other: Any
+) -> Record:
     """Clockwise, from 200 rad/s to 40 rad/s in 8 s."""
     time = np.linspace(0.0, 8.0, 17)
     speed = -np.linspace(200.0, 40.0, 17)
@@ -62,8 +65,8 @@ def recorded(plan: Plan, end: dict[str, Any] | None = None, rows: dict[str, Any]
 FLOW: Any = SimpleNamespace(engine=SimpleNamespace(name="taylor"), tolerance=1e-12)
 
 
-def answered(plan: Plan, record: Record | None = None) -> xr.Dataset:
-    return titled(dataset(plan, (record or recorded(plan), FLOW)))
+def answered(plan: SingleCoastDown, record: Record | None = None) -> xr.Dataset:
+    return titled(dataset(Plan((plan,)), ((record or recorded(plan), FLOW),)))
 
 
 # --- the plan ---
@@ -81,7 +84,7 @@ def test_steps_are_fine_enough_for_the_fastest_motion(machine: Machine, sense: f
     assert free.limit == pytest.approx(50_000 * 2 * math.pi / 200) and free.stride == pytest.approx(2 * math.pi / 200)
     short = planned(machine, sense * 200.0, until=0.01)
     assert short.step == pytest.approx(0.01 / 64)
-    assert module.numbers(short) == pytest.approx(2 * 0.01 * 200 / (2 * math.pi))
+    assert module.numbers(Plan((short,))) == pytest.approx(2 * 0.01 * 200 / (2 * math.pi))
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -93,11 +96,11 @@ def test_the_reversal_is_that_against_the_sense_of_the_start(machine: Machine, s
 # --- the end of the run ---
 
 
-def has_ended(plan: Plan, **other: Any) -> bool:
+def has_ended(plan: SingleCoastDown, **other: Any) -> bool:
     return module._has_ended(plan, recorded(plan, **other))
 
 
-def test_with_a_time_it_ends_there_and_not_before(plan: Plan) -> None:
+def test_with_a_time_it_ends_there_and_not_before(plan: SingleCoastDown) -> None:
     slow = {"speed": np.full(17, -1e-9), "max_speed": np.zeros(17), "min_speed": np.zeros(17)}
     assert has_ended(plan) and not has_ended(plan, end={"time": 7.999}, rows=slow)
     assert has_ended(plan, end={"time": 8.0 * (1 - 1e-12)})
@@ -105,7 +108,7 @@ def test_with_a_time_it_ends_there_and_not_before(plan: Plan) -> None:
         assert has_ended(plan, end={"time": 1.0} | how)
 
 
-def test_without_a_time_it_ends_at_a_hundredth_or_after_some_swings(plan: Plan) -> None:
+def test_without_a_time_it_ends_at_a_hundredth_or_after_some_swings(plan: SingleCoastDown) -> None:
     free, early = replace(plan, spec=CoastDown(start=plan.spec.start)), {"time": 1.0}
     assert not has_ended(free, end=early)
     for last, over in ((-1.99, True), (-2.01, False)):
@@ -118,12 +121,12 @@ def test_without_a_time_it_ends_at_a_hundredth_or_after_some_swings(plan: Plan) 
         assert has_ended(free, end=early, reversals=(0.5,), rows={"max_speed": np.append(np.full(16, 1.0), last)}) == over
 
 
-def ending(plan: Plan, **other: Any) -> dict[str, Any]:
+def ending(plan: SingleCoastDown, **other: Any) -> dict[str, Any]:
     words, quantities = module._ending(recorded(plan, **other), "rad/s")
     return {q.name: q.value for q in quantities} | {"words": words}
 
 
-def test_the_end_is_judged_by_the_last_tenth(plan: Plan) -> None:
+def test_the_end_is_judged_by_the_last_tenth(plan: SingleCoastDown) -> None:
     """Rows at 7.5 s and 8 s: from 50 rad/s to 40 rad/s."""
     at_end = ending(plan)
     assert at_end["outcome"] is None and at_end["words"] == "the rotor still turns, at 22.5 % of its speed at the start"
@@ -137,14 +140,14 @@ def test_the_end_is_judged_by_the_last_tenth(plan: Plan) -> None:
 @pytest.mark.parametrize(("low", "high", "outcome"), [
     (-0.0199, 0.0, "stopped"), (0.0, 0.0199, "stopped"), (-0.0201, 0.0, None), (0.0, 0.0201, None),
 ])  # fmt: skip
-def test_it_has_stopped_below_a_ten_thousandth(plan: Plan, low: float, high: float, outcome: str | None) -> None:
+def test_it_has_stopped_below_a_ten_thousandth(plan: SingleCoastDown, low: float, high: float, outcome: str | None) -> None:
     rows = {"min_speed": np.full(17, low), "max_speed": np.full(17, high), "speed": np.full(17, high)}
     made = ending(plan, rows=rows)
     assert made["outcome"] == outcome
     assert ending(plan, rows=rows, end={"failure": "it burst"})["outcome"] == "failed"
 
 
-def test_it_swings_where_it_has_turned_back_twice_within_less_than_a_turn(plan: Plan) -> None:
+def test_it_swings_where_it_has_turned_back_twice_within_less_than_a_turn(plan: SingleCoastDown) -> None:
     def swing(turn: float, *reversals: float) -> Any:
         angle = np.append(np.full(15, 5.0), [1.0, 1.0 + turn])
         return ending(plan, rows={"angle": angle}, reversals=reversals)
@@ -160,7 +163,7 @@ def test_it_swings_where_it_has_turned_back_twice_within_less_than_a_turn(plan: 
 # --- the Dataset ---
 
 
-def test_every_quantity_of_a_clockwise_coast_down(plan: Plan) -> None:
+def test_every_quantity_of_a_clockwise_coast_down(plan: SingleCoastDown) -> None:
     result, record = answered(plan), recorded(plan)
     s = result.wucht.summary
     for name in ("time", "angle", "speed", "min_speed", "max_speed", "energy_residual", "dissipated_work"):
@@ -177,7 +180,7 @@ def test_every_quantity_of_a_clockwise_coast_down(plan: Plan) -> None:
     assert warnings_of(result) == [] and result.wucht.assumed == ["the carrier starts in the steady vibration of its speed"]
 
 
-def test_before_the_first_turn_a_steady_vibration_is_as_large_as_in_it(plan: Plan) -> None:
+def test_before_the_first_turn_a_steady_vibration_is_as_large_as_in_it(plan: SingleCoastDown) -> None:
     """A turn takes 31.4 ms: of the amplitudes up to there the largest, not the later one."""
     time = np.array([0.0, 0.01, 0.03, 0.032, *np.linspace(1.0, 8.0, 13)])
     rows = {"time": time, "amplitude": np.array([1.0, 2.0, 3.0, 4.0, *[0.5] * 13])}
@@ -187,20 +190,20 @@ def test_before_the_first_turn_a_steady_vibration_is_as_large_as_in_it(plan: Pla
         assert other.amplitude.values[:4].tolist() == [1.0, 2.0, 3.0, 4.0]
 
 
-def test_the_reversal_is_the_first(plan: Plan) -> None:
+def test_the_reversal_is_the_first(plan: SingleCoastDown) -> None:
     result = answered(plan, recorded(plan, reversals=(6.5, 7.25), halving=np.empty((2, 0))))
     s = result.wucht.summary
     assert (s["reversal_time"], s["half_time"], s["outcome"]) == (6.5, None, None)
     assert result.attrs["sentence"].endswith("of its speed at the start; it turns back at 6.5 s")
 
 
-def test_without_a_vibration_there_is_no_speed_of_the_largest(plan: Plan) -> None:
+def test_without_a_vibration_there_is_no_speed_of_the_largest(plan: SingleCoastDown) -> None:
     still = answered(replace(plan, carrier=CarrierStart.FIXED), recorded(plan, rows={"amplitude": np.zeros(17)}))
     assert (still.wucht.summary["peak_amplitude"], still.wucht.summary["peak_speed"]) == (0.0, None)
     assert still.wucht.assumed == []
 
 
-def test_warnings_and_assumptions_on_the_start(plan: Plan) -> None:
+def test_warnings_and_assumptions_on_the_start(plan: SingleCoastDown) -> None:
     rest = answered(replace(plan, carrier=CarrierStart.REST))
     assert rest.wucht.assumed == ["the carrier starts at rest"]
     (told,) = warnings_of(rest)
@@ -219,14 +222,14 @@ def test_warnings_and_assumptions_on_the_start(plan: Plan) -> None:
 def test_where_several_rotors_start_is_said() -> None:
     pair = machine_from({"carrier": CARRIER, "bodies": [ROTOR, ROTOR | {"name": "q"}]})
     start = {"r": {"angle": 0.5, "speed": 200.0}, "q": {"angle": 2.0, "speed": -200.0}}
-    (told,) = module._rotor_assumptions(planned(pair, start=start))
+    (told,) = module._rotor_assumptions(Plan((planned(pair, start=start, bodies="held"),)))
     assert told.startswith("rotors start at ") and told.index("r") < told.index("q") and "28.65" in told and "114.6" in told
 
 
 # --- report and figure ---
 
 
-def test_the_lines_of_the_report(plan: Plan) -> None:
+def test_the_lines_of_the_report(plan: SingleCoastDown) -> None:
     result = answered(plan)
     assert report(result)[1:] == [
         f"verdict: {result.attrs['sentence'].partition(';')[0]}",
@@ -246,7 +249,7 @@ def lines_of(axis: Any) -> dict[str, tuple[list[float], list[float]]]:
     return {str(x.get_label()): (list(x.get_xdata()), list(x.get_ydata())) for x in axis.get_lines()}
 
 
-def test_the_figure_of_a_clockwise_coast_down(plan: Plan) -> None:
+def test_the_figure_of_a_clockwise_coast_down(plan: SingleCoastDown) -> None:
     """Natural frequencies are on the side of its speed; half of the start speed is where it has halved."""
     speed, amplitude, residual = drawn("coast-down", answered(plan)).axes
     shown = lines_of(speed)
@@ -261,7 +264,7 @@ def test_the_figure_of_a_clockwise_coast_down(plan: Plan) -> None:
     assert amplitude.get_ylim()[0] == 0.0 and residual.get_xlim() == (0.0, 8.0)
 
 
-def test_only_natural_frequencies_that_are_passed_are_marked(machine: Machine, plan: Plan) -> None:
+def test_only_natural_frequencies_that_are_passed_are_marked(machine: Machine, plan: SingleCoastDown) -> None:
     for start, count in ((FAST / 1.04, 2), (FAST / 1.06, 1), (-SLOW / 1.06, 0)):
         made = answered(plan, recorded(plan, start_speed=start))
         axis = drawn("coast-down", made).axes[0]
@@ -269,7 +272,7 @@ def test_only_natural_frequencies_that_are_passed_are_marked(machine: Machine, p
         assert len(levels) == count and all(math.copysign(1, v) == math.copysign(1, start) for v in levels)
 
 
-def test_the_figure_of_one_that_turns_back(plan: Plan) -> None:
+def test_the_figure_of_one_that_turns_back(plan: SingleCoastDown) -> None:
     still = recorded(plan, rows={"amplitude": np.zeros(17)}, reversals=(6.5, 7.0), turns=np.array([[1.0], [-100.0]]))
     speed, _ = drawn("coast-down", answered(plan, still)).axes
     shown = lines_of(speed)
@@ -277,3 +280,55 @@ def test_the_figure_of_one_that_turns_back(plan: Plan) -> None:
     assert [0.0, 0.0] in [list(x.get_ydata()) for x in speed.get_lines()], "a line at standstill"
     after = [x for x in speed.get_lines() if list(x.get_xdata()) == [6.5, 7.0, 7.5, 8.0]]
     assert [list(x.get_ydata()) for x in after] == [still.rows["speed"][13:].tolist()]
+
+
+# --- a run from each configuration ---
+
+
+def several(plan: SingleCoastDown, count: int = 2) -> xr.Dataset:
+    """Two runs, the second from 180 rad/s for 12 s; count: of those that have begun."""
+    plans = Plan((replace(plan, label="a"), replace(plan, label="b 1°, c 2°", start_speed=-180.0)))
+    longer = {"time": np.linspace(0.0, 12.0, 17), "speed": -np.linspace(180.0, 20.0, 17)}
+    records = [recorded(plan), recorded(plan, end={"time": 12.0}, rows=longer, start_speed=-180.0)]
+    return titled(dataset(plans, tuple((record, FLOW) for record in records[:count])))
+
+
+def test_every_run_is_in_the_summary_and_over_one_time(plan: SingleCoastDown) -> None:
+    result = several(plan)
+    first, second = result.wucht.summary["configurations"]
+    assert first == {
+        "configuration": "a", "outcome": None, "start_speed": -200.0, "half_time": pytest.approx(5.0), "end_time": 8.0,
+        "peak_amplitude": pytest.approx(2e-3), "peak_speed": pytest.approx(-100.0),
+    }  # fmt: skip
+    assert (second["configuration"], second["start_speed"], second["end_time"]) == ("b 1°, c 2°", -180.0, 12.0)
+    assert result.run_time.values.tolist() == np.linspace(0.0, 12.0, 17).tolist()
+    assert result.run_speed.values[0, :3] == pytest.approx([-200.0, -185.0, -170.0]), "10 rad/s in 0.5 s"
+    assert np.isnan(result.run_speed.values[0, 11:]).all() and result.run_speed.values[1, -1] == -20.0
+    assert result.attrs["sentence"].endswith("after 5 s; the first of 2 runs, one from each stable configuration")
+    assert result.wucht.assumed[1] == (
+        "rotors start in the stable synchronous configuration a (averaged equations); "
+        "the other runs start in b 1°, c 2°, from 180 rad/s"
+    )
+    (line,) = [line for line in report(result) if line.startswith("  other start")]
+    assert line == "  other start  b 1°, c 2°: 2 mm at most, from -180 rad/s (-1719 rpm); halved after 5.5 s"
+    assert module.numbers(Plan((plan, plan))) == 2 * module.numbers(Plan((plan,)))
+
+
+def test_of_an_interrupted_study_the_runs_so_far(plan: SingleCoastDown) -> None:
+    result = several(plan, 1)
+    assert [row["configuration"] for row in result.wucht.summary["configurations"]] == ["a"]
+    assert "run_speed" not in result and not [line for line in report(result) if "other start" in line]
+
+
+def test_the_figure_of_several_runs_names_each(plan: SingleCoastDown) -> None:
+    speed, amplitude, residual = drawn("coast-down", several(plan)).axes
+    assert {"mean over a turn, from a", "from b 1°, c 2°"} <= set(lines_of(speed))
+    assert list(lines_of(amplitude)) == ["amplitude, from a", "from b 1°, c 2°"]
+    assert residual.get_xlim() == (0.0, 12.0)
+
+
+def test_of_one_configuration_there_is_one_row_and_no_table_of_runs(plan: SingleCoastDown) -> None:
+    result = answered(replace(plan, label="antiphase"))
+    assert len(result.wucht.summary["configurations"]) == 1 and "run_speed" not in result
+    assert "rotors start in the stable synchronous configuration antiphase (averaged equations)" in result.wucht.assumed
+    assert not result.attrs["sentence"].endswith("configuration")

@@ -19,6 +19,7 @@ def lines(unit: str = "m", dimensionless: bool = False, **other: Any) -> list[st
         "sentence": "as by hand", "range": [5.0, 10.0], "critical_speeds": [], "peak_speed": 10.0, "peak_amplitude": 2e-3,
         "bodies": "held", "peaks": [], "free_speed": None, "amplitude_at_free_speed": None, "throw_at_free_speed": None,
         "peak_torque_speed": None, "peak_torque": None, "torque_peaks": [], "self_centring_speed": None,
+        "operation": [],
     } | other  # fmt: skip
     made = xr.Dataset({"amplitude": variable("speed", [0.0], "amplitude", unit)})
     told: list[str] = STUDY.report(titled(answered(made, summary, peak_amplitude=unit), dimensionless))
@@ -41,8 +42,8 @@ def test_the_fewest_lines() -> None:
 @pytest.mark.parametrize(
     ("bodies", "peak", "line"),
     [
-        ("steady", 0.0, "  amplitude    none where balancing bodies are in stable steady phases"),
-        ("steady", None, "  amplitude    the balancing bodies have no stable steady phases"),
+        ("steady", 0.0, "  amplitude    none in stable steady phases"),
+        ("steady", None, "  amplitude    there are no stable steady phases"),
     ],
 )
 def test_without_a_largest_amplitude(bodies: str, peak: float | None, line: str) -> None:
@@ -55,9 +56,7 @@ def test_without_a_largest_amplitude(bodies: str, peak: float | None, line: str)
 
 
 def test_bodies_in_steady_phases() -> None:
-    assert (
-        lines(bodies="steady")[2] == f"  amplitude    2 mm at most, at {AT} where balancing bodies are in stable steady phases"
-    )
+    assert lines(bodies="steady")[2] == f"  amplitude    2 mm at most, at {AT} in stable steady phases"
 
 
 def test_other_maxima() -> None:
@@ -79,6 +78,14 @@ def test_in_operation() -> None:
     ]
     assert len(lines(free_speed=5.0, amplitude_at_free_speed=1e-3)) == 4
     assert len(lines(free_speed=5.0)) == len(lines(amplitude_at_free_speed=1e-3)) == 3
+    first = {"speed": 10.0, "configuration": "antiphase", "amplitude": 1e-3} | throw
+    second = {"speed": 5.0, "configuration": "", "amplitude": 2e-3}
+    assert lines(free_speed=5.0, amplitude_at_free_speed=1e-3, operation=[first, second])[3:] == [
+        f"  in operation 1 mm at {AT}, antiphase",
+        "               stroke 4 mm peak to peak, 12.35 m/s², machine number 1.26",
+        "  in operation 2 mm at 5 rad/s (48 rpm)",
+    ]
+    assert len(lines(operation=[second] * 8)) == 3 + 6
 
 
 def test_torques() -> None:

@@ -10,9 +10,9 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from tests.hand_made import drawn
-from tests.refusals import refused
 
 from wucht.analysis.working_points import WorkingPoint
+from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.studies import torque_balance
 from wucht.studies.torque_balance import Findings
 
@@ -107,11 +107,17 @@ def test_points_of_overlapping_bodies_are_crosses() -> None:
     assert "drive" in {str(x.get_label()) for x in axis.get_lines()}
 
 
-def sentence(*points: bool, over: tuple[bool, ...] = (), names: tuple[str, ...] = (), runaway: bool = False) -> str:
+def sentence(
+    *points: bool, over: tuple[bool, ...] = (), names: tuple[str, ...] = (), runaway: bool = False, rotors: bool = False
+) -> str:
+    """over: of the configurations, those with overlapping bodies. rotors: configurations of several rotors."""
     made = tuple(WorkingPoint(1.0, 1.0, stable, False, 0.0, 0.0, None) for stable in points)
     configurations: Any = tuple(SimpleNamespace(overlapping=o) for o in over)
-    search: Any = object() if over or names else None
-    return torque_balance._sentence(Findings(made, configurations, search), list(names), runaway)
+    anything: Any = object()
+    torques = anything if over or names else None
+    steady = SteadyPhases(anything, np.zeros(1), anything, torques, (), configurations if rotors else None)
+    plan: Any = SimpleNamespace(steady=steady, curves=[SimpleNamespace(runaway=runaway)])
+    return torque_balance._sentence(plan, Findings(made, configurations, names))
 
 
 def test_sentences() -> None:
@@ -128,10 +134,21 @@ def test_sentences() -> None:
     assert sentence(True, over=(True,), names=("a",)) == f"{nowhere} in any steady phases of the balancing bodies"
 
 
+def test_sentences_on_several_rotors() -> None:
+    none_is_stable = "the rotors do not run synchronously: no synchronous configuration in the range is stable"
+    assert sentence(rotors=True) == none_is_stable
+    assert sentence(False, False, over=(False, True), names=("a", "b"), rotors=True) == f"{none_is_stable} (1 not stable)"
+    assert sentence(True, False, over=(False, False), names=("a", "b"), rotors=True) == (
+        "2 working points, 1 of them stable: a"
+    )
+    both = sentence(True, True, over=(False, False), names=("e2 1°, e3 2°", "e2 3°, e3 4°"), rotors=True)
+    assert both == "2 working points, 2 of them stable: e2 1°, e3 2° or e2 3°, e3 4°"
+
+
 def test_warnings_of_touching_curves_and_of_several_rotors() -> None:
-    def told(rotors: int, *tangential: bool) -> list[str]:
+    def told(rotors: int, *tangential: bool, configurations: Any = None) -> list[str]:
         made: Any = SimpleNamespace(
-            steady=SimpleNamespace(machine=SimpleNamespace(rotors=[None] * rotors)),
+            steady=SimpleNamespace(machine=SimpleNamespace(rotors=[None] * rotors), configurations=configurations),
             curves=(SimpleNamespace(rotor=SimpleNamespace(name="second")),),
         )
         points = tuple(WorkingPoint(1.0, 1.0, False, t, 0.0, 0.0, None) for t in tangential)
@@ -141,27 +158,4 @@ def test_warnings_of_touching_curves_and_of_several_rotors() -> None:
     (touching,) = told(1, False, True)
     assert "only touch" in touching
     assert told(2) == ["all rotors are assumed to turn as fast as 'second', in the phases of the start"]
-
-
-@pytest.mark.parametrize(
-    ("sense", "speeds", "expected"),
-    [
-        (1.0, (10.0, 50.0), (10.0, 50.0)),
-        (-1.0, (-50.0, -10.0), (10.0, 50.0)),
-        (1.0, (0.0, 50.0), (torque_balance.LOWEST * 50.0, 50.0)),
-        (-1.0, (-50.0, 0.0), (torque_balance.LOWEST * 50.0, 50.0)),
-        (1.0, (-1.0, 50.0), None),
-        (1.0, (-50.0, 0.0), None),
-        (-1.0, (10.0, 50.0), None),
-    ],
-)
-def test_steady_phases_are_searched_in_the_sense_of_the_drive(
-    sense: float, speeds: tuple[float, float], expected: tuple[float, float] | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(torque_balance, "sense_of", lambda machine, rotor: sense)
-    steady: Any = SimpleNamespace(machine=SimpleNamespace(rotor=None))
-    if expected is None:
-        with refused("study.range", given=list(speeds)):
-            torque_balance._search_range(steady, speeds)
-    else:
-        assert torque_balance._search_range(steady, speeds) == pytest.approx(expected)
+    assert told(2, configurations=()) == []

@@ -23,6 +23,7 @@ from wucht.analysis.working_points import TorqueCurves
 from wucht.numerics.subdivision import Zeros, all_zeros
 
 MOST_BODIES = 4
+_FEW_BODIES = 3  # whose states are searched by subdivision within seconds
 _SMALLEST = 1e-6  # of the ranges: smaller boxes are along a family, or around a state at a fold
 _BOXES = {1: 200_000, 2: 200_000, 3: 1_000_000, 4: 3_000_000}
 _STARTS, _ROUNDS, _STEPS = 600, 8, 80
@@ -49,10 +50,11 @@ class StateSearch:
 def all_states(torques: SteadyTorques, low: float, high: float, watch: CancelCheck = None, prove: bool = True) -> StateSearch:
     """All states, each verified; the speed between low and high, in the main rotor's sense, where it is not fixed.
 
-    watch: called often; an exception from it ends the search. prove: try to prove that closed forms miss no speed.
+    watch: called often; an exception from it ends the search. prove: try to prove that closed forms miss no speed, and that
+    four bodies have no other states.
     """
     if not has_closed_form(torques, low, high):
-        result = search(torques, low, high, watch)
+        result = search(torques, low, high, watch, prove)
     elif torques.fixed_speed is not None:
         states = closed_form.fixed_speed_states(torques, torques.fixed_speed)
         result = StateSearch(states, True, "closed form: there are no other steady phases")
@@ -106,9 +108,9 @@ def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: Cance
     return speeds_in_line(torques, low, high, watch) if provable else None
 
 
-def search(torques: SteadyTorques, low: float, high: float, watch: CancelCheck = None) -> StateSearch:
-    """All states, the speed between low and high where it is not fixed."""
-    if torques.size <= MOST_BODIES:
+def search(torques: SteadyTorques, low: float, high: float, watch: CancelCheck = None, prove: bool = True) -> StateSearch:
+    """All states, the speed between low and high where it is not fixed. prove: by subdivision, also of four bodies."""
+    if torques.size <= (MOST_BODIES if prove else _FEW_BODIES):
         result = search_by_subdivision(torques, low, high, watch=watch)
         if result.complete:
             return result

@@ -1,7 +1,8 @@
-"""The steady phases of a rotor's balancing bodies over its speed, branch by branch, and where they are stable.
+"""The steady phases of bodies over the speed, branch by branch, and where they are stable.
 
-Those of ``closed_form``, with the rotor fixed at each speed, independent of its drive. Stability is that of the averaged
-equations with the inertia of the bodies.
+Balancing bodies of one rotor: those of ``closed_form``, with the rotor fixed at each speed, independent of its drive. Stability
+is that of the averaged equations with the inertia of the bodies. Several rotors: the phases of a synchronous configuration,
+which depend on the drives, held over the speed as where the drives balance in it.
 """
 
 from __future__ import annotations
@@ -31,12 +32,15 @@ class SteadyBranch:
     """Steady phases over the speed of the main rotor, which is positive in its sense.
 
     torques: with the rotor at a fixed speed. solution: the branch of bodies in line, or the phases (n,) of those that
-    compensate the unbalance at any speed. dimension: of the family that these represent.
+    compensate the unbalance at any speed, or of a configuration of several rotors that are held over the speed. dimension: of
+    the family that these represent. configuration_label: of a configuration that is held over the speed, and stable where the
+    drives balance in it; else empty.
     """
 
     torques: SteadyTorques
     solution: PhaseBranch | np.ndarray
     dimension: int = 0
+    configuration_label: str = ""
 
     def phases(self, speeds: np.ndarray) -> np.ndarray:
         """alpha (n, N) in the order of the torques, NaN where there are no such states."""
@@ -62,6 +66,8 @@ class SteadyBranch:
         """True (N,) where such a state exists and is stable."""
         phases = self.phases(speeds)
         exists, stable = np.isfinite(phases[-1]), np.zeros(len(speeds), bool)
+        if self.configuration_label:
+            return exists
         stable[exists] = transverse_stability(self.torques, speeds[exists], phases[:, exists], self.dimension)
         return stable
 
@@ -74,6 +80,8 @@ class SteadyBranch:
 
     def labels(self, speeds: np.ndarray) -> np.ndarray:
         """Labels of the states (N,), empty where there are none."""
+        if self.configuration_label:
+            return np.where(np.isfinite(self.phases(speeds)[-1]), self.configuration_label, "")
         beside = self.solution.sides if isinstance(self.solution, PhaseBranch) else ()
         return labels_of(self.torques, beside, self.phases(speeds))
 

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from wucht.analysis.configurations.configuration import Configuration
 from wucht.analysis.vibration import ForcedVibration
-from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in, start_gives
 from wucht.dynamics.verdicts.observation import AxisMotion, advance_balance, rows_of
 from wucht.errors import InputError
 from wucht.machines.machine import DISSIPATED_WORK, Machine
@@ -71,12 +72,12 @@ def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]
     state = initial_state(coasting, start)
     for rotor in machine.rotors:
         row = coasting.row(rotor.coordinate.velocity)
-        if rotor.name in machine.start_angles and not _has_entry(start, rotor.name, "angle"):
+        if rotor.name in machine.start_angles and not start_gives(start, rotor.name, "angle"):
             state[coasting.row(rotor.coordinate.position)] += machine.start_angles[rotor.name]
-        if not _has_entry(start, rotor.name, "speed") and rotor.release is None:
+        if not start_gives(start, rotor.name, "speed") and rotor.release is None:
             state[row] = _driven_speed(machine, rotor)
         for body in machine.group(rotor)[1:]:
-            if body.release is not None or not _has_entry(start, body.name, "speed"):
+            if body.release is not None or not start_gives(start, body.name, "speed"):
                 state[coasting.row(body.coordinate.velocity)] = state[row]
     if not state[coasting.row(machine.rotor.coordinate.velocity)]:
         raise InputError(
@@ -85,6 +86,38 @@ def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]
             f'give start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
         )  # fmt: skip
     return state
+
+
+def state_in_configuration(
+    machine: Machine, state: np.ndarray, c: Configuration, senses: Mapping[str, float], start: Mapping[str, Any]
+) -> np.ndarray:
+    """Return a state (n,) of a machine without drives with its bodies in a configuration of its rotors.
+
+    The main rotor keeps its angle. All turn at the speed of the configuration, or at that which the start gives to the main
+    rotor, except for rotors whose speed the start gives. senses: +1 or -1 of each body, as the drives turn it.
+    """
+    placed_state, main = state.copy(), machine.rotor
+    angle = senses[main.name] * state[machine.row(main.coordinate.position)]
+    speed = abs(c.speed)
+    if start_gives(start, main.name, "speed"):
+        speed = abs(float(state[machine.row(main.coordinate.velocity)]))
+    for rotor in machine.rotors:
+        row = machine.row(rotor.coordinate.velocity)
+        if not start_gives(start, rotor.name, "speed"):
+            placed_state[row] = senses[rotor.name] * speed
+        if rotor is not main:
+            placed_state[machine.row(rotor.coordinate.position)] = senses[rotor.name] * (angle + c.phases[rotor.name])
+        for body in machine.group(rotor)[1:]:
+            if not start_gives(start, body.name, "speed"):
+                placed_state[machine.row(body.coordinate.velocity)] = placed_state[row]
+    return place_bodies(machine, placed_state, {b.name: c.phases[b.name] for b in machine.bodies if b.about is not None})
+
+
+def driving_machine(machine: Machine) -> Machine:
+    """Return the machine at the end of its schedules, or when they last drive its main rotor."""
+    times = reversed(machine.breakpoints)
+    driven = (at for t in times if free_speed(at := machine.at(t).with_fields(schedules=()), at.rotor))
+    return next(driven, machine)
 
 
 def place_bodies(machine: Machine, state: np.ndarray, to_rotor: Mapping[str, float]) -> np.ndarray:
@@ -140,11 +173,6 @@ def with_steady_vibration(machine: Machine, state: np.ndarray) -> np.ndarray:
         shifted_state[at.row(c.position)] += x
         shifted_state[at.row(c.velocity)] = v
     return shifted_state
-
-
-def _has_entry(start: Mapping[str, Any], body: str, key: str) -> bool:
-    entry = start.get(body)
-    return key in entry if isinstance(entry, Mapping) else entry is not None and key == "angle"
 
 
 def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:

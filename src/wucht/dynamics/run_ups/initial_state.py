@@ -156,6 +156,12 @@ def speeds_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
     }
 
 
+def start_gives(start: Mapping[str, Any], body: str, key: str) -> bool:
+    """True if a start states the ``angle`` or the ``speed`` of a body."""
+    entry = start.get(body)
+    return key in entry if isinstance(entry, Mapping) else entry is not None and key == "angle"
+
+
 def format_phases(phases: Mapping[str, float]) -> str:
     """Format phases of bodies, given in rad, in degrees for a sentence; of many bodies the first ones."""
     texts = [f"{name} {(np.degrees(phase) + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
+from wucht.analysis.configurations.configuration import Configuration
+from wucht.analysis.configurations.running_configurations import RunningConfigurations
 from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_branches
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import ForcedVibration
-from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, initial_state
+from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, initial_state, start_gives
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import machine_at_speed, sense_of
@@ -40,7 +42,9 @@ class SteadyPhases:
 
     machine: after its schedules. angles: absolute, of its bodies (n,), in rad; forced_vibration: with the bodies there.
     torques, branches: of balancing bodies in the steady phases that belong to each speed; None and empty where they are held,
-    or there are none. held_reason: why they are held by default.
+    or there are none. configurations: of several rotors, those in which they run synchronously, stable or not; None where
+    they are held. Then there is a branch for each stable one, or for that nearest to the start, which holds its phases.
+    held_reason: why bodies are held by default.
     """
 
     machine: Machine
@@ -48,32 +52,46 @@ class SteadyPhases:
     forced_vibration: ForcedVibration
     torques: SteadyTorques | None = None
     branches: tuple[SteadyBranch, ...] = ()
+    configurations: tuple[Configuration, ...] | None = None
     held_reason: str = ""
 
     @classmethod
     def of(cls, machine: Machine, start: Mapping[str, Any], bodies: Literal["steady", "held"] | None) -> SteadyPhases:
         """Return the bodies as requested, by default in steady phases where these are known; else as at the start.
 
-        start: as in ``initial_state``; speeds and the carrier's start do not matter. Raises ``InputError`` where it does not
-        fit the machine, where bodies of a track overlap, where steady phases are not known, and where the carrier is not
-        linear.
+        start: as in ``initial_state``; speeds and the carrier's start do not matter, and phases of several rotors select one of
+        their stable configurations. Raises ``InputError`` where it does not fit the machine, where bodies of a track overlap,
+        where steady phases are not known, and where the carrier is not linear.
         """
         steady = machine.at(machine.breakpoints[-1])
         by_name, reason = angles_in(steady, initial_state(steady, start)), ""
-        if bodies != "held" and any(b.about is not None for b in machine.bodies):
+        if bodies != "held" and (len(machine.rotors) > 1 or any(b.about is not None for b in machine.bodies)):
             try:
-                torques, branches = steady_branches(machine)
+                return cls._with_steady_phases(machine, steady, start)
             except InputError as error:
                 if bodies == "steady":
                     explanation = f"not possible here: {error.explanation}; {HELD_HINT}"
                     raise InputError("study.bodies", bodies, explanation, code=error.code) from None
                 reason = error.explanation
-            else:
-                angles = np.zeros(len(by_name))
-                return cls(steady, angles, ForcedVibration.of(steady, angles), torques, branches)
         arrange_contacts(steady, by_name)
         angles = np.array(list(by_name.values()))
         return cls(steady, angles, ForcedVibration.of(steady, angles), held_reason=reason)
+
+    @classmethod
+    def _with_steady_phases(cls, machine: Machine, steady: Machine, start: Mapping[str, Any]) -> SteadyPhases:
+        """Return the bodies in steady phases. Raises ``InputError`` where these are not known."""
+        angles = np.zeros(len(steady.bodies))
+        if len(machine.rotors) == 1:
+            return cls(steady, angles, ForcedVibration.of(steady, angles), *steady_branches(machine))
+        running, stable = stable_configurations(machine, start)
+        configurations = tuple(c for c in running.configurations if c in stable or c not in running.stable)
+        branches = tuple(
+            SteadyBranch(running.torques, c.state.phases, configuration_label=label)
+            for c, label in zip(stable, configuration_labels(stable), strict=True)
+        )
+        if not stable:
+            angles = np.array(list(angles_in(steady, initial_state(steady, start)).values()))
+        return cls(steady, angles, ForcedVibration.of(steady, angles), running.torques, branches, configurations)
 
     @property
     def curves(self) -> list[ForcedVibration]:
@@ -100,12 +118,40 @@ class SteadyPhases:
 
     @property
     def assumptions(self) -> list[str]:
-        """The positions of the balancing bodies, as statements; empty without balancing bodies."""
+        """The phases of bodies, as statements; empty for a single body."""
+        if self.configurations is not None:
+            return self._rotor_assumptions()
         if self.branches:
             return ["balancing bodies in the steady phases at each speed, stable or unstable by the averaged equations"]
         angles = dict(zip((b.name for b in self.machine.bodies), self.angles.tolist(), strict=True))
         phases = {b.name: angles[b.name] - angles[b.about] for b in self.machine.bodies if b.about is not None}
-        return [f"balancing bodies held at {format_phases(phases)} relative to their rotor"] if phases else []
+        rotors = {r.name: angles[r.name] for r in self.machine.rotors}
+        return [
+            *([f"balancing bodies held at {format_phases(phases)} relative to their rotor"] if phases else []),
+            *([f"rotors held at {format_phases(rotors)}, turning at one speed"] if len(rotors) > 1 else []),
+        ]
+
+    def _rotor_assumptions(self) -> list[str]:
+        """The state in which several rotors run."""
+        if not self.branches:
+            return ["rotors at the phases of the start, turning at one speed: no synchronous configuration is stable"]
+        configurations = [f"{label} at {speed:.5g}{_unit(self.machine)}" for label, speed in self.running_speeds.items()]
+        phases = "its phases are" if len(configurations) == 1 else "the phases of each are"
+        return [
+            f"rotors in the stable synchronous configuration {', or '.join(configurations)} (averaged equations); "
+            f"{phases} held over the speed"
+        ]
+
+    @property
+    def running_speeds(self) -> dict[str, float]:
+        """The speed at which several rotors run in each stable configuration, by label."""
+        speeds = {tuple(c.state.phases): abs(c.speed) for c in self.configurations or ()}
+        return {b.configuration_label: speeds[tuple(b.solution)] for b in self.branches if isinstance(b.solution, np.ndarray)}
+
+    def list_labels(self, labels: Sequence[str]) -> str:
+        """Return different labels of configurations as a list; those of several rotors contain commas themselves."""
+        separator = ", " if self.configurations is None else " or "
+        return separator.join(dict.fromkeys(label for label in labels if label))
 
     @property
     def warnings(self) -> list[str]:
@@ -113,7 +159,9 @@ class SteadyPhases:
         prescribed_motion = "the prescribed motion of the carrier is left out: only the vibration by the unbalance is computed"
         sliders = "sliders are held where their springs are free of force: their unbalance does not grow with the speed"
         switchable = "switchable pendulums are treated as closed, at any speed: study.kind = 'activation' shows them open"
-        held_bodies = f"balancing bodies are held, as their steady phases are not computed: {self.held_reason}"
+        balancing = any(b.about is not None for b in self.machine.bodies)
+        subject = "balancing bodies are held, as their" if balancing else "rotors are at the phases of the start, as"
+        held_bodies = f"{subject} steady phases are not computed: {self.held_reason}"
         inside = [x.name == x.about for x in self.machine.sliders]
         left_out = {
             prescribed_motion: self.machine.shaken_coordinate is not None,
@@ -127,6 +175,41 @@ class SteadyPhases:
 
 
 _PAIR = ("psi", "delta")
+
+
+def phases_at_start(machine: Machine, start: Mapping[str, Any]) -> dict[str, float]:
+    """Return the phases that a start gives to bodies other than the main rotor, in rad, as those of a configuration.
+
+    Of a balancing body: relative to its rotor. Of another rotor: relative to the main one, each in its sense.
+    """
+    angles, senses = angles_in(machine, initial_state(machine, start)), {b.name: sense_of(machine, b) for b in machine.bodies}
+    main, pair = machine.rotor.name, any(key in start for key in _PAIR)
+    phases = dict[str, float]()
+    for b in machine.bodies:
+        is_given = start_gives(start, b.name, "angle")
+        if b.about is not None and (is_given or pair):
+            phases[b.name] = angles[b.name] - angles[b.about]
+        elif b.about is None and b.name != main and (is_given or start_gives(start, main, "angle")):
+            phases[b.name] = senses[b.name] * angles[b.name] - senses[main] * angles[main]
+    return phases
+
+
+def stable_configurations(
+    machine: Machine, start: Mapping[str, Any]
+) -> tuple[RunningConfigurations, tuple[Configuration, ...]]:
+    """Return the configurations of several rotors, and the stable ones: one of them where the start gives phases.
+
+    Raises ``InputError`` where there are no averaged equations, or nothing drives the machine.
+    """
+    running = RunningConfigurations.of(machine)
+    phases = phases_at_start(machine.at(machine.breakpoints[-1]), start)
+    return running, (running.nearest(phases),) if phases and running.stable else running.stable
+
+
+def configuration_labels(configurations: Sequence[Configuration]) -> list[str]:
+    """Return the label of each configuration of several rotors: its name where no other has it, else its phases."""
+    names = [c.name for c in configurations]
+    return [c.name if c.name is not None and names.count(c.name) == 1 else format_phases(c.phases) for c in configurations]
 
 
 @dataclass(frozen=True)

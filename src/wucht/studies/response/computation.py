@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from wucht.analysis.throw import Throw, steady_throw
 from wucht.analysis.vibration import ForcedVibration, WithSlope
 from wucht.analysis.working_points import curves
+from wucht.dynamics.run_ups.operating_points import Operation, vibration_in_operation
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -70,21 +72,25 @@ class Findings:
     """The decisive speeds of a response.
 
     speeds: (N,), the maxima among them, without those at which the amplitude is infinite. curves: as of ``SteadyPhases``.
+    operation: the vibration at each stable operating point.
     """
 
     speeds: np.ndarray
     curves: tuple[Peaks, ...]
+    operation: tuple[Operation, ...] = ()
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Yield the decisive speeds; the vibration at them takes milliseconds, and needs no second step."""
-    work.report(0.0, "steady vibration")
+    watch = partial(work.report, 0.0, "steady vibration")
+    watch()
+    operation = work.unit("operation", partial(vibration_in_operation, plan.steady, watch))
     grid = plan.steady.grid(plan.steady.forced_vibration.grid(*plan.range, plan.points))
     curves = tuple(_peaks(vibration, grid, plan.range) for vibration in plan.steady.curves)
     speeds = np.unique(np.concatenate([grid, *(x for c in curves for x in (c.peaks, c.torque_peaks))]))
     for infinite in {w for c in curves for w in c.undamped_resonances}:
         speeds = speeds[np.abs(speeds - infinite) > 1e-9 * infinite]
-    yield Findings(speeds, curves)
+    yield Findings(speeds, curves, operation)
 
 
 def _peaks(vibration: ForcedVibration, grid: np.ndarray, speed_range: tuple[float, float]) -> Peaks:

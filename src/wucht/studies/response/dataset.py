@@ -55,6 +55,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *natural_vibrations(machine),
         *(_configuration_quantities(quantities_by_curve, pieces) if steady.branches else quantities_by_curve[0]),
         *_maximum_quantities(plan, maxima),
+        *_operation_quantities(plan, findings),
         Quantity("loss_torque", losses, "torque of loads and bearings", machine.units.torque, "speed"),
         Quantity("free_speed", free, "speed reached without vibration", speed, "", in_summary=True),
         Quantity("eccentricity", eccentricity, "eccentricity of the rotor", machine.units.length, "", in_summary=True),
@@ -65,7 +66,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     undamped_resonances = sorted({x for c in findings.curves for x in c.undamped_resonances})
     resonances = [f"{x:.6g} {speed}".rstrip() for x in undamped_resonances]
     warnings = [f"the resonance at {at} is undamped: there the amplitude is infinite" for at in resonances]
-    sentence = _sentence(is_excited, critical, free, maxima.at_free)
+    sentence = _sentence(is_excited, critical, free, steady.list_labels([m.label for m in maxima.at_free]))
     return result_dataset(quantities, sentence, warnings + steady.warnings, steady.assumptions)
 
 
@@ -142,12 +143,27 @@ def _maximum_quantities(plan: Plan, maxima: Maxima) -> list[Quantity]:
     ]
 
 
+def _operation_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
+    """Return the vibration at the stable operating points."""
+    units, orbit = plan.steady.machine.units, plan.steady.machine.orbit_unit
+    parts = {
+        "speed": ("speed in operation", units.speed),
+        "configuration": ("configuration there", ""),
+        "amplitude": ("amplitude of the axis there", orbit),
+    } | NUMBERS
+    rows = [
+        {"speed": o.speed, "configuration": o.label, "amplitude": o.amplitude} | ({} if o.throw is None else o.throw.numbers)
+        for o in findings.operation
+    ]
+    return table("operation", rows, "stable steady speeds at which the torques balance, with the vibration there", parts)
+
+
 def _entry(name: str, m: Maximum) -> dict[str, Any]:
     more = {"configuration": m.label, "stable": m.stable} if m.label else {}
     return {"speed": m.speed, name: m.value, **more}
 
 
-def _sentence(is_excited: bool, critical: list[float], free: float | None, at_free: list[Maximum]) -> str:
+def _sentence(is_excited: bool, critical: list[float], free: float | None, labels: str) -> str:
     if not is_excited:
         return "nothing excites the carrier: the unbalances are zero or cancel"
     count = len(critical)
@@ -156,8 +172,7 @@ def _sentence(is_excited: bool, critical: list[float], free: float | None, at_fr
         below = sum(c < abs(free) for c in critical)
         relation = "above" if below == count else "below" if not below else "between"
         sentence += f"; the drive runs {relation} {'it' if count == 1 else 'them'}"
-    labels = dict.fromkeys(m.label for m in at_free if m.label)
-    return f"{sentence}; bodies stable there: {', '.join(labels)}" if labels and free else sentence
+    return f"{sentence}; bodies stable there: {labels}" if labels and free else sentence
 
 
 _MOST = 6  # maxima named one by one
@@ -167,7 +182,7 @@ def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a response."""
     s, lines = result.wucht.summary, ReportLines(result)
     speed, length = formats(result, result.amplitude.attrs["units"])
-    steady = " where balancing bodies are in stable steady phases" if s["bodies"] == "steady" else ""
+    steady = " in stable steady phases" if s["bodies"] == "steady" else ""
     lines.add("range", " to ".join(map(speed, s["range"])))
     lines.add("critical", ", ".join(map(speed, s["critical_speeds"])) or "none")
     if s["peak_speed"] is not None:
@@ -176,17 +191,14 @@ def report(result: xr.Dataset) -> list[str]:
     elif not steady:
         return lines.report(s["sentence"])
     else:
-        never = "the balancing bodies have no stable steady phases"
+        never = "there are no stable steady phases"
         lines.add("amplitude", never if s["peak_amplitude"] is None else f"none{steady}")
     further_peaks = [m for m in _stable(s["peaks"]) if m["speed"] != s["peak_speed"]]
     if further_peaks:
         amplitudes = ["infinite" if m["amplitude"] is None else length(m["amplitude"]) for m in further_peaks[:_MOST]]
         listing = ", ".join(f"{size} at {speed(m['speed'])}" for size, m in zip(amplitudes, further_peaks, strict=False))
         lines.add("also", f"{listing} and {len(further_peaks) - _MOST} more" if len(further_peaks) > _MOST else listing)
-    lines.add("in operation", "{amplitude_at_free_speed} at {free_speed}")
-    if (throw := s["throw_at_free_speed"]) is not None:
-        weight = f"{throw['acceleration']:.4g} m/s\u00b2, machine number {throw['machine_number']:.3g}"
-        lines.add("", f"stroke {{throw_at_free_speed.stroke}} peak to peak, {weight}")
+    _add_operation(lines, s)
     if s["peak_torque_speed"] is not None:
         at = [m for m in _stable(s["torque_peaks"])[:_MOST] if m["speed"] != s["peak_torque_speed"]]
         unit = "" if result.wucht.dimensionless else " N m"
@@ -194,6 +206,24 @@ def report(result: xr.Dataset) -> list[str]:
         lines.add("torque", f"of the vibration: at most {s['peak_torque']:.4g}{unit} at {{peak_torque_speed}}{also}")
     lines.add("self-centred", "from {self_centring_speed} on: the centre of mass moves inside the orbit of the axis")
     return lines.report(s["sentence"])
+
+
+def _add_operation(lines: ReportLines, s: dict[str, Any]) -> None:
+    """Add the vibration at each operating point; at the speed without vibration where no torque drives the machine."""
+    for point in s["operation"][:_MOST]:
+        label = f", {point['configuration']}" if point["configuration"] else ""
+        lines.add("in operation", "{amplitude} at {speed}{label}", point, "operation", label=label)
+        if point.get("stroke") is not None:
+            _add_throw(lines, point, "operation")
+    if not s["operation"]:
+        lines.add("in operation", "{amplitude_at_free_speed} at {free_speed}")
+        if (throw := s["throw_at_free_speed"]) is not None:
+            _add_throw(lines, throw, "throw_at_free_speed")
+
+
+def _add_throw(lines: ReportLines, throw: dict[str, Any], name: str) -> None:
+    weight = f"{throw['acceleration']:.4g} m/s\u00b2, machine number {throw['machine_number']:.3g}"
+    lines.add("", f"stroke {{stroke}} peak to peak, {weight}", throw, name)
 
 
 def _stable(maxima: list[dict[str, Any]]) -> list[dict[str, Any]]:

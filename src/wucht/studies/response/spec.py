@@ -29,9 +29,9 @@ class Response(Spec):
         "number of speeds, evenly spaced over the range, to which those that resolve the resonances are added"
     ))  # fmt: skip
     bodies: BalancingBodies = None
-    start: Composite[Start] = composite(
-        default_factory=dict, description="phases of balancing bodies that are held, and of other rotors"
-    )
+    start: Composite[Start] = composite(default_factory=dict, description=(
+        "phases of bodies that are held; of several rotors in steady phases, those that select the nearest stable configuration"
+    ))  # fmt: skip
 
     def check(self) -> None:
         """Refuse negative speeds."""

@@ -1,0 +1,367 @@
+"""Several rotors run in a stable synchronous configuration: where a run-up takes them, in three studies that do not run it."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.refusals import refused
+
+from wucht.analysis.configurations.averaged_stability import Stability
+from wucht.analysis.configurations.running_configurations import RunningConfigurations
+from wucht.dynamics.run_ups import operating_points
+from wucht.dynamics.run_ups.coasting import state_in_configuration
+from wucht.dynamics.run_ups.operating_points import OperatingPoints, speeds_in_sense, vibration_in_operation
+from wucht.dynamics.run_ups.steady_phases import configuration_labels, phases_at_start
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.machines.operation import LOWEST
+from wucht.numerics.angles import wrap_to_pi
+from wucht.studies.coast_down import CoastDown
+from wucht.studies.response.spec import Response
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import report, run
+from wucht.studies.torque_balance import TorqueBalance, prepare
+
+START_OF_FILE = {"e1": -1.5708, "e2": -1.5708}
+
+
+# --- decks at random ---
+
+MOTOR = {
+    "kind": "induction", "stator": "carrier", "voltage": 230.0, "frequency": "50 Hz", "pole_pairs": 2,
+    "stator_reactance": 8.0, "rotor_reactance": 8.0,
+}  # fmt: skip
+
+
+def random_deck(seed: int, count: int) -> dict[str, Any]:
+    """A deck with unequal motors, each somewhere on it, in one sense or the other, on two mounts below its centre of mass."""
+    r = np.random.default_rng(seed)
+
+    def between(low: float, high: float) -> float:
+        return float(r.uniform(low, high))
+
+    rotors, drives = [], []
+    for k in range(count):
+        rotors.append({
+            "kind": "rotor", "name": f"e{k + 1}", "mass": between(15, 30), "unbalance": between(0.3, 0.6),
+            "inertia": between(0.02, 0.04), "bearing_damping": 0.01, "position": [between(-0.7, 0.7), between(-0.1, 0.7)],
+        })  # fmt: skip
+        sense = int(r.choice([-1, 1])) if k else 1
+        resistances = {"stator_resistance": between(7, 8), "rotor_resistance": between(6, 7.5)}
+        drives.append(MOTOR | {"on": f"e{k + 1}", "sense": sense} | resistances)
+    mounts = [
+        {
+            "at": [side * between(0.7, 1.0), -between(0.1, 0.3)],
+            "stiffness": [between(5e4, 8e4), between(8e4, 1.3e5)],
+            "damping": [300.0, 500.0],
+        }
+        for side in (-1, 1)
+    ]
+    carrier = {"mass": between(300, 450), "inertia": between(120, 180), "directions": "xyr", "gravity": 9.81, "mounts": mounts}
+    return {"carrier": carrier, "bodies": rotors, "drives": drives}
+
+
+def three_in_a_circle(seed: int) -> dict[str, Any]:
+    """A deck with three motors of one sense, nearly equal, around its centre of mass: two ways to run synchronously."""
+    deck, r = random_deck(seed, 3), np.random.default_rng(seed)
+    shared = {name: deck["bodies"][0][name] for name in ("mass", "unbalance", "inertia")}
+    angles = [2 * math.pi * k / 3 + float(r.normal(0, 0.1)) for k in range(3)]
+    positions = [[0.3 * math.cos(angle), 0.3 * math.sin(angle)] for angle in angles]
+    rotors = [b | shared | {"position": position} for b, position in zip(deck["bodies"], positions, strict=True)]
+    resistances = {"sense": 1, "stator_resistance": 7.5}
+    drives = [d | resistances | {"rotor_resistance": float(r.uniform(6.3, 6.6))} for d in deck["drives"]]
+    return deck | {"bodies": rotors, "drives": drives}
+
+
+def mirrored(deck: dict[str, Any]) -> dict[str, Any]:
+    """The deck from behind: left is right, and each motor turns the other way."""
+    mounts = [m | {"at": [-m["at"][0], m["at"][1]]} for m in deck["carrier"]["mounts"]]
+    rotors = [b | {"position": [-b["position"][0], b["position"][1]]} for b in deck["bodies"]]
+    drives = [d | {"sense": -d["sense"]} for d in deck["drives"]]
+    return {"carrier": deck["carrier"] | {"mounts": mounts}, "bodies": rotors, "drives": drives}
+
+
+def stable_points(balance: xr.Dataset) -> list[dict[str, Any]]:
+    return [p for p in balance.wucht.summary["working_points"] if p["stable"]]
+
+
+def summary_of(study: Any, machine: Machine) -> dict[str, Any]:
+    result: dict[str, Any] = run(study, machine).wucht.summary
+    return result
+
+
+def apart(first: dict[str, float], second: dict[str, float]) -> float:
+    """The largest difference of phases, in degrees."""
+    return max(abs(math.degrees(wrap_to_pi(first[name] - second[name]))) for name in second)
+
+
+@pytest.mark.parametrize(
+    ("seed", "count", "degrees", "share"),
+    [
+        (
+            1,
+            2,
+            0.5,
+            0.025,
+        ),  # the exciters work against each other: their fluctuation shows in what is left
+        (2, 2, 0.5, 0.01),
+        (3, 3, 2.0, 0.01),  # near the edge of synchronisation the phases depend on what the averaged equations leave out
+        (4, 3, 0.5, 0.01),
+        (5, 3, 0.5, 0.01),
+    ],
+)
+def test_a_working_point_is_where_the_run_up_ends(seed: int, count: int, degrees: float, share: float) -> None:
+    """The speed to 0.2 %; phases and amplitude as closely as averaged equations of first order give them."""
+    machine = machine_from(random_deck(seed, count))
+    plan = prepare(TorqueBalance(), machine)
+    found = OperatingPoints.of(plan.steady, plan.curves, plan.search_range, None)
+    ((point, c),) = [(p, c) for p, c in zip(found.points, found.configurations, strict=True) if p.stable]
+    (operation,) = vibration_in_operation(plan.steady)
+    at_the_end = summary_of(RunUp(until=20.0), machine)
+    assert at_the_end["outcome"] == "synchronised"
+    assert point.speed == operation.speed == pytest.approx(at_the_end["final_speed"], rel=2e-3)
+    assert apart(c.phases, at_the_end["rotor_phases"]) < degrees
+    assert operation.amplitude == pytest.approx(at_the_end["final_amplitude"], rel=share)
+
+
+# --- two configurations ---
+
+
+@cache
+def two_ways() -> Machine:
+    return machine_from(three_in_a_circle(1))
+
+
+@cache
+def balance_of_two_ways() -> xr.Dataset:
+    return run(TorqueBalance(), two_ways())
+
+
+def test_each_stable_configuration_is_reached_by_a_run_up() -> None:
+    points, r, reached = stable_points(balance_of_two_ways()), np.random.default_rng(0), set[str]()
+    assert len(points) == 2
+    for _ in range(6):
+        start = {name: float(r.uniform(0, 2 * math.pi)) for name in ("e1", "e2", "e3")}
+        final = summary_of(RunUp(until=8.0, start=start), two_ways())
+        (same,) = [p for p in points if apart(p["phases"], final["rotor_phases"]) < 1.0]
+        assert same["speed"] == pytest.approx(final["final_speed"], rel=2e-3)
+        reached.add(same["configuration"])
+        if len(reached) == 2:
+            return
+    pytest.fail(f"{reached} alone")
+
+
+def test_there_is_a_curve_and_a_run_for_each() -> None:
+    first, second = stable_points(balance_of_two_ways())
+    names = [first["configuration"], second["configuration"]]
+    assert balance_of_two_ways().attrs["sentence"].endswith(f"2 of them stable: {names[0]} or {names[1]}")
+    response = run(Response(), two_ways())
+    assert [o["configuration"] for o in response.wucht.summary["operation"]] == names
+    assert [o["speed"] for o in response.wucht.summary["operation"]] == [first["speed"], second["speed"]]
+    assert response.sizes["configuration"] == 2
+    coasting = run(CoastDown(until=0.1), two_ways())
+    runs = coasting.wucht.summary["configurations"]
+    assert [one["configuration"] for one in runs] == names == coasting.configuration_name.values.tolist()
+    assert [one["start_speed"] for one in runs] == [first["speed"], second["speed"]]
+    assert np.nanmax(coasting.run_amplitude, axis=1) == pytest.approx([one["peak_amplitude"] for one in runs], rel=0.02)
+    assert coasting.attrs["sentence"].endswith("; the first of 2 runs, one from each stable configuration")
+    (other,) = [line for line in report(coasting) if line.startswith("  other start")]
+    assert names[1] in other
+
+
+def test_the_start_selects_the_nearest_configuration() -> None:
+    for point in stable_points(balance_of_two_ways()):
+        start = {name: phase + 0.3 for name, phase in point["phases"].items()} | {"e1": 0.1}
+        (selected,) = stable_points(run(TorqueBalance(start=start), two_ways()))
+        assert selected == point
+    unstable = [p for p in balance_of_two_ways().wucht.summary["working_points"] if not p["stable"]]
+    result = run(CoastDown(until=0.02, start=start), two_ways()).wucht.summary
+    assert unstable and [one["configuration"] for one in result["configurations"]] == [point["configuration"]]
+
+
+# --- senses and shafts ---
+
+
+def test_a_clockwise_machine_is_the_mirror_image() -> None:
+    deck = random_deck(2, 2)
+    first, second = (run(TorqueBalance(), machine_from(d)) for d in (deck, mirrored(deck)))
+    (right,), (left,) = stable_points(first), stable_points(second)
+    assert left["speed"] == pytest.approx(-right["speed"], rel=1e-9) and apart(left["phases"], right["phases"]) < 1e-6
+    (operation,) = summary_of(Response(), machine_from(mirrored(deck)))["operation"]
+    assert operation["speed"] == left["speed"]
+    coasting = summary_of(CoastDown(until=0.05), machine_from(mirrored(deck)))
+    assert coasting["configurations"][0]["start_speed"] == pytest.approx(left["speed"])
+
+
+def test_the_shaft_of_the_second_motor_has_the_same_working_point() -> None:
+    screen = load_machine("practice/screen")
+    (first,), (second,) = (stable_points(run(TorqueBalance(on=on), screen)) for on in ("e1", "e2"))
+    assert second["speed"] == -first["speed"] and second["phases"] == first["phases"]
+    assert second["torque"] < 0 < first["torque"], "in its sense of rotation"
+    # The motors balance bearings and vibration together, and the vibration passes torque from one to the other.
+    assert first["torque"] - second["torque"] == pytest.approx(2 * 0.01 * first["speed"], rel=0.15)
+
+
+# --- the screen of the catalogue ---
+
+
+def test_the_screen_runs_where_its_run_up_ends() -> None:
+    """155.16 rad/s, 2.299 mm and a throw of 4.593 mm."""
+    screen = load_machine("practice/screen")
+    balance = run(TorqueBalance(), screen)
+    (point,) = stable_points(balance)
+    assert point["speed"] == pytest.approx(155.16, rel=1e-3)
+    assert "rotors in the stable synchronous configuration e2 -90.4° at 155.2 rad/s" in " ".join(balance.wucht.assumed)
+    response = run(Response(), screen)
+    (operation,) = response.wucht.summary["operation"]
+    assert operation["amplitude"] == pytest.approx(2.299e-3, rel=5e-3)
+    assert operation["stroke"] == pytest.approx(4.593e-3, rel=5e-3)
+    assert "  in operation 2.294 mm at 155.2 rad/s (1482 rpm), e2 -90.4°" in report(response)
+
+
+def test_held_it_is_at_the_phases_of_the_start() -> None:
+    screen = load_machine("practice/screen")
+    for start, speed in ((START_OF_FILE, 151.07), ({}, 159.22)):
+        result = run(TorqueBalance(start=start, bodies="held"), screen)
+        assert stable_points(result)[-1]["speed"] == pytest.approx(speed, abs=6e-3)
+        assert any(a.startswith("rotors held at e1 ") for a in result.wucht.assumed)
+
+
+def test_a_coast_down_begins_in_operation() -> None:
+    """The speed falls from turn to turn by 2.4 to 3.3 rad/s, as the bearings brake it. Within a turn it fluctuates by 4.9 rad/s
+    in operation, by gravity and by the vibration torque, and after that by no more. At the phases of the file it would fall by
+    9.8 rad/s within a turn, and rise again.
+    """
+    result = run(CoastDown(until=0.5), load_machine("practice/screen"))
+    fall = -np.diff(result.mean_speed.values)
+    assert fall.min() > 2.0 and fall.max() < 3.5
+    turn = result.time.values <= 2 * math.pi / 155
+    assert np.ptp(result.speed.values[turn]) < 4.9
+    held = run(CoastDown(until=0.5, bodies="held", start=START_OF_FILE), load_machine("practice/screen"))
+    fall = -np.diff(held.mean_speed.values)
+    assert fall.max() > 9.0 and fall.min() < 0
+    assert result.wucht.summary["start_speed"] == pytest.approx(155.2, abs=0.05)
+
+
+def test_without_a_stable_configuration_it_is_said() -> None:
+    machine = load_machine("practice/screen-unsynchronised")
+    balance, response = run(TorqueBalance(), machine), run(Response(), machine)
+    assert stable_points(balance) == [] == response.wucht.summary["operation"]
+    words = "the rotors do not run synchronously: no synchronous configuration in the range is stable"
+    assert balance.attrs["sentence"].startswith(words)
+    coasting = run(CoastDown(until=0.02), machine)
+    reason = "the rotors start at the phases of the start: no synchronous configuration of the rotors is stable"
+    assert reason in coasting.wucht.warnings and "configurations" not in coasting.wucht.summary
+    with refused("study.bodies", "no synchronous configuration", given="steady", code="no-stable-phases"):
+        run(CoastDown(until=0.02, bodies="steady"), machine)
+
+
+# --- by hand ---
+
+
+def named(name: str | None, stable: bool | None = True, overlapping: bool = False, **phases: float) -> Any:
+    slow = Stability.without_verdict("by hand") if stable is None else SimpleNamespace(stable=stable)
+    return SimpleNamespace(name=name, phases=phases, slow=slow, overlapping=overlapping, speed=100.0)
+
+
+def test_labels_are_names_where_only_one_has_the_name() -> None:
+    first, second = named("together", e2=0.0), named(None, e2=math.pi / 2)
+    assert configuration_labels([first, second]) == ["together", "e2 90°"]
+    assert configuration_labels([first, named("together", e2=0.1)]) == ["e2 0°", "e2 5.73°"]
+    assert configuration_labels([]) == []
+
+
+def test_the_nearest_is_stable_and_possible() -> None:
+    near, far = named("a", e2=0.2, e3=3.0), named("b", e2=2.0, e3=-3.0)
+    others = (named("c", False, e2=1.0, e3=3.1), named("d", True, True, e2=1.0, e3=3.1), named("e", None, e2=1.0, e3=3.1))
+    anything: Any = None
+    running = RunningConfigurations(anything, (near, *others, far), anything)
+    assert running.stable == (near, far)
+    assert running.nearest({"e2": 1.0, "e3": 3.1}) is near and running.nearest({"e2": 1.2}) is far
+    assert running.nearest({"e3": -3.05}) is far, "3.0 is 13 degrees away across 180 degrees"
+    assert running.nearest({"e2": 0.2 + 4 * math.pi}) is near
+    with pytest.raises(ValueError):
+        RunningConfigurations(anything, others, anything).nearest({"e2": 1.0})
+
+
+def pair() -> Machine:
+    """Two rotors of opposite senses, a pendulum about the second."""
+    rotor = {"kind": "rotor", "name": "r", "mass": 2.0, "unbalance": 0.01, "inertia": 0.02, "bearing_damping": 1e-3}
+    body = {"kind": "pendulum", "name": "p", "about": "q", "mass": 0.05, "length": 0.1, "damping": 0.01}
+    drives = [{"on": on, "kind": "linear", "slope": 0.4, "no_load_speed": w} for on, w in (("r", 50.0), ("q", -50.0))]
+    carrier = {"mass": 20.0, "directions": "xy", "stiffness": 8e4, "damping": 60.0}
+    return machine_from({"carrier": carrier, "bodies": [rotor, rotor | {"name": "q"}, body], "drives": drives})
+
+
+@pytest.mark.parametrize(
+    ("start", "expected"),
+    [
+        ({}, {}),
+        ({"r": {"speed": 5.0}, "q": {"speed": 1.0}, "p": {"speed": 1.0}}, {}),
+        ({"r": 0.5}, {"q": -0.5}),
+        ({"q": 0.25}, {"q": -0.25}),
+        ({"r": {"angle": 0.5}, "q": {"angle": 0.25, "speed": 1.0}}, {"q": -0.75}),
+        ({"p": 0.3}, {"p": 0.3}),
+        ({"q": 0.25, "p": 0.3}, {"q": -0.25, "p": 0.3}),
+    ],
+)
+def test_phases_that_a_start_gives(start: dict[str, Any], expected: dict[str, float]) -> None:
+    """Of a rotor each in its sense relative to the main one, of a body to its rotor; of rotors at 0 none."""
+    assert phases_at_start(pair(), start) == pytest.approx(expected)
+
+
+def test_a_state_in_a_configuration() -> None:
+    machine = pair()
+    c: Any = SimpleNamespace(speed=48.0, phases={"q": 1.0, "p": 0.3})
+    state = np.zeros(len(machine.state_names))
+    state[machine.row(machine.rotor.coordinate.position)] = 0.4
+    senses = {"r": 1.0, "q": -1.0, "p": -1.0}
+
+    def placed(**start: Any) -> dict[str, float]:
+        before = state.copy()
+        for name, entry in start.items():
+            before[machine.row(machine.body(name).coordinate.velocity)] = entry["speed"]
+        after = state_in_configuration(machine, before, c, senses, start)
+        return dict(zip(machine.state_names, after.tolist(), strict=True))
+
+    at = placed()
+    assert (at["r.angle"], at["q.angle"], at["p.angle"]) == pytest.approx((0.4, -1.4, -1.1))
+    assert (at["r.speed"], at["q.speed"], at["p.speed"]) == (48.0, -48.0, -48.0)
+    given = placed(r={"speed": 30.0}, p={"speed": -7.0})
+    assert (given["r.speed"], given["q.speed"], given["p.speed"]) == (30.0, -30.0, -7.0)
+    assert placed(q={"speed": -20.0})["p.speed"] == -20.0
+    clockwise = state_in_configuration(machine, state, c, {"r": -1.0, "q": 1.0, "p": 1.0}, {})
+    back = dict(zip(machine.state_names, clockwise.tolist(), strict=True))
+    assert [back[name] for name in ("r.angle", "q.angle", "r.speed", "q.speed")] == pytest.approx([0.4, 0.6, -48.0, 48.0])
+
+
+@pytest.mark.parametrize(
+    ("sense", "speeds", "expected"),
+    [
+        (1.0, (10.0, 50.0), (10.0, 50.0)),
+        (-1.0, (-50.0, -10.0), (10.0, 50.0)),
+        (1.0, (0.0, 50.0), (LOWEST * 50.0, 50.0)),
+        (-1.0, (-50.0, 0.0), (LOWEST * 50.0, 50.0)),
+        (1.0, (-1.0, 50.0), None),
+        (1.0, (-50.0, 0.0), None),
+        (-1.0, (10.0, 50.0), None),
+    ],
+)
+def test_steady_phases_are_searched_in_the_sense_of_the_drive(
+    sense: float, speeds: tuple[float, float], expected: tuple[float, float] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(operating_points, "sense_of", lambda machine, rotor: sense)
+    steady: Any = SimpleNamespace(machine=None)
+    rotor: Any = None
+    if expected is None:
+        with refused("study.range", given=list(speeds)):
+            speeds_in_sense(steady, rotor, speeds)
+    else:
+        assert speeds_in_sense(steady, rotor, speeds) == pytest.approx(expected)
