@@ -45,7 +45,9 @@ def machine(*bodies: dict[str, Any], **more: Any) -> Machine:
         (0.1, [0.1], []),
         (0.1, [0.1005], []),
         (0.1, [0.102], ["'a' has one balancer, of 0.102 kg m"]),
-        (0.1, [0.098], ["0.1 kg m, more than the 0.098 kg m", "'a' has one balancer, of 0.098 kg m"]),
+        (0.1, [0.1499], ["'a' has one balancer, of 0.1499 kg m"]),
+        (0.1, [0.1501], []),
+        (0.1, [0.098], ["0.1 kg m, more than the 0.098 kg m"]),
         (0.0, [0.1], []),
     ],
 )

@@ -10,13 +10,15 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
-from wucht.files.catalogue import load_equations, load_machine
+from wucht.files.catalogue import load_document, load_equations, load_machine, machine_of
 from wucht.plots.arranging import arrange
 from wucht.plots.page import JOURNAL, page_context
 from wucht.plots.sheet import new_figure, write_assumptions
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.assumptions import assumptions
 from wucht.studies.basin.spec import Basin
+from wucht.studies.load_spectrum.computation import Records
+from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import studies
 from wucht.studies.response.spec import Response
@@ -34,6 +36,7 @@ CLOSED, DAMPING = "steady vibration of a linear carrier, in closed form", {"damp
 AT_ZERO = "balancing bodies start at p1 0°, p2 0° relative to their rotor, at rest"
 SCREEN, MOTORS = "practice/screen", ["e1 driven by its motor (induction); e2 driven by its motor (induction)"]
 TURNING = "balancing bodies start at r1 0°, r2 0° relative to their rotor"
+LOST = [{"parameter": "drives.e2.voltage", "points": [[0.0, 230.0], [5.0, 0.0]], "interpolation": "steps"}]
 SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
 
 
@@ -123,3 +126,23 @@ def test_a_column_of_a_journal_has_no_heading_and_no_statements() -> None:
         figure, _ = new_figure(1, "Title", "sentence")
         write_assumptions(figure, ["short"])
     assert arrange(figure).texts == []
+
+
+@pytest.mark.parametrize(
+    ("schedules", "second"),
+    [
+        (LOST, " until 5 s, then without its torque"),
+        ([LOST[0] | {"points": [[0.0, 230.0], [5.0, 0.0], [6.0, 230.0]]}], ""),
+        ([LOST[0] | {"points": [[0.0, 230.0], [5.0, 0.0]], "interpolation": "linear"}], " until 5 s, then without its torque"),
+        ([LOST[0] | {"points": [[0.0, 230.0], [5.0, 20.0]]}], ""),
+    ],
+)
+def test_a_motor_whose_voltage_a_schedule_takes_away(schedules: list[dict[str, Any]], second: str) -> None:
+    document, path = load_document("practice/screen")
+    machine = machine_of({"machine": document["machine"] | {"schedules": schedules}}, path, "screen", {})[0]
+    turning = next(x for x in assumptions(RunUp(until=9.0), machine) if "driven" in x)
+    assert turning == f"e1 driven by its motor (induction); e2 driven by its motor (induction){second}"
+
+
+def test_a_record_has_no_equations(tmp_path: Path) -> None:
+    assert assumptions(LoadSpectrum(signal={"file": "a.csv", "column": "force"}), Records(tmp_path, "a record")) == []

@@ -255,6 +255,9 @@ def _check_jumps(schedules: tuple[Schedule, ...], prescribed_speeds: Mapping[str
             raise InputError(f"schedules[{i}].interpolation", "steps", sentence)
 
 
+_EXCITING = 1.5  # times the rotor's unbalance: a single body with more is part of an exciter, and not to balance the rotor
+
+
 def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return warnings about rotors that their balancers cannot balance, and the warnings of the bodies."""
     warnings = []
@@ -269,7 +272,7 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
         if len(balancers) > 1 and largest > rotor_moment + sum(balancers) - largest:
             rest = "the rotor and all other balancers together: they cannot compensate each other"
             warnings.append(f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than {rest}")
-        if len(balancers) == 1 and rotor_moment > 0 and abs(largest - rotor_moment) > 0.01 * rotor_moment:
+        if len(balancers) == 1 and 1.01 * rotor_moment < largest <= _EXCITING * rotor_moment:
             only = f"one body compensates only an equal unbalance, and the rotor's is {rotor_moment:.4g} kg m"
             warnings.append(f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: {only}")
     return (*warnings, *(doubt for b in bodies for doubt in b.doubts()))

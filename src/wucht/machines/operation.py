@@ -71,6 +71,13 @@ def _relative_damping(energies: tuple[Energies, ...], body_speed: sp.Symbol, ref
     return -sp.diff(structure.torques_on(energies, body_speed)[1], reference_speed)
 
 
+def gives_torque(machine: Mechanism, rotor: RotatingBody) -> bool:
+    """True if the drives of a rotor give a torque at some speed."""
+    drive, _ = shaft_torques(machine, rotor)
+    torque, top = machine.function(drive, of=SPEED, modules="math"), operating_speed(machine)
+    return any(float(torque(share * top)[0]) != 0.0 for share in (-1.0, 0.0, 0.37, 1.0))
+
+
 def net_torque(machine: Mechanism, rotor: RotatingBody) -> Callable[[float], float]:
     """Return the drive torque less bearing losses on a rotor whose bodies turn with it, the carrier at rest and weightless."""
     drive, losses = shaft_torques(machine, rotor)

@@ -13,7 +13,7 @@ from wucht.analysis.averaged_equations import keeps_inertia
 from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, initial_state, speeds_in
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
-from wucht.machines.operation import has_damped_balancers
+from wucht.machines.operation import gives_torque, has_damped_balancers
 from wucht.machines.tree import RotatingBody
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec
 
@@ -25,9 +25,10 @@ def assumptions(spec: Spec, subject: Any) -> list[str]:
     """The assumptions of a study of a subject, a statement each."""
     if isinstance(subject, UserSystem):
         return ["the equations as the file gives them"]
-    equations = spec.equations() or _MODELS.get(getattr(spec, "model", ""), "")
+    equations = spec.equations()
     if not isinstance(subject, Machine):
         return [equations] if equations else []
+    equations = equations or _MODELS.get(getattr(spec, "model", ""), "")
     statements = (
         [equations.replace(AVERAGED_EQUATIONS, f"{AVERAGED_EQUATIONS}{_kind_of_averaging(spec, subject)}")] if equations else []
     )
@@ -94,5 +95,17 @@ def _drive_clause(machine: Machine, rotor: RotatingBody) -> str:
     group = {b.name for b in machine.group(rotor)}
     kinds = [d.kind for d in machine.drives if d.on in group]
     if kinds:
-        return f"driven by its motor ({', '.join(kinds)})"
+        end = _end_of_drive(machine, rotor)
+        until = "" if end is None else f" until {end:.5g} {machine.units.time}".rstrip() + ", then without its torque"
+        return f"driven by its motor ({', '.join(kinds)}){until}"
     return "driven with limited power" if machine.dimensionless else "without a drive"
+
+
+def _end_of_drive(machine: Machine, rotor: RotatingBody) -> float | None:
+    """The time from which schedules leave a rotor without the torque of its drives; None where these drive it to the end."""
+    end = None
+    for time in reversed(machine.breakpoints if machine.schedules else ()):
+        if gives_torque(machine.at(time), rotor):
+            break
+        end = time
+    return end

@@ -43,7 +43,8 @@ def runs(machine: Any, senses: dict[str, float] | None = None, rate: float | Non
 def locking(first: float, second: float, locked: bool | None = True, creep: float = 0.0, change: float = 0.0) -> Any:
     return LockingAssessment(
         SimpleNamespace(is_locked=locked),  # type: ignore[arg-type]
-        {"e1": first, "e2": second}, {"e2": 0.5}, (3.0, 4.0), (1.0, 1.0, 1.0), {"e1": first + 0.5, "e2": second}, change, creep,
+        {"e1": first, "e2": second}, {"e2": 0.5}, (3.0, 4.0), {"e1": first + 0.5, "e2": second}, change, creep,
+        SimpleNamespace(), {},  # type: ignore[arg-type]
     )  # fmt: skip
 
 

@@ -99,3 +99,21 @@ def test_a_rotor_in_the_common_motion(growing: bool, settles: bool, expected: bo
     assert joint.has_settled is expected
     assert (joint.mean_speed, joint.residual, joint.lags) == ((1.0, 1.0), (0.3, 0.4), ((0.0, 0.5),))
     assert joint.modulation == (0.5, 0.6), "its modulation lasts"
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(("share", "turns"), [(1.0, 5), (0.0, 5), (0.9, 10), (0.96, 25), (0.99, 5), (1.25, 8), (-0.9, 10)])
+def test_the_final_window_is_a_twentieth_of_the_turns_in_whole_beats(share: float, turns: int, way: float) -> None:
+    """Of 101 turns; beats of 10, 25 and 4 turns; one of 100 turns is longer than the last half, and none is seen."""
+    found = assessed(pair(), lambda t: way * W * t, lambda t: way * share * W * t)
+    begin, end = found.final.time[0], found.final.time[-1]
+    assert (end - begin) * W / (2 * np.pi) == pytest.approx(turns, abs=0.01)
+    assert end == pytest.approx(END, abs=0.1) and found.window[0] == pytest.approx(END / 2, abs=1.0)
+    assert found.final_speeds == pytest.approx({"d": way * W, "e": way * share * W}, rel=1e-6, abs=1e-9)
+
+
+def test_numbers_at_the_end_are_those_of_the_final_window() -> None:
+    """The second rotor loses its speed in the middle of the last half: the mean over that half is not its final speed."""
+    late = 0.8 * END
+    found = assessed(pair(), steady, lambda t: np.where(t < late, 0.5 * W * t, 0.5 * W * late))
+    assert found.final_speeds["e"] == pytest.approx(0.0, abs=1e-6) and abs(found.speeds["e"]) > 0.1 * W

@@ -360,3 +360,22 @@ def test_no_turn_yet():
         assert len(blocks) == 0
         assert blocks.turns == 0
     assert TurnRecord(2).last(1.0).phases.shape == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("turns", "cycle", "expected"),
+    [
+        (120, 1.0, 6),
+        (400, 1.0, 20),
+        (20, 1.0, 2),
+        (120, 2.5, 7),
+        (120, 6.0, 6),
+        (120, 7.0, 7),
+        (120, 50.0, 50),
+        (120, 70.0, 60),
+    ],
+)
+def test_the_final_window(turns, cycle, expected):
+    """A twentieth of the turns, at least two, in whole cycles; at most half of the record. 7.5 turns are 7 whole ones."""
+    blocks = recorded(rippled(turns)).final_turns(cycle)
+    assert (blocks.time[-1] - blocks.time[0]) / TURN == pytest.approx(expected, abs=1e-6)

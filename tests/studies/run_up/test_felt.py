@@ -62,7 +62,7 @@ def test_a_line(direction: str, angle: float) -> None:
 def test_in_words() -> None:
     lines = package.report(package.run(RunUp(until=1.5, deck="10 deg"), machine("y")))
     shown = {line.split()[0]: line for line in lines if line.startswith("  ")}
-    assert "mm peak to peak at 90.0\u00b0" in shown["throw"]
+    assert "mm peak to peak at 90.0\u00b0" in shown["stroke"]
     assert "of a deck at 10\u00b0" in shown["acceleration"]
     assert "on the carrier" in shown["force"]
 

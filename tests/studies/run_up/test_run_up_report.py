@@ -130,7 +130,7 @@ def felt(**other: Any) -> list[str]:
 
 def test_what_the_vibration_is_to_the_machine() -> None:
     assert felt() == [
-        "  throw        8 mm peak to peak at 45.0°, 2 mm across",
+        "  stroke       8 mm peak to peak at 45.0°, 2 mm across",
         "  acceleration 33.88 m/s², machine number 3.46",
         "  force        1000 N at most, of the bodies on the carrier",
     ]

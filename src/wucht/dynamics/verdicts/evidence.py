@@ -34,7 +34,6 @@ from wucht.numerics.observers.projection import (
 from wucht.numerics.observers.records import Blocks, TurnRecord
 
 UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less
-_LAST_SHARE = 0.05
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
 _NOISE_RANGE = 6.0  # times the noise: bounds that are no further apart are not known better, as far as noise widens them
 _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
@@ -138,7 +137,7 @@ def assess_rotor(
         has_unbalance and bool(about) and len(vibration.mass) > 0
     )  # else nothing moves the bodies to compensating phases
     p = _projections(whole, series, longer, reference, observed_modulation, about, noise, balancing=balancing)
-    last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
+    last = record.final_turns()
     phases = {b.name: float(wrap_angle(np.angle(x))) for b, x in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if p.asynchronous else sense * phase for phase in phases.values())])
     # The residual of a compensated unbalance is rounding: its torque has the shape of the rotor's.

@@ -31,21 +31,23 @@ _SHARE = 0.5  # of the run: the last part, over which is averaged
 class LockingAssessment:
     """The evidence of locking, and numbers for the summary.
 
-    speeds: of all rotors over whole periods, with their signs. phases: of the other rotors to the main one, or of the main
-    rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped to [0, 2 pi). window:
-    begin and end time. amplitudes: mean, least and greatest there. smooth_speeds: the same as ``speeds``, for a modulation that
+    speeds: of all rotors over whole periods in the last half of the run, with their signs. phases: of the other rotors to the
+    main one, or of the main rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods,
+    wrapped to [0, 2 pi). window: begin and end time of that half. smooth_speeds: the same as ``speeds``, for a modulation that
     is cut at the ends. change: the largest between the halves of the window. creep: the motion of the slow phases in the
-    second half of it, in rad.
+    second half of it, in rad. final: the final window, in whole beats where rotors turn at different speeds; final_speeds: of
+    all rotors there, on a shaken carrier the same as ``speeds``.
     """
 
     evidence: Locking
     speeds: dict[str, float]
     phases: dict[str, float]
     window: tuple[float, float]
-    amplitudes: tuple[float, float, float]
     smooth_speeds: dict[str, float]
     change: float
     creep: float
+    final: Blocks
+    final_speeds: dict[str, float]
 
 
 def is_locking(machine: Machine) -> bool:
@@ -75,16 +77,31 @@ def assess_locking(machine: Machine, observation: Observation) -> LockingAssessm
     evidence = _evidence(machine, record.whole, periods, rotor_values, observation.noise)
     # Rotors that turn at different speeds have no period in common.
     is_apart = not by_vibration and evidence.is_locked is False
+    turns = len(half) * half.size / MARKS_PER_TURN
+    rotor_speeds = np.array(list(smooth.values()))
+    final = record.final_turns(1.0 if evidence.is_locked else _beat(half.smooth_mean_speeds[0], rotor_speeds, turns))
+    final_means = final.smooth_mean_speeds if is_apart else final.mean_speeds
     return LockingAssessment(
         evidence,
         speeds=smooth if is_apart else speeds,
         phases={name: float(wrap_angle(p[-max(1, len(half) // 10) :].mean())) for name, p in phases.items()},
         window=(float(half.time[0]), float(half.time[-1])),
-        amplitudes=half.amplitudes,
         smooth_speeds=smooth,
         change=max(float(abs(later[name] - earlier[name])) for name in speeds),
         creep=max((float(abs(p[-1] - p[len(half) // 2])) for p in phases.values()), default=0.0),
+        final=final,
+        final_speeds=speeds if by_vibration else rotor_values((final.sense * final_means).tolist()),
     )
+
+
+def _beat(leading: float, speeds: np.ndarray, longest: float) -> float:
+    """Return the number of turns of the leading motion in the slowest beat with one of the rotors' speeds (n,).
+
+    Beats longer than ``longest`` are not complete; without a beat it is one turn.
+    """
+    differences = np.abs(np.abs(speeds / leading) - 1)
+    beats = 1 / differences[differences > 1 / longest]
+    return float(beats.max(initial=1.0))
 
 
 def _evidence(

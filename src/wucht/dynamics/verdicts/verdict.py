@@ -82,7 +82,7 @@ class Verdict:
     evidence : Evidence
         Truth of the criteria.
     window : (float, float)
-        Begin and end time of the last window.
+        Begin and end time of the final window, over which the numbers of the summary are taken.
     assessment : RotorAssessment or None
         Of the main rotor, None if it does not turn.
     speed : float
@@ -146,7 +146,7 @@ class Verdict:
         None if it does not turn; or with a modulation, whose valleys turns do not resolve.
         """
         if self.locking is not None:
-            return self.locking.amplitudes
+            return self.locking.final.amplitudes
         return None if self.assessment is None or self.evidence.is_modulated else self.assessment.window.amplitudes
 
     @property
@@ -227,8 +227,8 @@ def _locking_verdict(machine: Machine, observation: Observation, verdict: Verdic
         verdict,
         outcome=Outcome.UNIDENTIFIED if drifting else locking.evidence.outcome(by_vibration=observation.vibration is not None),
         evidence=replace(verdict.evidence, turning=True),
-        window=locking.window,
-        speed=abs(locking.speeds[machine.rotor.name]),
+        window=(float(locking.final.time[0]), float(locking.final.time[-1])),
+        speed=abs(locking.final_speeds[machine.rotor.name]),
         advice=None,
         needed_time=None,
         locking=locking,
@@ -298,14 +298,18 @@ def _settling_time(whole: Blocks, assessment: RotorAssessment) -> float:
 def _amplitude_settling_time(whole: Blocks, assessment: RotorAssessment) -> float | None:
     """The time from which the largest distances over turns stay within those of the last window, widened by 1 % of the largest.
 
-    Free vibrations decay independently, often long after the speed has settled. None where bodies lag: it beats for good.
+    Free vibrations decay independently, often long after the speed has settled. None where bodies lag: it beats for good; and
+    where they left those limits within the length of the window before it: the amplitude still changes.
     """
     if not assessment.evidence.asynchronous.no:
         return None
-    _, low, high = assessment.window.amplitudes
+    window, (_, low, high) = assessment.window, assessment.window.amplitudes
     margin = AMPLITUDE_TOLERANCE * float(whole.greatest_amplitude.max())
     is_outside = (whole.greatest_amplitude > high + margin) | (whole.least_amplitude < low - margin)
-    return _last_exit_time(whole, is_outside, 0.0 if assessment.modulation is None else assessment.modulation.period)
+    if assessment.modulation is not None:
+        return _last_exit_time(whole, is_outside, assessment.modulation.period)
+    settled, begin, end = _last_exit_time(whole, is_outside, 0.0), float(window.time[0]), float(window.time[-1])
+    return None if is_outside.any() and settled > begin - (end - begin) else settled
 
 
 def _last_exit_time(whole: Blocks, is_outside: np.ndarray, period: float) -> float:
@@ -346,4 +350,7 @@ def _swinging_verdict(machine: Machine, observation: Observation, free: float | 
         return _undecidable_verdict(verdict, "the rotor swings and turns over irregularly, and this does not visibly decay")
     else:
         needed_time = max(_LONGER * end, 1e-9)
-    return _undecided_verdict(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed_time)
+    whole = observation.main.last(1.0)
+    turn_angle = float(whole.greatest_angle.max(initial=0.0) - whole.least_angle.min(initial=0.0))
+    since = " since the rotor last stopped or turned back" if turn_angle >= FEWEST_TURNS * 2 * math.pi else ""
+    return _undecided_verdict(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made{since}", needed_time)

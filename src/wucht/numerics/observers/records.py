@@ -15,6 +15,7 @@ import numpy as np
 from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples, TurnObserver
 from wucht.numerics.zeros_and_peaks import interval_maxima
 
+FINAL_SHARE = 0.05  # of the turns: the final window, over which the numbers of a summary are taken
 LEVEL_BLOCKS = 4096  # blocks of each length
 LAST, LOW, HIGH, MEAN = range(4)  # how two neighbouring blocks are merged
 _PER_SPAN = 12  # samples are enough: more are left out
@@ -288,6 +289,15 @@ class TurnRecord:
         blocks_per_turn = max(1, MARKS_PER_TURN // blocks.size)
         block_count = min(max(1, average_count // blocks.size), (len(blocks) - 1) // blocks_per_turn * blocks_per_turn)
         return blocks.part(slice(-1 - block_count, None))
+
+    def final_turns(self, cycle: float = 1.0) -> Blocks:
+        """Return the final window: the last twentieth of all turns, at least two, in whole cycles; at most half of the record.
+
+        cycle: the number of turns after which the motion repeats.
+        """
+        least = max(FINAL_SHARE, 2 / self.turns)
+        cycles = math.ceil(least * self.turns / cycle * (1 - _ROUNDING))
+        return self.whole_turns(least if cycle == 1.0 else min(max(0.5, least), cycles * cycle / self.turns))
 
     def last(self, share: float) -> Blocks:
         """Return the last share of the turns, in the finest blocks that reach back so far."""

@@ -200,7 +200,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, limits: _Mo
     ]
     if verdict.locking is not None:
         quantities += [
-            Quantity("mean_speeds", verdict.locking.speeds, "mean speeds of the rotors", speed),
+            Quantity("mean_speeds", verdict.locking.final_speeds, "mean speeds of the rotors", speed),
             Quantity("rotor_phases", verdict.locking.phases, "mean phases of the rotors", "rad"),
         ]
     if verdict.rotors:
@@ -259,7 +259,7 @@ def report(result: xr.Dataset) -> list[str]:
     return lines.report(f"{s['outcome'].upper()}: {s['sentence']}")
 
 
-_LINE, _CIRCLE = 0.5, 0.98  # ratio of the stroke across to that along: below, it throws in a direction; above, on a circle
+_CIRCLE = 0.98  # ratio of the stroke across to that along: above it, the motion is a circle
 _MOST_ROTORS = 6  # named one by one
 _GENTLE = 0.05  # machine number below which the vibration is negligible
 
@@ -272,7 +272,7 @@ def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
     way = "" if s["throw_direction"] is None else f" at {math.degrees(s['throw_direction']):.1f}\u00b0"
     shape = f"{way}, {across} across" if s["throw_ratio"] < _CIRCLE else " on a circle"
     throw_text = f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
-    lines.add("throw" if s["throw_ratio"] < _LINE else "stroke", f"{{stroke}} peak to peak{shape}")
+    lines.add("stroke", f"{{stroke}} peak to peak{shape}")
     lines.add("acceleration", f"{s['acceleration']:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{throw_text}")
     lines.add("force", f"{_force(s['bearing_force'])} at most, of the bodies on the carrier")
     forces = s.get("bearing_forces", {})
