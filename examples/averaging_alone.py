@@ -24,7 +24,7 @@ def largest_error(order: int, value: float = 0.05) -> float:
     time = np.linspace(0, 1 / value, 201)
     flow = compile_system(slow(order).system)
     run = integrate(flow, [1.0, 0.0], {"mu": value}, time)
-    approximation = flow.outputs(time, run.states, run.parameter_values)
+    approximation = flow.outputs(time, run.states, run.final_parameter_values)
     exact = integrate(compile_system(OSCILLATOR), [approximation["x"][0], approximation["v"][0]], {"mu": value}, time)
     return float(abs(approximation["x"] - exact.states[0]).max())
 

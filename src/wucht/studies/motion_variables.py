@@ -1,9 +1,10 @@
-"""The variables of a motion in a Dataset, with names and units."""
+"""The variables of a motion, and of branches of steady states, in a Dataset, with names and units."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +19,11 @@ from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.records import Spans
 from wucht.numerics.zeros_and_peaks import envelope
 from wucht.results.quantities import Quantity
-from wucht.schema import full_name
+from wucht.schema import Parameter, full_name
+
+if TYPE_CHECKING:
+    from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
+    from wucht.dynamics.branches.steady_states import Ordinates
 
 _TORQUES = {
     "motor_torque": "torque of the motor at the speed of the rotor, before the loss of a transmission",
@@ -198,4 +203,32 @@ def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> list[Quantit
         Quantity("stored_energy", stored_energy, "stored energy", machine.units.energy, "time"),
         Quantity("energy_residual", residual, "energy residual, relative", "", "time"),
         *(Quantity(q.name, works[q.name], q.long_name, q.unit, "time") for q in machine.system.quadratures),
+    ]
+
+
+def join_arrays(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
+    """Join the arrays (N,) or (rows, N) of all branches, one after another."""
+    empty = np.empty(0) if rows is None else np.empty((rows, 0))
+    return np.concatenate([empty, *parts], axis=-1)
+
+
+def steady_branch_quantities(
+    dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates], along: Parameter,
+    words: tuple[str, str, str],
+) -> list[Quantity]:  # fmt: skip
+    """Quantities of the points on branches of steady states.
+
+    before: prefix of the names of variables. ordinates: of each branch. words: name and unit of the ordinate, and the unit of
+    the amplitude.
+    """
+    ordinate_words, unit, length = words
+    numbers = np.repeat(np.arange(len(branches)), [b.unknowns.shape[1] for b in branches])
+    return [
+        Quantity(f"{before}value", join_arrays([b.parameter_values for b in branches]), along.full_name, along.unit, dimension),
+        Quantity(f"{before}speed", join_arrays([s.speed for s in ordinates]), ordinate_words, unit, dimension),
+        Quantity(
+            f"{before}amplitude", join_arrays([s.amplitude for s in ordinates]), "amplitude of the axis", length, dimension
+        ),
+        Quantity(f"{before}stable", join_arrays([b.stable for b in branches]).astype(np.int8), "stable", "", dimension),
+        Quantity(f"{before}branch", numbers.astype(int), "branch", "", dimension),
     ]

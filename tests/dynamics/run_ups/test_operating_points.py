@@ -13,7 +13,7 @@ import xarray as xr
 from tests.refusals import refused
 
 from wucht.analysis.configurations.averaged_stability import Stability
-from wucht.analysis.configurations.running_configurations import RunningConfigurations
+from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.dynamics.run_ups import operating_points
 from wucht.dynamics.run_ups.coasting import state_in_configuration
 from wucht.dynamics.run_ups.operating_points import OperatingPoints, speeds_in_sense, vibration_in_operation

@@ -1,19 +1,25 @@
-"""A steady phase configuration: its name, its residual unbalance, and its stability."""
+"""A steady phase configuration: its name, its residual unbalance, and its stability; and all in which a machine can run."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.analysis.averaged_equations import averaged_equations_of, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State, family_members
+from wucht.analysis.configurations.search import CancelCheck, StateSearch, all_states
 from wucht.analysis.configurations.steady_branches import overlapping
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.throw import Throw, steady_throw
 from wucht.analysis.vibration import ForcedVibration, unbalances
-from wucht.numerics.angles import wrap_angle
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import MOST_BODIES, driven_speeds, machine_at_speed
+from wucht.numerics.angles import wrap_angle, wrap_to_pi
 
 NAMES = ("compensating", "together", "opposed")
 TYPES: dict[str | None, str] = dict(zip(NAMES, ("I", "II", "III"), strict=True))  # of 002, section 5.1
@@ -150,3 +156,63 @@ class ConfigurationDescriber:
             for b, i in zip(self.machine.bodies, self.order, strict=True)
             if i
         }
+
+
+FULL_UNDECIDED = Stability.without_verdict("the full equations are not evaluated")
+
+
+@dataclass(frozen=True)
+class RunningConfigurations:
+    """All configurations in which the torques on each body balance, the slowest first, with the search for them."""
+
+    torques: SteadyTorques
+    configurations: tuple[Configuration, ...]
+    search: StateSearch
+
+    @classmethod
+    def of(
+        cls, machine: Machine, speeds: tuple[float, float] | None = None, watch: CancelCheck = None
+    ) -> RunningConfigurations:
+        """The configurations of a machine with its schedules finished and all bodies released.
+
+        Parameters
+        ----------
+        machine : Machine
+        speeds : (float, float), optional
+            Lowest and highest speed of the search, in the main rotor's sense; by default those that the drives reach.
+        watch : callable, optional
+            Called often; an exception from it ends the search.
+
+        Raises
+        ------
+        InputError
+            Where there are no averaged equations, too many bodies, or no drive.
+        """
+        steady = machine_at_speed(machine, None)
+        if len(steady.bodies) > MOST_BODIES:
+            requirement = f"there must be at most {MOST_BODIES}, the main rotor included"
+            raise InputError("machine.bodies", len(steady.bodies), requirement)
+        slow = averaged_equations_of(steady, keeps_inertia(steady, None))
+        torques, (low, high) = SteadyTorques.from_averaged_equations(slow), speeds or driven_speeds(steady)[0]
+        if torques.fixed_speed is None and not high > 0:
+            raise InputError("machine.drive", None, "nothing drives the machine", code="no-drive")
+        search = all_states(torques, low, high, watch, prove=False)
+        describer = ConfigurationDescriber(AveragedStability(torques, slow))
+        configurations = (describer.describe(state, FULL_UNDECIDED) for state in search.states)
+        return cls(torques, tuple(sorted(configurations, key=lambda c: abs(c.speed))), search)
+
+    @property
+    def stable(self) -> tuple[Configuration, ...]:
+        """Those that are stable in the averaged equations, and possible."""
+        return tuple(c for c in self.configurations if c.slow.stable is True and not c.overlapping)
+
+    def nearest(self, phases: Mapping[str, float]) -> Configuration:
+        """The stable configuration whose phases are nearest to given ones (rad, by body, as in ``Configuration.phases``).
+
+        Raises ``ValueError`` where none is stable.
+        """
+
+        def distance(c: Configuration) -> float:
+            return max(abs(float(wrap_to_pi(c.phases[name] - phase))) for name, phase in phases.items())
+
+        return min(self.stable, key=distance)

@@ -10,8 +10,7 @@ import numpy as np
 
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability
-from wucht.analysis.configurations.configuration import Configuration, ConfigurationDescriber
-from wucht.analysis.configurations.running_configurations import FULL_UNDECIDED
+from wucht.analysis.configurations.configuration import FULL_UNDECIDED, Configuration, ConfigurationDescriber
 from wucht.analysis.configurations.search import StateSearch, all_states
 from wucht.analysis.configurations.steady_branches import labels_of
 from wucht.analysis.throw import Throw, steady_throw

@@ -8,8 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from wucht.analysis.configurations.configuration import Configuration
-from wucht.analysis.configurations.running_configurations import RunningConfigurations
+from wucht.analysis.configurations.configuration import Configuration, RunningConfigurations
 from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_branches
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import ForcedVibration

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -77,10 +77,10 @@ def assess_locking(machine: Machine, observation: Observation) -> LockingAssessm
     evidence = _evidence(machine, record.whole, periods, rotor_values, observation.noise)
     # Rotors that turn at different speeds have no period in common.
     is_apart = not by_vibration and evidence.is_locked is False
-    turns = len(half) * half.size / MARKS_PER_TURN
-    rotor_speeds = np.array(list(smooth.values()))
-    final = record.final_turns(1.0 if evidence.is_locked else _beat(half.smooth_mean_speeds[0], rotor_speeds, turns))
-    final_means = final.smooth_mean_speeds if is_apart else final.mean_speeds
+    rows = [leading.index(r.name) for r in machine.rotors if leading.index(r.name)]
+    beat = (1.0, 0) if evidence.is_locked or not rows else _slowest_beat(half, rows)
+    final = record.final_turns(beat[0])
+    final_means = _means_over_beats(half, *beat, final) if is_apart and beat[1] else final.mean_speeds
     return LockingAssessment(
         evidence,
         speeds=smooth if is_apart else speeds,
@@ -94,14 +94,30 @@ def assess_locking(machine: Machine, observation: Observation) -> LockingAssessm
     )
 
 
-def _beat(leading: float, speeds: np.ndarray, longest: float) -> float:
-    """Return the number of turns of the leading motion in the slowest beat with one of the rotors' speeds (n,).
+def _slowest_beat(half: Blocks, rows: Sequence[int]) -> tuple[float, int]:
+    """Return the number of turns of the leading motion in its slowest beat with one of the rows, and this row.
 
-    Beats longer than ``longest`` are not complete; without a beat it is one turn.
+    Beats longer than the half of the run are not complete; without a beat it is one turn, with row 0.
     """
-    differences = np.abs(np.abs(speeds / leading) - 1)
-    beats = 1 / differences[differences > 1 / longest]
-    return float(beats.max(initial=1.0))
+    speeds, longest = half.smooth_mean_speeds, len(half) * half.size / MARKS_PER_TURN
+    differences = {row: abs(abs(float(speeds[row] / speeds[0])) - 1) for row in rows}
+    beats = [(1 / difference, row) for row, difference in differences.items() if difference > 1 / longest]
+    return max(beats, default=(1.0, 0))
+
+
+def _means_over_beats(half: Blocks, beat: float, row: int, final: Blocks) -> np.ndarray:
+    """Return the mean speeds (1 + n,) over as many whole beats with a row as the final window has, to a part of a turn."""
+    angles = half.sense * np.array([half.angle, *half.angles])
+    apart = angles[0] - math.copysign(1.0, half.smooth_mean_speeds[row]) * angles[row]
+    way = math.copysign(1.0, apart[-1] - apart[0])
+    cycles = max(1, round((len(final) - 1) * final.size / MARKS_PER_TURN / beat))
+    before = way * (apart - apart[-1]) + cycles * 2 * math.pi <= 0
+    if not before.any():
+        return final.mean_speeds
+    i = int(np.flatnonzero(before)[-1])
+    share = (way * (apart[-1] - apart[i]) - cycles * 2 * math.pi) / (way * (apart[i + 1] - apart[i]))
+    begin = np.array([half.time, *angles])[:, i] + share * np.diff(np.array([half.time, *angles])[:, i : i + 2], axis=1)[:, 0]
+    return np.asarray((angles[:, -1] - begin[1:]) / (half.time[-1] - begin[0]))
 
 
 def _evidence(

@@ -11,7 +11,7 @@ from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import OrbitFindings
 from wucht.numerics.periodic.branch_ends import BranchEnd
 from wucht.results.quantities import Quantity
-from wucht.studies.branch_variables import join_arrays, steady_branch_quantities
+from wucht.studies.motion_variables import join_arrays, steady_branch_quantities
 from wucht.studies.orbit_branch.computation import Plan
 
 _ANGLE = "angle of the main rotor"

@@ -15,7 +15,7 @@ from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.numerics.continuation.equilibria import HOPF
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity
-from wucht.studies.branch_variables import join_arrays, steady_branch_quantities
+from wucht.studies.motion_variables import join_arrays, steady_branch_quantities
 from wucht.studies.speed_curve.computation import Plan
 
 if TYPE_CHECKING:
