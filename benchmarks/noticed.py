@@ -1,7 +1,8 @@
 """How many errors the fast tests notice: random ones, put into the source one at a time.
 
-``python -m benchmarks.noticed record`` runs the fast tests once with coverage, a context a test, into ``build/noticed``
-(``pip install pytest-cov``). ``python -m benchmarks.noticed COUNT [SEED]`` puts in COUNT errors, in lines drawn evenly, and
+``python -m benchmarks.noticed record`` runs the fast tests once in a copy of the tree with coverage, a context a test, into
+``build/noticed`` (``pip install pytest-cov``). Tests that fail in the copy, as those of workers that load the installed
+package, count for no error. ``python -m benchmarks.noticed COUNT [SEED]`` puts in COUNT errors, in lines drawn evenly, and
 runs the fast tests that came to the line. Each error that goes unnoticed is printed. Some change nothing (a bound never met
 exactly, the seed of a random start): who reads the list takes those off.
 
@@ -22,6 +23,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice
@@ -133,6 +135,22 @@ def listed_errors(path: Path) -> Iterator[Error]:
         yield Error(entry["file"], line, entry["old"], entry["new"], source.replace(entry["old"], entry["new"]))
 
 
+@contextmanager
+def _copied_tree() -> Iterator[Path]:
+    """A copy of the tree, in which errors are put."""
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(folder) / "wucht"
+        shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(".git", ".venv", "build", ".*_cache"))
+        yield tree
+
+
+@cache
+def _failing() -> frozenset[str]:
+    """The tests that fail in a copy without an error."""
+    path = RECORD / "cache" / "v" / "cache" / "lastfailed"
+    return frozenset(json.loads(path.read_text(encoding="utf-8")) if path.exists() else ())
+
+
 @cache
 def _recorded() -> Any:
     from coverage import CoverageData
@@ -148,7 +166,7 @@ def tests_of(error: Error) -> list[str]:
     lines = _recorded().contexts_by_lineno(file)
     own = Counter(c.partition("|")[0] for c in lines.get(error.line, []) if c)
     every = Counter(c.partition("|")[0] for contexts in lines.values() for c in contexts if c)
-    chosen, path = [test for test, _ in (own or every).most_common()], Path(error.file)
+    chosen, path = [test for test, _ in (own or every).most_common() if test not in _failing()], Path(error.file)
     # Those that are written for the file before the others of its folder, and these before all others.
     chosen.sort(key=lambda test: (f"test_{path.stem}" not in test, f"/{path.parent.name}/" not in test))
     return chosen[:_MOST_TESTS]
@@ -176,12 +194,14 @@ def noticed(error: Error, tree: Path) -> bool:
 
 
 def record() -> None:
-    """Run the fast tests once, with coverage and a context a test."""
-    RECORD.mkdir(parents=True, exist_ok=True)
-    options = ["--cov=wucht", "--cov-context=test", "--cov-report="]
-    environment = os.environ | {"COVERAGE_FILE": str(RECORD / ".coverage")}
+    """Run the fast tests once in a copy, with coverage and a context a test."""
+    shutil.rmtree(RECORD, ignore_errors=True)
+    RECORD.mkdir(parents=True)
+    options = ["--cov=wucht", "--cov-context=test", "--cov-report=", "-o", f"cache_dir={RECORD / 'cache'}"]
     command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", "-m", "not slow", *options]
-    subprocess.run(command, cwd=ROOT, env=environment, check=False)
+    with _copied_tree() as tree:
+        environment = os.environ | {"COVERAGE_FILE": str(RECORD / ".coverage"), "PYTHONPATH": str(tree / "src")}
+        subprocess.run(command, cwd=tree, env=environment, check=False)
 
 
 def main() -> None:
@@ -193,9 +213,7 @@ def main() -> None:
     else:
         drawn = list(islice(errors(int(sys.argv[2]) if len(sys.argv) > 2 else 1), int(sys.argv[1])))
     missed = 0
-    with tempfile.TemporaryDirectory() as folder:
-        tree = Path(folder) / "wucht"
-        shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(".git", ".venv", "build", ".*_cache"))
+    with _copied_tree() as tree:
         for error in drawn:
             if not noticed(error, tree):
                 missed += 1
