@@ -27,7 +27,10 @@ BODIES = (
         "kind": "roller", "name": "ball", "about": "drum", "mass": 0.2, "track_radius": 0.1, "radius": 0.01,
         "shape_factor": 0.4, "damping": 0.01, "release": {"time": 0.4},
     },
-    {"kind": "slider", "name": "s2", "about": "drum", "mass": 0.3, "angle": 1.0, "radius": 0.06, "stiffness": 5e3, "damping": 4},
+    {
+        "kind": "slider", "name": "s2", "about": "drum", "mass": 0.3, "angle": 1.0, "radius": 0.06, "stiffness": 5e3,
+        "damping": 4.0,
+    },
 )  # fmt: skip
 MOTOR = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
 
@@ -36,18 +39,21 @@ def motion_of(machine: Any, until: float = 0.8, **start: Any) -> Any:
     return run_to_end(machine, start, RunSettings(until=until)).machine_motion
 
 
-@pytest.mark.parametrize("carrier", [
-    {"stiffness": 1e4, "damping": 60.0, "mass": 2.0, "gravity": 9.81},
-    {"directions": "xyr", "stiffness": 1e4, "damping": 60.0, "mass": 2.0, "inertia": 1.0, "rotation_stiffness": 500.0,
-     "gravity": 9.81},
-])  # fmt: skip
-def test_a_virtual_displacement_gives_the_force_on_a_carrier_that_moves(carrier: dict[str, Any]) -> None:
+FIXED_IN_R = {"stiffness": 1e4, "damping": 60.0, "mass": 2.0, "gravity": 9.81}
+PLANAR = FIXED_IN_R | {"directions": "xyr", "inertia": 1.0, "rotation_stiffness": 500.0}
+
+
+@pytest.mark.parametrize(
+    ("carrier", "bodies"), [(FIXED_IN_R, BODIES[:1]), pytest.param(PLANAR, BODIES, marks=pytest.mark.slow)]
+)
+def test_a_virtual_displacement_gives_the_force_on_a_carrier_that_moves(carrier: dict[str, Any], bodies: Any) -> None:
     """Of a rotor with bodies of every kind about it, on a track, one still locked, beside a second rotor."""
-    place = {"position": [0.2, 0.1]} if carrier.get("directions") == "xyr" else {}
+    place = {"position": [0.2, 0.1]} if carrier is PLANAR else {}
     second = {"kind": "rotor", "name": "other", "mass": 2.0, "unbalance": 1e-2, "inertia": 1e-2}
     drives = [{**MOTOR, "on": "drum", "stator": "carrier"}, {**MOTOR, "on": "other"}]
-    machine = machine_from({"carrier": carrier, "bodies": [ROTOR | place, second, *BODIES], "drives": drives})
-    motion = motion_of(machine, p1=0.5, p2=2.0)
+    machine = machine_from({"carrier": carrier, "bodies": [ROTOR | place, second, *bodies], "drives": drives})
+    start = {"p1": 0.5, "p2": 2.0} if carrier is PLANAR else {"p1": 0.5}
+    motion = motion_of(machine, **start)
     for rotor in ("drum", "other"):
         expressions = [e for d in "xy" for e in (bearing_force(machine, rotor, d), _force_on_guide(machine, rotor, d))]
         rows = Evaluator.of(machine.system, expressions, ["x", "x0", "y", "y0"])
