@@ -1,4 +1,6 @@
 # The names of the package: for type checkers, and for lazy_loader.
+from .bearing_life import BearingDuty as BearingDuty
+from .bearing_life import BearingRating as BearingRating
 from .counted_cycles import LoadCycles as LoadCycles
 from .counted_cycles import RangeMeanMatrix as RangeMeanMatrix
 from .counted_cycles import frequency_distance as frequency_distance

@@ -152,6 +152,8 @@ def _schedule(table: Mapping[str, Any], parameters: Mapping[str, Parameter], tim
         raise InputError(
             at, path, "not allowed: this parameter applies at one moment, and does not change over time", code="one-moment"
         )
+    if ".bearing." in path:
+        raise InputError(at, path, "not allowed: the rating of a bearing does not change over time", code="rating")
     if path.startswith("carrier.motion."):
         sentence = "not allowed: the phase of a prescribed motion would drift; give it as a table of displacements over time"
         raise InputError(at, path, sentence, code="prescribed")

@@ -56,6 +56,16 @@ CASES = {
     "direction": (MACHINE, 'until = "1 s"', 'until = "1 s"\ndirection = "r"', ("study.direction", "'r'", "x, y")),
     "model": (MACHINE, 'until = "1 s"', 'until = "1 s"\nmodel = "both"', ("study.model", "'full' or 'slow'")),
     "after until": (MACHINE, 'until = "1 s"', 'until = "1 s"\nafter = "2 s"', ("study.after", "less than study.until")),
+    "rotor of a record": (RECORD, COUNTING, 'rotor = "drum"', ("study.rotor", "only allowed for a machine's run-up")),
+    "rotor of a displacement": (MACHINE, 'until = "1 s"', 'until = "1 s"\nrotor = "drum"', ("study.rotor", "'bearing-force'")),
+    "no such rotor": (MACHINE, '"displacement"', '"bearing-force"\nrotor = "drun"', ("study.rotor", "'drun'", "'drum'")),
+    "direction of a bearing": (
+        MACHINE, '"displacement"', '"bearing-force"\nrotor = "drum"\ndirection = "r"', ("study.direction", "'r'", "x, y"),
+    ),
+    "no rotor's force": (
+        MACHINE.replace("r1", "table-5.1").replace('"1 s"', "1"), '"displacement"', '"bearing-force"\nrotor = "rotor"',
+        ("study.rotor", "newtons"),
+    ),
     "unknown": (MACHINE, "until =", "untill =", ("study.untill", "did you mean 'until'")),
 }  # fmt: skip
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from tests import refusals
 
@@ -101,4 +102,17 @@ def test_the_force_of_each_of_two_exciters() -> None:
     result = package.run(RunUp(until=1.0), heavy)
     assert result.wucht.summary["bearing_forces"] == pytest.approx({"e1": 0.03 * 60**2, "e2": 0.01 * 60**2}, rel=1e-4)
     assert result.rotor_bearing_force.dims == ("rotor", "plane", "time")
-    assert "bearing_forces" not in ended(machine())
+    for key in ("steady_bearing_forces", "peak_bearing_forces"):
+        assert result.wucht.summary[key] == pytest.approx({"e1": 108.0, "e2": 36.0}, rel=1e-3)
+
+
+def test_one_bearing_on_an_ellipse() -> None:
+    """Of one rotor the force of all bodies is that of its bearing: the largest, and the mean along the ellipse."""
+    actual = ended(machine())
+    x, y = by_pencil(STIFFNESS[0], DAMPING[0]), -1j * by_pencil(STIFFNESS[1], DAMPING[1])
+    fx, fy = (z * (k - CARRIER * SPEED**2 + 1j * c * SPEED) for z, k, c in zip((x, y), STIFFNESS, DAMPING, strict=True))
+    turn = np.exp(2j * np.pi * np.arange(1000) / 1000)
+    mean = np.hypot((fx * turn).real, (fy * turn).real).mean()
+    assert list(actual["bearing_forces"].values()) == pytest.approx([actual["bearing_force"]], rel=1e-3)
+    assert list(actual["steady_bearing_forces"].values()) == pytest.approx([mean], rel=1e-3)
+    assert "bearing_life" not in actual

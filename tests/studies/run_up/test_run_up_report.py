@@ -148,10 +148,35 @@ def test_what_is_gentle_is_left_out_but_on_a_deck() -> None:
     assert len(felt(machine_number=0.049, deck=0.5, throw_number=0.1)) == 3
 
 
+def bearings(steady: dict[str, float], **more: Any) -> list[str]:
+    largest, peak = ({n: k * f for n, f in steady.items()} for k in (1.1, 2.0))
+    return felt(steady_bearing_forces=steady, bearing_forces=largest, peak_bearing_forces=peak, **more)
+
+
 def test_the_bearing_forces_of_many_rotors() -> None:
     some = {f"r{k}": 100.0 * (1 + k % 4) for k in range(8)}
-    assert felt(bearing_forces=some)[3] == (
-        "  bearings     r1 200 N, r2 300 N, r3 400 N, r5 200 N, r6 300 N, r7 400 N at most, of each rotor on the carrier; "
-        "2 smaller ones"
-    )
-    assert felt(bearing_forces={"r0": 2500.0})[3] == "  bearings     r0 2.5 kN at most, of each rotor on the carrier"
+    listing = ", ".join(f"r{k} {f:.0f} N ({1.1 * f:.0f} N at most)" for k, f in enumerate(some.values()) if k not in (0, 4))
+    assert bearings(some)[3:] == [f"  bearings     {listing} at the end; 2 smaller ones; 800 N at most in the whole run"]
+    two = {"r0": 2500.0, "r1": 10.0}
+    line = "r0 2.5 kN (2.75 kN at most), r1 10 N (11 N at most) at the end; 5 kN at most in the whole run"
+    assert bearings(two)[3:] == [f"  bearings     {line}"]
+    assert len(bearings(two, machine_number=0.049)) == 0
+
+
+def test_one_bearing_is_listed_with_its_life() -> None:
+    one = {"r0": 2500.0}
+    assert len(bearings(one)) == 3, "the force on the carrier is that of its bearing"
+    shown = bearings(one, bearing_life={"r0": 1234.56}, equivalent_bearing_loads={"r0": 2600.0}, machine_number=0.0)
+    assert shown == [
+        "  bearings     r0 2.5 kN (2.75 kN at most) at the end; 5 kN at most in the whole run",
+        "  bearing life r0 1235 h under 2.6 kN (ISO 281, nine of ten)",
+    ]
+    for life, load, text in ((1e7, 1.0, "more than 1e+07 h"), (None, 0.0, "has no load"), (None, None, "does not turn")):
+        shown = bearings(one, bearing_life={"r0": life}, equivalent_bearing_loads={"r0": load})
+        assert shown[-1] == f"  bearing life r0 {text} (ISO 281, nine of ten)"
+
+
+def test_of_many_bearings_the_shortest_lives_are_listed() -> None:
+    lives, loads = {f"r{k}": 900.0 - 100 * k for k in range(8)}, {f"r{k}": 10.0 for k in range(8)}
+    shown = bearings(dict(loads), bearing_life=lives, equivalent_bearing_loads=loads)[-1]
+    assert "r0 " not in shown and "r1 " not in shown and "r2 700 h under 10 N, " in shown and shown.endswith("; 2 longer ones")

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 import sympy as sp
 
+from wucht.analysis.bearing_forces import bearing_force
+from wucht.dynamics.run_ups.bearing_loads import Duties, advance_duties, begin_duties, has_bearing_forces
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
 from wucht.dynamics.verdicts.observation import MotionObserver, Observation
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
+from wucht.errors import InputError, nearest
 from wucht.fatigue.counting import TurningPoints
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
@@ -42,18 +44,21 @@ class MachineSignal:
 
 @dataclass(frozen=True)
 class SignalObservation:
-    """An observation of the machine's motion, for the verdict, and the signal's turning points since they were last taken."""
+    """An observation of the machine's motion, for the verdict, the signal's turning points since they were last taken, and the
+    duties of the machine's bearings."""
 
     observation: Observation
     points: TurningPoints
+    duties: Duties = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class SignalObserver:
-    """Observer of a machine, and of a signal of its motion."""
+    """Observer of a machine, and of a signal of its motion; from a time on also of its bearings, None for none."""
 
     motion_observer: MotionObserver
     signal: MachineSignal
+    bearings_from: float | None = None
 
     @property
     def machine(self) -> Machine:
@@ -67,32 +72,40 @@ class SignalObserver:
 
     def begin(self) -> SignalObservation:
         """Return the empty observation."""
-        return SignalObservation(self.motion_observer.begin(), TurningPoints())
+        duties = {} if self.bearings_from is None else begin_duties(self.machine, self.bearings_from)
+        return SignalObservation(self.motion_observer.begin(), TurningPoints(), duties)
 
     def update(self, previous: SignalObservation, motion: Trajectory) -> SignalObservation:
         """Return the observation after a further part of the machine's motion."""
         points = previous.points.update(motion.time, self.signal(motion), interpolate=True)
-        return SignalObservation(self.motion_observer.update(previous.observation, motion), points)
+        duties = advance_duties(previous.duties, self.machine, motion)
+        return SignalObservation(self.motion_observer.update(previous.observation, motion), points, duties)
 
 
 @dataclass(frozen=True, eq=False)
 class LoadHistory:
     """The turning points of a load from the start on: time, values (m,). end_time: of the motion so far. verdict: on the
-    run-up, None of a record. failure: the reason of an early end."""
+    run-up, None of a record. failure: the reason of an early end. duties: of the machine's rated bearings."""
 
     time: np.ndarray
     values: np.ndarray
     end_time: float
     verdict: Verdict | None = None
     failure: str | None = None
+    duties: Duties = field(default_factory=dict)
 
 
-def signal_integration(case: RunUpCase, signal: MachineSignal) -> ObservedIntegration[SignalObservation]:
-    """Return the integration of a run-up in which a signal is sampled as densely as its turning points need."""
+def signal_integration(
+    case: RunUpCase, signal: MachineSignal, bearings_from: float | None = None
+) -> ObservedIntegration[SignalObservation]:
+    """Return the integration of a run-up in which a signal is sampled as densely as its turning points need.
+
+    bearings_from: time from which on the machine's bearings are observed too.
+    """
     [model], horizon, settings = case.models, case.horizon, case.settings
     compiled_system = compile_system(model.system, settings.tolerance, model.events(horizon.events), settings.engine)
     return ObservedIntegration(
-        SignalObserver(case.observer, signal),
+        SignalObserver(case.observer, signal, bearings_from),
         compiled_system,
         model.machine_motion,
         horizon.vibration,
@@ -101,9 +114,14 @@ def signal_integration(case: RunUpCase, signal: MachineSignal) -> ObservedIntegr
     )
 
 
-def load_histories(case: RunUpCase, signal: MachineSignal, work: Work) -> Iterator[LoadHistory]:
-    """Yield the turning points of a signal after each leg of a run-up, of whose motion nothing else is stored."""
-    [model], integration = case.models, signal_integration(case, signal)
+def load_histories(
+    case: RunUpCase, signal: MachineSignal, work: Work, bearings_from: float | None = None
+) -> Iterator[LoadHistory]:
+    """Yield the turning points of a signal after each leg of a run-up, of whose motion nothing else is stored.
+
+    bearings_from: time from which on the duties of the machine's bearings count.
+    """
+    [model], integration = case.models, signal_integration(case, signal, bearings_from)
     last = integration.begin(model.initial, model.parameter_values)
     parts: list[tuple[np.ndarray, np.ndarray]] = []
     yield _history(case, integration, parts, last)
@@ -137,7 +155,25 @@ def _history(
     latest, trajectory = integration.observation(last), last.trajectory
     time, values = (np.concatenate([part[k] for part in (*parts[:-1], latest.points.points_to_end())]) for k in (0, 1))
     verdict = verdict_at_end(case.machine, latest.observation, trajectory)
-    return LoadHistory(time, values, trajectory.end_time, verdict, trajectory.failure)
+    return LoadHistory(time, values, trajectory.end_time, verdict, trajectory.failure, latest.duties)
+
+
+def rotor_signal(machine: Machine, rotor: str, direction: str | None, location: str = "study") -> MachineSignal:
+    """Return the force of one rotor, with the bodies about it, on its bearing.
+
+    direction: x by default, or y, whether the carrier moves there or not. Raises ``InputError`` for an unknown rotor, and
+    where the machine's rotors have no forces in the plane.
+    """
+    names = [r.name for r in machine.rotors]
+    if rotor not in names:
+        raise InputError(f"{location}.rotor", rotor, f"must be a rotor of the machine; {nearest(rotor, names)}")
+    if not has_bearing_forces(machine):
+        raise InputError(f"{location}.rotor", rotor, "this machine's rotors have no bearing forces in newtons")
+    if direction not in (None, "x", "y"):
+        raise InputError(f"{location}.direction", direction, "must be one of x, y")
+    label = direction or "x"
+    evaluator = Evaluator.of(machine.system, [bearing_force(machine, rotor, label)], [_VALUE])
+    return MachineSignal(f"bearing force of {rotor} in {label}", machine.units.force, evaluator)
 
 
 def machine_signal(machine: Machine, name: str, direction: str | None, location: str = "study") -> MachineSignal:

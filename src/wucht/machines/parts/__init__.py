@@ -19,6 +19,7 @@ from wucht.machines.parts.support import Support
 from wucht.schema import models_in
 
 if TYPE_CHECKING:  # the names that ``__getattr__`` loads, for type checkers
+    from wucht.machines.parts.bearing import Bearing as Bearing
     from wucht.machines.parts.carrier import Carrier as Carrier
     from wucht.machines.parts.carrier import Foundation as Foundation
     from wucht.machines.parts.constant_speed import ConstantSpeed as ConstantSpeed

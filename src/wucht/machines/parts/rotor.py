@@ -7,7 +7,9 @@ from collections.abc import Mapping
 import sympy as sp
 
 from wucht.machines.parts.base import SI, Body, Frame, si
+from wucht.machines.parts.bearing import Bearing
 from wucht.mechanics.energies import Energies
+from wucht.schema import Composite, composite
 
 
 class Rotor(Body):
@@ -37,6 +39,9 @@ class Rotor(Body):
     position: SI[tuple[float, float] | None] = si(
         "m", "position", "a", default=None, help="position of its axis on a carrier that turns"
     )
+    bearing: Composite[Bearing | None] = composite(
+        default=None, description='rating of its bearing for the life after ISO 281, { C = "45 kN", p = 3 }'
+    )
 
     def check(self) -> None:
         """Check for one of eccentricity, unbalance and couple_unbalance, and an inertia about the axis of at least m e^2."""
@@ -48,6 +53,8 @@ class Rotor(Body):
         if self.inertia < least * (1 - 1e-12):
             reason = "because it is the inertia about the axis of rotation, not about the centre of mass"
             raise ValueError("inertia", f"must be at least m e^2 = {least:.6g} kg m^2, {reason}")
+        if self.bearing is not None and self.couple_unbalance is not None:
+            raise ValueError("bearing", "not allowed: a couple unbalance has no force in the plane that the bearing would take")
 
     def moment(self) -> sp.Expr:
         """The unbalance U = m e."""

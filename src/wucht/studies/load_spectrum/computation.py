@@ -9,7 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.run_ups.machine_signals import LoadHistory, MachineSignal, load_histories, machine_signal
+from wucht.dynamics.run_ups.machine_signals import (
+    LoadHistory,
+    MachineSignal,
+    load_histories,
+    machine_signal,
+    rotor_signal,
+)
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -143,7 +149,10 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
         if spec.record is not None:
             raise InputError("study.signal", spec.record.file, "give either a table [machine] or a record")
         case = RunUpCase.of(subject, spec.start, spec.settings)
-        signal = machine_signal(case.machine, str(spec.signal), spec.direction)
+        if spec.rotor is None:
+            signal = machine_signal(case.machine, str(spec.signal), spec.direction)
+        else:
+            signal = rotor_signal(case.machine, spec.rotor, spec.direction)
     else:
         if spec.record is None:
             reason = "a table [machine] is required, or a record: signal = { file = FILE, column = NAME }"
@@ -205,7 +214,7 @@ def run(plan: Plan, work: Work) -> Iterator[LoadHistory]:
         time, values = TurningPoints().update(plan.signal.time, plan.signal.values).points_to_end()
         yield LoadHistory(time, values, float(plan.signal.time[-1]))
     elif plan.case is not None:
-        yield from load_histories(plan.case, plan.signal, work)
+        yield from load_histories(plan.case, plan.signal, work, bearings_from=plan.spec.after or 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.run_ups.bearing_loads import heavy_load_warnings, lives_of
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
 from wucht.results.formatting import report_lines
 from wucht.results.quantities import Quantity, result_dataset
+from wucht.studies.bearing_variables import life_quantities, life_text
 from wucht.studies.load_spectrum.computation import MOST_ROWS, CountedLoad, Plan, check_width, count_load
 
 if TYPE_CHECKING:
@@ -44,12 +46,14 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
         "largest_range": ("largest range of the first half, as a share of that of the whole", ""),
         "damage": ("relative change of the damage", ""),
     }
+    lives = {} if plan.case is None else lives_of(plan.case.machine, findings.duties)
     outcome, unit_of_time = None if verdict is None else str(verdict.outcome), _time(plan)
     quantities = [
         *_row_quantities(plan, whole, half),
         *_class_quantities(plan, whole),
         *_signal_quantities(plan, findings, values),
         *_damage_quantities(plan, damages, findings.end_time - begin),
+        *life_quantities(lives),
         Quantity("counting", plan.spec.counting, "way of counting"),
         Quantity("residue", plan.spec.residue, "treatment of cycles that do not close"),
         Quantity("begin", begin, "time from which counting starts", unit_of_time),
@@ -59,7 +63,7 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
         Quantity("convergence", convergence, "the whole compared with twice its first half", parts=parts),
     ]
     sentence = _sentence(plan, whole, damages)
-    warnings = _warnings(plan, findings, whole, convergence)
+    warnings = _warnings(plan, findings, whole, convergence) + heavy_load_warnings(lives)
     name = plan.signal.name[:1].upper() + plan.signal.name[1:]
     failure = findings.failure or _damage_overflow(plan, whole, damages)
     return result_dataset(
@@ -225,6 +229,8 @@ def report(result: xr.Dataset) -> list[str]:
     if s["life"] is not None:
         hours = "" if result.attrs["dimensionless"] else f" ({s['life'] / 3600:.4g} h)"
         lines.append(("life", f"{s['repetitions']:.5g} repetitions, {s['life']:.5g}{time_unit}{hours}"))
+    if life := life_text(s):
+        lines.append(("bearing life", life))
     if s["cycles"]:
         c = s["convergence"]
         damage = "" if c["damage"] is None else f", and the damage by {abs(c['damage']):.2%}"

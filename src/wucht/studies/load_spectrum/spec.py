@@ -58,6 +58,9 @@ class LoadSpectrum(SingleRun):
     direction: Literal["x", "y", "r"] | None = Field(
         default=None, description="direction of the signal, by default the first that the machine has"
     )
+    rotor: str | None = Field(default=None, min_length=1, title="rotor of the bearing", description=(
+        'name of a rotor: the `"bearing-force"` is then that of its bearing, by default of all bodies together'
+    ))  # fmt: skip
     after: SI[float | None] = si("s", "time from which counting starts", default=None, ge=0, help=(
         "time from which counting starts, so that the run-up itself can be left out"
     ))  # fmt: skip
@@ -87,9 +90,11 @@ class LoadSpectrum(SingleRun):
     def check(self) -> None:
         """Check that keys of a run-up come only with one, and other keys only where they apply."""
         if self.record is not None:
-            for key in (*SingleRun.model_fields, "direction"):
+            for key in (*SingleRun.model_fields, "direction", "rotor"):
                 if key in self.model_fields_set:
                     raise InputError(f"study.{key}", getattr(self, key), "only allowed for a machine's run-up, not a record")
+        if self.rotor is not None and self.signal != "bearing-force":
+            raise InputError("study.rotor", self.rotor, "allowed only with signal = 'bearing-force'")
         if self.model == "both":
             raise InputError("study.model", self.model, "must be 'full' or 'slow': a spectrum belongs to one motion")
         if self.after is not None and self.until is not None and self.after >= self.until:

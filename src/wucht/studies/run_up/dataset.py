@@ -10,6 +10,7 @@ import numpy as np
 
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.throw import NUMBERS, Throw, largest_of
+from wucht.dynamics.run_ups.bearing_loads import BearingLife, heavy_load_warnings, lives_at_end, loads_at_end
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.observation import motion_of
 from wucht.dynamics.verdicts.outcomes import Outcome
@@ -20,6 +21,7 @@ from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.formatting import Format, ReportLines, formats
 from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities
+from wucht.studies.bearing_variables import force_text, life_quantities, life_text, load_quantities
 from wucht.studies.motion_variables import envelopes, motion_quantities
 from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
@@ -39,17 +41,13 @@ def _vibration_at_the_end(machine: Machine, result: xr.Dataset, inside: np.ndarr
     if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
         return []
     samples = result.isel(time=inside)
-    place, velocity = (_plane(samples[name], "direction") for name in ("displacement", "velocity"))
+    place, velocity = (_plane(samples[name]) for name in ("displacement", "velocity"))
     throw = Throw.from_samples(samples.time.values, place, velocity, deck)
-    force = largest_of(_plane(samples.bearing_force, "direction"))
+    force = largest_of(_plane(samples.bearing_force))
     quantities = [
         Quantity("bearing_force", force, "largest force of all bodies together on the carrier", "N"),
         *(Quantity(n, x, *NUMBERS[n], headline=n == "machine_number") for n, x in throw.numbers.items()),
     ]
-    if "rotor_bearing_force" in samples:
-        rotor_forces = {str(name): samples.rotor_bearing_force.sel(rotor=name) for name in samples.rotor.values}
-        forces = {name: largest_of(_plane(force, "plane")) for name, force in rotor_forces.items()}
-        quantities.append(Quantity("bearing_forces", forces, "largest force of each rotor on the carrier", "N"))
     if deck is not None:
         quantities += [
             Quantity("deck", deck, "inclination of the deck", "rad"),
@@ -58,9 +56,9 @@ def _vibration_at_the_end(machine: Machine, result: xr.Dataset, inside: np.ndarr
     return quantities
 
 
-def _plane(of: xr.DataArray, ways: str) -> np.ndarray:
-    """Return its components in x and y (2, N), zero where the carrier cannot move. ways: the dimension of its directions."""
-    there = [str(d) for d in of[ways].values]
+def _plane(of: xr.DataArray) -> np.ndarray:
+    """Return its components in x and y (2, N), zero where the carrier cannot move."""
+    there = [str(d) for d in of.direction.values]
     zero = np.zeros(of.sizes["time"])
     return np.array([of.values[there.index(d)] if d in there else zero for d in "xy"])
 
@@ -80,7 +78,11 @@ def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
     result = dataset_from_quantities(quantities)
     residual = float(result.energy_residual.max())
     summary = _summary(machine, result, verdict, limits)
-    summary += _vibration_at_the_end(machine, result, _window(result, verdict), deck) if motion.model.name == "full" else []
+    lives = dict[str, BearingLife]()
+    if motion.model.name == "full":
+        lives = lives_at_end(machine, motion.machine_motion, verdict.window)
+        summary += _vibration_at_the_end(machine, result, _window(result, verdict), deck)
+        summary += load_quantities(loads_at_end(machine, motion.machine_motion, verdict.window)) + life_quantities(lives)
     quantities = [replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in quantities]
     flow = {
         "engine": motion.compiled_system.engine.name,
@@ -88,7 +90,7 @@ def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
         "model": motion.model.name,
     }
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
-    warnings = _warnings(motion, residual)
+    warnings = _warnings(motion, residual) + heavy_load_warnings(lives)
     return StudyResult([*summary, *quantities], verdict.sentence, warnings, (), trajectory.failure, flow | end)
 
 
@@ -234,6 +236,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines.add("resonance", "{natural_frequencies}")
     lines.add("amplitude", "{final_amplitude} at the end, {peak_amplitude} at most")
     _vibration(lines, s)
+    _bearings(lines, s)
     if s["final_phases"]:
         lines.add("phases", "{phases}", phases=_angles(s["final_phases"]))
     lines.add("unbalance", "{final_residual_unbalance:%} of the rotor's remains")
@@ -274,22 +277,24 @@ def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
     throw_text = f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
     lines.add("stroke", f"{{stroke}} peak to peak{shape}")
     lines.add("acceleration", f"{s['acceleration']:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{throw_text}")
-    lines.add("force", f"{_force(s['bearing_force'])} at most, of the bodies on the carrier")
-    forces = s.get("bearing_forces", {})
-    if forces:
-        lines.add("bearings", "{forces}", forces=_bearing_forces(forces))
+    lines.add("force", f"{force_text(s['bearing_force'])} at most, of the bodies on the carrier")
 
 
-def _bearing_forces(forces: dict[str, float]) -> str:
-    """Return the bearing force of each rotor; of many rotors, the largest."""
-    largest = sorted(forces, key=lambda name: -forces[name])[:_MOST_ROTORS]
-    listing = ", ".join(f"{name} {_force(f)}" for name, f in forces.items() if name in largest)
-    more = f"; {len(forces) - _MOST_ROTORS} smaller ones" if len(forces) > _MOST_ROTORS else ""
-    return f"{listing} at most, of each rotor on the carrier{more}"
+def _bearings(lines: ReportLines, s: dict[str, Any]) -> None:
+    """Add lines on the forces of several rotors, or of one whose bearing has a rating, and on the life of bearings."""
+    life, forces = life_text(s), s.get("steady_bearing_forces", {})
+    if forces and (life or (len(forces) > 1 and s.get("machine_number", 0.0) >= _GENTLE)):
+        lines.add("bearings", "{forces}", forces=_bearing_forces(forces, s["bearing_forces"], s["peak_bearing_forces"]))
+    if life:
+        lines.add("bearing life", "{life}", life=life)
 
 
-def _force(value: float) -> str:
-    return f"{value / 1e3:.4g} kN" if value >= 1e3 else f"{value:.4g} N"
+def _bearing_forces(steady: dict[str, float], largest: dict[str, float], peak: dict[str, float]) -> str:
+    """Return the force of each rotor on its bearing at the end, and the largest of the run; of many rotors, the largest."""
+    first = sorted(steady, key=lambda name: -largest[name])[:_MOST_ROTORS]
+    listing = ", ".join(f"{n} {force_text(f)} ({force_text(largest[n])} at most)" for n, f in steady.items() if n in first)
+    more = f"; {len(steady) - _MOST_ROTORS} smaller ones" if len(steady) > _MOST_ROTORS else ""
+    return f"{listing} at the end{more}; {force_text(max(peak.values()))} at most in the whole run"
 
 
 def _settling_text(s: dict[str, Any], time_unit: str) -> str:

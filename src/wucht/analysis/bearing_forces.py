@@ -1,0 +1,105 @@
+"""Forces of rotors on their bearings, in both directions of the plane, and the ratings of these bearings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from wucht.fatigue.bearing_life import BearingRating
+from wucht.machines.machine import Machine
+from wucht.machines.parts.base import Body, Point
+from wucht.machines.parts.rotor import Rotor
+from wucht.machines.tree import Tree
+from wucht.mechanics.lagrange import Coordinate, acceleration, equations_of_motion
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
+
+_PLANE = ("x", "y")
+_SPEED = "speed"
+_VIRTUAL = {d: Coordinate.from_names(f"bearing.{d}", f"bearing.v{d}") for d in _PLANE}
+
+
+@dataclass(frozen=True)
+class RatedBearing:
+    """The bearing of a rotor: its rating, and the share of the rotor's force that it takes."""
+
+    rating: BearingRating
+    share: float = 1.0
+
+
+def rated_bearings(machine: Machine) -> dict[str, RatedBearing]:
+    """Return the bearings that have a rating, by the name of their rotor."""
+    names = [p.name for p in machine.parts if isinstance(p, Rotor) and p.bearing is not None]
+    values = {n: [machine.values[f"{n}.bearing.{key}"] for key in ("C", "p", "share")] for n in names}
+    return {n: RatedBearing(BearingRating(c, p), share) for n, (c, p, share) in values.items()}
+
+
+@dataclass(frozen=True)
+class BearingForces:
+    """Forces of a machine's rotors, each with the bodies about it, on their bearings: of the bearing on what carries it.
+
+    rotors: their names. evaluator: of both components and of the speed against the carrier of each.
+    """
+
+    rotors: tuple[str, ...]
+    evaluator: Evaluator
+
+    @classmethod
+    def of(cls, machine: Machine, rotors: tuple[str, ...] | None = None) -> BearingForces:
+        """Return the forces of some rotors, by default of all, of a machine with units and without couple unbalance."""
+        names = tuple(r.name for r in machine.rotors) if rotors is None else rotors
+        expressions = [e for name in names for e in (*_plane_force(machine, name), _bearing_speed(machine, name))]
+        return cls(names, Evaluator.of(machine.system, expressions, [f"{n}.{k}" for n in names for k in (*_PLANE, _SPEED)]))
+
+    def __call__(self, motion: Trajectory) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
+        """Return the forces (2, N) in N and the speeds (N,) in rad/s over the machine's motion, by rotor."""
+        rows = self.evaluator(motion.time, motion.states, motion.final_parameter_values)
+        forces = {n: np.array([rows[f"{n}.{d}"] for d in _PLANE]) for n in self.rotors}
+        return forces, {n: rows[f"{n}.{_SPEED}"] for n in self.rotors}
+
+
+def bearing_force(machine: Machine, rotor: str, direction: str) -> sp.Expr:
+    """Return the force of a rotor, with the bodies about it, on its bearing in x or y, in the symbols of the System.
+
+    In a direction in which the carrier moves it is the System's output; in another one it follows from a virtual displacement
+    of the rotor's axis.
+    """
+    if direction not in machine.labels:
+        return _force_on_guide(machine, rotor, direction)
+    alone = len(machine.rotors) == 1
+    return machine.system.output(f"bearing_force_{direction}" if alone else f"bearing_force[{rotor}]_{direction}").expression
+
+
+def _plane_force(machine: Machine, rotor: str) -> tuple[sp.Expr, ...]:
+    return tuple(bearing_force(machine, rotor, d) for d in _PLANE)
+
+
+def _bearing_speed(machine: Machine, rotor: str) -> sp.Expr:
+    """Return the speed of a rotor against the carrier, in which the outer ring of its bearing sits."""
+    return machine.body(rotor).coordinate.velocity - machine.frame.rotation
+
+
+def _force_on_guide(machine: Machine, rotor: str, direction: str) -> sp.Expr:
+    """Return the force on a carrier that is held in this direction.
+
+    It is the residual of the equation of motion of the rotor and the bodies about it in a virtual displacement of their axis,
+    which stays zero.
+    """
+    every = {p.name: p for p in machine.parts if isinstance(p, Body)}
+    bodies = [every[name] for name in Tree({name: p.reference for name, p in every.items()}).group(rotor)]
+    virtual = _VIRTUAL[direction]
+    axes = {b.name: _displaced(machine.frame.axis(b.name), virtual, direction) for b in bodies}
+    frame = replace(machine.frame, axes={**machine.frame.axes, **axes})
+    coordinates = (*machine.coordinates, virtual)
+    motion = equations_of_motion([b.energies(frame) for b in bodies], coordinates)
+    accelerations = sp.Matrix([*map(acceleration, machine.coordinates), sp.S.Zero])
+    force = motion.forces[-1] - (motion.mass[-1, :] * accelerations)[0]
+    return sp.sympify(force.xreplace({virtual.position: sp.S.Zero, virtual.velocity: sp.S.Zero}))
+
+
+def _displaced(axis: Point, virtual: Coordinate, direction: str) -> Point:
+    position, velocity = getattr(axis, direction) + virtual.position, getattr(axis, f"v{direction}") + virtual.velocity
+    return replace(axis, **{direction: position, f"v{direction}": velocity})
