@@ -158,8 +158,8 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     machine = plan.moved_machine.machine
     moving, events = moving_system(machine, plan.parameter.path), release_events(machine)
     flow = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
-    mover = Mover(plan.moved_machine, flow, _share_reporter(work, 0.0, "settling"))
     driven, ways = (plan.moved_machine.pace.driven, 0.0), len(plan.ways)
+    mover = Mover(plan.moved_machine, flow, _settling_reporter(plan, work.part("", 0.0, 1 / ways)))
     findings = Findings(flow.engine.name, plan.moved_machine.pace.warnings)
     yield findings
     try:
@@ -226,6 +226,16 @@ def _jumps(mover: Mover, legs: Sequence[SweepLeg], tolerance: float, work: Work)
         jump = work.unit(str(i + 1), partial(find_jump, searching, legs, first, last, tolerance))
         if jump is not None:
             yield jump
+
+
+def _settling_reporter(plan: Plan, work: Work) -> Callable[[float], None]:
+    """Progress function of the first settling, whose duration is unknown: as fast as that of the ramp after it.
+
+    So the pace of the first seconds tells how long the whole sweep will take.
+    """
+    pace = plan.moved_machine.pace
+    share_per_time = (_RAMP_SHARE - _SETTLED_SHARE) / (pace.samples * pace.step)
+    return lambda time: work.report(min(share_per_time * time, _SETTLED_SHARE), "settling")
 
 
 def _share_reporter(work: Work, share: float, activity: str) -> Callable[[float], None]:
