@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _PATIENCE_S = 0.5
 _SILENCE_S = 5.0  # at most, while a run has nothing to report yet
-_PACE_S = 3.0  # of computing, after which its duration is estimated; again each time that this has doubled
+_PACE_S = 2.0  # of computing, after which its duration is estimated; again each time that this has doubled
 _LONG_S = 60.0  # a run that takes longer is announced with what it will take
 _OTHERWISE = 2.0  # an estimate that differs by more than this factor from the one before is announced, too
 _UNITS = (("s", 1.0), ("min", 60.0), ("h", 3600.0), ("days", 86400.0))

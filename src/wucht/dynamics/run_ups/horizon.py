@@ -168,7 +168,7 @@ class Horizon:
 
     @property
     def _doublings(self) -> float:
-        """How often the first leg of a run until settled is doubled at most: to the most turns at the highest speed expected."""
+        """The number of doublings of the first leg after which a run until settled has made the most turns that it may make."""
         return max(0.0, math.log2(MOST_TURNS * self.turn / self.first))
 
     @property
@@ -194,7 +194,7 @@ class Horizon:
         return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
 
     def limit_warnings(self, end: float, verdict: Verdict, unit: str) -> tuple[str, ...]:
-        """Return a sentence if a run until settled has been ended at its limit without having settled. unit: of its end time."""
+        """Return a sentence if a run until settled was ended at its limit without having settled. unit: of its end time."""
         if not self.until_settled or end < self.longest * (1 - _ROUNDING) or self.is_decided(verdict):
             return ()
         at, turns = f"{self.longest:.4g} {unit}".rstrip(), self.longest / self.turn
