@@ -165,6 +165,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     first = longest / (longest + ways * (ramp + longest) / _JUMPS_SHARE)  # as long as what follows, for its time
     findings = Findings(flow.engine.name, plan.moved_machine.pace.warnings)
     yield findings
+    work.report(0.0, "settling")
     try:
         settling = replace(mover, report=_time_reporter(work.part("", 0.0, first), 0.0, longest, "settling"))
         settled_leg, steady = work.unit("settling", partial(settling.settle, settling.begin(), driven))
