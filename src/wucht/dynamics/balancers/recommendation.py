@@ -58,8 +58,10 @@ def motor_time(machine: Machine, start: Mapping[str, Any]) -> float:
 
     It is at least that of the last change by a schedule; 0 where the speed is prescribed from the beginning.
     """
-    speed = float(initial_state(machine, start)[machine.row(machine.rotor.coordinate.velocity)])
-    changes = last_change(machine)
+    changes, rotor = last_change(machine), machine.rotor
+    if rotor.coordinate.prescribed_velocity is not None:
+        return changes
+    speed = float(initial_state(machine, start)[machine.row(rotor.coordinate.velocity)])
     return max(changes, run_up_time(machine.at(changes), speed))
 
 
