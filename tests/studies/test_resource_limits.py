@@ -11,6 +11,7 @@ from tests.refusals import failed, refused
 from wucht.dynamics.entrainment import runs_from_start as runs
 from wucht.files.catalogue import load_machine
 from wucht.studies import resource_limits as room
+from wucht.studies import runner
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.computation import prepare as prepare_entrainment
 from wucht.studies.entrainment.spec import Entrainment
@@ -90,3 +91,24 @@ def test_a_run_of_entrainment_is_stored_in_bounded_parts(monkeypatch: pytest.Mon
     assert parts.is_entrained
     assert parts.end_state == pytest.approx(whole.end_state, rel=1e-6, abs=1e-9)
     assert parts.phases == pytest.approx(whole.phases, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("count", "says"), [(83, None), (84, "the equations of 84 coordinates are derived and compiled first")]
+)
+def test_what_many_bodies_take_is_said_before_it_is_spent(
+    count: int, says: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More than five seconds, of 0.06 for each coordinate; the runner says it before anything else."""
+    machine = load_machine(R1)
+    monkeypatch.setattr(type(machine), "coordinates", property(lambda _: (None,) * count), raising=False)
+    note = room.equations_note(machine)
+    assert note is None if says is None else note is not None and note.startswith(says) and note.endswith("in about 5 s")
+    assert room.equations_note("no machine") is None
+
+
+def test_the_runner_announces_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "equations_note", lambda _: "its equations take long")
+    said: list[str] = []
+    run(RunUp(until=1.0), load_machine(R1), announce=said.append)
+    assert said == ["its equations take long"]

@@ -15,6 +15,46 @@ if TYPE_CHECKING:
 
 _PATIENCE_S = 0.5
 _SILENCE_S = 5.0  # at most, while a run has nothing to report yet
+_PACE_S = 2.0  # of computing, after which its duration is estimated; again each time that this has doubled
+_LONG_S = 60.0  # a run that takes longer is announced with what it will take
+_OTHERWISE = 2.0  # an estimate that differs by more than this factor from the one before is announced, too
+_UNITS = (("s", 1.0), ("min", 60.0), ("h", 3600.0), ("days", 86400.0))
+_TURNOVER = 1.5  # units: from there on a duration is given in the larger one
+
+
+def duration_in_words(seconds: float) -> str:
+    """Return a duration to two digits in the unit that suits it: ``4 min``."""
+    unit, size = next((u for u in reversed(_UNITS) if seconds >= _TURNOVER * u[1]), _UNITS[0])
+    number = seconds / size
+    digits = max(0, 2 - len(str(int(number)))) if number < 10 else 0
+    return f"{number:.{digits}f} {unit}"
+
+
+class Forecast:
+    """Estimate of the remaining duration of a run, from the pace of its latest part."""
+
+    def __init__(self) -> None:
+        self._anchor: tuple[float, float] | None = None
+        self._pause, self._announced_end = _PACE_S, 0.0
+
+    def remaining(self, time: float, share: float) -> float | None:
+        """Return the remaining seconds where they should be announced: a long run, or one that takes longer than announced.
+
+        time: since the beginning of the run, in s; share: that is done.
+        """
+        if self._anchor is None or share < self._anchor[1]:
+            self._anchor = time, share
+        since, done = time - self._anchor[0], share - self._anchor[1]
+        if since < self._pause or not done > 0:
+            return None
+        remaining = (1 - share) * since / done
+        self._anchor, self._pause = (time, share), 2 * self._pause
+        expected = max(self._announced_end - time, 0.0)
+        is_news = remaining > _LONG_S if not self._announced_end else max(remaining, 1.0) > _OTHERWISE * max(expected, _LONG_S)
+        if not is_news:
+            return None
+        self._announced_end = time + remaining
+        return remaining
 
 
 class Progress:
@@ -22,8 +62,10 @@ class Progress:
 
     def __init__(self, title: str) -> None:
         self._title, self._start_time, self._is_announced = printable(title), time.perf_counter(), False
+        self._has_ended = False
         self._bar: rich.progress.Progress | None = None
         self._one_at_a_time = threading.Lock()
+        self._forecast = Forecast()
         self._alarm = threading.Timer(_SILENCE_S, self._begin)
         self._alarm.daemon = True
 
@@ -34,7 +76,7 @@ class Progress:
     def __exit__(self, *_: object) -> None:
         self._alarm.cancel()
         with self._one_at_a_time:
-            self._is_announced = True  # nothing is printed after the end
+            self._is_announced = self._has_ended = True  # nothing is printed after the end
             if self._bar is not None:
                 self._bar.stop()
 
@@ -48,6 +90,23 @@ class Progress:
 
             description = f"{self._title}: {label}" if label else self._title
             self._bar.update(self._bar.task_ids[0], completed=share, description=escape(description))
+        remaining = self._forecast.remaining(time.perf_counter() - self._start_time, share)
+        if remaining is not None:
+            self.announce(f"up to about {duration_in_words(remaining)} to go, at the pace so far")
+
+    def announce(self, text: str) -> None:
+        """Print a line on what the run will take, before it is spent."""
+        self._begin()
+        line = f"{self._title}: {printable(text)}"
+        with self._one_at_a_time:
+            if self._has_ended:
+                return
+            if self._bar is not None:
+                from rich.markup import escape
+
+                self._bar.console.print(escape(line), highlight=False, soft_wrap=True)
+                return
+            _write_line(line)
 
     def _begin(self) -> None:
         """Announce once that the run is under way."""
@@ -56,9 +115,7 @@ class Progress:
                 return
             self._is_announced = True
             if not sys.stderr.isatty():
-                with suppress(OSError):  # no space for the message: the result does not depend on it
-                    sys.stderr.write(f"running {self._title} ...\n")
-                    sys.stderr.flush()
+                _write_line(f"running {self._title} ...")
                 return
             import rich.progress as rich_progress
             from rich.console import Console
@@ -67,3 +124,9 @@ class Progress:
             self._bar = rich_progress.Progress(console=Console(stderr=True), transient=True)
             self._bar.add_task(escape(self._title), total=1.0)
             self._bar.start()
+
+
+def _write_line(line: str) -> None:
+    with suppress(OSError):  # no space for the message: the result does not depend on it
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()

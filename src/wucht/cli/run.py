@@ -100,7 +100,7 @@ def run_and_print(
                 document.update({"error": result.attrs["failure"], "exit_code": 1})
             save_summary(document, new / SUMMARY)
 
-        options = {"resume": resume, "progress": report, "scheduler": scheduler}
+        options = {"resume": resume, "progress": report, "scheduler": scheduler, "announce": progress.announce}
         result = run_study(study_file, folder=folder, files=tuple(names), write=write, **options)
     accessor = result.wucht
     if as_json:

@@ -1,4 +1,4 @@
-"""Limits of resources, checked before anything is computed: memory, and the number of turns."""
+"""Limits of resources, checked before anything is computed: memory, and the number of turns; and what equations will take."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ BYTES = 8  # of a number
 _COPIES = 3  # of the stored numbers: while they are joined, in the Dataset, and in the file
 _SHARE = 0.8  # of the machine's memory; the rest is for libraries and other programs
 _MOST_TURNS = 1e9  # takes weeks to compute; the same limit holds for vibrations of the carrier, each of which takes steps, too
+_COORDINATE_S = 0.06  # to derive the equations and to compile them, for each coordinate: measured with 13 to 203 of them
+_SILENCE_S = 5.0  # at most, of which nothing is said
 _IMPLICIT = "scipy-radau"  # the engine that does not resolve decayed vibrations
 _GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # limits of a container
 REMEDY = "give a shorter time, or fewer runs or points"
@@ -63,6 +65,14 @@ def refuse_turns(spec: Spec, subject: Any) -> None:
             reason = f"these are {count:.3g} {motion}, and at most {_MOST_TURNS:.3g} can be computed"
             requirement = f"must be at most {longest}: {reason}"
             raise InputError("study.until", until, requirement)
+
+
+def equations_note(subject: Any) -> str | None:
+    """A sentence on how long the equations of a machine with many bodies will take, before they are derived."""
+    seconds = _COORDINATE_S * len(subject.coordinates) if isinstance(subject, Machine) else 0.0
+    if seconds <= _SILENCE_S:
+        return None
+    return f"the equations of {len(subject.coordinates)} coordinates are derived and compiled first, in about {seconds:.0f} s"
 
 
 def memory_error(error: MemoryError) -> RunError:

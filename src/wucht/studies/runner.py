@@ -29,7 +29,7 @@ from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import DaskCluster, cluster_at
 from wucht.studies.memory import UnitMemory, earlier_result, question_of, stored_questions, without_titles
 from wucht.studies.registry import Study, studies, study_of
-from wucht.studies.resource_limits import memory_error, refuse_numbers, refuse_turns
+from wucht.studies.resource_limits import equations_note, memory_error, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description, subject_of
 
@@ -53,6 +53,7 @@ def run(
     document: Mapping[str, Any] | None = None,
     scheduler: str | None = None,
     write: Writer | None = None,
+    announce: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
     """Answer a question.
 
@@ -79,6 +80,8 @@ def run(
     write : callable, optional
         Writes further files of the result, such as its figure: called with the result and the folder for them. They replace
         the earlier ones together with ``result.nc``.
+    announce : callable, optional
+        Called with a sentence on what comes before the first progress, if that takes long.
 
     Returns
     -------
@@ -103,7 +106,7 @@ def run(
     place = None if folder is None else Path(folder)
     with cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
         try:
-            return _compute_result(spec, subject, place, files, resume, progress, document, cluster, write)
+            return _compute_result(spec, subject, place, files, resume, progress, document, cluster, write, announce)
         except MemoryError as error:
             raise memory_error(error) from None
 
@@ -118,6 +121,7 @@ def _compute_result(
     document: Mapping[str, Any] | None,
     cluster: DaskCluster | None,
     write: Writer | None,
+    announce: Callable[[str], None] | None,
 ) -> xr.Dataset:
     register_accessor()
     start_time, study = clock.perf_counter(), study_of(spec.kind)
@@ -126,6 +130,8 @@ def _compute_result(
     if description.dimensionless:
         spec.refuse_units()
     refuse_turns(spec, subject)
+    if announce is not None and (note := equations_note(subject)) is not None:
+        announce(note)
     plan = study.prepare(spec, subject)
     refuse_numbers(study.numbers(plan))
     solve = study.run  # loaded before units are read back, whose classes it defines

@@ -130,7 +130,7 @@ def _rate(spec: Sweep, machine: Machine, parameter: Parameter) -> float | None:
 
 _TOO_FAST = 0.01  # greatest change of the speed after a ramp, relative to the largest speed of the sweep
 _TURNS_A_UNIT, _MOST_LEGS_A_UNIT = 500, 20
-_SETTLED_SHARE, _RAMP_SHARE, _JUMPS_SHARE = 0.02, 0.5, 0.55  # of the time of a ramp: completed share after each part
+_JUMPS_SHARE = 0.55  # of the time of a ramp: completed share when the search for jumps begins
 
 
 @dataclass(frozen=True)
@@ -158,20 +158,27 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     machine = plan.moved_machine.machine
     moving, events = moving_system(machine, plan.parameter.path), release_events(machine)
     flow = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
-    mover = Mover(plan.moved_machine, flow, _share_reporter(work, 0.0, "settling"))
     driven, ways = (plan.moved_machine.pace.driven, 0.0), len(plan.ways)
+    mover = Mover(plan.moved_machine, flow, _ignore_time)
+    ramp, longest = plan.moved_machine.pace.samples * plan.moved_machine.pace.step, mover.longest_settling
+    ramp_share = _JUMPS_SHARE * ramp / (ramp + longest)
+    first = longest / (longest + ways * (ramp + longest) / _JUMPS_SHARE)  # as long as what follows, for its time
     findings = Findings(flow.engine.name, plan.moved_machine.pace.warnings)
     yield findings
+    work.report(0.0, "settling")
     try:
-        settled_leg, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
+        settling = replace(mover, report=_time_reporter(work.part("", 0.0, first), 0.0, longest, "settling"))
+        settled_leg, steady = work.unit("settling", partial(settling.settle, settling.begin(), driven))
         findings = replace(findings, warnings=findings.warnings + _doubts(plan, settled_leg, steady, "before the sweep"))
         for k, way in enumerate(plan.ways):
-            part = work.part(way, k / ways, (k + 1) / ways)
-            for legs in _ramp(plan, mover, settled_leg.place, way, part):
+            begin, end = (first + (1 - first) * n / ways for n in (k, k + 1))
+            part = work.part(way, begin, end)
+            for legs in _ramp(plan, mover, settled_leg.place, way, part, ramp_share):
                 findings = replace(findings, ramps=findings.ramps | {way: legs})
                 yield findings
             speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
-            at_end = replace(mover, report=_share_reporter(part, _RAMP_SHARE, "settling"))
+            settling_part = part.part("", ramp_share, _JUMPS_SHARE)
+            at_end = replace(mover, report=_time_reporter(settling_part, legs[-1].place.time, longest, "settling"))
             settled_leg, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
             doubts = _doubts(plan, settled_leg, steady, f"after the ramp {way}", findings.all_legs)
             findings = replace(findings, warnings=findings.warnings + doubts)
@@ -185,15 +192,13 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         yield replace(findings, failure=str(error))
 
 
-def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Iterator[tuple[SweepLeg, ...]]:
-    """Run one ramp in equal legs; yield the completed legs after each unit of work. place: its start."""
-    step, samples, begin_time = plan.moved_machine.pace.step, plan.moved_machine.pace.samples, place.time
+def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work, share: float) -> Iterator[tuple[SweepLeg, ...]]:
+    """Run one ramp in equal legs; yield the completed legs after each unit of work. place: its start. share: of the work."""
+    step, samples = plan.moved_machine.pace.step, plan.moved_machine.pace.samples
     turns = step * plan.moved_machine.pace.fastest / (2 * math.pi)
     count = max(1, min(_MOST_LEGS_A_UNIT, round(_TURNS_A_UNIT / turns)))
 
-    def report(time: float) -> None:
-        work.report(_SETTLED_SHARE + (_RAMP_SHARE - _SETTLED_SHARE) * (time - begin_time) / (samples * step), SENSE[way])
-
+    report = _time_reporter(work.part("", 0.0, share), place.time, samples * step, SENSE[way])
     ramping, legs = replace(mover, report=report), tuple[SweepLeg, ...]()
     values = np.linspace(*plan.ways[way], samples + 1)[1:]
     for begin in range(0, samples, count):
@@ -226,6 +231,18 @@ def _jumps(mover: Mover, legs: Sequence[SweepLeg], tolerance: float, work: Work)
         jump = work.unit(str(i + 1), partial(find_jump, searching, legs, first, last, tolerance))
         if jump is not None:
             yield jump
+
+
+def _time_reporter(work: Work, begin: float, duration: float, activity: str) -> Callable[[float], None]:
+    """Progress function of a mover from a time on, for a duration at most.
+
+    All parts of a sweep have shares as long as they last: the pace of the first seconds tells how long the whole will take.
+    """
+    return lambda time: work.report((time - begin) / duration, activity)
+
+
+def _ignore_time(_time: float) -> None:
+    """Ignore the progress of a mover."""
 
 
 def _share_reporter(work: Work, share: float, activity: str) -> Callable[[float], None]:

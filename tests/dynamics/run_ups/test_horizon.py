@@ -91,6 +91,32 @@ def test_a_run_without_end_doubles_until_25000_turns() -> None:
     assert few.samples == pytest.approx(1000 * (1 + math.log2(250) / 2))
 
 
+@pytest.mark.parametrize(("slower", "doublings"), [(9.7, 8), (9.8, 7), (15.0, 7), (700.0, 1), (2000.0, 1)])
+def test_a_slow_machine_is_doubled_less_often(slower: float, doublings: int) -> None:
+    """The first leg is 20 turns of the slowest motion, at most 20,000 of the fastest: 25,000 of these are not far exceeded.
+
+    195.3 is 25,000 over 2^7: a first leg of 20 x 9.77 turns has one doubling less.
+    """
+    of = horizon(driven(100.0 / slower))
+    fast = min(slower, 1000.0)
+    assert of.first / of.turn == pytest.approx(max(100.0, 20 * fast), rel=1e-3)
+    assert of.longest == pytest.approx(of.first * 2**doublings)
+    assert 25_000 <= of.longest / of.turn < 50_000
+    *_, last = of.legs()
+    assert last.samples[-1] == last.end == pytest.approx(of.longest)
+
+
+def test_the_limit_of_a_run_until_settled_is_told() -> None:
+    """Only of a run that has come to its limit, and has not settled."""
+    of, ended = horizon(driven(200.0)), horizon(driven(200.0), until=10.0)
+    end = 25_600 * 2 * math.pi / 200.0
+    verdicts: list[Any] = [SimpleNamespace(settled_within=lambda _width, known=known: known) for known in (False, True)]
+    (sentence,) = of.limit_warnings(end, verdicts[0], "s")
+    assert f"ended at {end:.4g} s, after 2.56e+04 turns or vibrations" in sentence and "study.until" in sentence
+    assert of.limit_warnings(0.999 * end, verdicts[0], "s") == of.limit_warnings(end, verdicts[1], "s") == ()
+    assert ended.limit_warnings(10.0, verdicts[0], "s") == ()
+
+
 @pytest.mark.parametrize("speed", [50.0, -50.0, 500.0])
 def test_time_scales_of_a_run(speed: float) -> None:
     """The natural frequency is 100 rad/s: the faster of both sets the step and the span, the slower one the first leg."""

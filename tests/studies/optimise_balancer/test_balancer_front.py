@@ -173,3 +173,19 @@ def test_the_machine_as_it_is_comes_first_if_all_that_is_varied_lies_in_its_rang
 
 def test_a_front_of_nothing_has_no_points() -> None:
     assert computation.front_of(SimpleNamespace(), SimpleNamespace(evaluated_generations=())) == ((), 0)  # type: ignore[arg-type]
+
+
+def test_a_search_recommends_what_balances(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two parabolas all runs end compensated: the fastest one, x near 0; if half of them pass without, none is."""
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
+    few = TWO.model_copy(update={"evaluations": 60})
+    result = ask(few, MACHINE)
+    s = result.wucht.summary
+    assert s["recommended"]["settling_time"] == min(p["checked"]["settling-time"] for p in s["front"] if p["holds"])
+    assert s["recommended"]["fails"] == 0 and all(p["balances"] for p in s["front"])
+    assert s["sentence"].startswith("2 bodies: median settling time ") and ", 0 % fail; a front of " in s["sentence"]
+    half = Parabolas(open_=lambda _x, run: run % 2 == 0, without=Outcome.PASSED)
+    monkeypatch.setattr(candidates, "outcomes_of", half)
+    passing = ask(few, MACHINE).wucht.summary
+    assert passing["recommended"] is None and not any(p["balances"] for p in passing["front"])
+    assert passing["sentence"].startswith("no checked point balances in more than half of its runs; ")

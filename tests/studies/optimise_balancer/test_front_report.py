@@ -12,6 +12,7 @@ from tests.refusals import refused
 
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
+from wucht.studies.optimise_balancer.dataset import recommendation_in_words
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import study_of
 
@@ -89,6 +90,44 @@ def test_gains_below_half_a_percent_are_none_and_new_unbalance_is_told() -> None
     assert worse[2].endswith("0.01 kg m residual unbalance (residual unbalance where there was none)")
     assert "where there was none" not in lines(point(None, 0.0, None, None), as_it_is=clean, objectives=["residual"])[2]
     assert "where there was none" not in lines(point(1.0, 0.1, None, None), as_it_is=clean, objectives=["settling-time"])[2]
+
+
+def test_what_does_not_balance_is_not_offered_first() -> None:
+    """However fast it gets through; and if nothing else is there, it says so."""
+    passing, balancing = point(5.0, 0.01, 1e-3, 0.0, balances=False), point(9.0, 0.0, 2e-3, 0.0, bodies=3, balances=True)
+    both = lines(passing, balancing)
+    assert both[2].startswith("  min settling 3 bodies") and len(both) == 3, "it is the best in all that balances"
+    alone = lines(passing)
+    assert ", 0 % captured, does not balance" in alone[2]
+
+
+RECOMMENDED = {
+    "point": 0, "bodies": 4, "parameters": {"damping": 0.0125}, "settling_time": 40.0, "fails": 0.02, "fails_for_certain": 0.02,
+    "motor_time": 30.0, "motor_sets_time": False,
+}  # fmt: skip
+
+
+def test_the_recommended_balancer() -> None:
+    told = lines(recommended=RECOMMENDED)
+    assert told[2] == "  recommended  4 bodies, damping 0.0125 N m s: of its runs 2 % do not end compensated" and len(told) == 3
+    sure = lines(recommended=RECOMMENDED | {"fails": 0.0, "fails_for_certain": 0.0})
+    assert sure[2].endswith(": of its runs all end compensated")
+    assert lines(recommended=RECOMMENDED | {"fails": 0.25})[2].endswith("2 % to 25 % do not end compensated")
+    motor = lines(recommended=RECOMMENDED | {"motor_time": 38.0, "motor_sets_time": True})
+    assert motor[3] == "  motor        sets the settling time of 40 s, not the balancer: without vibration it needs 38 s"
+    assert len(lines(recommended=None)) == 2
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        ({}, "4 bodies: median settling time 40 s, 2 % fail"),
+        ({"fails": 0.25}, "4 bodies: median settling time at least 40 s, 2 % to 25 % fail"),
+        ({"bodies": 1, "fails": 0.0, "fails_for_certain": 0.0}, "1 body: median settling time 40 s, 0 % fail"),
+    ],
+)
+def test_the_recommendation_in_words(more: dict[str, Any], sentence: str) -> None:
+    assert recommendation_in_words(RECOMMENDED | more, "s") == sentence
 
 
 @pytest.mark.parametrize(

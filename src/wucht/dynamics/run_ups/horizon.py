@@ -24,13 +24,15 @@ SAMPLES_PER_TURN = 24
 MOST_SAMPLES = 1_000_000  # that are stored of all runs together, of those without a given end five times as many
 _MOST_NUMBERS = 30_000_000  # likewise: a quarter of a gigabyte, and several times that while it is put together
 _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
-_MOST_TURNS = 25_000
+MOST_TURNS = 25_000  # likewise: of such a run, which ends with the leg in which it has made them
+_MOST_DOUBLINGS = math.ceil(math.log2(MOST_TURNS / _FIRST_TURNS))
 _FEWEST_SAMPLES = 2000
 _FIRST_LEG, _LONG_LEG = 64, 2048  # samples
 _SHARE_OF_ALL = 16  # a longer leg is at most this part of the run so far: legs are few, and each keeps the whole observation
 _MUCH_SLOWER = 8  # times: where the motion is slower than that, fewer samples are stored
 _SETTLED_TOLERANCE = 1e-5
 _FASTEST = 10.0  # times the highest natural frequency: the most frequent observation of a body that does not turn
+_ROUNDING = 1e-9  # of a time
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 
 
@@ -148,7 +150,8 @@ class Horizon:
         """
         share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
         open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
-        doublings = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) if open_ended else 0
+        doublings = (math.ceil(self._doublings) if self.until_settled else _MOST_DOUBLINGS) if open_ended else 0
+        expected_end = self.longest if self.until_settled else self.expected_end
         begin, size, long = 0.0, max(1, int(_FIRST_LEG * share)), max(1, int(_LONG_LEG * share))
         for goal in (self.first * 2**k for k in range(doublings + 1)):
             lower, last = 0, max(1, round((goal - begin) / self.step))
@@ -159,14 +162,29 @@ class Horizon:
                 upper = min(lower + size * every, last)
                 samples = begin + step * np.append(np.arange(lower, upper, every), upper)
                 samples[-1] = goal if upper == last else samples[-1]
-                yield Grid(samples, closest, max(self.expected_end, goal), open_ended and upper == last)
+                yield Grid(samples, closest, max(expected_end, goal), open_ended and upper == last)
                 lower, size = upper, min(2 * size, max(long, (round(begin / step) + upper) // _SHARE_OF_ALL))
             begin = goal
 
     @property
+    def _doublings(self) -> float:
+        """The number of doublings of the first leg after which a run until settled has made the most turns that it may make."""
+        return max(0.0, math.log2(MOST_TURNS * self.turn / self.first))
+
+    @property
+    def turn(self) -> float:
+        """The time of a turn at the highest speed expected."""
+        return self.step * self.samples_per_turn
+
+    @property
+    def longest(self) -> float:
+        """The end of a run until settled that does not settle."""
+        return self.first * float(2 ** math.ceil(self._doublings))
+
+    @property
     def samples(self) -> float:
         """The approximate greatest number of stored samples."""
-        doublings = math.log2(_MOST_TURNS / _FIRST_TURNS) if self.until_settled else 0
+        doublings = self._doublings if self.until_settled else 0
         return min(self.first / self.step * 2**doublings, self.most * (1 + doublings / 2))
 
     def is_decided(self, verdict: Verdict) -> bool:
@@ -174,6 +192,16 @@ class Horizon:
         if self.until_settled:
             return verdict.settled_within(_SETTLED_TOLERANCE)
         return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
+
+    def limit_warnings(self, end: float, verdict: Verdict, unit: str) -> tuple[str, ...]:
+        """Return a sentence if a run until settled was ended at its limit without having settled. unit: of its end time."""
+        if not self.until_settled or end < self.longest * (1 - _ROUNDING) or self.is_decided(verdict):
+            return ()
+        at, turns = f"{self.longest:.4g} {unit}".rstrip(), self.longest / self.turn
+        return (
+            f"the machine had not settled when the run was ended at {at}, after {turns:.3g} turns or vibrations at its highest "
+            f"frequency: without a given end it is not continued beyond {MOST_TURNS} of them; study.until gives another end",
+        )
 
 
 def _power_of_two(ratio: float) -> int:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
-from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
+from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.dynamics.sampling.attractors import attractors_of
 from wucht.dynamics.sampling.ensemble_equations import (
@@ -26,6 +27,7 @@ from wucht.dynamics.sampling.screening_observer import DoublingSchedule, Screeni
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.work import Work
+from wucht.machines.machine import Machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Status
 from wucht.numerics.flow.compiled_system import available_engine
@@ -34,24 +36,47 @@ from wucht.numerics.flow.compiled_system import available_engine
 def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
     """Run up members one by one that start in states (n, M) of the machine's System."""
     count = starts.shape[1]
-    settings = RunSettings(question.until, model=question.model, tolerance=question.tolerance)
     outcome, failures = np.zeros(count, np.int8), dict[int, str]()
     settling, peak, end = np.full((3, count), math.nan)
     for i in range(count):
-        machine = machine_in_state(variants.machines[variants.machine_index[i]], starts[:, i])
-        if question.model == "full":
-            model = FullModel(machine, starts[:, i])
-        else:
-            model = slow_model(machine, starts[:, i], question.inertia, question.order)
-        case = RunUpCase(machine, Horizon.of(machine, settings, starts[:, i]), (model,), settings)
-        for (motion,) in run_up(case, Work()):
-            report((i + min(motion.last.trajectory.end_time / case.horizon.expected_end, 1.0)) / count)
+        for motion in _member_motions(question, variants.machines[variants.machine_index[i]], starts[:, i]):
+            report((i + min(motion.last.trajectory.end_time / motion.case.horizon.expected_end, 1.0)) / count)
         verdict, last = motion.verdict, motion.last.trajectory
         outcome[i], peak[i], end[i] = OUTCOMES.index(verdict.outcome), motion.observation.largest, last.end_time
         settling[i] = math.nan if verdict.settling_time is None else verdict.settling_time
         if last.failure:
             failures[i] = last.failure
     return MemberOutcomes(outcome, settling, peak, end, tuple(failures.items()))
+
+
+def _member_motions(question: EnsembleQuestion, machine: Machine, start: np.ndarray) -> Iterator[Motion]:
+    """Yield the motion of a member that starts in a state (n,), after each leg."""
+    machine = machine_in_state(machine, start)
+    settings = RunSettings(question.until, model=question.model, tolerance=question.tolerance)
+    if question.model == "full":
+        model = FullModel(machine, start)
+    else:
+        model = slow_model(machine, start, question.inertia, question.order)
+    for (motion,) in run_up(RunUpCase(machine, Horizon.of(machine, settings, start), (model,), settings), Work()):
+        yield motion
+
+
+@dataclass(frozen=True)
+class RunAdvice:
+    """What a member without a verdict needs: a sentence, and the end time of a run that decides, None if there is none."""
+
+    sentence: str | None
+    needed_time: float | None
+
+
+def member_advice(
+    question: EnsembleQuestion, start: np.ndarray, values: Mapping[str, float], report: Report | None = None
+) -> RunAdvice:
+    """Return the advice of the verdict on a member that starts in a state (n,), with these values of varied parameters."""
+    for motion in _member_motions(question, question.machine.with_values(dict(values)), start):
+        if report is not None:
+            report(min(motion.last.trajectory.end_time / motion.case.horizon.expected_end, 1.0))
+    return RunAdvice(motion.last.trajectory.failure or motion.verdict.advice, motion.verdict.needed_time)
 
 
 _MOST_DOUBLINGS = 8  # of the first chunk

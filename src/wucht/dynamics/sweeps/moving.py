@@ -234,13 +234,23 @@ class Mover:
         """Return the quantity that jumps: the speed; where that is prescribed, the amplitude."""
         return leg.speed if self.moved_machine.machine.rotor.coordinate.prescribed_velocity is None else leg.amplitude
 
+    @property
+    def window(self) -> float:
+        """The time after which a machine with a held parameter is compared with the one before."""
+        return max(5 * self.moved_machine.pace.response_time, 8 * self.moved_machine.pace.turn)
+
+    @property
+    def longest_settling(self) -> float:
+        """The time after which a machine with a held parameter is not waited for any longer."""
+        return _MOST_WINDOWS * self.window
+
     def settle(self, place: Place, largest: tuple[float, float] = (0.0, 0.0)) -> tuple[SweepLeg, bool]:
         """Hold the parameter until nothing changes any more; return the last leg, and True if it is steady or modulated.
 
         largest: speed and amplitude so far; a speed that changes by less than a millionth of the largest has settled,
         also at a standstill.
         """
-        window, quiet = max(5 * self.moved_machine.pace.response_time, 8 * self.moved_machine.pace.turn), 0
+        window, quiet = self.window, 0
         motion, scale = np.full(2, np.inf), np.array(largest)
         for _ in range(_MOST_WINDOWS):
             leg, before = self.leg(place, window), motion

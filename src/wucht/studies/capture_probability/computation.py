@@ -24,7 +24,8 @@ import numpy as np
 from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import VariedQuantity, check_given_once, varied_quantity
-from wucht.dynamics.sampling.ensemble_run import integration_note, outcomes_of
+from wucht.dynamics.sampling.ensemble_equations import batching_obstacle
+from wucht.dynamics.sampling.ensemble_run import RunAdvice, integration_note, member_advice, outcomes_of
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
     MemberOutcomes,
@@ -242,11 +243,13 @@ class ProbabilityPoint:
 
 @dataclass(frozen=True)
 class Findings:
-    """Findings so far. points: in the order of their values. indices: of the sensitivity. cross: outcomes of its runs."""
+    """Findings so far. points: in the order of their values. indices: of the sensitivity. cross: outcomes of its runs. advice:
+    to a study that has ended after its first runs, as all of them are undecided."""
 
     points: tuple[ProbabilityPoint, ...] = ()
     indices: Indices | None = None
     cross: MemberOutcomes | None = None
+    advice: RunAdvice | None = None
 
     def with_point(self, point: ProbabilityPoint) -> Findings:
         """Findings with another point."""
@@ -264,10 +267,16 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     first, search, last = _shares(plan)
     part = work.part("values", 0.0, first)
     for k, value in enumerate(plan.grid):
-        findings = findings.with_point(
-            _compute_point(plan, value, part.part(f"{k}", k / len(plan.grid), (k + 1) / len(plan.grid)))
+        here = part.part(f"{k}", k / len(plan.grid), (k + 1) / len(plan.grid))
+        beginning = _first_runs(plan, value, here) if k == 0 else None
+        point = (
+            beginning if beginning is not None and _is_undecided(beginning) else _compute_point(plan, value, here, beginning)
         )
+        findings = findings.with_point(point)
         yield findings
+        if k == 0 and _is_undecided(point):
+            yield replace(findings, advice=here.unit("advice", partial(_advice, plan, value)))
+            return
     begin, number = first, 0
     while spec.probability is not None and (next_ := next_sample_value(findings.bounds, spec.probability)) is not None:
         end = (begin + search) / 2  # the number of steps is not known in advance
@@ -296,14 +305,39 @@ def _counted_outcomes(plan: Plan) -> tuple[int, ...]:
     return tuple(k for k, outcome in enumerate(OUTCOMES) if outcome in plan.spec.outcome)
 
 
-def _compute_point(plan: Plan, value: float, work: Work) -> ProbabilityPoint:
-    return ProbabilityPoint(
-        value,
-        _compute_members(plan, value, plan.samples, work),
-        plan.replicate_size,
-        _counted_outcomes(plan),
-        plan.spec.confidence,
+def _first_runs(plan: Plan, value: float, work: Work) -> ProbabilityPoint | None:
+    """Compute one run of each replicate at the first value, where each takes long; None where all are integrated together."""
+    if batching_obstacle(plan.question(value)) is None or plan.replicate_size == 1:
+        return None
+    members = _compute_members(
+        plan, value, plan.samples[:, :: plan.replicate_size], work.part("first", 0.0, 1 / plan.replicate_size)
     )
+    return ProbabilityPoint(value, members, 1, _counted_outcomes(plan), plan.spec.confidence)
+
+
+def _is_undecided(point: ProbabilityPoint) -> bool:
+    """True if no run has a verdict: then the probability may be anything, and that of other values will hardly be known."""
+    return int(point.open.sum()) == len(point.members.outcome)
+
+
+def _advice(plan: Plan, value: float) -> RunAdvice:
+    """Return the advice of the verdict on the first sample."""
+    starts, values = plan.members(value, plan.samples[:, :1])
+    return member_advice(plan.question(value), starts[:, 0], {name: float(at[0]) for name, at in values.items()})
+
+
+def _compute_point(plan: Plan, value: float, work: Work, first_runs: ProbabilityPoint | None = None) -> ProbabilityPoint:
+    """Compute the outcomes of the runs at a value. first_runs: those of each replicate that are known already."""
+    if first_runs is None:
+        members = _compute_members(plan, value, plan.samples, work)
+    else:
+        size = plan.replicate_size
+        order = np.arange(plan.spec.samples).reshape(REPLICATES, size)
+        rest = order[:, 1:].ravel()
+        rest_members = _compute_members(plan, value, plan.samples[:, rest], work.part("rest", 1 / size, 1.0))
+        places = np.argsort(np.concatenate([order[:, 0], rest]))
+        members = MemberOutcomes.join([first_runs.members, rest_members]).select(places)
+    return ProbabilityPoint(value, members, plan.replicate_size, _counted_outcomes(plan), plan.spec.confidence)
 
 
 def _compute_members(plan: Plan, value: float, samples: np.ndarray, work: Work) -> MemberOutcomes:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.sampling.ensemble_run import RunAdvice
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.sampling.searches import certain_fall, smallest_value
 from wucht.results.formatting import percent, report_lines
@@ -99,6 +100,10 @@ def _summary_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("runs", runs, "number of runs"),
         Quantity("values", [len(points) - search_count, len(plan.grid)], "number of computed values, and of all"),
         Quantity("sensitivity", _sensitivity(plan, findings), "shares of the variance of the outcome, by random quantity"),
+        Quantity("advice", findings.advice and findings.advice.sentence, "advice, where the first runs are all undecided"),
+        Quantity(
+            "advised_time", findings.advice and findings.advice.needed_time, "sufficient time of a run", plan.machine.units.time
+        ),
         Quantity("model", spec.model, "equations"),
         Quantity("integration", plan.way, "method of integration"),
     ]
@@ -154,6 +159,9 @@ def _sentence(plan: Plan, findings: Findings, complete: bool) -> str:
     if not findings.points:
         return ""
     spec, first, last = plan.spec, findings.points[0], findings.points[-1]
+    if findings.advice is not None:
+        at = _value_in_words(plan, first.value)
+        return f"none of the first {len(first.members.outcome)} runs, at {at}, has a verdict: the study has ended with them"
     sure, target = f"with {100 * spec.confidence:g} % confidence", spec.probability
     ends = f"of the {_sample_word(plan)} end as {' or '.join(spec.outcome)}"
     if target is None or not complete:
@@ -179,6 +187,8 @@ def _share(point: ProbabilityPoint) -> str:
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     warnings, points = list(plan.warnings), findings.points
+    if findings.advice is not None:
+        return [*warnings, _advice_in_words(plan, findings.advice), *_failure_sentences(plan, findings)]
     if (missing := len(plan.grid) - sum(not p.is_from_search for p in points)) > 0:
         warnings.append(f"{missing} of the {len(plan.grid)} values of {plan.along.sentence_name} are not computed yet")
     if (unknown := [p for p in points if p.open.any()]) != []:
@@ -198,8 +208,19 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
     return [*warnings, *_failure_sentences(plan, findings)]
 
 
+def _advice_in_words(plan: Plan, advice: RunAdvice) -> str:
+    """What to change where all first runs are undecided: the advice of one of them."""
+    reason = f"; of the first of them: {advice.sentence}" if advice.sentence else ""
+    remedy = "give study.until" if plan.spec.until is None else f"give a longer study.until than {plan.spec.until:g}"
+    unit = f" {plan.machine.units.time}".rstrip()
+    longer = remedy if advice.needed_time is None else f"{remedy}, as {advice.needed_time:g}{unit}"
+    return f"with runs that are all undecided any probability is possible, and no more of them were made{reason}; {longer}"
+
+
 def _failure_sentences(plan: Plan, findings: Findings) -> list[str]:
-    runs: list[tuple[float, MemberOutcomes, np.ndarray]] = [(p.value, p.members, plan.samples) for p in findings.points]
+    runs: list[tuple[float, MemberOutcomes, np.ndarray]] = [
+        (p.value, p.members, plan.samples[:, :: plan.replicate_size // p.replicate_size]) for p in findings.points
+    ]
     if findings.cross is not None and plan.cross is not None and plan.at is not None:
         runs.append((plan.at, findings.cross, plan.cross))
     failures = [(value, samples[:, m], reason) for value, members, samples in runs for m, reason in members.failures]
@@ -220,10 +241,17 @@ def report(result: xr.Dataset) -> list[str]:
         value = f"{s['along']} = {one[s['along']]:.5g}" + (f" {s['unit']}" if s["unit"] else "")
         lines.append(("" if k else "probability", f"{value}: {_share_in_words(one)}"))
     search_clause = f", {s['searched']} of them for the search" if s["searched"] else ""
-    lines.append(("runs", f"{s['runs']}: {s['samples']} at each of {len(s['probability'])} values{search_clause}"))
+    lines.append(("runs", _runs_in_words(s, search_clause)))
     lines += _sensitivity_lines(s)
     lines.append(("integrated", s["integration"]))
     return report_lines(result, s["sentence"] or "nothing is computed yet", lines)
+
+
+def _runs_in_words(s: dict[str, Any], search_clause: str) -> str:
+    values = len(s["probability"])
+    if s["runs"] < s["samples"]:
+        return f"{s['runs']}, the first ones at one value"
+    return f"{s['runs']}: {s['samples']} at each of {values} values{search_clause}"
 
 
 def _share_in_words(one: dict[str, Any]) -> str:

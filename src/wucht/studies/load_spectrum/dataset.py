@@ -181,6 +181,9 @@ def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, convergence
         warnings += [*plan.case.horizon.warnings, *plan.case.models[0].warnings]
         warnings = [w for w in warnings if "samples a turn are stored" not in w]  # nothing is stored here
     warnings += [findings.failure] if findings.failure else []
+    if plan.case is not None and findings.verdict is not None:
+        unit = plan.case.machine.units.time
+        warnings += plan.case.horizon.limit_warnings(findings.end_time, findings.verdict, unit)
     warnings += [findings.verdict.advice] if findings.verdict is not None and findings.verdict.advice else []
     if not whole.cycles.total:
         after = plan.spec.after

@@ -9,9 +9,10 @@ import numpy as np
 
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
+from wucht.dynamics.balancers.recommendation import BalancerMerit, motor_sets, motor_time, recommended_index
 from wucht.dynamics.sampling.searches import is_pareto_optimal
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
-from wucht.results.formatting import percent
+from wucht.results.formatting import bodies_in_words, percent
 from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.optimise_balancer.computation import Findings, FullCheck, Plan
 from wucht.studies.optimise_balancer.spec import OBJECTIVES
@@ -30,6 +31,8 @@ _PARTS = {
     "undecided": (_UNDECIDED_LABEL, ""),
     "checked": ("objectives by the check", ""),
     "checked_undecided": (f"{_UNDECIDED_LABEL}, by the check", ""),
+    "fails": ("share of runs that do not end compensated", ""),
+    "balances": ("whether more than half of the runs end compensated", ""),
 }
 _CHANCE = 2.6  # standard deviations: a hundredth of what chance does
 
@@ -39,14 +42,59 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     front = findings.front
     check_objectives = np.array([_check_numbers(p.check) for p in front]).reshape(len(front), len(OBJECTIVES))
     holds = _holds(plan, check_objectives)
+    recommendation = _recommendation(plan, findings, holds)
     quantities = [
+        Quantity("recommended", recommendation, "recommended balancer", parts=_recommendation_parts(plan)),
         *_front_quantities(plan, findings, check_objectives, holds),
         *_candidate_quantities(plan, findings),
         *_baseline_quantities(plan, findings),
         *_question_quantities(plan),
         *_damping_quantities(plan, findings.curve),
     ]
-    return result_dataset(quantities, _sentence(findings, holds), _warnings(plan, findings, check_objectives))
+    return result_dataset(
+        quantities, _sentence(plan, findings, holds, recommendation), _warnings(plan, findings, check_objectives)
+    )
+
+
+def _merit(bodies: int, evaluation: CandidateResults, check: FullCheck | None, is_confirmed: bool) -> BalancerMerit:
+    """Return the merit of a candidate, by the check where there is one."""
+    results = evaluation if check is None else check.evaluation
+    return BalancerMerit.of(bodies, float(results.objectives[0, SETTLING]), results.outcomes[0], is_confirmed)
+
+
+def _recommendation(plan: Plan, findings: Findings, holds: np.ndarray) -> dict[str, Any] | None:
+    """Return the recommended point of the front, None as long as none is checked, or where none balances."""
+    checked_points = [(k, p) for k, p in enumerate(findings.front) if p.check is not None]
+    merits = [_merit(p.bodies, p.evaluation, p.check, bool(holds[k])) for k, p in checked_points]
+    best = recommended_index(merits)
+    if best is None:
+        return None
+    (place, point), merit = checked_points[best], merits[best]
+    time = motor_time(plan.trials[point.bodies].candidate_machine(point.numbers.tolist()), plan.spec.start)
+    return {
+        "point": place,
+        "bodies": point.bodies,
+        "parameters": {v.name: float(x) for v, x in zip(plan.variables, point.numbers, strict=True)},
+        "settling_time": merit.settling_time,
+        "fails": merit.most_failing,
+        "fails_for_certain": merit.failing_share,
+        "motor_time": time,
+        "motor_sets_time": motor_sets(time, merit.settling_time),
+    }
+
+
+def _recommendation_parts(plan: Plan) -> dict[str, tuple[str, str]]:
+    time = plan.machine.units.time
+    return {
+        "point": ("its index in the front", ""),
+        "bodies": ("number of bodies", ""),
+        "parameters": ("parameters", ""),
+        "settling_time": ("median settling time", time),
+        "fails": ("share of runs that do not end compensated, those without a verdict among them", ""),
+        "fails_for_certain": ("the same without them", ""),
+        "motor_time": ("time in which the motor reaches its speed without vibration", time),
+        "motor_sets_time": ("whether the motor, not the balancer, sets the settling time", ""),
+    }
 
 
 def _front_quantities(plan: Plan, findings: Findings, check_objectives: np.ndarray, holds: np.ndarray) -> list[Quantity]:
@@ -196,6 +244,7 @@ def _candidate_entry(
     plan: Plan, bodies: int, numbers: np.ndarray, evaluation: CandidateResults, check: FullCheck | None
 ) -> dict[str, Any]:
     """Return a candidate with its objectives by the search and by the check, and the shares of runs without a verdict."""
+    merit = _merit(bodies, evaluation, check, check is not None)
     return {
         "bodies": bodies,
         "parameters": {v.name: float(x) for v, x in zip(plan.variables, numbers, strict=True)},
@@ -203,6 +252,8 @@ def _candidate_entry(
         "undecided": float(evaluation.undecided_share[0]),
         "checked": None if check is None else _objective_values(_check_numbers(check)),
         "checked_undecided": None if check is None else float(check.evaluation.undecided_share[0]),
+        "fails": merit.most_failing,
+        "balances": merit.balances,
     }
 
 
@@ -215,14 +266,26 @@ def _unbalance(plan: Plan) -> tuple[float, float]:
     return unbalance, unbalance
 
 
-def _sentence(findings: Findings, holds: np.ndarray) -> str:
+def _sentence(plan: Plan, findings: Findings, holds: np.ndarray, recommendation: dict[str, Any] | None) -> str:
     candidates = sum(len(g.numbers) for _, g in findings.evaluated_generations)
     if not findings.front:
         return "there is no front yet" if not candidates else "no candidate has all objectives"
     verdicts = [bool(h) for p, h in zip(findings.front, holds, strict=True) if p.check is not None]
     points = "1 point" if findings.front_size == 1 else f"{findings.front_size} points"
     front_text = f"a front of {points} from {candidates} candidates"
-    return f"{front_text}; {sum(verdicts)} of {len(verdicts)} checked points are confirmed"
+    confirmed = f"{front_text}; {sum(verdicts)} of {len(verdicts)} checked points are confirmed"
+    if recommendation is None:
+        return f"no checked point balances in more than half of its runs; {confirmed}" if verdicts else confirmed
+    return f"{recommendation_in_words(recommendation, plan.machine.units.time)}; {confirmed}"
+
+
+def recommendation_in_words(recommendation: dict[str, Any], time_unit: str) -> str:
+    """Return the recommended number of bodies, with its median settling time and the share of the runs that fail."""
+    least, most = percent(recommendation["fails_for_certain"]), percent(recommendation["fails"])
+    share = most if least == most else f"{least} to {most}"
+    at_least = "" if least == most else "at least "
+    time = f"{recommendation['settling_time']:.3g} {time_unit}".rstrip()
+    return f"{bodies_in_words(recommendation['bodies'])}: median settling time {at_least}{time}, {share} fail"
 
 
 def _warnings(plan: Plan, findings: Findings, check_objectives: np.ndarray) -> list[str]:

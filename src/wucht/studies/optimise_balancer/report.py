@@ -27,6 +27,7 @@ def report(result: xr.Dataset) -> list[str]:
         ("searched", f"{s['candidates']} candidates, {runs}; {_equations(s)}"),
         ("as it is", f"{_design(baseline, s)}: {_worth(baseline, s, result)}"),
     ]
+    lines += _recommendation_lines(s)
     reported_points: set[int] = set()
     for objective in s["objectives"]:
         best = _best(s, objective)
@@ -39,6 +40,27 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(("damping", _damping(s["damping"])))
     lines.append(("integrated", s["integration"]))
     return report_lines(result, s["sentence"], lines)
+
+
+def _recommendation_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the recommended balancer, and that the motor sets its settling time, if it does."""
+    recommendation, unit = s.get("recommended"), s["units"]["settling-time"]
+    if recommendation is None:
+        return []
+    lines = [("recommended", f"{_design(recommendation, s)}: of its runs {_failing_runs(recommendation)}")]
+    if recommendation["motor_sets_time"]:
+        time, settling_time = (f"{recommendation[key]:.3g} {unit}".rstrip() for key in ("motor_time", "settling_time"))
+        lines.append(
+            ("motor", f"sets the settling time of {settling_time}, not the balancer: without vibration it needs {time}")
+        )
+    return lines
+
+
+def _failing_runs(recommendation: dict[str, Any]) -> str:
+    least, most = percent(recommendation["fails_for_certain"]), percent(recommendation["fails"])
+    if not recommendation["fails"]:
+        return "all end compensated"
+    return f"{most if least == most else f'{least} to {most}'} do not end compensated"
 
 
 def _damping(d: dict[str, Any]) -> str:
@@ -61,12 +83,13 @@ def _final_objectives(point: dict[str, Any]) -> dict[str, Any]:
 
 
 def _best(s: dict[str, Any], objective: str) -> int | None:
-    """Return the index of the point that is best in an objective, of those that hold."""
+    """Return the index of the point that is best in an objective, of those that hold; of one that balances, if any does."""
     places = [k for k, p in enumerate(s["front"]) if p["holds"] is not False and _final_objectives(p)[objective] is not None]
 
-    def order(k: int) -> tuple[float, float]:  # of equally good points, that with the lower capture probability
+    def order(k: int) -> tuple[bool, float, float]:  # of equally good points, that with the lower capture probability
         objectives = _final_objectives(s["front"][k])
-        return objectives[objective], objectives["capture-probability"] or 0.0
+        does_not_balance = s["front"][k].get("balances") is False
+        return does_not_balance, objectives[objective], objectives["capture-probability"] or 0.0
 
     return min(places, key=order, default=None)
 
@@ -87,7 +110,8 @@ def _worth(point: dict[str, Any], s: dict[str, Any], result: xr.Dataset) -> str:
         "peak": lambda x: f"peak {length(x)}",
         "capture-probability": lambda x: f"{_capture_text(x, undecided_share)} captured",
     }
-    return ", ".join(phrases[o](numbers[o]) for o in s["objectives"] if numbers[o] is not None) or "no objective is known"
+    words = [phrases[o](numbers[o]) for o in s["objectives"] if numbers[o] is not None] or ["no objective is known"]
+    return ", ".join([*words, *(["does not balance"] if point.get("balances") is False else [])])
 
 
 def _capture_text(most: float, undecided_share: float) -> str:

@@ -96,8 +96,10 @@ def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
 
 def _warnings(motion: Motion, residual: float) -> list[str]:
     verdict, evidence, failure = motion.verdict, motion.verdict.evidence, motion.trajectory.failure
-    # Of both models the horizon is that of the full one.
-    run_warnings = (*motion.case.horizon.warnings, *_sampling_warnings(motion)) if motion.model is motion.case.models[0] else ()
+    run_warnings, horizon, unit = tuple[str, ...](), motion.case.horizon, motion.case.machine.units.time
+    if motion.model is motion.case.models[0]:  # of both models the horizon is that of the full one
+        limit_warnings = horizon.limit_warnings(motion.trajectory.end_time, verdict, unit)
+        run_warnings = (*horizon.warnings, *_sampling_warnings(motion), *limit_warnings)
     warnings = [*run_warnings, *motion.model.warnings, *((*motion.model.remedies, failure) if failure else ())]
     if verdict.outcome is Outcome.PASSED and verdict.faster_branch:
         warnings.append(

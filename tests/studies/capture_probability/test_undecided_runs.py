@@ -1,0 +1,106 @@
+"""A probability whose first runs are all undecided ends with them, and says how long a run must be."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from known_basins import MACHINE, engine
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.run_up import run_to_end
+from wucht.dynamics.sampling.ensemble_run import RunAdvice, member_advice
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
+from wucht.studies.capture_probability import computation as running
+from wucht.studies.capture_probability.spec import CaptureProbability
+from wucht.studies.runner import draw, report
+from wucht.studies.runner import run as ask
+
+ASKED: dict[str, Any] = {
+    "along": "u", "range": [1.0, 3.0], "points": 3, "random": {"psi": {"uniform": [0.0, 2 * math.pi]}}, "samples": 64,
+}  # fmt: skip
+ADVICE = RunAdvice("the motion is still transient: run at least until 500 s", 500.0)
+UNIDENTIFIED = OUTCOMES.index(Outcome.UNIDENTIFIED)
+
+
+class Undecided:
+    """Runs without a verdict but for some, at the first value of u; members: how many were made."""
+
+    def __init__(self, decided: int = 0) -> None:
+        self.decided, self.members = decided, 0
+
+    def __call__(self, question: Any, starts: np.ndarray, values: Any, report: Any = None) -> MemberOutcomes:
+        outcomes = engine(lambda psi, _: psi > 1.0)(question, starts, values, report)
+        if question.machine.values["u"] == 1.0:
+            outcomes.outcome[: max(0, len(outcomes.outcome) - self.decided)] = UNIDENTIFIED
+        self.members += starts.shape[1]
+        return outcomes
+
+
+def asked(monkeypatch: pytest.MonkeyPatch, runs: Undecided, one_by_one: bool = False, **more: Any) -> xr.Dataset:
+    monkeypatch.setattr(running, "outcomes_of", runs)
+    monkeypatch.setattr(running, "member_advice", lambda *_: ADVICE)
+    monkeypatch.setattr(running, "batching_obstacle", lambda _: "it is a test" if one_by_one else None)
+    return ask(CaptureProbability(**ASKED | more), MACHINE)
+
+
+@pytest.mark.parametrize(("one_by_one", "runs"), [(False, 64), (True, 16)])
+def test_it_ends_with_the_first_runs(monkeypatch: pytest.MonkeyPatch, one_by_one: bool, runs: int) -> None:
+    """All those of the first value; where each takes long, one of each of the 16 replicates."""
+    made = Undecided()
+    result = asked(monkeypatch, made, one_by_one, until=20.0)
+    s = result.wucht.summary
+    assert made.members == s["runs"] == runs
+    assert result.attrs["finished"] == 1 and s["values"] == [1, 3]
+    assert (s["advised_time"], s["advice"]) == (500.0, ADVICE.sentence)
+    assert s["sentence"] == f"none of the first {runs} runs, at u = 1, has a verdict: the study has ended with them"
+    (warning,) = [w for w in result.wucht.warnings if "undecided" in w]
+    assert "run at least until 500 s; give a longer study.until than 20, as 500" in warning
+    assert not any("not computed yet" in w for w in result.wucht.warnings)
+    assert f"runs         {runs}" in "\n".join(report(result))
+    assert draw(result).get_axes()
+
+
+@pytest.mark.parametrize("one_by_one", [False, True])
+def test_one_verdict_is_enough_to_go_on(monkeypatch: pytest.MonkeyPatch, one_by_one: bool) -> None:
+    made = Undecided(decided=1)
+    result = asked(monkeypatch, made, one_by_one)
+    s = result.wucht.summary
+    assert made.members == s["runs"] == 3 * 64
+    assert s["advice"] is s["advised_time"] is None
+    assert result.not_identified.values[0] == pytest.approx(1 - (2 if one_by_one else 1) / 64)
+
+
+def test_runs_one_by_one_are_those_of_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first of each replicate are made first, and put back into their places."""
+    together, alone = (asked(monkeypatch, Undecided(decided=10**6), one_by_one) for one_by_one in (False, True))
+    for name in ("estimate", "low", "high", "not_identified"):
+        assert np.array_equal(together[name], alone[name])
+
+
+def test_failed_runs_are_named_by_their_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "outcomes_of", engine(lambda psi, _: psi > 1.0, fail=lambda psi, _: psi > -10.0))
+    monkeypatch.setattr(running, "member_advice", lambda *_: RunAdvice(None, None))
+    monkeypatch.setattr(running, "batching_obstacle", lambda _: "it is a test")
+    spec = CaptureProbability(**ASKED)
+    result = ask(spec, MACHINE)
+    psi = running.prepare(spec, MACHINE).samples[0, [0, 4, 8]]
+    failures = [w for w in result.wucht.warnings if "failed: it is a test" in w]
+    assert [f"psi = {x:.6g} failed" in w for x, w in zip(psi, failures, strict=True)] == [True] * 3
+    assert result.wucht.warnings[-1] == "13 more runs failed"
+    assert "; give study.until" in "\n".join(result.wucht.warnings)
+
+
+def test_the_advice_is_that_of_the_run_up() -> None:
+    """Of the same start, for as long: its verdict says how long it must run."""
+    machine, start = MACHINE.with_values({"u": 1.5}), {"psi": 1.0, "delta": 0.5}
+    question = EnsembleQuestion(MACHINE, ("u",), until=40.0)
+    advice = member_advice(question, initial_state(machine, start), {"u": 1.5})
+    verdict = run_to_end(machine, start, RunSettings(until=40.0, tolerance=question.tolerance)).verdict
+    assert verdict.outcome is Outcome.UNIDENTIFIED
+    assert advice == RunAdvice(verdict.advice, verdict.needed_time) and advice.needed_time is not None
