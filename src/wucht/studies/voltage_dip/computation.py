@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from wucht.analysis.time_constants import highest_speed
 from wucht.dynamics.run_ups.horizon import RunSettings
@@ -58,7 +58,9 @@ def prepare(spec: VoltageDip, machine: Machine) -> Plan:
     turns = longest * min(max(speeds), highest_speed(machine)) / (2 * math.pi)
     if turns > _MOST_TURNS:
         allowed = f"{longest * _MOST_TURNS / turns:.3g} {machine.units.time}"
-        raise InputError("study.duration", spec.duration, f"must be at most {allowed}: these are {turns:.3g} turns", code="limits")
+        raise InputError(
+            "study.duration", spec.duration, f"must be at most {allowed}: these are {turns:.3g} turns", code="limits"
+        )
     return Plan(spec, machine, voltages, settings)
 
 
@@ -73,7 +75,7 @@ class Findings:
     operation: Operation
     lasting: LastingDip | None = None
     single: Dip | None = None
-    critical: CriticalDip = CriticalDip()
+    critical: CriticalDip = field(default_factory=CriticalDip)
     is_complete: bool = False
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, Course
-from wucht.dynamics.run_ups.voltage_dips import Dip
+from wucht.dynamics.run_ups.voltage_dips import Dip, LastingDip
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Quantity, StudyResult, table
@@ -36,9 +36,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     failure = next((d.failure for d in findings.critical.dips if d.failure), None) or (
         None if findings.lasting is None else findings.lasting.failure
     )
-    warnings = [*_warnings(plan, findings, draft.summary), *([failure] if failure else [])]
+    warnings = [*_warnings(plan, findings), *([failure] if failure else [])]
     return replace(
-        draft, sentence=_sentence(plan, findings, draft.summary), warnings=warnings,
+        draft, sentence=_sentence(plan, findings), warnings=warnings,
         assumptions=_assumptions(plan, findings), attributes={"outcome": str(draft.summary["outcome"])},
     ).to_dataset()  # fmt: skip
 
@@ -59,9 +59,9 @@ def _operation_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
 
 def _critical_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the critical duration and what lies beyond it, the single dip, and the motion at the low voltage."""
-    machine, units, critical = plan.machine, plan.machine.units, findings.critical
+    units, critical = plan.machine.units, findings.critical
     last, loss, lasting = critical.longest_return, critical.shortest_loss, findings.lasting
-    found_both = findings.is_complete and loss is not None
+    is_bracketed = findings.is_complete and loss is not None
     speed = units.speed
     parts = _dip_parts(plan)
     lasting_row = lasting and {
@@ -71,9 +71,9 @@ def _critical_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         "outcome": ("outcome at the low voltage", ""), "speed": ("mean speed of the main rotor there", speed),
         "time": ("time at the low voltage until then", units.time), "settled": ("whether the machine has settled there", ""),
     }  # fmt: skip
-    duration = last.duration if last is not None and found_both else None
+    duration = last.duration if last is not None and is_bracketed else None
     again = [d.duration for d in critical.later_returns]
-    fall = last.speed_at_recovery if last is not None and found_both else None
+    fall = last.speed_at_recovery if last is not None and is_bracketed else None
     return [
         Quantity("outcome", _outcome(findings), "outcome after the dip", headline=True),
         Quantity(
@@ -85,7 +85,6 @@ def _critical_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("lasting", lasting_row, "motion while the voltage stays low", parts=lasting_parts),
         Quantity("later_returns", again, "longer dips that were tried after which it returns again", units.time),
         Quantity("depth", plan.spec.depth, "share of the voltage that is lost"),
-        Quantity("orbit", machine.orbit_unit, "unit of amplitudes"),
     ]
 
 
@@ -127,7 +126,7 @@ def _dip_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
 
 
 def _course_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
-    """Return the motion before, in and after the dips at the border, and the single one: rows that end early are not numbers."""
+    """Return the motion before, in and after the dips at the border, and the single one; nan where one ends early."""
     critical, units, before = findings.critical, plan.machine.units, findings.operation.course
     last, loss = critical.longest_return, critical.shortest_loss
     dips = [(_SINGLE, findings.single), (_LONGEST_RETURN, last), (_SHORTEST_LOSS, loss)]
@@ -139,7 +138,7 @@ def _course_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         widths = [[(0, 0)] * (a.ndim - 1) + [(0, longest - a.shape[-1])] for a in arrays]
         return np.array([np.pad(a, w, constant_values=np.nan) for a, w in zip(arrays, widths, strict=True)])
 
-    labels = [label for label, _ in chosen] or ["operation"]
+    amplitude, labels = stack([c.amplitude for c in courses]), [label for label, _ in chosen] or ["operation"]
     durations = np.array([d.duration for _, d in chosen] or [np.nan])
     return [
         Quantity("course", np.array(labels, str), "motion", "", "course", coordinate=True),
@@ -147,36 +146,43 @@ def _course_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("course_duration", durations, "duration of the dip", units.time, "course"),
         Quantity("time", stack([c.time for c in courses]), "time since the dip begins", units.time, "course row"),
         Quantity("speed", stack([c.speeds for c in courses]), "speed", units.speed, "course rotor row"),
-        Quantity("amplitude", stack([c.amplitude for c in courses]), "amplitude of the axis", plan.machine.orbit_unit, "course row"),
+        Quantity("amplitude", amplitude, "amplitude of the axis", plan.machine.orbit_unit, "course row"),
     ]  # fmt: skip
 
 
-def _sentence(plan: Plan, findings: Findings, s: dict[str, Any]) -> str:
-    operation, lasting, units = findings.operation.end, findings.lasting, plan.machine.units
+def _sentence(plan: Plan, findings: Findings) -> str:
+    """Return the critical duration in words, or why there is none."""
+    operation, critical, units = findings.operation.end, findings.critical, plan.machine.units
     if operation.outcome in NO_OPERATION:
         return f"the machine does not reach a state of operation: {Outcome(operation.outcome).sentence}"
-    if lasting is None or not findings.critical.dips:
+    if findings.lasting is None or not critical.dips:
         return "not determined yet"
-    last, loss, limits = findings.critical.longest_return, findings.critical.shortest_loss, plan.spec.limits
-    lost = "after a total loss of voltage" if plan.spec.depth == 1 else f"without {100 * plan.spec.depth:.4g} % of its voltage"
+    last, loss = critical.longest_return, critical.shortest_loss
+    lost = "all" if plan.spec.depth == 1 else f"{100 * plan.spec.depth:.4g} % of the"
+    returns = f"with {lost} voltage lost, the machine returns by itself after"
     if loss is None:
-        tried = findings.critical.dips[-1].duration
-        if limits is not None:
-            return f"the machine returns by itself {lost} after every dip of {limits[0]:.4g} to {limits[1]:.4g} {units.time}"
-        if not lasting.is_settled:
-            return f"the machine returns by itself {lost} after all dips that were tried, up to {tried:.4g} {units.time}"
-        speed = f"{lasting.end.outcome}, at {lasting.end.speed:.4g} {units.speed}"
-        there = "it stops, and starts again" if lasting.end.outcome == Outcome.STOPPED else f"it settles there ({speed}), and returns"
-        return f"the machine returns by itself {lost} after every dip, however long: {there}"
-    end = f"after {loss.duration:.4g} {units.time}: {loss.end.outcome}, at {loss.end.speed:.4g} {units.speed}"
+        return f"{returns} {_all_dips(plan, findings.lasting, critical.dips[-1].duration)}"
+    stops = loss.end.outcome == Outcome.STOPPED
+    end = f"after {loss.duration:.4g} {units.time}: {loss.end.outcome}"
+    end += "" if stops else f", at {loss.end.speed:.4g} {units.speed}"
     if last is None:
-        return f"the machine returns by itself {lost} after none of the dips that were tried; {end}"
-    if not findings.is_complete:
-        return f"the machine returns by itself {lost} after {last.duration:.4g} {units.time}; {end}"
-    return f"the machine returns by itself {lost} after dips of up to {last.duration:.4g} {units.time}; {end}"
+        return f"{returns} none of the dips that were tried; {end}"
+    return f"{returns} {'dips of up to' if findings.is_complete else 'a dip of'} {last.duration:.4g} {units.time}; {end}"
 
 
-def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
+def _all_dips(plan: Plan, lasting: LastingDip, longest: float) -> str:
+    """Return the dips after all of which the machine returns, in words. longest: that was tried."""
+    units, limits = plan.machine.units, plan.spec.limits
+    if limits is not None:
+        return f"every dip of {limits[0]:.4g} to {limits[1]:.4g} {units.time}"
+    if not lasting.is_settled:
+        return f"all dips that were tried, up to {longest:.4g} {units.time}"
+    if lasting.end.outcome == Outcome.STOPPED:
+        return "every dip, however long: it stops, and starts again"
+    return f"every dip, however long: it settles at {lasting.end.speed:.4g} {units.speed}, and returns from there"
+
+
+def _warnings(plan: Plan, findings: Findings) -> list[str]:
     operation, critical, unit = findings.operation.end, findings.critical, plan.machine.units.time
     if operation.outcome in NO_OPERATION:
         return [operation.advice] if operation.advice else []
@@ -188,7 +194,8 @@ def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
         )
     open_dips = [d for d in critical.dips if d.end.outcome == Outcome.UNIDENTIFIED]
     warnings += [
-        f"no verdict after a dip of {d.duration:.4g} {unit}, taken as no return: {d.end.advice}" for d in open_dips[:_MOST_WARNINGS]
+        f"no verdict after a dip of {d.duration:.4g} {unit}, taken as no return: {d.end.advice}"
+        for d in open_dips[:_MOST_WARNINGS]
     ]
     return warnings
 

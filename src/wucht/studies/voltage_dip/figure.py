@@ -11,9 +11,11 @@ from matplotlib.figure import Figure
 
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import draw_panels
+from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import abscissa_label, label
 
+_BELOW = 0.04  # of the largest speed: room for marks at standstill
 _MANY = 4  # times the end of the shortest course: longer ones are cut off
 
 
@@ -40,7 +42,7 @@ def _limit_time(axis: Axes, result: xr.Dataset) -> None:
     axis.set_xlim(float(np.nanmin(result.time.values)), last)
     axis.axvline(0.0, color=GREY, linestyle="-", linewidth=0.7, label="the voltage falls")
     for k, duration in enumerate(np.unique(result.course_duration.values[np.isfinite(result.course_duration.values)])):
-        axis.axvline(duration, color=GREY, linestyle=":", linewidth=0.9, label=None if k else "it returns")
+        axis.axvline(duration, color=GREY, linestyle=":", linewidth=0.9, label=None if k else "the voltage is back")
     axis.set_xlabel(abscissa_label(result, "time"))
 
 
@@ -69,9 +71,14 @@ def _ends(axis: Axes, result: xr.Dataset) -> None:
     """Draw the speed at the end, and when the voltage returns, over the duration of the dips."""
     duration, speed, returns = result.dip_duration.values, result.dip_speed.values, result.dip_returns.values > 0
     axis.plot(duration, result.dip_speed_at_recovery, color=GREY, linewidth=0.9, marker=".", label="when the voltage returns")
-    axis.plot(duration[returns], speed[returns], "o", color=COLOURS[0], label="at the end, returned")
-    axis.plot(duration[~returns], speed[~returns], "x", color=COLOURS[1], label="at the end, not returned")
+    classes = ((returns, "o", COLOURS[0], "at the end, returned"), (~returns, "X", COLOURS[1], "at the end, not returned"))
+    draw_classes(axis, duration, speed, classes, color=GREY, markersize=6, markeredgewidth=0.5, linestyle="none")
     if (critical := result.wucht.summary["critical_duration"]) is not None:
         axis.axvline(critical, color="black", linestyle="--", linewidth=1.0, label="critical duration")
-    axis.set(title="dips that were tried", xlim=(0, None), ylim=(0, None), xlabel=label(result, "dip_duration"))
+    axis.set(
+        title="dips that were tried",
+        xlim=(0, None),
+        ylim=(-_BELOW * float(np.nanmax(speed)), None),
+        xlabel=label(result, "dip_duration"),
+    )
     name_speeds(axis, result, "dip_speed")

@@ -40,8 +40,8 @@ class VoltageDip(Spec):
         "", "share of the voltage that is lost", gt=0, le=1, help="share of the voltage that is lost, up to 1, all of it"
     )
     duration: SI[Duration] = si("s", "duration of the dip", default=None, help=(
-        "duration of a dip, of which the outcome is computed beside the critical duration; or a pair [shortest, longest] in which "
-        "that is sought; by default it is sought up to the time at which the machine has settled at the low voltage"
+        "duration of a dip, of which the outcome is computed beside the critical duration; or a pair [shortest, longest] in "
+        "which that is sought; by default it is sought up to the time at which the machine has settled at the low voltage"
     ))  # fmt: skip
     on: str | None = Field(default=None, title="body with the drive", description=(
         "body whose drive loses voltage; by default all drives do"
