@@ -189,6 +189,12 @@ class Operation:
     working_point: float | None = None
 
     @classmethod
+    def at_rest(cls, machine: Machine, state: np.ndarray) -> Operation:
+        """A machine that does not turn."""
+        course = Course(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
+        return cls(state, EndState.at_rest(machine, 0.0), course, {})
+
+    @classmethod
     def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> Operation:
         """The state in which a motion ends. turns: of the main rotor that the course shows."""
         machine, t = motion.case.machine, motion.trajectory
@@ -222,9 +228,7 @@ def operation_of(machine: Machine, start: Mapping[str, Any], settings: RunSettin
             return operation
     place = state_at_working_point(steady, start, lambda: work.report(0.5, "working points"))
     if place is None:
-        if operation is None:
-            raise InputError("machine.drive", None, "nothing turns, and there is no stable working point", code="nothing-turns")
-        return operation
+        return operation or Operation.at_rest(steady, initial_state(steady, start))
     state, speed = place
     return Operation.of(
         last_motion(case_from_state(steady, state, settings), work.part("working point/", 0.5, 1.0)), turns, speed

@@ -45,6 +45,8 @@ def voltages_of_drives(machine: Machine, on: str | None) -> dict[str, float]:
     Raises ``InputError`` where there is no such drive, or one without a supply voltage: how its torque falls with the voltage
     is not stated by its data.
     """
+    if machine.dimensionless:
+        raise InputError("machine.model", None, "not allowed: a dimensionless machine has no supply voltage", code="no-voltage")
     drives = {d.on or machine.rotor.name: d for d in machine.drives}
     if not drives:
         raise InputError(

@@ -39,7 +39,8 @@ def _limit_time(axis: Axes, result: xr.Dataset) -> None:
     ends = np.nanmax(result.time.values, axis=1)
     until = np.nanmax(result.course_duration.values, initial=0.0)
     last = float(max(min(ends.max(), _MANY * ends.min()), 1.1 * until))
-    axis.set_xlim(float(np.nanmin(result.time.values)), last)
+    if (first := float(np.nanmin(result.time.values))) < last:
+        axis.set_xlim(first, last)
     axis.axvline(0.0, color=GREY, linestyle="-", linewidth=0.7, label="the voltage falls")
     for k, duration in enumerate(np.unique(result.course_duration.values[np.isfinite(result.course_duration.values)])):
         axis.axvline(duration, color=GREY, linestyle=":", linewidth=0.9, label=None if k else "the voltage is back")
