@@ -11,7 +11,7 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
 ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
 ``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of ``Records``), ``FailureDetection``,
-``ExciterDesign``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
+``ExciterDesign``, ``VoltageDip``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
 Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file``, ``load``, ``draw`` (for a page,
 ``PRINT``, or a column, ``JOURNAL``), ``report``, ``export``, and ``result.wucht``. Any other ordinary differential equation:
 ``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:

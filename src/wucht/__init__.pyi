@@ -45,6 +45,7 @@ from .studies.study_file import run_file as run_file
 from .studies.sweep import Sweep as Sweep
 from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
 from .studies.torque_balance import TorqueBalance as TorqueBalance
+from .studies.voltage_dip.spec import VoltageDip as VoltageDip
 from .system import System as System
 
 OwnEquations = UserSystem  # the earlier name, deprecated

@@ -424,6 +424,24 @@ EXPECTED: dict[str, Figured] = {
         {6: ("speed (rad/s)", "unbalance of the balancing bodies over\nthat of the rotor")},
         (Line(6, 0, "natural_frequency[0]", None), Line(6, 1, "natural_frequency[1]", None)),
     ),
+    "voltage-dip": Figured(
+        {"study.points": 2},
+        {
+            0: ("time since the dip begins (s)", "speed (rad/s)"),
+            1: ("time since the dip begins (s)", "amplitude of the axis (mm)"),
+            2: ("duration of the dip (s)", "speed at the end (rad/s)"),
+        },
+        (
+            Line(0, 0, "time[0]", "speed[0, 0]"),
+            Line(0, 1, "time[1]", "speed[1, 0]"),
+            Line(1, 0, "time[0]", "1e3 * amplitude[0]"),
+            Line(1, 1, "time[1]", "1e3 * amplitude[1]"),
+            Line(2, "when the voltage returns", "dip_duration", "dip_speed_at_recovery"),
+            Line(2, "at the end, returned", "dip_duration[dip_returns > 0]", "dip_speed[dip_returns > 0]"),
+            Line(2, "at the end, not returned", "dip_duration[dip_returns == 0]", "dip_speed[dip_returns == 0]"),
+            Line(2, "critical duration", "result.wucht.summary['critical_duration']", None),
+        ),
+    ),
 }
 
 

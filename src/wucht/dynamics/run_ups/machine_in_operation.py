@@ -1,0 +1,274 @@
+"""The machine in operation: its state after a run-up, or at a stable working point where it does not start by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from wucht.analysis.configurations.running_configurations import RunningConfigurations
+from wucht.analysis.time_constants import highest_speed
+from wucht.analysis.working_points import TorqueCurves, dry_friction
+from wucht.dynamics.run_ups.coasting import state_in_configuration, with_steady_vibration
+from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.operating_points import OperatingPoints
+from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
+from wucht.dynamics.run_ups.run_up_models import FullModel
+from wucht.dynamics.run_ups.steady_phases import SteadyPhases
+from wucht.dynamics.verdicts.observation import AxisMotion, motion_of, rows_of
+from wucht.dynamics.verdicts.outcomes import PHASE_TOLERANCE, SPEED_TOLERANCE, Outcome
+from wucht.dynamics.work import Work
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import LOWEST, axis_at_rest, net_torque, sense_of
+from wucht.numerics.angles import wrap_to_pi
+from wucht.numerics.flow.compiled_system import CompiledSystem
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.trajectory import Trajectory
+
+_BEFORE_ROWS = 60  # of the course before
+_POINTS = 1200  # speeds in the search for working points
+_TRANSITIONS = 10.0  # times the speed of the transition of dry friction at standstill: slower rotors creep
+REST = "rest"
+NO_OPERATION = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.RUNAWAY, Outcome.UNIDENTIFIED, Outcome.FAILED)
+
+
+def machine_in_operation(machine: Machine, values: Mapping[str, float] | None = None) -> Machine:
+    """Return the machine with its schedules finished. values: of locks, as a run has left them; by default all are open."""
+    steady = machine.at(machine.breakpoints[-1]).with_fields(schedules=())
+    locks = {b.lock_symbol.name: 0.0 for b in steady.bodies if b.release is not None}
+    if not locks:
+        return steady
+    locks |= {name: value for name, value in (values or {}).items() if name in locks}
+    open_bodies = {name.removesuffix(".locked") for name, value in locks.items() if not value}
+    bodies = tuple(replace(b, release=None) if b.name in open_bodies else b for b in steady.bodies)
+    return steady.with_unchecked_values(locks).with_fields(bodies=bodies)
+
+
+def case_from_state(machine: Machine, state: np.ndarray, settings: RunSettings) -> RunUpCase:
+    """Return the run of the full equations from a state (n,). It ends when dry friction has brought all rotors to rest."""
+    horizon = Horizon.of(machine, settings, state)
+    if is_held_at_rest(machine) and settings.until is None:  # the creep is a very slow balance of torques: not waited for
+        horizon = replace(horizon, first=horizon.expected_end)
+    horizon = replace(horizon, events=(*horizon.events, *rest_events(machine)))
+    return RunUpCase(machine, horizon, (FullModel(machine, state),), settings)
+
+
+def creep_speed(machine: Machine) -> float:
+    """Return the speed below which a rotor under dry friction creeps, since that is smooth about standstill; 0 without any."""
+    return _TRANSITIONS * dry_friction(machine)[1]
+
+
+def is_held_at_rest(machine: Machine) -> bool:
+    """True if dry friction holds all rotors: their drives do not get them beyond the speed at which they creep."""
+    speed, senses = creep_speed(machine), [(sense_of(machine, r), r) for r in machine.rotors]
+    if not speed or any(r.coordinate.prescribed_velocity is not None for _, r in senses):
+        return False
+    return all(sense * net_torque(machine, r)(sense * speed) <= 0 for sense, r in senses)
+
+
+def rest_events(machine: Machine) -> tuple[Event, ...]:
+    """Return the event at which dry friction has brought all rotors to rest; none where it does not hold them."""
+    if not is_held_at_rest(machine):
+        return ()
+    squares = [(r.coordinate.velocity / creep_speed(machine)) ** 2 for r in machine.rotors]
+    return (Event(REST, sp.Add(*squares) - 1, -1, terminal=True),)
+
+
+@dataclass(frozen=True)
+class Course:
+    """Speeds and vibration over time (K,): speeds (R, K) of the rotors, in magnitude, and the largest amplitude of the axis."""
+
+    time: np.ndarray
+    speeds: np.ndarray
+    amplitude: np.ndarray
+
+    @classmethod
+    def of(cls, machine: Machine, flow: CompiledSystem, motion: Trajectory) -> Course:
+        """The course of a motion, sample by sample. flow: the machine's compiled equations."""
+        speeds = np.array([np.abs(motion_of(machine, motion, rotor)[1]) for rotor in machine.rotors])
+        axis = AxisMotion.of(machine, motion.time, rows_of(flow, motion), axis_at_rest(machine))
+        amplitude = axis.peaks if len(motion.time) > 1 else axis.distance
+        return cls(motion.time, speeds, amplitude)
+
+    @classmethod
+    def join(cls, parts: list[Course]) -> Course:
+        """Join courses that follow each other."""
+        time = np.concatenate([p.time for p in parts])
+        return cls(time, np.concatenate([p.speeds for p in parts], 1), np.concatenate([p.amplitude for p in parts]))
+
+    def thin(self, rows: int) -> Course:
+        """Return at most so many rows: mean times and speeds of samples that follow each other, and largest amplitudes."""
+        count = len(self.time)
+        if count <= rows:
+            return self
+        first = np.unique(np.linspace(0, count, rows, endpoint=False).astype(int))
+        size = np.diff(np.append(first, count))
+        time, speeds = (np.add.reduceat(x, first, axis=-1) / size for x in (self.time, self.speeds))
+        return Course(time, speeds, np.maximum.reduceat(self.amplitude, first))
+
+    def within(self, begin: float, end: float) -> Course:
+        """Return the part between two times."""
+        inside = (self.time >= begin) & (self.time <= end)
+        return Course(self.time[inside], self.speeds[:, inside], self.amplitude[inside])
+
+    def shift(self, time: float) -> Course:
+        """Return the course with all times later by this much."""
+        return replace(self, time=self.time + time)
+
+
+@dataclass(frozen=True)
+class EndState:
+    """The verdict on the end of a run, in numbers.
+
+    speeds: of all rotors, in magnitude, the main one first. phases: of other rotors to the main one where they turn at one
+    mean speed. amplitude: mean of the axis, None with a modulation. end: time. advice: how to get a verdict.
+    """
+
+    outcome: str
+    speeds: tuple[float, ...]
+    phases: tuple[float, ...]
+    amplitude: float | None
+    end: float
+    advice: str | None = None
+
+    @classmethod
+    def at_rest(cls, machine: Machine, end: float) -> EndState:
+        """The end of a run that dry friction has stopped."""
+        return cls(str(Outcome.STOPPED), (0.0,) * len(machine.rotors), (), 0.0, end)
+
+    @classmethod
+    def of(cls, motion: Motion) -> EndState:
+        """The end of a run."""
+        machine, verdict, end = motion.case.machine, motion.verdict, motion.trajectory.end_time
+        if motion.trajectory.stopped_by == REST:
+            return cls.at_rest(machine, end)
+        outcome, locking, speeds, phases = verdict.outcome, verdict.locking, (verdict.speed,), dict[str, float]()
+        if locking is not None:
+            speeds = tuple(abs(locking.speeds[r.name]) for r in machine.rotors)
+            phases = dict(locking.phases) if verdict.outcome is Outcome.SYNCHRONISED else {}
+        amplitudes = verdict.amplitudes
+        return cls(
+            str(outcome), speeds, tuple(phases.values()), None if amplitudes is None else amplitudes[0], end,
+            verdict.advice,
+        )  # fmt: skip
+
+    @property
+    def speed(self) -> float:
+        """The mean speed of the main rotor, in magnitude."""
+        return self.speeds[0]
+
+    def equals(self, operation: EndState) -> bool:
+        """True if this is the operating state: the same outcome, speeds within 0.5 %, rotors in the same configuration."""
+        speeds, phases = zip(self.speeds, operation.speeds, strict=False), zip(self.phases, operation.phases, strict=False)
+        return (
+            self.outcome == operation.outcome
+            and all(abs(w - before) <= SPEED_TOLERANCE * before for w, before in speeds)
+            and all(abs(float(wrap_to_pi(a - b))) <= PHASE_TOLERANCE for a, b in phases)
+        )
+
+
+@dataclass(frozen=True)
+class Operation:
+    """The machine in operation: a unit of work.
+
+    state: (n,) in which it is when a dip begins. end: the verdict on it. course: shortly before, at negative times.
+    locks: values of the locks of bodies, by name. working_point: speed of the working point at which it was placed, since
+    it does not start by itself; None after a run-up.
+    """
+
+    state: np.ndarray
+    end: EndState
+    course: Course
+    locks: Mapping[str, float]
+    working_point: float | None = None
+
+    @classmethod
+    def at_rest(cls, machine: Machine, state: np.ndarray) -> Operation:
+        """A machine that does not turn."""
+        course = Course(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
+        return cls(state, EndState.at_rest(machine, 0.0), course, {})
+
+    @classmethod
+    def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> Operation:
+        """The state in which a motion ends. turns: of the main rotor that the course shows."""
+        machine, t = motion.case.machine, motion.trajectory
+        end = EndState.of(motion)
+        begin = t.end_time - turns * 2 * np.pi / max(end.speed, 1e-9)
+        last = t.tail(max(2, int((t.time >= begin).sum())))
+        course = Course.of(machine, motion.compiled_system, last).shift(-t.end_time).thin(_BEFORE_ROWS)
+        names = motion.compiled_system.system.parameter_names
+        values = dict(zip(names, t.final_parameter_values.tolist(), strict=True))
+        locks = {n: x for n, x in values.items() if n.endswith(".locked")}
+        return cls(t.end_state[: len(machine.state_names)], end, course, locks, working_point)
+
+
+def last_motion(case: RunUpCase, work: Work) -> Motion:
+    """Return the motion of a case at its end."""
+    *_, (motion,) = run_up(case, work)
+    return motion
+
+
+def operation_of(machine: Machine, start: Mapping[str, Any], settings: RunSettings, turns: float, work: Work) -> Operation:
+    """Return the machine in operation: settled after a run-up from a start, with the full equations.
+
+    A machine that does not start, as its motor cannot lift its load from standstill, is placed at its fastest stable working
+    point, if it has one, and settles there; unless the start gives a speed. Raises ``InputError`` where the start does not fit.
+    """
+    has_speed = any(isinstance(entry, Mapping) and "speed" in entry for entry in start.values())
+    steady, operation = machine_in_operation(machine), None
+    if has_speed or not is_held_at_rest(steady):
+        operation = Operation.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
+        if has_speed or operation.end.outcome not in (Outcome.STOPPED, Outcome.OSCILLATING):
+            return operation
+    place = state_at_working_point(steady, start, lambda: work.report(0.5, "working points"))
+    if place is None:
+        return operation or Operation.at_rest(steady, initial_state(steady, start))
+    state, speed = place
+    return Operation.of(
+        last_motion(case_from_state(steady, state, settings), work.part("working point/", 0.5, 1.0)), turns, speed
+    )
+
+
+def state_at_working_point(
+    machine: Machine, start: Mapping[str, Any], watch: Callable[[], None]
+) -> tuple[np.ndarray, float] | None:
+    """Return a state (n,) at the fastest stable working point, and its speed in magnitude; None without one.
+
+    It has the steady vibration of that speed where this is bounded. machine: without schedules.
+    """
+    reach = highest_speed(machine)
+    state, senses = initial_state(machine, start), {b.name: sense_of(machine, b) for b in machine.bodies}
+    rotor, speeds = machine.rotor, (LOWEST * reach, reach)
+    if len(machine.rotors) > 1:
+        stable = RunningConfigurations.of(machine, speeds, watch).stable
+        if not stable:
+            return None
+        fastest = max(stable, key=lambda c: abs(c.speed))
+        speed, state = abs(fastest.speed), state_in_configuration(machine, state, fastest, senses, start)
+    else:
+        sense, steady = senses[rotor.name], SteadyPhases.of(machine, start, None)
+        signed = (min(sense * reach, 0.0), max(sense * reach, 0.0))
+        curves = [TorqueCurves(machine, rotor, vibration, signed, _POINTS) for vibration in steady.curves]
+        operating = OperatingPoints.of(steady, curves, signed if steady.torques is None else speeds, watch)
+        stable_points = [i for i, p in enumerate(operating.points) if p.stable]
+        if not stable_points:
+            return None
+        fastest_point = max(stable_points, key=lambda i: abs(operating.points[i].speed))
+        speed = abs(operating.points[fastest_point].speed)
+        if operating.configurations:
+            configuration = operating.configurations[fastest_point]
+            state = state_in_configuration(machine, state, configuration, senses, start)
+        else:
+            for body in machine.bodies:
+                state[machine.row(body.coordinate.velocity)] = sense * speed
+    if speed <= creep_speed(machine):
+        return None
+    with suppress(InputError):  # at an undamped resonance, or of a carrier that is not linear: the machine settles by itself
+        state = with_steady_vibration(machine, state)
+    return state, speed

@@ -1,0 +1,217 @@
+"""The study ``voltage-dip``: its answers, in numbers and sentences; what it refuses; stopped and resumed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from tests.refusals import refused
+
+import wucht
+from interrupting import assert_same, stop_at, stopped_at_once
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.studies.runner import draw, report, run
+from wucht.studies.voltage_dip.spec import VoltageDip
+
+J, U = 0.05, 230.0
+MOTOR = {
+    "on": "rotor", "kind": "induction", "voltage": U, "frequency": 50.0, "pole_pairs": 2, "stator_resistance": 2.0,
+    "rotor_resistance": 1.5, "stator_reactance": 3.0, "rotor_reactance": 3.0,
+}  # fmt: skip
+
+
+def loaded_motor(load: float, **parts: Any) -> Machine:
+    """An induction motor on a fixed axis against a constant torque, without vibration."""
+    body = {"kind": "rotor", "name": "rotor", "mass": 5.0, "eccentricity": 0.0, "inertia": J}
+    loads = [{"on": "rotor", "kind": "coulomb", "torque": load}]
+    return machine_from({"carrier": {"directions": "fixed"}, "bodies": [body], "drive": MOTOR, "loads": loads} | parts)
+
+
+def critical_by_quadrature(load: float, depth: float) -> float:
+    """The time from the working point to the unstable crossing of torque and load, at the low voltage."""
+    synchronous = math.pi * 50
+
+    def torque(speed: float, voltage: float) -> float:
+        d = synchronous - speed
+        return 4.5 * voltage**2 * d / ((2 * d + 1.5 * synchronous) ** 2 + (6 * d) ** 2)
+
+    pull_out = synchronous * (1 - 1.5 / math.hypot(2, 6))
+    stable, unstable = (brentq(lambda w: torque(w, U) - load, *e) for e in ((pull_out, synchronous), (1.0, pull_out)))
+    return quad(lambda w: J / (torque(w, (1 - depth) * U) - load), stable, unstable)[0]
+
+
+@pytest.fixture(scope="module")
+def answer() -> xr.Dataset:
+    return run(VoltageDip(depth=0.6, points=4), loaded_motor(40.0))
+
+
+def test_the_critical_duration(answer: xr.Dataset) -> None:
+    s = answer.wucht.summary
+    assert s["critical_duration"] == pytest.approx(critical_by_quadrature(40.0, 0.6), rel=0.01)
+    assert s["critical_duration"] <= critical_by_quadrature(40.0, 0.6) < s["beyond"]["duration"]
+    assert s["outcome"] == s["beyond"]["outcome"] == s["lasting"]["outcome"] == "stopped"
+    assert s["beyond"]["returns"] is False and s["dip"] is None
+    assert s["operating_speed"] == pytest.approx(144.79, rel=1e-4) and s["operating_outcome"] == "passed"
+    assert s["voltages"] == {"drive": U} and s["dip_voltages"] == {"drive": pytest.approx(0.4 * U)}
+    assert answer.attrs["sentence"].startswith(
+        "with 60 % of the voltage lost, the machine returns by itself after dips of up to"
+    )
+    assert answer.attrs["sentence"].endswith(": stopped") and answer.attrs["finished"] == 1
+    assert answer.wucht.warnings == []
+    assert "has settled at its stable working point, 144.79 rad/s" in "; ".join(answer.wucht.assumed)
+
+
+def test_its_dips_and_courses(answer: xr.Dataset) -> None:
+    s = answer.wucht.summary
+    assert np.all(np.diff(answer.dip_duration) > 0) and len(s["dips"]) == answer.sizes["dip"]
+    returns = answer.dip_duration.values <= s["critical_duration"]
+    np.testing.assert_array_equal(answer.dip_returns, returns)
+    assert list(answer.course.values) == ["longest dip with a return", "shortest dip without"]
+    assert answer.time.attrs["units"] == "s" and float(answer.time[0, 0]) < 0
+    at = int(np.nanargmin(np.abs(answer.time[1].values - s["beyond"]["duration"])))
+    assert float(answer.speed[1, 0, at]) == pytest.approx(s["beyond"]["speed_at_recovery"], rel=0.02)
+    assert float(np.nanmax(answer.amplitude)) == 0.0
+
+
+def test_its_report_and_figure(answer: xr.Dataset) -> None:
+    text = "\n".join(report(answer))
+    for line in (
+        "operation    passed, 144.79 rad/s (1383 rpm)",
+        "left: drive: 92 V",
+        "s, to 1 %; the speed is then",
+        "tried, ",
+    ):
+        assert line in text
+    panels = draw(answer).axes
+    names = [axis.get_title() for axis in panels if axis.get_title()]
+    assert names == ["speed", "dips that were tried"]  # nothing vibrates
+
+
+def test_a_given_duration_on_both_sides() -> None:
+    expected, machine = critical_by_quadrature(50.0, 1.0), loaded_motor(50.0)
+    for share, outcome in ((0.98, "passed"), (1.02, "stopped")):
+        s = run(VoltageDip(depth=1.0, duration=share * expected, points=2), machine).wucht.summary
+        assert s["outcome"] == s["dip"]["outcome"] == outcome
+        assert s["dip"]["returns"] is (share < 1)
+        assert s["critical_duration"] == pytest.approx(expected, rel=0.01)
+
+
+def test_a_range() -> None:
+    expected, machine = critical_by_quadrature(50.0, 1.0), loaded_motor(50.0)
+    inside = run(VoltageDip(depth=1.0, duration=(0.5 * expected, 2 * expected), points=2), machine).wucht.summary
+    assert inside["critical_duration"] == pytest.approx(expected, rel=0.01)
+    assert min(d["duration"] for d in inside["dips"]) == 0.5 * expected
+    below = run(VoltageDip(depth=1.0, duration=(0.2 * expected, 0.9 * expected), points=2), machine)
+    assert below.wucht.summary["critical_duration"] is None and below.wucht.summary["beyond"] is None
+    assert below.wucht.summary["outcome"] == "passed"
+    assert "after every dip of 0.01194 to 0.05371 s" in below.attrs["sentence"]
+
+
+def test_it_never_returns() -> None:
+    expected = critical_by_quadrature(50.0, 1.0)
+    result = run(VoltageDip(depth=1.0, duration=(1.1 * expected, 5.0), points=2), loaded_motor(50.0))
+    assert result.wucht.summary["critical_duration"] is None
+    assert result.wucht.summary["outcome"] == "stopped"
+    assert "returns by itself after none of the dips that were tried; after 0.06565 s: stopped" in result.attrs["sentence"]
+
+
+@pytest.mark.parametrize(
+    ("depth", "words"),
+    [
+        (1.0, "however long: it stops, and starts again"),
+        (0.2, "however long: it settles at 148.3 rad/s, and returns from there"),
+    ],
+)
+def test_it_always_returns(depth: float, words: str) -> None:
+    result = run(VoltageDip(depth=depth, points=2), loaded_motor(20.0))
+    assert result.wucht.summary["critical_duration"] is None
+    assert result.wucht.summary["outcome"] == "passed"
+    assert result.attrs["sentence"].endswith(words)
+    assert ("settled after a run-up" in "; ".join(result.wucht.assumed)) is True
+
+
+def test_a_machine_that_does_not_run() -> None:
+    """No working point is left: the load exceeds the breakdown torque."""
+    result = run(VoltageDip(depth=0.5), loaded_motor(80.0))
+    s = result.wucht.summary
+    assert s["outcome"] == s["operating_outcome"] == "stopped" and s["critical_duration"] is None and s["dips"] == []
+    assert "does not reach a state of operation" in result.attrs["sentence"]
+    assert report(result) and draw(result)
+
+
+# --- stopped and resumed ---
+
+
+def test_stopped_and_resumed(tmp_path: Path, answer: xr.Dataset) -> None:
+    machine, question = loaded_motor(40.0), VoltageDip(depth=0.6, points=4)
+    part = run(question, machine, folder=tmp_path, progress=stop_at(3, "dip of"))
+    assert not part.attrs["finished"] and 0 < part.sizes["dip"] < answer.sizes["dip"]
+    assert part.wucht.summary["critical_duration"] is None
+    shares = list[float]()
+    again = run(question, machine, folder=tmp_path, resume=True, progress=lambda share, _: shares.append(share))
+    assert_same(again, answer)
+    assert max(np.diff(shares)) < 0.5 and min(np.diff(shares)) > -1e-9
+
+
+def test_stopped_before_the_machine_is_in_operation(tmp_path: Path, answer: xr.Dataset) -> None:
+    assert_same(stopped_at_once(VoltageDip(depth=0.6, points=4), loaded_motor(40.0), tmp_path, 2), answer)
+
+
+# --- refused ---
+
+QUESTIONS: dict[str, tuple[dict[str, Any], str, str]] = {
+    "no depth": ({}, "study.depth", "this key is missing"),
+    "no loss": ({"depth": 0.0}, "study.depth", "greater than 0"),
+    "more than all": ({"depth": 1.1}, "study.depth", "at most 1"),
+    "a voltage": ({"depth": "100 V"}, "study.depth", "100 V"),
+    "no time": ({"depth": 0.5, "duration": 0.0}, "study.duration", "greater than 0"),
+    "a mass": ({"depth": 0.5, "duration": "1 kg"}, "study.duration", "mass"),
+    "a word": ({"depth": 0.5, "duration": "long"}, "study.duration", "long"),
+    "three": ({"depth": 0.5, "duration": [1.0, 2.0, 3.0]}, "study.duration", "a pair [shortest, longest]"),
+    "the wrong way round": ({"depth": 0.5, "duration": [2.0, 1.0]}, "study.duration", "the shortest first"),
+    "negative": ({"depth": 0.5, "duration": [-1.0, 1.0]}, "study.duration", "greater than 0"),
+    "no points": ({"depth": 0.5, "points": 0}, "study.points", "from 1 to 200"),
+    "until": ({"depth": 0.5, "until": 1.0}, "study.until", "unknown key"),
+}
+
+
+@pytest.mark.parametrize("case", QUESTIONS.values(), ids=QUESTIONS.keys())
+def test_questions_that_are_refused(case: tuple[dict[str, Any], str, str]) -> None:
+    keys, where, words = case
+    with pytest.raises(InputError) as caught:
+        VoltageDip(**keys)
+    assert caught.value.location == where
+    assert words in str(caught.value)
+
+
+def test_machines_that_are_refused() -> None:
+    with refused("machine.drive", "drum", "induction", given="linear", code="no-voltage"):
+        run(VoltageDip(depth=0.5), load_machine("drozdetskaya-2020/r1"))
+    with refused("machine.model", code="no-voltage"):
+        run(VoltageDip(depth=0.5), load_machine("drozdetskaya-2020/table-a.1"))
+    with refused("study.on", "rotor", given="roter", code="unknown-name"):
+        run(VoltageDip(depth=0.5, on="roter"), loaded_motor(20.0))
+    with refused("study.duration", "turns", given=1e6, code="limits"):
+        run(VoltageDip(depth=0.5, duration=1e6), loaded_motor(20.0))
+    with refused("study.start.drum", "rotor", given=1.0, code="unknown-key"):
+        run(VoltageDip(depth=0.5, start={"drum": 1.0}), loaded_motor(20.0))
+    motion = {"direction": "x", "amplitude": 1e-3, "frequency": 10.0}
+    shaken = loaded_motor(20.0, carrier={"directions": "x", "motion": motion})
+    with refused("machine.carrier.motion", code="prescribed"):
+        run(VoltageDip(depth=0.5), shaken)
+
+
+def test_units_of_a_duration() -> None:
+    assert VoltageDip(depth="50 %", duration="200 ms").duration == 0.2
+    assert VoltageDip(depth=0.5, duration=["50 ms", "2 s"]).limits == (0.05, 2.0)
+    assert VoltageDip(depth=0.5, duration=["50 ms", "2 s"]).single_duration is None
+    assert wucht.VoltageDip is VoltageDip
