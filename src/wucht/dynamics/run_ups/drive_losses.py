@@ -34,10 +34,8 @@ def check_drives(machine: Machine) -> None:
         raise InputError("machine.drives", len(machine.drives), f"{requirement}; {alone}", code="too-few")
     for drive in machine.drives:
         if drive.prescribed_body_speed() is not None:
-            reason = f"not allowed: {drive.kind!r} enforces a speed at any torque, so that the rotors do not act on each other"
-            raise InputError(
-                f"machine.{drive.path}.kind", drive.kind, f"{reason}; give drives with a torque", code="prescribed"
-            )
+            requirement = "must be a drive with a torque: this one enforces its speed whatever the other rotors do"
+            raise InputError(f"machine.{drive.path}.kind", drive.kind, requirement, code="prescribed")
 
 
 def machine_without_supply(machine: Machine, drive: Drive) -> Machine:
@@ -107,7 +105,7 @@ def _mean_speeds(machine: Machine, time: np.ndarray, states: np.ndarray) -> dict
 def _outcome(
     machine: Machine, outcome: Outcome, sentence: str, time: np.ndarray, speeds: dict[str, float]
 ) -> tuple[Outcome, str]:
-    """Return the outcome for all rotors: where the main one rests or swings and another one turns, they are not synchronised."""
+    """Return the outcome for all rotors: they are not synchronised where the main one rests or swings and another one turns."""
     turns = {name: abs(speed) * float(time[-1] - time[0]) / (2 * math.pi) for name, speed in speeds.items()}
     turning = [name for name, count in turns.items() if count >= 1 and name != machine.rotor.name]
     if outcome in _AT_REST and turning:

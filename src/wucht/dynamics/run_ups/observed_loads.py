@@ -105,9 +105,8 @@ class LoadObserver:
     def _largest_forces(self, motion: Trajectory) -> dict[str, float]:
         ways = [d for d in "xy" if d in self.machine.labels]
         rows = self._forces(motion.time, motion.states, motion.final_parameter_values) if ways else {}
-        return {
-            r.name: largest_magnitude(motion.time, [rows[f"{r.name}_{d}"] for d in ways]) for r in self.machine.rotors if ways
-        }
+        names = [r.name for r in self.machine.rotors] if ways else []
+        return {name: largest_magnitude(motion.time, [rows[f"{name}_{d}"] for d in ways]) for name in names}
 
     def _largest_travels(self, motion: Trajectory) -> dict[str, float]:
         machine = self.machine

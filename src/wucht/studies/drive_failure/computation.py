@@ -51,7 +51,7 @@ def prepare(spec: DriveFailure, machine: Machine) -> Plan:
         try:
             states = operating_states(machine, spec.start)
         except InputError as error:
-            if error.location.startswith("study.start"):
+            if error.key.startswith("study.start"):
                 raise
             states, reason = (), error.explanation
         operations = tuple(

@@ -36,7 +36,10 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *table("cases", rows, "the machine after each failure", _parts(plan.machine), "case", {"drive": str, "outcome": str}),
         Quantity("operation", [_row(o, s) for o, s in runs], "the machine before a failure", parts=_parts(plan.machine)),
         Quantity(
-            "time_of_failure", [o.motion.trajectory.end_time for o, _ in runs], "time of the failure", plan.machine.units.time
+            "failure_times",
+            [o.motion.trajectory.end_time for o, _ in runs],
+            "time of the failure in each operation",
+            plan.machine.units.time,
         ),
         *(_course_quantities(plan.machine, cases) if cases else []),
     ]
@@ -209,11 +212,10 @@ def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for the failure of drives."""
     s, lines = result.wucht.summary, ReportLines(result)
     labels = [o["configuration"] for o in s["operation"]]
-    for state, time in zip(s["operation"], s["time_of_failure"], strict=True):
+    for state, time in zip(s["operation"], s["failure_times"], strict=True):
         lines.add("before", _text(state, "{amplitude}"), state, "operation", at=_at(state))
-        lines.add(
-            "motors", "{torques}; a drive fails at {time}", state, "operation", time=lines.format_value(time, "s", ".4g") or ""
-        )
+        failure_time = lines.format_value(time, "s", ".4g") or ""
+        lines.add("motors", "{torques}; a drive fails at {time}", state, "operation", time=failure_time)
         for row in (r for r in s["cases"] if r["configuration"] == state["configuration"]):
             several = f" ({row['configuration']})" if len(labels) > 1 else ""
             lines.add(f"without {row['drive']}", f"{row['outcome'].upper()}{several}: {_text(row, '{peak_amplitude} at most')}",
@@ -224,9 +226,8 @@ def report(result: xr.Dataset) -> list[str]:
 
 def _text(row: Mapping[str, Any], amplitude: str) -> str:
     throw = "" if row["throw"] is None else "throw {throw}{at}, "
-    return (
-        f"{{speed}}, {throw}amplitude {amplitude}" if row["speed"] is not None else f"{{speeds}}; {throw}amplitude {amplitude}"
-    )
+    speed = "{speeds}; " if row["speed"] is None else "{speed}, "
+    return f"{speed}{throw}amplitude {amplitude}"
 
 
 def _at(row: Mapping[str, Any]) -> str:

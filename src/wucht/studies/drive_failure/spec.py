@@ -29,8 +29,8 @@ class DriveFailure(Spec):
         "time after the failure at which the run ends; by default when the machine has settled"
     ))  # fmt: skip
     begin: Literal["operation", "rest"] | None = Field(default=None, description=(
-        'state at t = 0: `"operation"`, each stable synchronous configuration of the rotors; or `"rest"`, from which the drives '
-        "run the machine up at the phases of `start`. By default in operation if these configurations are known"
+        'state at t = 0: `"operation"`, each stable synchronous configuration of the rotors; or `"rest"`, from which the '
+        "drives run the machine up at the phases of `start`. By default in operation if these configurations are known"
     ))  # fmt: skip
     start: Composite[Start] = composite(default_factory=dict, description=(
         "phases of rotors and bodies: in operation they select the nearest stable configuration, at rest they are the initial "

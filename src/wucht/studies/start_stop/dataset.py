@@ -52,11 +52,12 @@ def _phase_quantities(plan: Plan, findings: Findings, courses: list[MotionCourse
     up, down, units, orbit = findings.up, findings.down, plan.machine.units, plan.machine.orbit_unit
     verdict, rotor = up.verdict, up.case.machine.rotor.name
     amplitude = verdict.amplitudes[0] if verdict.amplitudes else None
+    peak_up = up.loads.observation.largest
     peak_down = None if down is None else down.loads.observation.largest
     speeds = [_speed_at_peak(course) for course in courses] + [None]
     return [
         Quantity("outcome", str(verdict.outcome), "outcome of the run-up"),
-        Quantity("peak_amplitude_up", up.loads.observation.largest, "largest amplitude of the axis on the way up", orbit, headline=True),
+        Quantity("peak_amplitude_up", peak_up, "largest amplitude of the axis on the way up", orbit, headline=True),
         Quantity("peak_speed_up", speeds[0], f"speed of {rotor} there", units.speed),
         Quantity("peak_amplitude_down", peak_down, "largest amplitude of the axis on the way down", orbit, headline=True),
         Quantity("peak_speed_down", speeds[1], f"speed of {rotor} there", units.speed),
@@ -109,14 +110,15 @@ def _damage_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     rate = operation_damage(plan, up)
     life = plan.spec.target_life
     allowed = None if life is None or rate is None else allowed_cycles(damage, rate, up.trajectory.end_time, life)
+    cycles = 1 / damage if damage and down is not None else None
     quantities = [
         Quantity("damage", damage if down is not None else None, "Miner's sum of a cycle", headline=True),
         Quantity("operation_damage", rate, "Miner's sum of a time of steady operation", f"1/{time}" if time else ""),
-        Quantity("cycles", 1 / damage if damage and down is not None else None, "cycles until the part fails, without operation between them"),
+        Quantity("cycles", cycles, "cycles until the part fails, without operation between them"),
         Quantity("allowed_cycles", allowed if down is not None else None, "cycles that the target life allows"),
         Quantity("target_life", life, "target life", units.time),
         Quantity("signal", plan.signal.name, "signal whose cycles are counted"),
-        Quantity("largest_range", float(np.ptp(values)) if len(values) else None, "largest range of the signal", plan.signal.unit),
+        Quantity("largest_range", float(np.ptp(values)), "largest range of the signal", plan.signal.unit),
     ]  # fmt: skip
     ends = np.unique(np.linspace(0, len(values), min(_STEPS, len(values)) + 1).round().astype(int))[1:]
     accumulated, course, begin = AccumulatedDamage(line), list[float](), 0
@@ -162,12 +164,13 @@ def allowed_cycles(damage: float, rate: float, up_time: float, life: float) -> f
 
 def _course_quantities(plan: Plan, runs: list[LoadedRun], courses: list[MotionCourse]) -> list[Quantity]:
     units, offsets = plan.machine.units, [0.0, runs[0].trajectory.end_time]
+    amplitude = np.concatenate([c.amplitude for c in courses])
     times = np.concatenate([course.time + offset for course, offset in zip(courses, offsets, strict=False)])
     return [
         Quantity("time", times, "time", units.time, "time"),
         Quantity("rotor", [r.name for r in plan.machine.rotors], "rotor", "", "rotor"),
         Quantity("rotor_speed", np.concatenate([c.speeds for c in courses], axis=1), "speed", units.speed, "rotor time"),
-        Quantity("amplitude", np.concatenate([c.amplitude for c in courses]), "amplitude of the axis", plan.machine.orbit_unit, "time"),
+        Quantity("amplitude", amplitude, "amplitude of the axis", plan.machine.orbit_unit, "time"),
     ]  # fmt: skip
 
 
@@ -176,18 +179,18 @@ def _sentence(plan: Plan, findings: Findings) -> str:
     unit = f" {plan.machine.units.time}" if plan.machine.units.time else ""
     beginning = f"up: {up.verdict.sentence}"
     if down is None:
-        return f"{beginning}; nothing runs down yet"
-    end = "it is slow" if down.trajectory.stopped_by == SLOW_EVENT else down.verdict.outcome.sentence
-    return f"{beginning}; down: {end} {down.trajectory.end_time:.4g}{unit} after the switch-off"
+        return beginning
+    duration = f"{down.trajectory.end_time:.4g}{unit}"
+    if down.trajectory.stopped_by == SLOW_EVENT:
+        return f"{beginning}; down in {duration}"
+    return f"{beginning}; down: {down.verdict.outcome.sentence} after {duration}"
 
 
 def _assumptions(plan: Plan) -> list[str]:
     bare = [d.on for d in drives_without_circuit(plan.case.machine)]
     if not bare:
         return []
-    return [
-        f"energy from the supply: of the drive of {' and '.join(bare)} the work on the shaft, as it is known by its torque alone"
-    ]
+    return [f"the energy from the supply is the work on the shaft of {' and '.join(bare)}, whose torque alone is known"]
 
 
 def _warnings(plan: Plan, findings: Findings, failure: str | None) -> list[str]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _OFF: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 0.9}
+_SLOW = 0.05  # of the highest speed: slower than that nothing is drawn
 _KILO = 1e4  # J: from there on in kJ
 
 
@@ -29,8 +30,10 @@ def figure(result: xr.Dataset) -> Figure:
         axis.axvline(summary["switch_off_time"], label="switched off" if axis is axes[0] else None, **_OFF)
         draw(axis, result)
         legend_beside(axis)
-    if float(result.time[-1]) > 0:
-        axes[-1].set_xlim(0.0, float(result.time[-1]))
+    fast = np.abs(result.rotor_speed.values).max(axis=0)
+    end = float(result.time.values[fast >= _SLOW * fast.max()][-1])
+    if end > 0:
+        axes[-1].set_xlim(0.0, end)
     axes[-1].set_xlabel(abscissa_label(result, "time"))
     return fig
 
@@ -63,7 +66,9 @@ def _energy(axis: Axes, result: xr.Dataset) -> None:
     factor, unit = (1e-3, "kJ") if unit == "J" and largest >= _KILO else (1.0, unit)
     curves = {"supplied_energy": "from the supply", "shaft_work_course": "work on the shafts"}
     for k, (name, words) in enumerate(curves.items()):
-        axis.plot(result.energy_time, factor * result[name], label=words, **line_style(k))
+        values = factor * result[name].values
+        times, values = np.append(result.energy_time, result.time[-1]), np.append(values, values[-1])
+        axis.plot(times, values, label=words, **line_style(k))
     axis.set_ylabel(with_unit("energy", unit))
 
 

@@ -28,8 +28,8 @@ class StartStop(Spec):
     ))  # fmt: skip
     start: Composite[Start] = composite(default_factory=dict)
     signal: MachineSignalName = Field(default="displacement", title="signal", description=(
-        'load of the part, for `woehler`: `"displacement"` of the carrier, `"spring-force"`, `"bearing-force"` (of the bodies on '
-        'it) or `"acceleration"`'
+        'load of the part, for `woehler`: `"displacement"` of the carrier, `"spring-force"`, `"bearing-force"` (of the bodies '
+        'on it) or `"acceleration"`'
     ))  # fmt: skip
     direction: Literal["x", "y", "r"] | None = Field(
         default=None, description="direction of the signal, by default the first that the machine has"
