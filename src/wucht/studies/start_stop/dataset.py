@@ -36,7 +36,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     quantities = [
         *_phase_quantities(plan, findings, courses),
         *_load_quantities(plan, runs),
-        *_energy_quantities(plan, up),
+        *_energy_quantities(plan, up, 0.0 if down is None else down.trajectory.end_time),
         *_damage_quantities(plan, findings),
         *_course_quantities(plan, runs, courses),
         *(q for q in natural_vibrations(machine) if q.dimensions),
@@ -87,13 +87,18 @@ def _load_quantities(plan: Plan, runs: list[LoadedRun]) -> list[Quantity]:
     ]
 
 
-def _energy_quantities(plan: Plan, up: LoadedRun) -> list[Quantity]:
+def _energy_quantities(plan: Plan, up: LoadedRun, down_time: float) -> list[Quantity]:
+    """Energy and work of the drives, also over the time of the cycle: after the switch-off they stay."""
     trajectory, units = up.trajectory, plan.machine.units
     energy, work = supplied_energy(trajectory), trajectory.quadratures[SUPPLIED_WORK]
+    times = trajectory.time
+    if down_time:
+        times, energy, work = (np.append(x, x[-1]) for x in (times, energy, work))
+        times[-1] += down_time
     return [
         Quantity("energy", float(energy[-1]), "energy that the drives take from the supply", units.energy, headline=True),
         Quantity("shaft_work", float(work[-1]), "work of the drives on their shafts", units.energy),
-        Quantity("energy_time", trajectory.time, "time", units.time, "energy_time", coordinate=True),
+        Quantity("energy_time", times, "time", units.time, "energy_time", coordinate=True),
         Quantity("supplied_energy", energy, "energy from the supply", units.energy, "energy_time"),
         Quantity("shaft_work_course", work, "work on the shafts", units.energy, "energy_time"),
     ]

@@ -66,9 +66,7 @@ def _energy(axis: Axes, result: xr.Dataset) -> None:
     factor, unit = (1e-3, "kJ") if unit == "J" and largest >= _KILO else (1.0, unit)
     curves = {"supplied_energy": "from the supply", "shaft_work_course": "work on the shafts"}
     for k, (name, words) in enumerate(curves.items()):
-        values = factor * result[name].values
-        times, values = np.append(result.energy_time, result.time[-1]), np.append(values, values[-1])
-        axis.plot(times, values, label=words, **line_style(k))
+        axis.plot(result.energy_time, factor * result[name], label=words, **line_style(k))
     axis.set_ylabel(with_unit("energy", unit))
 
 
