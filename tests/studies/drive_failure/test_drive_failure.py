@@ -17,7 +17,6 @@ from wucht.dynamics.run_ups.drive_losses import machine_without_supply
 from wucht.dynamics.run_ups.operating_state import machine_in_operation, operating_states, transfer_state
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import machine_at_speed
 from wucht.machines.parts import drives
 from wucht.machines.schedules import schedules_of
 from wucht.studies.drive_failure.spec import DriveFailure
@@ -73,12 +72,19 @@ def test_the_other_motor_does_the_work_of_both(failures: Any) -> None:
         assert abs(case["torques"][remaining]) > 1.8 * abs(before["torques"][remaining])
 
 
-def test_the_torques_are_those_of_the_motors_at_their_speeds(failures: Any, screen: Machine) -> None:
-    """The circuit's torque at the mean speed, but for the slight waves of the speed; and they balance the losses."""
+def test_the_torques_are_those_of_a_run_up(failures: Any, screen: Machine) -> None:
+    """Their sum is its motor torque and, with the speeds, its power; one by one the circuit gives them at the mean speed, but
+    for the waves of the speed within a turn, at whose ends its curve is lower."""
     (before,) = failures.wucht.summary["operation"]
+    up = run(RunUp(until=12.0, start={"e1": -math.pi / 2, "e2": -math.pi / 2}), screen)
+    late = up.time.values > 8.0
+    torques, speed = before["torques"], before["speed"]
+    assert sum(torques.values()) == pytest.approx(up.motor_torque.values[late].mean(), rel=5e-3)
+    power = sum(abs(torque) for torque in torques.values()) * speed
+    assert power == pytest.approx(up.motor_power.values[late].mean(), rel=5e-3)
     for drive in screen.drives:
-        torque = drive.torque_at(before["speeds"][drive.on])
-        assert before["torques"][drive.on] == pytest.approx(torque, rel=0.01)
+        circuit = drive.torque_at(before["speeds"][drive.on])
+        assert 0.96 * abs(circuit) < abs(torques[drive.on]) < abs(circuit)
 
 
 def test_the_amplitude_after_the_failure_is_the_largest(failures: Any) -> None:
@@ -119,26 +125,34 @@ def _backwards(keys: dict[str, Any]) -> dict[str, Any]:
     return {name: -value for name, value in keys.items() if name in ("voltage", "no_load_speed")}
 
 
-@pytest.mark.parametrize("direction", [-1, 1])
-def test_both_sides_of_the_friction_at_which_the_rotor_stops(screen: Machine, direction: int) -> None:
-    """The averaged equations tell from which bearing damping on no state is left in which e1 carries e2 along."""
-    low, high = 0.005, 0.2
-    for _ in range(7):
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if _is_carried_along(screen, middle) else (low, middle)
-    limit = math.sqrt(low * high)
-    assert 0.01 < limit < 0.1
-    damped = screen.with_values({"e2.bearing_damping": limit * 1.3**direction})
-    case = _failure_of_e2(damped)
-    assert case["outcome"] == ("synchronised" if direction < 0 else "not-synchronised")
-    assert (case["phases"] is None) == (direction > 0)
-    assert (case["speed"] is None) == (direction > 0)
+def largest_moment(screen: Machine, speed: float) -> float:
+    """Between two exciters that turn in opposite senses, coupled by the rotation alone: U^2 w^2 r_1 r_2/(2 J)."""
+    centre = 20 * np.array([0.7, 0.7]) / 400
+    arms = [math.dist(place, centre) for place in ((0.5, 0.2), (0.2, 0.5))]
+    inertia = 150 + 360 * float(centre @ centre) + 20 * sum(arm**2 for arm in arms)
+    assert screen.values["e2.unbalance"] == 0.45
+    return 0.45**2 * speed**2 * arms[0] * arms[1] / (2 * inertia)
 
 
-def _is_carried_along(screen: Machine, damping: float) -> bool:
-    bare = screen.with_values({"e2.bearing_damping": damping})
-    quiet = machine_at_speed(machine_without_supply(bare, bare.drives[1]), None)
-    return any(c.speed > 100 for c in RunningConfigurations.of(quiet).stable)
+@pytest.mark.parametrize(
+    ("damping", "outcome"), [(0.019, "synchronised"), (0.021, "not-synchronised"), (0.025, "not-synchronised")]
+)
+def test_both_sides_of_the_friction_at_which_the_rotor_stops(screen: Machine, damping: float, outcome: str) -> None:
+    """The vibration carries e2 along as long as the moment covers its bearing losses: M sin(phi_0 - phi) = b w.
+
+    phi_0, where no moment passes, is 90.4 - 1.9 degrees before e1. Somewhat below the limit the phases overshoot after the
+    sudden loss, as those of a synchronous motor do, and e2 stops although the state exists.
+    """
+    case = _failure_of_e2(screen.with_values({"e2.bearing_damping": damping}))
+    assert case["outcome"] == outcome
+    assert (case["phases"] is None) == (case["speed"] is None) == (outcome != "synchronised")
+    assert (damping * 151.7 > largest_moment(screen, 151.7)) == (damping == 0.025)
+    if case["phases"] is not None:
+        moment = largest_moment(screen, case["speed"]) * math.sin(math.radians(360 - 88.5) - case["phases"]["e2"])
+        assert moment == pytest.approx(damping * case["speed"], rel=0.07)
+    else:
+        assert abs(case["speeds"]["e2"]) < 1e-3
+        assert case["speeds"]["e1"] == pytest.approx(155.18, rel=1e-4)
 
 
 def _failure_of_e2(machine: Machine) -> dict[str, Any]:
@@ -148,13 +162,14 @@ def _failure_of_e2(machine: Machine) -> dict[str, Any]:
 
 def test_the_main_rotor_that_stops_is_not_the_verdict_on_all(screen: Machine) -> None:
     """e1 is the main rotor: without supply and with much friction it stops, while e2 goes on."""
-    damped = screen.with_values({"e1.bearing_damping": 0.3, "e2.bearing_damping": 0.3})
-    result = run(DriveFailure(time=2.0, until=8.0), damped)
-    first, second = result.wucht.summary["cases"]
-    assert first["outcome"] == second["outcome"] == "not-synchronised"
+    damped = screen.with_values({"e1.bearing_damping": 0.04})
+    result = run(DriveFailure(time=3.0), damped)
+    assert result.wucht.summary["operation"][0]["outcome"] == "synchronised"
+    first, _ = result.wucht.summary["cases"]
+    assert first["outcome"] == "not-synchronised"
     assert abs(first["speeds"]["e1"]) < 5
     assert abs(first["speeds"]["e2"]) > 100
-    assert "not synchronised any more" in result.attrs["sentence"]
+    assert "ynchronised without" in result.attrs["sentence"]
 
 
 def test_run_up_from_rest(screen: Machine) -> None:
@@ -176,7 +191,7 @@ def test_rotors_that_do_not_run_together_are_run_up() -> None:
 def test_interrupted_and_resumed(screen: Machine, tmp_path: Path) -> None:
     spec = DriveFailure(time=0.5, until=0.5)
     whole = run(spec, screen)
-    partial = run(spec, screen, folder=tmp_path, progress=stop_at(0.5))
+    partial = run(spec, screen, folder=tmp_path, progress=stop_at(6))
     assert not partial.wucht.finished
     assert draw(partial).axes
     assert report(partial)

@@ -27,7 +27,7 @@ MOTOR = {
     "kind": "induction", "voltage": 230.0, "frequency": 50.0, "pole_pairs": 2, "stator_resistance": 2.0,
     "rotor_resistance": 1.5, "stator_reactance": 3.0, "rotor_reactance": 3.0,
 }  # fmt: skip
-LINE = {"k": 5.0, "ND": 2e6, "SD": "0.3 mm", "miner": "elementary"}
+LINE = {"k": 5.0, "ND": 2e6, "SD": "1.5 mm", "miner": "elementary"}
 
 
 def fan(eccentricity: float = 1e-3, drive: dict[str, Any] = MOTOR, bearing: float = 0.02, **carrier: Any) -> Machine:
@@ -41,7 +41,7 @@ def fan(eccentricity: float = 1e-3, drive: dict[str, Any] = MOTOR, bearing: floa
 
 @pytest.fixture(scope="module")
 def cycle() -> Any:
-    return run(StartStop(until=1.5, woehler=LINE, target_life="20000 h"), fan())
+    return run(StartStop(until=6.0, woehler=LINE, target_life="20000 h"), fan())
 
 
 def test_the_energy_of_a_run_up_in_closed_form() -> None:
@@ -63,7 +63,7 @@ def test_the_energy_of_a_drive_known_by_its_torque_is_its_work() -> None:
 
 
 def test_the_way_up_is_that_of_a_run_up(cycle: Any) -> None:
-    up = run(RunUp(until=1.5), fan())
+    up = run(RunUp(until=6.0), fan())
     summary = cycle.wucht.summary
     assert summary["outcome"] == up.wucht.summary["outcome"]
     assert summary["peak_amplitude_up"] == pytest.approx(up.wucht.summary["peak_amplitude"], rel=1e-5)
@@ -83,14 +83,16 @@ def test_the_way_down_is_that_of_a_coast_down(cycle: Any) -> None:
 
 
 def test_forces_and_travel_are_the_largest_of_both_phases(cycle: Any) -> None:
-    """Of a rotor at the centre of the springs the travel is the amplitude; its force is |c - m w^2 + i b w| r on the carrier."""
+    """Of a rotor at the centre of the springs the travel is the amplitude; its force on the carrier |c - m w^2 + i b w| r."""
     summary = cycle.wucht.summary
     assert summary["mount_travel"] == {"carrier": pytest.approx(summary["peak_amplitude_down"], rel=1e-4)}
-    up = run(RunUp(until=1.5), fan())
+    up = run(RunUp(until=6.0), fan())
     largest = largest_magnitude(up.time.values, list(up.bearing_force.values))
     assert summary["bearing_forces"]["fan"] == pytest.approx(largest, rel=2e-3)  # the force grows with the speed squared
     speed, radius = summary["operating_speed"], summary["operating_amplitude"]
-    assert largest == pytest.approx(abs(2e5 - 60 * speed**2 + 400j * speed) * radius, rel=0.05)
+    late = up.time.values > 5.0
+    steady = largest_magnitude(up.time.values[late], list(up.bearing_force.values[:, late]))
+    assert steady == pytest.approx(abs(2e5 - 60 * speed**2 + 400j * speed) * radius, rel=2e-3)
 
 
 def test_the_travel_of_mounts_off_the_centre() -> None:
@@ -107,25 +109,25 @@ def test_the_travel_of_mounts_off_the_centre() -> None:
 
 def test_the_damage_of_the_way_up_is_that_of_a_load_spectrum(cycle: Any) -> None:
     """The course of the damage at the switch-off, half cycles counted."""
-    spectrum = run(LoadSpectrum(until=1.5, signal="displacement", woehler=LINE), fan()).wucht.summary
-    so_far = np.interp(1.5, cycle.damage_time, cycle.damage_course)
+    spectrum = run(LoadSpectrum(until=6.0, signal="displacement", woehler=LINE), fan()).wucht.summary
+    so_far = np.interp(6.0, cycle.damage_time, cycle.damage_course)
     assert so_far == pytest.approx(spectrum["damage"], rel=0.02)
 
 
 def test_the_damage_of_a_cycle_is_miners_sum(cycle: Any) -> None:
     """The largest range, from peak to peak at the resonance on the way down, does the most; a cycle ends as it began."""
     summary = cycle.wucht.summary
-    line = WoehlerLine(5.0, 2e6, 3e-4, 5.0)
+    line = WoehlerLine(5.0, 2e6, 1.5e-3, 5.0)
     assert summary["largest_range"] == pytest.approx(2 * summary["peak_amplitude_down"], rel=0.01)
     assert summary["damage"] > float(line.damage_of_a_cycle([summary["largest_range"] / 2])[0])
-    assert summary["damage"] == pytest.approx(float(cycle.damage_course[-1]), rel=1e-3)
+    assert summary["damage"] == pytest.approx(float(cycle.damage_course[-1]), rel=0.01)
     assert summary["cycles"] * summary["damage"] == pytest.approx(1.0)
 
 
 def test_the_damage_of_operation_is_that_of_its_amplitude(cycle: Any) -> None:
     summary = cycle.wucht.summary
     amplitude, speed = summary["operating_amplitude"], summary["operating_speed"]
-    a_second = speed / (2 * math.pi) * (amplitude / 3e-4) ** 5 / 2e6
+    a_second = speed / (2 * math.pi) * (amplitude / 1.5e-3) ** 5 / 2e6
     assert summary["operation_damage"] == pytest.approx(a_second, rel=0.05)
 
 

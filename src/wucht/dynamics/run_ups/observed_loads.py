@@ -174,7 +174,7 @@ def loaded_runs(case: RunUpCase, signal: MachineSignal | None, begin_time: float
 
 def _few(samples: np.ndarray) -> np.ndarray:
     """Return few of the samples of a leg, the first and the last among them."""
-    return samples[np.unique(np.linspace(0, len(samples) - 1, _STORED).round().astype(int))]
+    return np.asarray(samples[np.unique(np.linspace(0, len(samples) - 1, _STORED).round().astype(int))])
 
 
 def _report(work: Work, end: float, time: float) -> None:
