@@ -23,6 +23,7 @@ from .studies.cam_prediction.spec import CamPrediction as CamPrediction
 from .studies.capture_probability.spec import CaptureProbability as CaptureProbability
 from .studies.coast_down import CoastDown as CoastDown
 from .studies.comparison.spec import Comparison as Comparison
+from .studies.drive_failure.spec import DriveFailure as DriveFailure
 from .studies.entrainment.spec import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
 from .studies.failure_detection.spec import FailureDetection as FailureDetection
@@ -40,6 +41,7 @@ from .studies.runner import report as report
 from .studies.runner import run as run
 from .studies.speed_curve.spec import SpeedCurve as SpeedCurve
 from .studies.stability_map.spec import StabilityMap as StabilityMap
+from .studies.start_stop.spec import StartStop as StartStop
 from .studies.study_file import compare as compare
 from .studies.study_file import run_file as run_file
 from .studies.sweep import Sweep as Sweep

@@ -17,9 +17,12 @@ Refused = Callable[..., str]
 Command = Callable[..., Any]
 Study = Callable[..., Path]
 
-STUDIES = ("run-up", "coast-down", "sweep", "response", "torque-balance", "entrainment", "approximation")
+STUDIES = (
+    "run-up", "coast-down", "start-stop", "drive-failure", "sweep", "response", "torque-balance", "entrainment",
+    "approximation",
+)  # fmt: skip
 # Their templates: long ones, and those that tests/studies runs too.
-LONG = ("approximation", "sweep", "entrainment", "coast-down", "response", "torque-balance")
+LONG = ("approximation", "sweep", "entrainment", "coast-down", "start-stop", "drive-failure", "response", "torque-balance")
 
 QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "response": {
@@ -77,6 +80,19 @@ QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
         "tolerance=1": ("study.tolerance", "between"),
         "until=3": ("study.until", "unknown key"),
         "dept=1": ("study.dept", "did you mean 'depth'?"),
+    },
+    "start-stop": {
+        "until=0": ("study.until", "greater than 0"),
+        "target_life=1 kg": ("study.target_life", "this one is a mass"),
+        "signal=stress": ("study.signal", "'spring-force'"),
+        "woehler.SD=1 mm": ("study.woehler.SD", "this one is a length"),
+        "turns=3": ("study.turns", "unknown key"),
+    },
+    "drive-failure": {
+        "time=0": ("study.time", "greater than 0"),
+        "until=1 kg": ("study.until", "this one is a mass"),
+        "begin=running": ("study.begin", "'operation' or 'rest'"),
+        "turns=3": ("study.turns", "unknown key"),
     },
     "run-up": {
         "over=phii": ("study.over", "'time', 'phi' or 'psi'"),
@@ -142,6 +158,8 @@ def test_a_schedule_beside_a_sweep(refused: Refused, study: Study) -> None:
 FAST = {
     "run-up": ("study.until=0.2",),
     "coast-down": ("study.until=0.5",),
+    "start-stop": ("study.until=0.5",),
+    "drive-failure": ("study.time=0.5", "study.until=0.5"),
     "sweep": ("study.range=[80, 82]", "study.direction=up", "study.rate=2"),
     "approximation": ("study.until=0.3", "study.points=2"),
     "entrainment": ("study.resolution=0.2", "study.until=3"),
@@ -206,6 +224,8 @@ LONG = {
     "run-up": ("study.until=100", "study.engine=scipy"),
     "many": ("study.until=0.1", "study.along=drive.slope", "study.values=[0.03, 0.04, 0.05]"),
     "coast-down": ("study.until=100",),
+    "start-stop": ("study.until=100",),
+    "drive-failure": ("study.until=100",),
     "sweep": ("study.rate=2",),
     "approximation": ("study.until=0.2",),
 }

@@ -348,6 +348,31 @@ EXPECTED: dict[str, Figured] = {
             Line(3, "damage", "time", "damage"),
         ),
     ),
+    "drive-failure": Figured(
+        {"study.time": "1 s", "study.until": "2 s"},
+        {
+            0: ("", "speed (rad/s)"),
+            1: ("", "speed (rad/s)"),
+            2: ("time after the failure (s)", AMPLITUDE),
+            3: ("", "mean torque (N m)"),
+        },
+        (
+            Line(0, "e1", "time[0]", "rotor_speed[0, 0]"),
+            Line(1, "e2", "time[1]", "-rotor_speed[1, 1]"),
+            Line(2, "e2 fails", "time[1]", "1e3 * amplitude[1]"),
+        ),
+    ),
+    "start-stop": Figured(
+        {"study.until": "3 s"},
+        {0: ("", "speed (rad/s)"), 1: ("", AMPLITUDE), 2: ("", "energy (kJ)"), 3: (TIME, "damage so far")},
+        (
+            Line(0, "fan", "time", "rotor_speed[0]"),
+            Line(0, "switched off", "result.wucht.summary['switch_off_time']", None),
+            Line(1, "amplitude", "time", "1e3 * amplitude"),
+            Line(2, "from the supply", "energy_time", "1e-3 * supplied_energy"),
+            Line(3, "damage so far", "damage_time", "damage_course"),
+        ),
+    ),
     "load-spectrum": Figured(
         {"study.until": "6 s", "study.after": "1 s"},
         {

@@ -6,7 +6,7 @@ A few rows of the run are recorded, the speed averaged over each turn, and the t
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
@@ -20,6 +20,7 @@ from wucht.dynamics.verdicts.observation import AxisMotion, advance_balance, row
 from wucht.errors import InputError
 from wucht.machines.machine import DISSIPATED_WORK, Machine
 from wucht.machines.operation import free_speed, sense_of
+from wucht.machines.parts.base import Drive
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
@@ -44,25 +45,34 @@ class CarrierStart(StrEnum):
     GIVEN = "given"  # as study.start states
 
 
-def without_drives(machine: Machine) -> Machine:
-    """Return the machine with its drives switched off: no torque, no prescribed speed. Losses of dampers and loads stay.
+def without_drives(machine: Machine, drives: Sequence[Drive] | None = None) -> Machine:
+    """Return the machine with drives switched off, by default all: no torque, no prescribed speed. Other losses stay.
 
     So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
     """
-    drives = machine.drives
-    undriven = [tuple(a for a in e.applied_forces if a.energy_side != "supplied" and not a.of_drive) for e in machine.energies]
+    # The energies of a machine of parts are in the order of these.
+    switched = range(len(machine.energies)) if drives is None else [machine.parts.index(d) for d in drives]
+    bodies = {b.name for b in machine.bodies} if drives is None else {d.on for d in drives}
+    drives = machine.drives if drives is None else drives
+    undriven = [
+        tuple(a for a in e.applied_forces if i not in switched or (a.energy_side != "supplied" and not a.of_drive))
+        for i, e in enumerate(machine.energies)
+    ]
     internal_states = [
         e.internal_states if len(e.applied_forces) == len(rest) else ()
         for e, rest in zip(machine.energies, undriven, strict=True)
     ]
     return machine.with_fields(
-        bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed_velocity=None)) for b in machine.bodies),
+        bodies=tuple(
+            replace(b, coordinate=replace(b.coordinate, prescribed_velocity=None)) if b.name in bodies else b
+            for b in machine.bodies
+        ),
         energies=tuple(
             replace(e, applied_forces=a, internal_states=x)
             for e, a, x in zip(machine.energies, undriven, internal_states, strict=True)
         ),
         parts=tuple(p for p in machine.parts if p not in drives),
-        start_angles={},
+        start_angles={name: angle for name, angle in machine.start_angles.items() if name not in bodies},
         schedules=tuple(s for s in machine.schedules if not any(s.parameter.startswith(f"{d.path}.") for d in drives)),
     )
 

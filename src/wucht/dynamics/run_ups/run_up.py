@@ -70,6 +70,11 @@ class RunUpCase:
             Where start and settings do not fit the machine, or it has no averaged equations.
         """
         machine, initial = prepare_start(machine, start, settings.until or 0.0, settings.speed_limit)
+        return cls.from_state(machine, initial, settings)
+
+    @classmethod
+    def from_state(cls, machine: Machine, initial: np.ndarray, settings: RunSettings) -> RunUpCase:
+        """Return the run of a machine from a state (n,) at t = 0; see ``of``."""
         models = () if settings.model == "slow" else (FullModel(machine, initial),)
         if settings.model != "full":
             models = (*models, slow_model(machine, initial, settings.inertia, settings.order))

@@ -200,6 +200,13 @@ class Drive(ShaftPart):
         """Return the speed it enforces on the motor's side of a transmission, or None if it applies a torque."""
         return None
 
+    def circuit_loss(self, speed: sp.Expr) -> sp.Expr | None:
+        """Return the heat in its circuit at a speed, in W: the power from the supply less that of the torque at the speed.
+
+        None of a drive that is known by its torque alone.
+        """
+        return None
+
     def no_load_path(self) -> str | None:
         """Return the path of the parameter that is the speed at which its torque is zero, None where there is none."""
         return None

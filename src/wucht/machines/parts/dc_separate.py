@@ -54,6 +54,11 @@ class DCSeparate(Drive):
         U, R, k, flux = self.symbols("voltage", "armature_resistance", "motor_constant", "flux")
         return k * flux * (U - k * flux * speed) / R
 
+    def circuit_loss(self, speed: sp.Expr) -> sp.Expr:
+        """Return the heat in the armature, R_A I_A^2; that of the field, which has a supply of its own, is not counted."""
+        U, R, k, flux = self.symbols("voltage", "armature_resistance", "motor_constant", "flux")
+        return (U - k * flux * speed) ** 2 / R
+
     def derivation_notes(self) -> tuple[str, ...]:
         """Return the line that follows from the nameplate, and its deviations, as a note."""
         plate, line = self.nameplate, (self.motor_constant * self.flux, self.armature_resistance)

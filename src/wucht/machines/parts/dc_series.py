@@ -43,3 +43,8 @@ class DCSeries(SelfExcited):
         """002 (2.104), with k_M for the printed k_E."""
         U, RA, RE, L, k = self.circuit()
         return self.sense * k * L * U**2 / (RA + RE + self.sense * k * L * speed) ** 2
+
+    def circuit_loss(self, speed: sp.Expr) -> sp.Expr:
+        """Return the heat in both windings, (R_A + R_E) I^2."""
+        U, RA, RE, L, k = self.circuit()
+        return (RA + RE) * U**2 / (RA + RE + self.sense * k * L * speed) ** 2

@@ -23,3 +23,8 @@ class DCShunt(SelfExcited):
         """002 (2.99)."""
         U, RA, RE, L, k = self.circuit()
         return k * L * U**2 / (RA * RE**2) * (self.sense * RE - k * L * speed)
+
+    def circuit_loss(self, speed: sp.Expr) -> sp.Expr:
+        """Return the heat in armature and field, R_A I_A^2 + R_E I_E^2 with I_E = U/R_E and R_A I_A = U - k_M L_E I_E w."""
+        U, RA, RE, L, k = self.circuit()
+        return (U - self.sense * k * L * U / RE * speed) ** 2 / RA + U**2 / RE

@@ -119,6 +119,18 @@ class Induction(Drive):
         D = (R_1 + j a (X_1 + X_m)) (R_2 + j b (X_2 + X_m)) + a b X_m^2: the voltage equations of stator and rotor solved for
         the rotor's current (W. Leonhard, Control of Electrical Drives, chapter 10).
         """
+        return self._torque_and_stator_loss(speed)[0]
+
+    def circuit_loss(self, speed: sp.Expr) -> sp.Expr:
+        """Return the heat in the windings: 3 R_1 I_1^2 of the stator, and the torque times the slip speed of the rotor.
+
+        I_1 is the rotor's current where there is no magnetising one, else U (R_2 + j b (X_2 + X_m))/D, see ``torque``.
+        """
+        torque, stator_loss = self._torque_and_stator_loss(speed)
+        f, p = self.symbols("frequency", "pole_pairs")
+        return stator_loss + torque * (self.sense * 2 * sp.pi * f / p - speed)
+
+    def _torque_and_stator_loss(self, speed: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         U, f, p, R1, R2, X1, X2, rated_frequency = self.symbols(
             "voltage", "frequency", "pole_pairs", "stator_resistance", "rotor_resistance", "stator_reactance",
             "rotor_reactance", "rated_frequency",
@@ -130,11 +142,14 @@ class Induction(Drive):
             R2 += (self.symbol("standstill_resistance") - R2) * displacement(slip_speed / field_speed)
         if self.magnetising_reactance is None:
             X = (X1 + X2) * f / rated_frequency
-            return 3 * R2 * U**2 * slip_speed / ((R1 * slip_speed + R2 * synchronous) ** 2 + (X * slip_speed) ** 2)
+            square = (R1 * slip_speed + R2 * synchronous) ** 2 + (X * slip_speed) ** 2
+            return 3 * R2 * U**2 * slip_speed / square, 3 * R1 * U**2 * slip_speed**2 / square
         Xm = self.symbol("magnetising_reactance")
         a, b = self.sense * f / rated_frequency, slip_speed / field_speed
         real, imaginary = R1 * R2 - a * b * (X1 * X2 + Xm * (X1 + X2)), R1 * b * (X2 + Xm) + R2 * a * (X1 + Xm)
-        return 3 / field_speed * R2 * b * Xm**2 * U**2 / (real**2 + imaginary**2)
+        square = real**2 + imaginary**2
+        torque = 3 / field_speed * R2 * b * Xm**2 * U**2 / square
+        return torque, 3 * R1 * U**2 * (R2**2 + (b * (X2 + Xm)) ** 2) / square
 
     def synchronous_speed(self) -> float | None:
         """Return the speed of the field in rad/s, 2 pi f/p; negative with ``sense`` = -1; None at 0 Hz, without slip."""

@@ -1,0 +1,88 @@
+"""A cycle of a machine: run up with its drives, and, from the state reached, down without them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from wucht.dynamics.run_ups.coasting import without_drives
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.operating_state import transfer_state
+from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.run_ups.run_up_models import FullModel
+from wucht.errors import InputError
+from wucht.machines.machine import SUPPLIED_WORK, Machine
+from wucht.machines.parts.base import Drive
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.system import Output, System
+
+SLOW = 0.01  # of the speeds at the switch-off: the coast-down ends where the rotors are slower in the mean square
+SLOW_EVENT = "the rotors are slow"
+_CIRCUIT_HEAT = "circuit_heat"
+_STILL = 1e-9  # of the largest natural frequency
+
+
+@dataclass(frozen=True)
+class SuppliedModel(FullModel):
+    """The full equations, with the heat in the circuits of the motors as a further work."""
+
+    @cached_property
+    def system(self) -> System:
+        """The integrated System."""
+        machine, system = self.machine, self.machine.system
+        heat = Output(_CIRCUIT_HEAT, sp.Add(*(_circuit_heat(machine, d) for d in machine.drives)), machine.units.energy, "heat")
+        return replace(system, quadratures=(*system.quadratures, heat))
+
+
+def _circuit_heat(machine: Machine, drive: Drive) -> sp.Expr:
+    base = machine.frame.rotation if drive.stator == "carrier" else sp.S.Zero
+    heat = drive.circuit_loss(drive.ratio * (machine.frame.speed(drive.on) - base))
+    return sp.S.Zero if heat is None else heat
+
+
+def drives_without_circuit(machine: Machine) -> list[Drive]:
+    """Return the drives that are known by their torque alone: the heat in them is not counted."""
+    return [d for d in machine.drives if d.circuit_loss(sp.Symbol("speed", real=True)) is None]
+
+
+def supplied_energy(trajectory: Trajectory) -> np.ndarray:
+    """Return the energy (N,) that the drives have taken from the supply: their work and the heat in their circuits."""
+    return np.asarray(trajectory.quadratures[SUPPLIED_WORK] + trajectory.quadratures[_CIRCUIT_HEAT])
+
+
+def start_case(machine: Machine, start: Mapping[str, Any], settings: RunSettings) -> RunUpCase:
+    """Return the run-up of a cycle. Raises ``InputError`` where the start does not fit, or nothing would turn."""
+    if machine.shaken_coordinate is not None:
+        reason = "not allowed: the drives are switched off while the machine runs, and a prescribed motion would start anew"
+        raise InputError("machine.carrier.motion", None, reason, code="prescribed")
+    case = RunUpCase.of(machine, start, settings)
+    return replace(case, models=(SuppliedModel(case.machine, case.models[0].initial),))
+
+
+def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUpCase | None:
+    """Return the coast-down from the end of a run-up, with schedules as they are then; None where no rotor turns any more."""
+    time = end.end_time
+    running = _released(machine.at(time).with_fields(schedules=()), end)
+    coasting = without_drives(running)
+    state = transfer_state(running, end.states[:, -1], coasting, time)
+    speeds = {r: float(state[coasting.row(r.coordinate.velocity)]) for r in coasting.rotors}
+    turning = {r: w for r, w in speeds.items() if abs(w) > _STILL * max(map(abs, speeds.values())) and w}
+    if not turning:
+        return None
+    case = RunUpCase.from_state(coasting, state, settings)
+    share = sp.Add(*((r.coordinate.velocity / w) ** 2 for r, w in turning.items())) / len(turning)
+    slow = Event(SLOW_EVENT, share - SLOW**2, -1, terminal=True)
+    return replace(case, horizon=replace(case.horizon, events=(*case.horizon.events, slow)))
+
+
+def _released(machine: Machine, end: Trajectory) -> Machine:
+    """Return the machine with those bodies free that were released in a run-up."""
+    values = dict(zip(machine.system.parameter_names, end.final_parameter_values, strict=False))
+    free = {b.name for b in machine.bodies if b.release is not None and not values.get(b.lock_symbol.name, 1.0)}
+    return machine.with_fields(bodies=tuple(replace(b, release=None) if b.name in free else b for b in machine.bodies))

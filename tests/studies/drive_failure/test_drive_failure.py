@@ -1,0 +1,284 @@
+"""The study ``drive-failure``: against run-ups with a schedule, the balance of power, and the averaged equations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from interrupting import stop_at
+from wucht.analysis.configurations.running_configurations import RunningConfigurations
+from wucht.dynamics.run_ups.coasting import without_drives
+from wucht.dynamics.run_ups.drive_losses import machine_without_supply
+from wucht.dynamics.run_ups.operating_state import machine_in_operation, operating_states, transfer_state
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.machines.parts import drives
+from wucht.machines.schedules import schedules_of
+from wucht.studies.drive_failure.spec import DriveFailure
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import draw, report, run
+
+SCREEN = "practice/screen"
+
+
+@pytest.fixture(scope="module")
+def screen() -> Machine:
+    return load_machine(SCREEN)
+
+
+@pytest.fixture(scope="module")
+def failures(screen: Machine) -> Any:
+    return run(DriveFailure(time=3.0, until=8.0), screen)
+
+
+def test_before_it_runs_as_its_run_up_ends(failures: Any) -> None:
+    """The numbers of practice/screen."""
+    (before,) = failures.wucht.summary["operation"]
+    assert before["outcome"] == "synchronised"
+    assert before["speed"] == pytest.approx(155.156, rel=1e-5)
+    assert before["throw"] == pytest.approx(4.58e-3, rel=1e-3)
+    assert before["amplitude"] == pytest.approx(2.299e-3, rel=1e-3)
+    assert math.degrees(before["throw_direction"]) == pytest.approx(45.5, abs=0.5)
+    assert before["phases"]["e2"] == pytest.approx(math.radians(360 - 90.4), abs=5e-3)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_afterwards_it_runs_as_with_a_schedule_of_the_voltage(failures: Any, screen: Machine, index: int) -> None:
+    """A run-up from rest, whose motor has no voltage from 5 s on, ends in the same state."""
+    case = failures.wucht.summary["cases"][index]
+    failing = case["drive"]
+    assert failing == f"e{index + 1}"
+    table = {"parameter": f"drives.{failing}.voltage", "points": [[0, 230], [5, 0]], "interpolation": "steps"}
+    scheduled = screen.with_fields(schedules=schedules_of([table], screen.parameters, screen.parts, "s"))
+    up = run(RunUp(until=15.0, start={"e1": -math.pi / 2, "e2": -math.pi / 2}), scheduled).wucht.summary
+    assert case["outcome"] == up["outcome"] == "synchronised"
+    assert case["speed"] == pytest.approx(abs(up["mean_speeds"]["e1"]), rel=1e-5)
+    assert case["phases"]["e2"] == pytest.approx(up["rotor_phases"]["e2"], abs=1e-3)
+    assert case["throw"] == pytest.approx(up["stroke"], rel=2e-3)
+
+
+def test_the_other_motor_does_the_work_of_both(failures: Any) -> None:
+    """Without load the speed hardly changes, nor do bearing losses and dampers: the torques are those of both before."""
+    (before,) = failures.wucht.summary["operation"]
+    together = sum(abs(torque) for torque in before["torques"].values())
+    for case, failing, remaining in zip(failures.wucht.summary["cases"], ("e1", "e2"), ("e2", "e1"), strict=True):
+        assert case["torques"][failing] == 0.0
+        assert abs(case["torques"][remaining]) == pytest.approx(together, rel=0.04)
+        assert abs(case["torques"][remaining]) > 1.8 * abs(before["torques"][remaining])
+
+
+def test_the_torques_are_those_of_a_run_up(failures: Any, screen: Machine) -> None:
+    """Their sum is its motor torque and, with the speeds, its power; one by one the circuit gives them at the mean speed, but
+    for the waves of the speed within a turn, at whose ends its curve is lower."""
+    (before,) = failures.wucht.summary["operation"]
+    up = run(RunUp(until=12.0, start={"e1": -math.pi / 2, "e2": -math.pi / 2}), screen)
+    late = up.time.values > 8.0
+    torques, speed = before["torques"], before["speed"]
+    assert sum(torques.values()) == pytest.approx(up.motor_torque.values[late].mean(), rel=5e-3)
+    power = sum(abs(torque) for torque in torques.values()) * speed
+    assert power == pytest.approx(up.motor_power.values[late].mean(), rel=5e-3)
+    for drive in screen.drives:
+        circuit = drive.torque_at(before["speeds"][drive.on])
+        assert 0.96 * abs(circuit) < abs(torques[drive.on]) < abs(circuit)
+
+
+def test_the_amplitude_after_the_failure_is_the_largest(failures: Any) -> None:
+    for k, case in enumerate(failures.wucht.summary["cases"]):
+        after = failures.time.values[k] > 0
+        assert case["peak_amplitude"] == pytest.approx(np.nanmax(failures.amplitude.values[k][after]), rel=0.01)
+        assert case["peak_amplitude"] >= case["amplitude"]
+
+
+def test_two_ways_to_lose_the_supply_are_one(screen: Machine) -> None:
+    """Without voltage, or without the drive: the accelerations are the same."""
+    (state,) = operating_states(screen, {})
+    drive = state.machine.drives[1]
+    quiet, bare = machine_without_supply(state.machine, drive), without_drives(state.machine, [drive])
+    assert quiet.structure is state.machine.structure
+    assert [d.on for d in bare.drives] == ["e1"]
+    assert np.array_equal(transfer_state(state.machine, state.state, bare), state.state)
+    rates = [RunningConfigurations.of(m).stable[0].speed for m in (quiet, bare)]
+    assert rates[0] == pytest.approx(rates[1], rel=1e-9)
+
+
+def test_a_drive_that_brakes_without_voltage_is_taken_away() -> None:
+    """A DC motor whose armature is short-circuited is a brake; one that is cut off is not."""
+    machine = _screen_with("dc-separate", {"voltage": 160, "armature_resistance": 2, "motor_constant": 1.0, "flux": "1 V s"})
+    bare = machine_without_supply(machine_in_operation(machine), machine.drives[0])
+    assert [d.on for d in bare.drives] == ["e2"]
+
+
+def _screen_with(kind: str, keys: dict[str, Any]) -> Machine:
+    screen = load_machine(SCREEN)
+    made = drives()[kind]
+    motors = [made(on="e1", stator="carrier", **keys), made(on="e2", stator="carrier", **keys | _backwards(keys))]
+    carrier, *bodies = screen.parts[:3]
+    return Machine(carrier, bodies, motors)
+
+
+def _backwards(keys: dict[str, Any]) -> dict[str, Any]:
+    return {name: -value for name, value in keys.items() if name in ("voltage", "no_load_speed")}
+
+
+def largest_moment(screen: Machine, speed: float) -> float:
+    """Between two exciters that turn in opposite senses, coupled by the rotation alone: U^2 w^2 r_1 r_2/(2 J)."""
+    centre = 20 * np.array([0.7, 0.7]) / 400
+    arms = [math.dist(place, centre) for place in ((0.5, 0.2), (0.2, 0.5))]
+    inertia = 150 + 360 * float(centre @ centre) + 20 * sum(arm**2 for arm in arms)
+    assert screen.values["e2.unbalance"] == 0.45
+    return 0.45**2 * speed**2 * arms[0] * arms[1] / (2 * inertia)
+
+
+@pytest.mark.parametrize(
+    ("damping", "outcome"), [(0.019, "synchronised"), (0.021, "not-synchronised"), (0.025, "not-synchronised")]
+)
+def test_both_sides_of_the_friction_at_which_the_rotor_stops(screen: Machine, damping: float, outcome: str) -> None:
+    """The vibration carries e2 along as long as the moment covers its bearing losses: M sin(phi_0 - phi) = b w.
+
+    phi_0, where no moment passes, is 90.4 - 1.9 degrees before e1. Somewhat below the limit the phases overshoot after the
+    sudden loss, as those of a synchronous motor do, and e2 stops although the state exists.
+    """
+    case = _failure_of_e2(screen.with_values({"e2.bearing_damping": damping}))
+    assert case["outcome"] == outcome
+    assert (case["phases"] is None) == (case["speed"] is None) == (outcome != "synchronised")
+    assert (damping * 151.7 > largest_moment(screen, 151.7)) == (damping == 0.025)
+    if case["phases"] is not None:
+        moment = largest_moment(screen, case["speed"]) * math.sin(math.radians(360 - 88.5) - case["phases"]["e2"])
+        assert moment == pytest.approx(damping * case["speed"], rel=0.07)
+    else:
+        assert abs(case["speeds"]["e2"]) < 1e-3
+        assert case["speeds"]["e1"] == pytest.approx(155.18, rel=1e-4)
+
+
+def _failure_of_e2(machine: Machine) -> dict[str, Any]:
+    cases = run(DriveFailure(time=2.0), machine).wucht.summary["cases"]
+    return next(case for case in cases if case["drive"] == "e2")
+
+
+def test_the_main_rotor_that_stops_is_not_the_verdict_on_all(screen: Machine) -> None:
+    """e1 is the main rotor: without supply and with much friction it stops, while e2 goes on."""
+    damped = screen.with_values({"e1.bearing_damping": 0.04})
+    result = run(DriveFailure(time=3.0), damped)
+    assert result.wucht.summary["operation"][0]["outcome"] == "synchronised"
+    first, _ = result.wucht.summary["cases"]
+    assert first["outcome"] == "not-synchronised"
+    assert abs(first["speeds"]["e1"]) < 5
+    assert abs(first["speeds"]["e2"]) > 100
+    assert "ynchronised without" in result.attrs["sentence"]
+
+
+def test_run_up_from_rest(screen: Machine) -> None:
+    """It ends in the same operation; ``start`` is the state at rest."""
+    start = {"e1": -math.pi / 2, "e2": -math.pi / 2}
+    result = run(DriveFailure(time=6.0, until=1.0, begin="rest", start=start), screen)
+    (before,) = result.wucht.summary["operation"]
+    assert before["configuration"] is None
+    assert before["speed"] == pytest.approx(155.156, rel=1e-4)
+    assert any("run up from rest" in statement for statement in result.wucht.assumed)
+
+
+def test_rotors_that_do_not_run_together_are_run_up() -> None:
+    unsynchronised = load_machine("practice/screen-unsynchronised")
+    result = run(DriveFailure(time=0.5, until=0.3), unsynchronised)
+    assert any("run up from rest" in warning for warning in result.wucht.warnings)
+
+
+def test_interrupted_and_resumed(screen: Machine, tmp_path: Path) -> None:
+    spec = DriveFailure(time=0.5, until=0.5)
+    whole = run(spec, screen)
+    partial = run(spec, screen, folder=tmp_path, progress=stop_at(6))
+    assert not partial.wucht.finished
+    assert draw(partial).axes
+    assert report(partial)
+    again = run(spec, screen, folder=tmp_path, resume=True)
+    assert again.wucht.summary == whole.wucht.summary
+    assert again.wucht.finished
+
+
+def test_the_report_and_the_figure(failures: Any) -> None:
+    lines = report(failures)
+    assert lines[1] == "verdict: the rotors stay synchronised whichever drive fails"
+    assert sum("SYNCHRONISED" in line for line in lines) == 2
+    figure = draw(failures)
+    labels = [axis.get_ylabel() for axis in figure.axes]
+    assert labels[:4] == ["speed (rad/s)", "speed (rad/s)", "amplitude of the axis (mm)", "mean torque (N m)"]
+    bars = [patch.get_height() for patch in figure.axes[3].patches]
+    assert max(bars) == pytest.approx(max(abs(t) for c in failures.wucht.summary["cases"] for t in c["torques"].values()))
+
+
+BAD = {
+    "time": ("time=0", "study.time", "greater than 0"),
+    "unit of time": ("time=1 kg", "study.time", "a mass"),
+    "until": ("until=-1", "study.until", "greater than 0"),
+    "begin": ("begin=running", "study.begin", "'operation' or 'rest'"),
+    "tolerance": ("tolerance=1", "study.tolerance", "between"),
+    "engine": ("engine=scipi", "study.engine", "'scipy'"),
+    "key": ("turns=3", "study.turns", "unknown key"),
+    "start": ("start=3", "study.start", "must be a table"),
+    "body": ("start.e3=1", "study.start.e3", "did you mean"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input(refused: Callable[..., str], wucht: Callable[..., Any], here: Path, name: str) -> None:
+    setting, key, says = BAD[name]
+    assert wucht("new", "drive-failure", "my.toml").code == 0
+    refused("run", "my.toml", "-o", "out", "--set", f"study.{setting}", says=("my.toml: ", key, says))
+
+
+def test_one_drive_alone(refused: Callable[..., str], here: Path) -> None:
+    says = ("machine.drives", "at least two rotors", "coast-down")
+    refused("run", "drozdetskaya-2020/r1", "-o", "out", "--set", "study.kind=drive-failure", says=says)
+
+
+SHAKER = """
+[machine.carrier]
+mass = "100 kg"
+stiffness = "1e5 N/m"
+damping = "100 N s/m"
+MOTION
+[[machine.bodies]]
+kind = "rotor"
+name = "a"
+mass = "5 kg"
+unbalance = "0.01 kg m"
+inertia = "0.01 kg m^2"
+[[machine.bodies]]
+kind = "rotor"
+name = "b"
+mass = "5 kg"
+unbalance = "0.01 kg m"
+inertia = "0.01 kg m^2"
+[[machine.drives]]
+on = "a"
+kind = "linear"
+slope = 0.1
+no_load_speed = 100
+[[machine.drives]]
+on = "b"
+DRIVE
+[study]
+kind = "drive-failure"
+"""
+LINEAR = 'kind = "linear"\nslope = 0.1\nno_load_speed = 101'
+REFUSALS = {
+    "an enforced speed": ("", 'kind = "constant-speed"\nspeed = 100', "machine.drives.b.kind", "with a torque"),
+    "a shaken carrier": (
+        'motion = { direction = "x", amplitude = "1 mm", frequency = "90 rad/s" }', LINEAR, "machine.carrier.motion",
+        "start anew",
+    ),
+    "no configuration": ("", LINEAR.replace("101", "180"), "study.begin", "study.begin = 'rest'"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_machines_without_an_answer(refused: Callable[..., str], here: Path, name: str) -> None:
+    motion, drive, key, says = REFUSALS[name]
+    text = SHAKER.replace("MOTION", motion).replace("DRIVE", drive)
+    Path("my.toml").write_text(text)
+    refused("run", "my.toml", "-o", "out", "--set", "study.begin=operation", says=("my.toml: ", key, says))
