@@ -12,9 +12,9 @@ Questions: ``RunUp``, ``CoastDown``, ``StartStop``, ``DriveFailure``, ``Sweep``,
 ``SpeedCurve``, ``SynchronousStates``, ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``,
 ``StabilityMap``, ``Basin``, ``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of
 ``Records``), ``FailureDetection``, ``ExciterDesign``, ``VoltageDip``; of a ``CamDrive``: ``CamLaw``, ``CamContour``,
-``CamCorrection``, ``CamPrediction``. Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file``, ``load``,
-``draw`` (for a page, ``PRINT``, or a column, ``JOURNAL``), ``report``, ``export``, and ``result.wucht``. Any other
-ordinary differential equation: ``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
+``CamCorrection``, ``CamPrediction``. Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file``,
+``load``, ``draw`` (for a page, ``PRINT``, or a column, ``JOURNAL``), ``report``, ``export``, and ``result.wucht``. Any
+other ordinary differential equation: ``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
 ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
 
 The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``system``,
