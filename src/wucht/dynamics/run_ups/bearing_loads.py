@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.bearing_forces import BearingForces, rated_bearings
+from wucht.analysis.bearing_forces import BearingForces, RatedBearing, rated_bearings
 from wucht.analysis.throw import largest_of
 from wucht.fatigue.bearing_life import HEAVY, BearingDuty, mean_over_time
 from wucht.machines.machine import Machine
@@ -54,21 +55,35 @@ def has_bearing_forces(machine: Machine) -> bool:
     return not machine.dimensionless and machine.frame.tilt == 0
 
 
-def begin_duties(machine: Machine, begin: float, end: float = np.inf) -> dict[str, BearingDuty]:
-    """Return the duties of the machine's rated bearings before its motion. begin, end: times between which loads count."""
-    return {name: BearingDuty(bearing.rating.p, begin, end) for name, bearing in rated_bearings(machine).items()}
+@dataclass(frozen=True)
+class DutyObserver:
+    """Observer of the duties of a machine's rated bearings between two times.
 
+    bearings: by rotor. forces: of these rotors.
+    """
 
-def advance_duties(duties: Duties, machine: Machine, motion: Trajectory) -> dict[str, BearingDuty]:
-    """Return the duties after a further part of the machine's motion, which begins with the last sample of the one before."""
-    if not duties:
-        return {}
-    bearings = rated_bearings(machine)
-    forces, speeds = BearingForces.of(machine, tuple(duties))(motion)
-    return {
-        name: duty.update(motion.time, bearings[name].share * np.hypot(*forces[name]), speeds[name])
-        for name, duty in duties.items()
-    }
+    bearings: Mapping[str, RatedBearing]
+    forces: BearingForces
+    begin_time: float
+    end_time: float
+
+    @classmethod
+    def of(cls, machine: Machine, begin: float, end: float = math.inf) -> DutyObserver | None:
+        """Return the observer; None of a machine whose bearings have no rating."""
+        bearings = rated_bearings(machine)
+        return cls(bearings, BearingForces.of(machine, tuple(bearings)), begin, end) if bearings else None
+
+    def begin(self) -> dict[str, BearingDuty]:
+        """Return the duties before the motion."""
+        return {n: BearingDuty(bearing.rating.p, self.begin_time, self.end_time) for n, bearing in self.bearings.items()}
+
+    def update(self, previous: Duties, motion: Trajectory) -> dict[str, BearingDuty]:
+        """Return the duties after a further part of the motion, which begins with the last sample of the one before."""
+        forces, speeds = self.forces(motion)
+        return {
+            name: duty.update(motion.time, self.bearings[name].share * np.hypot(*forces[name]), speeds[name])
+            for name, duty in previous.items()
+        }
 
 
 def lives_of(machine: Machine, duties: Duties) -> dict[str, BearingLife]:
@@ -79,7 +94,8 @@ def lives_of(machine: Machine, duties: Duties) -> dict[str, BearingLife]:
 
 def lives_at_end(machine: Machine, motion: Trajectory, window: tuple[float, float]) -> dict[str, BearingLife]:
     """Return the life of each rated bearing if the machine runs on as in the last window of a run."""
-    return lives_of(machine, advance_duties(begin_duties(machine, *window), machine, motion))
+    observer = DutyObserver.of(machine, *window)
+    return {} if observer is None else lives_of(machine, observer.update(observer.begin(), motion))
 
 
 def loads_at_end(machine: Machine, motion: Trajectory, window: tuple[float, float]) -> dict[str, BearingLoad]:

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.bearing_forces import bearing_force
-from wucht.dynamics.run_ups.bearing_loads import Duties, advance_duties, begin_duties, has_bearing_forces
+from wucht.dynamics.run_ups.bearing_loads import Duties, DutyObserver, has_bearing_forces
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
 from wucht.dynamics.verdicts.observation import MotionObserver, Observation
@@ -54,11 +54,11 @@ class SignalObservation:
 
 @dataclass(frozen=True)
 class SignalObserver:
-    """Observer of a machine, and of a signal of its motion; from a time on also of its bearings, None for none."""
+    """Observer of a machine, of a signal of its motion, and of its bearings, if they are observed."""
 
     motion_observer: MotionObserver
     signal: MachineSignal
-    bearings_from: float | None = None
+    duty_observer: DutyObserver | None = None
 
     @property
     def machine(self) -> Machine:
@@ -72,13 +72,13 @@ class SignalObserver:
 
     def begin(self) -> SignalObservation:
         """Return the empty observation."""
-        duties = {} if self.bearings_from is None else begin_duties(self.machine, self.bearings_from)
+        duties = {} if self.duty_observer is None else self.duty_observer.begin()
         return SignalObservation(self.motion_observer.begin(), TurningPoints(), duties)
 
     def update(self, previous: SignalObservation, motion: Trajectory) -> SignalObservation:
         """Return the observation after a further part of the machine's motion."""
         points = previous.points.update(motion.time, self.signal(motion), interpolate=True)
-        duties = advance_duties(previous.duties, self.machine, motion)
+        duties = previous.duties if self.duty_observer is None else self.duty_observer.update(previous.duties, motion)
         return SignalObservation(self.motion_observer.update(previous.observation, motion), points, duties)
 
 
@@ -104,8 +104,9 @@ def signal_integration(
     """
     [model], horizon, settings = case.models, case.horizon, case.settings
     compiled_system = compile_system(model.system, settings.tolerance, model.events(horizon.events), settings.engine)
+    duty_observer = None if bearings_from is None else DutyObserver.of(case.machine, bearings_from)
     return ObservedIntegration(
-        SignalObserver(case.observer, signal, bearings_from),
+        SignalObserver(case.observer, signal, duty_observer),
         compiled_system,
         model.machine_motion,
         horizon.vibration,
