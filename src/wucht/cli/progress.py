@@ -17,7 +17,7 @@ _PATIENCE_S = 0.5
 _SILENCE_S = 5.0  # at most, while a run has nothing to report yet
 _PACE_S = 2.0  # of computing, after which its duration is estimated; again each time that this has doubled
 _LONG_S = 60.0  # a run that takes longer is announced with what it will take
-_OTHERWISE = 2.0  # an estimate that differs by more than this factor from the one before is announced, too
+_FACTOR = 2.0  # an estimate that differs by more than this factor from the one before is announced, too
 _UNITS = (("s", 1.0), ("min", 60.0), ("h", 3600.0), ("days", 86400.0))
 _TURNOVER = 1.5  # units: from there on a duration is given in the larger one
 
@@ -44,13 +44,13 @@ class Forecast:
         """
         if self._anchor is None or share < self._anchor[1]:
             self._anchor = time, share
-        since, done = time - self._anchor[0], share - self._anchor[1]
-        if since < self._pause or not done > 0:
+        duration, gain = time - self._anchor[0], share - self._anchor[1]
+        if duration < self._pause or not gain > 0:
             return None
-        remaining = (1 - share) * since / done
+        remaining = (1 - share) * duration / gain
         self._anchor, self._pause = (time, share), 2 * self._pause
         expected = max(self._announced_end - time, 0.0)
-        is_news = remaining > _LONG_S if not self._announced_end else max(remaining, 1.0) > _OTHERWISE * max(expected, _LONG_S)
+        is_news = remaining > _LONG_S if not self._announced_end else max(remaining, 1.0) > _FACTOR * max(expected, _LONG_S)
         if not is_news:
             return None
         self._announced_end = time + remaining

@@ -16,7 +16,7 @@ from wucht.machines.machine import Machine
 
 BALANCED_SHARE = 0.5  # of the runs: a candidate balances if more of them end compensated, as then the median run does
 MOTOR_SHARE = 0.8  # of the median settling time: a motor that needs at least as long without vibration sets it
-_COMPENSATED, _OPEN = OUTCOMES.index(Outcome.COMPENSATED), [OUTCOMES.index(o) for o in OPEN_OUTCOMES]
+_COMPENSATED_INDEX, _OPEN_INDICES = OUTCOMES.index(Outcome.COMPENSATED), [OUTCOMES.index(o) for o in OPEN_OUTCOMES]
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class BalancerMerit:
     @classmethod
     def of(cls, bodies: int, settling_time: float, outcomes: np.ndarray, is_confirmed: bool) -> BalancerMerit:
         """Return the merit of a candidate. outcomes: the share of its runs with each of ``OUTCOMES`` (o,)."""
-        most = 1 - float(outcomes[_COMPENSATED])
-        return cls(bodies, settling_time, max(most - float(outcomes[_OPEN].sum()), 0.0), most, is_confirmed)
+        most = 1 - float(outcomes[_COMPENSATED_INDEX])
+        return cls(bodies, settling_time, max(most - float(outcomes[_OPEN_INDICES].sum()), 0.0), most, is_confirmed)
 
     @property
     def balances(self) -> bool:

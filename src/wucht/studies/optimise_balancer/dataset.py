@@ -273,10 +273,10 @@ def _sentence(plan: Plan, findings: Findings, holds: np.ndarray, recommendation:
     verdicts = [bool(h) for p, h in zip(findings.front, holds, strict=True) if p.check is not None]
     points = "1 point" if findings.front_size == 1 else f"{findings.front_size} points"
     front_text = f"a front of {points} from {candidates} candidates"
-    confirmed = f"{front_text}; {sum(verdicts)} of {len(verdicts)} checked points are confirmed"
+    front_sentence = f"{front_text}; {sum(verdicts)} of {len(verdicts)} checked points are confirmed"
     if recommendation is None:
-        return f"no checked point balances in more than half of its runs; {confirmed}" if verdicts else confirmed
-    return f"{recommendation_in_words(recommendation, plan.machine.units.time)}; {confirmed}"
+        return f"no checked point balances in more than half of its runs; {front_sentence}" if verdicts else front_sentence
+    return f"{recommendation_in_words(recommendation, plan.machine.units.time)}; {front_sentence}"
 
 
 def recommendation_in_words(recommendation: dict[str, Any], time_unit: str) -> str:
