@@ -68,7 +68,7 @@ def start_case(machine: Machine, start: Mapping[str, Any], settings: RunSettings
 def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUpCase | None:
     """Return the coast-down from the end of a run-up, with schedules as they are then; None where no rotor turns any more."""
     time = end.end_time
-    running = _released(machine.at(time).with_fields(schedules=()), end)
+    running = _machine_at_end(machine.at(time).with_fields(schedules=()), end)
     coasting = without_drives(running)
     state = transfer_state(running, end.states[:, -1], coasting, time)
     speeds = {r: float(state[coasting.row(r.coordinate.velocity)]) for r in coasting.rotors}
@@ -81,7 +81,7 @@ def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUp
     return replace(case, horizon=replace(case.horizon, events=(*case.horizon.events, slow)))
 
 
-def _released(machine: Machine, end: Trajectory) -> Machine:
+def _machine_at_end(machine: Machine, end: Trajectory) -> Machine:
     """Return the machine with those bodies free that were released in a run-up."""
     values = dict(zip(machine.system.parameter_names, end.final_parameter_values, strict=False))
     free = {b.name for b in machine.bodies if b.release is not None and not values.get(b.lock_symbol.name, 1.0)}
