@@ -83,15 +83,12 @@ def _torques(axis: Axes, result: xr.Dataset) -> None:
     """Draw the magnitude of each drive's mean torque before and after each failure, as bars."""
     before, after = np.abs(result.operation_torque.values), np.abs(result.drive_torque.values)
     cases, drives = after.shape
-    places, names = np.arange(cases) * (drives + 1.0), [str(d) for d in result.drive.values]
-    for k in range(drives):
-        colour = COLOURS[k % len(COLOURS)]
-        at = places + k
-        axis.bar(at - 0.2, before[:, k], 0.4, color="white", edgecolor=colour, linewidth=1.0,
-                 label=f"{names[k]}, before")  # fmt: skip
-        axis.bar(at + 0.2, after[:, k], 0.4, color=colour, label=f"{names[k]}, after", **BAR_STYLES[0])
-    axis.set_xticks(places + (drives - 1) / 2, [_case(result, k) for k in range(cases)])
-    axis.set(xlabel="drive that fails", ylabel=label(result, "drive_torque"))
+    places = (np.arange(cases)[:, None] * (drives + 0.5) + np.arange(drives)).ravel()
+    for side, (torques, name) in enumerate(((before, "before the failure"), (after, "after it"))):
+        axis.bar(places + 0.4 * side - 0.2, torques.ravel(), 0.4, color=COLOURS[4 * (1 - side)], label=name, **BAR_STYLES[side])
+    names = [f"{drive}\n{_case(result, k)} fails" for k in range(cases) for drive in map(str, result.drive.values)]
+    axis.set_xticks(places, names)
+    axis.set(xlabel="drive", ylabel=label(result, "drive_torque"))
 
 
 def _limits(result: xr.Dataset) -> tuple[float, float]:
