@@ -21,7 +21,6 @@ QUESTIONS: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {
     "run-up with a schedule": ("drozdetskaya-2020/figure-5.9b", {"until": 20.0}, {}),
     "coast-down": ("drozdetskaya-2020/r1", {"until": 2.0}, {"carrier.damping": 150.0}),
     "start-stop": ("drozdetskaya-2020/r1", {"until": 1.0, "start": START}, {"carrier.damping": 150.0}),
-    "drive-failure": ("practice/screen", {"time": 0.3, "until": 0.3}, {"e2.bearing_damping": 0.015}),
     "response": ("drozdetskaya-2020/r1", {}, {"carrier.damping": 150.0}),
     "torque-balance": ("drozdetskaya-2020/r1", {}, {"drive.slope": 0.02}),
     "sweep": ("drozdetskaya-2020/table-3.1-carrier", {"along": "u", "range": (1.0, 1.1), "rate": 1e-3}, {}),

@@ -354,7 +354,7 @@ EXPECTED: dict[str, Figured] = {
             0: ("", "speed (rad/s)"),
             1: ("", "speed (rad/s)"),
             2: ("time after the failure (s)", AMPLITUDE),
-            3: ("", "mean torque (N m)"),
+            3: ("drive", "mean torque (N m)"),
         },
         (
             Line(0, "e1", "time[0]", "rotor_speed[0, 0]"),

@@ -51,11 +51,11 @@ def without_drives(machine: Machine, drives: Sequence[Drive] | None = None) -> M
     So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
     """
     # The energies of a machine of parts are in the order of these.
-    switched = range(len(machine.energies)) if drives is None else [machine.parts.index(d) for d in drives]
+    drive_rows = range(len(machine.energies)) if drives is None else [machine.parts.index(d) for d in drives]
     bodies = {b.name for b in machine.bodies} if drives is None else {d.on for d in drives}
     drives = machine.drives if drives is None else drives
     undriven = [
-        tuple(a for a in e.applied_forces if i not in switched or (a.energy_side != "supplied" and not a.of_drive))
+        tuple(a for a in e.applied_forces if i not in drive_rows or (a.energy_side != "supplied" and not a.of_drive))
         for i, e in enumerate(machine.energies)
     ]
     internal_states = [

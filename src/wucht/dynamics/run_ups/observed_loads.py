@@ -22,7 +22,7 @@ from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 
 _PER_TURN = 48  # samples: see ``machine_signals``
-_STORED = 100  # samples of a leg, for the course alone
+_SAMPLES_A_LEG = 100  # samples of a leg, for the course alone
 
 
 def mount_places(machine: Machine) -> dict[str, tuple[float, float]]:
@@ -174,7 +174,7 @@ def loaded_runs(case: RunUpCase, signal: MachineSignal | None, begin_time: float
 
 def _few(samples: np.ndarray) -> np.ndarray:
     """Return few of the samples of a leg, the first and the last among them."""
-    return np.asarray(samples[np.unique(np.linspace(0, len(samples) - 1, _STORED).round().astype(int))])
+    return np.asarray(samples[np.unique(np.linspace(0, len(samples) - 1, _SAMPLES_A_LEG).round().astype(int))])
 
 
 def _report(work: Work, end: float, time: float) -> None:

@@ -64,10 +64,10 @@ def operating_states(machine: Machine, start: Mapping[str, Any]) -> tuple[Operat
     states = list[OperatingState]()
     for configuration, label in zip(configurations, configuration_labels(configurations), strict=True):
         state = state_in_configuration(coasting, initial, configuration, senses, start)
-        arranged = machine_in_state(coasting, state)
-        carrier, reason = carrier_start(arranged, start, None)
+        arranged_machine = machine_in_state(coasting, state)
+        carrier, reason = carrier_start(arranged_machine, start, None)
         if carrier is CarrierStart.STEADY:
-            state = with_steady_vibration(arranged, state)
+            state = with_steady_vibration(arranged_machine, state)
         state = transfer_state(coasting, state, driven)
         states.append(OperatingState(machine_in_state(driven, state), state, label, reason))
     return tuple(states)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -40,6 +40,36 @@ class SuppliedModel(FullModel):
         return replace(system, quadratures=(*system.quadratures, heat))
 
 
+@dataclass(frozen=True)
+class StoppingModel(FullModel):
+    """The full equations, with the speeds at the switch-off as further parameters, for the event that ends the run.
+
+    speeds: by the name of the parameter. As parameters they do not make other equations.
+    """
+
+    speeds: Mapping[str, float] = field(kw_only=True)
+
+    @property
+    def speed_symbols(self) -> tuple[sp.Symbol, ...]:
+        """The symbols of these parameters."""
+        return tuple(sp.Symbol(name, real=True) for name in self.speeds)
+
+    @cached_property
+    def system(self) -> System:
+        """The integrated System."""
+        return replace(self.machine.system, parameters=(*self.machine.system.parameters, *self.speed_symbols))
+
+    @property
+    def parameter_values(self) -> tuple[float, ...]:
+        """Parameter values in order."""
+        return (*self.machine.system.values(self.machine.values), *self.speeds.values())
+
+    def machine_motion(self, trajectory: Trajectory) -> Trajectory:
+        """Return the motion of the machine, without these parameters."""
+        count = len(self.machine.system.parameters)
+        return replace(trajectory, final_parameter_values=trajectory.final_parameter_values[:count])
+
+
 def _circuit_heat(machine: Machine, drive: Drive) -> sp.Expr:
     base = machine.frame.rotation if drive.stator == "carrier" else sp.S.Zero
     heat = drive.circuit_loss(drive.ratio * (machine.frame.speed(drive.on) - base))
@@ -68,7 +98,7 @@ def start_case(machine: Machine, start: Mapping[str, Any], settings: RunSettings
 def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUpCase | None:
     """Return the coast-down from the end of a run-up, with schedules as they are then; None where no rotor turns any more."""
     time = end.end_time
-    running = _released(machine.at(time).with_fields(schedules=()), end)
+    running = _machine_at_end(machine.at(time).with_fields(schedules=()), end)
     coasting = without_drives(running)
     state = transfer_state(running, end.states[:, -1], coasting, time)
     speeds = {r: float(state[coasting.row(r.coordinate.velocity)]) for r in coasting.rotors}
@@ -76,12 +106,15 @@ def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUp
     if not turning:
         return None
     case = RunUpCase.from_state(coasting, state, settings)
-    share = sp.Add(*((r.coordinate.velocity / w) ** 2 for r, w in turning.items())) / len(turning)
-    slow = Event(SLOW_EVENT, share - SLOW**2, -1, terminal=True)
-    return replace(case, horizon=replace(case.horizon, events=(*case.horizon.events, slow)))
+    model = StoppingModel(
+        coasting, case.models[0].initial, speeds={f"{r.name}.switch_off_speed": w for r, w in turning.items()}
+    )
+    squares = ((r.coordinate.velocity / symbol) ** 2 for r, symbol in zip(turning, model.speed_symbols, strict=True))
+    slow = Event(SLOW_EVENT, sp.Add(*squares) / len(turning) - SLOW**2, -1, terminal=True)
+    return replace(case, models=(model,), horizon=replace(case.horizon, events=(*case.horizon.events, slow)))
 
 
-def _released(machine: Machine, end: Trajectory) -> Machine:
+def _machine_at_end(machine: Machine, end: Trajectory) -> Machine:
     """Return the machine with those bodies free that were released in a run-up."""
     values = dict(zip(machine.system.parameter_names, end.final_parameter_values, strict=False))
     free = {b.name for b in machine.bodies if b.release is not None and not values.get(b.lock_symbol.name, 1.0)}

@@ -11,7 +11,6 @@ import numpy as np
 
 from wucht.analysis.throw import Throw
 from wucht.dynamics.run_ups.drive_losses import RunningState
-from wucht.dynamics.run_ups.initial_state import format_phases
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.outcomes import Outcome
@@ -23,8 +22,8 @@ from wucht.studies.drive_failure.computation import Findings, OperationRun, Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-_SYNCHRONISED = str(Outcome.SYNCHRONISED)
-_UNDECIDED = (str(Outcome.UNIDENTIFIED), str(Outcome.FAILED))
+_TOGETHER = str(Outcome.SYNCHRONISED)
+_OPEN_OUTCOMES = (str(Outcome.UNIDENTIFIED), str(Outcome.FAILED))
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -70,8 +69,8 @@ class _Case:
         failure = operation.failures[index]
         before, after = operation.motion, failure.motion
         row = {"drive": failure.drive.on, **_row(operation, _state_of(plan, after), after)}
-        courses = (MotionCourse.of(m.case.machine, m.trajectory, m.observation) for m in (before, after))
-        return cls(row, *courses, before.trajectory.end_time, torques_before)
+        first, second = (MotionCourse.of(m.case.machine, m.trajectory, m.observation) for m in (before, after))
+        return cls(row, first, second, before.trajectory.end_time, torques_before)
 
 
 def _row(operation: OperationRun, state: RunningState, after: Motion | None = None) -> dict[str, Any]:
@@ -127,15 +126,14 @@ def _course_quantities(machine: Machine, cases: Sequence[_Case]) -> list[Quantit
     pairs = [(_before(case), case.after) for case in cases]
     count = max(len(before.time) + len(after.time) for before, after in pairs)
 
-    def padded(values: np.ndarray) -> np.ndarray:
+    def pad(values: np.ndarray) -> np.ndarray:
         return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, count - values.shape[-1])], constant_values=np.nan)
 
     times = [
-        padded(np.append(before.time - case.failure_time, after.time))
-        for case, (before, after) in zip(cases, pairs, strict=True)
+        pad(np.append(before.time - case.failure_time, after.time)) for case, (before, after) in zip(cases, pairs, strict=True)
     ]
-    speeds = [padded(np.append(before.speeds, after.speeds, axis=1)) for before, after in pairs]
-    amplitudes = [padded(np.append(before.amplitude, after.amplitude)) for before, after in pairs]
+    speeds = [pad(np.append(before.speeds, after.speeds, axis=1)) for before, after in pairs]
+    amplitudes = [pad(np.append(before.amplitude, after.amplitude)) for before, after in pairs]
     units, drives = machine.units, list(cases[0].row["torques"])
     before_failure, after_failure = ([[torques[d] for d in drives] for torques in of] for of in zip(
         *((case.torques_before, case.row["torques"]) for case in cases), strict=True
@@ -164,15 +162,16 @@ def _before(case: _Case) -> MotionCourse:
 def _sentence(rows: Sequence[Mapping[str, Any]]) -> str:
     if not rows:
         return "no drive has failed yet"
-    undecided = [row for row in rows if row["outcome"] in _UNDECIDED]
-    lost = [row for row in rows if row["outcome"] != _SYNCHRONISED and row not in undecided]
-    still = [row for row in rows if row["outcome"] == _SYNCHRONISED]
-    if len(still) == len(rows):
+    open_rows = [row for row in rows if row["outcome"] in _OPEN_OUTCOMES]
+    lost_rows = [row for row in rows if row["outcome"] != _TOGETHER and row not in open_rows]
+    locked_rows = [row for row in rows if row["outcome"] == _TOGETHER]
+    if len(locked_rows) == len(rows):
         return f"the rotors stay synchronised whichever {'drive' if len(rows) > 1 else 'of the drives'} fails"
-    clauses = [f"the rotors stay synchronised without the drive of {_listing(still)}"] if still else []
-    clauses += [f"not synchronised without that of {_listing(lost)}"] if lost and still else []
-    clauses += [f"the rotors are not synchronised any more without the drive of {_listing(lost)}"] if lost and not still else []
-    clauses += [f"undecided without that of {_listing(undecided)}"] if undecided else []
+    clauses = [f"the rotors stay synchronised without the drive of {_listing(locked_rows)}"] if locked_rows else []
+    if lost_rows:
+        loss = "not synchronised without that" if locked_rows else "the rotors are not synchronised any more without the drive"
+        clauses.append(f"{loss} of {_listing(lost_rows)}")
+    clauses += [f"undecided without that of {_listing(open_rows)}"] if open_rows else []
     return "; ".join(clauses)
 
 
@@ -232,5 +231,7 @@ def _text(row: Mapping[str, Any], amplitude: str) -> str:
 
 def _at(row: Mapping[str, Any]) -> str:
     direction = "" if row["throw_direction"] is None else f" at {math.degrees(row['throw_direction']):.1f}°"
-    phases = "" if row["phases"] is None else f", phase {format_phases(row['phases'])}"
-    return direction + phases
+    if row["phases"] is None:
+        return direction
+    angles = (f"{name} {math.degrees(math.remainder(phase, 2 * math.pi)):.4g}°" for name, phase in row["phases"].items())
+    return f"{direction}, phase {', '.join(angles)}"

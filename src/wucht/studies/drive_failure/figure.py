@@ -19,7 +19,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_CASES = 6  # with a panel of their own
-_SETTLED, _LONGER, _LEAST, _BEFORE = 0.01, 2.0, 0.05, 0.15  # of final values; times that time; shares of the whole, and before
+_TOLERANCE, _LONGER, _LEAST, _BEFORE = (
+    0.01,
+    2.0,
+    0.05,
+    0.15,
+)  # of final values; times that time; shares of the whole, and before
 _FAILURE: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 0.9}
 
 
@@ -30,9 +35,9 @@ def figure(result: xr.Dataset) -> Figure:
     count = min(result.sizes["case"], _MOST_CASES)
     panels: list[Callable[[Axes, Any], None]] = [partial(_speeds, k) for k in range(count)]
     fig, axes = draw_panels(result, [*panels, _amplitudes, _torques], legend_beside, columns=1, heights=1.5)
-    limits = _limits(result)
-    for axis in axes[:-1]:
-        axis.set_xlim(*limits)
+    for axis in axes[1:-1]:
+        axis.sharex(axes[0])
+    axes[0].set_xlim(*_limits(result))
     for axis in axes[:-2]:
         axis.tick_params(labelbottom=False)
     axes[-2].set_xlabel(abscissa_label(result, "time"))
@@ -44,11 +49,11 @@ def _nothing(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _case(result: xr.Dataset, index: int) -> str:
-    """The case in words."""
+    """The drive that fails, and the configuration before if there are several."""
     row = result.wucht.summary["cases"][index]
     several = len({r["configuration"] for r in result.wucht.summary["cases"]}) > 1
     configuration = f" ({row['configuration']})" if several else ""
-    return f"{row['drive']} fails{configuration}"
+    return f"{row['drive']}{configuration}"
 
 
 def _speeds(index: int, axis: Axes, result: xr.Dataset) -> None:
@@ -58,7 +63,7 @@ def _speeds(index: int, axis: Axes, result: xr.Dataset) -> None:
         speed = case.rotor_speed.values[k]
         forwards = np.sign(speed[np.isfinite(speed)][0]) or 1.0
         axis.plot(case.time.values, forwards * speed, label=name, **line_style(k))
-    axis.axvline(0.0, label=_case(result, index), **_FAILURE)
+    axis.axvline(0.0, label=f"{_case(result, index)} fails", **_FAILURE)
     low, high = axis.get_ylim()
     least = 0.02 * max(abs(low), abs(high))
     if high - low < least:
@@ -69,7 +74,7 @@ def _speeds(index: int, axis: Axes, result: xr.Dataset) -> None:
 def _amplitudes(axis: Axes, result: xr.Dataset) -> None:
     values, name = printed_values(result, "amplitude")
     for k in range(result.sizes["case"]):
-        axis.plot(result.time.values[k], values[k], label=_case(result, k), **line_style(k + 2))
+        axis.plot(result.time.values[k], values[k], label=f"{_case(result, k)} fails", **line_style(k + 2))
     axis.axvline(0.0, **_FAILURE)
     axis.set(ylabel=name, ylim=(0, None))
 
@@ -78,15 +83,12 @@ def _torques(axis: Axes, result: xr.Dataset) -> None:
     """Draw the magnitude of each drive's mean torque before and after each failure, as bars."""
     before, after = np.abs(result.operation_torque.values), np.abs(result.drive_torque.values)
     cases, drives = after.shape
-    places, names = np.arange(cases) * (drives + 1.0), [str(d) for d in result.drive.values]
-    for k in range(drives):
-        colour = COLOURS[k % len(COLOURS)]
-        at = places + k
-        axis.bar(at - 0.2, before[:, k], 0.4, color="white", edgecolor=colour, linewidth=1.0,
-                 label=f"{names[k]}, before")  # fmt: skip
-        axis.bar(at + 0.2, after[:, k], 0.4, color=colour, label=f"{names[k]}, after", **BAR_STYLES[0])
-    axis.set_xticks(places + (drives - 1) / 2, [_case(result, k) for k in range(cases)])
-    axis.set_ylabel(label(result, "drive_torque"))
+    places = (np.arange(cases)[:, None] * (drives + 0.5) + np.arange(drives)).ravel()
+    for side, (torques, name) in enumerate(((before, "before the failure"), (after, "after it"))):
+        axis.bar(places + 0.4 * side - 0.2, torques.ravel(), 0.4, color=COLOURS[4 * (1 - side)], label=name, **BAR_STYLES[side])
+    names = [f"{drive}\n{_case(result, k)} fails" for k in range(cases) for drive in map(str, result.drive.values)]
+    axis.set_xticks(places, names)
+    axis.set(xlabel="drive", ylabel=label(result, "drive_torque"))
 
 
 def _limits(result: xr.Dataset) -> tuple[float, float]:
@@ -97,7 +99,7 @@ def _limits(result: xr.Dataset) -> tuple[float, float]:
         for values in rows:
             inside = np.isfinite(values)
             size = np.abs(values[inside]).max(initial=0.0)
-            moving = np.abs(values[inside] - values[inside][-1]) > _SETTLED * size
+            moving = np.abs(values[inside] - values[inside][-1]) > _TOLERANCE * size
             last = max(last, float(time[inside][moving].max(initial=0.0)))
     right = min(end, max(_LONGER * last, _LEAST * end))
     return max(float(np.nanmin(result.time.values)), -_BEFORE * right), right

@@ -12,7 +12,7 @@ from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, 
 
 
 class DriveFailure(Spec):
-    """Let each drive in turn lose its supply in operation: are the rotors still synchronised?
+    """Let each drive in turn lose its supply in operation, and see whether the rotors stay synchronised.
 
     The drive that fails gives no torque, and does not brake: its rotor turns on as the vibration carries it along, or stops.
     """

@@ -126,10 +126,10 @@ def _damage_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("largest_range", float(np.ptp(values)), "largest range of the signal", plan.signal.unit),
     ]  # fmt: skip
     ends = np.unique(np.linspace(0, len(values), min(_STEPS, len(values)) + 1).round().astype(int))[1:]
-    accumulated, course, begin = AccumulatedDamage(line), list[float](), 0
+    damage_so_far, course, begin = AccumulatedDamage(line), list[float](), 0
     for end in ends.tolist():
-        accumulated, begin = accumulated.update(values[begin:end]), end
-        course.append(accumulated.total)
+        damage_so_far, begin = damage_so_far.update(values[begin:end]), end
+        course.append(damage_so_far.total)
     return [
         *quantities,
         Quantity("damage_time", times[ends - 1], "time", time, "damage_time", coordinate=True),
