@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from wucht.analysis.configurations.running_configurations import RunningConfigurations
 
 from interrupting import stop_at
+from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.drive_losses import machine_without_supply
 from wucht.dynamics.run_ups.operating_state import machine_in_operation, operating_states, transfer_state

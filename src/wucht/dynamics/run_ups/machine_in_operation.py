@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.configurations.running_configurations import RunningConfigurations
+from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.analysis.time_constants import highest_speed
 from wucht.analysis.working_points import TorqueCurves, dry_friction
 from wucht.dynamics.run_ups.coasting import state_in_configuration, with_steady_vibration
