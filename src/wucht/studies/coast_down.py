@@ -226,9 +226,14 @@ def _leg(plan: SingleCoastDown, flow: CompiledSystem, before: Record, work: Work
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
     t = integrate(
-        flow, last.end_state, last.final_parameter_values, grid, lambda time: work.report(time / plan.limit), plan.energy
+        flow, last.end_state, last.final_parameter_values, grid, partial(_report, plan, work), plan.energy
     )
     return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
+
+
+def _report(plan: SingleCoastDown, work: Work, time: float) -> None:
+    """Report the progress: a share of the time where that is given; else it is not known how long the rotor will turn."""
+    work.report(0.0 if plan.spec.until is None else time / plan.limit)
 
 
 def _has_ended(plan: SingleCoastDown, record: Record) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -165,7 +166,9 @@ def loaded_runs(case: RunUpCase, signal: MachineSignal | None, begin_time: float
     for number, grid in enumerate(horizon.legs(), 1):
         if last.trajectory.has_ended:
             break
-        last = work.unit(f"leg {number}", partial(integration.leg, last, _few(grid.samples), partial(_report, work, grid.end)))
+        # Where an event ends the run, its time is only a limit: what share of the run is done is not known.
+        end = math.inf if any(event.terminal for event in horizon.events) else grid.end
+        last = work.unit(f"leg {number}", partial(integration.leg, last, _few(grid.samples), partial(_report, work, end)))
         latest = LoadedRun(case, latest.trajectory.join(last.trajectory), integration.observation(last))
         yield latest
         if grid.is_judged and horizon.is_decided(latest.verdict):
