@@ -22,7 +22,7 @@ from wucht.dynamics.run_ups.voltage_dips import (
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed
+from wucht.machines.operation import operating_speed
 from wucht.studies.voltage_dip.spec import VoltageDip
 
 _STORED_SAMPLES = 60_000  # of a run
@@ -54,12 +54,15 @@ def prepare(spec: VoltageDip, machine: Machine) -> Plan:
     settings = RunSettings(tolerance=spec.tolerance, engine=spec.engine, stored_samples=_STORED_SAMPLES)
     RunUpCase.of(machine, spec.start, settings)  # the start fits the machine
     longest = (spec.limits or (0.0, spec.single_duration or 0.0))[1]
-    speeds = [abs(free_speed(machine.at(machine.breakpoints[-1]), r) or 0.0) for r in machine.rotors]
-    turns = longest * min(max(speeds), highest_speed(machine)) / (2 * math.pi)
+    steady = machine.at(machine.breakpoints[-1])
+    turns = longest * min(operating_speed(steady), highest_speed(steady)) / (2 * math.pi)
     if turns > _MOST_TURNS:
         allowed = f"{longest * _MOST_TURNS / turns:.3g} {machine.units.time}"
         raise InputError(
-            "study.duration", spec.duration, f"must be at most {allowed}: these are {turns:.3g} turns", code="limits"
+            "study.duration",
+            spec.duration,
+            f"must be at most {allowed}: these are {turns:.3g} turns or vibrations",
+            code="limits",
         )
     return Plan(spec, machine, voltages, settings)
 

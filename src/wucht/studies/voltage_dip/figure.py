@@ -16,6 +16,7 @@ from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import abscissa_label, label
 
 _BELOW = 0.04  # of the largest speed: room for marks at standstill
+_FALL = (0, (6, 1, 1, 1, 1, 1))  # dashes that no other line has
 _MANY = 4  # times the end of the shortest course: longer ones are cut off
 
 
@@ -41,7 +42,7 @@ def _limit_time(axis: Axes, result: xr.Dataset) -> None:
     last = float(max(min(ends.max(), _MANY * ends.min()), 1.1 * until))
     if (first := float(np.nanmin(result.time.values))) < last:
         axis.set_xlim(first, last)
-    axis.axvline(0.0, color=GREY, linestyle="-", linewidth=0.7, label="the voltage falls")
+    axis.axvline(0.0, color=GREY, linestyle=_FALL, linewidth=0.9, label="the voltage falls")
     for k, duration in enumerate(np.unique(result.course_duration.values[np.isfinite(result.course_duration.values)])):
         axis.axvline(duration, color=GREY, linestyle=":", linewidth=0.9, label=None if k else "the voltage is back")
     axis.set_xlabel(abscissa_label(result, "time"))
