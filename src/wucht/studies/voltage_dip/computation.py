@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from wucht.analysis.time_constants import highest_speed
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, Operation, machine_in_operation, operation_of
+from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, OperatingState, machine_in_operation, operation_of
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.voltage_dips import (
     CriticalDip,
@@ -39,7 +39,7 @@ class Plan:
     voltages: Mapping[str, float]
     settings: RunSettings
 
-    def supply(self, operation: Operation) -> DippingSupply:
+    def supply(self, operation: OperatingState) -> DippingSupply:
         """Return the machine in operation, with its supply."""
         machine = machine_in_operation(self.machine, operation.locks)
         return DippingSupply(machine, operation, self.voltages, self.spec.depth, self.settings)
@@ -75,7 +75,7 @@ class Findings:
     that were tried to determine the critical duration. is_complete: that is determined.
     """
 
-    operation: Operation
+    operation: OperatingState
     lasting: LastingDip | None = None
     single: Dip | None = None
     critical: CriticalDip = field(default_factory=CriticalDip)
@@ -94,17 +94,17 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     lasting = supply.lasting_dip(limits and limits[1], spec.points, work.part("lasting", 0.2, 0.3))
     findings = replace(findings, lasting=lasting)
     yield findings
-    known = CriticalDip()
+    earlier = CriticalDip()
     if spec.single_duration is not None:
         single = one_dip(supply.dip, spec.single_duration, work.part("", 0.3, 0.35))
-        known = known.with_dip(single)
-        findings = replace(findings, single=single, critical=known)
+        earlier = earlier.with_dip(single)
+        findings = replace(findings, single=single, critical=earlier)
         yield findings
     shortest, durations = 0.0, lasting.levels.tolist()
     if limits is not None:
         shortest = limits[0]
         durations = [*limits, *(t for t in durations if limits[0] < t < limits[1])]
-    for tried in critical_dip(supply.dip, sorted(durations), shortest, known, work.part("", 0.35, 1.0)):
-        findings = replace(findings, critical=tried)
+    for trial in critical_dip(supply.dip, sorted(durations), shortest, earlier, work.part("", 0.35, 1.0)):
+        findings = replace(findings, critical=trial)
         yield findings
     yield replace(findings, is_complete=True)

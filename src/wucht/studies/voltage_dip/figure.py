@@ -30,8 +30,8 @@ def figure(result: xr.Dataset) -> Figure:
 def _courses(result: xr.Dataset) -> list[tuple[int, dict[str, Any]]]:
     """Return the courses in order, each with its style and name."""
     unit = result.time.attrs["units"]
-    named = zip(result.course.values, result.course_duration.values, strict=True)
-    names = [f"{name}: {duration:.4g} {unit}".rstrip() if np.isfinite(duration) else str(name) for name, duration in named]
+    pairs = zip(result.course.values, result.course_duration.values, strict=True)
+    names = [f"{name}: {duration:.4g} {unit}".rstrip() if np.isfinite(duration) else str(name) for name, duration in pairs]
     return [(k, line_style(k) | {"label": name}) for k, name in enumerate(names)]
 
 
