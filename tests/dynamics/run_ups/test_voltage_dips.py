@@ -14,7 +14,13 @@ from scipy.optimize import brentq
 from tests.refusals import refused
 
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_in_operation import Course, EndState, Operation, machine_in_operation, operation_of
+from wucht.dynamics.run_ups.machine_in_operation import (
+    EndState,
+    MotionCourse,
+    OperatingState,
+    machine_in_operation,
+    operation_of,
+)
 from wucht.dynamics.run_ups.run_up import run_to_end
 from wucht.dynamics.run_ups.voltage_dips import CriticalDip, Dip, DippingSupply, critical_dip, voltages_of_drives
 from wucht.dynamics.work import Work
@@ -140,7 +146,7 @@ def test_the_dip_is_a_step_schedule_of_the_voltage() -> None:
 
 
 def _tried(returns: Callable[[float], bool], durations: list[float], shortest: float = 0.0) -> CriticalDip:
-    course = Course(np.zeros(1), np.zeros((1, 1)), np.zeros(1))
+    course = MotionCourse(np.zeros(1), np.zeros((1, 1)), np.zeros(1))
 
     def dip(duration: float, _work: Work) -> Dip:
         return Dip(duration, EndState("passed", (1.0,), (), None, 1.0), returns(duration), 1.0, None, 0.0, course)
@@ -229,6 +235,6 @@ def test_the_voltage_is_that_after_all_schedules() -> None:
 
 def test_the_course_before_a_dip_is_that_of_operation() -> None:
     operation = operation_of(loaded_motor(25.0), {}, SETTINGS, 10, Work())
-    assert isinstance(operation, Operation)
+    assert isinstance(operation, OperatingState)
     assert operation.course.time[-1] <= 0 and operation.course.time[0] == pytest.approx(-10 * 2 * math.pi / 151, rel=0.1)
     np.testing.assert_allclose(operation.course.speeds[0], operation.end.speed, rtol=1e-4)

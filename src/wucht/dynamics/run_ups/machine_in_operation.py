@@ -81,7 +81,7 @@ def rest_events(machine: Machine) -> tuple[Event, ...]:
 
 
 @dataclass(frozen=True)
-class Course:
+class MotionCourse:
     """Speeds and vibration over time (K,): speeds (R, K) of the rotors, in magnitude, and the largest amplitude of the axis."""
 
     time: np.ndarray
@@ -89,7 +89,7 @@ class Course:
     amplitude: np.ndarray
 
     @classmethod
-    def of(cls, machine: Machine, flow: CompiledSystem, motion: Trajectory) -> Course:
+    def of(cls, machine: Machine, flow: CompiledSystem, motion: Trajectory) -> MotionCourse:
         """The course of a motion, sample by sample. flow: the machine's compiled equations."""
         speeds = np.array([np.abs(motion_of(machine, motion, rotor)[1]) for rotor in machine.rotors])
         axis = AxisMotion.of(machine, motion.time, rows_of(flow, motion), axis_at_rest(machine))
@@ -97,12 +97,12 @@ class Course:
         return cls(motion.time, speeds, amplitude)
 
     @classmethod
-    def join(cls, parts: list[Course]) -> Course:
+    def join(cls, parts: list[MotionCourse]) -> MotionCourse:
         """Join courses that follow each other."""
         time = np.concatenate([p.time for p in parts])
         return cls(time, np.concatenate([p.speeds for p in parts], 1), np.concatenate([p.amplitude for p in parts]))
 
-    def thin(self, rows: int) -> Course:
+    def thin(self, rows: int) -> MotionCourse:
         """Return at most so many rows: mean times and speeds of samples that follow each other, and largest amplitudes."""
         count = len(self.time)
         if count <= rows:
@@ -110,14 +110,14 @@ class Course:
         first = np.unique(np.linspace(0, count, rows, endpoint=False).astype(int))
         size = np.diff(np.append(first, count))
         time, speeds = (np.add.reduceat(x, first, axis=-1) / size for x in (self.time, self.speeds))
-        return Course(time, speeds, np.maximum.reduceat(self.amplitude, first))
+        return MotionCourse(time, speeds, np.maximum.reduceat(self.amplitude, first))
 
-    def within(self, begin: float, end: float) -> Course:
+    def within(self, begin: float, end: float) -> MotionCourse:
         """Return the part between two times."""
         inside = (self.time >= begin) & (self.time <= end)
-        return Course(self.time[inside], self.speeds[:, inside], self.amplitude[inside])
+        return MotionCourse(self.time[inside], self.speeds[:, inside], self.amplitude[inside])
 
-    def shift(self, time: float) -> Course:
+    def shift(self, time: float) -> MotionCourse:
         """Return the course with all times later by this much."""
         return replace(self, time=self.time + time)
 
@@ -175,7 +175,7 @@ class EndState:
 
 
 @dataclass(frozen=True)
-class Operation:
+class OperatingState:
     """The machine in operation: a unit of work.
 
     state: (n,) in which it is when a dip begins. end: the verdict on it. course: shortly before, at negative times.
@@ -185,24 +185,24 @@ class Operation:
 
     state: np.ndarray
     end: EndState
-    course: Course
+    course: MotionCourse
     locks: Mapping[str, float]
     working_point: float | None = None
 
     @classmethod
-    def at_rest(cls, machine: Machine, state: np.ndarray) -> Operation:
+    def at_rest(cls, machine: Machine, state: np.ndarray) -> OperatingState:
         """A machine that does not turn."""
-        course = Course(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
+        course = MotionCourse(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
         return cls(state, EndState.at_rest(machine, 0.0), course, {})
 
     @classmethod
-    def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> Operation:
+    def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> OperatingState:
         """The state in which a motion ends. turns: of the main rotor that the course shows."""
         machine, t = motion.case.machine, motion.trajectory
         end = EndState.of(motion)
         begin = t.end_time - turns * 2 * np.pi / max(end.speed, 1e-9)
         last = t.tail(max(2, int((t.time >= begin).sum())))
-        course = Course.of(machine, motion.compiled_system, last).shift(-t.end_time).thin(_BEFORE_ROWS)
+        course = MotionCourse.of(machine, motion.compiled_system, last).shift(-t.end_time).thin(_BEFORE_ROWS)
         names = motion.compiled_system.system.parameter_names
         values = dict(zip(names, t.final_parameter_values.tolist(), strict=True))
         locks = {n: x for n, x in values.items() if n.endswith(".locked")}
@@ -215,7 +215,7 @@ def last_motion(case: RunUpCase, work: Work) -> Motion:
     return motion
 
 
-def operation_of(machine: Machine, start: Mapping[str, Any], settings: RunSettings, turns: float, work: Work) -> Operation:
+def operation_of(machine: Machine, start: Mapping[str, Any], settings: RunSettings, turns: float, work: Work) -> OperatingState:
     """Return the machine in operation: settled after a run-up from a start, with the full equations.
 
     A machine that does not start, as its motor cannot lift its load from standstill, is placed at its fastest stable working
@@ -224,14 +224,14 @@ def operation_of(machine: Machine, start: Mapping[str, Any], settings: RunSettin
     has_speed = any(isinstance(entry, Mapping) and "speed" in entry for entry in start.values())
     steady, operation = machine_in_operation(machine), None
     if has_speed or not is_held_at_rest(steady):
-        operation = Operation.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
+        operation = OperatingState.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
         if has_speed or operation.end.outcome not in (Outcome.STOPPED, Outcome.OSCILLATING):
             return operation
     place = state_at_working_point(steady, start, lambda: work.report(0.5, "working points"))
     if place is None:
-        return operation or Operation.at_rest(steady, initial_state(steady, start))
+        return operation or OperatingState.at_rest(steady, initial_state(steady, start))
     state, speed = place
-    return Operation.of(
+    return OperatingState.of(
         last_motion(case_from_state(steady, state, settings), work.part("working point/", 0.5, 1.0)), turns, speed
     )
 
@@ -254,9 +254,9 @@ def state_at_working_point(
         speed, state = abs(fastest.speed), state_in_configuration(machine, state, fastest, senses, start)
     else:
         sense, steady = senses[rotor.name], SteadyPhases.of(machine, start, None)
-        signed = (min(sense * reach, 0.0), max(sense * reach, 0.0))
-        curves = [TorqueCurves(machine, rotor, vibration, signed, _POINTS) for vibration in steady.curves]
-        operating = OperatingPoints.of(steady, curves, signed if steady.torques is None else speeds, watch)
+        shaft_range = (min(sense * reach, 0.0), max(sense * reach, 0.0))
+        curves = [TorqueCurves(machine, rotor, vibration, shaft_range, _POINTS) for vibration in steady.curves]
+        operating = OperatingPoints.of(steady, curves, shaft_range if steady.torques is None else speeds, watch)
         stable_points = [i for i, p in enumerate(operating.points) if p.stable]
         if not stable_points:
             return None

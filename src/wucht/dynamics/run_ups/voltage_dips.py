@@ -15,9 +15,9 @@ import numpy as np
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.machine_in_operation import (
     REST,
-    Course,
     EndState,
-    Operation,
+    MotionCourse,
+    OperatingState,
     case_from_state,
     is_held_at_rest,
     last_motion,
@@ -85,7 +85,7 @@ class Dip:
     speed_at_recovery: float
     recovery_time: float | None
     peak_amplitude: float
-    course: Course
+    course: MotionCourse
     failure: str | None = None
 
 
@@ -99,7 +99,7 @@ class LastingDip:
     end: EndState
     is_settled: bool
     levels: np.ndarray
-    course: Course
+    course: MotionCourse
     failure: str | None = None
 
 
@@ -111,7 +111,7 @@ class DippingSupply:
     """
 
     machine: Machine
-    operation: Operation
+    operation: OperatingState
     voltages: Mapping[str, float]
     depth: float
     settings: RunSettings
@@ -131,7 +131,7 @@ class DippingSupply:
         """Return the motion at the low voltage, until it has settled or to a time. count: of levels."""
         case = case_from_state(self.dip_machine, self.operation.state, replace(self.settings, until=until))
         motion = last_motion(case, work)
-        course = Course.of(self.dip_machine, motion.compiled_system, motion.trajectory)
+        course = MotionCourse.of(self.dip_machine, motion.compiled_system, motion.trajectory)
         end = EndState.of(motion)
         is_rest = motion.trajectory.stopped_by == REST
         is_settled = is_rest or (until is None and case.horizon.is_decided(motion.verdict))
@@ -156,32 +156,32 @@ class DippingSupply:
         settling_times = (motion.verdict.settling_time, motion.verdict.amplitude_settling_time)
         settling_time = max((t for t in settling_times if t is not None), default=None)
         end = EndState.of(motion)
-        after = Course.of(machine, motion.compiled_system, motion.trajectory)
+        after = MotionCourse.of(machine, motion.compiled_system, motion.trajectory)
         visible = after.within(0.0, motion.trajectory.end_time if settling_time is None else _TAIL * settling_time)
-        course = Course.join([during.thin(_DIP_ROWS), visible.thin(_RECOVERY_ROWS).shift(duration)])
+        course = MotionCourse.join([during.thin(_DIP_ROWS), visible.thin(_RECOVERY_ROWS).shift(duration)])
         peak = max(float(during.amplitude.max()), motion.observation.largest)
         failure = motion.trajectory.failure
         return Dip(duration, end, end.equals(self.operation.end), speed, settling_time, peak, course, failure)
 
-    def _motion_in_dip(self, duration: float, work: Work) -> tuple[Trajectory, Course]:
+    def _motion_in_dip(self, duration: float, work: Work) -> tuple[Trajectory, MotionCourse]:
         """Return the last leg of the motion at the low voltage, and its whole course."""
         machine, horizon = self.dip_machine, Horizon.of(self.dip_machine, self.settings, self.operation.state)
         count = max(2, int(np.ceil(duration / horizon.step)))
         grid = np.linspace(0.0, duration, count + 1)
-        state, values, courses = self.operation.state, np.array(machine.system.values(machine.values)), list[Course]()
+        state, values, courses = self.operation.state, np.array(machine.system.values(machine.values)), list[MotionCourse]()
         for first in range(0, count, _SAMPLES_A_LEG):
             leg = grid[first : first + _SAMPLES_A_LEG + 1]
             motion = integrate(
                 self.flow, state, values, leg, lambda time: work.report(time / duration), horizon.energy
             ).reraise_interrupt()
-            courses.append(Course.of(machine, self.flow, motion))
+            courses.append(MotionCourse.of(machine, self.flow, motion))
             state, values = motion.end_state, motion.final_parameter_values
             if motion.has_ended:
                 break
-        return motion, Course.join(courses)
+        return motion, MotionCourse.join(courses)
 
 
-def _level_times(course: Course, operating_speeds: np.ndarray, count: int) -> np.ndarray:
+def _level_times(course: MotionCourse, operating_speeds: np.ndarray, count: int) -> np.ndarray:
     """Return the times (K,) at which the slowest rotor first has lost k/N of what it loses; the last one is the end."""
     rotors = course.speeds[: len(operating_speeds)]
     slowest = np.minimum.accumulate((rotors / operating_speeds[:, None]).min(axis=0))
@@ -223,27 +223,27 @@ class CriticalDip:
 
 
 def critical_dip(
-    dip: Callable[[float, Work], Dip], durations: list[float], shortest: float, known: CriticalDip, work: Work
+    dip: Callable[[float, Work], Dip], durations: list[float], shortest: float, earlier: CriticalDip, work: Work
 ) -> Iterator[CriticalDip]:
     """Yield the dips that were tried: at all durations, then by bisection to 1 % of the critical one.
 
-    dip: computes one. shortest: of the range, 0 where every shorter dip counts as one after which the machine returns. known:
+    dip: computes one. shortest: of the range, 0 where every shorter dip counts as one after which the machine returns. earlier:
     dips that were computed before.
     """
-    tried, scan = known, work.part("", 0.0, 0.6)
+    trial, scan = earlier, work.part("", 0.0, 0.6)
     for k, duration in enumerate(durations):
-        tried = tried.with_dip(one_dip(dip, duration, scan.part("", k / len(durations), (k + 1) / len(durations))))
-        yield tried
-    bisection, first_loss = work.part("", 0.6, 1.0), tried.shortest_loss
+        trial = trial.with_dip(one_dip(dip, duration, scan.part("", k / len(durations), (k + 1) / len(durations))))
+        yield trial
+    bisection, first_loss = work.part("", 0.6, 1.0), trial.shortest_loss
     floor = shortest or (0.0 if first_loss is None else _SHORTEST * first_loss.duration)
     share = 0.0
-    while (loss := tried.shortest_loss) is not None and loss.duration > floor:
-        low = 0.0 if tried.longest_return is None else tried.longest_return.duration
+    while (loss := trial.shortest_loss) is not None and loss.duration > floor:
+        low = 0.0 if trial.longest_return is None else trial.longest_return.duration
         if (not low and shortest) or loss.duration - low <= PRECISION * low:
             return
         part = bisection.part("", share, share + (1 - share) / 4)
-        tried, share = tried.with_dip(one_dip(dip, (low + loss.duration) / 2, part)), share + (1 - share) / 4
-        yield tried
+        trial, share = trial.with_dip(one_dip(dip, (low + loss.duration) / 2, part)), share + (1 - share) / 4
+        yield trial
 
 
 def one_dip(dip: Callable[[float, Work], Dip], duration: float, work: Work) -> Dip:

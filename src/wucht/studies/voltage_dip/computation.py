@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from wucht.analysis.time_constants import highest_speed
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, Operation, machine_in_operation, operation_of
+from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, OperatingState, machine_in_operation, operation_of
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.voltage_dips import (
     CriticalDip,
@@ -22,7 +22,7 @@ from wucht.dynamics.run_ups.voltage_dips import (
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed
+from wucht.machines.operation import operating_speed
 from wucht.studies.voltage_dip.spec import VoltageDip
 
 _STORED_SAMPLES = 60_000  # of a run
@@ -39,7 +39,7 @@ class Plan:
     voltages: Mapping[str, float]
     settings: RunSettings
 
-    def supply(self, operation: Operation) -> DippingSupply:
+    def supply(self, operation: OperatingState) -> DippingSupply:
         """Return the machine in operation, with its supply."""
         machine = machine_in_operation(self.machine, operation.locks)
         return DippingSupply(machine, operation, self.voltages, self.spec.depth, self.settings)
@@ -54,12 +54,15 @@ def prepare(spec: VoltageDip, machine: Machine) -> Plan:
     settings = RunSettings(tolerance=spec.tolerance, engine=spec.engine, stored_samples=_STORED_SAMPLES)
     RunUpCase.of(machine, spec.start, settings)  # the start fits the machine
     longest = (spec.limits or (0.0, spec.single_duration or 0.0))[1]
-    speeds = [abs(free_speed(machine.at(machine.breakpoints[-1]), r) or 0.0) for r in machine.rotors]
-    turns = longest * min(max(speeds), highest_speed(machine)) / (2 * math.pi)
+    steady = machine.at(machine.breakpoints[-1])
+    turns = longest * min(operating_speed(steady), highest_speed(steady)) / (2 * math.pi)
     if turns > _MOST_TURNS:
         allowed = f"{longest * _MOST_TURNS / turns:.3g} {machine.units.time}"
         raise InputError(
-            "study.duration", spec.duration, f"must be at most {allowed}: these are {turns:.3g} turns", code="limits"
+            "study.duration",
+            spec.duration,
+            f"must be at most {allowed}: these are {turns:.3g} turns or vibrations",
+            code="limits",
         )
     return Plan(spec, machine, voltages, settings)
 
@@ -72,7 +75,7 @@ class Findings:
     that were tried to determine the critical duration. is_complete: that is determined.
     """
 
-    operation: Operation
+    operation: OperatingState
     lasting: LastingDip | None = None
     single: Dip | None = None
     critical: CriticalDip = field(default_factory=CriticalDip)
@@ -91,17 +94,17 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     lasting = supply.lasting_dip(limits and limits[1], spec.points, work.part("lasting", 0.2, 0.3))
     findings = replace(findings, lasting=lasting)
     yield findings
-    known = CriticalDip()
+    earlier = CriticalDip()
     if spec.single_duration is not None:
         single = one_dip(supply.dip, spec.single_duration, work.part("", 0.3, 0.35))
-        known = known.with_dip(single)
-        findings = replace(findings, single=single, critical=known)
+        earlier = earlier.with_dip(single)
+        findings = replace(findings, single=single, critical=earlier)
         yield findings
     shortest, durations = 0.0, lasting.levels.tolist()
     if limits is not None:
         shortest = limits[0]
         durations = [*limits, *(t for t in durations if limits[0] < t < limits[1])]
-    for tried in critical_dip(supply.dip, sorted(durations), shortest, known, work.part("", 0.35, 1.0)):
-        findings = replace(findings, critical=tried)
+    for trial in critical_dip(supply.dip, sorted(durations), shortest, earlier, work.part("", 0.35, 1.0)):
+        findings = replace(findings, critical=trial)
         yield findings
     yield replace(findings, is_complete=True)

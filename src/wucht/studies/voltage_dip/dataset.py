@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, Course
+from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, MotionCourse
 from wucht.dynamics.run_ups.voltage_dips import Dip, LastingDip
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.formatting import ReportLines
@@ -131,7 +131,7 @@ def _course_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     last, loss = critical.longest_return, critical.shortest_loss
     dips = [(_SINGLE, findings.single), (_LONGEST_RETURN, last), (_SHORTEST_LOSS, loss)]
     chosen = [(label, d) for label, d in dips if d is not None and (label == _SINGLE or d is not findings.single)]
-    courses = [Course.join([before, d.course]) for _, d in chosen] or [before]
+    courses = [MotionCourse.join([before, d.course]) for _, d in chosen] or [before]
     longest, rotors = max(len(c.time) for c in courses), [r.name for r in plan.machine.rotors]
 
     def stack(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -158,8 +158,8 @@ def _sentence(plan: Plan, findings: Findings) -> str:
     if findings.lasting is None or not critical.dips:
         return "not determined yet"
     last, loss = critical.longest_return, critical.shortest_loss
-    lost = "all" if plan.spec.depth == 1 else f"{100 * plan.spec.depth:.4g} % of the"
-    returns = f"with {lost} voltage lost, the machine returns by itself after"
+    loss_share = "all" if plan.spec.depth == 1 else f"{100 * plan.spec.depth:.4g} % of the"
+    returns = f"with {loss_share} voltage lost, the machine returns by itself after"
     if loss is None:
         return f"{returns} {_all_dips(plan, findings.lasting, critical.dips[-1].duration)}"
     stops = loss.end.outcome == Outcome.STOPPED
@@ -203,10 +203,10 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
 def _assumptions(plan: Plan, findings: Findings) -> list[str]:
     """Return the operating state, and what a dip is, as statements."""
     speed, units = findings.operation.working_point, plan.machine.units
-    placed = "the machine has settled after a run-up from the start"
+    origin = "the machine has settled after a run-up from the start"
     if speed is not None:
-        placed = f"the machine does not start by itself, and has settled at its stable working point, {speed:.5g} {units.speed}"
-    return [placed, "motors keep their steady characteristics in the dip, at the voltage that is left"]
+        origin = f"the machine does not start by itself, and has settled at its stable working point, {speed:.5g} {units.speed}"
+    return [origin, "motors keep their steady characteristics in the dip, at the voltage that is left"]
 
 
 def report(result: xr.Dataset) -> list[str]:

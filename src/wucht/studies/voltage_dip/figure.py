@@ -16,6 +16,7 @@ from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import abscissa_label, label
 
 _BELOW = 0.04  # of the largest speed: room for marks at standstill
+_FALL = (0, (6, 1, 1, 1, 1, 1))  # dashes that no other line has
 _MANY = 4  # times the end of the shortest course: longer ones are cut off
 
 
@@ -29,8 +30,8 @@ def figure(result: xr.Dataset) -> Figure:
 def _courses(result: xr.Dataset) -> list[tuple[int, dict[str, Any]]]:
     """Return the courses in order, each with its style and name."""
     unit = result.time.attrs["units"]
-    named = zip(result.course.values, result.course_duration.values, strict=True)
-    names = [f"{name}: {duration:.4g} {unit}".rstrip() if np.isfinite(duration) else str(name) for name, duration in named]
+    pairs = zip(result.course.values, result.course_duration.values, strict=True)
+    names = [f"{name}: {duration:.4g} {unit}".rstrip() if np.isfinite(duration) else str(name) for name, duration in pairs]
     return [(k, line_style(k) | {"label": name}) for k, name in enumerate(names)]
 
 
@@ -41,7 +42,7 @@ def _limit_time(axis: Axes, result: xr.Dataset) -> None:
     last = float(max(min(ends.max(), _MANY * ends.min()), 1.1 * until))
     if (first := float(np.nanmin(result.time.values))) < last:
         axis.set_xlim(first, last)
-    axis.axvline(0.0, color=GREY, linestyle="-", linewidth=0.7, label="the voltage falls")
+    axis.axvline(0.0, color=GREY, linestyle=_FALL, linewidth=0.9, label="the voltage falls")
     for k, duration in enumerate(np.unique(result.course_duration.values[np.isfinite(result.course_duration.values)])):
         axis.axvline(duration, color=GREY, linestyle=":", linewidth=0.9, label=None if k else "the voltage is back")
     axis.set_xlabel(abscissa_label(result, "time"))

@@ -11,16 +11,16 @@ from wucht.schema import SI, Composite, composite, si
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, Start, Tolerance, Whole
 
 MOST_POINTS = 200
-_ALLOWED = "must be a time, or a pair [shortest, longest]"
+_REQUIREMENT = "must be a time, or a pair [shortest, longest]"
 
 
 def _parse_duration(raw: Any) -> Any:
     if isinstance(raw, list | tuple):
         if len(raw) != 2:
-            raise ValueError(_ALLOWED)
+            raise ValueError(_REQUIREMENT)
         return tuple(raw)
     if raw is not None and (isinstance(raw, bool) or not isinstance(raw, int | float)):
-        raise ValueError(_ALLOWED)
+        raise ValueError(_REQUIREMENT)
     return raw
 
 
@@ -63,7 +63,7 @@ class VoltageDip(Spec):
         if not all(t > 0 for t in ends):
             raise InputError("study.duration", self.duration, "must be greater than 0 s", code="limits")
         if len(ends) == 2 and not ends[0] < ends[1]:
-            raise InputError("study.duration", list(ends), f"{_ALLOWED}, the shortest first", code="pair")
+            raise InputError("study.duration", list(ends), f"{_REQUIREMENT}, the shortest first", code="pair")
 
     @property
     def limits(self) -> tuple[float, float] | None:
