@@ -9,7 +9,8 @@ import pytest
 
 import wucht as package
 from wucht import LoadSpectrum, Machine, RunUp, parts
-from wucht.studies.bearing_variables import force_text, life_quantities, life_text, load_quantities
+from wucht.results.bearing_text import force_text, life_text
+from wucht.studies.bearing_variables import life_quantities, load_quantities
 
 SPEED, UNBALANCE = 1500 * math.pi / 30, 0.2
 FORCE = UNBALANCE * SPEED**2

@@ -91,7 +91,7 @@ def _force_on_guide(machine: Machine, rotor: str, direction: str) -> sp.Expr:
     every = {p.name: p for p in machine.parts if isinstance(p, Body)}
     bodies = [every[name] for name in Tree({name: p.reference for name, p in every.items()}).group(rotor)]
     virtual = _VIRTUAL[direction]
-    axes = {b.name: _displaced(machine.frame.axis(b.name), virtual, direction) for b in bodies}
+    axes = {b.name: _axis_with(machine.frame.axis(b.name), virtual, direction) for b in bodies}
     frame = replace(machine.frame, axes={**machine.frame.axes, **axes})
     coordinates = (*machine.coordinates, virtual)
     motion = equations_of_motion([b.energies(frame) for b in bodies], coordinates)
@@ -100,6 +100,6 @@ def _force_on_guide(machine: Machine, rotor: str, direction: str) -> sp.Expr:
     return sp.sympify(force.xreplace({virtual.position: sp.S.Zero, virtual.velocity: sp.S.Zero}))
 
 
-def _displaced(axis: Point, virtual: Coordinate, direction: str) -> Point:
+def _axis_with(axis: Point, virtual: Coordinate, direction: str) -> Point:
     position, velocity = getattr(axis, direction) + virtual.position, getattr(axis, f"v{direction}") + virtual.velocity
     return replace(axis, **{direction: position, f"v{direction}": velocity})

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-_RATED = 1e6  # revolutions that a bearing endures under its rating
+_REVOLUTIONS = 1e6  # revolutions that a bearing endures under its rating
 HEAVY = 0.5  # of the rating: beyond this load ISO 281 refers to the manufacturer
 
 
@@ -38,7 +38,7 @@ class BearingRating:
 
     def revolutions(self, load: float) -> float:
         """Return the revolutions that nine of ten bearings endure under a load; infinite without one."""
-        return _RATED * (self.C / load) ** self.p if load else math.inf
+        return _REVOLUTIONS * (self.C / load) ** self.p if load else math.inf
 
     def hours(self, load: float, speed: float) -> float:
         """Return the same in hours at a speed in revolutions a minute; infinite at rest."""

@@ -10,9 +10,10 @@ import numpy as np
 from wucht.dynamics.run_ups.bearing_loads import heavy_load_warnings, lives_of
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
+from wucht.results.bearing_text import life_text
 from wucht.results.formatting import report_lines
 from wucht.results.quantities import Quantity, result_dataset
-from wucht.studies.bearing_variables import life_quantities, life_text
+from wucht.studies.bearing_variables import life_quantities
 from wucht.studies.load_spectrum.computation import MOST_ROWS, CountedLoad, Plan, check_width, count_load
 
 if TYPE_CHECKING:

@@ -19,9 +19,10 @@ from wucht.machines.machine import MISMATCH, Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
+from wucht.results.bearing_text import force_text, life_text
 from wucht.results.formatting import Format, ReportLines, formats
 from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities
-from wucht.studies.bearing_variables import force_text, life_quantities, life_text, load_quantities
+from wucht.studies.bearing_variables import life_quantities, load_quantities
 from wucht.studies.motion_variables import envelopes, motion_quantities
 from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
