@@ -49,8 +49,8 @@ class Forecast:
             return None
         remaining = (1 - share) * duration / gain
         self._anchor, self._pause = (time, share), 2 * self._pause
-        expected = max(self._announced_end - time, 0.0)
-        is_news = remaining > _LONG_S if not self._announced_end else max(remaining, 1.0) > _FACTOR * max(expected, _LONG_S)
+        expectation = max(self._announced_end - time, 0.0)
+        is_news = remaining > _LONG_S if not self._announced_end else max(remaining, 1.0) > _FACTOR * max(expectation, _LONG_S)
         if not is_news:
             return None
         self._announced_end = time + remaining

@@ -249,7 +249,7 @@ def report(result: xr.Dataset) -> list[str]:
 
 def _runs_in_words(s: dict[str, Any], search_clause: str) -> str:
     values = len(s["probability"])
-    if s["runs"] < s["samples"]:
+    if s["runs"] < s["samples"] or s.get("advice") is not None:
         return f"{s['runs']}, the first ones at one value"
     return f"{s['runs']}: {s['samples']} at each of {values} values{search_clause}"
 
