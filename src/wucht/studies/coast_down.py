@@ -225,9 +225,7 @@ def _leg(plan: SingleCoastDown, flow: CompiledSystem, before: Record, work: Work
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
-    t = integrate(
-        flow, last.end_state, last.final_parameter_values, grid, partial(_report, plan, work), plan.energy
-    )
+    t = integrate(flow, last.end_state, last.final_parameter_values, grid, partial(_report, plan, work), plan.energy)
     return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
 
 

@@ -171,9 +171,7 @@ class DippingSupply:
         state, values, courses = self.operation.state, np.array(machine.system.values(machine.values)), list[MotionCourse]()
         for first in range(0, count, _SAMPLES_A_LEG):
             leg = grid[first : first + _SAMPLES_A_LEG + 1]
-            motion = integrate(
-                self.flow, state, values, leg, lambda time: work.report(time / duration), horizon.energy
-            ).reraise_interrupt()
+            motion = integrate(self.flow, state, values, leg, lambda _: work.report(0.0), horizon.energy).reraise_interrupt()
             courses.append(MotionCourse.of(machine, self.flow, motion))
             state, values = motion.end_state, motion.final_parameter_values
             if motion.has_ended:
