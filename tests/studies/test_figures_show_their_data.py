@@ -269,7 +269,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "capture-probability": Figured(
-        {"study.points": 2, "study.samples": 64, "study.probability": None, "study.until": "5 s"},
+        {"study.points": 2, "study.samples": 64, "study.probability": None, "study.until": "20 s"},
         {0: ("slope of the torque over speed, drive (N m s)", "probability of\ncompensated or passed")},
         (Line(0, 0, "parameter", "estimate"),),
     ),

@@ -16,9 +16,9 @@ from tests.refusals import refused
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_in_operation import (
     EndState,
-    MotionCourse,
-    OperatingState,
-    machine_in_operation,
+    OperationBefore,
+    SpeedCourse,
+    machine_after_schedules,
     operation_of,
 )
 from wucht.dynamics.run_ups.run_up import run_to_end
@@ -64,7 +64,7 @@ def critical_by_quadrature(load: float, depth: float) -> float:
 
 def supply_of(machine: Machine, depth: float, on: str | None = None) -> DippingSupply:
     operation = operation_of(machine, {}, SETTINGS, 10, Work())
-    return DippingSupply(machine_in_operation(machine), operation, voltages_of_drives(machine, on), depth, SETTINGS)
+    return DippingSupply(machine_after_schedules(machine), operation, voltages_of_drives(machine, on), depth, SETTINGS)
 
 
 @pytest.mark.parametrize(("load", "depth"), [(50.0, 1.0), (40.0, 0.6), (45.0, 0.4)])
@@ -146,7 +146,7 @@ def test_the_dip_is_a_step_schedule_of_the_voltage() -> None:
 
 
 def _tried(returns: Callable[[float], bool], durations: list[float], shortest: float = 0.0) -> CriticalDip:
-    course = MotionCourse(np.zeros(1), np.zeros((1, 1)), np.zeros(1))
+    course = SpeedCourse(np.zeros(1), np.zeros((1, 1)), np.zeros(1))
 
     def dip(duration: float, _work: Work) -> Dip:
         return Dip(duration, EndState("passed", (1.0,), (), None, 1.0), returns(duration), 1.0, None, 0.0, course)
@@ -229,12 +229,12 @@ def test_the_voltage_is_that_after_all_schedules() -> None:
     points = [[0.0, 0.0], [2.0, 200.0]]
     machine = loaded_motor(20.0, schedules=[{"parameter": "drive.voltage", "points": points}])
     assert voltages_of_drives(machine, None) == {"drive.voltage": 200.0}
-    assert machine_in_operation(machine).schedules == ()
-    assert machine_in_operation(machine).values["drive.voltage"] == 200.0
+    assert machine_after_schedules(machine).schedules == ()
+    assert machine_after_schedules(machine).values["drive.voltage"] == 200.0
 
 
 def test_the_course_before_a_dip_is_that_of_operation() -> None:
     operation = operation_of(loaded_motor(25.0), {}, SETTINGS, 10, Work())
-    assert isinstance(operation, OperatingState)
+    assert isinstance(operation, OperationBefore)
     assert operation.course.time[-1] <= 0 and operation.course.time[0] == pytest.approx(-10 * 2 * math.pi / 151, rel=0.1)
     np.testing.assert_allclose(operation.course.speeds[0], operation.end.speed, rtol=1e-4)

@@ -14,12 +14,13 @@ from matplotlib.figure import Figure
 from tests.hand_made import answered, variable, warnings_of
 from tests.refusals import refused
 
-from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
+from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, BalancerTrials, CandidateResults
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.studies.optimise_balancer import computation, figure
+from wucht.studies.optimise_balancer import dataset as dataset_module
 from wucht.studies.optimise_balancer.computation import Baseline, Findings, FrontPoint, FullCheck, Plan, prepare
 from wucht.studies.optimise_balancer.dataset import _tolerances, dataset
 from wucht.studies.optimise_balancer.spec import OBJECTIVES, OptimiseBalancer
@@ -52,6 +53,13 @@ def results(*rows: tuple[float, float, float, float], undecided: float = 0.0, er
     return CandidateResults(numbers, np.array(rows), np.full(count, error), outcomes, np.ones(count, bool))
 
 
+@pytest.fixture
+def without_motor(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No time of the motor alone: the candidates' numbers here are no machines."""
+    monkeypatch.setattr(BalancerTrials, "candidate_machine", lambda *_: None)
+    monkeypatch.setattr(dataset_module, "motor_time", lambda *_: 0.0)
+
+
 OWN = results((8.0, 0.5, 0.25, 0.0), undecided=0.125)
 OWN_CHECK = FullCheck(results((9.0, 7.0, 0.75, 0.5), undecided=0.25), 0.625)
 BASELINE = Baseline(OWN, OWN_CHECK)
@@ -72,7 +80,7 @@ def test_the_machine_as_it_is_has_its_values_and_both_evaluations() -> None:
     assert s["as_it_is"] == {
         "bodies": 2, "parameters": {"length": 0.1, "damping": 0.5}, "undecided": 0.125, "checked_undecided": 0.25,
         "objectives": dict(zip(OBJECTIVES, (8.0, 0.5, 0.25, 0.0), strict=True)),
-        "checked": dict(zip(OBJECTIVES, (9.0, 0.625, 0.75, 0.5), strict=True)),
+        "checked": dict(zip(OBJECTIVES, (9.0, 0.625, 0.75, 0.5), strict=True)), "balances": True, "fails": 0.25,
     }  # fmt: skip
     assert result.own_objective.values.tolist() == [8.0, 0.5, 0.25, 0.0]
     assert result.own_checked.values.tolist() == [9.0, 0.625, 0.75, 0.5]
@@ -104,6 +112,7 @@ def front() -> tuple[FrontPoint, ...]:
     return tuple(FrontPoint(2 + k, results(row), check) for k, (row, check) in enumerate(zip(rows, checks, strict=True)))
 
 
+@pytest.mark.usefixtures("without_motor")
 def test_points_are_confirmed_by_the_check_alone() -> None:
     tried = ((2, results((1.0, 0.4, 0.1, 0.0), (5.0, 0.5, 0.5, 0.0))), (3, results((2.0, 0.3, 0.2, 0.0))))
     result = dataset(plan(), Findings(BASELINE, None, tried, front(), 7))
@@ -119,7 +128,8 @@ def test_points_are_confirmed_by_the_check_alone() -> None:
     assert (s["candidates"], s["found"]) == (3, 7)
     assert result.tried_bodies.values.tolist() == [2, 2, 3]
     assert result.tried_value.values.tolist() == [[0.0, 1.0], [10.0, 11.0], [0.0, 1.0]]
-    assert s["sentence"] == "a front of 7 points from 3 candidates; 1 of 2 checked points are confirmed"
+    recommended = "2 bodies: median settling time 1 s, 0 % fail"
+    assert s["sentence"] == f"{recommended}; a front of 7 points from 3 candidates; 1 of 2 checked points are confirmed"
     assert any(w.startswith("3 points, spread over the front, represent its 7") for w in warnings_of(result))
     whole = dataset(plan(), Findings(BASELINE, None, tried, front(), 3))
     assert not any("spread over the front" in w for w in warnings_of(whole))
@@ -148,6 +158,7 @@ def test_chance_explains_some_of_the_difference_between_two_draws_of_phases() ->
     assert tolerances[CAPTURE] == pytest.approx(0.1 + 2.6 * np.sqrt(2 * 0.2 * 0.8 / 10))
 
 
+@pytest.mark.usefixtures("without_motor")
 def test_deviations_name_the_worst_point_and_both_of_its_values() -> None:
     """Peaks of 1 m and 2 m become 1.5 m (2.5 tolerances) and 2.5 m (1.25 tolerances); a third is as expected."""
     rows = [(1.0, 0.0, 2.0, 0.0), (1.0, 0.0, 1.0, 0.0), (1.0, 0.0, 4.0, 0.0)]

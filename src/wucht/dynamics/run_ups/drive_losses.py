@@ -83,16 +83,22 @@ class RunningState:
         if np.count_nonzero(inside) < _FEWEST_SAMPLES:
             inside = np.arange(len(trajectory.time)) >= len(trajectory.time) - _FEWEST_SAMPLES
         time, states = trajectory.time[inside], trajectory.states[:, inside]
-        speeds = _mean_speeds(machine, time, states) if verdict.locking is None else verdict.locking.speeds
+        speeds = _mean_speeds(machine, time, states) if verdict.locking is None else verdict.locking.final_speeds
         outcome, sentence = _outcome(machine, verdict.outcome, verdict.sentence, time, speeds)
         phases = None
         if outcome is Outcome.SYNCHRONISED and verdict.locking is not None:
             phases = {**verdict.locking.phases, **verdict.phases}
         spans = motion.observation.main.last(1.0)
+        # Locked rotors may still swing against each other: their mean torques are over the half of the run that is judged.
+        begin = float(time[0]) if verdict.locking is None else verdict.locking.window[0]
+        late = (trajectory.time >= min(begin, float(time[0]))) & (trajectory.time <= time[-1])
+        torques = mean_torques(
+            machine, drives, trajectory.time[late], trajectory.states[:, late], trajectory.final_parameter_values
+        )
         return cls(
             outcome, sentence, speeds, phases, _throw(machine, time, states),
             float(spans.greatest_distance[spans.time >= time[0]].max(initial=0.0)),
-            mean_torques(machine, drives, time, states, trajectory.final_parameter_values),
+            torques,
         )  # fmt: skip
 
 

@@ -169,7 +169,7 @@ class Horizon:
     @property
     def _doublings(self) -> float:
         """The number of doublings of the first leg after which a run until settled has made the most turns that it may make."""
-        return max(0.0, math.log2(MOST_TURNS * self.turn / self.first))
+        return max(0.0, math.log2(MOST_TURNS * self.span / self.first))
 
     @property
     def turn(self) -> float:
@@ -197,7 +197,7 @@ class Horizon:
         """Return a sentence if a run until settled was ended at its limit without having settled. unit: of its end time."""
         if not self.until_settled or end < self.longest * (1 - _ROUNDING) or self.is_decided(verdict):
             return ()
-        at, turns = f"{self.longest:.4g} {unit}".rstrip(), self.longest / self.turn
+        at, turns = f"{self.longest:.4g} {unit}".rstrip(), self.longest / self.span
         return (
             f"the machine had not settled when the run was ended at {at}, after {turns:.3g} turns or vibrations at its highest "
             f"frequency: without a given end it is not continued beyond {MOST_TURNS} of them; study.until gives another end",

@@ -38,7 +38,7 @@ REST = "rest"
 NO_OPERATION = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.RUNAWAY, Outcome.UNIDENTIFIED, Outcome.FAILED)
 
 
-def machine_in_operation(machine: Machine, values: Mapping[str, float] | None = None) -> Machine:
+def machine_after_schedules(machine: Machine, values: Mapping[str, float] | None = None) -> Machine:
     """Return the machine with its schedules finished. values: of locks, as a run has left them; by default all are open."""
     steady = machine.at(machine.breakpoints[-1]).with_fields(schedules=())
     locks = {b.lock_symbol.name: 0.0 for b in steady.bodies if b.release is not None}
@@ -81,7 +81,7 @@ def rest_events(machine: Machine) -> tuple[Event, ...]:
 
 
 @dataclass(frozen=True)
-class MotionCourse:
+class SpeedCourse:
     """Speeds and vibration over time (K,): speeds (R, K) of the rotors, in magnitude, and the largest amplitude of the axis."""
 
     time: np.ndarray
@@ -89,7 +89,7 @@ class MotionCourse:
     amplitude: np.ndarray
 
     @classmethod
-    def of(cls, machine: Machine, flow: CompiledSystem, motion: Trajectory) -> MotionCourse:
+    def of(cls, machine: Machine, flow: CompiledSystem, motion: Trajectory) -> SpeedCourse:
         """The course of a motion, sample by sample. flow: the machine's compiled equations."""
         speeds = np.array([np.abs(motion_of(machine, motion, rotor)[1]) for rotor in machine.rotors])
         axis = AxisMotion.of(machine, motion.time, rows_of(flow, motion), axis_at_rest(machine))
@@ -97,12 +97,12 @@ class MotionCourse:
         return cls(motion.time, speeds, amplitude)
 
     @classmethod
-    def join(cls, parts: list[MotionCourse]) -> MotionCourse:
+    def join(cls, parts: list[SpeedCourse]) -> SpeedCourse:
         """Join courses that follow each other."""
         time = np.concatenate([p.time for p in parts])
         return cls(time, np.concatenate([p.speeds for p in parts], 1), np.concatenate([p.amplitude for p in parts]))
 
-    def thin(self, rows: int) -> MotionCourse:
+    def thin(self, rows: int) -> SpeedCourse:
         """Return at most so many rows: mean times and speeds of samples that follow each other, and largest amplitudes."""
         count = len(self.time)
         if count <= rows:
@@ -110,14 +110,14 @@ class MotionCourse:
         first = np.unique(np.linspace(0, count, rows, endpoint=False).astype(int))
         size = np.diff(np.append(first, count))
         time, speeds = (np.add.reduceat(x, first, axis=-1) / size for x in (self.time, self.speeds))
-        return MotionCourse(time, speeds, np.maximum.reduceat(self.amplitude, first))
+        return SpeedCourse(time, speeds, np.maximum.reduceat(self.amplitude, first))
 
-    def within(self, begin: float, end: float) -> MotionCourse:
+    def within(self, begin: float, end: float) -> SpeedCourse:
         """Return the part between two times."""
         inside = (self.time >= begin) & (self.time <= end)
-        return MotionCourse(self.time[inside], self.speeds[:, inside], self.amplitude[inside])
+        return SpeedCourse(self.time[inside], self.speeds[:, inside], self.amplitude[inside])
 
-    def shift(self, time: float) -> MotionCourse:
+    def shift(self, time: float) -> SpeedCourse:
         """Return the course with all times later by this much."""
         return replace(self, time=self.time + time)
 
@@ -175,7 +175,7 @@ class EndState:
 
 
 @dataclass(frozen=True)
-class OperatingState:
+class OperationBefore:
     """The machine in operation: a unit of work.
 
     state: (n,) in which it is when a dip begins. end: the verdict on it. course: shortly before, at negative times.
@@ -185,24 +185,24 @@ class OperatingState:
 
     state: np.ndarray
     end: EndState
-    course: MotionCourse
+    course: SpeedCourse
     locks: Mapping[str, float]
     working_point: float | None = None
 
     @classmethod
-    def at_rest(cls, machine: Machine, state: np.ndarray) -> OperatingState:
+    def at_rest(cls, machine: Machine, state: np.ndarray) -> OperationBefore:
         """A machine that does not turn."""
-        course = MotionCourse(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
+        course = SpeedCourse(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
         return cls(state, EndState.at_rest(machine, 0.0), course, {})
 
     @classmethod
-    def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> OperatingState:
+    def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> OperationBefore:
         """The state in which a motion ends. turns: of the main rotor that the course shows."""
         machine, t = motion.case.machine, motion.trajectory
         end = EndState.of(motion)
         begin = t.end_time - turns * 2 * np.pi / max(end.speed, 1e-9)
         last = t.tail(max(2, int((t.time >= begin).sum())))
-        course = MotionCourse.of(machine, motion.compiled_system, last).shift(-t.end_time).thin(_BEFORE_ROWS)
+        course = SpeedCourse.of(machine, motion.compiled_system, last).shift(-t.end_time).thin(_BEFORE_ROWS)
         names = motion.compiled_system.system.parameter_names
         values = dict(zip(names, t.final_parameter_values.tolist(), strict=True))
         locks = {n: x for n, x in values.items() if n.endswith(".locked")}
@@ -215,23 +215,25 @@ def last_motion(case: RunUpCase, work: Work) -> Motion:
     return motion
 
 
-def operation_of(machine: Machine, start: Mapping[str, Any], settings: RunSettings, turns: float, work: Work) -> OperatingState:
+def operation_of(
+    machine: Machine, start: Mapping[str, Any], settings: RunSettings, turns: float, work: Work
+) -> OperationBefore:
     """Return the machine in operation: settled after a run-up from a start, with the full equations.
 
     A machine that does not start, as its motor cannot lift its load from standstill, is placed at its fastest stable working
     point, if it has one, and settles there; unless the start gives a speed. Raises ``InputError`` where the start does not fit.
     """
     has_speed = any(isinstance(entry, Mapping) and "speed" in entry for entry in start.values())
-    steady, operation = machine_in_operation(machine), None
+    steady, operation = machine_after_schedules(machine), None
     if has_speed or not is_held_at_rest(steady):
-        operation = OperatingState.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
+        operation = OperationBefore.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
         if has_speed or operation.end.outcome not in (Outcome.STOPPED, Outcome.OSCILLATING):
             return operation
     place = state_at_working_point(steady, start, lambda: work.report(0.5, "working points"))
     if place is None:
-        return operation or OperatingState.at_rest(steady, initial_state(steady, start))
+        return operation or OperationBefore.at_rest(steady, initial_state(steady, start))
     state, speed = place
-    return OperatingState.of(
+    return OperationBefore.of(
         last_motion(case_from_state(steady, state, settings), work.part("working point/", 0.5, 1.0)), turns, speed
     )
 

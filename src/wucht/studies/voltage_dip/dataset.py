@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, MotionCourse
+from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, SpeedCourse
 from wucht.dynamics.run_ups.voltage_dips import Dip, LastingDip
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.formatting import ReportLines
@@ -131,7 +131,7 @@ def _course_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     last, loss = critical.longest_return, critical.shortest_loss
     dips = [(_SINGLE, findings.single), (_LONGEST_RETURN, last), (_SHORTEST_LOSS, loss)]
     chosen = [(label, d) for label, d in dips if d is not None and (label == _SINGLE or d is not findings.single)]
-    courses = [MotionCourse.join([before, d.course]) for _, d in chosen] or [before]
+    courses = [SpeedCourse.join([before, d.course]) for _, d in chosen] or [before]
     longest, rotors = max(len(c.time) for c in courses), [r.name for r in plan.machine.rotors]
 
     def stack(arrays: Sequence[np.ndarray]) -> np.ndarray:
