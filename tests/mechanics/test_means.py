@@ -193,6 +193,7 @@ def test_decimal_frequencies_are_what_they_are_written_as():
 def test_common_periods():
     assert common_period([W, 3 * W / 2]) == 4 * sp.pi / W
     assert common_period([sp.Rational(2, 3), sp.Integer(4)]) == 3 * sp.pi
+    assert common_period([sp.S.One, sp.Rational(1, 2), sp.Rational(1, 3)]) == 12 * sp.pi
     assert common_period([sp.Integer(5)]) == TURN / 5
     assert common_period([sp.S.One, sp.sqrt(2)]) is None
     assert common_period([]) is None

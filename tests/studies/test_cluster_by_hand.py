@@ -14,7 +14,14 @@ from tests.refusals import refused
 
 from wucht.errors import RunError
 from wucht.studies import cluster
-from wucht.studies.cluster import DaskCluster, _check_versions, _compute_on_worker, _environment, _progress_reporter
+from wucht.studies.cluster import (
+    DaskCluster,
+    _check_versions,
+    _compute_on_worker,
+    _environment,
+    _progress_reporter,
+    address_error,
+)
 
 distributed = pytest.importorskip("distributed")
 
@@ -116,6 +123,12 @@ def test_other_versions_are_refused() -> None:
     ):
         with refused("--scheduler", says, given="address", code="other-version"):
             _check_versions(made, "address")
+
+
+def test_an_address_may_end_with_a_slash() -> None:
+    for address in ("tcp://host:8786", "tcp://host:8786/", "tcp://[fe80::1]:8786/"):
+        assert address_error(address) is None
+    assert str(address_error("tcp://host:8786//")).startswith("its port must be a whole number")
 
 
 # --- the process that asks ---

@@ -294,6 +294,19 @@ def test_what_a_known_curve_explains_is_not_asked_again(monkeypatch: pytest.Monk
     assert extra.kind == "third" and 0.5 < extra.x < 0.9 and extra.x == pytest.approx(0.7, abs=0.02)
 
 
+def test_changes_between_rows_count_up_to_the_last_column() -> None:
+    """Of three columns and rows, the place in the last column of the middle row ends in another way than its neighbours."""
+    plane = ParameterPlane(("p", "x", "y"), ((0.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)))
+    mapped = EndingMapCase(plane, SimpleNamespace(), 3, ())  # type: ignore[arg-type]
+    places = tuple(at(*c, S if c == (1.0, 0.0) else N) for c in mapped.centres)
+    pairs = unexplained_changes(mapped, EndingFindings(places))
+    assert {((a.x, a.y), (b.x, b.y)) for a, b in pairs} == {
+        ((1.0, -1.0), (1.0, 0.0)), ((0.0, 0.0), (1.0, 0.0)), ((1.0, 0.0), (1.0, 1.0)),
+    }  # fmt: skip
+    beside = unexplained_changes(mapped, EndingFindings(places, (straight(0.5),)))
+    assert beside == [(a, b) for a, b in pairs if a.x == b.x], "a curve beside the last column explains the change within a row"
+
+
 def test_a_curve_explains_only_what_it_passes_between(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second pair is asked too, as the first curve ends before it; a curve of another kind explains nothing."""
     asked = list[float]()

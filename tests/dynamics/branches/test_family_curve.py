@@ -10,7 +10,7 @@ import pytest
 
 from wucht.analysis.configurations.closed_form import State
 from wucht.dynamics.branches import family_curve
-from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
+from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, EquilibriumBranch
 from wucht.dynamics.branches.family_curve import FamilyCurve, _Members
 
 OPEN = "beyond, the unbalances cannot compensate each other"
@@ -59,6 +59,18 @@ def test_one_side_may_be_open_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     assert below.parameter_values == pytest.approx([0, 1, 1.5], abs=1e-12) and below.ends == ("the low end", OPEN)
     above = followed(monkeypatch, 7.5, 10.0, 9.0)
     assert above.parameter_values == pytest.approx([7.5, 8, 9], abs=1e-12) and above.ends == (OPEN, "the high end")
+
+
+def test_a_limit_of_stability_is_shown_by_the_member_that_changes_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first member to be stable is member 1, the last is member 2; elsewhere member 0 represents the family."""
+    sample = _Members(np.arange(9.0).reshape(3, 3), np.array([[-1.0, -9.0], [-5.0, -9.0], [-0.5, -9.0]]) + 0j)
+    limits = [(45.0, 4.25, sample, SOME_STABLE), (46.0, 4.5, sample, ""), (47.0, 4.75, sample, ALL_STABLE)]
+    monkeypatch.setattr(FamilyCurve, "_changes", lambda _, a, b: limits if a.parameter == 4.0 else [])
+    branch = followed(monkeypatch, -1.0, 10.0, 5.0)
+    assert branch.kinds[4:9] == ("", SOME_STABLE, "", ALL_STABLE, "")
+    columns = [[45.0, 1.0, 4.0, 7.0, 4.25], [46.0, 0.0, 3.0, 6.0, 4.5], [47.0, 2.0, 5.0, 8.0, 4.75]]
+    assert branch.unknowns[:, 5:8].T.tolist() == columns
+    assert branch.exponents[0, 5:8].tolist() == [-5.0, -1.0, -0.5]
 
 
 def test_the_members_that_decay_fastest_and_most_slowly() -> None:

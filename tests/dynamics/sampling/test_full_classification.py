@@ -9,10 +9,16 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.sampling import full_classification as module
-from wucht.dynamics.sampling.full_classification import _doublings, begins_fast, classify_members
+from wucht.dynamics.sampling.full_classification import (
+    ClassifyingObserver,
+    ObserverState,
+    _doublings,
+    begins_fast,
+    classify_members,
+)
 from wucht.dynamics.sampling.screening_observer import DoublingSchedule
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.numerics.ensembles.members import Status
+from wucht.numerics.ensembles.members import Pace, Status
 
 
 def horizon(monkeypatch: pytest.MonkeyPatch, free: dict[str, float | None], starts: list[float]) -> Any:
@@ -69,3 +75,25 @@ def test_members_keep_their_order_and_are_sampled_as_they_need(monkeypatch: pyte
 def test_a_schedule_has_a_first_chunk_of_at_most_the_given_length(end: float, chunks: int) -> None:
     of = DoublingSchedule.from_end(end, 300.0)
     assert (of.chunks, of.end, of.first) == (chunks, end, end / 2 ** (chunks - 1)) and of.first <= 300.0
+
+
+def test_each_member_is_judged_as_a_motion_of_its_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By its number, whatever its place among those that still run: member 3 has machine b, member 0 machine a."""
+    outcomes = {"a": Outcome.COMPENSATED, "b": Outcome.STOPPED}
+
+    def judged(machine: Any, observation: str, free: float) -> Any:
+        assert free == machine.free
+        settling = float(len(observation)) if machine.name == "a" else None
+        return SimpleNamespace(outcome=outcomes[machine.name], settling_time=settling, settled_within=lambda _: False)
+
+    monkeypatch.setattr(module, "judge", judged)
+    monkeypatch.setattr(module, "free_speed", lambda machine, rotor: machine.free)
+    monkeypatch.setattr(ClassifyingObserver, "_observe", lambda _, record, times, samples: record.observations)
+    machines = [SimpleNamespace(name=name, free=free, rotor=None) for name, free in (("a", 90.0), ("b", 60.0))]
+    models: Any = tuple(SimpleNamespace(machine=m) for m in machines)
+    observer = ClassifyingObserver(models, np.array([0, 1, 0, 1]), 1.0, None, Pace(2.0, 4, 2.0), True)  # type: ignore[arg-type]
+    numbers, none = np.array([3, 0]), np.full(2, np.nan)
+    record = ObserverState(numbers, np.array(["three", "zero"], object), np.zeros(2, np.int8), none)
+    later, has_ended = observer.update(record, np.array([1.0, 2.0]), np.zeros((2, 1, 2)))
+    assert [OUTCOMES[k] for k in later.outcome] == [Outcome.STOPPED, Outcome.COMPENSATED]
+    assert later.settling.tolist() == pytest.approx([np.nan, 4.0], nan_ok=True) and has_ended.tolist() == [True, False]

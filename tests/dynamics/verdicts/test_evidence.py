@@ -108,6 +108,15 @@ def test_means_are_taken_over_whole_cycles_up_to_twenty_a_tenth(tenths, whole):
     assert (found.projections[0].width < 1e-6 * W) is whole
 
 
+def test_the_speed_of_a_modulated_motion_is_that_of_its_last_whole_cycles():
+    """Three cycles of seven turns; the last twentieth of 105 turns is not even one, and its mean speed is another."""
+    rotor = stands(before(), modulated(0.4, 7.0), until=105.0, free=2 * W)
+    assert truth(rotor.evidence.is_modulated) is True
+    assert rotor.window is rotor.modulation.window
+    assert rotor.window.time[-1] - rotor.window.time[0] == pytest.approx(21.0, abs=0.2)
+    assert rotor.speed == pytest.approx(W, rel=0.003)
+
+
 def irregular(period):
     """Cycles of different lengths and heights."""
     turned = 2 * np.pi / period

@@ -43,6 +43,14 @@ def test_the_exact_time_of_a_speed(engine):
     assert run.time[-1] == 30.0  # an event without consequence stops nothing
 
 
+def test_an_angle_at_a_hit_is_in_rad(engine):
+    """An angle that integrates a speed has another unit within heyoka; of a hit that stops nothing, too, it is in rad."""
+    turning = System((x, v), (v, sp.S.Zero), angles=frozenset({x}))
+    run = run_with(turning, (Event("a radian", x - 1),), engine, [0.0, 4.0], {}, np.array([0.0, 1.0]))
+    (hit,) = run.hits
+    assert (hit.time, *hit.state) == pytest.approx((0.25, 1.0, 4.0), abs=1e-12)
+
+
 def test_the_threshold_may_be_a_parameter(engine):
     threshold = sp.Symbol("threshold", real=True)
     system = System(MOTOR.states, MOTOR.derivatives, (*MOTOR.parameters, threshold))

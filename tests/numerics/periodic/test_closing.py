@@ -98,6 +98,13 @@ def test_time_becomes_a_state() -> None:
     assert len(timed.states) == 2 and timed.derivatives[1] == 1
 
 
+def test_time_as_a_last_state_advances_by_a_period_and_begins_where_it_is_given() -> None:
+    timed = closing([0.5, 0.25], TURN, held_states=(1,), free_period=True).with_time(1.5)
+    assert timed.advance.tolist() == [0.0, 0.0, TURN] and timed.sizes.tolist() == [1.0, 1.0, TURN]
+    assert timed.reference.tolist() == [0.5, 0.25, 1.5] and timed.held_states == (2, 1)
+    assert (timed.period, timed.free_period, timed.left_open) == (TURN, True, 0)
+
+
 def test_a_forced_oscillator_from_a_poor_motion() -> None:
     """x' = -a x + cos t from a constant: x = (a cos t + sin t)/(1 + a^2), seen from a time of 1."""
     system = System((x,), (-a * x + sp.cos(TIME),), (a,))

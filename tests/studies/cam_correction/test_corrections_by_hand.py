@@ -439,6 +439,15 @@ def test_the_versions_of_each_cam_have_its_colour_and_the_original_is_dashed(axe
     assert [line.get_color() for line in axes[5].get_lines()[1:]] == [COLOURS[0], COLOURS[2]]
 
 
+def test_measured_orders_have_the_colours_of_the_lines_over_time(result: xr.Dataset) -> None:
+    """Left of each order the computed bar, of the corrected cam; right of it the measured one."""
+    bars = panel(figure_module._measured_orders, result).patches
+    colours = {(b.get_x() + b.get_width() / 2 > round(b.get_x() + b.get_width() / 2), to_hex(b.get_facecolor())) for b in bars}
+    assert colours == {(False, to_hex(COLOURS[0])), (True, to_hex(COLOURS[6]))}
+    lines = {line.get_linewidth(): line.get_color() for line in panel(figure_module._measured_history, result).get_lines()}
+    assert (lines[2.6], lines[0.9]) == (COLOURS[0], COLOURS[6])
+
+
 def test_the_rollers_and_the_base_circle_are_those_of_the_corrected_cam(result: xr.Dataset, axes: list[Any]) -> None:
     contours = axes[4]
 

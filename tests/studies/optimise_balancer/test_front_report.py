@@ -77,6 +77,14 @@ def test_what_was_checked_counts_and_what_does_not_hold_is_left_out() -> None:
     assert unknown[1:] == ["  as it is     2 bodies, damping 0.0125 N m s: no objective is known"]
 
 
+def test_the_gain_compares_checks_with_checks() -> None:
+    """The check of the machine as it is needs 20 s, where its search has 10 s."""
+    slower = {"settling-time": 20.0, "residual": None, "peak": None, "capture-probability": None}
+    best = point(1.0, None, None, None, checked=slower | {"settling-time": 5.0}, holds=True)
+    line = lines(best, as_it_is=OWN | {"checked": slower}, objectives=["settling-time"])[2]
+    assert line.endswith("median settling time 5 s (time -75 %)")
+
+
 def test_of_equally_good_ones_that_is_told_of_which_less_are_caught() -> None:
     front = [point(5.0, 0.0, 1e-3, 0.5, bodies=3), point(5.0, 0.0, 1e-3, 0.25, bodies=4)]
     assert lines(*front, objectives=["settling-time"])[2].startswith("  min settling 4 bodies")

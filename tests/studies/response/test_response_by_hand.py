@@ -11,6 +11,7 @@ import pytest
 
 from wucht.studies.response import computation
 from wucht.studies.response.computation import Findings, Maximum, Peaks, ResponseCurve, collect_maxima, phase_lags
+from wucht.studies.response.dataset import _sentence
 
 DEG = math.pi / 180
 W = np.array([10.0, 20.0, 30.0])
@@ -136,3 +137,10 @@ def test_an_undamped_resonance_is_infinite_only_where_it_moves_the_axis(monkeypa
     assert made.largest == Maximum(20.0, math.inf, "b0", True) and made.throw is None
     idle = collected([Curve(1.0, excited=False)], [at], [[1, 1, 1]], monkeypatch, 20.0)
     assert idle.amplitudes == [Maximum(20.0, 20.0, "b0", True)] and idle.largest == Maximum(30.0, 30.0)
+
+
+@pytest.mark.parametrize(("free", "relation"), [(10.0, "below"), (60.0, "between"), (100.0, "above")])
+def test_a_drive_of_either_sense_runs_below_between_or_above_the_critical_speeds(free: float, relation: str) -> None:
+    for speed in (free, -free):
+        sentence = f"2 critical speeds in the range; the drive runs {relation} them"
+        assert _sentence(True, [50.0, 80.0], speed, "") == sentence

@@ -207,6 +207,11 @@ def test_values_of_a_second_parameter_are_told_apart() -> None:
     assert axis.get_xlim() == (1.0, 10.0) and axis.get_xscale() == "linear"
 
 
+def test_a_value_of_the_second_parameter_has_its_unit_in_the_legend() -> None:
+    made = second(0.5, 2.0).assign_attrs(along_unit="m", second_unit="N")
+    assert [figure_module._key(made, k) for k in range(2)] == [f"$shift$ = {v}\N{NO-BREAK SPACE}N" for v in ("0.5", "2")]
+
+
 def test_many_values_have_the_colours_of_a_scale_and_some_names() -> None:
     values = [0.5 * k for k in range(9)]
     (axis, *_) = drawn("speed-curve", second(*values[::-1])).axes
