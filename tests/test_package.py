@@ -50,7 +50,7 @@ def test_all_specs_are_offered() -> None:
     from wucht.studies.registry import studies
 
     own = [s.spec.__name__ for s in studies().values() if s.spec.__module__.startswith("wucht.")]
-    assert len(own) == 24
+    assert len(own) == 25
     assert set(own) <= set(NAMES)
 
 

@@ -148,7 +148,8 @@ class EndState:
         machine, verdict, end = motion.case.machine, motion.verdict, motion.trajectory.end_time
         if motion.trajectory.stopped_by == REST:
             return cls.at_rest(machine, end)
-        outcome, locking, speeds, phases = verdict.outcome, verdict.locking, (verdict.speed,), dict[str, float]()
+        outcome, locking, phases = verdict.outcome, verdict.locking, dict[str, float]()
+        speeds: tuple[float, ...] = (verdict.speed,)
         if locking is not None:
             speeds = tuple(abs(locking.speeds[r.name]) for r in machine.rotors)
             phases = dict(locking.phases) if verdict.outcome is Outcome.SYNCHRONISED else {}

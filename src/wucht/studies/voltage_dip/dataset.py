@@ -154,7 +154,8 @@ def _sentence(plan: Plan, findings: Findings) -> str:
     """Return the critical duration in words, or why there is none."""
     operation, critical, units = findings.operation.end, findings.critical, plan.machine.units
     if operation.outcome in NO_OPERATION:
-        return f"the machine does not reach a state of operation: {Outcome(operation.outcome).sentence}"
+        reason = next(o.sentence for o in NO_OPERATION if o == operation.outcome)
+        return f"the machine does not reach a state of operation: {reason}"
     if findings.lasting is None or not critical.dips:
         return "not determined yet"
     last, loss = critical.longest_return, critical.shortest_loss
