@@ -84,8 +84,8 @@ def _wucht(words: list[str]) -> None:
 
 
 def _provide(study: str) -> None:
-    """A file of the reader's own, my-rotor.toml or my-cam.toml, that the page does not have: from a template."""
-    kind = {"my-rotor.toml": "run-up", "my-cam.toml": "cam-contour"}.get(study)
+    """A file of the reader's own, such as my-rotor.toml, that the page does not have: from a template."""
+    kind = {"my-rotor.toml": "run-up", "my-cam.toml": "cam-contour", "crusher.toml": "voltage-dip"}.get(study)
     if kind is not None and not Path(study).is_file():
         Path(study).write_text(studies()[kind].template or "", encoding="utf-8")
 
