@@ -2,6 +2,8 @@
 
 import importlib
 import os
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import wavfile
 from tests.refusals import refused
 
-from wucht.measurements.reading import read_recording, read_sound
+from wucht.measurements.reading import _check_within_record, read_recording, read_sound
 from wucht.measurements.recording import SPEED_UNIT
 
 
@@ -263,3 +265,21 @@ def test_text_is_no_channel_of_numbers_in_mdf(tmp_path):
     write_mdf(path, [("state", SLOW, np.array([b"on", b"off", b"on"]), ""), ("x", SLOW, [1.0, 2, 3], "")])
     with refused("r.mf4: state", code="no-numbers"):
         read_recording(path).channel("state")
+
+
+def test_a_channel_beyond_its_record_is_not_read() -> None:
+    """In a damaged MDF file; 64 bits from the byte 8 of a record of 16 bytes on are its last."""
+
+    def group(offset: int, bits: int, **size: int) -> Any:
+        clock = SimpleNamespace(name="time", byte_offset=0, bit_count=64)
+        return SimpleNamespace(
+            channel_group=SimpleNamespace(**size),
+            channels=[clock, SimpleNamespace(name="force", byte_offset=offset, bit_count=bits)],
+        )
+
+    for offset, bits in ((8, 64), (15, 8), (500, 0)):
+        _check_within_record(group(offset, bits, samples_byte_nr=16), (1, 0))
+    _check_within_record(group(500, 64), (1, 0))
+    for offset, bits in ((9, 64), (8, 65), (16, 1)):
+        with pytest.raises(ValueError, match="force lies beyond its record"):
+            _check_within_record(group(offset, bits, samples_byte_nr=16), (0, 1))

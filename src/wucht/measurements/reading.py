@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -164,10 +164,20 @@ def _read_mdf(path: Path) -> Recording:
     def load(name: str) -> Channel:
         group, index = places[name]
         with _report_unreadable(path, "an MDF file"), asammdf.MDF(str(path)) as file:
+            _check_within_record(file.groups[group], (index, *(i for g, i in clocks if g == group)))
             signal = file.get(group=group, index=index)
             return Channel(str(path), name, str(signal.unit).strip(), np.asarray(signal.timestamps), np.asarray(signal.samples))
 
     return Recording(str(path), tuple(names), load)
+
+
+def _check_within_record(group: Any, channels: Iterable[int]) -> None:
+    """Raise ``ValueError`` where a channel of an MDF group lies beyond its record, at which asammdf reads foreign memory."""
+    size = getattr(group.channel_group, "samples_byte_nr", None)
+    for channel in (group.channels[index] for index in channels):
+        offset, bits = getattr(channel, "byte_offset", None), channel.bit_count
+        if size is not None and offset is not None and bits and offset + -(-bits // 8) > size:
+            raise ValueError(f"{channel.name} lies beyond its record")
 
 
 def _library(name: str, path: Path) -> Any:
