@@ -144,3 +144,10 @@ def test_the_nearest_name_and_those_that_are_known(given: str, known: list[str],
     assert clause.startswith("did you mean 'key7'? known: key0, key1, key10, ")
     assert clause.endswith(" and 3 more")
     assert clause.count(",") == 199
+
+
+def test_a_very_long_location_is_shortened_in_the_sentence() -> None:
+    """A heading of a table may be a whole file; up to 2,000 characters it is printed."""
+    for length, shown in ((2000, 2000), (2001, 1890 + 5 + 100)):
+        error = InputError("a" * length, None, "is wrong")
+        assert len(str(error)) == shown + len(": is wrong") and error.location == "a" * length

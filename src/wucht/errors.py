@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from functools import partial
 
 _LONGEST = 80  # characters of a value
+_LONGEST_LOCATION = 2000  # likewise of a location, as of a column whose heading is a whole file
 _MOST_KNOWN = 200  # names that are listed; all of the catalogue
 
 
@@ -25,7 +26,7 @@ class WuchtError(Exception):
 class InputError(WuchtError):
     """The input is wrong: which key of which file, the given value, what is allowed.
 
-    location: all that is known of it, as printed. file, key: its parts; empty where it is not in a file, or where the file
+    location: all that is known of it, as printed; in the sentence a very long one is shortened. file, key: its parts; empty where it is not in a file, or where the file
     itself is wrong. value_text: the given value, shortened.
     """
 
@@ -35,7 +36,10 @@ class InputError(WuchtError):
         self.location, self.value, self.explanation = location, value, explanation
         self.file, self.key = file, location if key is None else key
         self.value_text = "" if value is None else short_text(value)
-        super().__init__(f"{location}:{f' given {self.value_text};' if self.value_text else ''} {explanation}", code=code)
+        place = (
+            location if len(location) <= _LONGEST_LOCATION else f"{location[: _LONGEST_LOCATION - 110]} ... {location[-100:]}"
+        )
+        super().__init__(f"{place}:{f' given {self.value_text};' if self.value_text else ''} {explanation}", code=code)
 
     @classmethod
     def file_error(cls, path: object, explanation: str, code: str = "") -> InputError:
