@@ -26,8 +26,8 @@ class WuchtError(Exception):
 class InputError(WuchtError):
     """The input is wrong: which key of which file, the given value, what is allowed.
 
-    location: all that is known of it, as printed; in the sentence a very long one is shortened. file, key: its parts; empty where it is not in a file, or where the file
-    itself is wrong. value_text: the given value, shortened.
+    location: all that is known of it, as printed; in the sentence a very long one is shortened. file, key: its parts; empty
+    where it is not in a file, or where the file itself is wrong. value_text: the given value, shortened.
     """
 
     def __init__(
