@@ -234,9 +234,10 @@ def test_legs_that_were_made_are_not_made_again(
             raise KeyboardInterrupt
 
     run(question, machine, folder=tmp_path, progress=stop)
-    seen: list[str] = []
-    assert_the_same(run(question, machine, folder=tmp_path, resume=True, progress=lambda _, what: seen.append(what)), whole)
-    assert set(seen) == {"jump 1 of 1 at most", ""}, "it looks for the last jump once more"
+    seen: list[tuple[float, str]] = []
+    assert_the_same(run(question, machine, folder=tmp_path, resume=True, progress=lambda *report: seen.append(report)), whole)
+    assert seen[0] == (0.0, "settling"), "as it begins, before anything is read back"
+    assert {what for _, what in seen[1:]} == {"jump 1 of 1 at most", ""}, "it looks for the last jump once more"
 
 
 @pytest.mark.slow
