@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +18,7 @@ from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.dynamics.run_ups import operating_points
 from wucht.dynamics.run_ups.coasting import state_in_configuration
 from wucht.dynamics.run_ups.operating_points import OperatingPoints, speeds_in_sense, vibration_in_operation
-from wucht.dynamics.run_ups.steady_phases import configuration_labels, phases_at_start
+from wucht.dynamics.run_ups.steady_phases import SteadyPhases, configuration_labels, phases_at_start
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -365,3 +366,15 @@ def test_steady_phases_are_searched_in_the_sense_of_the_drive(
             speeds_in_sense(steady, rotor, speeds)
     else:
         assert speeds_in_sense(steady, rotor, speeds) == pytest.approx(expected)
+
+
+def test_mirror_images_of_one_speed_are_two_configurations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their phases are arrays, which cannot be compared as a whole: configurations are told apart without that."""
+    machine = two_ways()
+    running = RunningConfigurations.of(machine)
+    a, b = running.stable
+    twin = replace(b, speed=a.speed, state=replace(b.state, speed=a.state.speed), slow=a.slow, full=a.full)
+    same = replace(running, configurations=(*running.unstable, a, twin))
+    monkeypatch.setattr(RunningConfigurations, "of", lambda *_: same)
+    steady = SteadyPhases.of(machine, {}, None)
+    assert len(steady.branches) == 2 and steady.configurations is not None and len(steady.configurations) == 6

@@ -14,14 +14,14 @@ from scipy.optimize import brentq
 from tests.refusals import refused
 
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_in_operation import (
+from wucht.dynamics.run_ups.run_up import run_to_end
+from wucht.dynamics.run_ups.settled_operation import (
     EndState,
-    OperationBefore,
+    SettledOperation,
     SpeedCourse,
     machine_after_schedules,
     operation_of,
 )
-from wucht.dynamics.run_ups.run_up import run_to_end
 from wucht.dynamics.run_ups.voltage_dips import CriticalDip, Dip, DippingSupply, critical_dip, voltages_of_drives
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
@@ -235,6 +235,6 @@ def test_the_voltage_is_that_after_all_schedules() -> None:
 
 def test_the_course_before_a_dip_is_that_of_operation() -> None:
     operation = operation_of(loaded_motor(25.0), {}, SETTINGS, 10, Work())
-    assert isinstance(operation, OperationBefore)
+    assert isinstance(operation, SettledOperation)
     assert operation.course.time[-1] <= 0 and operation.course.time[0] == pytest.approx(-10 * 2 * math.pi / 151, rel=0.1)
     np.testing.assert_allclose(operation.course.speeds[0], operation.end.speed, rtol=1e-4)

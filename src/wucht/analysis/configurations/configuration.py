@@ -161,6 +161,10 @@ class ConfigurationDescriber:
 FULL_UNDECIDED = Stability.without_verdict("the full equations are not evaluated")
 
 
+def _can_run(c: Configuration) -> bool:
+    return c.slow.stable is True and not c.overlapping
+
+
 @dataclass(frozen=True)
 class RunningConfigurations:
     """All configurations in which the torques on each body balance, the slowest first, with the search for them."""
@@ -204,7 +208,12 @@ class RunningConfigurations:
     @property
     def stable(self) -> tuple[Configuration, ...]:
         """Those that are stable in the averaged equations, and possible."""
-        return tuple(c for c in self.configurations if c.slow.stable is True and not c.overlapping)
+        return tuple(c for c in self.configurations if _can_run(c))
+
+    @property
+    def unstable(self) -> tuple[Configuration, ...]:
+        """All others."""
+        return tuple(c for c in self.configurations if not _can_run(c))
 
     def nearest(self, phases: Mapping[str, float]) -> Configuration:
         """The stable configuration whose phases are nearest to given ones (rad, by body, as in ``Configuration.phases``).

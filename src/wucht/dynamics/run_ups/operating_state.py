@@ -40,13 +40,18 @@ class OperatingState:
     rest_reason: str = ""
 
 
+def refuse_shaken(machine: Machine) -> None:
+    """Raise ``InputError`` where the motion of the carrier is prescribed: it would start anew where drives are switched."""
+    if machine.shaken_coordinate is not None:
+        raise InputError("machine.carrier.motion", None, _SHAKEN, code="prescribed")
+
+
 def machine_in_operation(machine: Machine) -> Machine:
     """Return the machine as its schedules last drive it, with all bodies released.
 
     Raises ``InputError`` where the motion of the carrier is prescribed.
     """
-    if machine.shaken_coordinate is not None:
-        raise InputError("machine.carrier.motion", None, _SHAKEN, code="prescribed")
+    refuse_shaken(machine)
     return machine_at_speed(driving_machine(machine), None)
 
 

@@ -12,10 +12,9 @@ import sympy as sp
 
 from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.operating_state import transfer_state
+from wucht.dynamics.run_ups.operating_state import refuse_shaken, transfer_state
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.run_up_models import FullModel
-from wucht.errors import InputError
 from wucht.machines.machine import SUPPLIED_WORK, Machine
 from wucht.machines.parts.base import Drive
 from wucht.numerics.flow.events import Event
@@ -88,9 +87,7 @@ def supplied_energy(trajectory: Trajectory) -> np.ndarray:
 
 def start_case(machine: Machine, start: Mapping[str, Any], settings: RunSettings) -> RunUpCase:
     """Return the run-up of a cycle. Raises ``InputError`` where the start does not fit, or nothing would turn."""
-    if machine.shaken_coordinate is not None:
-        reason = "not allowed: the drives are switched off while the machine runs, and a prescribed motion would start anew"
-        raise InputError("machine.carrier.motion", None, reason, code="prescribed")
+    refuse_shaken(machine)
     case = RunUpCase.of(machine, start, settings)
     return replace(case, models=(SuppliedModel(case.machine, case.models[0].initial),))
 

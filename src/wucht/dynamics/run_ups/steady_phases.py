@@ -83,7 +83,7 @@ class SteadyPhases:
         if len(machine.rotors) == 1:
             return cls(steady, angles, ForcedVibration.of(steady, angles), *steady_branches(machine))
         running, stable = stable_configurations(machine, start)
-        configurations = tuple(c for c in running.configurations if c in stable or c not in running.stable)
+        configurations = tuple(sorted((*running.unstable, *stable), key=lambda c: abs(c.speed)))
         branches = tuple(
             SteadyBranch(running.torques, c.state.phases, configuration_label=label)
             for c, label in zip(stable, configuration_labels(stable), strict=True)

@@ -13,10 +13,10 @@ from functools import cached_property, partial
 import numpy as np
 
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
-from wucht.dynamics.run_ups.machine_in_operation import (
+from wucht.dynamics.run_ups.settled_operation import (
     REST,
     EndState,
-    OperationBefore,
+    SettledOperation,
     SpeedCourse,
     case_from_state,
     is_held_at_rest,
@@ -111,7 +111,7 @@ class DippingSupply:
     """
 
     machine: Machine
-    operation: OperationBefore
+    operation: SettledOperation
     voltages: Mapping[str, float]
     depth: float
     settings: RunSettings

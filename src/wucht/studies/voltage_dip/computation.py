@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 from wucht.analysis.time_constants import highest_speed
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, OperationBefore, machine_after_schedules, operation_of
 from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.run_ups.settled_operation import NO_OPERATION, SettledOperation, machine_after_schedules, operation_of
 from wucht.dynamics.run_ups.voltage_dips import (
     CriticalDip,
     Dip,
@@ -39,7 +39,7 @@ class Plan:
     voltages: Mapping[str, float]
     settings: RunSettings
 
-    def supply(self, operation: OperationBefore) -> DippingSupply:
+    def supply(self, operation: SettledOperation) -> DippingSupply:
         """Return the machine in operation, with its supply."""
         machine = machine_after_schedules(self.machine, operation.locks)
         return DippingSupply(machine, operation, self.voltages, self.spec.depth, self.settings)
@@ -75,7 +75,7 @@ class Findings:
     that were tried to determine the critical duration. is_complete: that is determined.
     """
 
-    operation: OperationBefore
+    operation: SettledOperation
     lasting: LastingDip | None = None
     single: Dip | None = None
     critical: CriticalDip = field(default_factory=CriticalDip)

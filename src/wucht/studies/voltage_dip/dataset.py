@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.run_ups.machine_in_operation import NO_OPERATION, SpeedCourse
+from wucht.dynamics.run_ups.settled_operation import NO_OPERATION, SpeedCourse
 from wucht.dynamics.run_ups.voltage_dips import Dip, LastingDip
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.formatting import ReportLines

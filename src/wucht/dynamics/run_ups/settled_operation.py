@@ -175,7 +175,7 @@ class EndState:
 
 
 @dataclass(frozen=True)
-class OperationBefore:
+class SettledOperation:
     """The machine in operation: a unit of work.
 
     state: (n,) in which it is when a dip begins. end: the verdict on it. course: shortly before, at negative times.
@@ -190,13 +190,13 @@ class OperationBefore:
     working_point: float | None = None
 
     @classmethod
-    def at_rest(cls, machine: Machine, state: np.ndarray) -> OperationBefore:
+    def at_rest(cls, machine: Machine, state: np.ndarray) -> SettledOperation:
         """A machine that does not turn."""
         course = SpeedCourse(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
         return cls(state, EndState.at_rest(machine, 0.0), course, {})
 
     @classmethod
-    def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> OperationBefore:
+    def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> SettledOperation:
         """The state in which a motion ends. turns: of the main rotor that the course shows."""
         machine, t = motion.case.machine, motion.trajectory
         end = EndState.of(motion)
@@ -217,7 +217,7 @@ def last_motion(case: RunUpCase, work: Work) -> Motion:
 
 def operation_of(
     machine: Machine, start: Mapping[str, Any], settings: RunSettings, turns: float, work: Work
-) -> OperationBefore:
+) -> SettledOperation:
     """Return the machine in operation: settled after a run-up from a start, with the full equations.
 
     A machine that does not start, as its motor cannot lift its load from standstill, is placed at its fastest stable working
@@ -226,14 +226,14 @@ def operation_of(
     has_speed = any(isinstance(entry, Mapping) and "speed" in entry for entry in start.values())
     steady, operation = machine_after_schedules(machine), None
     if has_speed or not is_held_at_rest(steady):
-        operation = OperationBefore.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
+        operation = SettledOperation.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
         if has_speed or operation.end.outcome not in (Outcome.STOPPED, Outcome.OSCILLATING):
             return operation
     place = state_at_working_point(steady, start, lambda: work.report(0.5, "working points"))
     if place is None:
-        return operation or OperationBefore.at_rest(steady, initial_state(steady, start))
+        return operation or SettledOperation.at_rest(steady, initial_state(steady, start))
     state, speed = place
-    return OperationBefore.of(
+    return SettledOperation.of(
         last_motion(case_from_state(steady, state, settings), work.part("working point/", 0.5, 1.0)), turns, speed
     )
 
