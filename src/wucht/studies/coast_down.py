@@ -17,24 +17,23 @@ from wucht.dynamics.run_ups.coasting import (
     CarrierStart,
     Descent,
     Record,
-    carrier_start,
     driving_machine,
     phases_of_bodies,
     place_bodies,
     reduce_leg,
     state_at_start,
-    state_in_configuration,
-    with_steady_vibration,
+    vibrating_state,
     without_drives,
 )
 from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state
-from wucht.dynamics.run_ups.steady_phases import HELD_HINT, BodyPhases, configuration_labels, stable_configurations
+from wucht.dynamics.run_ups.operating_state import states_in_configurations
+from wucht.dynamics.run_ups.steady_phases import HELD_HINT, BodyPhases
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
-from wucht.machines.operation import axis_at_rest, natural_frequencies, sense_of
+from wucht.machines.operation import axis_at_rest, natural_frequencies
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
@@ -141,16 +140,13 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     coasting = without_drives(machine)
     initial = state_at_start(machine, coasting, spec.start)
     if spec.bodies != "held" and len(machine.rotors) > 1:
-        driven, reason = driving_machine(machine), "no synchronous configuration of the rotors is stable"
-        senses = {b.name: sense_of(driven, b) for b in driven.bodies}
+        reason = "no synchronous configuration of the rotors is stable"
         try:
-            configurations = stable_configurations(driven, spec.start)[1]
+            states = states_in_configurations(driving_machine(machine), coasting, initial, spec.start)
         except InputError as error:
-            configurations, reason = (), error.explanation
-        starts = zip(configurations, configuration_labels(configurations), strict=True)
-        if configurations:
-            states = [(state_in_configuration(coasting, initial, c, senses, spec.start), label) for c, label in starts]
-            return Plan(tuple(_one_run(spec, coasting, state, BodyPhases({}), label) for state, label in states))
+            states, reason = [], error.explanation
+        if states:
+            return Plan(tuple(_one_run(spec, coasting, state, BodyPhases({}), label) for _, label, state in states))
         if spec.bodies == "steady":
             explanation = f"not possible here: {reason}; {HELD_HINT}"
             raise InputError("study.bodies", spec.bodies, explanation, code="no-stable-phases")
@@ -168,9 +164,7 @@ def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: Bo
     """The run from a state (n,) with the carrier at rest. Raises ``InputError`` where its vibration is unbounded."""
     velocity = coasting.rotor.coordinate.velocity
     coasting = machine_in_state(coasting, initial)
-    carrier, rest_reason = carrier_start(coasting, spec.start, spec.vibration)
-    if carrier is CarrierStart.STEADY:
-        initial = with_steady_vibration(coasting, initial)
+    initial, carrier, rest_reason = vibrating_state(coasting, initial, spec.start, spec.vibration)
     start_speed = float(initial[coasting.row(velocity)])
     turn = 2 * math.pi / max([abs(start_speed), *(f for f in natural_frequencies(coasting).values() if f > 0)])
     limit = spec.until or _MOST_TURNS * turn

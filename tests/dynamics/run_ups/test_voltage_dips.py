@@ -14,14 +14,10 @@ from scipy.optimize import brentq
 from tests.refusals import refused
 
 from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.motion_courses import MotionCourse
+from wucht.dynamics.run_ups.operating_state import machine_after_schedules
 from wucht.dynamics.run_ups.run_up import run_to_end
-from wucht.dynamics.run_ups.settled_operation import (
-    EndState,
-    SettledOperation,
-    SpeedCourse,
-    machine_after_schedules,
-    operation_of,
-)
+from wucht.dynamics.run_ups.settled_operation import EndState, SettledOperation, operation_of
 from wucht.dynamics.run_ups.voltage_dips import CriticalDip, Dip, DippingSupply, critical_dip, voltages_of_drives
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
@@ -146,7 +142,7 @@ def test_the_dip_is_a_step_schedule_of_the_voltage() -> None:
 
 
 def _tried(returns: Callable[[float], bool], durations: list[float], shortest: float = 0.0) -> CriticalDip:
-    course = SpeedCourse(np.zeros(1), np.zeros((1, 1)), np.zeros(1))
+    course = MotionCourse(np.zeros(1), np.zeros((1, 1)), np.zeros(1))
 
     def dip(duration: float, _work: Work) -> Dip:
         return Dip(duration, EndState("passed", (1.0,), (), None, 1.0), returns(duration), 1.0, None, 0.0, course)

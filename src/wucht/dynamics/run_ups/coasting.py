@@ -161,6 +161,17 @@ def carrier_start(machine: Machine, start: Mapping[str, Any], vibration: str | N
     return (CarrierStart.REST if vibration == "none" else CarrierStart.STEADY), ""
 
 
+def vibrating_state(
+    machine: Machine, state: np.ndarray, start: Mapping[str, Any], vibration: str | None
+) -> tuple[np.ndarray, CarrierStart, str]:
+    """Return a state (n,), given with the carrier at rest, with the carrier's start; how it starts, and why at rest.
+
+    machine: with its bodies where the state has them. Raises ``InputError`` where the vibration is unbounded.
+    """
+    carrier, rest_reason = carrier_start(machine, start, vibration)
+    return (with_steady_vibration(machine, state) if carrier is CarrierStart.STEADY else state), carrier, rest_reason
+
+
 def with_steady_vibration(machine: Machine, state: np.ndarray) -> np.ndarray:
     """Add its steady vibration to a state (n,) in which the carrier rests. Raises ``InputError`` if it is unbounded."""
     at = machine.at(0.0)

@@ -2,52 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.configurations.configuration import RunningConfigurations
-from wucht.analysis.time_constants import highest_speed
-from wucht.analysis.working_points import TorqueCurves, dry_friction
-from wucht.dynamics.run_ups.coasting import state_in_configuration, with_steady_vibration
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.operating_points import OperatingPoints
+from wucht.dynamics.run_ups.motion_courses import MotionCourse
+from wucht.dynamics.run_ups.operating_state import (
+    creep_speed,
+    is_held_at_rest,
+    machine_after_schedules,
+    state_at_working_point,
+)
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.run_ups.run_up_models import FullModel
-from wucht.dynamics.run_ups.steady_phases import SteadyPhases
-from wucht.dynamics.verdicts.observation import AxisMotion, motion_of, rows_of
 from wucht.dynamics.verdicts.outcomes import PHASE_TOLERANCE, SPEED_TOLERANCE, Outcome
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import LOWEST, axis_at_rest, net_torque, sense_of
 from wucht.numerics.angles import wrap_to_pi
-from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.trajectory import Trajectory
 
 _BEFORE_ROWS = 60  # of the course before
-_POINTS = 1200  # speeds in the search for working points
-_TRANSITIONS = 10.0  # times the speed of the transition of dry friction at standstill: slower rotors creep
 REST = "rest"
 NO_OPERATION = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.RUNAWAY, Outcome.UNIDENTIFIED, Outcome.FAILED)
-
-
-def machine_after_schedules(machine: Machine, values: Mapping[str, float] | None = None) -> Machine:
-    """Return the machine with its schedules finished. values: of locks, as a run has left them; by default all are open."""
-    steady = machine.at(machine.breakpoints[-1]).with_fields(schedules=())
-    locks = {b.lock_symbol.name: 0.0 for b in steady.bodies if b.release is not None}
-    if not locks:
-        return steady
-    locks |= {name: value for name, value in (values or {}).items() if name in locks}
-    open_bodies = {name.removesuffix(".locked") for name, value in locks.items() if not value}
-    bodies = tuple(replace(b, release=None) if b.name in open_bodies else b for b in steady.bodies)
-    return steady.with_unchecked_values(locks).with_fields(bodies=bodies)
 
 
 def case_from_state(machine: Machine, state: np.ndarray, settings: RunSettings) -> RunUpCase:
@@ -59,67 +40,12 @@ def case_from_state(machine: Machine, state: np.ndarray, settings: RunSettings) 
     return RunUpCase(machine, horizon, (FullModel(machine, state),), settings)
 
 
-def creep_speed(machine: Machine) -> float:
-    """Return the speed below which a rotor under dry friction creeps, since that is smooth about standstill; 0 without any."""
-    return _TRANSITIONS * dry_friction(machine)[1]
-
-
-def is_held_at_rest(machine: Machine) -> bool:
-    """True if dry friction holds all rotors: their drives do not get them beyond the speed at which they creep."""
-    speed, senses = creep_speed(machine), [(sense_of(machine, r), r) for r in machine.rotors]
-    if not speed or any(r.coordinate.prescribed_velocity is not None for _, r in senses):
-        return False
-    return all(sense * net_torque(machine, r)(sense * speed) <= 0 for sense, r in senses)
-
-
 def rest_events(machine: Machine) -> tuple[Event, ...]:
     """Return the event at which dry friction has brought all rotors to rest; none where it does not hold them."""
     if not is_held_at_rest(machine):
         return ()
     squares = [(r.coordinate.velocity / creep_speed(machine)) ** 2 for r in machine.rotors]
     return (Event(REST, sp.Add(*squares) - 1, -1, terminal=True),)
-
-
-@dataclass(frozen=True)
-class SpeedCourse:
-    """Speeds and vibration over time (K,): speeds (R, K) of the rotors, in magnitude, and the largest amplitude of the axis."""
-
-    time: np.ndarray
-    speeds: np.ndarray
-    amplitude: np.ndarray
-
-    @classmethod
-    def of(cls, machine: Machine, flow: CompiledSystem, motion: Trajectory) -> SpeedCourse:
-        """The course of a motion, sample by sample. flow: the machine's compiled equations."""
-        speeds = np.array([np.abs(motion_of(machine, motion, rotor)[1]) for rotor in machine.rotors])
-        axis = AxisMotion.of(machine, motion.time, rows_of(flow, motion), axis_at_rest(machine))
-        amplitude = axis.peaks if len(motion.time) > 1 else axis.distance
-        return cls(motion.time, speeds, amplitude)
-
-    @classmethod
-    def join(cls, parts: list[SpeedCourse]) -> SpeedCourse:
-        """Join courses that follow each other."""
-        time = np.concatenate([p.time for p in parts])
-        return cls(time, np.concatenate([p.speeds for p in parts], 1), np.concatenate([p.amplitude for p in parts]))
-
-    def thin(self, rows: int) -> SpeedCourse:
-        """Return at most so many rows: mean times and speeds of samples that follow each other, and largest amplitudes."""
-        count = len(self.time)
-        if count <= rows:
-            return self
-        first = np.unique(np.linspace(0, count, rows, endpoint=False).astype(int))
-        size = np.diff(np.append(first, count))
-        time, speeds = (np.add.reduceat(x, first, axis=-1) / size for x in (self.time, self.speeds))
-        return SpeedCourse(time, speeds, np.maximum.reduceat(self.amplitude, first))
-
-    def within(self, begin: float, end: float) -> SpeedCourse:
-        """Return the part between two times."""
-        inside = (self.time >= begin) & (self.time <= end)
-        return SpeedCourse(self.time[inside], self.speeds[:, inside], self.amplitude[inside])
-
-    def shift(self, time: float) -> SpeedCourse:
-        """Return the course with all times later by this much."""
-        return replace(self, time=self.time + time)
 
 
 @dataclass(frozen=True)
@@ -185,14 +111,14 @@ class SettledOperation:
 
     state: np.ndarray
     end: EndState
-    course: SpeedCourse
+    course: MotionCourse
     locks: Mapping[str, float]
     working_point: float | None = None
 
     @classmethod
     def at_rest(cls, machine: Machine, state: np.ndarray) -> SettledOperation:
         """A machine that does not turn."""
-        course = SpeedCourse(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
+        course = MotionCourse(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
         return cls(state, EndState.at_rest(machine, 0.0), course, {})
 
     @classmethod
@@ -202,7 +128,7 @@ class SettledOperation:
         end = EndState.of(motion)
         begin = t.end_time - turns * 2 * np.pi / max(end.speed, 1e-9)
         last = t.tail(max(2, int((t.time >= begin).sum())))
-        course = SpeedCourse.of(machine, motion.compiled_system, last).shift(-t.end_time).thin(_BEFORE_ROWS)
+        course = MotionCourse.from_samples(machine, motion.compiled_system, last).shift(-t.end_time).thin(_BEFORE_ROWS)
         names = motion.compiled_system.system.parameter_names
         values = dict(zip(names, t.final_parameter_values.tolist(), strict=True))
         locks = {n: x for n, x in values.items() if n.endswith(".locked")}
@@ -236,42 +162,3 @@ def operation_of(
     return SettledOperation.of(
         last_motion(case_from_state(steady, state, settings), work.part("working point/", 0.5, 1.0)), turns, speed
     )
-
-
-def state_at_working_point(
-    machine: Machine, start: Mapping[str, Any], watch: Callable[[], None]
-) -> tuple[np.ndarray, float] | None:
-    """Return a state (n,) at the fastest stable working point, and its speed in magnitude; None without one.
-
-    It has the steady vibration of that speed where this is bounded. machine: without schedules.
-    """
-    reach = highest_speed(machine)
-    state, senses = initial_state(machine, start), {b.name: sense_of(machine, b) for b in machine.bodies}
-    rotor, speeds = machine.rotor, (LOWEST * reach, reach)
-    if len(machine.rotors) > 1:
-        stable = RunningConfigurations.of(machine, speeds, watch).stable
-        if not stable:
-            return None
-        fastest = max(stable, key=lambda c: abs(c.speed))
-        speed, state = abs(fastest.speed), state_in_configuration(machine, state, fastest, senses, start)
-    else:
-        sense, steady = senses[rotor.name], SteadyPhases.of(machine, start, None)
-        shaft_range = (min(sense * reach, 0.0), max(sense * reach, 0.0))
-        curves = [TorqueCurves(machine, rotor, vibration, shaft_range, _POINTS) for vibration in steady.curves]
-        operating = OperatingPoints.of(steady, curves, shaft_range if steady.torques is None else speeds, watch)
-        stable_points = [i for i, p in enumerate(operating.points) if p.stable]
-        if not stable_points:
-            return None
-        fastest_point = max(stable_points, key=lambda i: abs(operating.points[i].speed))
-        speed = abs(operating.points[fastest_point].speed)
-        if operating.configurations:
-            configuration = operating.configurations[fastest_point]
-            state = state_in_configuration(machine, state, configuration, senses, start)
-        else:
-            for body in machine.bodies:
-                state[machine.row(body.coordinate.velocity)] = sense * speed
-    if speed <= creep_speed(machine):
-        return None
-    with suppress(InputError):  # at an undamped resonance, or of a carrier that is not linear: the machine settles by itself
-        state = with_steady_vibration(machine, state)
-    return state, speed

@@ -12,7 +12,7 @@ import sympy as sp
 
 from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.operating_state import refuse_shaken, transfer_state
+from wucht.dynamics.run_ups.operating_state import machine_after_schedules, refuse_shaken, transfer_state
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.run_up_models import FullModel
 from wucht.machines.machine import SUPPLIED_WORK, Machine
@@ -95,7 +95,8 @@ def start_case(machine: Machine, start: Mapping[str, Any], settings: RunSettings
 def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUpCase | None:
     """Return the coast-down from the end of a run-up, with schedules as they are then; None where no rotor turns any more."""
     time = end.end_time
-    running = _machine_at_end(machine.at(time).with_fields(schedules=()), end)
+    values = dict(zip(machine.system.parameter_names, end.final_parameter_values.tolist(), strict=False))
+    running = machine_after_schedules(machine, values, time)
     coasting = without_drives(running)
     state = transfer_state(running, end.states[:, -1], coasting, time)
     speeds = {r: float(state[coasting.row(r.coordinate.velocity)]) for r in coasting.rotors}
@@ -109,10 +110,3 @@ def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUp
     squares = ((r.coordinate.velocity / symbol) ** 2 for r, symbol in zip(turning, model.speed_symbols, strict=True))
     slow = Event(SLOW_EVENT, sp.Add(*squares) / len(turning) - SLOW**2, -1, terminal=True)
     return replace(case, models=(model,), horizon=replace(case.horizon, events=(*case.horizon.events, slow)))
-
-
-def _machine_at_end(machine: Machine, end: Trajectory) -> Machine:
-    """Return the machine with those bodies free that were released in a run-up."""
-    values = dict(zip(machine.system.parameter_names, end.final_parameter_values, strict=False))
-    free = {b.name for b in machine.bodies if b.release is not None and not values.get(b.lock_symbol.name, 1.0)}
-    return machine.with_fields(bodies=tuple(replace(b, release=None) if b.name in free else b for b in machine.bodies))

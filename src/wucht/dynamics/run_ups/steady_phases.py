@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from wucht.analysis.configurations.configuration import Configuration, RunningConfigurations
+from wucht.analysis.configurations.search import CancelCheck
 from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_branches
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import ForcedVibration
@@ -194,13 +195,14 @@ def phases_at_start(machine: Machine, start: Mapping[str, Any]) -> dict[str, flo
 
 
 def stable_configurations(
-    machine: Machine, start: Mapping[str, Any]
+    machine: Machine, start: Mapping[str, Any], speeds: tuple[float, float] | None = None, watch: CancelCheck = None
 ) -> tuple[RunningConfigurations, tuple[Configuration, ...]]:
     """Return the configurations of several rotors, and the stable ones: one of them where the start gives phases.
 
-    Raises ``InputError`` where there are no averaged equations, or nothing drives the machine.
+    speeds, watch: of the search, as for ``RunningConfigurations.of``. Raises ``InputError`` where there are no averaged
+    equations, or nothing drives the machine.
     """
-    running = RunningConfigurations.of(machine)
+    running = RunningConfigurations.of(machine, speeds, watch)
     phases = phases_at_start(machine.at(machine.breakpoints[-1]), start)
     return running, (running.nearest(phases),) if phases and running.stable else running.stable
 

@@ -13,13 +13,13 @@ from functools import cached_property, partial
 import numpy as np
 
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
+from wucht.dynamics.run_ups.motion_courses import MotionCourse
+from wucht.dynamics.run_ups.operating_state import is_held_at_rest
 from wucht.dynamics.run_ups.settled_operation import (
     REST,
     EndState,
     SettledOperation,
-    SpeedCourse,
     case_from_state,
-    is_held_at_rest,
     last_motion,
     rest_events,
 )
@@ -85,7 +85,7 @@ class Dip:
     speed_at_recovery: float
     recovery_time: float | None
     peak_amplitude: float
-    course: SpeedCourse
+    course: MotionCourse
     failure: str | None = None
 
 
@@ -99,7 +99,7 @@ class LastingDip:
     end: EndState
     is_settled: bool
     levels: np.ndarray
-    course: SpeedCourse
+    course: MotionCourse
     failure: str | None = None
 
 
@@ -131,7 +131,7 @@ class DippingSupply:
         """Return the motion at the low voltage, until it has settled or to a time. count: of levels."""
         case = case_from_state(self.dip_machine, self.operation.state, replace(self.settings, until=until))
         motion = last_motion(case, work)
-        course = SpeedCourse.of(self.dip_machine, motion.compiled_system, motion.trajectory)
+        course = MotionCourse.from_samples(self.dip_machine, motion.compiled_system, motion.trajectory)
         end = EndState.of(motion)
         is_rest = motion.trajectory.stopped_by == REST
         is_settled = is_rest or (until is None and case.horizon.is_decided(motion.verdict))
@@ -141,7 +141,7 @@ class DippingSupply:
     def dip(self, duration: float, work: Work) -> Dip:
         """Return a dip of a duration, and the motion after it until it has settled."""
         low, during = self._motion_in_dip(duration, work.part("", 0.0, 0.3))
-        speed = float(during.speeds[0, -1])
+        speed = abs(float(during.speeds[0, -1]))
         if low.failure:
             end = EndState(str(Outcome.FAILED), (speed,), (), None, low.end_time)
             return Dip(duration, end, False, speed, None, float(during.amplitude.max()), during.thin(_DIP_ROWS), low.failure)
@@ -156,32 +156,32 @@ class DippingSupply:
         settling_times = (motion.verdict.settling_time, motion.verdict.amplitude_settling_time)
         settling_time = max((t for t in settling_times if t is not None), default=None)
         end = EndState.of(motion)
-        after = SpeedCourse.of(machine, motion.compiled_system, motion.trajectory)
+        after = MotionCourse.from_samples(machine, motion.compiled_system, motion.trajectory)
         visible = after.within(0.0, motion.trajectory.end_time if settling_time is None else _TAIL * settling_time)
-        course = SpeedCourse.join([during.thin(_DIP_ROWS), visible.thin(_RECOVERY_ROWS).shift(duration)])
+        course = MotionCourse.join([during.thin(_DIP_ROWS), visible.thin(_RECOVERY_ROWS).shift(duration)])
         peak = max(float(during.amplitude.max()), motion.observation.largest)
         failure = motion.trajectory.failure
         return Dip(duration, end, end.equals(self.operation.end), speed, settling_time, peak, course, failure)
 
-    def _motion_in_dip(self, duration: float, work: Work) -> tuple[Trajectory, SpeedCourse]:
+    def _motion_in_dip(self, duration: float, work: Work) -> tuple[Trajectory, MotionCourse]:
         """Return the last leg of the motion at the low voltage, and its whole course."""
         machine, horizon = self.dip_machine, Horizon.of(self.dip_machine, self.settings, self.operation.state)
         count = max(2, int(np.ceil(duration / horizon.step)))
         grid = np.linspace(0.0, duration, count + 1)
-        state, values, courses = self.operation.state, np.array(machine.system.values(machine.values)), list[SpeedCourse]()
+        state, values, courses = self.operation.state, np.array(machine.system.values(machine.values)), list[MotionCourse]()
         for first in range(0, count, _SAMPLES_A_LEG):
             leg = grid[first : first + _SAMPLES_A_LEG + 1]
             motion = integrate(self.flow, state, values, leg, lambda _: work.report(0.0), horizon.energy).reraise_interrupt()
-            courses.append(SpeedCourse.of(machine, self.flow, motion))
+            courses.append(MotionCourse.from_samples(machine, self.flow, motion))
             state, values = motion.end_state, motion.final_parameter_values
             if motion.has_ended:
                 break
-        return motion, SpeedCourse.join(courses)
+        return motion, MotionCourse.join(courses)
 
 
-def _level_times(course: SpeedCourse, operating_speeds: np.ndarray, count: int) -> np.ndarray:
+def _level_times(course: MotionCourse, operating_speeds: np.ndarray, count: int) -> np.ndarray:
     """Return the times (K,) at which the slowest rotor first has lost k/N of what it loses; the last one is the end."""
-    rotors = course.speeds[: len(operating_speeds)]
+    rotors = np.abs(course.speeds[: len(operating_speeds)])
     slowest = np.minimum.accumulate((rotors / operating_speeds[:, None]).min(axis=0))
     levels = slowest[0] + (slowest[-1] - slowest[0]) * np.arange(1, count) / count
     first = [int(np.argmax(slowest <= level)) for level in levels]

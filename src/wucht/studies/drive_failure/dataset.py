@@ -69,7 +69,7 @@ class _Case:
         failure = operation.failures[index]
         before, after = operation.motion, failure.motion
         row = {"drive": failure.drive.on, **_row(operation, _state_of(plan, after), after)}
-        first, second = (MotionCourse.of(m.case.machine, m.trajectory, m.observation) for m in (before, after))
+        first, second = (MotionCourse.from_turns(m.case.machine, m.trajectory, m.observation) for m in (before, after))
         return cls(row, first, second, before.trajectory.end_time, torques_before)
 
 
@@ -154,9 +154,7 @@ _SHARE_BEFORE = 0.25  # of the time after the failure: so much of that before it
 
 def _before(case: _Case) -> MotionCourse:
     """The last part of the course until the failure."""
-    course, duration = case.before, float(case.after.time[-1])
-    inside = course.time >= case.failure_time - _SHARE_BEFORE * duration
-    return MotionCourse(course.time[inside], course.speeds[:, inside], course.amplitude[inside])
+    return case.before.within(case.failure_time - _SHARE_BEFORE * float(case.after.time[-1]), case.failure_time)
 
 
 def _sentence(rows: Sequence[Mapping[str, Any]]) -> str:

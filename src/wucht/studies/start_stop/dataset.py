@@ -31,7 +31,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a cycle."""
     up, down = findings.up, findings.down
     runs = [up] if down is None else [up, down]
-    courses = [MotionCourse.of(r.case.machine, r.trajectory, r.loads.observation) for r in runs]
+    courses = [MotionCourse.from_turns(r.case.machine, r.trajectory, r.loads.observation) for r in runs]
     machine = plan.case.machine
     quantities = [
         *_phase_quantities(plan, findings, courses),

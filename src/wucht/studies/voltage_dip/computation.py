@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 
 from wucht.analysis.time_constants import highest_speed
 from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.operating_state import machine_after_schedules
 from wucht.dynamics.run_ups.run_up import RunUpCase
-from wucht.dynamics.run_ups.settled_operation import NO_OPERATION, SettledOperation, machine_after_schedules, operation_of
+from wucht.dynamics.run_ups.settled_operation import NO_OPERATION, SettledOperation, operation_of
 from wucht.dynamics.run_ups.voltage_dips import (
     CriticalDip,
     Dip,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.run_ups.settled_operation import NO_OPERATION, SpeedCourse
+from wucht.dynamics.run_ups.motion_courses import MotionCourse
+from wucht.dynamics.run_ups.settled_operation import NO_OPERATION
 from wucht.dynamics.run_ups.voltage_dips import Dip, LastingDip
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.formatting import ReportLines
@@ -131,7 +132,7 @@ def _course_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     last, loss = critical.longest_return, critical.shortest_loss
     dips = [(_SINGLE, findings.single), (_LONGEST_RETURN, last), (_SHORTEST_LOSS, loss)]
     chosen = [(label, d) for label, d in dips if d is not None and (label == _SINGLE or d is not findings.single)]
-    courses = [SpeedCourse.join([before, d.course]) for _, d in chosen] or [before]
+    courses = [MotionCourse.join([before, d.course]) for _, d in chosen] or [before]
     longest, rotors = max(len(c.time) for c in courses), [r.name for r in plan.machine.rotors]
 
     def stack(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -145,7 +146,7 @@ def _course_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("rotor", np.array(rotors, str), "rotor", "", "rotor", coordinate=True),
         Quantity("course_duration", durations, "duration of the dip", units.time, "course"),
         Quantity("time", stack([c.time for c in courses]), "time since the dip begins", units.time, "course row"),
-        Quantity("speed", stack([c.speeds for c in courses]), "speed", units.speed, "course rotor row"),
+        Quantity("speed", stack([np.abs(c.speeds) for c in courses]), "speed", units.speed, "course rotor row"),
         Quantity("amplitude", amplitude, "amplitude of the axis", plan.machine.orbit_unit, "course row"),
     ]  # fmt: skip
 
