@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -89,3 +91,11 @@ def test_an_undamped_body_keeps_its_inertia(wucht: Command) -> None:
     completed = wucht("equations", R1, "--slow", "--set", "p1.damping=0")
     assert completed.code == 0
     assert "with the inertia of the balancing bodies" in completed.out
+
+
+def test_a_parameter_that_a_schedule_raises_from_zero_is_printed(wucht: Command, tmp_path: Path) -> None:
+    text = (files("wucht") / "machines/catalogue/drozdetskaya-2020/r1.toml").read_text(encoding="utf-8")
+    schedule = '[[machine.schedules]]\nparameter = "drive.slope"\npoints = [["0 s", "0 N m s"], ["2 s", "0.01 N m s"]]\n'
+    (tmp_path / "ramp.toml").write_text(text + "\n" + schedule, encoding="utf-8")
+    printed = wucht("equations", str(tmp_path / "ramp.toml"), "--slow").out
+    assert "U*(-Omega + omega)" in printed and "left out" not in printed.split("U = ")[-1].splitlines()[0]

@@ -138,6 +138,17 @@ def test_the_dip_is_a_step_schedule_of_the_voltage() -> None:
     assert dip.is_return and run.verdict.speed == pytest.approx(dip.end.speed, rel=1e-3)
 
 
+def test_the_largest_amplitude_is_that_of_the_dip_where_it_is_larger() -> None:
+    """The rotor falls through its resonance in the dip, and does not come back to it."""
+    fan = loaded_motor(
+        40.0, carrier={"mass": 60.0, "stiffness": 1e5, "damping": 800.0},
+        bodies=[{"kind": "rotor", "name": "rotor", "mass": 20.0, "eccentricity": 1e-3, "inertia": 0.3}],
+    )  # fmt: skip
+    dip = supply_of(fan, 1.0).dip(1.0, Work())
+    during, after = (dip.course.amplitude[part] for part in (dip.course.time <= 1.0, dip.course.time > 1.0))
+    assert dip.peak_amplitude == during.max() > 1.1 * after.max()
+
+
 # --- the border by bisection ---
 
 
