@@ -82,6 +82,10 @@ def test_they_replace_what_they_say_when_set() -> None:
     assert poles(machine) == pytest.approx({5.0: 0.1, 7.0: 0.2})
     back = with_carrier(ROCKING | {"rotation_frequency": "7 Hz"}, set={"carrier.rotation_stiffness": 10.0})
     assert back.values["carrier.rotation_stiffness"] == 10.0
+    damped = with_carrier(PLANAR | {"stiffness": 1e4, "damping_ratio": 0.1}, set={"carrier.damping": 3.0})
+    assert damped.values["carrier.damping"] == 3.0
+    rotation = {"rotation_stiffness": 500.0, "rotation_damping_ratio": 0.1}
+    assert with_carrier(ROCKING | rotation, set={"carrier.rotation_damping": 2.0}).values["carrier.rotation_damping"] == 2.0
 
 
 @pytest.mark.parametrize(

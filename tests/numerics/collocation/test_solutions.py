@@ -191,6 +191,13 @@ def test_every_value_that_is_passed_is_a_solution_of_its_own() -> None:
     assert [s.parameter_values[0] for s in walk if s.kind == "value"] == pytest.approx(loads, abs=1e-10)
 
 
+def test_values_within_one_step_come_in_the_order_of_the_curve() -> None:
+    problem = BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), end_value(U)])
+    solutions = Solutions(problem, [(0.1, 3.0)], [1.001, 1.0])
+    walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
+    assert [s.parameter_values[0] for s in walk if s.kind == "value"] == pytest.approx([1.0, 1.001], abs=1e-10)
+
+
 def test_the_direction_of_the_curve_of_solutions() -> None:
     """A step along it leaves an error of second order: of half the step a quarter."""
     problem, row = bratu(1.0)

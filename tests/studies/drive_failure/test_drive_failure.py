@@ -94,6 +94,13 @@ def test_the_amplitude_after_the_failure_is_the_largest(failures: Any) -> None:
         assert case["peak_amplitude"] >= case["amplitude"]
 
 
+def test_times_run_through_the_failure_without_a_gap(failures: Any) -> None:
+    turn = 2 * math.pi / 150.0
+    for times in failures.time.values:
+        steps = np.diff(times[np.isfinite(times)])
+        assert times[0] < -10 * turn and 0 < steps.min() and steps.max() < 3 * turn
+
+
 def test_two_ways_to_lose_the_supply_are_one(screen: Machine) -> None:
     """Without voltage, or without the drive: the accelerations are the same."""
     (state,) = operating_states(screen, {})
