@@ -96,6 +96,20 @@ def test_each_file_runs_over_one_thing(tmp_path: Path) -> None:
     assert numbers == [["name", "value", "unit"], ["free", "200.0", "rad/s"]]
 
 
+def test_columns_of_two_dimensions_are_in_the_order_of_their_values(tmp_path: Path) -> None:
+    force = np.arange(12.0).reshape(2, 2, 3)
+    data = {"force": variable("time body way", force, "force", "N")}
+    coordinates = {
+        "time": variable("time", [0.0, 0.5], "time", "s"),
+        "body": variable("body", ["a", "b"], "body"),
+        "way": variable("way", ["x", "y", "z"], "direction"),
+    }
+    (path,) = save_csv(xr.Dataset(data, coordinates, {"study": "run-up"}), tmp_path)
+    header, first, _ = rows(path)
+    assert header == ["time [s]", *(f"force {body} {way} [N]" for body in "ab" for way in "xyz")]
+    assert first == ["0.0", *map(str, force[0].ravel().tolist())]
+
+
 def test_folders_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with refused("-o", "nothing can be written there", given=str(tmp_path / "file" / "in")):
