@@ -13,6 +13,7 @@ from wucht.cams.followers.oscillating_roller import OscillatingRoller, smallest_
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller, smallest_rod_cam
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
+from wucht.cams.sizing import smallest_cam
 from wucht.cams.sizing.smallest_cam import _Rays
 from wucht.numerics.fourier_series import FourierSeries
 
@@ -279,6 +280,19 @@ def test_a_flat_face_has_a_distance_even_where_its_law_is_never_zero():
     found = smallest_flat_faced_cam(FourierSeries.of(0.020, [0.012]), 0.002)
     assert found.follower.distance == pytest.approx(1e-6)
     assert found.base_radius == pytest.approx(0.008001)
+
+
+def test_the_pitch_curve_of_a_rod_cam_clears_the_shaft_by_the_roller(monkeypatch):
+    bases = []
+
+    def centre_around_shaft(layout, centre, base, centre_for):
+        bases.append(base)
+        return centre
+
+    monkeypatch.setattr(smallest_cam, "_centre_around_shaft", centre_around_shaft)
+    law = FourierSeries.of(0.015, [-0.015])
+    assert smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, shaft_radius=0.012).base_radius < ROLLER + 0.012
+    assert bases == pytest.approx([ROLLER + 0.012])
 
 
 @pytest.mark.slow
