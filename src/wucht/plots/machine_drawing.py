@@ -7,7 +7,7 @@ around what they have on them. Bodies of a rotor are spread evenly, whatever the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from wucht.plots.page import REPORT, page_context
@@ -29,6 +29,7 @@ _LARGEST_HEIGHT, _INCHES = 3.3, 6.2  # of the drawing
 _ARM_KEYS = ("length", "outer_stop", "radius")  # radii at which bodies without a track are, the first that there is
 _FIRST_BODY = math.radians(60)  # the angle of the first body of a rotor: neither the unbalance nor the name is there
 _BACKGROUND = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}  # of names
+_CENTRED: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": REPORT.small}
 _LINE: dict[str, Any] = {"color": "black", "linewidth": 0.9, "solid_capstyle": "round"}
 
 
@@ -81,7 +82,7 @@ class MachineShape:
     is_fixed: bool = False
     shaken: bool = False
     foundation: bool = False
-    attachments: tuple[tuple[str, str, float, float], ...] = field(default=())
+    attachments: tuple[tuple[str, float | None, float | None], ...] = ()
 
     @property
     def size(self) -> float:
@@ -100,13 +101,13 @@ def machine_shape(result: ResultAccessor) -> MachineShape | None:
     carrier = parts.get("carrier") or parts.get("") or {}
     directions = [d for d in carrier.get("directions", ()) if d != "foundation"]
     attachments = tuple(
-        (p["path"], p["kind"], values.get(f"{p['path']}.at.x", 0.0), values.get(f"{p['path']}.at.y", 0.0))
-        for p in result.parts
-        if p["path"] not in ("", "carrier") and p["kind"] != "track" and not p["on"]
-        and p["path"] not in {body[0] for body in bodies} and not p["path"].startswith(("drive", "load"))
+        (f"{path} ({part['kind']})", values.get(f"{path}.at.x"), values.get(f"{path}.at.y"))
+        for path, part in parts.items()
+        if path not in ("", "carrier", *(body[0] for body in bodies))
+        and part["kind"] != "track" and not path.startswith(("drive", "load"))
     )  # fmt: skip
     places = _mount_places(values)
-    box = _carrier_box(rotors, places, [(x, y) for _, _, x, y in attachments])
+    box = _carrier_box(rotors, places, [(x, y) for _, x, y in attachments if x is not None and y is not None])
     mounts = (
         _mounts_at(places, box, values) if places else _springs(directions, box, values, dimensionless=result.dimensionless)
     )
@@ -265,20 +266,20 @@ def _draw(axis: Axes, shape: MachineShape) -> None:
     axis.add_patch(box)
     for mount in shape.mounts:
         _draw_mount(axis, mount, 0.3 * unit, 0.055 * unit, foundation=shape.foundation and mount.dy < 0)
-    if shape.shaken:
-        axis.text((left + right) / 2, top + 0.03 * unit, "prescribed motion", ha="center", va="bottom", fontsize=REPORT.small)
     if shape.pivot:
         _draw_pivot(axis, 0.0, bottom, 0.12 * unit)
     if shape.is_fixed:
         _draw_ground(axis, (left + right) / 2, bottom, 0.0, -1.0, 0.45 * unit)
     for rotor in shape.rotors:
         _draw_rotor(axis, rotor, unit)
-    for name, kind, x, y in shape.attachments:
-        axis.plot([x], [y], marker="s", markersize=5, color=COLOURS[1], zorder=6)
-        axis.annotate(
-            f"{name} ({kind})", (x, y), (0, -9), textcoords="offset points", ha="center", va="center", fontsize=REPORT.small,
-            zorder=8,
-        )  # fmt: skip
+    for name, x, y in shape.attachments:
+        if x is not None:
+            axis.plot([x], [y], marker="s", markersize=5, color=COLOURS[1], zorder=6)
+            axis.annotate(name, (x, y), (0, -9), textcoords="offset points", **_CENTRED, zorder=8)
+    lines = [name for name, x, _ in shape.attachments if x is None] + ["prescribed motion"] * shape.shaken
+    for k, line in enumerate(reversed(lines)):
+        axis.text((left + right) / 2, top + (0.05 + 0.08 * k) * unit, line, **_CENTRED)
+        axis.update_datalim([(left, top + (0.1 + 0.08 * k) * unit)])
     _draw_scale(axis, shape)
 
 
@@ -315,13 +316,13 @@ def _draw_mount(axis: Axes, mount: MountShape, length: float, width: float, *, f
         axis.add_patch(
             Rectangle((x - half, y - 2 * width), 2 * half, 2 * width, facecolor="#DADDE0", edgecolor="black", zorder=2)
         )
-        axis.text(x, y - width, "foundation", ha="center", va="center", fontsize=REPORT.small, zorder=7)
+        axis.text(x, y - width, "foundation", **_CENTRED, zorder=7)
         below = MountShape(x, y - 2 * width, 0.0, -1.0, mount.has_damper)
         _draw_mount(axis, below, length, width, foundation=False)
         return
     _draw_ground(axis, x, y, *along, 5 * width)
     if mount.name:
-        axis.text(*at(length * 1.3, 0.0), f"mount {mount.name}", ha="center", va="center", fontsize=REPORT.small, zorder=7)
+        axis.text(*at(length * 1.3, 0.0), f"mount {mount.name}", **_CENTRED, zorder=7)
 
 
 def _draw_ground(axis: Axes, x: float, y: float, dx: float, dy: float, width: float) -> None:
@@ -358,7 +359,7 @@ def _draw_rotor(axis: Axes, rotor: RotorShape, unit: float) -> None:
             color=COLOURS[1], zorder=5,
         ))  # fmt: skip
     _draw_bodies(axis, rotor, unit)
-    axis.text(x, y - r - 0.05 * unit, rotor.name, ha="center", va="center", fontsize=REPORT.small, zorder=8)
+    axis.text(x, y - r - 0.05 * unit, rotor.name, **_CENTRED, zorder=8)
 
 
 def _draw_bodies(axis: Axes, rotor: RotorShape, unit: float) -> None:
@@ -375,8 +376,7 @@ def _draw_bodies(axis: Axes, rotor: RotorShape, unit: float) -> None:
         inward = body.arm > 0.45 * rotor.radius
         at = body.arm - size - 0.055 * unit if inward else body.arm + size + 0.055 * unit
         axis.text(
-            x + at * math.cos(angle), y + at * math.sin(angle), body.name, ha="center", va="center",
-            fontsize=REPORT.small, zorder=7, bbox=_BACKGROUND,
+            x + at * math.cos(angle), y + at * math.sin(angle), body.name, **_CENTRED, zorder=7, bbox=_BACKGROUND,
         )  # fmt: skip
 
 
