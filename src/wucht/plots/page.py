@@ -55,6 +55,8 @@ PRINT = Page("print", 8.0, 1.0, 9.0, 8.0, has_title=True, columns=4, beside=True
 # The measures of Elsevier's journals, whose pages have 190 mm by 240 mm, less a caption of two lines.
 JOURNAL = Page("journal", 88 / 25.4, 0.75, 8.0, 8.0, has_title=False, columns=1, beside=False, dpi=300, tallest=230 / 25.4)
 _BOTH_COLUMNS = replace(JOURNAL, width=180 / 25.4, columns=2, beside=True)
+# A page of A4 between margins of 15 mm, whose text has title and answer; below the heading of a chapter there is less room.
+REPORT = Page("report", 180 / 25.4, 0.68, 8.0, 8.0, has_title=False, columns=2, beside=True, dpi=150, tallest=190 / 25.4)
 _LOWER = 0.8
 PAGES = {page.name: page for page in (PRINT, JOURNAL)}
 _CURRENT: ContextVar[Page] = ContextVar("page", default=PRINT)

@@ -42,6 +42,9 @@ class ResultAccessor:
         Assumptions of the answer: the equations, the speeds, where bodies are held.
     warnings, notes : list of str
         Doubts; origins of derived parameters, such as a motor's circuit from its nameplate.
+    parts : list of dict
+        Of a machine, the parts with ``path``, ``kind``, the body each acts ``on``, and for each of its ``parameters`` its name
+        in words (``what``) and ``unit``. Empty for other subjects, and for results of earlier versions.
     contents : list of str
         Variables of the result when it was written.
     failure : str
@@ -73,6 +76,7 @@ class ResultAccessor:
         self.assumed, self.warnings, self.notes, self.contents = (
             list[str](json.loads(attributes.get(name, "[]"))) for name in ("assumed", "warnings", "notes", "contents")
         )
+        self.parts: list[dict[str, Any]] = json.loads(attributes.get("parts", "[]"))
         self.failure: str = attributes["failure"]
         self.finished = bool(attributes.get("finished", 0))
         self.dimensionless = bool(attributes.get("dimensionless", 0))

@@ -36,6 +36,7 @@ class ReportLines:
 
     def __init__(self, result: xr.Dataset) -> None:
         self._result = result.wucht
+        self.dimensionless: bool = self._result.dimensionless
         self._lines: list[tuple[str, str]] = []
 
     def add(self, heading: str, line: str, table: Mapping[str, Any] | None = None, key: str = "", **texts: str) -> None:
@@ -177,3 +178,30 @@ def wrap_text(text: str, letters: int) -> list[str]:
 
 _POWERS = {"^2": "²", "^3": "³"}
 _FORMATTERS: Mapping[str, Callable[[float], str]] = {"rad/s": _speed, "m": _length, "rad": _angle}
+
+# Units in which engineers write numbers of an SI unit, each with the least number that is written so, and its size. Smaller
+# numbers have the last one.
+_ENGINEERING: Mapping[str, tuple[tuple[str, float, float], ...]] = {
+    "kg": (("kg", 0.1, 1.0), ("g", 0.0, 1e-3)),
+    "m": (("m", 10.0, 1.0), ("mm", 1e-5, 1e-3), ("um", 0.0, 1e-6)),
+    "N/m": (("N/mm", 1e3, 1e3), ("N/m", 0.0, 1.0)),
+    "kg m": (("kg m", 0.1, 1.0), ("kg mm", 1e-3, 1e-3), ("g mm", 0.0, 1e-6)),
+    "kg m^2": (("kg m²", 0.01, 1.0), ("kg cm²", 0.0, 1e-4)),
+    "N": (("kN", 1e3, 1e3), ("N", 0.0, 1.0)),
+    "N m": (("kN m", 1e3, 1e3), ("N m", 0.0, 1.0)),
+    "W": (("kW", 1e3, 1e3), ("W", 0.0, 1.0)),
+    "J": (("kJ", 1e3, 1e3), ("J", 0.0, 1.0)),
+    "H": (("H", 0.1, 1.0), ("mH", 0.0, 1e-3)),
+    "Pa": (("MPa", 1e6, 1e6), ("kPa", 1e3, 1e3), ("Pa", 0.0, 1.0)),
+    "ohm": (("Ω", 0.0, 1.0),),
+}
+
+
+def engineering_text(value: float, unit: str) -> str:
+    """A number of an SI unit as a data sheet has it: ``10 N/mm``, ``29 mm``, ``1151.9 rad/s (11000 rpm)``."""
+    if unit in ("rad/s", "rad"):
+        return _FORMATTERS[unit](value)
+    as_it_is = ((unit.replace("^2", "²").replace("^3", "³"), 0.0, 1.0),)
+    choices = _ENGINEERING.get(unit, as_it_is)
+    name, _, size = choices[0] if value == 0 else next(one for one in choices if abs(value) >= one[1])
+    return f"{value / size:.5g} {name}".rstrip()

@@ -82,6 +82,18 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
             lines = _parsed_attribute(attributes, name, list)
             if not all(isinstance(line, str) for line in lines):
                 raise InputError(name, lines, "must be a list of texts")
+    if "parts" in attributes and not all(map(_is_part, _parsed_attribute(attributes, "parts", list))):
+        raise InputError("parts", attributes["parts"], "must be a list of tables, one for each part of the machine")
+
+
+def _is_part(facts: Any) -> bool:
+    """True if the facts of a part have the form in which they are read."""
+    if not isinstance(facts, dict) or not all(isinstance(facts.get(name), str) for name in ("path", "kind", "on")):
+        return False
+    parameters = facts.get("parameters")
+    return isinstance(parameters, dict) and all(
+        isinstance(p, dict) and isinstance(p.get("what"), str) and isinstance(p.get("unit"), str) for p in parameters.values()
+    )
 
 
 def _is_quantity(facts: Any) -> bool:

@@ -226,6 +226,7 @@ def _common_attributes(spec: Spec, subject: Any, description: Description, datas
         "dimensionless": int(description.dimensionless),
         "assumed": to_json([*assumptions(spec, subject), *dataset.wucht.assumed], indent=None),
         "notes": to_json(list(description.notes), indent=None),
+        "parts": to_json(list(description.parts), indent=None),
     }
 
 

@@ -24,6 +24,7 @@ from wucht.files.catalogue import equations_of as document_equations
 from wucht.files.documents import Document
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
+from wucht.machines.parts.base import Drive
 from wucht.piecewise import Pieces
 from wucht.schema import refuse_unknown
 from wucht.studies.spec import Spec
@@ -85,7 +86,7 @@ def _text(value: Any) -> str:
 class Description:
     """Description of a subject in a result. facts: as JSON; two subjects with the same facts are the same to a study.
 
-    notes: origins of derived parameters.
+    notes: origins of derived parameters. parts: of a machine, see ``_parts_of``; they describe ``facts`` and add none.
     """
 
     title: str
@@ -93,6 +94,7 @@ class Description:
     facts: Mapping[str, Any]
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    parts: tuple[Mapping[str, Any], ...] = ()
 
 
 class Subject(Protocol):
@@ -128,7 +130,35 @@ class MachineSubject:
             "parameters": subject.values,
             "bodies": [[b.name, b.kind, b.about] for b in subject.bodies],
         }
-        return Description(subject.title, not subject.units.time, facts, subject.warnings, subject.notes)
+        dimensionless, parts = not subject.units.time, _parts_of(subject)
+        return Description(subject.title, dimensionless, facts, subject.warnings, subject.notes, parts)
+
+
+def _parts_of(machine: Machine) -> tuple[Mapping[str, Any], ...]:
+    """The parts of a machine in words, for its readers, in the order of its energies.
+
+    Each with ``path``, ``kind``, the body it turns about or acts ``on``, and for each of its ``parameters`` its name in words,
+    its unit, and whether it changes over time, so that its value is that at the start. A carrier has its ``directions``, a
+    drive its ``sense``. Parameters of tracks belong to parts of their paths.
+    """
+    owners: dict[str, dict[str, Any]] = {}
+    for part in machine.parts:
+        on = getattr(part, "about", None) or getattr(part, "on", None) or ""
+        owners[part.path] = {"path": part.path, "kind": part.kind, "on": on, "parameters": {}}
+        if isinstance(part, Drive):
+            owners[part.path]["sense"] = getattr(part, "sense", 1)
+    carrier = owners.get("carrier") or owners.get("")
+    if carrier is not None:
+        carrier["directions"] = list(machine.labels)
+    over_time = {schedule.parameter for schedule in machine.schedules}
+    for path, parameter in machine.parameters.items():
+        owner = max((name for name in owners if not name or path.startswith(f"{name}.")), key=len, default=None)
+        if owner is None:
+            owner = path.rpartition(".")[0]
+            owners[owner] = {"path": owner, "kind": "track", "on": "", "parameters": {}}
+        facts = {"what": parameter.long_name, "unit": parameter.unit}
+        owners[owner]["parameters"][path] = facts | ({"over_time": True} if path in over_time else {})
+    return tuple(owners.values())
 
 
 class MachineOrSystemSubject:

@@ -1,0 +1,226 @@
+"""``wucht report``: one page of HTML that loads nothing, escapes everything, and is the same to the last byte."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tomllib
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+
+import wucht as package
+from wucht.results.output_folder import load_result
+from wucht.results.store import save
+
+Command = Callable[..., Any]
+Study = Callable[..., Path]
+Refused = Callable[..., str]
+
+_EMPTY = {"meta", "br", "hr", "img", "link", "input"}
+_TRAP = '<script>alert("1")</script> & 振動 — ü'
+
+
+class Page(HTMLParser):
+    """The elements of a page; fails where one is not closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self._open: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in _EMPTY:
+            self._open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if "style" not in self._open:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results of three studies, in one folder."""
+    folder = tmp_path_factory.mktemp("results")
+    drum = {"study.until": 0.3}
+    package.run_file("practice/grinder-4-balls", drum, folder=folder / "grinder")
+    package.run_file("practice/screen", {"study.kind": "torque-balance"}, folder=folder / "screen")
+    package.run_file("kaltofen-cam/dwell-and-return", {"study.kind": "cam-law"}, folder=folder / "cam")
+    return folder
+
+
+def _page(wucht: Command, *arguments: str) -> str:
+    assert wucht("report", *arguments, "-o", "report.html").code == 0
+    return Path("report.html").read_text(encoding="utf-8")
+
+
+def _changed(source: Path, target: Path, **attributes: Any) -> Path:
+    """A copy of a result with other attributes, in a folder of its own."""
+    result = load_result(source)
+    target.mkdir(parents=True)
+    save(result.assign_attrs(attributes), target / "result.nc")
+    return target
+
+
+def test_one_result_has_verdict_figure_machine_numbers_and_study_file(wucht: Command, here: Path, results: Path) -> None:
+    page = Page(_page(wucht, str(results / "screen")))
+    said = package.report(package.load(results / "screen"))
+    assert said[1].removeprefix("verdict: ") in page.text
+    svgs = [attrs for tag, attrs in page.elements if tag == "svg"]
+    assert [attrs["aria-label"] for attrs in svgs] == [
+        "drawing of Vibratory screen with two exciters whose induction motors differ slightly",
+        "torque-balance of Vibratory screen with two exciters whose induction motors differ slightly",
+    ]
+    assert "Mount 1, stiffness in y 110 N/mm" in page.text
+    assert "Voltage of a phase 230 V" in page.text
+    assert "Steady speeds at which the torques balance" in page.text
+    assert "155.2 rad/s (1482 rpm)" in page.text
+    assert page.text.count("Report on") == 0
+    start = next(k for k, words in enumerate(page.words) if words.startswith("[study]"))
+    document = tomllib.loads(page.words[start])
+    assert document == json.loads(load_result(results / "screen").attrs["document"])
+
+
+def test_several_results_have_a_chapter_each_and_a_table_of_contents(wucht: Command, here: Path, results: Path) -> None:
+    text = _page(
+        wucht, str(results / "screen" / "result.nc"), str(results), str(results / "screen"), "--title", "For a customer"
+    )
+    page = Page(text)
+    assert [attrs["id"] for tag, attrs in page.elements if tag == "section"] == ["r1", "r2", "r3"]
+    links = [attrs["href"] for tag, attrs in page.elements if tag == "a"]
+    assert links == ["#r1", "#r2", "#r3"]
+    assert text.index("For a customer") < text.index("<nav>") + 60
+    assert [text.count(f"<h1>{title}") for title in ("For a customer", "Vibratory screen", "Angle grinder")] == [1, 1, 1]
+
+
+def test_no_identifier_occurs_twice_and_every_reference_has_its_target(wucht: Command, here: Path, results: Path) -> None:
+    text = _page(wucht, str(results))
+    ids = re.findall(r'\bid="([^"]+)"', text)
+    assert len(ids) == len(set(ids)) > 20
+    references = set(re.findall(r'href="#([^"]+)"|url\(#([^)]+)\)', text))
+    assert {a or b for a, b in references} <= set(ids)
+
+
+def test_nothing_is_loaded_from_elsewhere(wucht: Command, here: Path, results: Path) -> None:
+    text = _page(wucht, str(results))
+    page = Page(text)
+    assert {tag for tag, _ in page.elements} & {"script", "link", "iframe", "object", "embed", "base", "form", "img"} == set()
+    for tag, attrs in page.elements:
+        for name in ("src", "href", "xlink:href", "srcset", "action", "data"):
+            value = attrs.get(name)
+            assert value is None or value.startswith(("#", "data:image/png;base64,")), (tag, name, value)
+        assert not [name for name in attrs if name.startswith("on")]
+    assert re.findall(r"https?:|@import|@font-face", text) == []
+    assert [u for u in re.findall(r"url\(([^)]*)\)", text) if not u.startswith("#")] == []
+
+
+def test_the_same_results_give_the_same_bytes(
+    wucht: Command, here: Path, results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    first = _page(wucht, str(results))
+    assert "Report of 1970-01-01" in first
+    assert _page(wucht, str(results)) == first
+
+
+def test_titles_are_escaped_and_shortened(wucht: Command, here: Path, results: Path) -> None:
+    _changed(results / "cam", here / "trap", title=_TRAP, sentence=_TRAP, warnings=json.dumps([_TRAP, "a\x00b\u202e\ud800"]))
+    text = _page(wucht, "trap", "--title", _TRAP + "</style><b>")
+    page = Page(text)
+    assert _TRAP in page.text
+    assert not [tag for tag, _ in page.elements if tag in ("script", "b") and tag == "script"]
+    assert "</style><b>" not in text
+    assert text.count("</style>") == 1
+    assert not set("\x00\u202e") & set(text)
+    short = len(text)
+    _changed(results / "cam", here / "long", title="A long title " * 8000)
+    long = _page(wucht, "long")
+    assert len(long) < short + 5000
+    assert Page(long).text.count("…") >= 2
+
+
+def test_long_study_files_are_abridged(wucht: Command, here: Path, results: Path) -> None:
+    table = {"points": [[k, 2 * k] for k in range(5000)], "note": "x" * 100_000}
+    _changed(results / "cam", here / "table", document=json.dumps({"study": {"kind": "cam-law"}, "law": table}))
+    page = Page(_page(wucht, "table"))
+    assert "4,976 more" in page.text
+    assert "99,800 more characters" in page.text
+    assert "the result file has all of them" in page.text
+
+
+def test_a_result_of_an_earlier_version_lacks_only_what_it_did_not_record(wucht: Command, here: Path, results: Path) -> None:
+    old = load_result(results / "screen")
+    for name in ("parts", "quantities", "document", "notes", "versions"):
+        del old.attrs[name]
+    (here / "old").mkdir()
+    save(old, here / "old" / "result.nc")
+    page = Page(_page(wucht, "old"))
+    assert len([tag for tag, _ in page.elements if tag == "svg"]) == 1
+    assert "parameters.carrier.mass 360" in page.text
+    assert "an earlier version, which did not record its number" in page.text
+
+
+def test_an_incomplete_result_says_so(wucht: Command, here: Path, results: Path) -> None:
+    _changed(results / "cam", here / "broken", finished=0, failure="the integration stopped at t = 1 s")
+    page = Page(_page(wucht, "broken"))
+    assert "This result is incomplete the integration stopped at t = 1 s" in page.text
+
+
+def test_bad_results(refused: Refused, here: Path, results: Path, wucht: Command) -> None:
+    (here / "empty").mkdir()
+    (here / "damaged.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + 100 * b"x")
+    xr.Dataset(attrs={"title": "no result"}).to_netcdf(here / "foreign.nc", engine="h5netcdf")
+    _changed(results / "cam", here / "unknown", study="no-such-study")
+    refused("report", "absent.nc", says=("absent.nc", "there is no such file"))
+    refused("report", "empty", says=("empty", "there is no result.nc in this folder"))
+    refused("report", "damaged.nc", says=("damaged.nc", "not a readable NetCDF file"))
+    refused("report", "foreign.nc", says=("foreign.nc", "not written by wucht"))
+    refused("report", "unknown", says=("unknown", "no-such-study"))
+    assert not Path("report.html").exists()
+    assert wucht("report").code == 2
+
+
+def test_bad_places(refused: Refused, here: Path, results: Path) -> None:
+    (here / "file").write_text("")
+    (here / "folder.html").mkdir()
+    cam = str(results / "cam")
+    refused("report", cam, "-o", "folder.html", says=("-o", "this is a folder"))
+    refused("report", cam, "-o", "result.nc", says=("-o", "result.nc", "must be the name of a page of HTML"))
+    refused("report", cam, "-o", "file/report.html", says=("-o", "nothing can be written there"))
+    refused("report", cam, "-o", "n" * 300 + ".html", says=("-o",))
+
+
+def test_an_earlier_report_survives_a_failure(refused: Refused, wucht: Command, here: Path, results: Path) -> None:
+    before = _page(wucht, str(results / "cam"))
+    (here / "damaged.nc").write_bytes(b"nothing")
+    refused("report", str(results / "cam"), "damaged.nc", "-o", "report.html", says=("damaged.nc",))
+    assert Path("report.html").read_text(encoding="utf-8") == before
+    assert sorted(path.name for path in here.iterdir()) == ["damaged.nc", "report.html"]
+
+
+def test_a_folder_that_is_written_to_counts_once(wucht: Command, here: Path, results: Path) -> None:
+    """The results of a run that has not ended are in a folder inside, and belong to no report."""
+    shutil.copytree(results / "cam", here / "all" / "cam")
+    shutil.copytree(results / "cam", here / "all" / "cam" / ".wucht-new")
+    page = Page(_page(wucht, "all"))
+    assert len([tag for tag, _ in page.elements if tag == "section"]) == 1
