@@ -127,11 +127,19 @@ class Structure(Bodies):
             word, unit = ("moment", u.torque) if label == "r" else ("force", u.force)
             outputs.append(Output(f"bearing_force_{label}", inertia - force, unit, f"bearing {word} on the carrier in {label}"))
         if len(self.rotors) > 1:
-            outputs += [output for rotor in self.rotors for output in self._bearing_of(rotor)]
+            outputs += [output for rotor in self.rotors for output in (*self._bearing_of(rotor), self._motor_of(rotor))]
         for name, (position, velocity) in self.orbit.items():
             unit = "rad" if name == "r" else u.length
             outputs += [Output(f"orbit.{name}", position, unit), Output(f"orbit.v{name}", velocity, "")]
         return outputs
+
+    def _motor_of(self, rotor: RotatingBody) -> Output:
+        """Return the power of the motors of one rotor and of the bodies about it."""
+        coordinates = [b.coordinate for b in self.group(rotor)]
+        turning = {c.velocity for c in coordinates}
+        motors = [a for e in self.energies for a in e.applied_forces if a.rate.free_symbols & turning]
+        power = lagrange.supplied_power([Energies(applied_forces=tuple(motors))], coordinates)
+        return Output(f"motor_power[{rotor.name}]", power, self.units.power, f"motor power of {rotor.name}")
 
     def _bearing_of(self, rotor: RotatingBody) -> list[Output]:
         """Return the force of one rotor, with the bodies about it, on the carrier, in the directions in which that translates.

@@ -57,7 +57,7 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
     beside = {axis: _legend(axis, entries, 0.0) for axis, entries in sheet.beside.items()}
     margins = _margins(sheet, beside)
     heading_height = em * (LINE * TITLE / page.font * len(sheet.heading.split("\n")) + 0.6 if sheet.heading else 0.3)
-    top = heading_height + (LINE * page.small / 72 * len(sheet.assumption_note.split("\n")) if sheet.assumption_note else 0.0)
+    top = heading_height + (LINE * page.small / 72 * len(sheet.note.split("\n")) if sheet.note else 0.0)
     over = None if sheet.over is None else _legend(figure, sheet.over, page.width - 2 * em)
     depth, places = top + (0.0 if over is None else _size(over)[1] + 0.6 * em), list[_Place]()
     for number, (row, room, height) in enumerate(zip(sheet.rows, sheet.columns, sheet.heights, strict=True)):
@@ -72,33 +72,44 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         depth += height + em * _height_below(row, number == len(sheet.rows) - 1, inner / em)
     if sheet.below is not None:
         depth += _size(_legend(figure, sheet.below, page.width - 2 * em))[1] + 0.4 * em
+    rights = _scales_beside(sheet)
     depth = math.ceil(depth * figure.dpi) / figure.dpi  # whole pixels
     figure.set_size_inches(page.width, depth)
     for p in places:
         p.axis.set_position((p.x / page.width, 1 - (p.y + p.height) / depth, p.width / page.width, p.height / depth))
         if p.axis in beside:
-            off = (sheet.right.get(p.axis, 0.0) + 0.4) * em / p.width
+            off = (rights[p.axis] + 0.4) * em / p.width
             beside[p.axis].set_bbox_to_anchor((1.0 + off, 0.5), p.axis.transAxes)
     if over is not None:
         over.set_loc("upper center")
         over.set_bbox_to_anchor((0.5, 1 - top / depth), figure.transFigure)
     if sheet.heading and (title := figure._suptitle) is not None:  # type: ignore[attr-defined]
         title.set(y=1 - 0.4 * em / depth, va="top")
-    if sheet.assumption_note:
+    if sheet.note:
         small: Any = {"fontsize": page.small, "color": GREY, "parse_math": False}
-        figure.text(0.5, 1 - heading_height / depth, sheet.assumption_note, ha="center", va="top", **small)
+        figure.text(0.5, 1 - heading_height / depth, sheet.note, ha="center", va="top", **small)
+
+
+def _scales_beside(sheet: Sheet) -> dict[Axes, float]:
+    """The room for scales to the right of each panel, that of the widest of its column, so that legends beside are aligned."""
+    widest = dict[tuple[int, int], float]()
+    places = [(axis, (room, k)) for row, room in zip(sheet.rows, sheet.columns, strict=True) for k, axis in enumerate(row)]
+    for axis, place in places:
+        widest[place] = max(widest.get(place, 0.0), sheet.right.get(axis, 0.0))
+    return {axis: widest[place] for axis, place in places}
 
 
 def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, list[tuple[float, float]]]:
     """Margins to the left and right of the panels of each column, by the number of panels that fit in a row."""
-    em, margins = sheet.page.em, dict[int, list[tuple[float, float]]]()
+    em, margins, rights = sheet.page.em, dict[int, list[tuple[float, float]]](), _scales_beside(sheet)
     for row, room, height in zip(sheet.rows, sheet.columns, sheet.heights, strict=True):
         column_margins = margins.setdefault(room, [(0.0, 0.0)] * room)
         for k, axis in enumerate(row):
             has_numbers = axis.axison and axis.get_yticks().size > 0
             left_margin = (_NUMBERS * has_numbers + LINE * _name_lines(axis.yaxis, _ROOM * height / em) + _ABOUT) * em
-            right_margin = max(sheet.right.get(axis, 0.0), 0.0 if axis in beside else _EDGE) * em
-            right_margin += _size(beside[axis])[0] + 0.8 * em if axis in beside else 0.0
+            right_margin = max(sheet.right.get(axis, 0.0), _EDGE) * em
+            if axis in beside:
+                right_margin = rights[axis] * em + _size(beside[axis])[0] + 0.8 * em
             column_margins[k] = max(column_margins[k][0], left_margin), max(column_margins[k][1], right_margin)
     return margins
 

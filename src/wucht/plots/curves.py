@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.scales import plain_decades
-from wucht.plots.style import GREY
-
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RESIDUAL = 0.45  # inches: height of the panel of the energy residual, which is only a check
-_ROUNDING = 1e-18  # a residual: nothing below is drawn
 _MOST_POINTS = 4000
 _NEAR_ZERO = 45.0  # degrees: angles that end this close to 0 are not drawn at the edge of the panel
-_STRIPS, _PALE, _FEW = 100, 0.15, 2
+_STRIPS = 100
 _DENSE, _VISIBLE_SHARE = 3, 0.01  # turning points in a strip, and the least visible swing as a share of the panel's height
 _BAND: dict[str, Any] = {"alpha": 0.35, "linewidth": 0.6, "zorder": 2}
 
@@ -35,16 +30,6 @@ def thin_curve(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     rest = np.arange(len(begins) * size, len(x))
     keep = np.unique(np.concatenate([[0], low, high, rest, [len(x) - 1]]))
     return x[keep], y[keep]
-
-
-def draw_residual(axis: Axes, time: np.ndarray, residual: np.ndarray) -> None:
-    """Draw the residual of the energy balance: the panel only shows that it is small."""
-    axis.semilogy(*thin_curve(time, np.maximum(residual, _ROUNDING)), color=GREY, linewidth=0.8)
-    axis.set_ylim(_ROUNDING, max(1e-8, 10 * float(residual.max(initial=0.0))))
-    axis.set_yticks([1e-16, 1e-8])
-    axis.minorticks_off()
-    plain_decades(axis.yaxis)
-    axis.set_ylabel("energy\nresidual")
 
 
 def without_jumps(phase: np.ndarray, period: float) -> np.ndarray:
@@ -65,36 +50,6 @@ def angle_panel(axis: Axes, angles: Iterable[np.ndarray]) -> float:
     axis.set_ylim(begin, begin + 360)
     axis.set_yticks(begin + np.array([0, 90, 180, 270, 360]))
     return begin
-
-
-def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, styles: Sequence[dict[str, Any]]) -> None:
-    """Draw angles (n, N) in a panel from ``begin`` on, with gaps where they wrap.
-
-    Where an angle turns too fast to be drawn, a pale band with its name replaces its line.
-    """
-    passing: list[tuple[np.ndarray, dict[str, Any]]] = []
-    for angle, style in zip(degrees, styles, strict=True):
-        fast = _is_too_fast(x, angle)
-        curve = without_jumps(begin + np.remainder(angle - begin, 360), 360.0)
-        axis.plot(x, np.where(fast, np.nan, curve), **style)
-        passing += [(fast, style)] if fast.any() else []
-    if passing:
-        names = [str(style["label"]) for _, style in passing if "label" in style]
-        name = f"turning past: {', '.join(names) if len(names) == len(passing) <= _FEW else 'several'}"
-        colour = passing[0][1]["color"] if len(passing) == 1 else GREY
-        anywhere = np.any([fast for fast, _ in passing], axis=0)
-        axis.fill_between(x, begin, begin + 360, where=anywhere, label=name, color=colour, alpha=_PALE, linewidth=0)
-
-
-def _is_too_fast(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
-    """True (N,) where an angle makes more than a turn within a hundredth of the panel."""
-    span = abs(float(x[-1] - x[0])) if len(x) > 1 else 0.0
-    if not span or not np.isfinite(span):
-        return np.zeros(len(x), bool)
-    angles = np.nan_to_num(np.unwrap(np.nan_to_num(degrees), period=360.0))
-    strip = np.minimum((np.abs(x - x[0]) / (span / _STRIPS)).astype(int), _STRIPS - 1)
-    low, high = _extremes(strip, angles)
-    return np.asarray((high - low > 360)[strip])
 
 
 def draw_swings(axis: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> None:

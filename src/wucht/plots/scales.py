@@ -16,12 +16,24 @@ if TYPE_CHECKING:
 
 _PARTS_OF_PI = (8, 4, 2, 1)  # ticks of an angle are multiples of pi over one of these, at most:
 _MOST_TICKS = 5
+_LEAST, _MOST = 0.05, 5000.0  # values between them are drawn without a prefix
 
 
 def printed_values(result: Any, name: str) -> tuple[np.ndarray, str]:
     """The values of a variable as they are drawn, and the name of their scale."""
     factor, unit = printed_unit(result, name)
     return np.asarray(factor * result[name].values), label(result, name, unit)
+
+
+def prefixed_unit(values: np.ndarray, unit: str) -> tuple[float, str]:
+    """The factor and the unit in which values of a unit without prefix are drawn: in thousands of it or thousandths.
+
+    Without a unit they are drawn as they are.
+    """
+    largest = float(np.abs(values).max(initial=0.0))
+    if not unit or not 0 < largest < math.inf or _LEAST <= largest < _MOST:
+        return 1.0, unit
+    return (1e-3, f"k{unit}") if largest >= _MOST else (1e3, f"m{unit}")
 
 
 def name_speeds(axis: Axes, result: Any, name: str = "speed", of: str = "y") -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.page import PRINT, Page, current_page, page_context
-from wucht.results.formatting import wrap_text
+from wucht.results.formatting import round_numbers, wrap_text
 from wucht.results.store import replace_file
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ SCALE, TICKS, LINE = 6.2, 1.8, 1.25  # in sizes of the text: a scale with its na
 _BAR = 1.0  # a bar of colours beside a panel
 LETTER, TITLE = 0.53, 10.0  # the mean width of a letter; the size of the title, in points
 _WIDE = 0.58  # mean width of a letter in a sentence with many numbers
+_MOST_LINES, _MOST_NOTE_LINES = 2, 4  # of a heading, and of a sentence below it
 
 
 @dataclass
@@ -39,7 +40,7 @@ class LegendEntries:
 @dataclass
 class Sheet:
     """Parts of a figure to be arranged. rows: of panels; columns: number of panels that fit in each row; heights: of each,
-    in inches. right: room for scales beside panels. assumption_note: text below the heading."""
+    in inches. right: room for scales beside panels. note: text in small type below the heading."""
 
     page: Page
     heading: str
@@ -53,7 +54,7 @@ class Sheet:
     right: dict[Axes, float] = field(default_factory=dict)
     top: dict[Axes, float] = field(default_factory=dict)
     ends: dict[Axes, list[Line2D]] = field(default_factory=dict)
-    assumption_note: str = ""
+    note: str = ""
 
 
 _SHEET = "_wucht_sheet"  # attribute of a figure: a global table would keep figures alive, as a sheet refers to its figure
@@ -70,14 +71,19 @@ def has_sheet(figure: Figure) -> bool:
     return hasattr(figure, _SHEET)
 
 
-def new_figure(rows: int, title: str, subtitle: str = "", heights: float | Sequence[float] = 1.55) -> tuple[Figure, list[Axes]]:
-    """Make a figure with one column of panels over a common abscissa. heights: of the panels, in inches."""
-    figure, axes = new_grid(rows, title, subtitle, columns=1, heights=heights)
-    for axis in axes[1:]:
+def new_figure(
+    rows: int, title: str, subtitle: str = "", heights: float | Sequence[float] = 1.55, apart: int = 0
+) -> tuple[Figure, list[Axes]]:
+    """Make a figure with one column of panels over a common abscissa.
+
+    heights: of the rows, in inches. apart: number of panels below them, with separate abscissae, beside each other.
+    """
+    figure, axes = new_grid(rows + apart, title, subtitle, columns=max(apart, 1), heights=heights, wide=rows)
+    for axis in axes[1:rows]:
         axis.sharex(axes[0])
-    for axis in axes[:-1]:
+    for axis in axes[: rows - 1]:
         axis.tick_params(labelbottom=False)
-    figure.align_ylabels(axes)
+    figure.align_ylabels(axes[:rows])
     return figure, axes
 
 
@@ -110,8 +116,9 @@ def new_grid(
     rows = [[axis] for axis in axes[:wide]] + middle_rows + [[axis] for axis in end]
     row_heights = [page.height * h for h in ([heights] if isinstance(heights, int | float) else heights)]
     row_heights = (row_heights + row_heights[-1:] * len(rows))[: len(rows)]
-    heading = "\n".join(_lines(title, page) + _lines(subtitle, page)) if page.has_title else ""
-    setattr(figure, _SHEET, Sheet(page, heading, rows, [1] * wide + [columns] * len(middle_rows) + [1] * last, row_heights))
+    heading, note = _heading(title, round_numbers(subtitle), page) if page.has_title else ("", "")
+    row_columns = [1] * wide + [columns] * len(middle_rows) + [1] * last
+    setattr(figure, _SHEET, Sheet(page, heading, rows, row_columns, row_heights, note=note))
     if heading:
         figure.suptitle(heading, fontsize=TITLE).set_parse_math(False)  # a title may hold a dollar sign
     return figure, axes
@@ -127,17 +134,31 @@ def _add_panel(figure: Figure) -> Axes:
     return axis
 
 
-def _lines(text: str, page: Page) -> list[str]:
-    """Break a text into lines that fit on the page."""
-    letters = int(page.width * 72 / (_WIDE * TITLE))
-    return wrap_text(text, letters) if text else []
+def _heading(title: str, subtitle: str, page: Page) -> tuple[str, str]:
+    """The title with the sentence below it, in at most two lines, and a note: the sentence, where it needs more."""
+    titles, sentences = _lines(title, page, TITLE), _lines(subtitle, page, TITLE)
+    if len(titles) + len(sentences) <= _MOST_LINES:
+        return "\n".join([*titles, *sentences]), ""
+    return "\n".join(titles), "\n".join(_lines(subtitle, page, page.small, _MOST_NOTE_LINES))
+
+
+def _lines(text: str, page: Page, size: float, most: int = _MOST_LINES) -> list[str]:
+    """Break a text in letters of a size into lines that fit on the page, at most so many; the rest of it is left out."""
+    letters = int(page.width * 72 / (_WIDE * size))
+    begin = text[: (most + 1) * letters]  # of more no line is printed
+    lines = wrap_text(begin, letters) if text else []
+    if len(lines) > most or len(begin) < len(text):
+        *first, last = lines[:most]
+        lines = [*first, f"{last}\N{HORIZONTAL ELLIPSIS}"]
+    return [line if len(line) <= letters else f"{line[: letters - 1]}\N{HORIZONTAL ELLIPSIS}" for line in lines]
 
 
 def write_assumptions(figure: Figure, statements: Sequence[str]) -> None:
     """Write the assumptions of a result in small type below the heading, if there is one."""
     if statements and has_sheet(figure) and (sheet := sheet_of(figure)).heading:
         letters = int(sheet.page.width * 72 / (_WIDE * sheet.page.small))
-        sheet.assumption_note = "\n".join(wrap_text(f"assumed: {'; '.join(statements)}", letters))
+        lines = wrap_text(f"assumed: {'; '.join(statements)}", letters)
+        sheet.note = "\n".join([*([sheet.note] if sheet.note else []), *lines])
 
 
 def page_of(figure: Figure) -> Page:

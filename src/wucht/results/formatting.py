@@ -98,6 +98,23 @@ def percent(share: float, off: float = 0.0) -> str:
     return f"{100 * share:.{decimals}f} % ± {100 * off:.{decimals}f} %"
 
 
+def round_numbers(text: str, digits: int = 4) -> str:
+    """A text whose decimal numbers are rounded to significant digits: ``7.3071 s`` becomes ``7.307 s``.
+
+    Numbers with fewer digits, and those without a decimal point, remain as they are.
+    """
+
+    def rounded(number: re.Match[str]) -> str:
+        mantissa, exponent = number[1], number[2] or ""
+        if len(mantissa.replace(".", "").lstrip("0")) <= digits:
+            return number[0]
+        value = float(f"{float(mantissa):.{digits}g}")
+        decimals = digits - 1 - math.floor(math.log10(value))
+        return f"{value:.{max(decimals, 0)}f}{exponent}"
+
+    return re.sub(r"(?<![\w.])(\d+\.\d+)(e[+-]?\d+)?(?![\w.]*\d)", rounded, text)
+
+
 def bodies_in_words(count: int) -> str:
     """The number of bodies in words: ``4 bodies``."""
     return "1 body" if count == 1 else f"{count} bodies"

@@ -18,6 +18,7 @@ from wucht.dynamics.run_ups.coasting import (
     Descent,
     Record,
     driving_machine,
+    further_angle,
     phases_of_bodies,
     place_bodies,
     reduce_leg,
@@ -37,10 +38,10 @@ from wucht.machines.operation import axis_at_rest, natural_frequencies
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.plots.curves import RESIDUAL, draw_residual
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import legend_beside, new_figure
-from wucht.plots.style import COLOURS, GREY, mark_levels
+from wucht.plots.style import COLOURS, GREY, line_style, mark_levels
+from wucht.plots.time_courses import RANGE, TurnWindows, draw_greatest
 from wucht.results.formatting import ReportLines, abscissa_label
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
@@ -341,7 +342,14 @@ def _row_quantities(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Qu
         "energy_residual": ("energy residual, relative", ""),
         "dissipated_work": ("energy dissipated", units.energy),
     }
-    return [Quantity(name, rows[name], *words_and_unit, "time") for name, words_and_unit in words.items()]
+    quantities = [Quantity(name, rows[name], *words_and_unit, "time") for name, words_and_unit in words.items()]
+    if further := [r.name for r in machine.rotors[1:]]:
+        angles = [rows["angle"], *(rows[further_angle(name)] for name in further)]
+        quantities += [
+            Quantity("rotor", [machine.rotor.name, *further], "rotor", "", "rotor"),
+            Quantity("rotor_angle", angles, "angle of each rotor", "rad", "rotor time"),
+        ]
+    return quantities
 
 
 def _course_quantities(plan: SingleCoastDown, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
@@ -437,6 +445,7 @@ def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
     ]
 
 
+_VISIBLE_RANGE = 1e-2  # of the range of the mean speed: a narrower range about it is not drawn
 _STARTS = {
     "steady": "it starts in the steady vibration of its speed",
     "rest": "the carrier starts at rest",
@@ -462,23 +471,22 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Draw two panels (three if the carrier moves) from a coast-down's Dataset alone."""
+    """Draw the speed of a coast-down, and the amplitude if the carrier moves, from its Dataset alone."""
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
-    heights = [2.0] * (1 + moves) + [RESIDUAL]
-    fig, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
+    fig, axes = new_figure(1 + moves, result.attrs["title"], result.attrs["sentence"], 2.0)
     start = f"from {result.configuration_name.values[0]}" if "run_speed" in result else ""
-    _speed(axes[0], result, start)
+    windows = TurnWindows.of(result.time.values, result.angle.values, float(result.time[-1]))
+    _speed(axes[0], result, windows, start)
     if moves:
         amplitude, name = printed_values(result, "amplitude")
-        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label=start or "amplitude")
+        draw_greatest(axes[1], windows, amplitude, color=COLOURS[0], linewidth=1.1, label=start or "amplitude")
         axes[1].set(ylabel=name, ylim=(0, None))
     if start:
         _draw_other_runs(axes, result, moves)
-    draw_residual(axes[-1], result.time.values, result.energy_residual.values)
     if result.sizes["time"] > 1:
         axes[-1].set_xlim(float(result.time[0]), float((result.run_time if start else result.time)[-1]))
     axes[-1].set_xlabel(abscissa_label(result, "time"))
-    for axis in axes[:-1]:
+    for axis in axes:
         legend_beside(axis)
     return fig
 
@@ -493,19 +501,24 @@ def _draw_other_runs(axes: Sequence[Axes], result: xr.Dataset, moves: bool) -> N
                 axes[1].plot(result.run_time, printed_values(result, "run_amplitude")[0][k], **style)
 
 
-def _speed(axis: Axes, result: xr.Dataset, start: str) -> None:
+def _speed(axis: Axes, result: xr.Dataset, windows: TurnWindows, start: str) -> None:
     """Draw the mean speed over each turn, the range of the speed, and the times of half speed and of the reversal.
 
     start: words on the start of the run for the legend where there are several, else empty.
     """
     summary, time, blue = result.wucht.summary, result.time, COLOURS[0]
     start_speed, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
-    low, high, pale = result.min_speed, result.max_speed, COLOURS[4]
-    axis.fill_between(time, low, high, color=pale, alpha=0.5, linewidth=0, label="range of the speed")
-    if result.sizes["turn"] > 1:
-        axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label=start or "mean over a turn")
-    else:
-        axis.plot(time, result.speed, color=blue, linewidth=1.3, label=start or "speed")
+    names = [str(name) for name in result.rotor.values] if "rotor_angle" in result else []
+    turns = result.sizes["turn"] > 1
+    at, mean = (result.turn_time, result.mean_speed) if turns else (time, result.speed)
+    course = np.interp(windows.at, at.values, mean.values)
+    low, high = (windows.extremes(x.values, course)[k] for k, x in enumerate((result.min_speed, result.max_speed)))
+    if (high - low).max() > _VISIBLE_RANGE * np.ptp(mean.values):
+        axis.fill_between(windows.at, low, high, color=COLOURS[4], alpha=0.5, linewidth=0, label=RANGE)
+    text = start or (f"{names[0]}, mean over a turn" if names else "mean over a turn" if turns else "speed")
+    axis.plot(at, mean, color=blue, linewidth=1.3, label=text)
+    for k, name in enumerate(names[1:], 1):
+        axis.plot(windows.at, windows.rates(result.rotor_angle.values[k]), **line_style(k) | {"label": name})
     natural = np.unique(np.round(result.natural_frequency.values, 9))
     mark_levels(axis, np.sign(start_speed) * natural[np.abs(natural) <= 1.05 * abs(start_speed)], "natural frequency")
     if half_time is not None:
@@ -513,6 +526,6 @@ def _speed(axis: Axes, result: xr.Dataset, start: str) -> None:
     if reversal_time is not None:
         axis.plot([reversal_time], [0.0], "s", color=COLOURS[2], markersize=5, zorder=4, label="turns back")
         axis.axhline(0.0, color=GREY, linewidth=0.6)
-        after = time.values >= reversal_time
+        after = time.values >= (at.values[-1] if turns else reversal_time)  # from the last whole turn on
         axis.plot(time[after], result.speed[after], color=blue, linewidth=0.5)
     name_speeds(axis, result)

@@ -36,20 +36,7 @@ def motion_quantities(machine: Machine, row: Rows, trajectory: Trajectory, large
 
     row: states and outputs of the machine's System, (N,) each. largest: largest amplitude.
     """
-    ways, rotors = [d for d in "xy" if d in machine.labels], [r.name for r in machine.rotors]
-    of_rotors, of_sliders = list[Quantity](), list[Quantity]()
-    if ways and len(rotors) > 1:
-        forces = np.array([[row[f"bearing_force[{name}]_{d}"] for d in ways] for name in rotors])
-        of_rotors = [
-            Quantity("rotor", rotors, "rotor", "", "rotor"),
-            Quantity("plane", ways, "direction", "", "plane"),
-            Quantity(
-                "rotor_bearing_force", forces, "bearing force of a rotor, with the bodies about it, on the carrier",
-                machine.units.force, "rotor plane time",
-            ),
-        ]  # fmt: skip
-    if machine.sliders:
-        of_sliders = [Quantity("slider", [x.name for x in machine.sliders], "slider", "", "slider")]
+    of_sliders = [Quantity("slider", [x.name for x in machine.sliders], "slider", "", "slider")] if machine.sliders else []
     return [
         Quantity("time", trajectory.time, "time", machine.units.time, "time"),
         Quantity("body", [b.name for b in machine.bodies], "body", "", "body"),
@@ -59,8 +46,41 @@ def motion_quantities(machine: Machine, row: Rows, trajectory: Trajectory, large
         *_internal_state_quantities(machine, row),
         *_vibration(machine, row, trajectory.time, largest),
         *_energy(machine, row, trajectory),
-        *of_rotors,
+        *_rotors(machine, row),
+        *_mounts(machine),
     ]
+
+
+def _rotors(machine: Machine, row: Rows) -> list[Quantity]:
+    """Power and bearing force of each of several rotors."""
+    ways, rotors = [d for d in "xy" if d in machine.labels], [r.name for r in machine.rotors]
+    if len(rotors) < 2:
+        return []
+    powers = np.array([row[f"motor_power[{name}]"] for name in rotors])
+    quantities = [
+        Quantity("rotor", rotors, "rotor", "", "rotor"),
+        Quantity("rotor_power", powers, "motor power of a rotor", machine.units.power, "rotor time"),
+    ]
+    if not ways:
+        return quantities
+    forces = np.array([[row[f"bearing_force[{name}]_{d}"] for d in ways] for name in rotors])
+    what = "bearing force of a rotor, with the bodies about it, on the carrier"
+    return [
+        *quantities,
+        Quantity("plane", ways, "direction", "", "plane"),
+        Quantity("rotor_bearing_force", forces, what, machine.units.force, "rotor plane time"),
+    ]
+
+
+def _mounts(machine: Machine) -> list[Quantity]:
+    """Places of the mounts on a planar carrier, from its centre of mass."""
+    places: list[list[float]] = []
+    while f"carrier.mounts.{len(places) + 1}.at.x" in machine.values:
+        places.append([machine.values[f"carrier.mounts.{len(places) + 1}.at.{d}"] for d in "xy"])
+    if not places:
+        return []
+    what = "place of a mount, from the carrier's centre of mass"
+    return [Quantity(f"mount_{d}", [p[k] for p in places], what, machine.units.length, "mount") for k, d in enumerate("xy")]
 
 
 def natural_vibrations(machine: Machine) -> list[Quantity]:

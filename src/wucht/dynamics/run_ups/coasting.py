@@ -210,11 +210,11 @@ def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
 class Descent:
     """A leg of the run, reduced to its record: a unit of work.
 
-    rows: columns (N,) by the names of ``ROW``; extremes are those since the row before. turns: the time in the middle of each
-    turn up to the first reversal, and the mean speed over it (2, K). reversals: when the rotor turns back. observer: averages
-    over turns; averages: how many there were. halving: time and speed (2, k) of those around the moment at which the
-    speed has fallen to half of that at the start, or of the last ones; samples around it before the first turn. end: the
-    last sample, from which the run continues.
+    rows: columns (N,) by the names of ``ROW``, and the angles of further rotors (``further_angle``); extremes are those since
+    the row before. turns: the time in the middle of each turn up to the first reversal, and the mean speed over it (2, K).
+    reversals: when the rotor turns back. observer: averages over turns; averages: how many there were. halving: time and speed
+    (2, k) of those around the moment at which the speed has fallen to half of that at the start, or of the last ones; samples
+    around it before the first turn. end: the last sample, from which the run continues.
     """
 
     end: Trajectory
@@ -242,12 +242,18 @@ class Record(Descent):
 
     def update(self, leg: Descent) -> Record:
         """Return the record with the next leg; if there are too many rows, each two become one."""
-        rows, stride = {name: np.append(self.rows[name], leg.rows[name]) for name in ROW}, self.stride
+        rows = {name: np.append(self.rows.get(name, ()), column) for name, column in leg.rows.items()}
+        stride = self.stride
         if len(rows["time"]) > MOST_ROWS:
             rows, stride = {name: _thin_rows(name, column) for name, column in rows.items()}, 2 * stride
         turns, reversals = np.append(self.turns, leg.turns, axis=1), self.reversals + leg.reversals
         changes = vars(leg) | {"rows": rows, "turns": turns, "reversals": reversals}
         return replace(self, **changes, stride=stride, legs=self.legs + 1)
+
+
+def further_angle(rotor: str) -> str:
+    """The name of the column of the angle of a further rotor, beside the main one."""
+    return f"angle[{rotor}]"
 
 
 def _thin_rows(name: str, column: np.ndarray) -> np.ndarray:
@@ -279,7 +285,7 @@ def reduce_leg(
         "amplitude": np.maximum(np.maximum.reduceat(amplitude, first), amplitude[last]),
         "energy_residual": residual[last],
         "dissipated_work": t.quadratures[DISSIPATED_WORK][last],
-    }
+    } | {further_angle(r.name): outputs[r.coordinate.position.name][last] for r in machine.rotors[1:]}
     reversals = tuple(h.time for h in t.hits if h.name == REVERSAL)
     leg = Descent(end=replace(t.tail(1), hits=()), rows=rows, reversals=reversals, balance=balance)
     if before.reversals:

@@ -12,6 +12,7 @@ import numpy as np
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
 from wucht.plots.curves import thin_curve
+from wucht.plots.time_courses import shown_until
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.comparison.variants import ComparedVariants, Variant
 from wucht.studies.registry import Study, study_of
@@ -114,10 +115,18 @@ def _curve(result: xr.Dataset, x: str, y: str) -> VariantCurve | None:
         parts = list(zip(*(np.split(row[0], ends) for row in rows), strict=True))
     else:
         parts = list(zip(*rows, strict=True))
-    thinned_parts = [thin_curve(*part) for part in parts]
+    until = shown_until([result.wucht.summary], float(np.nanmax(at.values))) if x == "time" else np.inf
+    thinned_parts = [_thin_both(part[0], part[1], until) for part in parts]
     coordinates = [np.concatenate([piece for pair in thinned_parts for piece in (pair[k], [np.nan])])[:-1] for k in range(2)]
     words = [(str(a.get("long_name", n)), str(a.get("units", ""))) for n, a in ((x, at.attrs), (y, of.attrs))]
     return VariantCurve((words[0][0], words[1][0]), (words[0][1], words[1][1]), *coordinates)
+
+
+def _thin_both(x: np.ndarray, y: np.ndarray, until: float) -> tuple[np.ndarray, np.ndarray]:
+    """Thin a curve up to an abscissa, and beyond: the part that is drawn keeps its detail."""
+    k = int(np.count_nonzero(x <= until))
+    pieces = [thin_curve(x[part], y[part]) for part in (slice(k), slice(k, None)) if len(x[part])]
+    return np.concatenate([piece[0] for piece in pieces]), np.concatenate([piece[1] for piece in pieces])
 
 
 @dataclass(frozen=True)

@@ -143,6 +143,7 @@ def _merged_sentences(cases: Sequence[Case], sentences: Sequence[tuple[str, ...]
     return [*common, *(f"{label}: {sentence}" for label, sentence in pairs if sentence not in common)]
 
 
+_EQUAL = 1e-5  # of the largest value: what differs by less is printed with the same digits
 _COLUMNS, _MOST_LINES, _CELL_WIDTH = 6, 60, 60
 _HEAD_WIDTH = 16  # letters of a line of a column's head, where words allow it
 
@@ -188,8 +189,8 @@ def shown_numbers(result: xr.Dataset) -> list[str]:
 
 
 def is_constant(values: np.ndarray) -> bool:
-    """True if all values are equal, of two or more."""
-    return len(values) > 1 and bool(np.all(values == values[0]))
+    """True if all values, two or more, are equal as they are printed."""
+    return len(values) > 1 and bool(np.ptp(values) <= _EQUAL * np.abs(values).max())
 
 
 def _column(result: xr.Dataset, name: str) -> _Column:

@@ -14,12 +14,14 @@ from wucht.plots import style
 from wucht.plots.page import current_page, small
 from wucht.plots.scales import printed_values
 from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
+from wucht.plots.time_courses import TurnWindows, draw_course, shown_until
 from wucht.results.formatting import printed_unit, value_in_words, wrap_text
 from wucht.studies.comparison.dataset import shown_numbers, variant_names
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
 _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text
 _LETTERS = 14.0  # of text in an inch
+_COUNTS = ("count", "pole_pairs", "seed")  # keys with whole numbers: there is nothing between their values to join them by
 _MARKS, _LINES = "os^Dv", ("-", "--", "-.", ":")
 _MOST_WRITTEN = 8  # variants named below a panel; further ones are only counted
 _WORDS, _APART = 40, 2  # letters that fit there side by side, and between two names
@@ -97,21 +99,29 @@ def _titles(result: xr.Dataset, paths: Sequence[str]) -> list[str]:
 
 def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> None:
     (x, x_name), (y, y_name) = (printed_values(result, f"curve_{number}_{n}") for n in "xy")
+    has_time_axis = result[f"curve_{number}_x"].attrs["long_name"] == "time"
+    summaries = [variant["summary"] for variant in result.wucht.summary["variants"]]
     for k in _variants_with_curves(result):
-        axis.plot(x[k], y[k], label=names[k] if k < len(names) else None, **style.line_style(k))
+        look = style.line_style(k) | {"label": names[k] if k < len(names) else None}
+        if has_time_axis:
+            inside = np.isfinite(x[k]) & np.isfinite(y[k])
+            until = min(shown_until(summaries, float(np.nanmax(x))), float(x[k][inside].max(initial=-np.inf)))
+            draw_course(axis, TurnWindows.even(x[k][inside], until), y[k][inside], **look)
+        else:
+            axis.plot(x[k], y[k], **look)
     axis.set(xlabel=x_name, ylabel=y_name)
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
     """Draw a number over the first varied key, a line for each file and value of the second; else over the variants."""
     (values, axis_label), paths = printed_values(result, name), list(result.wucht.summary["vary"])
-    continuous = bool(paths) and result[paths[0]].dtype.kind == "f"
+    is_continuous = bool(paths) and result[paths[0]].dtype.kind == "f" and paths[0].split(".")[-1] not in _COUNTS
     axis.set_ylabel(axis_label)
     groups = _groups(result, paths[1:]) if paths else [list(range(len(values)))]
     x = _abscissa(axis, result, paths)
     for j, members in enumerate(groups):
         at = [members[k] for k in np.argsort(x[members], kind="stable")]
-        marker, dashes = _MARKS[j % len(_MARKS)], _LINES[j // len(_MARKS) % len(_LINES)] if continuous else ""
+        marker, dashes = _MARKS[j % len(_MARKS)], _LINES[j // len(_MARKS) % len(_LINES)] if is_continuous else ""
         group = _variant_label(result, members[0], paths[1:]) if 1 < len(groups) <= _MOST_NAMED else None
         mark: dict[str, Any] = {"marker": marker, "markersize": 6, "markerfacecolor": "none", "markeredgewidth": 1.4}
         axis.plot(x[at], values[at], label=group, color=style.GREY, linewidth=0.9, linestyle=dashes, **mark)

@@ -1,14 +1,27 @@
-"""The figure of a run-up: speed, amplitude, phases, and motor power with the energy residual; of many, speed and amplitude."""
+"""The figure of a run-up: speed, amplitude, phases and power until the machine has settled, and the whole run in a strip."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.plots import sheet, style
-from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thin_curve
-from wucht.plots.scales import name_speeds, plain_decades
+from wucht.plots.curves import thin_curve
+from wucht.plots.scales import name_speeds, prefixed_unit
+from wucht.plots.time_courses import (
+    RANGE,
+    Phases,
+    TurnWindows,
+    angles_in_turn,
+    draw_course,
+    draw_phases,
+    draw_range,
+    shown_until,
+)
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
 if TYPE_CHECKING:
@@ -16,49 +29,140 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_DECADES = 30.0  # times its last value: an amplitude that falls so far is also drawn over a logarithmic scale
-_PANEL = 1.55  # inches: the height of a panel
-_LOWEST = 1e-12  # of the largest amplitude: nothing below is drawn
+_SPEED, _PANEL, _STRIP, _ORBIT = 2.0, 1.55, 0.6, 1.7  # inches: heights of panels
+_LOW = 0.8  # times these heights, where bearing forces are drawn too
+_ROUND = 2e-2  # of the largest amplitude: an orbit whose radius varies less is a circle
+_FEW_BODIES = 2  # bodies about a rotor that are named one by one
+_ORBIT_TURNS = 5  # at the end of the run
 _MOST_NAMED, _HEIGHT = 14, 2.3  # of many runs
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Draw panels of speed, amplitude, phases if any, power, and the energy residual; two panels for many run-ups."""
+    """Draw one run-up in panels over a common abscissa, or the speeds and amplitudes of many.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of a run-up.
+
+    Returns
+    -------
+    Figure
+    """
     if "case" in result.dims:
         return _figure_of_many(result)
-    angles = [name for name in ("phase", "rotor_phase") if name in result]
-    decays = _falls_by_decades(result)
-    heights = [_PANEL] * (3 + decays + len(angles)) + [RESIDUAL]
+    view = _View(result)
+    panels, apart = _panels(view), _panels_apart(view)
+    heights = [h * (_LOW if len(panels) > len(_PANELS) else 1.0) for h, _ in panels]
+    heights += [max(h for h, _ in apart)] if apart else []
     subtitle = f"{result.attrs['outcome']}: {result.attrs['sentence']}"
-    fig, axes = sheet.new_figure(len(heights), result.attrs["title"], subtitle, heights)
-    at, name = abscissa(result)
-    slow = abscissa(result, "slow_")[0] if "slow_speed" in result else None
-    _speed(axes[0], result, at, slow)
-    _amplitude(axes[1], result, at, slow)
-    if decays:
-        _amplitude(axes[2], result, at, slow, decades=True)
-    for axis, variable in zip(axes[2 + decays :], angles, strict=False):
-        _phases(axis, result, variable, at, slow)
-    draw_swings(axes[-2], at, result.motor_power.values, color=style.COLOURS[1], linewidth=1.0, label="motor power")
-    axes[-2].set_ylabel(label(result, "motor_power"))
-    for axis in axes[:-1]:
+    fig, axes = sheet.new_figure(len(panels), result.attrs["title"], subtitle, heights, apart=len(apart))
+    for axis, (_, draw) in zip(axes, [*panels, *apart], strict=True):
+        draw(axis, view)
+    for axis in axes:
         sheet.legend_beside(axis)
-    draw_residual(axes[-1], at, np.maximum.accumulate(np.nan_to_num(result.energy_residual.values)))
-    low, high = float(at.min()), float(at.max())
-    for axis in axes if high > low else ():
-        axis.set_xlim(low, high)
-    axes[-1].set_xlabel(name)
+    low, high = float(view.x[view.panel_mask].min()), float(view.x[view.panel_mask].max())
+    if high > low:
+        axes[0].set_xlim(low, high)
+    axes[len(panels) - 1].set_xlabel(view.name)
     return fig
 
 
-def _falls_by_decades(result: xr.Dataset) -> bool:
-    """True if the amplitude ends so far below its maximum that a linear scale cannot show it there."""
-    amplitudes = _positive(result.amplitude.values)
-    return len(amplitudes) > 1 and bool(amplitudes.max() > _DECADES * amplitudes[-len(amplitudes) // 10 :].min())
+@dataclass(frozen=True)
+class _View:
+    """What of a run is drawn, and over which abscissa."""
+
+    result: xr.Dataset
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        """The abscissa (N,)."""
+        return abscissa(self.result)[0]
+
+    @property
+    def name(self) -> str:
+        """The name of the abscissa."""
+        return abscissa(self.result)[1]
+
+    @property
+    def has_time_axis(self) -> bool:
+        """True if the abscissa is the time."""
+        return _abscissa_kind(self.result) == "time"
+
+    @cached_property
+    def until(self) -> float:
+        """The time until which the run is drawn."""
+        return shown_until([self.result.wucht.summary], float(self.result.time[-1]))
+
+    @cached_property
+    def panel_mask(self) -> np.ndarray:
+        """True (N,) for the samples that are drawn."""
+        return np.asarray(self.result.time.values <= self.until)
+
+    @property
+    def is_part(self) -> bool:
+        """True if not the whole run is drawn."""
+        return not bool(self.panel_mask.all())
+
+    @property
+    def has_spans(self) -> bool:
+        """True if the samples are too few for the motion within a turn, whose limits are stored over spans of time."""
+        return "span_end" in self.result
+
+    @cached_property
+    def slow(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """The abscissa of the averaged equations and the mask of what is drawn of them (N,); None without such."""
+        return (abscissa(self.result, "slow_")[0], self.panel_mask) if "slow_speed" in self.result else None
+
+    def windows(self, body: int = 0, whole: bool = False) -> TurnWindows | None:
+        """TurnWindows of whole turns of a body, over what is drawn or the whole run; None over an abscissa that goes back."""
+        if (body, whole) not in self._windows_by_body:
+            until = float(self.x[-1] if whole else self.x[self.panel_mask][-1])
+            forward = bool((np.diff(self.x) >= 0).all()) and self.x[-1] > self.x[0]
+            self._windows_by_body[body, whole] = (
+                TurnWindows.of(self.x, self.result.angle.values[body], until) if forward else None
+            )
+        return self._windows_by_body[body, whole]
+
+    @cached_property
+    def _windows_by_body(self) -> dict[tuple[int, bool], TurnWindows | None]:
+        return {}
+
+    @property
+    def bodies(self) -> list[str]:
+        """The names of the bodies."""
+        return [str(name) for name in self.result.body.values]
+
+    @cached_property
+    def balls(self) -> list[int]:
+        """Bodies about a rotor that share a style and a name, since there are more than a few."""
+        about = np.flatnonzero(_has_phase(self.result.phase)).tolist() if "phase" in self.result else []
+        return about if len(about) > _FEW_BODIES else []
+
+    def look(self, body: int) -> dict[str, Any]:
+        """The style of a body's lines in every panel, with its name; of several alike the first has the name of all."""
+        if body in self.balls:
+            first, last = (self.bodies[self.balls[k]] for k in (0, -1))
+            name = {"label": f"{first} to {last}"} if body == self.balls[0] else {}
+            return {"color": style.COLOURS[1], "linewidth": 0.7} | name
+        return style.line_style(body - sum(ball < body for ball in self.balls)) | {"label": self.bodies[body]}
+
+    def draw(self, axis: Axes, y: np.ndarray, body: int = 0, band: str | None = None, **look: Any) -> None:
+        """Draw a signal (N,), by its mean over whole turns of a body where it swings."""
+        windows = self.windows(body)
+        if windows is None or self.has_spans:
+            axis.plot(*thin_curve(self.x[self.panel_mask], y[self.panel_mask]), **look)
+        else:
+            draw_course(axis, windows, y, band, **look)
+
+    def draw_slow(self, axis: Axes, y: np.ndarray, name: str = "averaged equations") -> None:
+        """Draw a signal (N,) of the averaged equations, if there are such."""
+        if self.slow is not None:
+            at, panel_mask = self.slow
+            axis.plot(*thin_curve(at[panel_mask], y[panel_mask]), label=name, **style.SLOW)
 
 
-def _positive(amplitude: np.ndarray) -> np.ndarray:
-    return np.asarray(amplitude[np.isfinite(amplitude) & (amplitude > 0)])
+Panel = tuple[float, Callable[["Axes", _View], None]]
 
 
 def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
@@ -74,8 +178,12 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
     return mean_phase(result, model), "mean phase of the bodies $\\psi$ (rad)"
 
 
+def _abscissa_kind(result: xr.Dataset) -> str:
+    return str(result.wucht.spec.get("over", "time"))
+
+
 def rotor_angle(result: xr.Dataset, model: str) -> np.ndarray:
-    """Return the angle (N,) that the rotor has turned."""
+    """Return the angle (N,) that the rotor has turn_counts."""
     rotor = result[f"{model}angle"].values[0]
     return np.asarray(rotor - rotor[0])
 
@@ -91,13 +199,43 @@ def _has_phase(phase: xr.DataArray) -> np.ndarray:
     return np.asarray(np.isfinite(phase.values).any(axis=1))
 
 
-def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
-    bodies = [str(b) for b in result.body.values]
-    _limits(axis, result, "speed", 1.0)
-    for i, name in enumerate(bodies):
-        draw_swings(axis, time, result.speed.values[i], **_look(i, name, len(bodies)), zorder=3 - 0.01 * i)
-    if slow is not None:
-        axis.plot(*thin_curve(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, averaged equations", **style.SLOW)
+def _panels(view: _View) -> list[Panel]:
+    """The panels over the common abscissa."""
+    result = view.result
+    panels: list[Panel] = [(_SPEED, _speed), (_PANEL, _amplitude)]
+    panels += [(_PANEL, _body_phases)] * ("phase" in result) + [(_PANEL, _rotor_phases)] * ("rotor_phase" in result)
+    panels += [(_PANEL, _power)]
+    return [*panels, (_PANEL, _bearing_forces)] if _is_planar(result) else panels
+
+
+_PANELS = ("speed", "amplitude", "phases", "power")  # of a usual machine
+
+
+def _panels_apart(view: _View) -> list[Panel]:
+    """The panels with separate abscissae: the orbit of a planar carrier, and the whole run where not all is drawn."""
+    strip: list[Panel] = [(_STRIP, _whole_run)] if view.is_part else []
+    return [(_ORBIT, _orbit), *strip] if _is_planar(view.result) else strip
+
+
+def _is_planar(result: xr.Dataset) -> bool:
+    """True if the carrier translates and turns in its plane, as that of a screen does."""
+    return {"x", "y", "r"} <= {str(d) for d in result.direction.values}
+
+
+def _speed(axis: Axes, view: _View) -> None:
+    """Draw the speeds of the bodies, the no-load speed and the natural frequencies."""
+    result, band = view.result, RANGE
+    _limits(axis, view, "speed", 1.0)
+    for i in range(len(view.bodies)):
+        is_rotor = "phase" not in result or not _has_phase(result.phase)[i]
+        windows = view.windows(i if is_rotor else 0)
+        look = view.look(i) | {"zorder": 3 - 0.01 * i}
+        if view.has_spans and view.has_time_axis and windows is not None:
+            axis.plot(windows.at, windows.rates(result.angle.values[i]), **look)  # exact, however few samples there are
+            continue
+        view.draw(axis, result.speed.values[i], i if is_rotor else 0, band if is_rotor else None, **look)
+        band = "" if is_rotor else band
+    view.draw_slow(axis, result["slow_speed"].values[0] if view.slow else view.x, f"{view.bodies[0]}, averaged equations")
     free = float(result.free_speed)
     if np.isfinite(free):
         axis.axhline(free, label="no-load speed", **style.FREE)
@@ -110,80 +248,159 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
     name_speeds(axis, result)
 
 
-def _look(i: int, name: str, count: int) -> dict[str, Any]:
-    """Return the style of a body's lines in every panel; bodies beyond the available styles share one, with one name."""
-    if i < style.MOST_LOOKS - 1 or count <= style.MOST_LOOKS:
-        return style.line_style(i) | {"label": name}
-    first = i == style.MOST_LOOKS - 1
-    return {"color": style.GREY, "linewidth": 0.5, "label": f"{name} and {count - i - 1} more" if first else None}
+def _amplitude(axis: Axes, view: _View) -> None:
+    """Draw the amplitude of the axis, and the range of its distance from rest where the orbit is no circle."""
+    scale, unit = printed_unit(view.result, "amplitude")
+    amplitude, radius = scale * view.result.amplitude.values, scale * view.result.radius.values
+    _limits(axis, view, "radius", scale)
+    windows = None if view.has_spans else view.windows()
+    differs = (np.abs(amplitude - radius)[view.panel_mask] > _ROUND * amplitude[view.panel_mask].max()).any()
+    is_orbit = differs and len(view.result.direction) > 1  # along a line the distance is zero in each turn
+    if windows is not None and is_orbit:
+        draw_range(axis, windows, radius, "distance from rest", style.COLOURS[0])
+    view.draw(axis, amplitude, 0, None if is_orbit else "", color=style.COLOURS[0], linewidth=1.1, label="amplitude")
+    view.draw_slow(axis, scale * view.result["slow_amplitude"].values if view.slow else view.x)
+    axis.set(ylabel=label(view.result, "amplitude", unit))
+    axis.set_ylim(bottom=0)
 
 
-def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None, decades: bool = False) -> None:
-    scale, unit = printed_unit(result, "amplitude")
-    amplitude = scale * result.amplitude.values
-    if decades:
-        axis.set_yscale("log")
-    else:
-        _limits(axis, result, "radius", scale)
-        if (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
-            draw_swings(axis, time, scale * result.radius.values, color=style.COLOURS[4], linewidth=0.5, label="distance")
-    draw_swings(axis, time, amplitude, color=style.COLOURS[0], linewidth=1.1, label="amplitude")
-    if slow is not None:
-        axis.plot(*thin_curve(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
-    axis.set_ylabel(with_unit("amplitude", unit) if decades else label(result, "amplitude", unit))
-    if not decades:
-        axis.set_ylim(bottom=0)
-        return
-    amplitudes = _positive(amplitude)
-    axis.set_ylim(max(0.7 * float(amplitudes.min()), _LOWEST * float(amplitudes.max())), 1.5 * float(amplitudes.max()))
-    plain_decades(axis.yaxis)
-
-
-def _limits(axis: Axes, result: xr.Dataset, name: str, scale: float) -> None:
+def _limits(axis: Axes, view: _View, name: str, scale: float) -> None:
     """Draw the limits of a quantity over time, where few samples a turn are stored."""
-    if "span_end" not in result or _abscissa_kind(result) != "time":
+    result = view.result
+    if not view.has_spans or not view.has_time_axis:
         return
-    ends = np.append(result.time.values[0], result.span_end.values)
-    low, high = (scale * result[f"{limit}_{name}"].values for limit in ("least", "greatest"))
+    begins = np.append(result.time.values[0], result.span_end.values[:-1])
+    inside = begins <= view.until
+    ends = np.append(result.time.values[0], result.span_end.values[inside])
+    low, high = (scale * result[f"{limit}_{name}"].values[inside] for limit in ("least", "greatest"))
     low, high = np.append(low[:1], low), np.append(high[:1], high)
     axis.fill_between(ends, low, high, step="pre", color=style.GREY, alpha=0.3, linewidth=0, label="limits within a turn")
 
 
-def _abscissa_kind(result: xr.Dataset) -> str:
-    return str(result.wucht.spec.get("over", "time"))
+def _body_phases(axis: Axes, view: _View) -> None:
+    """Draw phases of bodies to their rotor."""
+    _phases(axis, view, "phase", "the rotor", np.flatnonzero(_has_phase(view.result.phase)).tolist())
 
 
-def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:
-    """Draw phases of bodies relative to their rotor, or of rotors (``rotor_phase``) to the vibration or to the first."""
-    reference, bodies = "the rotor", _has_phase(result[name])
-    if name == "rotor_phase":
-        shaken = bool(np.isfinite(float(result.vibration_frequency)))
-        reference = "the vibration" if shaken else str(result.body.values[0])
-    names = [str(b) for b in result.body.values[bodies]]
-    shift = int(reference != "the vibration")  # a body has one style in all panels, and the first body may have no phase
-    looks = [_look(i + shift, name, len(names) + shift) for i, name in enumerate(names)]
-    degrees = np.degrees(result[name].values[bodies])
-    begin = angle_panel(axis, degrees)
-    draw_angles(axis, time, degrees, begin, looks)
-    if slow is not None:
-        looks = [style.SLOW | ({} if i else {"label": "averaged equations"}) for i in range(len(names))]
-        draw_angles(axis, slow, np.degrees(result[f"slow_{name}"].values[bodies]), begin, looks)
+def _rotor_phases(axis: Axes, view: _View) -> None:
+    """Draw phases of rotors to the vibration or to the first rotor."""
+    is_shaken = bool(np.isfinite(float(view.result.vibration_frequency)))
+    reference = "the vibration" if is_shaken else view.bodies[0]
+    _phases(axis, view, "rotor_phase", reference, np.flatnonzero(_has_phase(view.result.rotor_phase)).tolist())
+
+
+def _phases(axis: Axes, view: _View, name: str, reference: str, bodies: Sequence[int]) -> None:
+    """Draw phases, or, where all bodies turn past at the end, the speeds at which they slip."""
+    windows, looks, values = view.windows(), [view.look(i) for i in bodies], view.result[name].values[bodies]
+    if windows is None:
+        degrees = np.degrees(values)
+        phases = Phases(view.x[view.panel_mask], degrees[:, view.panel_mask], np.zeros(values[:, view.panel_mask].shape))
+    else:
+        phases = Phases.of(windows, values)
+    if phases.all_slip and view.has_time_axis:
+        for slip, look in zip(phases.slips, looks, strict=True):
+            axis.plot(phases.at, slip, **look)
+        axis.axhline(0.0, color=style.GREY, linewidth=0.6)
+        axis.set_ylabel(with_unit(f"slip to {reference}", str(view.result.speed.attrs["units"])))
+        return
+    begin = draw_phases(axis, phases, looks)
+    if view.slow is not None:
+        at, panel_mask = view.slow
+        for k, values_of_body in enumerate(np.degrees(view.result[f"slow_{name}"].values[bodies])):
+            text = {} if k else {"label": "averaged equations"}
+            axis.plot(at[panel_mask], angles_in_turn(values_of_body[panel_mask], begin), **style.SLOW | text)
     axis.set_ylabel(f"phase to {reference} (°)")
 
 
+def _power(axis: Axes, view: _View) -> None:
+    """Draw the power of each motor."""
+    result, windows = view.result, view.windows()
+    scale, unit = prefixed_unit(result.motor_power.values[view.panel_mask], str(result.motor_power.attrs["units"]))
+    if "rotor_power" not in result:
+        look: dict[str, Any] = {"color": style.COLOURS[1], "linewidth": 1.1, "label": "motor power"}
+        if view.has_spans and view.has_time_axis and windows is not None:
+            axis.plot(windows.at, scale * windows.rates(result.supplied_work.values), **look)
+        else:
+            view.draw(axis, scale * result.motor_power.values, 0, RANGE, **look)
+    band = RANGE
+    for rotor in result.rotor.values if "rotor_power" in result else ():
+        power, body = scale * result.rotor_power.sel(rotor=rotor).values, view.bodies.index(str(rotor))
+        if power.any():
+            view.draw(axis, power, body, band, **view.look(body))
+            band = ""
+    axis.set_ylabel(label(result, "motor_power", unit))
+
+
+def _bearing_forces(axis: Axes, view: _View) -> None:
+    """Draw the force on the bearing of each rotor, or of the only one."""
+    result, has_several = view.result, "rotor_bearing_force" in view.result
+    if has_several:
+        forces = np.hypot(*(result.rotor_bearing_force.sel(plane=d).values for d in "xy"))
+    else:
+        forces = np.hypot(*(result.bearing_force.sel(direction=d).values for d in "xy"))[None]
+    scale, unit = prefixed_unit(forces[:, view.panel_mask], str(result.bearing_force.attrs["units"]))
+    for k, force in enumerate(forces):
+        body = view.bodies.index(str(result.rotor.values[k])) if has_several else 0
+        view.draw(axis, scale * force, body, "" if k else RANGE, **view.look(body))
+    axis.set_ylabel(with_unit("bearing force", unit))
+
+
+def _orbit(axis: Axes, view: _View) -> None:
+    """Draw the orbits of the carrier's centre of mass and of its mounts over the last turns of the run."""
+    result = view.result
+    turn_counts = np.abs(result.angle.values[0] - result.angle.values[0, -1]) / (2 * np.pi)
+    last = np.arange(len(turn_counts)) >= np.flatnonzero(turn_counts >= _ORBIT_TURNS).max(initial=0)
+    scale, unit = printed_unit(result, "amplitude")
+    x, y, turn = (result.displacement.sel(direction=d).values[last] for d in ("x", "y", "r"))
+    places = [("centre of mass", 0.0, 0.0)]
+    if "mount_x" in result:
+        at = zip(result.mount_x.values, result.mount_y.values, strict=True)
+        places += [(f"at ({px:.3g}, {py:.3g}) m", px, py) for px, py in at]
+    for k, (name, px, py) in enumerate(places):
+        cos, sin = np.cos(turn) - 1, np.sin(turn)
+        dx, dy = x + cos * px - sin * py, y + sin * px + cos * py
+        axis.plot(scale * (dx - dx.mean()), scale * (dy - dy.mean()), **style.line_style(k) | {"label": name, "linewidth": 0.9})
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set(xlabel=f"orbit of the deck, x ({unit})", ylabel=f"y ({unit})")
+
+
+def _whole_run(axis: Axes, view: _View) -> None:
+    """Draw the amplitude over the whole run, in which the part drawn above is marked."""
+    scale, unit = printed_unit(view.result, "amplitude")
+    amplitude, windows = scale * view.result.amplitude.values, view.windows(whole=True)
+    look: dict[str, Any] = {"color": style.COLOURS[0], "linewidth": 0.9}
+    if windows is None or view.has_spans:
+        axis.plot(*thin_curve(view.x, amplitude), **look)
+    else:
+        draw_course(axis, windows, amplitude, "", **look)
+    end = float(view.x[view.panel_mask][-1])
+    axis.axvspan(float(view.x[0]), end, color=style.GREY, alpha=0.25, linewidth=0, label="drawn above")
+    axis.set_xlim(float(view.x.min()), float(view.x.max()))
+    axis.set_ylim(bottom=0)
+    axis.set(xlabel=f"whole run, {view.name}", ylabel=with_unit("amplitude", unit))
+
+
 def _figure_of_many(result: xr.Dataset) -> Figure:
-    """Draw two panels of many run-ups: speed and amplitude of each case, named at the ends of lines where there is room."""
-    fig, (speed, amplitude) = sheet.new_figure(2, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
+    """Draw speed and amplitude of each of many run-ups, named at the ends of lines where there is room."""
     cases, over, (scale, unit) = result.wucht.summary["cases"], "abscissa" in result, printed_unit(result, "amplitude")
+    end = float(np.nanmax(result.time.values))
+    until = shown_until(cases, end)
+    fig, axes = sheet.new_figure(
+        2, result.attrs["title"], result.attrs["sentence"], [_HEIGHT, _HEIGHT, _STRIP], apart=int(until < end)
+    )
+    speed, amplitude, *strips = axes
     few, tones = len(cases) <= style.MOST_LOOKS, style.shades(len(cases))
+    name = label(result, "abscissa") if over else abscissa_label(result, "time")
     for k, case in enumerate(cases):
         run = result.isel(case=k)
-        inside = np.isfinite(run.time.values)
-        at = run["abscissa" if over else "time"].values[inside]
-        name = f"{case['label']}: {case['outcome']}" if few or k < _MOST_NAMED else None
+        text = f"{case['label']}: {case['outcome']}" if few or k < _MOST_NAMED else None
         look = style.line_style(k) if few else {"color": tones[k], "linewidth": 0.7}
-        speed.plot(*thin_curve(at, run.speed.values[0][inside]), **look)
-        amplitude.plot(*thin_curve(at, scale * run.amplitude.values[inside]), label=name, **look)
+        inside, every = run.time.values <= until, np.isfinite(run.time.values)
+        at = run["abscissa" if over else "time"].values
+        speed.plot(*thin_curve(at[inside], run.speed.values[0][inside]), **look)
+        amplitude.plot(*thin_curve(at[inside], scale * run.amplitude.values[inside]), label=text, **look)
+        for strip in strips:
+            strip.plot(*thin_curve(at[every], scale * run.amplitude.values[every]), **look)
         if "slow_speed" in result:
             slow = run["slow_abscissa" if over else "time"].values[inside]
             line_label = "averaged equations" if k == 0 else None
@@ -192,11 +409,14 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
     style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
     name_speeds(speed, result)
-    amplitude.set_xlabel(label(result, "abscissa") if over else abscissa_label(result, "time"))
+    amplitude.set_xlabel(name)
     amplitude.set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
-    ends = [np.asarray(line.get_xdata())[[0, -1]] for line in amplitude.get_lines() if np.size(line.get_xdata())]
-    if ends and np.ptp(ends) > 0:
-        speed.set_xlim(np.min(ends), np.max(ends))
+    for axis in (amplitude, *strips):
+        ends = [np.asarray(line.get_xdata())[[0, -1]] for line in axis.get_lines() if np.size(line.get_xdata())]
+        if ends and np.ptp(ends) > 0:
+            axis.set_xlim(np.min(ends), np.max(ends))
+    for strip in strips:
+        strip.set(xlabel=f"whole runs, {name}", ylabel=with_unit("amplitude", unit), ylim=(0, None))
     sheet.name_at_ends(amplitude)
     sheet.legend_below(fig, sheet.labelled_handles([speed]))
     return fig
