@@ -47,7 +47,7 @@ def test_inertia_and_order(wucht: Command) -> None:
 
 def test_set_changes_the_values_and_what_is_left_out(wucht: Command) -> None:
     out = wucht("equations", R1, "--slow", "--set", "drum.bearing_damping=0.1").out
-    assert "b_L = 0.1 N m s" in out
+    assert "b_L = 0.1 N·m·s" in out
     assert "- b_L*omega" in out
 
 

@@ -35,6 +35,7 @@ def equations(
     from wucht.cli.options import parse_settings
     from wucht.files.catalogue import load_document, load_machine
     from wucht.machines.symbols import notation_of
+    from wucht.results.formatting import units_in_print
 
     if "system" in load_document(study)[0]:
         if slow:
@@ -53,11 +54,11 @@ def equations(
             _print(lines, latex)
     over_time = {s.parameter for s in machine.schedules}
     for path, p in machine.parameters.items():
-        value = f"{names[path]} = {p.value:g} {p.unit}".rstrip()
+        value = f"{names[path]} = {p.value:g} {units_in_print(p.unit)}".rstrip()
         remark = ", at t = 0: it has a schedule" if path in over_time else ", left out" if p.value == 0 else ""
         typer.echo(f"{comment}{value}   {path}: {p.long_name}{remark}")
     for note in machine.notes:
-        typer.echo(f"{comment}{note}")
+        typer.echo(f"{comment}{units_in_print(note)}")
 
 
 def _print_user_system(study: str, settings: dict[str, Any], latex: bool) -> None:
