@@ -18,19 +18,29 @@ WITHOUT_AVERAGED = "there are no averaged equations"
 
 
 def rows(printed: str) -> Iterator[str]:
-    """The lines within align, as they stand between two line breaks of TeX."""
-    within = False
+    """The equations within align, each with all its lines."""
+    within, begun = False, ""
     for line in printed.splitlines():
         if line.startswith(("\\begin", "\\end")):
             within = line.startswith("\\begin")
         elif within:
-            yield line.removesuffix("\\\\").strip()
+            begun += line.removesuffix("\\\\").strip()
+            if not begun.endswith("\\notag"):
+                yield begun
+                begun = ""
+    assert not begun
 
 
 def typeset(row: str) -> None:
     """Raises ``ValueError`` for what is no TeX."""
     assert row.count("&=") == 1
-    PARSER.parse(f"${row.replace('&=', '=')}$")
+    for line in row.split("\\notag"):
+        assert line.count("&") <= 1
+        PARSER.parse(f"${line.replace('&', '')}$")
+
+
+def longest_line(printed: str) -> int:
+    return max(len(line) for line in printed.splitlines() if not line.startswith("%"))
 
 
 def test_the_witness_refuses_what_tex_does() -> None:
@@ -71,10 +81,21 @@ def test_symbols_that_need_an_index_in_whole_equations(wucht: Command) -> None:
     """Two exciters with induction motors on a planar body: places, mounts, resistances of each."""
     printed = wucht("equations", "practice/screen", "--latex").out
     assert r"\ddot{\varphi}_{\mathrm{e1}}" in printed
-    last = list(rows(printed))[-1]  # the rotor e2 with its motor; the carrier's rows are typeset by the slow test
-    assert r"R_{\mathrm{2,drives.e2}}" in last
-    assert r"a_{\mathrm{x,e2}}" in last
-    typeset(last)
+    for row in rows(printed):
+        typeset(row)
+    assert r"a_{\mathrm{x,e2}}" in printed
+    assert longest_line(printed) <= 220, "3,801 characters with the motors' formulas in the carrier's equation"
+
+
+def test_the_torque_of_a_drive_is_a_symbol_with_its_formula_apart(wucht: Command) -> None:
+    """As T_e1 of the speed against the stator, which is on the carrier: in its row, in the rotor's, and where it is defined."""
+    for how in ((), ("--slow",)):
+        printed = list(rows(wucht("equations", "practice/screen", "--latex", *how).out))
+        using = [row for row in printed if r"T_{\mathrm{e1}}\left(" in row]
+        formula = [row for row in using if row.startswith(r"T_{\mathrm{e1}}\left(\omega\right) &= ")]
+        assert len(formula) == 1
+        assert len(using) == (2 if how else 3)
+        assert next(row for row in printed if r"R_{\mathrm{2,e1}}" in row) == formula[0], "no other row has the motor's circuit"
 
 
 @pytest.mark.slow
@@ -92,6 +113,7 @@ def test_the_catalogue(wucht: Command, how: tuple[str, ...]) -> None:
         assert printed.code == 0, printed.err
         found = set(rows(printed.out))
         assert found
+        assert longest_line(printed.out) <= 300, name
         for row in found - done:
             typeset(row)
         done |= found

@@ -11,7 +11,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import has_damped_balancers
 from wucht.machines.symbols import notation_of
-from wucht.mechanics.notation import printed_averaged_equations
+from wucht.mechanics.notation import equation_text, printed_averaged_equations
 
 MACHINES = (
     "drozdetskaya-2020/table-3.1-carrier",
@@ -31,9 +31,10 @@ KNOWN_FUNCTIONS = r"\b(cos|sin|sqrt|pi|Abs|sign|tanh|signedsquare)\b"
 def written(machine: Machine, inertia: bool | None = None, order: int = 1, latex: bool = False) -> tuple[list[str], list[str]]:
     with_inertia = not has_damped_balancers(machine) if inertia is None else inertia
     zero = [s for s, v in machine.numbers.items() if v == 0]
-    return printed_averaged_equations(
+    rows, definitions = printed_averaged_equations(
         averaged_equations_of(machine, with_inertia, order).averaged_system, notation_of(machine), zero, latex
     )
+    return [equation_text(e, latex) for e in rows], [equation_text(e, latex) for e in definitions]
 
 
 def left_over(expression: str, known: set[str]) -> str:
@@ -87,27 +88,27 @@ def test_no_two_parameters_share_a_name(name: str) -> None:
 
 @pytest.mark.parametrize("latex", [False, True])
 def test_the_rotor_on_a_carrier_as_001_prints_it(latex: bool) -> None:
-    """001 (60), Bild 5: J w' = U (w_0 - w) + V; with the response of one direction."""
+    """001 (60), Bild 5: J w' = U (w_0 - w) + V, with b_M for the slope U; with the response of one direction."""
     rows, definitions = written(load_machine("sperling-vibration/figure-5"), latex=latex)
     if not latex:
-        assert rows == ["J*Omega' = U*(-Omega + omega) + V_rotor"]
+        assert rows == ["J*omega' = V_rotor + b_M*(-omega + omega_0)"]
         assert definitions == [
             "U_rotor = M*e",
-            "Re(D_x) = -Omega**2*(M + m) + c",
-            "Im(D_x) = Omega*b",
+            "Re(D_x) = c - omega**2*(M + m)",
+            "Im(D_x) = b*omega",
             "|D|^2_x = Im(D_x)**2 + Re(D_x)**2",
             "Im(H_x) = -Im(D_x)/|D|^2_x",
-            "Im(z_x) = Im(H_x)*Omega**2*U_rotor",
-            "V_rotor = Im(z_x)*Omega**2*U_rotor/2",
+            "Im(z_x) = Im(H_x)*U_rotor*omega**2",
+            "V_rotor = Im(z_x)*U_rotor*omega**2/2",
         ]
     else:
-        assert rows == [r"J \dot{\Omega} = U \left(- \Omega + \omega\right) + V_{\mathrm{rotor}}"]
+        assert rows == [r"J \dot{\omega} &= V_{\mathrm{rotor}} + b_{\mathrm{M}} \left(- \omega + \omega_{\mathrm{0}}\right)"]
 
 
 def test_the_entrained_rotor_as_001_prints_it() -> None:
     """001 (16), (20): alpha' = w - Omega, J w' = L - (1/2) m eps x_0 Omega^2 sin alpha."""
     rows, definitions = written(load_machine("sperling-vibration/figure-2a"))
-    assert rows == ["alpha_rotor' = -Omega + w", "J*w' = U*(omega - w) + V_rotor"]
+    assert rows == ["alpha_rotor' = -Omega + omega", "J*omega' = V_rotor + b_M*(-omega + omega_0)"]
     assert definitions == ["U_rotor = M*e", "V_rotor = -Omega**2*U_rotor*x_0*sin(alpha_rotor)/2"]
 
 
@@ -120,12 +121,13 @@ def test_a_prescribed_speed_is_a_parameter_with_a_value() -> None:
 
 def test_the_inertia_of_the_bodies() -> None:
     rows, _ = written(load_machine("drozdetskaya-2020/r1"), inertia=True)
+    motor, dampers = "b_M*(-omega + omega_0)", "beta_p1*omega_p1 + beta_p2*omega_p2 - omega*(beta_p1 + beta_p2)"
     assert rows == [
-        "alpha_p1' = -Omega + Omega_p1",
-        "alpha_p2' = -Omega + Omega_p2",
-        "J_drum*Omega' = -Omega*(b_p1 + b_p2) + Omega_p1*b_p1 + Omega_p2*b_p2 + U*(-Omega + omega) + V_drum",
-        "J_p1*Omega_p1' = Omega*b_p1 - Omega_p1*b_p1 + V_p1",
-        "J_p2*Omega_p2' = Omega*b_p2 - Omega_p2*b_p2 + V_p2",
+        "alpha_p1' = -omega + omega_p1",
+        "alpha_p2' = -omega + omega_p2",
+        f"J_drum*omega' = V_drum + {motor} + {dampers}",
+        "J_p1*omega_p1' = V_p1 + beta_p1*omega - beta_p1*omega_p1",
+        "J_p2*omega_p2' = V_p2 + beta_p2*omega - beta_p2*omega_p2",
     ]
 
 

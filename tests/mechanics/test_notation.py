@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pytest
@@ -13,10 +13,14 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.symbols import notation_of
 from wucht.mechanics.energies import AppliedForce, Energies, InternalState, StateDescription
 from wucht.mechanics.lagrange import Coordinate
-from wucht.mechanics.notation import Notation, printed_equations, printed_state_rates
+from wucht.mechanics.notation import Equation, Notation, equation_text, printed_equations, printed_state_rates
 from wucht.system import TIME, SecondOrder
 
 OMEGA = sp.Symbol("omega", real=True)
+
+
+def texts(equations: Sequence[Equation], latex: bool = False) -> list[str]:
+    return [equation_text(equation, latex) for equation in equations]
 
 
 @pytest.mark.parametrize(
@@ -24,8 +28,8 @@ OMEGA = sp.Symbol("omega", real=True)
     [
         (True, False, ["q' = omega", "0 = T_motor - q'"]),
         (False, False, ["q' = omega", "0 = F_drive - q'"]),
-        (True, True, [r"\dot{q} = \omega", r"0 = T_{\mathrm{motor}} - \dot{q}"]),
-        (False, True, [r"\dot{q} = \omega", r"0 = F_{\mathrm{drive}} - \dot{q}"]),
+        (True, True, [r"\dot{q} &= \omega", r"0 &= T_{\mathrm{motor}} - \dot{q}"]),
+        (False, True, [r"\dot{q} &= \omega", r"0 &= F_{\mathrm{drive}} - \dot{q}"]),
     ],
 )
 def test_a_motion_that_is_prescribed_takes_the_torque_of_a_motor_or_the_force_of_a_drive(
@@ -35,7 +39,7 @@ def test_a_motion_that_is_prescribed_takes_the_torque_of_a_motor_or_the_force_of
     c = Coordinate.from_names("d.position", "d.velocity", angle, OMEGA)
     motion = SecondOrder((c.position,), (c.velocity,), sp.ImmutableMatrix([[2]]), sp.ImmutableMatrix([-c.velocity]))
     notation = Notation({"d.position": "q", "omega": "omega"})
-    assert printed_equations(motion, [c], notation, (), latex, False) == expected
+    assert texts(printed_equations(motion, [c], notation, (), latex, False), latex) == expected
 
 
 X, PHI = Coordinate.from_names("carrier.x", "carrier.vx"), Coordinate.from_names("p.angle", "p.speed", True)
@@ -51,7 +55,7 @@ def cart() -> SecondOrder:
 
 
 def test_each_equation_has_its_own_inertia_forces_and_signs() -> None:
-    rows = printed_equations(cart(), [X, PHI], NAMES, (), latex=False, normalise=False)
+    rows = texts(printed_equations(cart(), [X, PHI], NAMES, (), latex=False, normalise=False))
     assert rows == [
         "2*M*x'' - l_p*phi''*cos(phi) = -b_carrier*x' - k*x",
         "M*l_p**2*phi'' - l_p*x''*cos(phi) = -k*sin(phi)",
@@ -59,7 +63,7 @@ def test_each_equation_has_its_own_inertia_forces_and_signs() -> None:
 
 
 def test_a_normalised_equation_is_divided_by_its_inertia() -> None:
-    rows = printed_equations(cart(), [X, PHI], NAMES, (), latex=False, normalise=True)
+    rows = texts(printed_equations(cart(), [X, PHI], NAMES, (), latex=False, normalise=True))
     first = "x'' - l_p*phi''*cos(phi)/(2*M) = "
     assert rows[0].startswith(first)
     assert (
@@ -69,7 +73,7 @@ def test_a_normalised_equation_is_divided_by_its_inertia() -> None:
 
 
 def test_terms_with_parameters_that_are_zero_are_left_out() -> None:
-    rows = printed_equations(cart(), [X, PHI], NAMES, [B, ELL], latex=False, normalise=False)
+    rows = texts(printed_equations(cart(), [X, PHI], NAMES, [B, ELL], latex=False, normalise=False))
     assert rows == ["2*M*x'' = -k*x", "0 = -k*sin(phi)"]
 
 
@@ -78,7 +82,7 @@ def test_a_prescribed_speed_that_is_constant_has_no_acceleration_and_one_that_gr
     for speed, coupled in ((OMEGA, False), (OMEGA * TIME, True)):
         driven = Coordinate.from_names("p.angle", "p.speed", True, speed)
         notation = Notation({**NAMES.names, "omega": "omega"})
-        first, given, torque = printed_equations(cart(), [X, driven], notation, (), latex=False, normalise=False)
+        first, given, torque = texts(printed_equations(cart(), [X, driven], notation, (), latex=False, normalise=False))
         assert ("phi''" in first) is coupled
         assert given == f"phi' = {'omega*t' if coupled else 'omega'}"
         assert torque.endswith("= T_motor - k*sin(phi)")
@@ -91,9 +95,9 @@ def test_the_rate_of_an_internal_state() -> None:
     notation = Notation({**NAMES.names, "omega": "omega", "drive.sum": "I_drive"})
     assert state.path == "drive"
     assert state.change.name == "drive.sum.rate"
-    assert printed_state_rates([state], [PHI], notation, latex=False) == ["I_drive' = omega - phi'"]
-    assert printed_state_rates([state], [PHI], notation, latex=True) == [
-        r"\dot{I}_{\mathrm{drive}} = - \dot{\varphi} + \omega"
+    assert texts(printed_state_rates([state], [PHI], notation, latex=False)) == ["I_drive' = omega - phi'"]
+    assert texts(printed_state_rates([state], [PHI], notation, latex=True), True) == [
+        r"\dot{I}_{\mathrm{drive}} &= - \dot{\varphi} + \omega"
     ]  # fmt: skip
 
 

@@ -6,7 +6,9 @@ import math
 
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
+from wucht.files.catalogue import load_machine
 from wucht.results.formatting import (
     ReportLines,
     abscissa_label,
@@ -17,11 +19,15 @@ from wucht.results.formatting import (
     percent,
     report_lines,
     unit_in_print,
+    units_in_print,
     value_in_words,
     with_unit,
     wrap_text,
 )
 from wucht.results.quantities import result_dataset
+from wucht.schema.units import Unit
+from wucht.studies.runner import draw, report, run
+from wucht.studies.torque_balance import TorqueBalance
 
 
 @pytest.mark.parametrize(
@@ -67,10 +73,10 @@ def test_a_speed_is_stated_in_both_units(speed: float | None, words: str) -> Non
     [
         (1.5e-3, "1.5 mm"),
         (1e-5, "0.01 mm"),
-        (9e-6, "9 um"),
+        (9e-6, "9 µm"),
         (-2e-3, "-2 mm"),
-        (-9e-6, "-9 um"),
-        (0.0, "0 um"),
+        (-9e-6, "-9 µm"),
+        (0.0, "0 µm"),
         (2.0, "2000 mm"),
     ],
 )
@@ -146,3 +152,39 @@ def test_counts_and_lists_in_words() -> None:
     ]
     assert value_in_words(0.0123456789, 1e3, "mm") == "12.3457 mm" and value_in_words("high", 1e3, "mm") == "high"
     assert value_in_words(2, 1.0, "") == "2"
+
+
+@pytest.mark.parametrize(
+    ("text", "printed"),
+    [
+        ("torque 3.4 N m; 0.02 N m s, 60000 N/m", "torque 3.4 N·m; 0.02 N·m·s, 60000 N/m"),
+        ("0.45 kg m and 150 kg m^2, 3 g mm", "0.45 kg·m and 150 kg·m², 3 g·mm"),
+        ("1 N m s^2, 5 N s/m, 2 N m/rad", "1 N·m·s², 5 N·s/m, 2 N·m/rad"),
+        ("at most 9.81 m/s^2 or 3 rad/s^2", "at most 9.81 m/s² or 3 rad/s²"),
+        ("chords within 1 um, sum 3", "chords within 1 µm, sum 3"),
+        ("the mass m of 3 kg moves s of 2 m; h^2/r", "the mass m of 3 kg moves s of 2 m; h^2/r"),
+    ],
+)
+def test_units_in_print(text: str, printed: str) -> None:
+    """Products with a dot, powers raised, micrometres with a Greek letter; words are left alone."""
+    assert units_in_print(text) == printed
+    assert units_in_print(printed) == printed
+
+
+@pytest.mark.parametrize("unit", ["N m", "N m s", "kg m^2", "kg m", "N s/m", "um", "m/s^2", "N m s^2"])
+def test_a_file_may_give_a_unit_as_it_is_printed(unit: str) -> None:
+    si = "m" if unit == "um" else unit
+    quantity = Unit(si, "number")
+    assert quantity.parse_quantity(f"2 {units_in_print(unit)}") == quantity.parse_quantity(f"2 {unit}")
+
+
+def test_a_report_and_a_figure_are_printed_in_these_units() -> None:
+    """Whatever a study writes: the torques of working points, a parameter of another unit than its own."""
+    result = run(TorqueBalance(), load_machine("practice/fan-on-belt"))
+    printed = "\n".join(report(result))
+    assert "N·m" in printed
+    assert "N m" not in printed
+    words = [text.get_text() for text in draw(result).findobj(Text)]
+    assert "torque (N·m)" in words
+    assert not any("N m" in text for text in words)
+    assert result.wucht.quantities["working_points"]["parts"]["torque"]["unit"] == "N m", "data keep their units"

@@ -139,6 +139,6 @@ def test_lines_of_a_report_are_written_with_their_units() -> None:
         "  free         104.72 rad/s (1000 rpm) without vibration",
         "  share        12.3 % or 12.35 % or 0.1235",
         "  jerk         3000 mm/rad³, 2 mm",
-        "  each         x: 2 um, y: 500 mm",
+        "  each         x: 2 µm, y: 500 mm",
         "  point        10 rad/s (95 rpm): 2 N m, low {as it is}",
     ]

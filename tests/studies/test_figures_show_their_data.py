@@ -77,7 +77,7 @@ EXPECTED: dict[str, Figured] = {
     ),
     "torque-balance": Figured(
         {},
-        {0: ("", "torque (N m)"), 1: ("speed (rad/s)", "torque (N m)")},
+        {0: ("", "torque (N·m)"), 1: ("speed (rad/s)", "torque (N·m)")},
         (
             Line(0, "drive", "speed", "drive_torque"),
             Line(0, "load and bearings", "speed", "load_torque"),
@@ -105,7 +105,7 @@ EXPECTED: dict[str, Figured] = {
             0: ("", AMPLITUDE),
             1: ("", "phase lag (°)"),
             2: ("", "distance from rest (mm)"),
-            3: ("speed (rad/s)", "torque required (N m)"),
+            3: ("speed (rad/s)", "torque required (N·m)"),
         },
         (
             Line(0, "axis", "speed", "1e3 * amplitude"),
@@ -169,7 +169,7 @@ EXPECTED: dict[str, Figured] = {
         {
             0: ("angle of the rotor $\\varphi$ (rad)", "speeds of the rotor differ by\n(rad/s)"),
             1: ("angle of the rotor $\\varphi$ (rad)", "amplitudes differ by (mm)"),
-            2: ("damping of the carrier (N s/m)", "largest difference of speeds (rad/s)"),
+            2: ("damping of the carrier (N·s/m)", "largest difference of speeds (rad/s)"),
             3: ("factor of $\\varepsilon$", "error of the speeds (rad/s)"),
         },
         (
@@ -188,7 +188,7 @@ EXPECTED: dict[str, Figured] = {
             2: (ANGLE, "pressure angle (°)"),
             3: (ANGLE, "contact force (N)"),
             4: (ANGLE, "contact pressure (MPa)"),
-            5: (ANGLE, "torque of the camshaft\n(N\xa0m)"),
+            5: (ANGLE, "torque of the camshaft\n(N·m)"),
             6: (ANGLE, "motion of the lever (°)"),
         },
         (
@@ -270,7 +270,7 @@ EXPECTED: dict[str, Figured] = {
     ),
     "capture-probability": Figured(
         {"study.points": 2, "study.samples": 64, "study.probability": None, "study.until": "20 s"},
-        {0: ("slope of the torque over speed, drive (N m s)", "probability of\ncompensated or passed")},
+        {0: ("slope of the torque over speed, drive (N·m·s)", "probability of\ncompensated or passed")},
         (Line(0, 0, "parameter", "estimate"),),
     ),
     "comparison": Figured(
@@ -278,8 +278,8 @@ EXPECTED: dict[str, Figured] = {
         {
             0: (TIME, "speed (rad/s)"),
             1: (TIME, AMPLITUDE),
-            2: ("slope of the torque over speed, drive (N m s)", "final speed (rad/s)"),
-            3: ("slope of the torque over speed, drive (N m s)", "final amplitude (mm)"),
+            2: ("slope of the torque over speed, drive (N·m·s)", "final speed (rad/s)"),
+            3: ("slope of the torque over speed, drive (N·m·s)", "final amplitude (mm)"),
         },
         (
             Line(0, "0.0195 N m s: unidentified", "curve_1_x[0]", "curve_1_y[0]", part=True),
@@ -354,7 +354,7 @@ EXPECTED: dict[str, Figured] = {
             0: ("", "speed (rad/s)"),
             1: ("", "speed (rad/s)"),
             2: ("time after the failure (s)", AMPLITUDE),
-            3: ("drive", "mean torque (N m)"),
+            3: ("drive", "mean torque (N·m)"),
         },
         (
             Line(0, "e1", "time[0]", "rotor_speed[0, 0]"),
@@ -389,7 +389,7 @@ EXPECTED: dict[str, Figured] = {
     "optimise-balancer": Figured(
         {"study.samples": 2, "study.population": 4, "study.evaluations": 8, "study.points": 2, "study.until": "5 s"},
         {
-            0: ("median settling time (s)", "residual unbalance (g mm)"),
+            0: ("median settling time (s)", "residual unbalance (g·mm)"),
             1: ("median settling time (s)", "peak amplitude (mm)"),
         },
         (
@@ -403,7 +403,7 @@ EXPECTED: dict[str, Figured] = {
         {"study.range": ["0.015 N m s", "0.02 N m s"], "study.values": ["0.017 N m s"]},
         {
             1: ("angle of the main rotor (rad)", "speed of the main rotor (rad/s)"),
-            2: ("slope of the torque over speed, drive\n(N\xa0m\xa0s)", "period, angle of the main rotor\n(rad)"),
+            2: ("slope of the torque over speed, drive\n(N·m·s)", "period, angle of the main rotor\n(rad)"),
             3: ("angle of the main rotor (rad)", AMPLITUDE),
         },
         (
@@ -425,7 +425,7 @@ EXPECTED: dict[str, Figured] = {
     ),
     "speed-curve": Figured(
         {"study.range": ["0.005 N m s", "0.02 N m s"], "study.points": 2},
-        {0: ("", "speed of the main rotor (rad/s)"), 1: ("slope of the torque over speed, drive (N m s)", AMPLITUDE)},
+        {0: ("", "speed of the main rotor (rad/s)"), 1: ("slope of the torque over speed, drive (N·m·s)", AMPLITUDE)},
         (
             Line(0, 0, "value", "speed", part=True, off=0.02),
             Line(1, 0, "value", "1e3 * amplitude", part=True, off=0.02),
@@ -441,7 +441,7 @@ EXPECTED: dict[str, Figured] = {
             "study.range": ["0.005 N m s", "0.02 N m s"],
             "study.second_range": ["200 N s/m", "260 N s/m"],
         },
-        {0: ("slope of the torque over speed, drive (N m s)", "damping of the carrier (N s/m)")},
+        {0: ("slope of the torque over speed, drive (N·m·s)", "damping of the carrier (N·s/m)")},
         (Line(0, 0, "boundary_x", "boundary_y", part=True),),
     ),
     "synchronous-states": Figured(

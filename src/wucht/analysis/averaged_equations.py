@@ -150,7 +150,8 @@ def averaged_equations_of(
     rotors that do not turn as their drives would turn them. Raises ``InputError`` for other machines, with the reason.
     """
     _refuse_unsuitable(machine)
-    rotor_senses = {r.name: int(sense_of(machine, r)) for r in machine.rotors} | dict(turning or {})
+    senses_of = dict(turning or {})
+    rotor_senses = senses_of | {r.name: int(sense_of(machine, r)) for r in machine.rotors if r.name not in senses_of}
     senses = {b.name: rotor_senses[r.name] for r in machine.rotors for b in machine.group(r)}
     signs = tuple(senses[b.name] for b in machine.bodies)
     try:

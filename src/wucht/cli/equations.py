@@ -10,10 +10,8 @@ from wucht.cli.options import Imports
 from wucht.errors import InputError
 
 if TYPE_CHECKING:
-    from sympy import Symbol
-
+    from wucht.analysis.equations_in_print import PrintedEquations
     from wucht.machines.machine import Machine
-    from wucht.mechanics.notation import Notation
 
 
 def equations(
@@ -33,9 +31,11 @@ def equations(
         raise InputError("--order", order, "must be 1 or 2")
     if not slow and (inertia is not None or order != 1):
         raise InputError("--order" if order != 1 else "--inertia", None, "allowed only with --slow")
+    from wucht.analysis.equations_in_print import full_equations
     from wucht.cli.options import parse_settings
     from wucht.files.catalogue import load_document, load_machine
     from wucht.machines.symbols import notation_of
+    from wucht.results.formatting import units_in_print
 
     if "system" in load_document(study)[0]:
         if slow:
@@ -43,23 +43,22 @@ def equations(
         _print_user_system(study, parse_settings(set_ or []), latex)
         return
     machine = load_machine(study, parse_settings(set_ or []))
-    notation = notation_of(machine)
-    groups = (
-        _slow_equations(machine, notation, latex, inertia, order) if slow else [("", _full_equations(machine, notation, latex))]
-    )
-    comment = "% " if latex else ""
+    heading, equation_set = _slow_equations(machine, latex, inertia, order) if slow else ("", full_equations(machine, latex))
+    rows, definitions = equation_set.lines(latex)
+    comment, names = "% " if latex else "", notation_of(machine).names
     typer.echo(f"{comment}{machine.title}")
-    for heading, lines in groups:
-        if heading:
-            typer.echo(f"{comment}{heading}")
-        _print(lines, latex)
+    for title, lines in ((heading, rows), ("with", definitions)):
+        if title and lines:
+            typer.echo(f"{comment}{title}")
+        if lines:
+            _print(lines, latex)
     over_time = {s.parameter for s in machine.schedules}
     for path, p in machine.parameters.items():
-        value = f"{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
+        value = f"{names[path]} = {p.value:g} {units_in_print(p.unit)}".rstrip()
         remark = ", at t = 0: it has a schedule" if path in over_time else ", left out" if p.value == 0 else ""
         typer.echo(f"{comment}{value}   {path}: {p.long_name}{remark}")
     for note in machine.notes:
-        typer.echo(f"{comment}{note}")
+        typer.echo(f"{comment}{units_in_print(note)}")
 
 
 def _print_user_system(study: str, settings: dict[str, Any], latex: bool) -> None:
@@ -68,16 +67,16 @@ def _print_user_system(study: str, settings: dict[str, Any], latex: bool) -> Non
     from sympy import latex as in_latex
 
     from wucht.files.catalogue import load_equations
-    from wucht.mechanics.notation import printed_equation
+    from wucht.mechanics.notation import equation_text
 
     user_system, comment = load_equations(study, settings), "% " if latex else ""
     rates = [Symbol(f"\\dot{{{in_latex(x)}}}" if latex else f"{x}'") for x in user_system.system.states]
     rows = [
-        printed_equation(left_side, right_side, latex)
+        equation_text((left_side, right_side), latex)
         for left_side, right_side in zip(rates, user_system.system.derivatives, strict=True)
     ]
     typer.echo(f"{comment}{user_system.title}")
-    _print([*rows, *(printed_equation(*definition, latex) for definition in user_system.system.definitions)], latex)
+    _print([*rows, *(equation_text(definition, latex) for definition in user_system.system.definitions)], latex)
     for name, value in user_system.values.items():
         typer.echo(f"{comment}{name} = {value:g}")
 
@@ -85,42 +84,21 @@ def _print_user_system(study: str, settings: dict[str, Any], latex: bool) -> Non
 def _print(lines: list[str], latex: bool) -> None:
     if latex:
         typer.echo("\\begin{align}")
-        typer.echo(" \\\\\n".join(f"  {line.replace(' = ', ' &= ', 1)}" for line in lines))
+        typer.echo(" \\\\\n".join(f"  {line}" for line in lines))
         typer.echo("\\end{align}")
     else:
         typer.echo("\n".join(f"  {line}" for line in lines))
 
 
-def _full_equations(machine: Machine, notation: Notation, latex: bool) -> list[str]:
-    from wucht.mechanics.lagrange import equations_of_motion
-    from wucht.mechanics.notation import printed_equations, printed_state_rates
-
-    motion = equations_of_motion(machine.energies, machine.coordinates)
-    lines = printed_equations(
-        motion, machine.coordinates, notation, _zero_parameters(machine), latex, normalise=not machine.units.time
-    )
-    return [*lines, *printed_state_rates(machine.internal, machine.coordinates, notation, latex)]
-
-
-def _zero_parameters(machine: Machine) -> list[Symbol]:
-    """The parameters that are 0 and remain so: terms with them are not printed."""
-    over_time = {s.symbol for s in machine.schedules}
-    return [s for s, value in machine.numbers.items() if value == 0 and s not in over_time]
-
-
-def _slow_equations(
-    machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int
-) -> list[tuple[str, list[str]]]:
-    from wucht.analysis.averaged_equations import averaged_equations_of
+def _slow_equations(machine: Machine, latex: bool, inertia: bool | None, order: int) -> tuple[str, PrintedEquations]:
+    from wucht.analysis.equations_in_print import slow_equations
     from wucht.machines.operation import has_damped_balancers
-    from wucht.mechanics.notation import printed_averaged_equations
 
     with_inertia = not has_damped_balancers(machine) if inertia is None else inertia
     if not with_inertia and not has_damped_balancers(machine):
         raise InputError("--no-inertia", None, "not allowed here: a balancing body is not damped against its rotor")
-    zero = _zero_parameters(machine)
-    rows, definitions = printed_averaged_equations(
-        averaged_equations_of(machine, with_inertia, order).averaged_system, notation, zero, latex
-    )
     inertia_text = f"{'with' if with_inertia else 'without'} the inertia of the balancing bodies"
-    return [(f"averaged equations of order {order}, {inertia_text}:", rows), ("with", definitions)]
+    return (
+        f"averaged equations of order {order}, {inertia_text}:",
+        slow_equations(machine, with_inertia, order, latex),
+    )

@@ -59,6 +59,7 @@ def run_and_print(
     """Answer the question that is read, write the files and print the report. study: its name; out: the folder, if given."""
     from wucht.cli.progress import Progress
     from wucht.cli.surroundings import interrupt_check
+    from wucht.results.formatting import units_in_print
     from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
     from wucht.results.store import RESULT, save_csv, save_summary, to_json
     from wucht.studies.runner import report as report_of
@@ -109,9 +110,9 @@ def run_and_print(
         for line in report_of(result):
             typer.echo(line)
         for note in accessor.notes:
-            typer.echo(f"note: {note}")
+            typer.echo(f"note: {units_in_print(note)}")
         for warning in accessor.warnings:
-            typer.echo(f"warning: {warning}", err=True)
+            typer.echo(f"warning: {units_in_print(warning)}", err=True)
         typer.echo(f"files: {folder}/{', '.join(names)}")
     if result.attrs["failure"]:
         sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed so far is in {folder}\n")

@@ -17,6 +17,7 @@ from wucht.machines.parts.support import Support
 from wucht.machines.schedules import Schedule
 from wucht.machines.structure import DISSIPATED_WORK, MISMATCH, SUPPLIED_WORK
 from wucht.machines.tree import RotatingBody, SlidingBody
+from wucht.results.formatting import units_in_print
 
 __all__ = ["DISSIPATED_WORK", "MISMATCH", "SUPPLIED_WORK", "Machine"]
 
@@ -107,7 +108,7 @@ class Machine(Mechanism):
     def _repr_html_(self) -> str:
         rows = [(_body_label(b), "", f"on {b.about or 'the carrier'}") for b in self._all_bodies]
         rows += [(f"{d.kind} drive", "", f"on {d.on}") for d in self.drives]
-        rows += [(path, f"{p.value:.6g} {p.unit}".rstrip(), p.long_name) for path, p in self.parameters.items()]
+        rows += [(path, f"{p.value:.6g} {units_in_print(p.unit)}".rstrip(), p.long_name) for path, p in self.parameters.items()]
         cells = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
         return f"<table><caption>{escape(self.title)}</caption>{cells}</table>"
 

@@ -11,7 +11,7 @@ from wucht.mechanics.notation import Notation
 def notation_of(machine: Machine) -> Notation:
     """Return phi for rotors, theta for bodies that turn about another, xi and eta for the axis of dimensionless machines.
 
-    Parameters carry the symbol of their field, and the name of their part where two parts have the same.
+    Parameters have the symbol of their field, with the name of their part as an index where two parts have the same.
     """
     letters = {"r": "chi", "foundation": "z"}
     names = {c.position.name: letters.get(label, label) for label, c in zip(machine.labels, machine.carrier, strict=True)}
@@ -25,10 +25,26 @@ def notation_of(machine: Machine) -> Notation:
         names[x.coordinate.position.name] = f"s_{x.name}"
     names |= {x.state.name: f"{x.description.letter}_{x.path}" for x in machine.internal}
     count = Counter(p.symbol for p in machine.parameters.values())
-    alike = Counter((p.symbol, path.split(".")[0]) for path, p in machine.parameters.items())
-    for path, p in machine.parameters.items():
-        owner = path.split(".")[0]
-        if alike[p.symbol, owner] > 1:  # several parts in a list, such as mounts or drives: the place in it belongs to the name
-            owner = ".".join(path.split(".")[: 3 if path.startswith("carrier.") else 2])
-        names[path] = p.symbol if count[p.symbol] == 1 else f"{p.symbol.replace('_', '')}_{owner}"
+    several = {path: p.symbol for path, p in machine.parameters.items() if count[p.symbol] > 1}
+    names |= {path: p.symbol for path, p in machine.parameters.items() if path not in several}
+    for owner_of in (_name, _list_entry, str):  # the shortest index that no other symbol has
+        new_names = {path: f"{symbol.replace('_', '')}_{owner_of(path)}" for path, symbol in several.items()}
+        count = Counter((*names.values(), *new_names.values()))
+        names |= {path: name for path, name in new_names.items() if count[name] == 1}
+        several = {path: symbol for path, symbol in several.items() if path not in names}
     return Notation(names)
+
+
+_LISTS = ("drives.", "loads.", "tracks.", "carrier.mounts.")
+
+
+def _name(path: str) -> str:
+    """The name of the part to which a parameter belongs: of a mount its number, of ``drives.e1`` the body."""
+    head = next((h for h in _LISTS if path.startswith(h)), "")
+    return path.removeprefix(head).partition(".")[0]
+
+
+def _list_entry(path: str) -> str:
+    """The same with the list in which the part is."""
+    head = next((h for h in _LISTS if path.startswith(h)), "")
+    return head + _name(path)

@@ -134,7 +134,7 @@ def _speed(value: float) -> str:
 
 
 def _length(value: float) -> str:
-    return f"{value * 1e3:.4g} mm" if abs(value) >= 1e-5 else f"{value * 1e6:.3g} um"
+    return f"{value * 1e3:.4g} mm" if abs(value) >= 1e-5 else f"{value * 1e6:.3g} µm"
 
 
 def label(result: Any, name: str, factor_unit: str | None = None) -> str:
@@ -144,8 +144,26 @@ def label(result: Any, name: str, factor_unit: str | None = None) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Text with its unit: ``text (unit)``; without brackets if there is no unit, powers as superscripts."""
-    return f"{text} ({unit.replace('^2', '²').replace('^3', '³')})" if unit else text
+    """Text with its unit as it is printed: ``text (N·m)``; without brackets if there is no unit."""
+    return f"{text} ({units_in_print(unit)})" if unit else text
+
+
+def units_in_print(text: str) -> str:
+    """The units in a text as they are printed: N·m·s, kg·m², µm; in files and data they are N m s, kg m^2, um.
+
+    Both are read alike. A product of units is known by its first one, N, kg or g, which no word of a sentence is.
+    """
+    for pattern, printed_form in _PRINTED_UNITS:
+        text = pattern.sub(printed_form, text)
+    return text
+
+
+_POWERS = {"^2": "²", "^3": "³"}
+_PRINTED_UNITS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
+    (re.compile(r"\b(?:[kmM]?N|kg|g)(?: (?:mm|m|s)\b(?:\^[23])?)+"), lambda unit: unit[0].replace(" ", "·")),
+    (re.compile(r"(?<![\w.])um\b"), lambda unit: "µm"),
+    (re.compile(r"\b(mm|m|s|rad|kg)(\^[23])\b"), lambda power: power[1] + _POWERS[power[2]]),
+)
 
 
 def printed_unit(result: Any, name: str) -> tuple[float, str]:
@@ -193,7 +211,6 @@ def wrap_text(text: str, letters: int) -> list[str]:
     ]
 
 
-_POWERS = {"^2": "²", "^3": "³"}
 _FORMATTERS: Mapping[str, Callable[[float], str]] = {"rad/s": _speed, "m": _length, "rad": _angle}
 
 # Units in which engineers write numbers of an SI unit, each with the least number that is written so, and its size. Smaller

@@ -21,6 +21,7 @@ from wucht.plots.arranging import arrange
 from wucht.plots.page import PRINT, Page, page_context
 from wucht.plots.sheet import write_assumptions
 from wucht.results.accessor import register_accessor
+from wucht.results.formatting import units_in_print
 from wucht.results.output_folder import NEW, claim_folder, commit
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
@@ -274,9 +275,19 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
             with page_context(trial_page):
                 figure: Figure = study.figure(result)
                 write_assumptions(figure, result.wucht.assumed)
+                _print_units(figure)
             if arrange(figure).get_figheight() <= trial_page.tallest:
                 break
     return figure
+
+
+def _print_units(figure: Figure) -> None:
+    """Write the units in the texts of a figure as those of a report."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        if text.get_text() != (printed_text := units_in_print(text.get_text())):
+            text.set_text(printed_text)
 
 
 def report(result: xr.Dataset) -> list[str]:
@@ -297,7 +308,7 @@ def report(result: xr.Dataset) -> list[str]:
         As ``draw`` does.
     """
     with _study_of_result(result) as study:
-        lines: list[str] = study.report(result)
+        lines: list[str] = [units_in_print(line) for line in study.report(result)]
         assumption_text = "; ".join(result.wucht.assumed)
     return [*lines, f"  assumed      {assumption_text}"] if assumption_text else lines
 

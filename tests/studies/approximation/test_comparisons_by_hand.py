@@ -161,7 +161,7 @@ def test_each_line_of_the_figure(result: xr.Dataset) -> None:
         assert (list(points[name].get_xdata()), list(points[name].get_ydata())) == ([at], [value])
     assert points["5 % of the largest speed"].get_ydata() == pytest.approx([0.05 * 2 / 0.02, 0.05 * 3 / 0.03, 0.05 * 4 / 0.04])
     assert (along.get_xscale(), along.get_yscale()) == ("log", "log")
-    assert along.get_xlabel().replace("\N{NO-BREAK SPACE}", " ").endswith("(N m s)")
+    assert along.get_xlabel().replace("\N{NO-BREAK SPACE}", " ").endswith("(N·m·s)")
     assert along.get_ylabel() == "largest difference of speeds (rad/s)"
     measured, nominal = order.get_lines()
     assert str(measured.get_label()) == "measured: order 2.00" and str(nominal.get_label()) == "order 1.5"

@@ -72,7 +72,7 @@ def test_the_panels_and_their_limits(lever: xr.Dataset) -> None:
     above, *below = figure.axes
     assert [named(a) for a in below] == [
         "radius of curvature (mm)", "pressure angle (°)", "contact force (N)", "contact pressure (MPa)",
-        "torque of the camshaft (N m)", "motion of the lever (°)",
+        "torque of the camshaft (N·m)", "motion of the lever (°)",
     ]  # fmt: skip
     assert below[4].get_lines()[0].get_ydata() == pytest.approx(lever.camshaft_torque.values)
     assert {a.get_xlabel() for a in below} == {"cam angle (°)"}

@@ -280,7 +280,7 @@ def test_limits_and_lines_of_the_panels(result: xr.Dataset) -> None:
     by_name = {" ".join(a.get_ylabel().split()): a for a in panels}
     assert list(by_name) == [
         "radius of curvature (mm)", "pressure angle (°)", "transmission angle (°)", "contact force (N)",
-        "contact pressure (MPa)", "torque of the camshaft (N m)",
+        "contact pressure (MPa)", "torque of the camshaft (N·m)",
     ]  # fmt: skip
     expected = {
         "radius of curvature (mm)": 1e3 / result.curvature.values,
@@ -299,7 +299,7 @@ def test_limits_and_lines_of_the_panels(result: xr.Dataset) -> None:
     assert limits["pressure angle (°)"] == pytest.approx([-44.0, 44.0])
     assert limits["contact pressure (MPa)"] == pytest.approx([700.0])
     assert by_name["transmission angle (°)"].get_lines()[0].get_ydata() == pytest.approx(np.degrees(1 + 0.25 * np.cos(PHI)))
-    assert by_name["torque of the camshaft (N m)"].get_lines()[0].get_ydata() == pytest.approx(-7 * np.cos(PHI))
+    assert by_name["torque of the camshaft (N·m)"].get_lines()[0].get_ydata() == pytest.approx(-7 * np.cos(PHI))
     shown = {str(x.get_label()): x for x in cam.get_lines()}
     assert shown["contour"].get_xdata() == pytest.approx(1e3 * result.contour_x.values[0])
     assert shown["contour of the counter cam"].get_ydata() == pytest.approx(1e3 * result.contour_y.values[1])

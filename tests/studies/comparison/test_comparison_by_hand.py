@@ -74,7 +74,7 @@ SLOPE = {"drive.slope": ([3.0, 1.0, 2.5], "slope of the drive", "N m s")}
 def test_numbers_over_a_key_with_numbers() -> None:
     figure = shown(comparison(3, SLOPE, final_speed=([30.0, 10.0, 20.0], "rad/s")))
     (axis,) = figure.axes
-    assert axis.get_xlabel() == "slope of the drive (N m s)" and axis.get_ylabel() == "final speed (rad/s)"
+    assert axis.get_xlabel() == "slope of the drive (N·m·s)" and axis.get_ylabel() == "final speed (rad/s)"
     assert [(x, y) for _, x, y in points(axis)] == [([1.0, 2.5, 3.0], [10.0, 20.0, 30.0])]
     marks = {line.get_color(): (line.get_xdata()[0], line.get_ydata()[0]) for line in axis.get_lines()[1:]}
     assert marks == {line_style(k)["color"]: at for k, at in enumerate([(3.0, 30.0), (1.0, 10.0), (2.5, 20.0)])}
@@ -175,7 +175,7 @@ def test_the_table() -> None:
         "A comparison",
         "verdict: two of them",
         "   slope of the            final speed",
-        "  drive (N m s)  outcome       (rad/s)  same (mm)",
+        "  drive (N·m·s)  outcome       (rad/s)  same (mm)",
         "              3  passed             30       1000",
         "              1  passed             10       1000",
         "            2.5  captured                    1000",

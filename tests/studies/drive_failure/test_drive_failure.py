@@ -213,7 +213,7 @@ def test_the_report_and_the_figure(failures: Any) -> None:
     assert sum("SYNCHRONISED" in line for line in lines) == 2
     figure = draw(failures)
     labels = [axis.get_ylabel() for axis in figure.axes]
-    assert labels[:4] == ["speed (rad/s)", "speed (rad/s)", "amplitude of the axis (mm)", "mean torque (N m)"]
+    assert labels[:4] == ["speed (rad/s)", "speed (rad/s)", "amplitude of the axis (mm)", "mean torque (N·m)"]
     bars = [patch.get_height() for patch in figure.axes[3].patches]
     assert max(bars) == pytest.approx(max(abs(t) for c in failures.wucht.summary["cases"] for t in c["torques"].values()))
 

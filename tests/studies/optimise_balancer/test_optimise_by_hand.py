@@ -292,7 +292,7 @@ def drawn(objectives: list[str], result: xr.Dataset) -> Figure:
 def test_objectives_that_do_not_vary_have_no_panel() -> None:
     fig = drawn(["settling-time", "residual", "peak"], drawable())
     (axis,) = (a for a in fig.axes if a.lines)
-    assert (axis.get_xlabel(), axis.get_ylabel()) == ("residual unbalance (g mm)", "peak amplitude (mm)")
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("residual unbalance (g·mm)", "peak amplitude (mm)")
     lines = {str(line.get_label()): np.c_[line.get_data()] for line in axis.lines}
     assert lines["candidates"] == pytest.approx(np.array([[9e4, 1.0], [5e4, 2.0]]))
     assert lines["front, 2 bodies: by the search"] == pytest.approx(np.array([[2e4, 3.0]]))
@@ -341,7 +341,7 @@ def test_the_curve_shows_where_all_pass_and_when_small_deviations_have_decayed()
     assert lines["linearised, to 1 %"][:2, 1] == pytest.approx(np.log(100) / np.array([2.0, 4.0]))
     assert np.isnan(lines["linearised, to 1 %"][2, 1])
     assert (lines["best of the runs"][0, 0], lines["best linearised"][0, 0]) == (0.1, 0.01)
-    assert (axis.get_xlabel(), axis.get_ylabel()) == ("damping of the bodies (N m s)", "median settling time (s)")
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("damping of the bodies (N·m·s)", "median settling time (s)")
     assert axis.get_ylim() == pytest.approx((1 / 1.5, 6.0))
     assert (axis.get_xscale(), axis.get_yscale()) == ("log", "log")
     words = axis.xaxis.get_major_formatter()

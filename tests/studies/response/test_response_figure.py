@@ -45,7 +45,7 @@ def response() -> xr.Dataset:
 def test_response_panels(response: xr.Dataset) -> None:
     figure = draw(response)
     assert [a.get_ylabel() for a in figure.axes] == [
-        "amplitude of the axis (mm)", "phase lag (\u00b0)", "distance from rest (mm)", "torque required (N m)",
+        "amplitude of the axis (mm)", "phase lag (\u00b0)", "distance from rest (mm)", "torque required (N·m)",
     ]  # fmt: skip
     assert figure.axes[-1].get_xlabel() == "speed (rad/s)"
     amplitude, phase, centre, torque = figure.axes

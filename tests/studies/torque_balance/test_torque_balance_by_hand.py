@@ -47,7 +47,7 @@ def limits(result: xr.Dataset, points: list[float] | None = None) -> tuple[float
     """The limits of the ordinate without the margins: 5 % of the height below, 8 % above."""
     axis = Figure().subplots()
     torque_balance._ordinate(axis, result, result.drive_torque.values, np.array(points or []))
-    assert axis.get_ylabel() == "torque (N m)"
+    assert axis.get_ylabel() == "torque (N·m)"
     low, high = axis.get_ylim()
     height = (high - low) / 1.13
     return low + 0.05 * height, high - 0.08 * height

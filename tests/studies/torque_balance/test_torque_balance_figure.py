@@ -58,7 +58,7 @@ def test_torque_balance_with_a_load() -> None:
     )  # fmt: skip
     figure = draw(run(TorqueBalance(), m))
     above, below = figure.axes
-    assert above.get_ylabel() == below.get_ylabel() == "torque (N m)"
+    assert above.get_ylabel() == below.get_ylabel() == "torque (N·m)"
     assert {"drive", "load and bearings", "load and vibration", "working point, stable"} <= set(labels(above))
     assert {"drive less load", "vibration", "natural frequencies", "speed without vibration"} <= set(labels(below))
 

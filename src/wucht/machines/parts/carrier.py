@@ -68,7 +68,7 @@ class Carrier(Support):
     damping_ratio: SI[float | tuple[float, float] | None] = si(
         "",
         "damping ratio with all bodies on it",
-        "D",
+        "zeta",
         default=None,
         help="damping ratio with all bodies on the carrier, from which the damping follows",
     )

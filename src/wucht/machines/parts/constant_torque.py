@@ -13,7 +13,7 @@ class ConstantTorque(Drive):
     kind = "constant-torque"
 
     # The key is ``torque``, which in Python is the method.
-    level: SI[float] = si("N m", "torque", "T", alias="torque", help="torque on the body; a negative one turns backwards")
+    level: SI[float] = si("N m", "torque", "T_0", alias="torque", help="torque on the body; a negative one turns backwards")
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """002 (2.81)."""

@@ -26,7 +26,7 @@ class DCSeparate(Drive):
     nameplate: Composite[DCNameplate | None] = composite(
         default=None, description="rated data of the motor, from which its constants follow"
     )
-    voltage: SI[float] = si("V", "voltage of the armature", "U", help=(
+    voltage: SI[float] = si("V", "voltage of the armature", "U_A", help=(
         "voltage of the armature; a negative one reverses the motor; beside a `nameplate` the operating voltage"
     ))  # fmt: skip
     armature_resistance: SI[float] = si("ohm", "resistance of the armature", "R_A", gt=0)

@@ -13,7 +13,7 @@ from wucht.machines.parts.base import SI, Drive, si
 class SelfExcited(Drive):
     """A DC motor that makes its field itself."""
 
-    voltage: SI[float] = si("V", "voltage", "U", help="voltage of the source, whose sign does not matter")
+    voltage: SI[float] = si("V", "voltage", "U_S", help="voltage of the source, whose sign does not matter")
     armature_resistance: SI[float] = si("ohm", "resistance of the armature", "R_A", gt=0)
     field_resistance: SI[float] = si("ohm", "resistance of the field winding", "R_E", ge=0)
     field_inductance: SI[float] = si("H", "inductance of the field winding", "L_E", gt=0)

@@ -32,7 +32,7 @@ class EndStop(LineAttachment):
     damping: SI[float | None] = si(
         "N s/m", "damping", "b", default=None, ge=0, help="viscous damping of the stop; or `restitution`"
     )
-    restitution: SI[float | None] = si("", "coefficient of restitution", "e", default=None, ge=0.01, le=1, help=(
+    restitution: SI[float | None] = si("", "coefficient of restitution", "e_c", default=None, ge=0.01, le=1, help=(
         "coefficient of restitution: the speed after a contact over that before it"
     ))  # fmt: skip
     sides: Literal["one", "both"] = Field(default="one", description='sides of the stop; `"both"`: against its line, too')

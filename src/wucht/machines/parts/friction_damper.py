@@ -27,7 +27,7 @@ class FrictionDamper(LineAttachment):
 
     force: SI[float] = si("N", "friction force", "F", ge=0, help="friction force of the lining that slips")
     build_up: SI[float] = si("m", "travel over which the force builds up", "d", default=BUILD_UP, gt=0)
-    free_travel: SI[float | None] = si("m", "free travel to either side", "g", default=None, ge=0)
+    free_travel: SI[float | None] = si("m", "free travel to either side", "Delta", default=None, ge=0)
 
     def energies(self, frame: Frame) -> Energies:
         """V = F y^2/(2 d), the loss f (v - z') = f^2 |v|/F, with f = F y/d; y: the part of z beyond the free travel."""

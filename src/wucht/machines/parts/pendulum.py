@@ -19,7 +19,9 @@ class Pendulum(TrackBody):
 
     length: SI[float] = si("m", "length", "l", gt=0, help="distance of the centre of mass from the axis or pivot")
     inertia: SI[float | None] = si("kg m^2", "moment of inertia about its axis of rotation", "J", default=None, gt=0)
-    damping: SI[float] = si("N m s", "damping", "b", default=0.0, ge=0, help="viscous damping to the body that it turns about")
+    damping: SI[float] = si(
+        "N m s", "damping", "beta", default=0.0, ge=0, help="viscous damping to the body that it turns about"
+    )
     suspension: SI[tuple[float, float] | None] = si(
         "m",
         "pivot in the frame of the body turned about",

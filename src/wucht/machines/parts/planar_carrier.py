@@ -77,7 +77,7 @@ class PlanarCarrier(Support):
     damping_ratio: SI[float | tuple[float, float] | None] = si(
         "",
         "damping ratio with all bodies on it",
-        "D",
+        "zeta",
         default=None,
         help="damping ratio in x or y alone with all bodies on the carrier, from which the damping follows",
     )

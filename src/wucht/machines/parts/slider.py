@@ -21,7 +21,7 @@ class Slider(Body):
     about: str = Field(description="name of the body with the guide")
     mass: SI[float] = si("kg", "mass", "m", gt=0, help="mass of the slider")
     angle: SI[float] = si(
-        "rad", "angle of the guide", "a", default=0.0, help="angle of the guide in the frame of the body that has it"
+        "rad", "angle of the guide", "gamma", default=0.0, help="angle of the guide in the frame of the body that has it"
     )
     radius: SI[float] = si("m", "radius", "R", ge=0, help="radius at which the spring is free of force")
     stiffness: SI[float] = si("N/m", "stiffness", "c", gt=0, help="stiffness of its spring")

@@ -34,17 +34,19 @@ class SwitchablePendulum(Body):
         "for `permanent_unbalance`"
     ))  # fmt: skip
     inertia: SI[float | None] = si("kg m^2", "moment of inertia of the frame about the axis", "J", default=None, gt=0)
-    damping: SI[float] = si("N m s", "damping", "b", default=0.0, ge=0, help="viscous damping to the body that it turns about")
+    damping: SI[float] = si(
+        "N m s", "damping", "beta", default=0.0, ge=0, help="viscous damping to the body that it turns about"
+    )
     moving_mass: SI[float] = si("kg", "moving mass", "m_s", gt=0, help="mass in the radial guide")
     inner_stop: SI[float] = si("m", "radius of the moving mass at the inner stop", "r_i", gt=0)
     outer_stop: SI[float] = si("m", "radius of the moving mass at the outer stop", "r_o", gt=0)
     stiffness: SI[float] = si("N/m", "stiffness of the spring", "c", ge=0)
     preload: SI[float] = si("N", "force of the spring at the inner stop", "F_0", gt=0)
-    restitution: SI[float] = si("", "coefficient of restitution at the stops", "e", default=RESTITUTION, ge=0.01, le=1)
+    restitution: SI[float] = si("", "coefficient of restitution at the stops", "e_c", default=RESTITUTION, ge=0.01, le=1)
     permanent_unbalance: SI[float] = si("kg m", "permanent unbalance", "U_p", default=0.0, help=(
         "small unbalance while closed, towards the moving mass, or away from it where negative"
     ))  # fmt: skip
-    guide_damping: SI[float] = si("N s/m", "damping of the moving mass in its guide", "d", default=0.0, ge=0)
+    guide_damping: SI[float] = si("N s/m", "damping of the moving mass in its guide", "b", default=0.0, ge=0)
     contact_frequency: SI[float | None] = si("rad/s", "frequency of the stops", "omega_c", default=None, gt=0, help=(
         "frequency of the compliant stops, by default 50 times the speed of activation"
     ))  # fmt: skip

@@ -31,7 +31,7 @@ class TrackBody(Body):
         "name of the track that bodies share; without one a body can pass the others"
     ))  # fmt: skip
     diameter: SI[float | None] = si("m", "diameter", "d", default=None, gt=0, help="diameter of the body on its track")
-    restitution: SI[float | None] = si("", "coefficient of restitution", "e", default=None, ge=0.01, le=1)
+    restitution: SI[float | None] = si("", "coefficient of restitution", "e_c", default=None, ge=0.01, le=1)
     start: Start = Field(default=None, description="angle at the start in rad, from the body turned about")
     about: str = Field(description="name of the body turned about")
     mass: SI[float] = si("kg", "mass", "m", gt=0, help="mass of the body")
