@@ -77,6 +77,11 @@ def orders(law: Law, order: int = 2, samples: int = _SAMPLES) -> FourierSeries:
     return FourierSeries.from_samples(law(even_angles(samples), order))
 
 
+def last_order_above(amplitudes: np.ndarray, share: float = _NEGLIGIBLE) -> int:
+    """Return the number of the last order, the first being 1, that is larger than a share of the largest one; 0 without."""
+    return int(np.flatnonzero(amplitudes > share * amplitudes.max(initial=0.0)).max(initial=-1)) + 1
+
+
 def share_above_order(acceleration: FourierSeries, count: int, reference: int = 1) -> float:
     """Return the largest order of the acceleration above a number, as a share of its first order, or of a reference order."""
     return float(acceleration.amplitudes[count:].max(initial=0.0) / acceleration.amplitudes[reference - 1])

@@ -83,6 +83,12 @@ class CamDrive:
         """The linkage. Raises ``InputError`` where it does not close."""
         return None if self.linkage is None else self.linkage.linkage()
 
+    @property
+    def output_arm(self) -> float | None:
+        """Length in m of the arm of an output that turns; None where it slides, or no table states it."""
+        output_table = self.linkage or self.follower
+        return None if output_table is None else output_table.output_arm
+
     def follower_law(self, output: Law) -> Law:
         """Return the follower's law for a law of the output. Raises ``InputError`` where the linkage cannot make it."""
         return output if self.closure is None else LeverMotion(output, self.closure)

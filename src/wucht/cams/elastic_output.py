@@ -72,14 +72,18 @@ class Dwell:
         if not math.isfinite(self.value):
             raise InputError("dwell.value", self.value, "must be a finite number")
 
+    @property
+    def last(self) -> float:
+        """The end of the arc in rad, never below its begin."""
+        return self.end if self.end >= self.begin else self.end + _TURN
+
     def largest(self, series: FourierSeries) -> float:
         """The largest magnitude of a function on the arc, exactly: at its extrema or at an end."""
         return float(self.largest_of(np.array([series.mean]), _waves(series)[np.newaxis])[0])
 
     def largest_of(self, mean: np.ndarray, waves: np.ndarray) -> np.ndarray:
         """Return the largest magnitudes of many series at once (M,): see ``largest_on_arc``."""
-        arc = self.end - self.begin
-        return largest_on_arc(self.begin, arc if arc >= 0 else arc + _TURN, mean, waves)
+        return largest_on_arc(self.begin, self.last - self.begin, mean, waves)
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,8 @@ from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
 from wucht.errors import InputError, WuchtError
+from wucht.file_names import date_of_files
 
-_EPOCH = "SOURCE_DATE_EPOCH"  # read by libraries when they are loaded, and when a figure is written
-_LAST_SECOND = 253402300799  # of the year 9999, the last that a date can have
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")  # read by OpenBLAS when NumPy is loaded, the first before the second
 _KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: for the start of the largest studies, and for each further thread
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -58,10 +57,7 @@ def without_figure_settings() -> None:
 
 def check_environment() -> None:
     """Raise ``InputError`` for an environment variable with which a run would fail after all has been computed."""
-    value = os.environ.get(_EPOCH)
-    if value is not None and not (value.isascii() and value.isdigit() and int(value[:20]) <= _LAST_SECOND):
-        requirement = f"this environment variable must be seconds since 1970, a number from 0 to {_LAST_SECOND}, or not be set"
-        raise InputError(_EPOCH, value, requirement)
+    date_of_files()
 
 
 def fit_address_space() -> None:

@@ -6,7 +6,6 @@ import json
 import platform
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.errors import InputError
+from wucht.file_names import date_of_files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -181,6 +181,6 @@ def provenance(question: Mapping[str, Any], elapsed_s: float) -> dict[str, str |
     return {
         "input": json.dumps(question, default=str),
         "versions": json.dumps(versions()),
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "created": date_of_files().isoformat(timespec="seconds"),
         "elapsed_s": elapsed_s,
     }

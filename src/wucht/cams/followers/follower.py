@@ -63,6 +63,11 @@ class Follower(TableModel, ABC):
     def motion_on(self, contour: MilledContour, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """See ``ContourFollower``: its motion on a milled contour."""
 
+    @property
+    def output_arm(self) -> float | None:
+        """Length in m of the arm by which it turns; None where it slides."""
+        return None
+
     def outline(self, law: Law) -> Outline:
         """Return the elements that are drawn of it beside its roller where it moves by a law."""
         return Outline()

@@ -88,6 +88,11 @@ class OscillatingRoller(RollerFollower):
     def _arm(self, value: np.ndarray) -> np.ndarray:
         return np.asarray(self.arm * np.exp(1j * (self.angle + np.asarray(value))))
 
+    @property
+    def output_arm(self) -> float:
+        """See ``Follower``."""
+        return self.arm
+
     def outline(self, law: Law) -> Outline:
         """See ``Follower``."""
         return Outline(pivot=self.pivot)

@@ -25,6 +25,11 @@ class LinkageTable(TableModel):
         """Return its path in a file."""
         return "linkage"
 
+    @property
+    def output_arm(self) -> float | None:
+        """Length in m of the arm of an output that turns; None of one that slides."""
+        return None
+
     @abstractmethod
     def linkage(self) -> Linkage:
         """Return the linkage. Raises ``InputError`` where it does not close."""
@@ -41,6 +46,11 @@ class FourBarTable(LinkageTable):
     output: SI[float] = si("m", "length of the output's arm", gt=0)
     angle: SI[float] = si("rad", "angle of the lever's arm to the ground where the law is zero")
     branch: _Branch = Field(default="open", description="position of coupler and output, of the two that fit the lever")
+
+    @property
+    def output_arm(self) -> float:
+        """See ``LinkageTable``."""
+        return self.output
 
     def linkage(self) -> Linkage:
         """See ``LinkageTable``."""

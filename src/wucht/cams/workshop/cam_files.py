@@ -15,6 +15,7 @@ from wucht.cams.laws import Law
 from wucht.cams.milled_cam import MilledCam
 from wucht.cams.workshop.closed_curve import CamCurve, curve_distances
 from wucht.cams.workshop.dxf import read_back, write_dxf
+from wucht.cams.workshop.heading import Heading
 from wucht.cams.workshop.lists import Separator, read_list, write_list
 from wucht.cams.workshop.plc import (
     Form,
@@ -78,36 +79,37 @@ def write_cam_files(
     spacing: float = math.inf,
     separator: Separator = Separator.BLANK,
     drawing: bool | None = None,
+    heading: Heading | None = None,
 ) -> list[WorkshopFile]:
     """Write NAME.txt with the contour's points, NAME-pitch.txt with those of the roller's centre, and NAME.dxf.
 
     points: of the contour, which keep the chord tolerance in m; those of the roller's centre keep it too, none farther
-    apart than spacing in m. decimals: of their coordinates in mm. drawing: True for
-    a DXF file; None: where the extra [cad] is installed. Raises ``RunError`` where a file cannot be written, or deviates from
-    its content, and ``InputError`` as its parts do.
+    apart than spacing in m. decimals: of their coordinates in mm. drawing: True for a DXF file; None: where the extra [cad] is
+    installed. heading: of the cam, for each file. Raises ``RunError`` where a file cannot be written, or deviates from its
+    content, and ``InputError`` as its parts do.
     """
     contour = WorkshopCurve(cam.contour)
-    files = [
-        _write_point_list(
-            folder / f"{name}.txt", f"contour of the {name}", contour, points, tolerance, decimals, separator, cam
-        )
-    ]
+    cam_name = name if heading is None or not heading.cam_version else f"{heading.cam_version} {name}"
+
+    def write_points(file: str, content: str, curve: CamCurve, at: PointList, cam: Cam | None) -> WorkshopFile:
+        return _write_point_list(folder / file, content, curve, at, tolerance, decimals, separator, cam, heading)
+
+    files = [write_points(f"{name}.txt", f"contour of the {cam_name}", contour, points, cam)]
     # Of an edge, a roller of the radius 0, the pitch curve is the contour.
     pitch = None if cam.outer or not cam.roller_radius or cam.pitch_curve is None else WorkshopCurve(cam.pitch_curve)
     if pitch is not None and cam.roller_radius is not None:
         pitch_points = chord_points(pitch, tolerance, spacing)
-        content = f"pitch curve of the {name}, roller radius {1e3 * cam.roller_radius:.12g} mm"
-        files.append(
-            _write_point_list(folder / f"{name}-pitch.txt", content, pitch, pitch_points, tolerance, decimals, separator, None)
-        )
+        content = f"pitch curve of the {cam_name}, roller radius {1e3 * cam.roller_radius:.12g} mm"
+        files.append(write_points(f"{name}-pitch.txt", content, pitch, pitch_points, None))
     if drawing or (drawing is None and find_spec("ezdxf") is not None):
         roller = cam.roller_radius if pitch is not None else None
         base = float(valleys(lambda phi: np.abs(cam.contour(phi)))[1].min())
         path = folder / f"{name}.dxf"
-        write_dxf(path, contour, tolerance, pitch, base, roller)
+        write_dxf(path, contour, tolerance, pitch, base, roller, heading)
         lines = read_back(path, contour, pitch)
         worst = max(one.deviation for one in lines)
-        files.append(_checked_file(WorkshopFile(path, f"drawing of the {name}", sum(d.count for d in lines), worst, tolerance)))
+        content, count = f"drawing of the {cam_name}", sum(line.count for line in lines)
+        files.append(_checked_file(WorkshopFile(path, content, count, worst, tolerance)))
     return files
 
 
@@ -120,8 +122,9 @@ def _write_point_list(
     decimals: int,
     separator: Separator,
     cam: Cam | None,
+    heading: Heading | None,
 ) -> WorkshopFile:
-    write_list(path, points, content, COLUMNS, separator, decimals, tolerance)
+    write_list(path, points, content, COLUMNS, separator, decimals, tolerance, heading)
     reading = read_list(path)
     shares = np.arange(_BETWEEN) / _BETWEEN
     chords = reading.position[:, None] + (np.roll(reading.position, -1) - reading.position)[:, None] * shares
@@ -151,18 +154,21 @@ def write_law_files(
     name: str = "Cam",
     forms: Iterable[Form] = (Form.CSV, Form.TWINCAT, Form.CODESYS),
     decimals: int = 6,
+    heading: Heading | None = None,
 ) -> list[WorkshopFile]:
     """Write the law as cam tables of controllers, for an electronic cam that makes the same motion.
 
-    unit: of the law, rad or m; tolerance: in it. decimals: of the slave in deg or mm. Raises as ``write_cam_files``.
+    unit: of the law, rad or m; tolerance: in it. decimals: of the slave in deg or mm. heading: of the cam. Raises as
+    ``write_cam_files``.
     """
     slave, files = SlaveUnit.DEGREE if unit == "rad" else SlaveUnit.MILLIMETRE, list[WorkshopFile]()
     for form in forms:
         between = Interpolation.LINEAR if form is Form.CODESYS_ASCII else Interpolation.QUINTIC
         path = folder / f"law{_SUFFIX[form]}"
-        write_cam_table(path, cam_table(law, slave, tolerance, between, decimals), form, name)
+        write_cam_table(path, cam_table(law, slave, tolerance, between, decimals), form, name, heading)
         reading = read_cam_table(path, form, slave)
-        content = f"cam table ({form.value}, {between.name.lower()} interpolation)"
+        cam_name = f" of the {heading.cam_version} cam" if heading is not None and heading.cam_version else ""
+        content = f"cam table{cam_name} ({form.value}, {between.name.lower()} interpolation)"
         files.append(
             _checked_file(WorkshopFile(path, content, len(reading.phi), largest_deviation(reading, law), tolerance, unit))
         )

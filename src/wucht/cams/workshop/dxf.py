@@ -7,16 +7,20 @@ the workshop takes the one or the other.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
 from typing import Any
+from uuid import NAMESPACE_URL, uuid5
 
 import numpy as np
 
 from wucht.cams.demands import require_finite, require_positive
 from wucht.cams.workshop.closed_curve import CamCurve, PlaneSpline, curve_distances, fitted_spline, spline_deviation
+from wucht.cams.workshop.heading import Heading
 from wucht.cams.workshop.points import chord_deviation, chord_points
 from wucht.errors import InputError
 from wucht.numerics.fourier_series import even_angles
@@ -28,6 +32,9 @@ BASE_CIRCLE, ROLLER = "BASE_CIRCLE", "ROLLER"
 _COLOURS = {CONTOUR: 7, CONTOUR_SPLINE: 3, PITCH: 8, PITCH_SPLINE: 4, BASE_CIRCLE: 5, ROLLER: 1}
 _VERSION = "R2000"  # the oldest that states units and has both entities; every program reads it
 _MILLIMETRES = 4  # of $INSUNITS
+_DATES = re.compile(r"(\$TD(?:CREATE|UCREATE|UPDATE|UUPDATE)\n *40\n)[^\n]*")
+_IDENTIFIERS = re.compile(r"(\$(?:FINGERPRINT|VERSION)GUID\n *2\n)[^\n]*")
+_WRITING_TIME = re.compile(r"(\n[\d.]+ @ )\d{4}-[^\n]*")  # of ezdxf, in the dictionary of its data
 _BETWEEN = 16
 _SAMPLES = 4096
 
@@ -72,11 +79,13 @@ def write_dxf(
     pitch: CamCurve | None = None,
     base_radius: float | None = None,
     roller_radius: float | None = None,
+    heading: Heading | None = None,
 ) -> tuple[DrawnLine, ...]:
     """Draw a cam about the origin, in millimetres, and return the deviation of each line from its curve.
 
     tolerance: in m, kept by the chords of the polylines and by the splines. base_radius, roller_radius: in m; the roller is
-    drawn where it is at phi = 0, on the pitch curve. Raises ``InputError``, and ``RunError`` where nothing can be written.
+    drawn where it is at phi = 0, on the pitch curve. heading: of the cam, in comments (group code 999) before the header. Its
+    extents are those of all lines. Raises ``InputError``, and ``RunError`` where nothing can be written.
     """
     ezdxf = _ezdxf()
     require_positive("tolerance", tolerance)
@@ -91,8 +100,35 @@ def write_dxf(
         space.add_circle(centre, 1e3 * circle.radius, dxfattribs={"layer": layer})
     for layer in sorted({entity.dxf.layer for entity in space}):
         document.layers.add(layer, color=_COLOURS[layer])
-    replace_file(path, document.saveas)
+    space.reset_extents(*_extents(space))
+    text = _text(document, heading)
+    replace_file(path, lambda beside: beside.write_bytes(document.encode(text)))
     return tuple(lines)
+
+
+def _extents(space: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return the least and the greatest coordinates in mm of all lines."""
+    from ezdxf.bbox import extents
+
+    box = extents(space)
+    return tuple(box.extmin), tuple(box.extmax)
+
+
+def _text(document: Any, heading: Heading | None) -> str:
+    """Return the drawing as text, with the heading in comments: with equal headings equal drawings give equal texts."""
+    from ezdxf.tools.juliandate import juliandate
+
+    stream = StringIO()
+    document.write(stream)
+    text = stream.getvalue()
+    if heading is None:
+        return text
+    comments = [f"{key}: {entry}" for key, entry in heading.entries.items()]
+    identifier = str(uuid5(NAMESPACE_URL, "\n".join(comments))).upper()
+    text = _DATES.sub(rf"\g<1>{juliandate(heading.date.replace(tzinfo=None))}", text)
+    text = _IDENTIFIERS.sub(rf"\g<1>{{{identifier}}}", text)
+    text = _WRITING_TIME.sub(rf"\g<1>{heading.date.isoformat()}", text)
+    return "".join(f"999\n{comment}\n" for comment in comments) + text
 
 
 def _polyline(space: Any, layer: str, curve: CamCurve, tolerance: float) -> DrawnLine:

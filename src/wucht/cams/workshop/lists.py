@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from wucht.cams.demands import require_decimals, require_positive
+from wucht.cams.workshop.heading import Heading
 from wucht.cams.workshop.points import FEWEST, PointList
 from wucht.errors import InputError, nearest
 from wucht.files.documents import read_text
@@ -54,12 +55,13 @@ def write_list(
     separator: Separator = Separator.BLANK,
     decimals: int = 4,
     tolerance: float | None = None,
+    heading: Heading | None = None,
 ) -> Path:
     """Write points, each once: the list is closed, and the first is not repeated.
 
     content: "contour", "pitch curve" ... in a line of ASCII. columns: of phi (deg), x, y (mm), nx, ny (outward unit normal),
     x and y among them. decimals: of x and y in mm; phi and the normals have three more. tolerance: the chord tolerance in m of
-    the points, for the header. Raises ``InputError``, and ``RunError`` where nothing can be written.
+    the points, heading: of the cam, both for the header. Raises ``InputError``, and ``RunError`` where nothing can be written.
     """
     require_decimals("decimals", decimals)
     _check(points, content, columns)
@@ -74,6 +76,7 @@ def write_list(
     texts = [format_decimals(values[c], decimals if c in _LENGTHS else decimals + _FINER) for c in columns]
     header = {
         _TITLE: content,
+        **({} if heading is None else heading.entries),
         "unit": "mm, angles in deg, normals of length 1",
         "sense": "clockwise" if _is_clockwise(points.position) else "counter-clockwise",
         "points": f"{len(points.position)}, closed, the first one not repeated",

@@ -24,6 +24,8 @@ separates them: a blank here. The editor lays polynomials of fifth degree throug
 lines holds only where the table is used without them. The layout of .CAM files is not published; none is written.
 
 CSV is ours: master;slave, and velocity;acceleration by the degree of the master, under a line of names.
+
+Each begins with what its cam is, as a comment; but the ASCII table, of which no comment is documented.
 """
 
 from __future__ import annotations
@@ -39,6 +41,7 @@ import numpy as np
 
 from wucht.cams.demands import require_decimals, require_finite, require_positive
 from wucht.cams.laws import Law
+from wucht.cams.workshop.heading import Heading
 from wucht.cams.workshop.lists import format_decimals, write_ascii
 from wucht.errors import InputError
 from wucht.files.documents import read_text
@@ -58,6 +61,9 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")  # IEC 61131-3
 _NUMBER = r"([-+]?[0-9][0-9.eE+-]*)"
 _MOTION = rf"MasterPos := {_NUMBER}, SlavePos := {_NUMBER}, SlaveVelo := {_NUMBER}, SlaveAcc := {_NUMBER}"
 _XYVA = rf"dX := {_NUMBER}, dY := {_NUMBER}, dV := {_NUMBER}, dA := {_NUMBER}"
+
+
+_COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 
 
 class SlaveUnit(Enum):
@@ -206,11 +212,12 @@ class Form(Enum):
     CODESYS_ASCII = "codesys-ascii"
 
 
-def write_cam_table(path: Path, table: CamTable, form: Form, name: str = "Cam") -> Path:
+def write_cam_table(path: Path, table: CamTable, form: Form, name: str = "Cam", heading: Heading | None = None) -> Path:
     """Write a table, the master in deg, the slave in its unit.
 
-    name: of the variables in TwinCAT and CODESYS. CODESYS takes only tables for quintic, its ASCII table only for linear
-    interpolation; TwinCAT and CSV take both. Raises ``InputError``, and ``RunError`` where nothing can be written.
+    name: of the variables in TwinCAT and CODESYS. heading: of the cam whose law it is. CODESYS takes only tables for quintic,
+    its ASCII table only for linear interpolation; TwinCAT and CSV take both. Raises ``InputError``, and ``RunError`` where
+    nothing can be written.
     """
     if not _IDENTIFIER.fullmatch(name):
         raise InputError(
@@ -221,7 +228,12 @@ def write_cam_table(path: Path, table: CamTable, form: Form, name: str = "Cam") 
     )
     if table.interpolation is not interpolation:
         raise InputError("form", form.value, f"it needs a table made for {interpolation.name.lower()} interpolation")
-    return write_ascii(path, _WRITERS[form](_columns(table), table, name) + "\n")
+    about = (
+        [_title(table, name), *(f"{key}: {text}" for key, text in heading.entries.items())]
+        if heading
+        else [_title(table, name)]
+    )
+    return write_ascii(path, _WRITERS[form](_columns(table), table, name, about) + "\n")
 
 
 def _columns(table: CamTable) -> list[tuple[str, ...]]:
@@ -241,12 +253,12 @@ def _title(table: CamTable, name: str) -> str:
     return f"cam table {name}: master in deg, slave in {table.unit.value}, {table.interpolation.name.lower()} interpolation"
 
 
-def _csv(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
-    head = [f"# {_title(table, name)}", ";".join(("master", "slave", "velocity", "acceleration")[: len(rows[0])])]
+def _csv(rows: list[tuple[str, ...]], table: CamTable, name: str, comment: list[str]) -> str:
+    head = [*(f"# {line}" for line in comment), ";".join(("master", "slave", "velocity", "acceleration")[: len(rows[0])])]
     return "\n".join(head + [";".join(row) for row in rows])
 
 
-def _twincat(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
+def _twincat(rows: list[tuple[str, ...]], table: CamTable, name: str, comment: list[str]) -> str:
     n = len(rows)
     if table.interpolation is Interpolation.LINEAR:
         kind, columns, array = "EQUIDISTANT", 2, f"ARRAY[0..{n - 1}, 0..1] OF LREAL"
@@ -260,7 +272,8 @@ def _twincat(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
             for i, (x, y, v, a) in enumerate(rows, 1)
         ]
     return "\n".join([
-        f"(* {_title(table, name)}. MC_CamTableSelect with Periodic := TRUE, then MC_CamIn.",
+        f"(* {comment[0]}. MC_CamTableSelect with Periodic := TRUE, then MC_CamIn.",
+        *(f"   {line}" for line in comment[1:]),
         f"   MC_CAM_REF: pArray := ADR({name}_A), ArraySize := SIZEOF({name}_A), NoOfRows := {n}, NoOfColumns := {columns},",
         f"   TableType := MC_TABLETYPE_{kind} *)",
         "VAR_GLOBAL",
@@ -270,10 +283,12 @@ def _twincat(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
     ])  # fmt: skip
 
 
-def _codesys(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
+def _codesys(rows: list[tuple[str, ...]], table: CamTable, name: str, comment: list[str]) -> str:
     points = [f"        (dX := {x}, dY := {y}, dV := {v}, dA := {a})" for x, y, v, a in rows]
     return "\n".join([
-        f"(* {_title(table, name)}. MC_CamTableSelect with Periodic := TRUE, then MC_CamIn *)",
+        f"(* {comment[0]}. MC_CamTableSelect with Periodic := TRUE, then MC_CamIn",
+        *(f"   {line}" for line in comment[1:]),
+        "*)",
         "{attribute 'linkalways'}",
         "VAR_GLOBAL",
         f"{name}_A: ARRAY[0..{len(rows) - 1}] OF SMC_CAMXYVA := [",
@@ -284,11 +299,11 @@ def _codesys(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
     ])  # fmt: skip
 
 
-def _codesys_ascii(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
+def _codesys_ascii(rows: list[tuple[str, ...]], table: CamTable, name: str, comment: list[str]) -> str:
     return "\n".join(" ".join(row) for row in rows)
 
 
-_WRITERS: dict[Form, Callable[[list[tuple[str, ...]], CamTable, str], str]] = {
+_WRITERS: dict[Form, Callable[[list[tuple[str, ...]], CamTable, str, list[str]], str]] = {
     Form.CSV: _csv,
     Form.TWINCAT: _twincat,
     Form.CODESYS: _codesys,
@@ -302,7 +317,8 @@ def read_cam_table(path: Path, form: Form, unit: SlaveUnit) -> CamTable:
     unit_match = re.search(r"slave in (\w+)", text)
     if unit_match and unit_match.group(1) != unit.value:
         raise InputError(str(path), None, f"its slave is in {unit_match.group(1)}, not in {unit.value}", code="unit")
-    rows, size_match = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
+    content = _COMMENT.sub("", text)  # a title may have anything in it
+    rows, size_match = _rows(content, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", content)
     if size_match and len(rows) != int(size_match.group(2)) - int(size_match.group(1)) + 1:
         sentence = f"it declares an array of another length than the {len(rows)} rows that can be read"
         raise InputError(str(path), None, sentence, code="count")

@@ -13,6 +13,7 @@ from wucht.errors import InputError
 from wucht.numerics.fourier_series import even_angles
 
 FEWEST = 3
+SPACING = 1e-3  # m: longest chord by default
 _BETWEEN = 16  # parts of each chord between which the curve is sampled; the middle is one
 _SAMPLES = 2048  # of the turn, at least, however few the chords are
 _SHARE = 0.99  # of the tolerance is used: between the samples lie at most 0.4 % more of a parabola's height

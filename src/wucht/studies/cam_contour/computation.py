@@ -13,6 +13,7 @@ from wucht.cams.demands import format_millimetres
 from wucht.cams.drive import CamDrive
 from wucht.cams.followers.follower import Follower
 from wucht.cams.laws import Law
+from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import CAM_LABELS, Shape, format_cam_angle, largest_pressure_angle, shapes
 from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
 from wucht.cams.workshop.cam_files import WorkshopCurve
@@ -37,13 +38,15 @@ _MOST_ARCS = 3
 class Plan:
     """Cams of a study, checked.
 
-    output: its law over the cam angle. lever: that of the follower. shapes: sizes and undercut of each cam. notes: warnings
-    for the result."""
+    output: its law over the cam angle. lever: that of the follower. shaft: motion of the shaft, None where no table states it,
+    or, without a correction, where it is to be predicted. shapes: sizes and undercut of each cam. notes: warnings for the
+    result."""
 
     spec: CamContour
     drive: CamDrive
     output: Law
     lever: Law
+    shaft: ShaftMotion | None
     cams: Mapping[str, Cam]
     shapes: Mapping[str, Shape]
     contact: ContactLoad | None
@@ -63,9 +66,10 @@ class Plan:
 
 def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     """Return the plan. Raises ``InputError`` where there is no such cam: which key, and what to do."""
-    law, notes = drive.motion_law.function, list[str]()
-    if spec.corrected:
-        law = CorrectedLaw(law, drive.corrected_shaft_motion)
+    law, shaft = drive.motion_law.function, _shaft_motion(spec, drive)
+    if spec.corrected and shaft is not None:
+        law = CorrectedLaw(law, shaft)
+    notes = _correction_notes(spec, shaft)
     cams = drive.make_cams(law)
     lever, follower = drive.follower_law(law), drive.follower
     unit = follower.unit if follower is not None else "rad"
@@ -79,7 +83,24 @@ def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     except RunError as error:
         smallest = None
         notes.append(f"no smallest cam: {error}")
-    return Plan(spec, drive, law, lever, cams, _shapes(cams, spec), contact, smallest, tuple(notes))
+    return Plan(spec, drive, law, lever, shaft, cams, _shapes(cams, spec), contact, smallest, tuple(notes))
+
+
+def _shaft_motion(spec: CamContour, drive: CamDrive) -> ShaftMotion | None:
+    if spec.corrected:
+        return drive.corrected_shaft_motion
+    return None if drive.speed is None else drive.shaft_motion
+
+
+def _correction_notes(spec: CamContour, shaft: ShaftMotion | None) -> list[str]:
+    """Return a note where the speed fluctuates and the study does not say whether the cam is corrected for it."""
+    if shaft is None or "corrected" in spec.model_fields_set or not shaft.fluctuation > 0:
+        return []
+    return [
+        f"this is the original cam, for a shaft that turns evenly, but the speed of [speed] fluctuates by "
+        f"{100 * shaft.fluctuation:.4g} %: study.corrected = true makes the cam that is corrected for this speed, "
+        "study.corrected = false keeps the original one"
+    ]
 
 
 def _shapes(cams: Mapping[str, Cam], spec: CamContour) -> dict[str, Shape]:

@@ -11,6 +11,7 @@ import numpy as np
 from wucht.cams.followers.follower import Outline
 from wucht.cams.shape import COMMON, Shape, largest_pressure_angle, pressure_angle_remarks
 from wucht.cams.undercut import RadiusAt
+from wucht.cams.workshop.heading import cam_version
 from wucht.numerics.angles import Arc
 from wucht.results.formatting import report_lines
 from wucht.results.quantities import Quantity, group, result_dataset
@@ -27,6 +28,8 @@ _MOTIONS = ("", "_velocity", "_acceleration")
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of a cam's contour, in the plane that turns with the cam; numbers that do not apply are NaN."""
     outcome, sentence = contour_verdict(plan, findings)
+    if version := cam_version(plan.shaft, plan.spec.corrected):
+        sentence += f"; {version} cam"
     quantities = [
         Quantity("cam", list(plan.cams), "cam", "", "cam"),
         Quantity("cam_angle", findings.angles, "cam angle", "rad", "cam_angle"),
@@ -136,7 +139,7 @@ def _layout_quantities(plan: Plan) -> list[Quantity]:
 def _summary_quantities(plan: Plan, f: Findings, outcome: str) -> list[Quantity]:
     convex = [s.convex.radius for s in plan.shapes.values() if s.convex is not None]
     hollow = [s.hollow.radius for s in plan.shapes.values() if s.hollow is not None]
-    follower, cam, spec = plan.drive.follower, plan.shapes["cam"], plan.spec
+    follower, cam, spec, speed = plan.drive.follower, plan.shapes["cam"], plan.spec, _speed_table(plan)
     transmission = None if f.transmission is None else float(f.transmission.min())
     smallest, pressure_angle = plan.smallest and plan.smallest.summary(), largest_pressure_angle(plan.shapes.values()).value
     return [
@@ -151,7 +154,10 @@ def _summary_quantities(plan: Plan, f: Findings, outcome: str) -> list[Quantity]
         Quantity("largest_radius", cam.blank.value, "largest radius of the contour", "m", headline=True),
         group("cams", [_cam_group(shape, name, f) for name, shape in plan.shapes.items()], "each cam"),
         Quantity("min_transmission_angle", transmission, "least transmission angle of the linkage", "rad"),
-        Quantity("corrected", _corrected_speed(plan), "speed of the shaft for which the cam is corrected", "rad/s"),
+        Quantity("corrected", speed if spec.corrected else None, "speed of the shaft for which the cam is corrected", "rad/s"),
+        Quantity("cam_version", cam_version(plan.shaft, spec.corrected) or None, "original or corrected cam"),
+        Quantity("speed", speed, "speed of the shaft, where a table states it", "rad/s"),
+        Quantity("fluctuation", plan.shaft and plan.shaft.fluctuation, "fluctuation of this speed, as a share of its mean"),
         Quantity("chord_tolerance", spec.chord_tolerance, "largest distance of chords between points to mill", "m"),
         Quantity("spacing", spec.spacing, "distance of points to mill", "m"),
         Quantity("decimals", spec.decimals, "decimals of the points to mill"),
@@ -228,14 +234,18 @@ def _pressure_angle_notes(plan: Plan) -> list[str]:
     return [] if has_limit else pressure_angle_remarks(plan.shapes.values(), plan.unit)
 
 
-def _corrected_speed(plan: Plan) -> dict[str, Any] | None:
-    """Return the speed of the shaft in rad/s for which the cam was corrected."""
-    if not plan.spec.corrected:
+def _speed_table(plan: Plan) -> dict[str, Any] | None:
+    """Return the speed of the shaft in rad/s."""
+    if plan.shaft is None:
         return None
-    speed = plan.drive.corrected_shaft_motion.speed
+    speed = plan.shaft.speed
     return {"mean": speed.mean, "cosine": speed.cosine.tolist(), "sine": speed.sine.tolist()}
 
 
+_VERSIONS = {
+    "original": "original cam: it makes the law over the cam angle",
+    "corrected": "corrected cam: at this speed it makes the law over time",
+}
 _DECIMALS = 9  # of lengths in mm: smaller differences are rounding
 _CAM_NAMES = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
@@ -243,7 +253,7 @@ _CAM_NAMES = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a cam's contour."""
     s = result.wucht.summary
-    lines: list[tuple[str, str]] = []
+    lines = _shaft_lines(s)
     for name, cam in s["cams"].items():
         lines += _cam_lines(_CAM_NAMES[name], cam)
     if s["min_transmission_angle"] is not None:
@@ -257,6 +267,14 @@ def report(result: xr.Dataset) -> list[str]:
         tolerance = f"chords within {1e6 * s['chord_tolerance']:.4g} um, {s['decimals']} decimals in mm"
         lines.append(("to mill", f"{count} points, {tolerance}"))
     return report_lines(result, s["sentence"], lines)
+
+
+def _shaft_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the line on the speed of the shaft, and whether the cam is corrected for it."""
+    if (speed := s.get("speed")) is None:  # results of earlier versions lack it
+        return []
+    motion = f"fluctuates by {100 * s['fluctuation']:.4g} %" if s["fluctuation"] else "is constant"
+    return [("shaft", f"its speed of {speed['mean'] * 30 / math.pi:.4g} rpm {motion}; {_VERSIONS[s['cam_version']]}")]
 
 
 def _cam_lines(name: str, cam: dict[str, Any]) -> list[tuple[str, str]]:

@@ -30,7 +30,9 @@ def _draw_cam(axis: Axes, result: xr.Dataset) -> None:
     for i, name in enumerate(map(str, result.cam.values)):
         is_missing, x, y = _is_missing(result, name), 1e3 * result.contour_x.values[i], 1e3 * result.contour_y.values[i]
         colour = _COLOUR[name]
-        axis.plot(*np.where(is_missing, np.nan, [x, y]), color=colour, linewidth=1.6, label=_CONTOURS[name], zorder=3)
+        axis.plot(
+            *np.where(is_missing, np.nan, [x, y]), color=colour, linewidth=1.6, label=_contour_name(result, name), zorder=3
+        )
         if name in ("cam", "counter"):
             # An outline drawn twice would be darker where contours overlap: the fill is pale enough for both.
             axis.fill(
@@ -48,6 +50,12 @@ def _draw_cam(axis: Axes, result: xr.Dataset) -> None:
     axis.plot([0], [0], "+", color=FOLLOWER, markersize=9, markeredgewidth=1.2, label="cam's centre", zorder=6)
     _face(axis, result)
     frame_cam(axis)
+
+
+def _contour_name(result: xr.Dataset, name: str) -> str:
+    """Name a contour: of the original or the corrected cam, where a speed of the shaft is stated."""
+    version = result.wucht.summary.get("cam_version")  # results of earlier versions lack it
+    return f"{_CONTOURS[name]}, {version}" if version else _CONTOURS[name]
 
 
 def _draw_turning_sense(axis: Axes, result: xr.Dataset) -> None:

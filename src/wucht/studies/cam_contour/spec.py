@@ -7,6 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.cams.sizing.size_limits import CamLimits, Size
+from wucht.cams.workshop.points import SPACING
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, TableModel, composite, si
 from wucht.studies.spec import Spec, TrueOrFalse, Value, Whole
@@ -71,7 +72,7 @@ class CamContour(Spec):
     chord_tolerance: SI[float] = si("m", "chord tolerance", default=1e-6, gt=0, help=(
         "largest distance between the contour and the chords of the points to mill; it determines the number of points"
     ))  # fmt: skip
-    spacing: SI[float] = si("m", "greatest distance between points to mill", default=1e-3, gt=0, help=(
+    spacing: SI[float] = si("m", "greatest distance between points to mill", default=SPACING, gt=0, help=(
         "longest chord: where the contour is nearly straight, wide gaps beside narrow ones would spoil a spline through the "
         "points"
     ))  # fmt: skip
@@ -94,7 +95,8 @@ class CamContour(Spec):
     allow_undercut: TrueOrFalse = Field(default=False, description="if true, an undercut contour is shown instead of refused")
     corrected: TrueOrFalse = Field(default=False, description=(
         "if true, the cam makes the law over time on a shaft that turns as the table [speed] states, or, without that table, "
-        "as predicted from the table [shaft]"
+        "as predicted from the table [shaft]; if false, it makes the law over the cam angle, which the result warns of where "
+        "the key is not given and the stated speed fluctuates"
     ))  # fmt: skip
 
     def check(self) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from wucht.cams.shape import COMMON, Shape, largest_pressure_angle
 from wucht.cams.undercut import RadiusAt
+from wucht.cams.workshop.heading import CAM_VERSIONS
 from wucht.measurements.order_checks import OmittedOrder
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.results.quantities import Quantity, group, result_dataset, table
@@ -25,7 +26,6 @@ _CLEAN_SHARE = 1e-9  # from the points
 _MATTERS = 0.01  # share of order 1, from orders of the speed that are left out
 _NAMES = ("", "_velocity", "_acceleration", "_jerk")
 _PER = ("", "/rad", "/rad^2", "/rad^3")
-VERSIONS = ("original", "corrected")
 
 
 def sentence(plan: Plan, findings: Findings) -> str:
@@ -58,7 +58,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     f, u, pairs = findings, plan.unit, "version tau"
     shares = [{"what": r.condition, "share": r.share} for r in f.residuals]
     quantities = [
-        Quantity("version", list(VERSIONS), "cam", "", "version"),
+        Quantity("version", list(CAM_VERSIONS), "cam", "", "version"),
         Quantity("tau", f.tau, "time as an angle, omega t", "rad", "tau"),
         Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
         Quantity("order", np.arange(1, _order_count(plan) + 1), "order", "", "order"),
@@ -83,7 +83,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 def _order_count(plan: Plan) -> int:
     """Return the number of orders in the Dataset: those shown, and all measured ones."""
-    return max(plan.orders, plan.measurement.comparison.measured_orders.count if plan.measurement is not None else 0)
+    fitted_orders = 0 if plan.measurement is None else plan.measurement.comparison.measured_orders.count
+    is_chosen = plan.spec.orders is not None or plan.purity.count is None  # infinitely many do not fit a figure
+    return max(plan.orders, fitted_orders, 0 if is_chosen else plan.last_order)
 
 
 def _pad_row(values: np.ndarray, count: int) -> np.ndarray:
@@ -151,7 +153,7 @@ def _speed_quantities(plan: Plan) -> list[Quantity]:
 
 
 def _contour_quantities(plan: Plan, f: Findings) -> list[Quantity]:
-    shape = (len(VERSIONS), len(plan.after))
+    shape = (len(CAM_VERSIONS), len(plan.after))
 
     def curves(of: Callable[[Contour], np.ndarray]) -> np.ndarray:
         return np.array([[of(by[name]) for name in plan.after] for by in f.contours]).reshape(*shape, len(f.angles))
@@ -209,7 +211,7 @@ def _measurement_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 def _summary_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     scale, shaft, purity = plan.shaft.mean**2, plan.shaft, plan.purity
     unit, contours, share = f"{plan.unit}/s^2", f.contours[1], f"above order N over order {plan.purity.reference}"
-    count = max(plan.orders, purity.count or 0)
+    count = max(plan.orders, purity.count or 0, plan.last_order)
     before, after = ((scale * s.amplitudes[:count]).tolist() for s in f.spectrum)
     shapes = [c.shape for c in contours.values()]
     recovered_shares, rounded_shares = (
@@ -231,6 +233,7 @@ def _summary_quantities(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("decimals", plan.spec.decimals, "decimals of rounded points"),
         Quantity("peak_before", float(np.abs(f.acceleration[0]).max()), "largest acceleration, original cam", unit),
         Quantity("peak_after", float(np.abs(f.acceleration[1]).max()), "largest acceleration, corrected cam", unit),
+        *_dwell_quantities(plan, f),
         Quantity("mean_speed", shaft.mean, "mean speed of the camshaft", "rad/s"),
         Quantity("period", 2 * math.pi / shaft.mean, "period of a turn", "s"),
         Quantity("fluctuation", shaft.fluctuation, "fluctuation of the speed, as a share of its mean"),
@@ -243,6 +246,22 @@ def _summary_quantities(plan: Plan, f: Findings) -> list[Quantity]:
         group("contours", [_cam_group(plan, f, name) for name in contours], "sizes of each cam, original and corrected"),
         _comparison_group(plan),
     ]
+
+
+def _dwell_quantities(plan: Plan, f: Findings) -> list[Quantity]:
+    """Return how far the output is off its dwells over time, by its motion and along the circle of its arm."""
+    arm, slides = plan.drive.output_arm, plan.unit == "m"
+    quantities = [
+        Quantity("dwells", [[d.begin, d.last] for d in plan.dwells], "arcs of tau on which the output is to rest", "rad")
+    ]
+    for version, name, error in zip(CAM_VERSIONS, ("before", "after"), f.dwell_errors, strict=True):
+        factor = 1.0 if slides else arm
+        travel = None if error is None or factor is None else factor * error
+        quantities += [
+            Quantity(f"dwell_error_{name}", error, f"largest position error in the dwell, {version} cam", plan.unit),
+            Quantity(f"dwell_travel_{name}", travel, f"the same at the end of the output's arm, {version} cam", "m"),
+        ]
+    return [*quantities, Quantity("output_arm", arm, "length of the output's arm", "m")]
 
 
 def _shares(plan: Plan, spectra: Mapping[str, FourierSeries | None]) -> dict[str, float]:
@@ -278,7 +297,7 @@ def _cam_group(plan: Plan, f: Findings, name: str) -> Quantity:
     before, after = (by[name] for by in f.contours)
     missing = sum(end - begin for begin, end in before.shape.missing) / (2 * math.pi)
     numbers = [
-        *(_size_group(version, c.shape) for version, c in zip(VERSIONS, (before, after), strict=True)),
+        *(_size_group(version, c.shape) for version, c in zip(CAM_VERSIONS, (before, after), strict=True)),
         Quantity("moved", float(np.abs(after.displacement).max()), "largest displacement of the contour", "m"),
         Quantity("chord", after.chord, "largest distance of chords between points", "m"),
         Quantity("missing_before", missing, "share of a turn without a contour, original cam"),

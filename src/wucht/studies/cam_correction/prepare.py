@@ -13,9 +13,18 @@ from pathlib import Path
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.correction import AccelerationComparison, CorrectedLaw, MotionOverTime, Purity, compare_with_measurement
+from wucht.cams.correction import (
+    AccelerationComparison,
+    CorrectedLaw,
+    MotionOverTime,
+    Purity,
+    compare_with_measurement,
+    last_order_above,
+)
 from wucht.cams.correction import orders as orders_of
 from wucht.cams.drive import CamDrive
+from wucht.cams.dwells import dwells_of
+from wucht.cams.elastic_output import Dwell
 from wucht.cams.laws import Law
 from wucht.cams.linkages.closure import Linkage
 from wucht.cams.shaft_motion import ShaftMotion
@@ -28,7 +37,7 @@ from wucht.measurements.recording import Channel
 from wucht.measurements.shaft_signal import TURN, ShaftSignal
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import Unit
-from wucht.studies.cam_correction.spec import Acceleration, CamCorrection
+from wucht.studies.cam_correction.spec import MOST_ORDERS, Acceleration, CamCorrection
 
 _FREE_FROM = 3.0  # turns: a shorter record does not determine the speed at which it repeats
 _NEAR = 0.01  # of omega: the same speed
@@ -145,9 +154,11 @@ class Plan:
     """Laws, shaft, cams and records of a correction.
 
     law, corrected_law: of the output over the cam angle, in ``unit``; levers: motion of the follower for both. purity: of the
-    acceleration. closure: the linkage. before, after: the cams of both by name, none without a follower. fit: of the record
-    of the speed. measurement: record of the acceleration, zero: the time in s of its clock at which the cam angle is zero.
-    delay: of the record against the computed motion in rad of tau, and the share explained without it; None if not larger.
+    acceleration. orders: number of those examined; last_order: the last one that is not negligible with the original cam.
+    dwells: of the law over time. closure: the linkage. before, after: the cams of both by name, none without a follower. fit:
+    of the record of the speed. measurement: record of the acceleration, zero: the time in s of its clock at which the cam angle
+    is zero. delay: of the record against the computed motion in rad of tau, and the share explained without it; None if not
+    larger.
     """
 
     spec: CamCorrection
@@ -159,6 +170,8 @@ class Plan:
     lever_unit: str
     purity: Purity
     orders: int
+    last_order: int
+    dwells: tuple[Dwell, ...]
     shaft: ShaftMotion
     closure: Linkage | None
     before: Cams
@@ -200,6 +213,8 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
         lever_unit=motion_law.unit if drive.closure is None else "rad",
         purity=purity,
         orders=orders,
+        last_order=min(last_order_above(orders_of(MotionOverTime(motion_law.function, shaft)).amplitudes), MOST_ORDERS),
+        dwells=dwells_of(motion_law),
         shaft=shaft,
         closure=drive.closure,
         before=before,

@@ -71,12 +71,23 @@ def _measurement_lines(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, 
 def _motion_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     unit = f"{s['unit']}/s^2"
     lines = [("acceleration", f"at most {s['peak_after']:.4g} {unit}; of the original cam {s['peak_before']:.4g} {unit}")]
+    if s["dwell_error_before"] is not None:
+        after, before = _position_error_text(s, "after", " at the end of the arm"), _position_error_text(s, "before")
+        lines.append(("dwell", f"position off by at most {after}; with the original cam by {before}"))
     if s["recovered"]:
         exact_shares = ", ".join(f"{name} {share:.2g}" for name, share in s["recovered"].items())
         rounded_shares = ", ".join(f"{share:.2g}" for share in s["rounded"].values())
         decimals = f"rounded to {s['decimals']} decimals of a mm {rounded_shares}"
         lines.append(("from points", f"{exact_shares} of order {s['reference_order']}; {decimals}"))
     return lines
+
+
+def _position_error_text(s: dict[str, Any], version: str, place: str = "") -> str:
+    """Return the position error in the dwell, in degrees and in mm at the end of the output's arm, or in mm."""
+    error, travel = s[f"dwell_error_{version}"], s[f"dwell_travel_{version}"]
+    if s["unit"] != "rad":
+        return _mm(error)
+    return f"{math.degrees(error):.4g}°" + ("" if travel is None else f" ({_mm(travel)}{place})")
 
 
 def _residual_lines(s: dict[str, Any]) -> list[tuple[str, str]]:

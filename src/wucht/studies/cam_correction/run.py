@@ -12,6 +12,7 @@ import numpy as np
 
 from wucht.cams.cam import Cam
 from wucht.cams.correction import MotionOverTime, Residual, orders, residual_of_extra_order, residuals
+from wucht.cams.dwells import position_error
 from wucht.cams.laws import Law
 from wucht.cams.milled_cam import MilledCam
 from wucht.cams.shape import CAM_LABELS, Shape, pressure_angle_remarks, shapes
@@ -76,7 +77,8 @@ class Findings:
     tau (T,): time as an angle. output, acceleration: over tau, the latter in the output's unit/s^2. spectrum: of the latter,
     over omega^2, impurity: its share above N. table, lever: derivatives 0 to 3 (4, N) by the cam angle of output and follower.
     contours, proofs: by the name of the cam. from_errors, left_out: residuals of the record's standard errors, and of orders
-    that are not corrected. samples: tau (S,) and measured acceleration (S,) of a record, folded over a turn.
+    that are not corrected. dwell_errors: largest distances of the output from its dwells, None without. samples: tau (S,) and
+    measured acceleration (S,) of a record, folded over a turn.
     """
 
     tau: np.ndarray
@@ -92,6 +94,7 @@ class Findings:
     residuals: tuple[Residual, ...]
     from_errors: float | None
     left_out: tuple[LeftOut, ...]
+    dwell_errors: tuple[float | None, float | None]
     samples: tuple[np.ndarray, np.ndarray]
     notes: tuple[str, ...]
 
@@ -126,9 +129,16 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         residuals=residual_list,
         from_errors=_residual_of_errors(plan, residual_list),
         left_out=left_out,
+        dwell_errors=_dwell_errors(plan, over_time),
         samples=_folded_samples(plan),
         notes=(*plan.notes, *proof_notes, *_notes(plan, before, after)),
     )
+
+
+def _dwell_errors(plan: Plan, over_time: list[MotionOverTime]) -> tuple[float | None, float | None]:
+    if not plan.dwells:
+        return None, None
+    return position_error(over_time[0], plan.dwells), position_error(over_time[1], plan.dwells)
 
 
 def _derivatives(law: Law, angles: np.ndarray) -> np.ndarray:

@@ -9,8 +9,8 @@ from pydantic import Field
 from wucht.schema import SI, Composite, TableModel, composite, si
 from wucht.studies.spec import Spec, Whole
 
-_MOST_ORDERS = 250
-Count = Annotated[Whole, Field(ge=1, le=_MOST_ORDERS)]
+MOST_ORDERS = 250
+Count = Annotated[Whole, Field(ge=1, le=MOST_ORDERS)]
 
 
 class Acceleration(TableModel):
@@ -50,7 +50,10 @@ class CamCorrection(Spec):
     orders: Count | None = Field(
         default=None,
         title="number of orders shown",
-        description="number of orders shown; by default three times those of the law",
+        description=(
+            "number of orders shown; by default three times those of the law, and all that are not negligible with the "
+            "original cam; the summary lists these in any case"
+        ),
     )
     acceleration: Composite[Acceleration | None] = composite(
         default=None, description="record of the output's acceleration to compare with, a table `[study.acceleration]`"

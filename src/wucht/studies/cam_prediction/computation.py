@@ -11,6 +11,7 @@ import numpy as np
 
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.drive import CamDrive
+from wucht.cams.dwells import dwells_of
 from wucht.cams.elastic_output import Dwell, ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
 from wucht.cams.laws import Law
@@ -25,8 +26,6 @@ from wucht.studies.cam_prediction.confirmation import Confirmation, confirmation
 from wucht.studies.cam_prediction.elasticity import Twists, Vibrations, twists, vibrations
 from wucht.studies.cam_prediction.spec import CamPrediction
 
-_STILL = 1e-9  # of the largest velocity
-_SCAN_ANGLES, _MIN_DWELL = 3600, 36  # cam angles at which a law without restrictions is scanned, and the fewest of a dwell
 _ABOUT = (0.5, 1.5)  # times the mean speed
 
 
@@ -80,27 +79,6 @@ def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
     count, turns = motion_law.count or spec.orders, 0 if driving is not None and driving.is_enforced else spec.simulate
     cuts = 0 if driving is not None and driving.is_enforced else spec.cuts
     return Plan(motion_law, shaft, driving, count, spec.points, cuts, turns, output, table.twisting(), dwells, speeds)
-
-
-def dwells_of(motion_law: MotionLaw) -> tuple[Dwell, ...]:
-    """Return the dwells that a law prescribes; without any, the arcs on which it rests."""
-    return tuple(Dwell(b.begin, b.end, (b.low + b.high) / 2) for b in motion_law.dwells) or _resting_dwells(motion_law)
-
-
-def _resting_dwells(motion_law: MotionLaw) -> tuple[Dwell, ...]:
-    phi = even_angles(_SCAN_ANGLES)
-    speed = np.abs(motion_law.function(phi, 1))
-    still = speed <= _STILL * speed.max()
-    if still.all() or not still.any():
-        return ()
-    first = int(np.flatnonzero(~still)[0])  # so that no dwell passes the end of the turn
-    edges = np.flatnonzero(np.diff(np.append(np.roll(still, -first), False).astype(int))) + 1
-    dwells = []
-    for begin, end in edges.reshape(-1, 2).tolist():
-        if end - begin >= _MIN_DWELL:
-            start, stop = (2 * math.pi * (first + at) / _SCAN_ANGLES for at in (begin, end - 1))
-            dwells.append(Dwell(start, stop, float(motion_law.function((start + stop) / 2))))
-    return tuple(dwells)
 
 
 def _dwell_on_arc(motion_law: MotionLaw, arc: tuple[float, float]) -> Dwell:

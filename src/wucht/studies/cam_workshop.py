@@ -1,0 +1,165 @@
+"""Files for the workshop of a result of ``cam-contour`` or ``cam-correction``, and the cam drive and the cam that it has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.cams.cam import Cam
+from wucht.cams.correction import CorrectedLaw
+from wucht.cams.drive import CamDrive, cam_drive_from, laws
+from wucht.cams.laws import Law
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.workshop.cam_files import WorkshopFile, write_cam_files, write_law_files
+from wucht.cams.workshop.heading import Heading
+from wucht.cams.workshop.lists import Separator
+from wucht.cams.workshop.plc import Form
+from wucht.cams.workshop.points import PointList
+from wucht.errors import InputError
+from wucht.file_names import date_of_files
+from wucht.numerics.fourier_series import FourierSeries
+from wucht.results.provenance import versions
+from wucht.results.store import prepare_folder
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_CONTOUR_TOLERANCE = 1e-9  # of the cam's size: distance that points of a result may have from the contour computed anew
+_STROKE_TOLERANCE = 1e-5  # the tolerance of cam tables
+_STROKE_SAMPLES = 4097
+_TABLES = ("law", "follower", "linkage")
+FORMS = (Form.CSV, Form.TWINCAT, Form.CODESYS)
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """Choices of files for the workshop.
+
+    Parameters
+    ----------
+    tolerance : float
+        Chord tolerance of lists and drawings, in m.
+    spacing : float
+        Longest chord, in m.
+    decimals : int
+        Of coordinates in mm.
+    forms : iterable of Form
+        Of the cam tables.
+    separator : Separator
+        Between the numbers of lists.
+    drawing : bool, optional
+        Whether there are DXF files; None: where the extra [cad] is installed.
+    table_tolerance : float, optional
+        Of the cam tables, in rad or m; by default 1e-5 of the stroke.
+    table_decimals : int
+        Of their positions in deg or mm.
+    """
+
+    tolerance: float
+    spacing: float
+    decimals: int
+    forms: Iterable[Form] = FORMS
+    separator: Separator = Separator.BLANK
+    drawing: bool | None = None
+    table_tolerance: float | None = None
+    table_decimals: int = 6
+
+
+@dataclass(frozen=True, eq=False)
+class CamOfResult:
+    """The cam of a result. shaft: motion of its shaft, None where no table states it. is_corrected: for this motion."""
+
+    drive: CamDrive
+    shaft: ShaftMotion | None
+    is_corrected: bool
+
+    @cached_property
+    def law(self) -> Law:
+        """Law of the output over the cam angle."""
+        law: Law = self.drive.motion_law.function
+        return CorrectedLaw(law, self.shaft) if self.is_corrected and self.shaft is not None else law
+
+    @cached_property
+    def cams(self) -> Mapping[str, Cam]:
+        """The cams by name, none without a follower. Raises ``InputError`` as ``CamDrive.make_cams``."""
+        return {} if self.drive.follower is None else self.drive.make_cams(self.law)
+
+    def check_points(self, name: str, phi: np.ndarray, position: np.ndarray) -> None:
+        """Raise ``InputError`` where points (N,) of a result, complex in m, do not lie on the contour of one of the cams."""
+        if np.abs(self.cams[name].contour(phi) - position).max() > _CONTOUR_TOLERANCE * np.abs(position).max():
+            reason = "its points do not lie on the contour of its drive: run the study again"
+            raise InputError("result", None, reason, code="deviates")
+
+    @property
+    def heading(self) -> Heading:
+        """What its files say of it. Raises ``InputError`` (SOURCE_DATE_EPOCH)."""
+        law = _law_in_words(self.drive, self._stroke)
+        return Heading(self.drive.title, law, self.shaft, self.is_corrected, date_of_files(), versions()["wucht"])
+
+    @property
+    def _stroke(self) -> float:
+        return float(np.ptp(self.law(np.linspace(0, 2 * math.pi, _STROKE_SAMPLES))))
+
+    def write(self, points: Mapping[str, PointList], folder: Path, options: FileOptions) -> list[WorkshopFile]:
+        """Write the files of each cam at its points, and the cam tables of the law; read all of them back.
+
+        Raises ``InputError``, and ``RunError`` where a file cannot be written or does not read back as written.
+        """
+        folder, heading, files = prepare_folder(folder), self.heading, list[WorkshopFile]()
+        for name, cam in self.cams.items():
+            files += write_cam_files(
+                folder, name, cam, points[name], options.tolerance, options.decimals, spacing=options.spacing,
+                separator=options.separator, drawing=options.drawing, heading=heading,
+            )  # fmt: skip
+        tolerance = _STROKE_TOLERANCE * self._stroke if options.table_tolerance is None else options.table_tolerance
+        return files + write_law_files(
+            folder, self.law, self.drive.motion_law.unit, tolerance, forms=options.forms, decimals=options.table_decimals,
+            heading=heading,
+        )  # fmt: skip
+
+
+def _law_in_words(drive: CamDrive, stroke: float) -> str:
+    count, unit = drive.motion_law.count, drive.motion_law.unit
+    harmonics = "" if count is None else f", {count} harmonics"
+    travel = f"{math.degrees(stroke):.6g} deg" if unit == "rad" else f"{1e3 * stroke:.6g} mm"
+    return f"{drive.law.kind}{harmonics}, {travel} from the least to the greatest position"
+
+
+def stated_shaft_motion(summary: Mapping[str, Any]) -> ShaftMotion | None:
+    """Return the motion of the shaft that the summary of a contour has, None where no table states it."""
+    speed = summary["corrected"] or summary.get("speed")  # results of earlier versions lack the latter
+    return None if speed is None else ShaftMotion(FourierSeries.of(**speed))
+
+
+def drive_of(result: xr.Dataset) -> CamDrive:
+    """Return the cam drive of a result, without its shaft and its speed. Raises ``InputError``."""
+    facts: Mapping[str, Any] = result.wucht.machine
+    tables = {name: dict(facts[name]) for name in _TABLES if name in facts}
+    tables["law"] = _law_table(tables["law"])
+    return cam_drive_from(tables, str(facts["title"]), Path())
+
+
+def _law_table(law: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table [law] with the keys that a file uses."""
+    fields = laws()[law["kind"]].model_fields
+    return {(fields[key].alias or key) if key in fields else key: value for key, value in law.items()}
+
+
+def file_lines(files: Iterable[WorkshopFile]) -> list[str]:
+    """Return a line for each file: its name, its content, and the deviation of what was read back."""
+    return [_line(file) for file in files]
+
+
+def _line(file: WorkshopFile) -> str:
+    line = f"{file.path}  {file.content}, {file.count}: read back within {_deviation_text(file.deviation, file.unit)}"
+    return line if file.motion is None else f"{line}; a follower on it deviates from its law by {file.motion:.1e}"
+
+
+def _deviation_text(deviation: float, unit: str) -> str:
+    return f"{1e6 * deviation:.2g} um" if unit == "m" else f"{math.degrees(deviation):.1e}°"
