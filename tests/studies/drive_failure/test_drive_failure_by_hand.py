@@ -36,7 +36,7 @@ AFTER = MotionCourse(
 
 def state(outcome: Outcome = Outcome.SYNCHRONISED, **other: Any) -> RunningState:
     throw = Throw(stroke=5e-3, across=1e-3, direction=math.radians(-30), acceleration=1.0)
-    phases = {"e2": math.radians(350)} if outcome is Outcome.SYNCHRONISED else None
+    phases = {"e2": math.radians(350), "ball": math.radians(20)} if outcome is Outcome.SYNCHRONISED else None
     given: Any = {"speeds": SPEEDS, "phases": phases, "throw": throw, "amplitude": 2e-3, "torques": {"e1": -1.5, "e2": 0.5}}
     return RunningState(outcome, f"they are {outcome}", **given | other)
 
@@ -183,9 +183,9 @@ def test_how_the_machine_begins() -> None:
 def test_the_lines_of_the_report() -> None:
     lines = module.report(answered(2, KEPT, LOST, KEPT, KEPT))[2:]
     assert lines[:4] == [
-        "  before       150 rad/s (1432 rpm), throw 5 mm at -30.0°, phase e2 -10°, amplitude 1 mm",
+        "  before       150 rad/s (1432 rpm), throw 5 mm at -30.0°, phase e2 -10°, ball 20°, amplitude 1 mm",
         "  motors       e1: -1 N m, e2: 1.25 N m; a drive fails at 4 s",
-        "  without e1   SYNCHRONISED (in phase): 150 rad/s (1432 rpm), throw 5 mm at -30.0°, phase e2 -10°, "
+        "  without e1   SYNCHRONISED (in phase): 150 rad/s (1432 rpm), throw 5 mm at -30.0°, phase e2 -10°, ball 20°, "
         "amplitude 6 mm at most",
         "  motors       e1: -1.5 N m, e2: 0.5 N m",
     ]
@@ -256,3 +256,69 @@ def test_the_mean_torque_of_a_clockwise_drive_behind_a_gear() -> None:
     values = np.array(machine.system.values(machine.values))
     torques = drive_losses.mean_torques(machine, machine.drives, time, states, values)
     assert torques == pytest.approx({"e1": -2 * 0.1 * (300 - 2 * 90), "e2": 0.1 * (160 - 150)})
+
+
+def running(
+    locking: Any = None, outcome: Outcome = Outcome.SYNCHRONISED, window: tuple[float, float] = (2.0, 3.0)
+) -> RunningState:
+    """e1 turns clockwise with 40 rad/s until 2 s, then with 20; the carrier swings by 1 mm in x until 2 s, then by 2 mm."""
+    time = np.linspace(0.0, 4.0, 401)
+    states = np.zeros((len(SCREEN.state_names), len(time)))
+    rows = [SCREEN.row(SCREEN.body(n).coordinate.position) for n in ("e1", "e2")]
+    states[rows[0]] = np.where(time < 2.0, 7 - 40 * time, 7 - 80 - 20 * (time - 2.0))
+    states[rows[1]] = 30 * time
+    size, (x, *_) = np.where(time < 2.0, 1e-3, 2e-3), SCREEN.carrier
+    states[[SCREEN.row(x.position), SCREEN.row(x.velocity)]] = size * np.sin(40 * time), 40 * size * np.cos(40 * time)
+    spans = SimpleNamespace(time=np.array([1.0, 2.5, 3.5]), greatest_distance=np.array([9e-3, 4e-3, 3e-3]))
+    verdict = SimpleNamespace(outcome=outcome, sentence="as ever", window=window, locking=locking, phases={"ball": 0.5})
+    values = np.array(SCREEN.system.values(SCREEN.values))
+    made: Any = SimpleNamespace(
+        case=SimpleNamespace(machine=SCREEN), verdict=verdict,
+        trajectory=SimpleNamespace(time=time, states=states, final_parameter_values=values),
+        observation=SimpleNamespace(main=SimpleNamespace(last=lambda share: spans)),
+    )  # fmt: skip
+    return RunningState.of(made, SCREEN.drives)
+
+
+def test_a_machine_runs_as_in_the_window_of_its_verdict() -> None:
+    told = running(outcome=Outcome.NOT_SYNCHRONISED)
+    assert told.speeds == pytest.approx({"e1": -20.0, "e2": 30.0}) and told.phases is None
+    assert told.amplitude == 4e-3, "the largest from its begin on"
+    assert told.throw is not None and told.throw.stroke == pytest.approx(4e-3, rel=1e-3)
+    early = running(outcome=Outcome.NOT_SYNCHRONISED, window=(0.0, 1.9))
+    assert early.speeds["e1"] == pytest.approx(-40.0) and early.throw is not None
+    assert early.throw.stroke == pytest.approx(2e-3, rel=1e-3)
+    few = running(outcome=Outcome.NOT_SYNCHRONISED, window=(5.0, 6.0))
+    assert few.speeds["e1"] == pytest.approx(-20.0), "else the last samples"
+    assert set(told.torques) == {"e1", "e2"}
+
+
+def test_locked_rotors_have_the_phases_of_rotors_and_bodies() -> None:
+    locking = SimpleNamespace(final_speeds={"e1": -21.0, "e2": 21.0}, phases={"e2": 0.25}, window=(1.0, 3.0))
+    told = running(locking)
+    assert told.phases == {"e2": 0.25, "ball": 0.5} and told.speeds == {"e1": -21.0, "e2": 21.0}
+    assert running(locking, Outcome.NOT_SYNCHRONISED).phases is None
+
+
+def test_a_carrier_that_does_not_translate_has_no_throw() -> None:
+    time = np.linspace(0.0, 1.0, 41)
+
+    def told(labels: tuple[str, ...], shaken: str = "", dimensionless: bool = False) -> Throw | None:
+        carrier = [
+            SimpleNamespace(position=f"{n}", velocity=f"v{n}", prescribed_velocity=1.0 if n == shaken else None) for n in labels
+        ]
+        rows = {name: i for i, name in enumerate(n for label in labels for n in (label, f"v{label}"))}
+        free = tuple(n for n in labels if n != shaken)
+        machine: Any = SimpleNamespace(
+            dimensionless=dimensionless, labels=labels, free_labels=free, carrier=carrier, row=rows.__getitem__
+        )
+        states = np.array([f(40 * time) * s for f, s in ((np.sin, 1e-3), (np.cos, 40e-3))] * len(labels))
+        return drive_losses._throw(machine, time, states)
+
+    across = told(("y",))
+    assert across is not None and across.direction == pytest.approx(math.pi / 2)
+    both = told(("x", "y"))
+    assert both is not None and both.direction == pytest.approx(math.pi / 4)
+    shaken = told(("x", "y"), shaken="x")
+    assert shaken is not None and shaken.direction == pytest.approx(math.pi / 2), "it is that of the free motion"
+    assert told(("r",)) is None and told(("x",), dimensionless=True) is None
