@@ -13,11 +13,12 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from tests.refusals import refused
 
+from wucht.dynamics.run_ups import voltage_dips
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
 from wucht.dynamics.run_ups.operating_state import machine_after_schedules
 from wucht.dynamics.run_ups.run_up import run_to_end
-from wucht.dynamics.run_ups.settled_operation import EndState, SettledOperation, operation_of
+from wucht.dynamics.run_ups.settled_operation import EndState, SettledOperation, last_motion, operation_of
 from wucht.dynamics.run_ups.voltage_dips import CriticalDip, Dip, DippingSupply, critical_dip, voltages_of_drives
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
@@ -147,6 +148,41 @@ def test_the_largest_amplitude_is_that_of_the_dip_where_it_is_larger() -> None:
     dip = supply_of(fan, 1.0).dip(1.0, Work())
     during, after = (dip.course.amplitude[part] for part in (dip.course.time <= 1.0, dip.course.time > 1.0))
     assert dip.peak_amplitude == during.max() > 1.1 * after.max()
+
+
+def test_it_has_recovered_when_speed_and_vibration_have_settled(monkeypatch: pytest.MonkeyPatch) -> None:
+    fan = loaded_motor(
+        25.0, carrier={"mass": 60.0, "stiffness": 1e5, "damping": 100.0},
+        bodies=[{"kind": "rotor", "name": "rotor", "mass": 20.0, "eccentricity": 1e-4, "inertia": 0.3}],
+    )  # fmt: skip
+    motions = list[Any]()
+    monkeypatch.setattr(voltage_dips, "last_motion", lambda *given: motions.append(last_motion(*given)) or motions[-1])
+    dip = supply_of(fan, 1.0).dip(0.1, Work())
+    verdict = motions[-1].verdict
+    assert dip.is_return and verdict.amplitude_settling_time > 1.5 * verdict.settling_time > 0
+    assert dip.recovery_time == verdict.amplitude_settling_time
+
+
+def test_a_clockwise_motor_is_the_mirror_image() -> None:
+    """Speeds are magnitudes, but for the course."""
+    forwards, backwards = (supply_of(loaded_motor(50.0, drive=MOTOR | {"sense": sense}), 1.0) for sense in (1, -1))
+    assert backwards.operation.end.speed == pytest.approx(forwards.operation.end.speed, rel=1e-9)
+    assert backwards.operation.working_point == pytest.approx(forwards.operation.working_point, rel=1e-9)
+    one, other = (supply.dip(0.04, Work()) for supply in (forwards, backwards))
+    assert other.is_return and other.end.speed == pytest.approx(one.end.speed, rel=1e-6)
+    assert other.speed_at_recovery == pytest.approx(one.speed_at_recovery, rel=1e-6)
+    assert other.course.speeds.max() < 0 < one.course.speeds.min()
+
+
+@pytest.mark.parametrize("senses", [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)])
+def test_levels_are_those_of_the_rotor_that_loses_most(senses: tuple[float, float]) -> None:
+    """The second one falls to a fifth of its 200 rad/s; half of that loss is reached at 3 s, whatever it has gained between."""
+    time = np.arange(6.0)
+    speeds = np.array([[100.0, 98.0, 96.0, 94.0, 92.0, 90.0], [200.0, 130.0, 160.0, 120.0, 40.0, 50.0]])
+    course = MotionCourse(time, np.array(senses)[:, None] * speeds, np.zeros(6))
+    assert voltage_dips._level_times(course, np.array([100.0, 200.0]), 2).tolist() == [3.0, 5.0]
+    assert voltage_dips._level_times(course, np.array([100.0, 200.0]), 4).tolist() == [1.0, 3.0, 4.0, 5.0]
+    assert voltage_dips._level_times(course, np.array([100.0]), 2).tolist() == [3.0, 5.0]
 
 
 # --- the border by bisection ---
