@@ -12,7 +12,7 @@ import sympy as sp
 
 from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.analysis.time_constants import highest_speed
-from wucht.analysis.working_points import TorqueCurves, dry_friction
+from wucht.analysis.working_points import TorqueCurves, creep_speed, is_held_at_rest
 from wucht.dynamics.run_ups.coasting import state_in_configuration, with_steady_vibration
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state
@@ -25,7 +25,7 @@ from wucht.dynamics.verdicts.outcomes import PHASE_TOLERANCE, SPEED_TOLERANCE, O
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import LOWEST, axis_at_rest, net_torque, sense_of
+from wucht.machines.operation import LOWEST, axis_at_rest, sense_of
 from wucht.numerics.angles import wrap_to_pi
 from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.events import Event
@@ -33,7 +33,6 @@ from wucht.numerics.flow.trajectory import Trajectory
 
 _BEFORE_ROWS = 60  # of the course before
 _POINTS = 1200  # speeds in the search for working points
-_TRANSITIONS = 10.0  # times the speed of the transition of dry friction at standstill: slower rotors creep
 REST = "rest"
 NO_OPERATION = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.RUNAWAY, Outcome.UNIDENTIFIED, Outcome.FAILED)
 
@@ -57,19 +56,6 @@ def case_from_state(machine: Machine, state: np.ndarray, settings: RunSettings) 
         horizon = replace(horizon, first=horizon.expected_end)
     horizon = replace(horizon, events=(*horizon.events, *rest_events(machine)))
     return RunUpCase(machine, horizon, (FullModel(machine, state),), settings)
-
-
-def creep_speed(machine: Machine) -> float:
-    """Return the speed below which a rotor under dry friction creeps, since that is smooth about standstill; 0 without any."""
-    return _TRANSITIONS * dry_friction(machine)[1]
-
-
-def is_held_at_rest(machine: Machine) -> bool:
-    """True if dry friction holds all rotors: their drives do not get them beyond the speed at which they creep."""
-    speed, senses = creep_speed(machine), [(sense_of(machine, r), r) for r in machine.rotors]
-    if not speed or any(r.coordinate.prescribed_velocity is not None for _, r in senses):
-        return False
-    return all(sense * net_torque(machine, r)(sense * speed) <= 0 for sense, r in senses)
 
 
 def rest_events(machine: Machine) -> tuple[Event, ...]:

@@ -12,6 +12,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from wucht.analysis.working_points import is_held_at_rest
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.settled_operation import (
     REST,
@@ -19,7 +20,6 @@ from wucht.dynamics.run_ups.settled_operation import (
     SettledOperation,
     SpeedCourse,
     case_from_state,
-    is_held_at_rest,
     last_motion,
     rest_events,
 )
