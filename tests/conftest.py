@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
+import io
 import json
 import os
 import signal
@@ -128,26 +130,51 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+def _command(patch: pytest.MonkeyPatch, printed: Callable[[], tuple[str, str]]) -> Command:
+    """The command line in this process. printed: returns and forgets what was printed on stdout and stderr."""
+    from wucht.cli.app import run_app
+
+    patch.setattr("wucht.cli.progress._SILENCE_S", 1e6)
+    patch.setattr("wucht.cli.app.app", _commands())
+    patch.setattr("wucht.cli.app.register", lambda: None)
+
+    def call(*words: object) -> Completed:
+        patch.setattr(sys, "argv", ["wucht", *map(str, words)])
+        printed()
+        return Completed(run_app(), *printed())
+
+    return call
+
+
 @pytest.fixture
 def wucht(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
     """``wucht("run", "study.toml")``: the command in this process. A traceback is the exception itself: the test fails.
 
     What it says does not depend on how busy the machine is: the sign of life comes from work alone, not from time.
     """
-    from wucht.cli.app import run_app
+    return _command(monkeypatch, capsys.readouterr)
 
-    monkeypatch.setattr("wucht.cli.progress._SILENCE_S", 1e6)
-    monkeypatch.setattr("wucht.cli.app.app", _commands())
-    monkeypatch.setattr("wucht.cli.app.register", lambda: None)
 
-    def call(*words: object) -> Completed:
-        monkeypatch.setattr(sys, "argv", ["wucht", *map(str, words)])
-        capsys.readouterr()
-        code = run_app()
-        completed = capsys.readouterr()
-        return Completed(code, completed.out, completed.err)
+@pytest.fixture(scope="module")
+def wucht_of_module() -> Iterator[Command]:
+    """The same for commands whose results all tests of a module read. It runs in the working directory."""
+    streams = [io.StringIO(), io.StringIO()]
 
-    return call
+    def printed() -> tuple[str, str]:
+        texts = [stream.getvalue() for stream in streams]
+        for stream in streams:
+            stream.seek(0)
+            stream.truncate()
+        return texts[0], texts[1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        call = _command(patch, printed)
+
+        def redirected(*words: object) -> Completed:
+            with contextlib.redirect_stdout(streams[0]), contextlib.redirect_stderr(streams[1]):
+                return call(*words)
+
+        yield redirected
 
 
 @pytest.fixture

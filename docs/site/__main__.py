@@ -24,7 +24,7 @@ _OWN = ("README.md", "index.md")  # the page of a folder itself
 HERE, PAGES, SITE = Path(__file__).parent, ROOT / "build" / "docs", ROOT / "build" / "site"
 NAVIGATION: list[Any] = [
     {"Start": ["index.md", "citing.md", "changes.md"]},
-    {"Tutorials": ["tutorials/engineer.md", "tutorials/researcher.md", "tutorials/student.md"]},
+    {"Tutorials": ["tutorials/engineer.md", "tutorials/researcher.md", "tutorials/student.md", "journeys.md"]},
     {
         "Guide": [
             "machine-files.md", "outcomes.md", "slow-equations.md", "switchable-pendulums.md", "load-spectra.md",

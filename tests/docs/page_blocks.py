@@ -36,9 +36,13 @@ class Block:
         return [words for line in self.text.splitlines() if (words := shlex.split(line, comments=True))]
 
 
-def blocks(page: Path) -> list[Block]:
-    """The fenced blocks of a page; a text belongs to the block before it, where nothing but blank lines is between them."""
+def blocks(page: Path, section: str = "") -> list[Block]:
+    """The fenced blocks of a page, or of the section with that heading; a text belongs to the block before it, where nothing
+    but blank lines is between them."""
     text = page.read_text(encoding="utf-8")
+    if section:
+        text = text.partition(f"\n## {section}\n")[2].partition("\n## ")[0]
+        assert text, f"no section {section!r}"
     found: list[Block] = []
     end = 0
     for match in _FENCE.finditer(text):

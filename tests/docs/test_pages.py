@@ -18,7 +18,7 @@ from page_blocks import PAGES, ROOT, Block, blocks, inline_commands, missing, ru
 
 from wucht.cli.options import parse_settings
 from wucht.files.building import machine_from
-from wucht.files.catalogue import names
+from wucht.files.catalogue import FOLDER, names
 from wucht.machines.parts import bodies, carriers, drives, loads
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study
@@ -28,6 +28,7 @@ ELSEWHERE = {
     "docs/continuation.md": "test_continuation_page",
     "docs/averaging.md": "test_averaging_page",
     "docs/fatigue.md": "test_fatigue_page",
+    "docs/journeys.md": "test_journeys_page",
 }
 LANGUAGES = ("sh", "toml", "csv", "json", "python", "text", "")
 TABLES = ("title", "machine", "study", "system", "law", "follower", "linkage", "speed", "shaft")
@@ -48,7 +49,7 @@ def test_blocks_are_of_a_kind_that_is_tested(name: str) -> None:
 
 @pytest.mark.parametrize(("page", "block"), _all("sh"))
 def test_commands_are_ones_that_there_are(page: Path, block: Block, here: Path) -> None:
-    write_files(page)
+    _write_all_files(page)
     assert {words[0] for words in block.commands} <= set(CHECKED)
     for words in block.commands:
         CHECKED[words[0]](words[1:])
@@ -56,7 +57,7 @@ def test_commands_are_ones_that_there_are(page: Path, block: Block, here: Path) 
 
 @pytest.mark.parametrize("name", [n for n in PAGES if inline_commands(PAGES[n])])
 def test_commands_in_sentences_are_ones_that_there_are(name: str, here: Path) -> None:
-    write_files(PAGES[name])
+    _write_all_files(PAGES[name])
     for words in inline_commands(PAGES[name]):
         assert words[0] == "wucht"
         _wucht(words[1:])
@@ -83,9 +84,19 @@ def _wucht(words: list[str]) -> None:
         assert given["name"] in (*studies(), *names())
 
 
+def _write_all_files(page: Path) -> None:
+    """Those that the page's ``wucht new NAME FILE`` write, and those that it shows."""
+    for words in (words for block in blocks(page) if block.language == "sh" for words in block.commands):
+        if words[:2] == ["wucht", "new"] and len(words) == 4:
+            kind = studies().get(words[2])
+            text = (FOLDER / f"{words[2]}.toml").read_text(encoding="utf-8") if kind is None else kind.template or ""
+            Path(words[3]).write_text(text, encoding="utf-8")
+    write_files(page)
+
+
 def _provide(study: str) -> None:
     """A file of the reader's own, such as my-rotor.toml, that the page does not have: from a template."""
-    kind = {"my-rotor.toml": "run-up", "my-cam.toml": "cam-contour", "crusher.toml": "voltage-dip"}.get(study)
+    kind = {"my-rotor.toml": "run-up", "my-cam.toml": "cam-contour"}.get(study)
     if kind is not None and not Path(study).is_file():
         Path(study).write_text(studies()[kind].template or "", encoding="utf-8")
 
@@ -129,7 +140,7 @@ def test_files_are_read(page: Path, block: Block, here: Path) -> None:
     """A file as a study, a part of one as the tables it has."""
     document = tomllib.loads(block.text)
     if block.title:
-        write_files(page)
+        _write_all_files(page)
         read_study(block.title)
         return
     kinds = {"bodies": bodies(), "drives": drives(), "loads": loads(), "carrier": carriers()}

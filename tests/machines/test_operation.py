@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from wucht.analysis.working_points import is_held_at_rest
 from wucht.files.building import machine_from
 from wucht.machines.operation import (
     axis_at_rest,
     common_free_speed,
     driven_speeds,
     free_speed,
+    free_speed_from,
     has_damped_balancers,
     machine_at_speed,
     natural_frequencies,
@@ -188,3 +190,33 @@ def test_a_speed_at_which_a_curved_torque_vanishes(sense):
     machine = alone(linear(0.3, sense * 100.0), loads=[{"kind": "quadratic", "on": "r0", "coefficient": 1e-3}])
     exact = (-0.3 + math.sqrt(0.09 + 4e-3 * 30)) / 2e-3
     assert free_speed(machine, machine.rotor) == pytest.approx(sense * exact, rel=1e-12)
+
+
+def held_motor(load):
+    """An induction motor with a breakdown torque of 61 N m and 31 N m at standstill, against dry friction."""
+    motor = {
+        "kind": "induction", "voltage": 230.0, "frequency": 50.0, "pole_pairs": 2, "stator_resistance": 2.0,
+        "rotor_resistance": 1.5, "stator_reactance": 3.0, "rotor_reactance": 3.0,
+    }  # fmt: skip
+    return together(motor, loads=[{"kind": "coulomb", "on": "r0", "torque": load}])
+
+
+def test_a_motor_that_does_not_start_holds_its_load_at_speed():
+    """From beyond the unstable crossing it reaches its working point, from below it and from standstill a creep."""
+    machine = held_motor(40.0)
+    rotor = machine.rotors[0]
+    creep, fast = free_speed(machine, rotor), free_speed_from(machine, rotor, 120.0)
+    assert creep < 0.5
+    assert 140.0 < fast < 50 * math.pi
+    assert net_torque(machine, rotor)(fast) == pytest.approx(0.0, abs=1e-9)
+    assert free_speed_from(machine, rotor, 150.0) == pytest.approx(fast, rel=1e-12)  # from above
+    assert free_speed_from(machine, rotor, 20.0) == free_speed_from(machine, rotor, 0.0) == creep
+    assert is_held_at_rest(machine)
+
+
+@pytest.mark.parametrize("speed", [0.0, 90.0, 300.0, -300.0])
+def test_a_motor_that_starts_reaches_one_speed_from_any(speed):
+    """To the last bit: the equilibrium from standstill is the one that is returned."""
+    for machine in (held_motor(20.0), together(linear(0.3, 100.0))):
+        assert free_speed_from(machine, machine.rotors[0], speed) == free_speed(machine, machine.rotors[0])
+        assert not is_held_at_rest(machine)

@@ -29,6 +29,7 @@ from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.zeros_and_peaks import crossings
 
+_TRANSITIONS = 10.0  # times the speed of the transition of dry friction at standstill: slower rotors creep
 _NO_DECAY = 1e-6  # of its frequency: a rate below it is rounding
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 TableModelT = TypeVar("TableModelT", bound=TableModel)
@@ -59,6 +60,19 @@ def dry_friction(machine: Machine) -> tuple[float, float]:
     dry = [(load.level, load.transition_speed) for load in machine.parts if isinstance(load, CoulombLoad)]
     friction_loads = [(torque, speed) for torque, speed in (*dry, *table_loads) if torque > 0]
     return sum(torque for torque, _ in friction_loads), max((speed for _, speed in friction_loads), default=0.0)
+
+
+def creep_speed(machine: Machine) -> float:
+    """The speed in rad/s below which a rotor under dry friction creeps, which is smooth about standstill; 0 without any."""
+    return _TRANSITIONS * dry_friction(machine)[1]
+
+
+def is_held_at_rest(machine: Machine) -> bool:
+    """True if dry friction holds all rotors: their drives do not get them beyond the speed at which they creep."""
+    speed, senses = creep_speed(machine), [(sense_of(machine, r), r) for r in machine.rotors]
+    if not speed or any(r.coordinate.prescribed_velocity is not None for _, r in senses):
+        return False
+    return all(sense * net_torque(machine, r)(sense * speed) <= 0 for sense, r in senses)
 
 
 def energy_scale(machine: Machine) -> float:

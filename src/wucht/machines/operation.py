@@ -24,6 +24,7 @@ _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no
 MOST_BODIES = 11  # of a machine whose states are searched
 LOWEST = 1e-3  # of the highest speed: lower end of a search
 DEFAULT_SPEED = 100.0  # rad/s, where neither natural frequencies nor drives determine a speed
+_SAME = 1e-6  # of the speed: equilibria that are one
 _MARGIN = 1 + 1e-4  # of the highest speed without vibration: upper end of a search
 _RUNAWAY = 3  # times the highest natural frequency: upper end of a search where the drive has no no-load speed
 
@@ -108,6 +109,20 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
     return None if slope == 0 else _equilibrium_speed(torque)
 
 
+def free_speed_from(machine: Mechanism, rotor: RotatingBody, speed: float, time: float = 0.0) -> float | None:
+    """Return the speed that a rotor reaches without vibration from one at which it turns already, in rad per unit of time.
+
+    It is ``free_speed``, but for a rotor that is faster: a motor that cannot lift its load from standstill may well hold it
+    at speed.
+    """
+    free = free_speed(machine, rotor, time)
+    if free is None or rotor.coordinate.prescribed_velocity is not None or abs(speed) <= abs(free):
+        return free
+    faster = _equilibrium_speed(net_torque(machine, rotor), speed)
+    is_same = faster is None or abs(faster - free) <= _SAME * abs(speed)
+    return free if is_same else faster
+
+
 def common_free_speed(machine: Mechanism) -> float | None:
     """Return the speed that all drives together reach without vibration if all rotors turn at one, each in its sense.
 
@@ -117,15 +132,15 @@ def common_free_speed(machine: Mechanism) -> float | None:
     return _equilibrium_speed(lambda w: sum(sense * torque(sense * w) for sense, torque in torques))
 
 
-def _equilibrium_speed(torque: Callable[[float], float]) -> float | None:
-    """Return the speed, in the sense of the torque at standstill, at which a torque first vanishes; None if it never does."""
-    start = torque(0.0)
+def _equilibrium_speed(torque: Callable[[float], float], origin: float = 0.0) -> float | None:
+    """Return the speed, in the sense of the torque at an origin, at which a torque first vanishes; None if it never does."""
+    start = torque(origin)
     if start == 0.0:
-        return 0.0 if torque(1.0) < 0 else None
+        return origin if torque(origin + 1.0) < 0 else None
     low, high = 0.0, math.copysign(1e-3, start)
     while abs(high) < _FASTEST:
-        if torque(high) * start <= 0:
-            return first_where(lambda w: not torque(w) * start > 0, low, high)
+        if torque(origin + high) * start <= 0:
+            return origin + first_where(lambda step: not torque(origin + step) * start > 0, low, high)
         low, high = high, 1.5 * high
     return None
 

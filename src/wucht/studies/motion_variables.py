@@ -12,7 +12,7 @@ from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unba
 from wucht.dynamics.verdicts.locking import is_locking, rotor_phases
 from wucht.dynamics.verdicts.observation import AxisMotion, Rows, advance_balance
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies
+from wucht.machines.operation import free_speed_from, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
@@ -127,7 +127,8 @@ def _motion(coordinates: Sequence[Coordinate], row: Rows, time: np.ndarray) -> t
 def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> list[Quantity]:
     units, names, end = machine.units, [b.name for b in machine.bodies], float(time[-1])
     angles, speeds = _motion([b.coordinate for b in machine.bodies], row, time)
-    angle, free = dict(zip(names, angles, strict=True)), free_speed(machine.at(end), machine.rotor, end)
+    angle, final_speeds = (dict(zip(names, rows, strict=True)) for rows in (angles, speeds[:, -1].tolist()))
+    free = free_speed_from(machine.at(end), machine.rotor, final_speeds[machine.rotor.name], end)
 
     def phases(name: str, phase: Mapping[str, np.ndarray], long_name: str) -> Quantity:
         """Phases of some bodies in [0, 2 pi), NaN for the others."""

@@ -108,7 +108,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a torque balance."""
     sentence = _sentence(plan, findings)
     quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings), *_machine_quantities(plan)]
-    return result_dataset(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumptions)
+    rotor, is_one_of_several = plan.curves[0].rotor.name, len(plan.steady.machine.rotors) > 1
+    assumptions = [*plan.steady.assumptions, *([f"torques on the shaft of {rotor}"] if is_one_of_several else [])]
+    return result_dataset(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, assumptions)
 
 
 def _curve_quantities(plan: Plan) -> list[Quantity]:
@@ -167,9 +169,15 @@ def _point_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         "indifferent": ("whether there is a continuous family of phases", ""),
         "family_dimension": ("dimension of the family of phases", ""),
     }
+    is_possible = [not c.overlapping for c in findings.configurations] or [True] * len(rows)
+    stable_speeds = [p.speed for p, possible in zip(findings.points, is_possible, strict=True) if p.stable and possible]
+    fastest = max(stable_speeds, key=abs, default=None)
     columns: dict[str, type] = {"speed": float, "torque": float, "stable": np.int8}
     columns |= {"configuration": str, "overlapping": np.int8} if plan.steady.torques is not None else {}
-    return table("working_points", rows, "steady speeds at which the torques balance", parts, "point", columns)
+    return [
+        Quantity("operating_speed", fastest, "fastest stable working point", units.speed, headline=True),
+        *table("working_points", rows, "steady speeds at which the torques balance", parts, "point", columns),
+    ]
 
 
 def _machine_quantities(plan: Plan) -> list[Quantity]:

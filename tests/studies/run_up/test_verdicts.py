@@ -1,6 +1,7 @@
 """Verdicts on whole runs, each on a machine made to end that way."""
 
 import math
+import tomllib
 from typing import Any
 
 import pytest
@@ -10,6 +11,7 @@ from wucht.dynamics.run_ups import horizon
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.studies.registry import studies
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -296,3 +298,21 @@ def test_a_modulation_is_known_again_in_a_longer_run(until: float) -> None:
     summary = run(RunUp(until=until, start={"psi": 3.241, "delta": 0.364}), machine).wucht.summary
     assert summary["outcome"] == "captured-modulated"
     assert summary["advice"] is None
+
+
+CRUSHER = tomllib.loads(str(studies()["voltage-dip"].template))["machine"]
+
+
+@pytest.mark.parametrize(
+    ("speed", "outcome", "final"), [(120.0, "passed", 144.65), (30.0, "stopped", 0.0), (0.0, "stopped", 0.0)]
+)
+def test_a_machine_that_does_not_start_by_itself(speed: float, outcome: str, final: float) -> None:
+    """It has passed its resonance at 70.7 rad/s where it holds its speed, and has stopped where dry friction lets it creep."""
+    result = run(RunUp(start={"drum": {"speed": speed}}), machine_from(CRUSHER))
+    s = result.wucht.summary
+    assert s["outcome"] == outcome
+    assert s["final_speed"] == pytest.approx(final, abs=0.2)
+    assert s["free_speed"] == pytest.approx(final, abs=0.2)
+    assert s["resonance_speed"] == (pytest.approx(70.7, rel=0.02) if final else None)
+    assert result.time[-1] < 60.0
+    assert not result.wucht.warnings

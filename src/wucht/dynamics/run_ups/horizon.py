@@ -10,13 +10,13 @@ from typing import Literal
 import numpy as np
 
 from wucht.analysis.time_constants import highest_speed, runaway_limit
-from wucht.analysis.working_points import energy_scale, swing_frequency
+from wucht.analysis.working_points import creep_speed, energy_scale, is_held_at_rest, swing_frequency
 from wucht.dynamics.run_ups.initial_state import speeds_in
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies
+from wucht.machines.operation import free_speed, free_speed_from, natural_frequencies
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.numerics.flow.events import Event
 
@@ -122,7 +122,10 @@ class Horizon:
             w for c in prescribed_coordinates for w in machine.prescribed_speed(c, np.array(machine.breakpoints))
         ]
         fastest = float(max(map(abs, expected_speeds))) or 1.0
-        free = free_speed(at[machine.breakpoints[-1]], machine.rotor, machine.breakpoints[-1])
+        speed, last = speeds_in(machine, initial)[machine.rotor.name], machine.breakpoints[-1]
+        free = free_speed_from(at[last], machine.rotor, speed, last)
+        if free and is_held_at_rest(at[last]) and abs(free) <= creep_speed(at[last]):
+            free = 0.0  # a creep is no speed that is waited for
         slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
         turn = 2 * math.pi / fastest
         if settings.until is not None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.analysis.configurations.configuration import Configuration
 from wucht.analysis.time_constants import highest_speed
-from wucht.analysis.working_points import TorqueCurves, dry_friction
+from wucht.analysis.working_points import TorqueCurves, creep_speed
 from wucht.dynamics.run_ups.coasting import (
     driving_machine,
     state_at_start,
@@ -25,11 +25,10 @@ from wucht.dynamics.run_ups.operating_points import OperatingPoints
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases, configuration_labels, stable_configurations
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import LOWEST, machine_at_speed, net_torque, sense_of
+from wucht.machines.operation import LOWEST, machine_at_speed, sense_of
 from wucht.mechanics.lagrange import Coordinate
 
 _POINTS = 1200  # speeds in the search for working points
-_TRANSITIONS = 10.0  # times the speed of the transition of dry friction at standstill: slower rotors creep
 
 _SHAKEN = "not allowed: the drives are switched while the machine runs, and a prescribed motion of the carrier would start anew"
 
@@ -119,19 +118,6 @@ def operating_states(machine: Machine, start: Mapping[str, Any]) -> tuple[Operat
         state = transfer_state(coasting, vibrating, driven)
         states.append(OperatingState(machine_in_state(driven, state), state, label, reason))
     return tuple(states)
-
-
-def creep_speed(machine: Machine) -> float:
-    """Return the speed below which a rotor under dry friction creeps, since that is smooth about standstill; 0 without any."""
-    return _TRANSITIONS * dry_friction(machine)[1]
-
-
-def is_held_at_rest(machine: Machine) -> bool:
-    """True if dry friction holds all rotors: their drives do not get them beyond the speed at which they creep."""
-    speed, senses = creep_speed(machine), [(sense_of(machine, r), r) for r in machine.rotors]
-    if not speed or any(r.coordinate.prescribed_velocity is not None for _, r in senses):
-        return False
-    return all(sense * net_torque(machine, r)(sense * speed) <= 0 for sense, r in senses)
 
 
 def state_at_working_point(

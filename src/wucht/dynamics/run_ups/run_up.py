@@ -19,7 +19,7 @@ from wucht.dynamics.verdicts.verdict import Verdict, judge
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, net_torque
+from wucht.machines.operation import free_speed_from, net_torque
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator
@@ -136,7 +136,9 @@ class Motion:
 
 def verdict_at_end(machine: Machine, observation: Observation, motion: Trajectory) -> Verdict:
     """Judge a motion that was observed until its end."""
-    free = free_speed(machine.at(motion.end_time), machine.rotor, motion.end_time)
+    last = observation.main.sample
+    speed = 0.0 if last is None else float(last.speeds[0, -1])
+    free = free_speed_from(machine.at(motion.end_time), machine.rotor, speed, motion.end_time)
     return judge(machine, observation, free, motion.failure, motion.stopped_by == SPEED_LIMIT)
 
 

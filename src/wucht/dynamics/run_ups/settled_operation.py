@@ -9,15 +9,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from wucht.analysis.working_points import creep_speed, is_held_at_rest
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
-from wucht.dynamics.run_ups.operating_state import (
-    creep_speed,
-    is_held_at_rest,
-    machine_after_schedules,
-    state_at_working_point,
-)
+from wucht.dynamics.run_ups.operating_state import machine_after_schedules, state_at_working_point
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.run_ups.run_up_models import FullModel
 from wucht.dynamics.verdicts.outcomes import PHASE_TOLERANCE, SPEED_TOLERANCE, Outcome

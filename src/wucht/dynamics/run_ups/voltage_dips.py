@@ -12,9 +12,9 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from wucht.analysis.working_points import is_held_at_rest
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
-from wucht.dynamics.run_ups.operating_state import is_held_at_rest
 from wucht.dynamics.run_ups.settled_operation import (
     REST,
     EndState,

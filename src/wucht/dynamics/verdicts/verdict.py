@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
-from wucht.analysis.working_points import torque_surplus
+from wucht.analysis.working_points import creep_speed, is_held_at_rest, torque_surplus
 from wucht.dynamics.verdicts.evidence import REASON_IN_NOISE, UNREST, RotorAssessment, assess_rotor
 from wucht.dynamics.verdicts.locking import LockingAssessment, assess_locking, is_locking, rotor_outcomes
 from wucht.dynamics.verdicts.observation import Observation
@@ -196,8 +196,18 @@ def judge(
         return _undecided_verdict(
             machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes
         )
+    if _is_creeping(machine, observation):
+        return replace(verdict, outcome=Outcome.STOPPED, settling_time=None, advice=None, needed_time=None)
     verdict = _locking_verdict(machine, observation, verdict) if is_locking(machine) and has_turned else verdict
     return _verdict_after_transients(machine, verdict, observation.end_time)
+
+
+def _is_creeping(machine: Machine, observation: Observation) -> bool:
+    """True if dry friction holds the only rotor, and it did no more than creep in the last quarter of the time."""
+    if len(machine.rotors) > 1 or not is_held_at_rest(machine):
+        return False
+    last = observation.main.last(0.25)
+    return float(np.abs([last.least_speed, last.greatest_speed]).max(initial=0.0)) <= creep_speed(machine)
 
 
 def _verdict_after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict:
