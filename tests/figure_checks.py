@@ -42,6 +42,9 @@ def check(figure: Figure) -> None:
         assert [patch for patch in legend.get_patches() if _hidden(patch)] == [], "hatches of a legend that are not seen"
     assert beyond(figure) == [], "words that are not on the page"
     assert overlapping(figure) == [], "words upon each other"
+    scales = [scale for axis in panels for scale in (axis.xaxis, axis.yaxis)]
+    offsets = [text.get_text() for text in (scale.get_offset_text() for scale in scales) if text.get_visible()]
+    assert [text for text in offsets if text] == [], "a power of ten apart from the name of its scale"
     assert crossed(figure) == [], "names in panels that lines cross"
     assert empty_strip(figure) < _EMPTY, "a part of the page that is empty"
     width, height = figure.get_size_inches()

@@ -41,11 +41,11 @@ NAVIGATION: list[Any] = [
 
 def main() -> None:
     """Write the pages, then have MkDocs make the site of them."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument(
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
         "--gallery", choices=("quick", "all", "kept"), default="quick", help="what is computed if it is not kept"
     )
-    wanted = asked.parse_args().gallery
+    wanted = parser.parse_args().gallery
     if missing := [name for name in NEEDED if find_spec(name) is None]:
         sys.exit(f"missing: {', '.join(missing)}; pip install 'wucht[docs]', or make docs")
     entries = []

@@ -21,7 +21,7 @@ from wucht.studies.study_file import StudyFile, read_study, run_study
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "build" / "gallery"
 _SOURCE = Path(wucht.__file__).parent
-# Longer than half a minute on two cores: computed when all are asked for.
+# Longer than half a minute on two cores: computed when all are wanted.
 EXPENSIVE = frozenset(
     {
         "drozdetskaya-2020/figure-5.9a",
@@ -40,7 +40,7 @@ class Entry:
     """A file of the catalogue with its answer. result: None where it was not computed."""
 
     name: str
-    asked: StudyFile
+    study_file: StudyFile
     about: dict[str, Any]
     result: Any | None
     figure: Path
@@ -65,23 +65,23 @@ def entry(name: str, compute: bool = True) -> Entry:
     """The answer of a file of the catalogue: kept from an earlier call, or computed now, if that is wanted."""
     from wucht.files.catalogue import load_document
 
-    asked, folder = read_study(name), KEPT / name
+    study_file, folder = read_study(name), KEPT / name
     about, _ = load_document(name)
-    question = _key(repr(asked.document), _digest(True))
-    figure = folder / f"{asked.spec.kind}.png"
+    question = _key(repr(study_file.document), _digest(True))
+    figure = folder / f"{study_file.spec.kind}.png"
     if _told(folder / "question") == question:
         result = wucht.load(folder / "result.nc")
     elif compute:
         shutil.rmtree(folder, ignore_errors=True)
-        result = run_study(asked, folder=folder)
+        result = run_study(study_file, folder=folder)
         (folder / "question").write_text(question, encoding="utf-8")
     else:
-        return Entry(name, asked, about, None, figure)
+        return Entry(name, study_file, about, None, figure)
     drawn = _key(question, _digest(False))
     if _told(folder / "drawn") != drawn:
         save_figure(wucht.draw(result), figure)
         (folder / "drawn").write_text(drawn, encoding="utf-8")
-    return Entry(name, asked, about, result, figure)
+    return Entry(name, study_file, about, result, figure)
 
 
 def _told(file: Path) -> str:

@@ -35,7 +35,7 @@ def figures(entries: Iterable[Entry]) -> dict[str, Path]:
 
 
 def _page(e: Entry) -> str:
-    kind = e.asked.spec.kind
+    kind = e.study_file.spec.kind
     lines = [f"# {e.about.get('title', e.name)}", "", f"`{e.name}`, study [{kind}]({_up(e)}studies/{kind}.md)", ""]
     lines += ["```sh", f"wucht run {e.name}", "```", ""]
     if e.about.get("source"):
@@ -52,8 +52,8 @@ def _up(e: Entry) -> str:
 def _answer(e: Entry) -> list[str]:
     if e.result is None:
         takes, how = (" It takes minutes:", "make docs GALLERY=all") if e.name in EXPENSIVE else ("", "make docs")
-        asked = f"It was not computed in this build.{takes} `{how}` computes it, once."
-        return ['!!! note "No figure here"', "", f"    {asked}", ""]
+        sentence = f"It was not computed in this build.{takes} `{how}` computes it, once."
+        return ['!!! note "No figure here"', "", f"    {sentence}", ""]
     lines = [f"![{e.about.get('title', e.name)}]({Path(e.name).name}.png)", ""]
     lines += ["```text", *wucht.report(e.result), "```", ""]
     for warning in e.result.wucht.warnings:

@@ -35,8 +35,8 @@ HEADS = ("key", "what", "unit", "default", "what it may be")
 
 def pages(entries: Sequence[Entry]) -> dict[str, str]:
     """All of them by file name, and a list of each."""
-    asked = {kind: [e for e in entries if e.asked.spec.kind == kind] for kind in studies()}
-    written = {f"studies/{kind}.md": _study(study, asked[kind]) for kind, study in studies().items()}
+    entries_of = {kind: [e for e in entries if e.study_file.spec.kind == kind] for kind in studies()}
+    written = {f"studies/{kind}.md": _study(study, entries_of[kind]) for kind, study in studies().items()}
     rows = [(f"[`{kind}`]({kind}.md)", study.line) for kind, study in studies().items()]
     written["studies/index.md"] = _list("Studies", "What can be asked. `wucht new STUDY` writes a file to start from.", rows)
     texts = {e.name: (FOLDER / f"{e.name}.toml").read_text(encoding="utf-8") for e in entries}
@@ -67,14 +67,14 @@ def _linked(entries: Sequence[Entry], up: str) -> list[str]:
     return ["## In the gallery", "", *lines, ""] if lines else []
 
 
-def _study(study: Study, asked: Sequence[Entry]) -> str:
+def _study(study: Study, entries: Sequence[Entry]) -> str:
     spec = study.spec
     lines = [f"# {study.kind}", "", *_prose(spec), ""]
     lines += [f"In Python `wucht.{spec.__name__}(...)`. " + (_TILED if spec.tiled else ""), ""]
     lines += ["```sh", f"wucht new {study.kind} my-{study.kind}.toml", f"wucht run my-{study.kind}.toml", "```", ""]
     lines += ["## Keys", "", "In `[study]`, beside `kind`:", "", *_keys(spec)]
-    lines += _linked(asked, "../")
-    lines += _answers(asked)
+    lines += _linked(entries, "../")
+    lines += _answers(entries)
     if study.template:
         lines += ["## A file to start from", "", *toml_block(study.template), ""]
     return "\n".join(lines)
@@ -83,9 +83,9 @@ def _study(study: Study, asked: Sequence[Entry]) -> str:
 _TILED = "Several machines can compute it: [`--scheduler`](../several-machines.md)."
 
 
-def _answers(asked: Sequence[Entry]) -> list[str]:
+def _answers(entries: Sequence[Entry]) -> list[str]:
     """The keys of a summary with what they are, as an answer in the gallery has them."""
-    answered = next((e for e in asked if e.result is not None), None)
+    answered = next((e for e in entries if e.result is not None), None)
     if answered is None:
         return []
     quantities = answered.result.wucht.quantities.items()

@@ -190,7 +190,7 @@ def test_more_bodies_are_sought_until_no_index_is_missing(
     shown: str,
 ) -> None:  # fmt: skip
     of, asked = two if given else driven, list[Any]()
-    monkeypatch.setattr(module, "MOST_BODIES", 1)
+    monkeypatch.setattr(module, "_MOST_PROVED", 1)
     monkeypatch.setattr(module, "_STARTS", 64)
     monkeypatch.setattr(module, "_ROUNDS", 3)
     state, totals = State(100.0, np.zeros(3)), iter(indices)

@@ -140,8 +140,9 @@ def test_a_long_chain_of_files_that_use_each_other(here):
     assert machine.values["u"] == 2.0
     assert machine.title == "The tenth (changed: u = 2)"
     Path(f"{links}.toml").write_text('[machine]\nuse = "none-5.1"\n', encoding="utf-8")
-    with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: given 'none-5\.1'; neither"):
+    with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: given 'none-5\.1'; neither") as unknown:
         load_machine("0.toml")
+    assert unknown.value.code == "unknown-name"
     Path(f"{links}.toml").write_text('[machine]\nuse = "7.toml"\n', encoding="utf-8")
     with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: .* in a circle$"):
         load_machine("0.toml")
@@ -186,12 +187,15 @@ def test_schedules_are_added_to_those_of_the_machine_used(here):
         ("schedules = [1]", refused("machine.schedules", given=[1], file="own.toml")),
         (
             'schedules = [{ parameter = "drive.slope", points = [[0, 1]] }]',
-            refused("machine.schedules[0].parameter", given="drive.slope", file="own.toml"),
+            refused("machine.schedules[0].parameter", given="drive.slope", code="unknown-parameter", file="own.toml"),
         ),
-        ("schedules = [{ points = [[0, 1]] }]", refused("machine.schedules[0].parameter", given=None, file="own.toml")),
+        (
+            "schedules = [{ points = [[0, 1]] }]",
+            refused("machine.schedules[0].parameter", given=None, code="unknown-parameter", file="own.toml"),
+        ),
         (
             'schedules = [{ parameter = "load.coefficient", points = [[0, -1]] }]',
-            refused("machine.schedules[0].points (t = 0)", given=-1.0, file="own.toml"),
+            refused("machine.schedules[0].points (t = 0)", given=-1.0, code="limits", file="own.toml"),
         ),
         (
             'schedules = [{ parameter = "drive.voltage", points = [[0, 1]] }]',

@@ -13,6 +13,7 @@ from wucht.plots import arranging, sheet
 from wucht.plots.page import JOURNAL, PRINT, page_context
 
 EM = PRINT.em
+BACK = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
 def column(count: int, heights: float = 2.0, title: str = "title") -> tuple[Figure, list[Any]]:
@@ -192,3 +193,44 @@ def test_a_name_at_the_end_of_a_line_makes_room_to_the_right_of_its_panel() -> N
         assert page.width - left - panel == pytest.approx(width + 0.8 * page.em)
         (name,) = axis.texts
         assert (name.get_text(), name.xy, name.get_fontsize()) == ("drum", (1.0, 0.5), page.small)
+
+
+@pytest.mark.parametrize(
+    ("largest", "name", "expected"),
+    [
+        (1.1e-5, "damage so far", "damage so far (10⁻⁶)"),
+        (3e-4, "mean torque (N m)", "mean torque (10⁻⁶ N m)"),
+        (4e4, "force (N)", "force (10³ N)"),
+        (2e7, "stiffness (N/m)", "stiffness (10⁶ N/m)"),
+        (4e3, "force (N)", "force (N)"),
+        (2e-2, "damage so far", "damage so far"),
+    ],
+)
+@pytest.mark.parametrize("of", ["x", "y"])
+def test_a_power_of_ten_is_in_the_name_of_its_scale(largest: float, name: str, expected: str, of: str) -> None:
+    """Of a thousand; without a text above the scale, and the numbers are those of the unit in the name."""
+    with page_context(PRINT):
+        figure, (axis,) = sheet.new_figure(1, "title")
+        ends = ([0.0, largest], [0.0, 1.0])
+        axis.plot(*(ends if of == "x" else ends[::-1]))
+        axis.set(**{"xlabel": "x", "ylabel": "y"} | {f"{of}label": name})
+        axis.ticklabel_format(scilimits=(-3, 4))
+        arranging.arrange(figure)
+    figure.draw_without_rendering()
+    scale = getattr(axis, f"{of}axis")
+    assert scale.get_label_text() == expected
+    assert not scale.get_offset_text().get_visible() or not scale.get_offset_text().get_text()
+    power = int(expected.partition("(10")[2].partition(")")[0].split(" ")[0].translate(BACK) or 0)
+    at, words = scale.get_majorticklocs()[1], scale.get_major_formatter().format_ticks(scale.get_majorticklocs())[1]
+    assert float(words.replace("−", "-")) * 10.0**power == pytest.approx(at)
+
+
+def test_numbers_beside_each_other_are_written_in_full() -> None:
+    """Without a sum that is to be added to all of them."""
+    with page_context(PRINT):
+        figure, (axis,) = column(1)
+        axis.set_ylim(1000.001, 1000.004)
+        arranging.arrange(figure)
+    figure.draw_without_rendering()
+    assert axis.yaxis.get_offset_text().get_text() == ""
+    assert axis.yaxis.get_major_formatter().format_ticks(axis.yaxis.get_majorticklocs())[0].startswith("1000.00")

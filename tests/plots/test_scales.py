@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.plots.scales import decades_about, fraction_of_pi, multiples_of_pi, parameter_label, printed_values, travel_unit
+from wucht.plots.scales import (
+    decades_about,
+    fraction_of_pi,
+    multiples_of_pi,
+    parameter_label,
+    power_text,
+    printed_values,
+    travel_unit,
+)
 
 
 @pytest.mark.parametrize(
@@ -61,3 +69,9 @@ def test_a_parameter_is_named_by_its_words_its_symbol_and_its_unit() -> None:
     assert parameter_label(result) == "q: share (m²)"
     result.attrs |= {"along": "drive.slope", "along_what": "slope", "along_unit": ""}
     assert parameter_label(result) == "slope"
+
+
+def test_powers_of_ten_as_they_are_typed() -> None:
+    assert [power_text(x) for x in (1e-12, 2e-5, 1.0, 5e3, 1e10, 1e12, 1e100)] == [
+        "1e-12", "2e-5", "1e0", "5e3", "1e10", "1e12", "1e100",
+    ]  # fmt: skip

@@ -297,3 +297,12 @@ def test_a_speed_above_a_panel_is_in_rpm_too() -> None:
     figure.draw_without_rendering()
     assert second.get_xlim() == pytest.approx((0.0, 30.0)) and second.get_xlabel() == "speed (rpm)"
     assert second.spines["top"].get_visible() and not sheet.sheet_of(figure).right
+
+
+def test_a_title_has_the_clauses_that_fit_on_a_line() -> None:
+    clause = "a clause of some forty letters and a digit 1"
+    with page_context(PRINT):
+        assert sheet.leading_clauses(clause) == clause
+        assert sheet.leading_clauses(f"{clause}; short") == f"{clause}; short"
+        assert sheet.leading_clauses(f"{clause}; {clause}; {clause}") == f"{clause}; {clause}"[: 2 * len(clause) + 2]
+        assert sheet.leading_clauses(f"{4 * clause}; short") == 4 * clause, "at least one"

@@ -12,9 +12,14 @@ import pytest
 from tests.refusals import refused, rejected
 
 import wucht.extending
+from wucht.analysis.configurations import configuration
 from wucht.errors import WuchtError
+from wucht.files.catalogue import load_machine
 from wucht.studies import registry
 from wucht.studies.registry import Study, studies
+from wucht.studies.response.spec import Response
+from wucht.studies.runner import run
+from wucht.studies.torque_balance import TorqueBalance
 
 STUDY = """
 from typing import ClassVar
@@ -153,3 +158,25 @@ def test_studies_that_lack_something(monkeypatch: pytest.MonkeyPatch) -> None:
     whole.report = "words"  # type: ignore[attr-defined]
     with pytest.raises(WuchtError, match=r"\(own_study_without_functions\): report must be a function$"):
         study.check()
+
+
+def test_a_long_preparation_reports_its_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The configurations of several rotors are searched before the study runs, and Ctrl-C ends that."""
+    machine, labels = load_machine("sperling-vibration/self-synchronisation-soft"), list[str]()
+
+    def search(*args: Any, **more: Any) -> Any:
+        watch = args[3]
+        watch(), watch()
+        raise AssertionError("Ctrl-C did not end the search")
+
+    def stop(_: float, label: str) -> None:
+        labels.append(label)
+        if len(labels) == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(configuration, "all_states", search)
+    for spec in (TorqueBalance(), Response()):
+        labels.clear()
+        with pytest.raises(KeyboardInterrupt):
+            run(spec, machine, progress=stop)
+        assert labels == ["preparation"] * 3, "once before it, and during it"

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import resource
+from contextlib import suppress
 from pathlib import Path
+from time import process_time
 
 import pytest
 from tests.refusals import failed, refused
 
+from wucht import disk_cache
 from wucht.dynamics.entrainment import runs_from_start as runs
+from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
 from wucht.studies import resource_limits as room
 from wucht.studies import runner
 from wucht.studies.coast_down import CoastDown
@@ -94,12 +99,12 @@ def test_a_run_of_entrainment_is_stored_in_bounded_parts(monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize(
-    ("count", "says"), [(83, None), (84, "the equations of 84 coordinates are derived and compiled first")]
+    ("count", "says"), [(41, None), (42, "the equations of 42 coordinates are derived and compiled first")]
 )
 def test_what_many_bodies_take_is_said_before_it_is_spent(
     count: int, says: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """More than five seconds, of 0.06 for each coordinate; the runner says it before anything else."""
+    """More than five seconds, of 0.12 for each coordinate."""
     machine = load_machine(R1)
     monkeypatch.setattr(type(machine), "coordinates", property(lambda _: (None,) * count), raising=False)
     note = room.equations_note(machine)
@@ -107,8 +112,45 @@ def test_what_many_bodies_take_is_said_before_it_is_spent(
     assert room.equations_note("no machine") is None
 
 
-def test_the_runner_announces_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_runner_announces_it_before_all_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also before the checks, which take seconds with so many bodies, and before the machine is described."""
+    done: list[str] = []
+    for name in ("subject_of", "refuse_turns", "refuse_numbers"):
+        original = getattr(runner, name)
+        monkeypatch.setattr(runner, name, lambda *args, name=name, original=original: done.append(name) or original(*args))
     monkeypatch.setattr(runner, "equations_note", lambda _: "its equations take long")
-    said: list[str] = []
-    run(RunUp(until=1.0), load_machine(R1), announce=said.append)
-    assert said == ["its equations take long"]
+    run(RunUp(until=1.0), load_machine(R1), announce=done.append)
+    assert done == ["its equations take long", "subject_of", "refuse_turns", "refuse_numbers"]
+
+
+def many_pendulums(count: int) -> Machine:
+    """A rotor with pendulums, whose structure no other test has."""
+    carrier = {"mass": 1.0, "directions": "xy", "stiffness": 4000.0, "damping": 10.0}
+    rotor = {"kind": "rotor", "name": "drum", "mass": 0.5, "unbalance": 2e-4, "inertia": 0.02}
+    pendulum = {"kind": "pendulum", "about": "drum", "mass": 2e-4, "length": 0.03, "damping": 1e-7}
+    bodies = [rotor, *({**pendulum, "name": f"p{k}", "start": 6.0 * k / count} for k in range(count))]
+    return machine_from(
+        {"carrier": carrier, "bodies": bodies, "drive": {"kind": "linear", "slope": 5e-3, "no_load_speed": 200.0}}
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [40, 100])
+def test_the_announced_time_is_that_of_the_work(count: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Within a factor of 3, in time of the processor, from the announcement to the end of the first leg of the run."""
+    monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path))
+    disk_cache._folder.cache_clear()
+    announced: list[tuple[float, float]] = []
+
+    def announce(note: str) -> None:
+        announced.append((float(note.rpartition("about ")[2].removesuffix(" s")), process_time()))
+
+    def stop(_: float, label: str) -> None:
+        if label != "preparation":
+            raise KeyboardInterrupt
+
+    with suppress(KeyboardInterrupt):
+        run(RunUp(until=1.0), many_pendulums(count), announce=announce, progress=stop)
+    disk_cache._folder.cache_clear()
+    ((seconds, begin),) = announced
+    assert seconds / 3 <= process_time() - begin <= 3 * seconds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 import time
@@ -15,9 +16,10 @@ if TYPE_CHECKING:
 
 _PATIENCE_S = 0.5
 _SILENCE_S = 5.0  # at most, while a run has nothing to report yet
-_PACE_S = 2.0  # of computing, after which its duration is estimated; again each time that this has doubled
+_PACE_S = 1.0  # of computing, after which its duration is estimated; again each time that this has doubled
+_SINGLE_STEP = 3.0  # times that: a step that takes so long is the pace, though what is done but once may be part of it
 _LONG_S = 60.0  # a run that takes longer is announced with what it will take
-_FACTOR = 2.0  # an estimate that differs by more than this factor from the one before is announced, too
+_FACTOR, _FALSE_ALARM = 2.0, 0.1  # times what was announced: what is longer or shorter than that is announced, too
 _UNITS = (("s", 1.0), ("min", 60.0), ("h", 3600.0), ("days", 86400.0))
 _TURNOVER = 1.5  # units: from there on a duration is given in the larger one
 
@@ -31,30 +33,57 @@ def duration_in_words(seconds: float) -> str:
 
 
 class Forecast:
-    """Estimate of the remaining duration of a run, from the pace of its latest part."""
+    """Estimate of the remaining duration of a run, from the pace of its latest part.
+
+    A part is some steps from one share to the next. The slowest one is left out where that makes the run shorter: in the first
+    ones much is done but once, such as loading code, for which a run of seconds must not be announced as one of hours.
+    """
 
     def __init__(self) -> None:
-        self._anchor: tuple[float, float] | None = None
+        self._begin: tuple[float, float] | None = None  # of the part, as (time, share)
+        self._last = self._slowest = (0.0, 0.0)  # report, and step, as (duration, gain)
+        self._steps = 0
         self._pause, self._announced_end = _PACE_S, 0.0
 
     def remaining(self, time: float, share: float) -> float | None:
-        """Return the remaining seconds where they should be announced: a long run, or one that takes longer than announced.
+        """Return the remaining seconds where they should be announced: a long run, or one for which other ones were announced.
 
         time: since the beginning of the run, in s; share: that is done.
         """
-        if self._anchor is None or share < self._anchor[1]:
-            self._anchor = time, share
-        duration, gain = time - self._anchor[0], share - self._anchor[1]
-        if duration < self._pause or not gain > 0:
+        if self._begin is None or share < self._last[1]:
+            self._begin_part(time, share)
+        if share > self._last[1]:
+            step = time - self._last[0], share - self._last[1]
+            self._last, self._slowest, self._steps = (time, share), max(self._slowest, step), self._steps + 1
+        pace = self._pace()
+        if pace is None:
             return None
-        remaining = (1 - share) * duration / gain
-        self._anchor, self._pause = (time, share), 2 * self._pause
-        expectation = max(self._announced_end - time, 0.0)
-        is_news = remaining > _LONG_S if not self._announced_end else max(remaining, 1.0) > _FACTOR * max(expectation, _LONG_S)
-        if not is_news:
+        remaining = (1 - share) * pace
+        self._begin_part(time, share)
+        self._pause *= 2
+        if not self._is_news(remaining, max(self._announced_end - time, 0.0)):
             return None
         self._announced_end = time + remaining
         return remaining
+
+    def _is_news(self, remaining: float, expectation: float) -> bool:
+        """True where remaining seconds differ from what is expected after the last announcement, or the run is a long one."""
+        if not self._announced_end:
+            return remaining > _LONG_S
+        return remaining > _FACTOR * max(expectation, _LONG_S) or remaining < _FALSE_ALARM * expectation
+
+    def _begin_part(self, time: float, share: float) -> None:
+        self._begin = self._last = time, share
+        self._slowest, self._steps = (0.0, 0.0), 0
+
+    def _pace(self) -> float | None:
+        """Return the seconds that the whole would take at the pace of the present part, None where it is too short for that."""
+        assert self._begin is not None
+        duration, gain = (last - first for last, first in zip(self._last, self._begin, strict=True))
+        if duration < self._pause * (_SINGLE_STEP if self._steps == 1 else 1.0):
+            return None
+        rest = duration - self._slowest[0], gain - self._slowest[1]
+        return min(duration / gain, rest[0] / rest[1] if self._steps > 1 else math.inf)
 
 
 class Progress:

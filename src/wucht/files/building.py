@@ -238,4 +238,4 @@ def _build_machine(document: Document, *parts: Any, places: Mapping[str, str], *
     except InputError as error:
         path = next((p for p in places if error.location.startswith(f"{p}.")), "")
         location = f"{places.get(path, path)}{error.location.removeprefix(path)}"
-        raise InputError(location, error.value, error.explanation).with_prefix("machine") from None
+        raise InputError(location, error.value, error.explanation, code=error.code).with_prefix("machine") from None

@@ -150,7 +150,7 @@ def _used_file(description: Document, path: Path, key: str, visited_paths: Seque
     try:
         used_path = locate(name, path.parent)
     except InputError as error:
-        raise InputError(f"{key}.use", name, error.explanation) from None
+        raise InputError(f"{key}.use", name, error.explanation, code=error.code) from None
     if used_path.resolve() in visited_paths:
         raise InputError(f"{key}.use", name, "these files use each other in a circle")
     return used_path

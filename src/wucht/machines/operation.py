@@ -21,6 +21,7 @@ from wucht.numerics.zeros_and_peaks import first_where
 
 MechanismT = TypeVar("MechanismT", bound=Mechanism)
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
+_DRIVEN_POINTS = 401  # speeds at which a drive is examined
 MOST_BODIES = 11  # of a machine whose states are searched
 LOWEST = 1e-3  # of the highest speed: lower end of a search
 DEFAULT_SPEED = 100.0  # rad/s, where neither natural frequencies nor drives determine a speed
@@ -77,6 +78,13 @@ def gives_torque(machine: Mechanism, rotor: RotatingBody) -> bool:
     drive, _ = shaft_torques(machine, rotor)
     torque, top = machine.function(drive, of=SPEED, modules="math"), operating_speed(machine)
     return any(float(torque(share * top)[0]) != 0.0 for share in (-1.0, 0.0, 0.37, 1.0))
+
+
+def is_driven(machine: Mechanism, rotor: RotatingBody, fastest: float) -> bool:
+    """True if the drives of a rotor turn it: they give a torque at standstill, or power at some speed up to ``fastest``."""
+    drive, _ = shaft_torques(machine, rotor)
+    torque, speeds = machine.function(drive, of=SPEED, modules="math"), np.linspace(-fastest, fastest, _DRIVEN_POINTS)
+    return float(torque(0.0)[0]) != 0.0 or any(float(torque(float(w))[0]) * w > 0 for w in speeds)
 
 
 def net_torque(machine: Mechanism, rotor: RotatingBody) -> Callable[[float], float]:

@@ -206,6 +206,8 @@ def steady_shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]
     still = dict.fromkeys((s for c in resting for s in (c.position, c.velocity)), sp.S.Zero)
     still |= {b.coordinate.velocity: SPEED for b in structure.bodies}
     steady = {state.state: state.steady for state in structure.internal}
-    drive, losses = zip(*(torques_on(structure.energies, v, arriving=True) for v in velocities), strict=True)
+    with_symbols = [(e, e.symbols) for e in structure.energies]
+    of_bodies = [(v, [e for e, symbols in with_symbols if v in symbols]) for v in velocities]
+    drive, losses = zip(*(torques_on(energies, v, arriving=True) for v, energies in of_bodies), strict=True)
     driving, braking = (sp.sympify(sp.Add(*torques).xreplace(steady).xreplace(still)) for torques in (drive, losses))
     return driving, braking

@@ -89,12 +89,11 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
     mass = sp.zeros(n, n)
     forces, potential_forces = [sp.S.Zero] * n, [sp.S.Zero] * n
     for part in parts:
-        active_indices = {
-            k for k in range(n) for e in (part.kinetic, part.potential, part.dissipation) if e.has(q[k]) or e.has(v[k])
-        }
-        for i in sorted(active_indices):
+        symbols = part.kinetic.free_symbols | part.potential.free_symbols | part.dissipation.free_symbols
+        active_indices = [k for k in range(n) if q[k] in symbols or v[k] in symbols]
+        for i in active_indices:
             momentum = sp.diff(part.kinetic, v[i])
-            for j in sorted(active_indices):
+            for j in active_indices:
                 inertia = sp.diff(momentum, v[j])
                 if inertia.free_symbols & set(v):
                     raise WuchtError(
@@ -236,7 +235,13 @@ def reaction(coordinate: Coordinate) -> sp.Symbol:
 
 def dissipated_power(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> sp.Expr:
     """The power lost: ``v . dR/dv`` of the linear dampers, minus the power of applied forces on the side ``lost``."""
-    damper_powers = [c.velocity * sp.diff(part.dissipation, c.velocity) for part in parts for c in coordinates]
+    damper_powers = [
+        c.velocity * sp.diff(part.dissipation, c.velocity)
+        for part in parts
+        for symbols in (part.dissipation.free_symbols,)
+        for c in coordinates
+        if c.velocity in symbols
+    ]
     return sp.Add(*damper_powers, *(-a.power for part in parts for a in part.applied_forces if a.energy_side == "lost"))
 
 

@@ -57,7 +57,13 @@ def linear_carrier(
             )
     origin = dict.fromkeys(q, sp.S.Zero)
     load = sp.ImmutableMatrix(len(q), 1, [-f.xreplace(origin) for f in forces])
-    coupling = tuple(sp.ImmutableMatrix(len(v), 1, [sp.diff(p, b.velocity) for p in momenta]) for b in bodies)
+    # Only the parts of a body have its velocity: their number, not that of all parts, counts for each body.
+    kinetic = [(p.kinetic.xreplace(still), p.kinetic.free_symbols) for p in parts]
+    turning_parts = {b.velocity: [energy for energy, symbols in kinetic if b.velocity in symbols] for b in bodies}
+    coupling = tuple(
+        sp.ImmutableMatrix(len(v), 1, [sp.Add(*(sp.diff(energy, x, speed) for energy in energies)) for x in v])
+        for speed, energies in turning_parts.items()
+    )
     excitation = tuple(
         g.applyfunc(lambda e, b=b: first_harmonic(e - _mean(e, b.position), b.position))
         for g, b in zip(coupling, bodies, strict=True)

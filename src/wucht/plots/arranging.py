@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.4, 0.7
 _HANDLE, _BETWEEN = 3.2, 1.5  # of a legend: its line with the gap to the text, and the gap between columns
 _WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them are set in two columns
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _ROOM = 1.15  # of a panel's height: greatest length of the name of its scale
 _AT_END, _SHARE = 0.02, 0.3  # of the panel: from a line's end to the right edge, at most; of the page: widest name there
 
@@ -54,6 +55,9 @@ def arrange(figure: Figure) -> Figure:
 def _arrange(figure: Figure, sheet: Sheet) -> None:
     page, em = sheet.page, sheet.page.em
     _name_ends(figure, sheet)
+    for axis in figure.axes:
+        for scale in (axis.xaxis, axis.yaxis):
+            name_power(scale)
     beside = {axis: _legend(axis, entries, 0.0) for axis, entries in sheet.beside.items()}
     margins = _margins(sheet, beside)
     heading_height = em * (LINE * TITLE / page.font * len(sheet.heading.split("\n")) + 0.6 if sheet.heading else 0.3)
@@ -97,6 +101,27 @@ def _scales_beside(sheet: Sheet) -> dict[Axes, float]:
     for axis, place in places:
         widest[place] = max(widest.get(place, 0.0), sheet.right.get(axis, 0.0))
     return {axis: widest[place] for axis, place in places}
+
+
+def name_power(scale: Any) -> None:
+    """Put the power of ten of a scale's numbers into its name, before the unit: ``energy (10³ J)``; a scale has no other place.
+
+    It is a power of a thousand. Scales without a name have the numbers of another panel.
+    """
+    from matplotlib.ticker import ScalarFormatter
+
+    formatter, text = scale.get_major_formatter(), scale.get_label_text()
+    scale.get_offset_text().set_visible(False)
+    if not text or not isinstance(formatter, ScalarFormatter):
+        return
+    formatter.format_ticks(scale.get_majorticklocs())
+    _, _, exponent = formatter.get_offset().replace("\N{MINUS SIGN}", "-").partition("e")
+    if not exponent:
+        return
+    power = 3 * (int(exponent) // 3)
+    formatter.set_powerlimits((power, power))  # the same however many ticks there will be
+    factor, (name, _, unit) = f"10{str(power).translate(_SUPERSCRIPTS)}", text.rpartition(" (")
+    scale.set_label_text(f"{name} ({factor} {unit}" if name and unit.endswith(")") else f"{text} ({factor})")
 
 
 def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, list[tuple[float, float]]]:

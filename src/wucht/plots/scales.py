@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,9 +65,14 @@ def plain_decades(axis: Axis, alone: bool = False) -> None:
 
     alone: without numbers between the decades.
     """
-    axis.set_major_formatter(lambda value, _position: f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e"))
+    axis.set_major_formatter(lambda value, _position: power_text(value))
     if alone:
         axis.set_minor_formatter(lambda _value, _position: "")
+
+
+def power_text(value: float) -> str:
+    """A number to one digit with a power of ten: ``2e-5``."""
+    return re.sub(r"e([+-])0*(\d)", lambda e: f"e{e[1].replace('+', '')}{e[2]}", f"{value:.0e}")
 
 
 def decades_about(values: np.ndarray) -> tuple[float, float]:

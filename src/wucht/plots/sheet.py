@@ -130,8 +130,15 @@ def _add_panel(figure: Figure) -> Axes:
     axis.set_axisbelow(True)
     axis.tick_params(labelsize=current_page().font)  # ticks are made when the figure is written
     axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
-    axis.yaxis.get_offset_text().set(x=0.01, verticalalignment="top")  # inside: above it would be in the next panel
+    axis.ticklabel_format(useOffset=False)
     return axis
+
+
+def leading_clauses(sentence: str) -> str:
+    """The first clauses of a sentence, up to a semicolon, that fit on a line of a figure's title; at least one."""
+    clauses, page = sentence.split("; "), current_page()
+    beginnings = ["; ".join(clauses[:count]) for count in range(len(clauses), 0, -1)]
+    return next((text for text in beginnings if len(_lines(text, page, TITLE)) <= 1), beginnings[-1])
 
 
 def _heading(title: str, subtitle: str, page: Page) -> tuple[str, str]:

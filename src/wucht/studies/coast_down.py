@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -136,14 +136,14 @@ class Plan:
     held_reason: str = ""
 
 
-def prepare(spec: CoastDown, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` if the start does not fit the machine, or if nothing would turn."""
+def prepare(spec: CoastDown, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
+    """The plan. watch: called often. Raises ``InputError`` if the start does not fit the machine, or if nothing would turn."""
     coasting = without_drives(machine)
     initial = state_at_start(machine, coasting, spec.start)
     if spec.bodies != "held" and len(machine.rotors) > 1:
         reason = "no synchronous configuration of the rotors is stable"
         try:
-            states = states_in_configurations(driving_machine(machine), coasting, initial, spec.start)
+            states = states_in_configurations(driving_machine(machine), coasting, initial, spec.start, watch=watch)
         except InputError as error:
             states, reason = [], error.explanation
         if states:

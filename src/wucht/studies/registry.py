@@ -9,13 +9,14 @@ the module's name beside it, or a text ``template``; without any ``wucht new`` m
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.resources import files
 from importlib.util import find_spec
+from inspect import signature
 from textwrap import wrap
 from types import ModuleType
 from typing import Any
@@ -94,6 +95,13 @@ class Study:
                 raise WuchtError(f"the study {self.kind!r} ({self.package}): {name} must be a function")
 
     prepare = _part("prepare", "(spec, subject) -> plan.")
+
+    def plan(self, spec: Spec, subject: Any, watch: Callable[[], None]) -> Any:
+        """Prepare a study. watch: called before that, and often by a ``prepare`` that takes seconds and has this argument."""
+        watch()
+        prepare = self.prepare
+        return prepare(spec, subject, watch) if "watch" in signature(prepare).parameters else prepare(spec, subject)
+
     run = _part("run", "(plan, work) -> iterator of findings, each more complete than that before.")
     dataset = _part("dataset", "(plan, findings) -> Dataset.")
     figure = _part("figure", "Dataset -> Figure.")

@@ -10,6 +10,7 @@ import json
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,13 +128,13 @@ def _compute_result(
     register_accessor()
     start_time, study = clock.perf_counter(), study_of(spec.kind)
     study.check()
+    if announce is not None and (note := equations_note(subject)) is not None:
+        announce(note)  # first of all: with so many bodies the checks take seconds, too
     description = subject_of(spec).describe(subject)
     if description.dimensionless:
         spec.refuse_units()
     refuse_turns(spec, subject)
-    if announce is not None and (note := equations_note(subject)) is not None:
-        announce(note)
-    plan = study.prepare(spec, subject)
+    plan = study.plan(spec, subject, partial(Work(reporter=progress).report, 0.0, "preparation"))
     refuse_numbers(study.numbers(plan))
     solve = study.run  # loaded before units are read back, whose classes it defines
     question = question_of(spec, subject)

@@ -169,7 +169,7 @@ def _explain_dropped(error: InputError, dropped_keys: list[str]) -> InputError:
     reason = (
         f"the values of {', '.join(dropped_keys)} in the file were written for another kind of study and are ignored; use --set"
     )
-    return InputError(error.location, None, f"{error.explanation}; {reason} {error.location}=...")
+    return InputError(error.location, None, f"{error.explanation}; {reason} {error.location}=...", code=error.code)
 
 
 def _study_table(document: Document, settings: Mapping[str, Any]) -> tuple[Document, list[str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -16,7 +16,7 @@ from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, sense_of
+from wucht.machines.operation import free_speed, is_driven, operating_speed, sense_of
 from wucht.plots.sheet import new_figure
 from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_configurations
 from wucht.plots.style import COLOURS, GREY, mark_speeds
@@ -73,13 +73,16 @@ class Plan:
     search_range: tuple[float, float]
 
 
-def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the start does not fit the machine, or the shaft has no drive with a torque."""
+def prepare(spec: TorqueBalance, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
+    """The plan. Raises ``InputError`` where the start does not fit the machine, or the shaft has no drive with a torque.
+
+    watch: called often during the search for the configurations of several rotors.
+    """
     by_name = {r.name: r for r in machine.rotors}
     if spec.on is not None and spec.on not in by_name:
         raise InputError("study.on", spec.on, f"must be a rotor: {', '.join(by_name)}")
     rotor = machine.rotor if spec.on is None else by_name[spec.on]
-    steady = SteadyPhases.of(machine, spec.start, spec.bodies)
+    steady = SteadyPhases.of(machine, spec.start, spec.bodies, watch)
     if rotor.coordinate.prescribed_velocity is not None:
         reason = f"the drive gives {rotor.name!r} its speed, whatever torque that takes: there is no torque balance"
         advice = "study.kind = 'response' computes the required torque"
@@ -89,6 +92,10 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
         raise InputError(
             "machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance", code="no-drive"
         )
+    fastest = max(operating_speed(steady.machine), *map(abs, spec.range or (0.0, 0.0)))
+    if not is_driven(steady.machine, rotor, fastest):
+        reason = f"nothing drives {rotor.name!r}: its drives give no torque at standstill and no power at any speed"
+        raise InputError("machine.drive", None, f"{reason}, so that there is no torque to balance", code="no-drive")
     speeds = spec.range or shaft_speed_range(steady, rotor)
     curves = tuple(TorqueCurves(steady.machine, rotor, vibration, speeds, spec.points) for vibration in steady.curves)
     return Plan(steady, curves, speeds_in_sense(steady, rotor, speeds) if steady.torques is not None else speeds)

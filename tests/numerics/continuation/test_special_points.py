@@ -128,6 +128,17 @@ def test_both_branches_through_a_branch_point(along: Any) -> None:
     assert near.unknowns == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
+@pytest.mark.parametrize("slowness", [1.0, 1e-12, 1e-18, 1e-30])
+def test_an_equation_counts_however_slow_it_is(slowness: float) -> None:
+    """(x - 2 p)(x + p/2) = 0 as above, and y = x by a much slower equation than y + z = 0."""
+    Z = sp.Symbol("z", real=True)
+    equations = by_hand([(X - 2 * P) * (X + P / 2), sp.Float(slowness) * (Y - X), Y + Z], [X, Y, Z])
+    computed = BranchPoint.from_point(equations, np.zeros(4))
+    ways = np.array([[2.0, 2.0, -2.0, 1.0], [-0.5, -0.5, 0.5, 1.0]])
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    assert computed.tangents == pytest.approx(ways[np.argsort(-ways[:, -1])], abs=1e-7)
+
+
 def test_where_branches_do_not_cross() -> None:
     """x^2 + p^2 is an isolated point, x^2 - p a fold."""
     for rates in ([X**2 + P**2], [X**2]):

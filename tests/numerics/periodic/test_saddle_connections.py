@@ -226,3 +226,11 @@ def test_directions_of_a_saddle_are_those_of_its_own_units() -> None:
         assert other.leaving[by[1]] * scale[by[1]] == pytest.approx(1.0)
     with pytest.raises(RunError, match="more than one unstable direction"):
         Directions.from_jacobian(np.array([[0.1, 1.0], [-1.0, 0.1]]), np.ones(2))
+
+
+def test_a_state_without_part_in_the_leaving_direction_normalises_nothing() -> None:
+    """Saddles of a diagonal matrix: the other state has no part in either eigenvector."""
+    jacobian = np.diag([0.7, -1.0])
+    for by in ((1, 0), (0, 1)):
+        with np.errstate(all="raise"), pytest.raises(RunError, match="has turned too far"):
+            Directions.from_jacobian(jacobian, np.ones(2), by)

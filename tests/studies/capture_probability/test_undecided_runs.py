@@ -66,6 +66,22 @@ def test_it_ends_with_the_first_runs(monkeypatch: pytest.MonkeyPatch, one_by_one
     assert draw(result).get_axes()
 
 
+@pytest.mark.parametrize("decided", [0, 64])
+def test_a_single_value_has_a_bar_in_the_figure(monkeypatch: pytest.MonkeyPatch, decided: int) -> None:
+    """A band over one value has no width. Without an estimate nothing is named one; no mark is cut off at the rim."""
+    result = asked(monkeypatch, Undecided(decided), until=20.0).isel(parameter=[0])
+    figure = draw(result)
+    (axis,) = figure.get_axes()
+    bars = [band.get_paths()[0].get_extents() for band in axis.collections]
+    assert len(bars) == 1 + (not decided), "the band, and the share without a verdict"
+    low, high = axis.get_xlim()
+    for bar in bars:
+        assert bar.width > 0.005 * (high - low) and low < bar.x0 < 1.0 < bar.x1 < high
+    assert bars[0].y0 == result.low.values[0] and bars[0].y1 == result.high.values[0]
+    names = [text.get_text() for text in axis.get_legend().get_texts()]
+    assert ("estimate" in names) is bool(decided)
+
+
 @pytest.mark.parametrize("one_by_one", [False, True])
 def test_one_verdict_is_enough_to_go_on(monkeypatch: pytest.MonkeyPatch, one_by_one: bool) -> None:
     made = Undecided(decided=1)

@@ -16,7 +16,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.io import wavfile
 
 import wucht
-from wucht.fatigue.counting import rainflow
+from wucht.fatigue.counting import level_crossings, rainflow
 from wucht.studies.load_spectrum import computation
 from wucht.studies.load_spectrum import figure as load_figure
 from wucht.studies.load_spectrum.computation import Records
@@ -263,6 +263,14 @@ def test_levels_in_the_middle_of_a_hundred_classes_or_at_multiples_of_a_width() 
     assert computation._levels(values, 4.0, None).tolist() == [4.0, 8.0, 12.0], "an end that is a multiple belongs to them"
     assert computation._levels(values, 4.0, 1.0).tolist() == [5.0, 9.0]
     assert computation._levels(values, 5.0, 2.0).tolist() == [2.0, 7.0, 12.0]
+
+
+def test_no_level_is_lost_by_rounding() -> None:
+    """0.3/0.1 is a little less than 3, and 3 times 0.1 a little more than 0.3: the level at the end is crossed all the same."""
+    values = np.array([0.0, 0.3, 0.0])
+    assert computation._levels(values, 0.1, None) == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert level_crossings(values, computation._levels(values, 0.1, None)).tolist() == [0, 1, 1, 1]
+    assert computation._levels(-values, 0.1, None) == pytest.approx([-0.3, -0.2, -0.1, 0.0])
 
 
 def test_bars_stand_over_amplitudes_and_bear_what_each_does_of_the_damage() -> None:

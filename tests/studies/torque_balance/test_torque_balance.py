@@ -237,6 +237,10 @@ def test_one_of_two_exciters() -> None:
             refused("machine.drive", "fan", "response", code="prescribed"),
         ),
         ({}, None, refused("machine.drive", "fan", code="no-drive")),
+        ({}, INDUCTION | {"voltage": 0}, refused("machine.drive", "fan", code="no-drive")),
+        ({"range": [0, 900]}, SERIES | {"voltage": 0}, refused("machine.drive", "fan", code="no-drive")),
+        ({}, {"kind": "constant-torque", "torque": 0}, refused("machine.drive", "fan", code="no-drive")),
+        ({}, {"kind": "linear", "slope": 0.1, "no_load_speed": 0}, refused("machine.drive", "fan", code="no-drive")),
     ],
 )
 def test_refused(question: dict[str, Any], drive: Any, refusal: Refusal) -> None:

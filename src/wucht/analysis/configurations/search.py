@@ -22,7 +22,7 @@ from wucht.analysis.vibration import ForcedVibration
 from wucht.analysis.working_points import TorqueCurves
 from wucht.numerics.subdivision import Zeros, all_zeros
 
-MOST_BODIES = 4
+_MOST_PROVED = 4  # bodies, of whose states completeness is proved by subdivision
 _FEW_BODIES = 3  # whose states are searched by subdivision within seconds
 _SMALLEST = 1e-6  # of the ranges: smaller boxes are along a family, or around a state at a fold
 _BOXES = {1: 200_000, 2: 200_000, 3: 1_000_000, 4: 3_000_000}
@@ -110,7 +110,7 @@ def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: Cance
 
 def search(torques: SteadyTorques, low: float, high: float, watch: CancelCheck = None, prove: bool = True) -> StateSearch:
     """All states, the speed between low and high where it is not fixed. prove: by subdivision, also of four bodies."""
-    if torques.size <= (MOST_BODIES if prove else _FEW_BODIES):
+    if torques.size <= (_MOST_PROVED if prove else _FEW_BODIES):
         result = search_by_subdivision(torques, low, high, watch=watch)
         if result.complete:
             return result

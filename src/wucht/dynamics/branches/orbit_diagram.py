@@ -308,7 +308,8 @@ def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[Stor
         for side in (-1, 1)
     )
     speed = np.abs(ordinate) if subject.shows_rotor_speed else np.full(_PLACES, np.nan)
-    rotor_angle = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(tau))]) * orbit.period
+    # Multiplied by the first speed, the first angle is 0, too, or nan.
+    rotor_angle = np.cumsum([0.0 * speed[0], *((speed[1:] + speed[:-1]) / 2 * np.diff(tau))]) * orbit.period
     pieces = mesh.pieces(subject.observables(orbit.states.T, value)[0][:, None])[..., 0]
     whole = (
         abs(float((mesh.weights * (pieces @ mesh.basis.values.T)).sum())) * orbit.period

@@ -104,16 +104,19 @@ def states_in_configurations(
     return list(zip(configurations, configuration_labels(configurations), states, strict=True))
 
 
-def operating_states(machine: Machine, start: Mapping[str, Any]) -> tuple[OperatingState, ...]:
+def operating_states(
+    machine: Machine, start: Mapping[str, Any], watch: Callable[[], None] | None = None
+) -> tuple[OperatingState, ...]:
     """Return the states in which several rotors run: one for each stable synchronous configuration.
 
-    start: selects one where it gives phases. None where no configuration is stable. Raises ``InputError`` where
+    start: selects one where it gives phases. watch: called often. None where no configuration is stable. Raises ``InputError`` where
     configurations are not known, or the start does not fit the machine.
     """
     driven = machine_in_operation(machine)
     coasting = without_drives(driven)
     states = list[OperatingState]()
-    for _, label, resting in states_in_configurations(driven, coasting, state_at_start(driven, coasting, start), start):
+    initial = state_at_start(driven, coasting, start)
+    for _, label, resting in states_in_configurations(driven, coasting, initial, start, watch=watch):
         vibrating, _, reason = vibrating_state(machine_in_state(coasting, resting), resting, start, None)
         state = transfer_state(coasting, vibrating, driven)
         states.append(OperatingState(machine_in_state(driven, state), state, label, reason))

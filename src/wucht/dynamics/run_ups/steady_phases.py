@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from wucht.analysis.configurations.configuration import Configuration, RunningConfigurations
-from wucht.analysis.configurations.search import CancelCheck
 from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_branches
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import ForcedVibration
@@ -56,18 +55,25 @@ class SteadyPhases:
     held_reason: str = ""
 
     @classmethod
-    def of(cls, machine: Machine, start: Mapping[str, Any], bodies: Literal["steady", "held"] | None) -> SteadyPhases:
+    def of(
+        cls,
+        machine: Machine,
+        start: Mapping[str, Any],
+        bodies: Literal["steady", "held"] | None,
+        watch: Callable[[], None] | None = None,
+    ) -> SteadyPhases:
         """Return the bodies as requested, by default in steady phases where these are known; else as at the start.
 
         start: as in ``initial_state``; speeds and the carrier's start do not matter, and phases of several rotors select one of
-        their stable configurations. Raises ``InputError`` where it does not fit the machine, where bodies of a track overlap,
-        where steady phases are not known, and where the carrier is not linear.
+        their stable configurations. watch: called often while these are searched. Raises ``InputError`` where the start does
+        not fit the machine, where bodies of a track overlap, where steady phases are not known, and where the carrier is not
+        linear.
         """
         steady = machine.at(machine.breakpoints[-1])
         by_name, reason = angles_in(steady, initial_state(steady, start)), ""
         if bodies != "held" and (len(machine.rotors) > 1 or any(b.about is not None for b in machine.bodies)):
             try:
-                return cls._with_steady_phases(machine, steady, start)
+                return cls._with_steady_phases(machine, steady, start, watch)
             except InputError as error:
                 if bodies == "steady":
                     explanation = f"not possible here: {error.explanation}; {HELD_HINT}"
@@ -78,12 +84,14 @@ class SteadyPhases:
         return cls(steady, angles, ForcedVibration.of(steady, angles), held_reason=reason)
 
     @classmethod
-    def _with_steady_phases(cls, machine: Machine, steady: Machine, start: Mapping[str, Any]) -> SteadyPhases:
+    def _with_steady_phases(
+        cls, machine: Machine, steady: Machine, start: Mapping[str, Any], watch: Callable[[], None] | None
+    ) -> SteadyPhases:
         """Return the bodies in steady phases. Raises ``InputError`` where these are not known."""
         angles = np.zeros(len(steady.bodies))
         if len(machine.rotors) == 1:
             return cls(steady, angles, ForcedVibration.of(steady, angles), *steady_branches(machine))
-        running, stable = stable_configurations(machine, start)
+        running, stable = stable_configurations(machine, start, watch=watch)
         configurations = tuple(sorted((*running.unstable, *stable), key=lambda c: abs(c.speed)))
         branches = tuple(
             SteadyBranch(running.torques, c.state.phases, configuration_label=label)
@@ -195,7 +203,10 @@ def phases_at_start(machine: Machine, start: Mapping[str, Any]) -> dict[str, flo
 
 
 def stable_configurations(
-    machine: Machine, start: Mapping[str, Any], speeds: tuple[float, float] | None = None, watch: CancelCheck = None
+    machine: Machine,
+    start: Mapping[str, Any],
+    speeds: tuple[float, float] | None = None,
+    watch: Callable[[], None] | None = None,
 ) -> tuple[RunningConfigurations, tuple[Configuration, ...]]:
     """Return the configurations of several rotors, and the stable ones: one of them where the start gives phases.
 

@@ -34,7 +34,6 @@ _MOST_STEPS = 15
 _TOLERANCE = 1e-12
 _CORRECTION_ROUNDING = 1e-8  # corrections that small and no longer smaller are rounding
 _TOUCHING = 1e-8  # in units of scale: branches that pass each other more closely cross
-_FLAT = 1e-9  # of the largest: rates of an equation that are smaller are zero
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 
 
@@ -227,8 +226,7 @@ class BranchPoint:
         """
         scale = equations.scale
         jacobian = equations.values(unknowns)[1]
-        rates = np.abs(jacobian * scale).max(axis=1)
-        weights = 1 / np.where(rates > _FLAT * rates.max(), rates, rates.max() or 1.0)
+        weights = _equation_weights(equations, unknowns)
         left_vectors, _, right_vectors = np.linalg.svd(jacobian * scale * weights[:, None])
         w, null_basis = left_vectors[:, -1] * weights, right_vectors[-2:] * scale
         second = np.array([w @ _derivative_along(equations, unknowns, v) @ null_basis.T for v in null_basis])
@@ -283,13 +281,7 @@ def _singular_solution(equations: EquilibriumEquations, unknowns: np.ndarray) ->
     The unknowns are X, b, w. Raises ``RunError`` where Newton's method does not converge from the given X (n+1,).
     """
     n, scale, slack = equations.n, equations.scale, 0.0
-    # Equations of very different rates are scaled separately: at a branch point first derivatives alone may vanish.
-    rates = np.abs(
-        np.concatenate(
-            [equations.values(unknowns)[1] * scale, *np.moveaxis(_second_derivatives(equations, unknowns), 1, 0)], axis=1
-        )
-    ).max(axis=1)
-    weights = 1 / np.where(rates > 0, rates, 1.0)[:, None]
+    weights = _equation_weights(equations, unknowns)[:, None]
     if not np.isfinite(weights).all():
         raise RunError("Newton's method for a branch point fails: the equations cannot be evaluated there")
     w = np.linalg.svd(equations.values(unknowns)[1] * scale * weights)[0][:, -1]
@@ -317,6 +309,16 @@ def _singular_solution(equations: EquilibriumEquations, unknowns: np.ndarray) ->
             break
         before = change
     raise RunError("Newton's method does not converge to a branch point")
+
+
+def _equation_weights(equations: EquilibriumEquations, unknowns: np.ndarray) -> np.ndarray:
+    """Return the weights (n,) by which equations of very different rates become of one size.
+
+    At a branch point first derivatives alone may vanish, so that the second ones count, too.
+    """
+    first, second = equations.values(unknowns)[1] * equations.scale, _second_derivatives(equations, unknowns)
+    rates = np.abs(np.concatenate([first, *np.moveaxis(second, 1, 0)], axis=1)).max(axis=1)
+    return np.asarray(1 / np.where(rates > 0, rates, 1.0))
 
 
 def _second_derivatives(equations: EquilibriumEquations, unknowns: np.ndarray) -> np.ndarray:

@@ -9,12 +9,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.sheet import legend_above, legend_beside, new_grid
+from wucht.plots.sheet import leading_clauses, legend_above, legend_beside, new_grid
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import parameter_in_words, with_unit
 
 _BAR = 0.36
+_RIM = 0.015  # of the range of the parameter: at its ends, and the bar of a single value
 _LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("total", 0.5, COLOURS[5], "", "with interactions"))
 
 
@@ -24,7 +25,7 @@ def figure(result: xr.Dataset) -> Figure:
     has_indices = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
     runs = f"{s['samples']} runs at each value, {s['runs']} in all"
     if s.get("advice") is not None:
-        runs = result.attrs["sentence"]
+        runs = leading_clauses(result.attrs["sentence"])
     fig, panels = new_grid(1 + has_indices, result.attrs["title"], runs, columns=1 + has_indices, heights=2.8)
     _draw_probability(panels[0], result, s)
     (legend_above if has_indices else legend_beside)(panels[0])
@@ -37,13 +38,18 @@ def _draw_probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None
     x, estimate, open_ = (result[n].values for n in ("parameter", "estimate", "not_identified"))
     is_from_search, blue = result.searched.values.astype(bool), COLOURS[0]
     band = f"{100 * s['confidence']:g} % confidence"
-    axis.fill_between(x, result.low.values, result.high.values, color=blue, alpha=0.25, linewidth=0, label=band)
+    _fill(axis, x, result.low.values, result.high.values, s["range"], color=blue, alpha=0.25, linewidth=0, label=band)
     if open_.any():
         look: dict[str, Any] = {"hatch": "xxx", "linewidth": 0}
         counted_share = np.nan_to_num(estimate) * (1 - open_)
-        axis.fill_between(x, counted_share, counted_share + open_, facecolor="none", edgecolor=GREY, label="no verdict", **look)
+        look |= {"facecolor": "none", "edgecolor": GREY, "label": "no verdict"}
+        _fill(axis, x, counted_share, counted_share + open_, s["range"], **look)
     axis.plot(x, estimate, color=blue, linewidth=1.1)
-    classes = ((~is_from_search, "o", blue, "estimate"), (is_from_search, "D", "white", "of the search"))
+    is_finite = np.isfinite(estimate)
+    classes = (
+        (is_finite & ~is_from_search, "o", blue, "estimate"),
+        (is_finite & is_from_search, "D", "white", "of the search"),
+    )
     draw_classes(axis, x, estimate, classes, color=blue, markersize=3.5)
     if s["wanted"] is not None:
         axis.axhline(s["wanted"], color=GREY, linestyle=":", linewidth=1.1, label=f"target: {s['wanted']:g}")
@@ -51,8 +57,18 @@ def _draw_probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None
         symbol = "" if "." in s["along"] else f"{s['along']} = "
         value_text = f"{symbol}{s['smallest']:.4g} {s['unit']}".rstrip()
         axis.axvline(s["smallest"], color=COLOURS[1], linestyle="--", linewidth=1.1, label=f"reached at {value_text}")
-    axis.set(ylim=(-0.03, 1.03), ylabel="probability of\n" + " or ".join(s["outcome"]), xlim=s["range"])
+    low, high = s["range"]
+    rim = _RIM * (high - low)  # points at the ends are shown whole
+    axis.set(ylim=(-0.03, 1.03), ylabel="probability of\n" + " or ".join(s["outcome"]), xlim=(low - rim, high + rim))
     axis.set_xlabel(with_unit(parameter_in_words(s["along"], str(result.parameter.attrs["long_name"])), s["unit"]))
+
+
+def _fill(axis: Axes, x: np.ndarray, low: np.ndarray, high: np.ndarray, ends: list[float], **look: Any) -> None:
+    """Fill a band over values (N,) of the parameter; of a single value, which has no width, a bar of some."""
+    if len(x) == 1:
+        half = _RIM / 2 * (ends[1] - ends[0])
+        x, low, high = np.r_[x - half, x + half], np.repeat(low, 2), np.repeat(high, 2)
+    axis.fill_between(x, low, high, **look)
 
 
 def _draw_indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:

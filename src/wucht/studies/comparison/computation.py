@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -148,12 +148,15 @@ class Plan:
     cases: tuple[Case, ...]
 
 
-def prepare(spec: Comparison, subject: ComparedVariants) -> Plan:
-    """Return the plan. Raises ``InputError`` where no variant is valid; errors of single variants are recorded."""
+def prepare(spec: Comparison, subject: ComparedVariants, watch: Callable[[], None]) -> Plan:
+    """Return the plan. Raises ``InputError`` where no variant is valid; errors of single variants are recorded.
+
+    watch: called often.
+    """
     cases, errors = [], list[InputError]()
     for variant in subject.variants:
         try:
-            cases.append(_case(variant))
+            cases.append(_case(variant, watch))
         except InputError as error:
             errors.append(error)
             cases.append(Case(variant, None, None, str(error)))
@@ -162,7 +165,7 @@ def prepare(spec: Comparison, subject: ComparedVariants) -> Plan:
     return Plan(spec, subject.title, tuple(cases))
 
 
-def _case(variant: Variant) -> Case:
+def _case(variant: Variant, watch: Callable[[], None]) -> Case:
     study_file = variant.study_file
     if study_file is None:
         return Case(variant, None, None, variant.refusal)
@@ -171,7 +174,7 @@ def _case(variant: Variant) -> Case:
         if variant.dimensionless:
             study_file.spec.refuse_units()
         refuse_turns(study_file.spec, study_file.subject)
-        return Case(variant, study, study.prepare(study_file.spec, study_file.subject), "")
+        return Case(variant, study, study.plan(study_file.spec, study_file.subject, watch), "")
     except InputError as error:
         raise error.with_file(study_file.path) from None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from wucht.dynamics.run_ups.drive_losses import case_without_drive, check_drives
@@ -42,14 +42,14 @@ class Plan:
     reason: str = ""
 
 
-def prepare(spec: DriveFailure, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where fewer than two rotors are driven, and where the start does not fit the machine."""
+def prepare(spec: DriveFailure, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
+    """The plan. watch: called often. Raises ``InputError`` where fewer than two rotors are driven, and where the start does not fit the machine."""
     check_drives(machine)
     driven, settings, reason = machine_in_operation(machine), spec.operation_settings, ""
     if spec.begin != "rest":
         reason = "no synchronous configuration of the rotors is stable"
         try:
-            states = operating_states(machine, spec.start)
+            states = operating_states(machine, spec.start, watch)
         except InputError as error:
             if error.key.startswith("study.start"):
                 raise

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.scales import name_speeds, printed_values
-from wucht.plots.sheet import draw_panels, legend_beside
+from wucht.plots.sheet import draw_panels, leading_clauses, legend_beside
 from wucht.plots.style import BAR_STYLES, COLOURS, line_style
 from wucht.results.formatting import abscissa_label, label
 
@@ -34,7 +34,10 @@ def figure(result: xr.Dataset) -> Figure:
         return draw_panels(result, [_nothing])[0]
     count = min(result.sizes["case"], _MOST_CASES)
     panels: list[Callable[[Axes, Any], None]] = [partial(_speeds, k) for k in range(count)]
-    fig, axes = draw_panels(result, [*panels, _amplitudes, _torques], legend_beside, columns=1, heights=1.5)
+    fig, axes = draw_panels(
+        result, [*panels, _amplitudes, _torques], legend_beside, subtitle=leading_clauses(result.attrs["sentence"]),
+        columns=1, heights=1.5,
+    )  # fmt: skip
     for axis in axes[1:-1]:
         axis.sharex(axes[0])
     axes[0].set_xlim(*_limits(result))

@@ -120,6 +120,7 @@ MACHINE_OR_RECORDS = MachineOrRecords()
 
 
 _FEWEST_SAMPLES_A_CYCLE = 10.0
+_ROUNDING = 1e-9  # of the distance of two levels
 _MOST_CLASSES = 10_000
 MOST_ROWS, _CLASSES = 1000, 100  # ranges listed without classes, and classes where there are more
 
@@ -269,5 +270,5 @@ def _levels(values: np.ndarray, width: float | None, reference: float | None) ->
         step = (high - low) / _CLASSES
         return np.asarray(low + step * (np.arange(_CLASSES) + 0.5))
     origin = reference or 0.0
-    first, last = np.ceil((low - origin) / width), np.floor((high - origin) / width)
-    return np.asarray(origin + width * np.arange(first, last + 1))
+    first, last = np.ceil((low - origin) / width - _ROUNDING), np.floor((high - origin) / width + _ROUNDING)
+    return np.clip(origin + width * np.arange(first, last + 1), low, high)

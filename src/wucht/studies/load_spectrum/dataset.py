@@ -225,7 +225,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(("between", f"{s['min']:.5g} and {s['max']:.5g}{unit}"))
         rows = sorted(s["spectrum"], key=lambda row: -row["range"])
         for name, row in zip(["range"] + [""] * _MOST_RANGES, rows[:_MOST_RANGES], strict=False):
-            lines.append((name, f"{row['range']:.5g}{unit}, mean {row['mean']:.5g}: {row['count']:.10g}"))
+            lines.append((name, f"{row['range']:.5g}{unit}, mean {row['mean']:.5g}{unit}: {row['count']:.10g}"))
         if len(rows) > _MOST_RANGES:
             lines.append(("", f"and {len(rows) - _MOST_RANGES} smaller ones"))
     if s["damage"] is not None:

@@ -13,7 +13,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
+from wucht.plots.scales import power_text
+from wucht.plots.sheet import labelled_handles, leading_clauses, legend_above, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import bodies_in_words, with_unit
 
@@ -44,7 +45,7 @@ def figure(result: xr.Dataset) -> Figure:
     pairs = list(combinations(varying_objectives, 2)) or [(varying_objectives[0], varying_objectives[0])]
     curve = "damping" in result.coords
     count = len(pairs) + curve
-    fig, axes = new_grid(count, result.attrs["title"], s["sentence"], columns=min(2, count))
+    fig, axes = new_grid(count, result.attrs["title"], leading_clauses(s["sentence"]), columns=min(2, count))
     for axis, (x, y) in zip(axes, pairs, strict=False):
         _plane(axis, result, s, objectives, x, y)
     if curve:
@@ -138,5 +139,5 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
 def _one_two_five(ticks: Axis) -> None:
     """Set labels at 1, 2 and 5 of each decade, as plain numbers."""
     ticks.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ticks.set_major_formatter(lambda value, _position: f"{value:g}" if value >= _SMALL else f"{value:.0e}".replace("e-0", "e-"))
+    ticks.set_major_formatter(lambda value, _position: f"{value:g}" if value >= _SMALL else power_text(value))
     ticks.set_minor_formatter(NullFormatter())

@@ -34,13 +34,16 @@ class Plan:
     points: int
 
 
-def prepare(spec: Response, machine: Machine) -> Plan:
-    """Return the plan. Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate."""
+def prepare(spec: Response, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
+    """Return the plan. Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate.
+
+    watch: called often during the search for the configurations of several rotors.
+    """
     if not machine.free_carrier:
         requirement = "nothing is free to vibrate: a response needs a carrier on springs, and this one is"
         carrier_state, code = ("fixed", "fixed") if machine.shaken_coordinate is None else ("moved as prescribed", "prescribed")
         raise InputError("machine.carrier", None, f"{requirement} {carrier_state}", code=code)
-    steady = SteadyPhases.of(machine, spec.start, spec.bodies)
+    steady = SteadyPhases.of(machine, spec.start, spec.bodies, watch)
     return Plan(steady, spec.range or _speed_range(steady.machine), spec.points)
 
 

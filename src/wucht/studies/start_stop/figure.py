@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.scales import name_speeds, printed_values
-from wucht.plots.sheet import legend_beside, new_figure
+from wucht.plots.sheet import leading_clauses, legend_beside, new_figure
 from wucht.plots.style import COLOURS, line_style, mark_levels
 from wucht.results.formatting import abscissa_label, with_unit
 
@@ -24,7 +24,7 @@ _KILO = 1e4  # J: from there on in kJ
 def figure(result: xr.Dataset) -> Figure:
     """Draw panels over the time of the cycle, from the Dataset alone."""
     panels = [_speeds, _amplitude, _energy, *([_damage] if "damage_course" in result else [])]
-    fig, axes = new_figure(len(panels), result.attrs["title"], result.attrs["sentence"], 1.6)
+    fig, axes = new_figure(len(panels), result.attrs["title"], leading_clauses(result.attrs["sentence"]), 1.6)
     summary = result.wucht.summary
     for draw, axis in zip(panels, axes, strict=True):
         axis.axvline(summary["switch_off_time"], label="switched off" if axis is axes[0] else None, **_OFF)
