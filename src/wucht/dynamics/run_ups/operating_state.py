@@ -109,8 +109,8 @@ def operating_states(
 ) -> tuple[OperatingState, ...]:
     """Return the states in which several rotors run: one for each stable synchronous configuration.
 
-    start: selects one where it gives phases. watch: called often. None where no configuration is stable. Raises ``InputError`` where
-    configurations are not known, or the start does not fit the machine.
+    start: selects one where it gives phases. watch: called often. None where no configuration is stable. Raises
+    ``InputError`` where configurations are not known, or the start does not fit the machine.
     """
     driven = machine_in_operation(machine)
     coasting = without_drives(driven)

@@ -43,7 +43,10 @@ class Plan:
 
 
 def prepare(spec: DriveFailure, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
-    """The plan. watch: called often. Raises ``InputError`` where fewer than two rotors are driven, and where the start does not fit the machine."""
+    """The plan. watch: called often.
+
+    Raises ``InputError`` where fewer than two rotors are driven, and where the start does not fit the machine.
+    """
     check_drives(machine)
     driven, settings, reason = machine_in_operation(machine), spec.operation_settings, ""
     if spec.begin != "rest":
