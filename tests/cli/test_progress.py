@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from wucht.cli import progress
+from wucht.dynamics.work import PREPARATION
 
 
 class Terminal(io.StringIO):
@@ -139,6 +140,17 @@ def test_a_short_step_of_little_use_does_not_make_a_run_long() -> None:
 def test_equal_shares_say_nothing_of_the_pace() -> None:
     """A search whose duration is unknown reports the same share again and again."""
     assert first_remaining(progress.Forecast(), *((0.1 * k, 0.3) for k in range(100))) is None
+
+
+@pytest.mark.parametrize(("label", "lines"), [(PREPARATION, 1), ("settling", 2)])
+def test_a_preparation_is_shown_without_a_forecast(monkeypatch: pytest.MonkeyPatch, label: str, lines: int) -> None:
+    made, written = shown(monkeypatch, 1.0)
+    with made:
+        begin = progress.time.perf_counter()
+        made.update(0.0, label)
+        monkeypatch.setattr(progress.time, "perf_counter", lambda: begin + 9.0)
+        made.update(0.001, "settling")
+    assert len(written.getvalue().splitlines()) == lines
 
 
 def test_what_a_run_will_take_is_a_line_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -179,4 +179,4 @@ def test_a_long_preparation_reports_its_progress(monkeypatch: pytest.MonkeyPatch
         labels.clear()
         with pytest.raises(KeyboardInterrupt):
             run(spec, machine, progress=stop)
-        assert labels == ["preparation"] * 3, "once before it, and during it"
+        assert labels == ["preparation"] * 3, "before the equations are averaged, and during the search"

@@ -9,6 +9,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from wucht.dynamics.work import PREPARATION
 from wucht.file_names import printable
 
 if TYPE_CHECKING:
@@ -119,6 +120,8 @@ class Progress:
 
             description = f"{self._title}: {label}" if label else self._title
             self._bar.update(self._bar.task_ids[0], completed=share, description=escape(description))
+        if label == PREPARATION:
+            return
         remaining = self._forecast.remaining(time.perf_counter() - self._start_time, share)
         if remaining is not None:
             self.announce(f"up to about {duration_in_words(remaining)} to go, at the pace so far")

@@ -15,6 +15,7 @@ P = ParamSpec("P")
 Report = Callable[[float, str], None]  # the share that is done (0 to 1), and the current activity
 TaskReport = Callable[[float], None]  # the share of a task that is done, 0 to 1; may raise ``KeyboardInterrupt``
 Task = Callable[[TaskReport], T]
+PREPARATION = "preparation"  # the activity before a run, whose time is none of its pace
 
 
 class Memory(Protocol):

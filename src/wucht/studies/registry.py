@@ -96,9 +96,8 @@ class Study:
 
     prepare = _part("prepare", "(spec, subject) -> plan.")
 
-    def plan(self, spec: Spec, subject: Any, watch: Callable[[], None]) -> Any:
-        """Prepare a study. watch: called before that, and often by a ``prepare`` that takes seconds and has this argument."""
-        watch()
+    def plan(self, spec: Spec, subject: Any, watch: Callable[[], None] | None) -> Any:
+        """Prepare a study. watch: called often by a ``prepare`` that takes seconds, and has this argument."""
         prepare = self.prepare
         return prepare(spec, subject, watch) if "watch" in signature(prepare).parameters else prepare(spec, subject)
 

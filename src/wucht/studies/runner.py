@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.work import Report, Work
+from wucht.dynamics.work import PREPARATION, Report, Work
 from wucht.errors import InputError, WuchtError
 from wucht.plots.arranging import arrange
 from wucht.plots.page import PRINT, Page, page_context
@@ -134,7 +134,7 @@ def _compute_result(
     if description.dimensionless:
         spec.refuse_units()
     refuse_turns(spec, subject)
-    plan = study.plan(spec, subject, partial(Work(reporter=progress).report, 0.0, "preparation"))
+    plan = study.plan(spec, subject, partial(Work(reporter=progress).report, 0.0, PREPARATION))
     refuse_numbers(study.numbers(plan))
     solve = study.run  # loaded before units are read back, whose classes it defines
     question = question_of(spec, subject)

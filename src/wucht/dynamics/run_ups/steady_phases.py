@@ -91,6 +91,8 @@ class SteadyPhases:
         angles = np.zeros(len(steady.bodies))
         if len(machine.rotors) == 1:
             return cls(steady, angles, ForcedVibration.of(steady, angles), *steady_branches(machine))
+        if watch is not None:
+            watch()  # the equations that are searched take a while, too
         running, stable = stable_configurations(machine, start, watch=watch)
         configurations = tuple(sorted((*running.unstable, *stable), key=lambda c: abs(c.speed)))
         branches = tuple(

@@ -148,7 +148,7 @@ class Plan:
     cases: tuple[Case, ...]
 
 
-def prepare(spec: Comparison, subject: ComparedVariants, watch: Callable[[], None]) -> Plan:
+def prepare(spec: Comparison, subject: ComparedVariants, watch: Callable[[], None] | None = None) -> Plan:
     """Return the plan. Raises ``InputError`` where no variant is valid; errors of single variants are recorded.
 
     watch: called often.
@@ -165,7 +165,7 @@ def prepare(spec: Comparison, subject: ComparedVariants, watch: Callable[[], Non
     return Plan(spec, subject.title, tuple(cases))
 
 
-def _case(variant: Variant, watch: Callable[[], None]) -> Case:
+def _case(variant: Variant, watch: Callable[[], None] | None) -> Case:
     study_file = variant.study_file
     if study_file is None:
         return Case(variant, None, None, variant.refusal)
