@@ -31,6 +31,7 @@ from wucht.plots.style import COLOURS
 from wucht.results.formatting import ReportLines, formats, label, report_lines
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.runner import draw, export, load, report, run
 from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolerance, Values, Whole
 
@@ -48,6 +49,7 @@ __all__ = [
     "Load",
     "Machine",
     "Motion",
+    "NextQuestion",
     "Outcome",
     "Pair",
     "Part",

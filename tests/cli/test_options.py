@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from tests import refusals
 
-from wucht.cli.list import _cells, _rows
+from wucht.cli.list_name import _cells, _rows
 from wucht.cli.options import Format, parse_lists, parse_settings, unique_formats
 from wucht.cli.surroundings import check_environment
 from wucht.files.documents import DEEPEST

@@ -62,7 +62,7 @@ def bases() -> dict[str, dict[str, Any]]:
 @cache
 def schema() -> dict[str, list[tuple[str, str]]]:
     """The keys of studies and parts with what they allow, by kind."""
-    from wucht.cli.list import kinds
+    from wucht.cli.list_name import kinds
     from wucht.schema import keys_of
     from wucht.studies.registry import studies
 

@@ -7,7 +7,7 @@ import re
 import pytest
 from pydantic import BaseModel, Field
 
-from wucht.cli.list import kinds
+from wucht.cli.list_name import kinds
 from wucht.errors import InputError
 from wucht.files.equal_bodies import keys_in_files
 from wucht.schema import TableModel, keys_of, models_in, prose_of, si

@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 from pydantic import Field
 
-from wucht.cli.list import kinds
+from wucht.cli.list_name import kinds
 from wucht.schema import Key, TableModel, keys_of, si
 from wucht.studies.registry import studies
 

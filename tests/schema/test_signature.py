@@ -19,7 +19,7 @@ from pydantic import Field
 from tests.refusals import refused
 
 import wucht
-from wucht.cli.list import kinds
+from wucht.cli.list_name import kinds
 from wucht.errors import InputError
 from wucht.machines import parts
 from wucht.schema import SI, TableModel, fields_of, keys_of, prose_of, si, unit_of

@@ -11,6 +11,8 @@ import typer
 from wucht.cli.options import DEFAULT_STYLE, FormatOption, Imports, StyleOption
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from wucht.studies.study_file import StudyFile
 
 _LONGEST = 80  # letters in a folder's name
@@ -34,6 +36,7 @@ def compare(
     import_: Imports = None,
 ) -> None:
     """Set several machines, variants or results side by side: a table of their summaries, and one figure."""
+    from wucht.cli.next_command import next_command
     from wucht.cli.run import run_and_print
 
     def read_question() -> StudyFile:
@@ -42,8 +45,11 @@ def compare(
 
         return read_comparison(of, parse_settings(set_ or []), parse_lists(vary or []))
 
+    def follow_up(study_file: StudyFile, result: xr.Dataset, folder: Path) -> str:
+        return next_command(study_file, result, folder, None, [], [])
+
     folder = out or _folder([*of, *(v.partition("=")[0] for v in vary or [])])
-    run_and_print(", ".join(of), read_question, folder, as_json, csv, resume, style=style, format_=format_)
+    run_and_print(", ".join(of), read_question, follow_up, folder, as_json, csv, resume, style=style, format_=format_)
 
 
 def _folder(names: list[str]) -> Path:

@@ -20,7 +20,7 @@ _PACKAGE = Path(__file__).parent.parent
 _CATALOGUE = _PACKAGE / "machines" / "catalogue"
 _LONGEST_CHAIN = 20  # of files, each of which uses the next
 _STUDY_COMMANDS = ("run", "equations", "compare")
-_CATALOGUE_COMMANDS = (*_STUDY_COMMANDS, "new")
+_CATALOGUE_COMMANDS = (*_STUDY_COMMANDS, "new", "list")
 
 
 def words(line: str) -> list[str]:

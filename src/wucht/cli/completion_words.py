@@ -12,7 +12,7 @@ def gather_words() -> dict[str, Any]:
     default: kind of study; studies: the keys of each and the values they allow; parts: the quantities of each kind.
     """
     from wucht.cli.completion import Shell
-    from wucht.cli.list import kinds
+    from wucht.cli.list_name import kinds
     from wucht.cli.options import Format, Style
     from wucht.schema import keys_of
     from wucht.studies.registry import studies

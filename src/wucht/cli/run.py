@@ -37,17 +37,23 @@ def run(
     import_: Imports = None,
 ) -> None:
     """Run a study and report its outcome."""
+    from wucht.cli.next_command import next_command
     from wucht.cli.options import parse_settings
     from wucht.studies.study_file import read_study
 
+    def follow_up(study_file: StudyFile, result: xr.Dataset, folder: Path) -> str:
+        return next_command(study_file, result, folder, study, set_ or [], import_ or [])
+
     run_and_print(
-        study, lambda: read_study(study, parse_settings(set_ or [])), out, as_json, csv, resume, scheduler, style, format_
-    )
+        study, lambda: read_study(study, parse_settings(set_ or [])), follow_up, out, as_json, csv, resume, scheduler, style,
+        format_,
+    )  # fmt: skip
 
 
 def run_and_print(
     study: str,
     read_question: Callable[[], StudyFile],
+    follow_up: Callable[[StudyFile, xr.Dataset, Path], str],
     out: Path | None,
     as_json: bool = False,
     csv: bool = False,
@@ -56,7 +62,11 @@ def run_and_print(
     style: Style = DEFAULT_STYLE,
     format_: list[Format] | None = None,
 ) -> None:
-    """Answer the question that is read, write the files and print the report. study: its name; out: the folder, if given."""
+    """Answer the question that is read, write the files and print the report.
+
+    study: its name; follow_up: a command that could follow, of the question, its result and its folder; out: the folder, if
+    given.
+    """
     from wucht.cli.progress import Progress
     from wucht.cli.surroundings import interrupt_check
     from wucht.results.formatting import units_in_print
@@ -114,6 +124,8 @@ def run_and_print(
         for warning in accessor.warnings:
             typer.echo(f"warning: {units_in_print(warning)}", err=True)
         typer.echo(f"files: {folder}/{', '.join(names)}")
+        if result.attrs["finished"]:
+            typer.echo(f"next: {follow_up(study_file, result, folder)}")
     if result.attrs["failure"]:
         sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed so far is in {folder}\n")
         raise typer.Exit(1)

@@ -273,7 +273,7 @@ def _draw(axis: Axes, shape: MachineShape) -> None:
     for rotor in shape.rotors:
         _draw_rotor(axis, rotor, unit)
     for name, x, y in shape.attachments:
-        if x is not None:
+        if x is not None and y is not None:
             axis.plot([x], [y], marker="s", markersize=5, color=COLOURS[1], zorder=6)
             axis.annotate(name, (x, y), (0, -9), textcoords="offset points", **_CENTRED, zorder=8)
     lines = [name for name, x, _ in shape.attachments if x is None] + ["prescribed motion"] * shape.shaken

@@ -21,6 +21,7 @@ from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, result_dataset
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import Spec, Whole
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ class CamLaw(Spec):
     """Motion of the output of a cam drive over the cam angle."""
 
     kind: ClassVar[str] = "cam-law"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("the cam that does it, checked and ready to mill", {"study.kind": "cam-contour"}),
+    )
     solves: ClassVar[str] = "motion over the cam angle: no speed is assumed"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "position"), ("cam_angle", "acceleration"))

@@ -46,6 +46,7 @@ from wucht.results.formatting import ReportLines, abscissa_label
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
 
 if TYPE_CHECKING:
@@ -58,6 +59,10 @@ class CoastDown(Spec):
     """Let the machine run without its drives; loads, bearings and dampers remain."""
 
     kind: ClassVar[str] = "coast-down"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("speed", "amplitude"))
     solves: ClassVar[str] = FULL_EQUATIONS
 

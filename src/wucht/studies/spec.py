@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_
 
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.schema import TableModel, Unit, read_quantity, unit_of
+from wucht.studies.next_question import NextQuestion
 
 FULL_EQUATIONS, AVERAGED_EQUATIONS = "full equations of motion", "averaged equations"  # wording of ``assumptions``
 
@@ -28,6 +29,7 @@ class Spec(TableModel):
     without_inertia: true if averaged equations omit the inertia of balancing bodies by default, provided all are damped.
     solves: the equations, if the study itself determines them: see ``equations``.
     from_start: true if it runs the machine from ``start``: the places of bodies without an entry there are then assumed.
+    next_questions: what could be asked after it, the first that follows from its answer being proposed.
     """
 
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
@@ -39,6 +41,7 @@ class Spec(TableModel):
     without_inertia: ClassVar[bool] = False
     solves: ClassVar[str] = ""
     from_start: ClassVar[bool] = False
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = ()
 
     _raw_values: dict[str, Any] = PrivateAttr(default_factory=dict)
 

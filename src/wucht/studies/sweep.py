@@ -39,6 +39,7 @@ from wucht.results.formatting import ReportLines, label, parameter_in_words, pri
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import Composite, Parameter, Unit, composite, read_quantity
 from wucht.studies.motion_variables import parameter_values
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Value
 
 if TYPE_CHECKING:
@@ -53,6 +54,14 @@ class Sweep(Spec):
     """Move the parameter ``along``, the swept parameter, through ``range``, so slowly that the machine follows."""
 
     kind: ClassVar[str] = "sweep"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion(
+            "all branches of steady operation, also those that a sweep jumps over",
+            {"study.kind": "speed-curve", "study.along": "{along}", "study.range": "{range}"},
+        ),
+        NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
     solves: ClassVar[str] = FULL_EQUATIONS
     from_start: ClassVar[bool] = True

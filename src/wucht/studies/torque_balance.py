@@ -24,6 +24,7 @@ from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
 if TYPE_CHECKING:
@@ -36,6 +37,10 @@ class TorqueBalance(Spec):
     """The drive's characteristic, the load line and the vibration torque over the speed, and the working points."""
 
     kind: ClassVar[str] = "torque-balance"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "drive_torque"), ("speed", "surplus_torque"))
     solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, Start, Tolerance, Whole
 
 MOST_RUNS = 5000
@@ -29,6 +30,9 @@ class Activation(Spec):
     """Run up with switchable pendulums: the peak amplitude over their relative orientation and over their activation speed."""
 
     kind: ClassVar[str] = "activation"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("curve_speed", "curve_amplitude"),)
     solves: ClassVar[str] = FULL_EQUATIONS
 

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import (
     AVERAGED_EQUATIONS,
     DEFAULT_TOLERANCE,
@@ -41,6 +42,9 @@ class Approximation(Spec):
     """Run-ups of both models, at the machine's nominal values and over the range of a parameter."""
 
     kind: ClassVar[str] = "approximation"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed_deviation"), ("value", "amplitude_deviation"))
     solves: ClassVar[str] = f"{FULL_EQUATIONS}, compared with {AVERAGED_EQUATIONS}"
     from_start: ClassVar[bool] = True

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field
 from wucht.errors import FieldError, InputError
 from wucht.schema import Composite, composite
 from wucht.studies import spec as common
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import EnsembleSpec, entries_by_path
 
 MOST_CELLS = 2048 * 2048  # of the finest map: with four numbers per cell it takes 100 MB
@@ -44,6 +45,9 @@ class Basin(EnsembleSpec):
     """
 
     kind: ClassVar[str] = "basin"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "axes")
 

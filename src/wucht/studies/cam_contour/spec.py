@@ -10,6 +10,7 @@ from wucht.cams.sizing.size_limits import CamLimits, Size
 from wucht.cams.workshop.points import SPACING
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, TableModel, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import Spec, TrueOrFalse, Value, Whole
 
 
@@ -59,6 +60,10 @@ class CamContour(Spec):
     """Contour of a cam that gives its follower the motion law: checked against limits, and as points to mill."""
 
     kind: ClassVar[str] = "cam-contour"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("the power that the shaft takes, and its fluctuation", {"study.kind": "cam-prediction"}),
+        NextQuestion("the motion of the output over the cam angle", {"study.kind": "cam-law"}),
+    )
     solves: ClassVar[str] = "rigid parts; forces at the speed of study.speed, or of the table [speed]"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "curvature"), ("cam_angle", "pressure_angle"))

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from wucht.schema import SI, Composite, TableModel, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import Spec, Whole
 
 MOST_ORDERS = 250
@@ -40,6 +41,9 @@ class CamCorrection(Spec):
     """Cam that gives the output its motion law over time although the camshaft does not turn evenly."""
 
     kind: ClassVar[str] = "cam-correction"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("the cam that does it, checked and ready to mill", {"study.kind": "cam-contour"}),
+    )
     solves: ClassVar[str] = "rigid parts; the camshaft turns as its table [speed] says"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "moved"), ("cam_angle", "pressure_angle"))

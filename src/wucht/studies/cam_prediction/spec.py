@@ -7,6 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.schema import SI, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import Interval, Spec, Whole
 
 
@@ -14,6 +15,9 @@ class CamPrediction(Spec):
     """Motion of a camshaft with its output, drive and loads, and the cam that is clean on it, without a measurement."""
 
     kind: ClassVar[str] = "cam-prediction"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("the cam that does it, checked and ready to mill", {"study.kind": "cam-contour"}),
+    )
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("tau", "speed"), ("tau", "drive_torque"))
 

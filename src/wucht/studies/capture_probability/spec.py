@@ -12,6 +12,7 @@ from wucht.errors import InputError, nearest
 from wucht.schema import Composite, composite
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import REPLICATES, check_form
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import EnsembleSpec
 
 _FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000
@@ -66,6 +67,10 @@ class CaptureProbability(EnsembleSpec):
     """Probability that the machine passes its resonance, over a parameter, with random starts and parameters."""
 
     kind: ClassVar[str] = "capture-probability"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+        NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
+    )
     from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "at")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("parameter", "estimate"),)

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, Start, Tolerance
 
 
@@ -18,6 +19,10 @@ class DriveFailure(Spec):
     """
 
     kind: ClassVar[str] = "drive-failure"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("all steady phases, and which of them are stable", {"study.kind": "synchronous-states"}),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     horizon: ClassVar[tuple[str, ...]] = ("until",)
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "amplitude"),)
     solves: ClassVar[str] = FULL_EQUATIONS

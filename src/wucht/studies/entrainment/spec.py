@@ -8,6 +8,7 @@ from pydantic import Field
 
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Pair, Path, Spec, Start, Value, Whole
 
 DEFAULT_POINTS = 25
@@ -18,6 +19,10 @@ class Entrainment(Spec):
     """Band of a parameter in which rotors are entrained by a vibration or by each other, and their phases."""
 
     kind: ClassVar[str] = "entrainment"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("all steady phases, and which of them are stable", {"study.kind": "synchronous-states"}),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     solves: ClassVar[str] = f"{FULL_EQUATIONS} for the runs, {AVERAGED_EQUATIONS} for the band of existence"
     from_start: ClassVar[bool] = True
 

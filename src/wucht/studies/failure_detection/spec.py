@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, TableModel, composite, si, validate_table
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 
@@ -77,6 +78,9 @@ class FailureDetection(Spec):
     """
 
     kind: ClassVar[str] = "failure-detection"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("reading_time", "speed"), ("alarm_time", "seen"))
     solves: ClassVar[str] = FULL_EQUATIONS
     from_start: ClassVar[bool] = True

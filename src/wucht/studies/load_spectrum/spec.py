@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field
 from wucht.errors import InputError
 from wucht.fatigue.counting import Residue
 from wucht.schema import SI, Composite, TableModel, composite, si, validate_table
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Value
@@ -45,6 +46,9 @@ class LoadSpectrum(SingleRun):
     """Count the cycles of a load, in a machine's run-up or in a record: spectrum, range-mean matrix, damage."""
 
     kind: ClassVar[str] = "load-spectrum"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     subject: ClassVar[str] = "wucht.studies.load_spectrum.computation:MACHINE_OR_RECORDS"
     meaning: ClassVar[tuple[str, ...]] = (*SingleRun.meaning, "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cumulative", "range"),)

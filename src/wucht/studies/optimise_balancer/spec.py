@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 from wucht.errors import InputError, nearest
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies import spec as common
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import EnsembleSpec, Vary
 
 Objective = Literal["settling-time", "residual", "peak", "capture-probability"]
@@ -52,6 +53,9 @@ class OptimiseBalancer(EnsembleSpec):
     """
 
     kind: ClassVar[str] = "optimise-balancer"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     without_inertia: ClassVar[bool] = False
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "vary", "objectives")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("damping", "settling_time"),)

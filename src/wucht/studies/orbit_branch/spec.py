@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, Conversion, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import Ranges
 from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
 
@@ -27,6 +28,13 @@ class OrbitBranch(Spec):
     """
 
     kind: ClassVar[str] = "orbit-branch"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion(
+            "all branches of steady operation over the same parameter",
+            {"study.kind": "speed-curve", "study.along": "{along}", "study.range": "{range}"},
+        ),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     solves: ClassVar[str] = AVERAGED_EQUATIONS
     from_start: ClassVar[bool] = True
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"

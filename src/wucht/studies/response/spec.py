@@ -8,6 +8,7 @@ from pydantic import Field
 
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
 
@@ -18,6 +19,12 @@ class Response(Spec):
     """
 
     kind: ClassVar[str] = "response"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion(
+            "the speeds at which the motor, its load and the vibration are in balance", {"study.kind": "torque-balance"}
+        ),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "amplitude"), ("speed", "required_torque"))
     solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 

@@ -11,6 +11,7 @@ from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies import spec as common
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.single_run import SingleRun
 
 MOST_RUNS = 500
@@ -23,6 +24,23 @@ class RunUp(SingleRun):
     """
 
     kind: ClassVar[str] = "run-up"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("the same run, as long as its verdict needs", {"study.until": "{advised_time:.6g}"}, ("unidentified",)),
+        NextQuestion(
+            "the speeds at which the motor, its load and the vibration are in balance",
+            {"study.kind": "torque-balance"},
+            ("captured", "captured-modulated", "stopped"),
+        ),
+        NextQuestion(
+            "all steady phases, and which of them are stable",
+            {"study.kind": "synchronous-states"},
+            ("synchronised", "not-synchronised", "balancer-captured"),
+        ),
+        NextQuestion("what happens when it is switched off", {"study.kind": "coast-down"}, ("compensated",)),
+        NextQuestion("how it vibrates over the speed", {"study.kind": "response"}, ("passed",)),
+        NextQuestion("what happens when it is switched off", {"study.kind": "coast-down"}),
+        NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("time", "amplitude"))
     without_inertia: ClassVar[bool] = True
 

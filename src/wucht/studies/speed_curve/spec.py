@@ -9,6 +9,7 @@ from pydantic import Field
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
 from wucht.schema import Composite, composite
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import Names, Ranges
 from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, Values, Whole
 
@@ -22,6 +23,13 @@ class SpeedCurve(Spec):
     """
 
     kind: ClassVar[str] = "speed-curve"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion(
+            "the modulated motions over the same parameter, and how they end",
+            {"study.kind": "orbit-branch", "study.along": "{along}", "study.range": "{range}"},
+        ),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     solves: ClassVar[str] = AVERAGED_EQUATIONS
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("second_values", "second_range"),)

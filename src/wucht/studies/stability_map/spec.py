@@ -10,6 +10,7 @@ from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
 from wucht.schema import Composite, composite
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import Names, Ranges
 from wucht.studies.spec import AVERAGED_EQUATIONS, Inertia, Pair, Path, Spec, TrueOrFalse, Whole
 
@@ -24,6 +25,9 @@ class StabilityMap(Spec):
     """
 
     kind: ClassVar[str] = "stability-map"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     solves: ClassVar[str] = AVERAGED_EQUATIONS
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     meaning: ClassVar[tuple[str, ...]] = (

@@ -9,6 +9,7 @@ from pydantic import Field
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, Start, Tolerance
 
@@ -17,6 +18,10 @@ class StartStop(Spec):
     """Run the machine up, switch its drives off, and let it run down: vibration, loads, energy and damage of a cycle."""
 
     kind: ClassVar[str] = "start-stop"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("what happens when it is switched off", {"study.kind": "coast-down"}),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     horizon: ClassVar[tuple[str, ...]] = ("until",)
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "amplitude"), ("energy_time", "supplied_energy"))

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, Unit, composite, read_quantity, refuse_unknown, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Inertia, Interval, Spec, TrueOrFalse, Value
 
 MOST_CELLS = 400
@@ -39,6 +40,10 @@ class SynchronousStates(Spec):
     """
 
     kind: ClassVar[str] = "synchronous-states"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
 
     speed: SI[float | None] = si("rad/s", "speed", default=None, help=(
         "speed of the main rotor, signed; by default the one prescribed by its drive, else all at which the drive and the "

@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Spec, Start, Tolerance, Whole
 
 MOST_POINTS = 200
@@ -31,6 +32,12 @@ class VoltageDip(Spec):
     """The longest dip of the supply voltage after which the machine returns to operation by itself."""
 
     kind: ClassVar[str] = "voltage-dip"
+    next_questions: ClassVar[tuple[NextQuestion, ...]] = (
+        NextQuestion(
+            "the speeds at which the motor, its load and the vibration are in balance", {"study.kind": "torque-balance"}
+        ),
+        NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
+    )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("dip_duration", "dip_speed"), ("dip_duration", "dip_peak_amplitude"))
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "duration")
     solves: ClassVar[str] = FULL_EQUATIONS

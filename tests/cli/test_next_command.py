@@ -1,0 +1,108 @@
+"""The last line of ``wucht run``: a command that could follow, which is accepted for the file that was run."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from wucht.cli.next_command import next_command
+from wucht.cli.options import parse_settings
+from wucht.studies.next_question import NextQuestion
+from wucht.studies.registry import studies, study_of
+from wucht.studies.spec import Spec
+from wucht.studies.study_file import read_study
+
+Command = Callable[..., Any]
+Study = Callable[..., Path]
+
+_NUMBERS = {"advised_time": 2.5}  # of a summary, that settings name
+_DRIVEN_CAM = "practice/carton-pusher"  # with the shaft that a prediction needs
+_QUESTIONS = [(kind, k) for kind, study in studies().items() for k, _ in enumerate(study.spec.next_questions)]
+
+
+def _next(out: str) -> list[str]:
+    """The words of the last line's command."""
+    line = out.splitlines()[-1]
+    assert line.startswith("next: wucht ")
+    return shlex.split(line.removeprefix("next: "), comments=True)[1:]
+
+
+@pytest.mark.parametrize(("kind", "index"), _QUESTIONS)
+def test_every_proposed_question_is_accepted_for_a_file_of_its_study(kind: str, index: int, here: Path) -> None:
+    """Whatever the outcome was: with the machine and the keys of the file the next study prepares its plan."""
+    file = here / "study.toml"
+    file.write_text(studies()[kind].template, encoding="utf-8")
+    name, chosen = (_DRIVEN_CAM, {"study.kind": kind}) if kind.startswith("cam-") else (str(file), {})
+    asked = read_study(name, chosen)
+    question = asked.spec.next_questions[index]
+    summary = _NUMBERS | ({"outcome": question.outcomes[0]} if question.outcomes else {})
+    settings = question.settings_after(summary, asked.spec.to_table())
+    assert settings is not None
+    following = read_study(name, parse_settings([f"{key}={value}" for key, value in settings.items()]))
+    assert following.spec.kind == settings.get("study.kind", kind)
+    study_of(following.spec.kind).prepare(following.spec, following.subject)
+
+
+def test_every_study_proposes_something_but_those_whose_answers_lead_to_no_other_one() -> None:
+    without = {kind for kind, study in studies().items() if not study.spec.next_questions}
+    assert without == {"comparison", "exciter-design", "phase-portrait"}
+
+
+def test_outcomes_are_ones_that_there_are() -> None:
+    from wucht.dynamics.verdicts.outcomes import Outcome
+
+    named = {o for study in studies().values() for question in study.spec.next_questions for o in question.outcomes}
+    assert named <= {outcome.value for outcome in Outcome}
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_the_command_of_a_run_can_be_run(wucht: Command, study: Study) -> None:
+    kept = ["--set", "drive.slope=0.05", "--set", "study.tolerance=1e-10"]
+    first = wucht("run", study('until = "0.5 s"', "settled = true"), *kept)
+    assert "verdict: COMPENSATED" in first.out
+    words = _next(first.out)
+    assert words == ["run", "study.toml", *kept, "--set", "study.kind=coast-down"]
+    second = wucht(*words)
+    assert second.code == 0
+    assert _next(second.out)[-1] == "study.kind=response"
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_a_run_too_short_is_proposed_again_for_long_enough(wucht: Command, study: Study) -> None:
+    file = study('until = "0.5 s"', 'until = "0.2 s"')
+    words = _next(wucht("run", file, "--set", "study.until=0.1", "--set", "study.tolerance=1e-10").out)
+    assert words[:4] == ["run", str(file), "--set", "study.tolerance=1e-10"]
+    assert float(words[-1].removeprefix("study.until=")) > 0.1
+    assert wucht(*words).code == 0
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_programs_read_no_proposal(wucht: Command, study: Study) -> None:
+    assert "next" not in wucht("run", study(), "--json").document
+    assert "next:" not in wucht("run", study(), "--json").err
+
+
+def test_the_first_accepted_question_is_proposed(study: Study, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    asked = read_study(str(study()))
+
+    spec = {"along": "drive.slope"}
+    result: Any = SimpleNamespace(wucht=SimpleNamespace(summary={"outcome": "passed", "speed": None}, spec=spec))
+    questions = (
+        NextQuestion("not after this outcome", {"study.until": "1"}, ("captured",)),
+        NextQuestion("a number that is missing", {"study.until": "{speed}"}),
+        NextQuestion("a key that is refused", {"study.no_such_key": "1"}),
+        NextQuestion("the answer", {"study.start": "{{ {along} = 1 }}", "study.until": "1"}),
+        NextQuestion("another answer", {"study.kind": "response"}),
+    )
+    monkeypatch.setattr(type(asked.spec), "next_questions", questions[:3] + questions[4:])
+    said = next_command(asked, result, tmp_path, "a file.toml", ["study.until=3", "study.start.p1=1"], ["own.py"])
+    assert said == "wucht run 'a file.toml' --set study.start.p1=1 --set study.kind=response --import own.py  # another answer"
+    monkeypatch.setattr(type(asked.spec), "next_questions", questions[:3])
+    assert next_command(asked, result, Path("out"), "a", [], []).startswith("wucht report out -o report.html  # ")
+    assert questions[3].settings_after({}, spec) == {"study.start": "{ drive.slope = 1 }", "study.until": "1"}
+    assert Spec.next_questions == ()
