@@ -63,7 +63,7 @@ def _list(title: str, text: str, rows: Sequence[tuple[str, ...]]) -> str:
 
 
 def _linked(entries: Sequence[Entry], up: str) -> list[str]:
-    lines = [f"- [{e.name}]({up}gallery/{e.name}.md): {e.about.get('title', '')}" for e in entries]
+    lines = [f"- [{e.about.get('title', e.name)}]({up}gallery/{e.name}.md), `{e.name}`" for e in entries]
     return ["## In the gallery", "", *lines, ""] if lines else []
 
 
@@ -72,6 +72,7 @@ def _study(study: Study, asked: Sequence[Entry]) -> str:
     lines = [f"# {study.kind}", "", *_prose(spec), ""]
     lines += [f"In Python `wucht.{spec.__name__}(...)`. " + (_TILED if spec.tiled else ""), ""]
     lines += ["```sh", f"wucht new {study.kind} my-{study.kind}.toml", f"wucht run my-{study.kind}.toml", "```", ""]
+    lines += _picture(asked)
     lines += ["## Keys", "", "In `[study]`, beside `kind`:", "", *_keys(spec)]
     lines += _linked(asked, "../")
     lines += _answers(asked)
@@ -81,6 +82,18 @@ def _study(study: Study, asked: Sequence[Entry]) -> str:
 
 
 _TILED = "Several machines can compute it: [`--scheduler`](../several-machines.md)."
+
+
+def _picture(asked: Sequence[Entry]) -> list[str]:
+    """The figure of the first answer that the gallery has."""
+    shown = next((e for e in asked if e.result is not None), None)
+    if shown is None:
+        return []
+    title, page = shown.about.get("title", shown.name), f"../gallery/{shown.name}"
+    return [
+        f'<figure markdown="span">\n![{title}]({page}.png)\n<figcaption markdown>[{title}]({page}.md)</figcaption>\n</figure>',
+        "",
+    ]
 
 
 def _answers(asked: Sequence[Entry]) -> list[str]:
