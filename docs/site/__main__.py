@@ -14,17 +14,25 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from . import api_page, citing_page, gallery_pages, reference_pages
+from . import api_page, citing_page, gallery_pages, notebooks, reference_pages
 from .gallery import EXPENSIVE, ROOT, Entry, entry, names
+from .gallery_pages import COLLECTIONS
 from .markdown import naturally
+from .page_figures import with_figures
+from .paper_links import with_paper_links
 from .printed_equations import with_equations
 
-NEEDED = ("mkdocs", "material", "mkdocstrings", "latex2mathml", "yaml")
+NEEDED = ("mkdocs", "material", "mkdocstrings", "latex2mathml", "yaml", "nbclient", "nbconvert", "ipykernel")
 _OWN = ("README.md", "index.md")  # the page of a folder itself
 HERE, PAGES, SITE = Path(__file__).parent, ROOT / "build" / "docs", ROOT / "build" / "site"
 NAVIGATION: list[Any] = [
-    {"Start": ["index.md", "citing.md", "changes.md"]},
-    {"Tutorials": ["tutorials/engineer.md", "tutorials/researcher.md", "tutorials/student.md", "journeys.md"]},
+    {"Start": ["index.md", "which-question.md", "citing.md", "changes.md"]},
+    {
+        "Tutorials": [
+            "tutorials/engineer.md", "tutorials/researcher.md", "tutorials/student.md", "journeys.md",
+            {"Notebooks": "notebooks/*"},
+        ]
+    },
     {
         "Guide": [
             "machine-files.md", "outcomes.md", "slow-equations.md", "switchable-pendulums.md", "load-spectra.md",
@@ -52,13 +60,13 @@ def main() -> None:
     for i, name in enumerate(sorted(names(), key=naturally), 1):
         print(f"[{i}/{len(names())}] {name}", flush=True)
         entries.append(entry(name, compute=wanted == "all" or (wanted == "quick" and name not in EXPENSIVE)))
-    write(entries)
+    write(entries, compute=wanted != "kept")
     build()
     print(f"Look at {SITE / 'index.html'}")
 
 
-def write(entries: list[Entry]) -> None:
-    """All pages into a folder: those of docs/, those from schemas, and the gallery."""
+def write(entries: list[Entry], compute: bool = True) -> None:
+    """All pages into a folder: those of docs/, those from schemas, and the gallery. compute: the figures of pages, too."""
     shutil.rmtree(PAGES, ignore_errors=True)
     shutil.copytree(HERE.parent, PAGES, ignore=shutil.ignore_patterns("site", "__pycache__"))
     shutil.copytree(HERE / "assets", PAGES / "assets", dirs_exist_ok=True)
@@ -69,8 +77,13 @@ def write(entries: list[Entry]) -> None:
         _file(name).write_text(text, encoding="utf-8")
     for name, figure in gallery_pages.figures(entries).items():
         shutil.copy(figure, _file(name))
+    notebooks.write_pages(PAGES)
     for page in PAGES.rglob("*.md"):
-        page.write_text(with_equations(page.read_text(encoding="utf-8")), encoding="utf-8")
+        name = page.relative_to(PAGES).as_posix()
+        text, pictures = with_figures(name, page.read_text(encoding="utf-8"), compute)
+        page.write_text(with_paper_links(name, with_equations(text)), encoding="utf-8")
+        for file, picture in pictures.items():
+            shutil.copy(picture, _file(file))
 
 
 def _file(name: str) -> Path:
@@ -109,17 +122,21 @@ def _listed(inner: Any) -> Any:
 
 
 def _of_folder(folder: Path) -> list[Any]:
+    """What a folder has, in order, the collections of the gallery as there; a page has the title in its first line."""
     inside = [p for p in folder.iterdir() if p.is_dir() or (p.suffix == ".md" and p.name not in _OWN)]
-    below = sorted(inside, key=lambda path: naturally(path.stem))
-    return [{_titled(p): [*_own(p), *_of_folder(p)] if p.is_dir() else p.relative_to(PAGES).as_posix()} for p in below]
+    first = list(COLLECTIONS)
+    below = sorted(
+        inside, key=lambda path: (first.index(path.name) if path.name in first else len(first), naturally(path.stem))
+    )
+    return [{_titled(p): [*_own(p), *_of_folder(p)]} if p.is_dir() else p.relative_to(PAGES).as_posix() for p in below]
 
 
 def _own(folder: Path) -> list[str]:
     return [(folder / name).relative_to(PAGES).as_posix() for name in _OWN if (folder / name).is_file()]
 
 
-def _titled(path: Path) -> str:
-    return path.name.removesuffix(".md")
+def _titled(folder: Path) -> str:
+    return COLLECTIONS.get(folder.name, folder.name.replace("-", " ").capitalize())
 
 
 if __name__ == "__main__":

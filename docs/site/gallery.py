@@ -11,17 +11,20 @@ from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import wucht
 from wucht.files.catalogue import names
 from wucht.plots.sheet import save_figure
 from wucht.studies.study_file import StudyFile, read_study, run_study
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "build" / "gallery"
 _SOURCE = Path(wucht.__file__).parent
-# Longer than half a minute on two cores: computed when all are wanted.
+# Longer than half a minute on two cores: computed when all are asked for.
 EXPENSIVE = frozenset(
     {
         "drozdetskaya-2020/figure-5.9a",
@@ -37,13 +40,14 @@ _FLOORS = ("cli", "plots")
 
 @dataclass(frozen=True)
 class Entry:
-    """A file of the catalogue with its answer. result: None where it was not computed."""
+    """A file of the catalogue with its answer. result: None where it was not computed. thumbnail: one panel of the figure."""
 
     name: str
     study_file: StudyFile
     about: dict[str, Any]
     result: Any | None
     figure: Path
+    thumbnail: Path
 
 
 @cache
@@ -67,8 +71,14 @@ def entry(name: str, compute: bool = True) -> Entry:
 
     study_file, folder = read_study(name), KEPT / name
     about, _ = load_document(name)
+    result, figure, thumbnail = answer(study_file, folder, compute)
+    return Entry(name, study_file, about, result, figure, thumbnail)
+
+
+def answer(study_file: StudyFile, folder: Path, compute: bool = True) -> tuple[Any | None, Path, Path]:
+    """The result of a study with its figure and one panel of that, kept in a folder; None as result where it is not there."""
     question = _key(repr(study_file.document), _digest(True))
-    figure = folder / f"{study_file.spec.kind}.png"
+    figure, thumbnail = folder / f"{study_file.spec.kind}.png", folder / "thumbnail.png"
     if _told(folder / "question") == question:
         result = wucht.load(folder / "result.nc")
     elif compute:
@@ -76,16 +86,34 @@ def entry(name: str, compute: bool = True) -> Entry:
         result = run_study(study_file, folder=folder)
         (folder / "question").write_text(question, encoding="utf-8")
     else:
-        return Entry(name, study_file, about, None, figure)
+        return None, figure, thumbnail
     drawn = _key(question, _digest(False))
     if _told(folder / "drawn") != drawn:
-        save_figure(wucht.draw(result), figure)
+        whole = wucht.draw(result)
+        save_figure(whole, figure)
+        _save_panel(whole, thumbnail)
         (folder / "drawn").write_text(drawn, encoding="utf-8")
-    return Entry(name, study_file, about, result, figure)
+    return result, figure, thumbnail
+
+
+def _save_panel(figure: Figure, path: Path) -> None:
+    """Save the largest panel of a figure alone, with its scales: what can be read in the width of a thumbnail."""
+    panels = [axis for axis in figure.axes if axis.get_visible()]
+    first = max(panels, key=lambda axis: axis.get_position().width * axis.get_position().height)
+    for axis in panels:
+        axis.set_visible(axis.get_position().bounds == first.get_position().bounds)
+    within = first.get_tightbbox().transformed(figure.dpi_scale_trans.inverted()).padded(0.05)
+    figure.suptitle("")
+    for text in (*figure.texts, *figure.legends):
+        text.set_visible(False)
+    figure.savefig(path, dpi=_DOTS_AN_INCH, bbox_inches=within)
+
+
+_DOTS_AN_INCH = 80
 
 
 def _told(file: Path) -> str:
     return file.read_text(encoding="utf-8") if file.is_file() else ""
 
 
-__all__ = ["EXPENSIVE", "KEPT", "ROOT", "Entry", "entry", "names"]
+__all__ = ["EXPENSIVE", "KEPT", "ROOT", "Entry", "answer", "entry", "names"]

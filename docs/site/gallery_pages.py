@@ -15,11 +15,11 @@ from .markdown import cell, table, toml_block
 from .published import Compared, compared, published
 
 COLLECTIONS = {
+    "practice": "Machines of our own, with plausible data",
     "drozdetskaya-2020": "002, O. Drozdetskaya: a rotor with balancing pendulums and a motor of limited power",
     "sperling-rollers": "000, L. Sperling, H. Duckstein, B. Ryzhik: two rollers",
     "sperling-vibration": "001, L. Sperling, F. Merten, H. Duckstein: rotation and vibration",
     "kaltofen-cam": "004, K. Kaltofen: cams on a shaft that does not turn evenly",
-    "practice": "Machines of our own, with plausible data",
 }
 
 
@@ -30,8 +30,9 @@ def pages(entries: Sequence[Entry]) -> dict[str, str]:
 
 
 def figures(entries: Iterable[Entry]) -> dict[str, Path]:
-    """The figures that the pages show, by file name."""
-    return {f"gallery/{e.name}.png": e.figure for e in entries if e.result is not None}
+    """The figures that the pages show, and a panel of each for the overview, by file name."""
+    shown = [e for e in entries if e.result is not None]
+    return {f"gallery/{e.name}.png": e.figure for e in shown} | {f"gallery/{e.name}-panel.png": e.thumbnail for e in shown}
 
 
 def _page(e: Entry) -> str:
@@ -111,8 +112,8 @@ def _overview(entries: Sequence[Entry]) -> str:
     for folder, title in _collections(entries).items():
         lines += [f"## {title}", "", '<div class="gallery" markdown>', ""]
         for e in (e for e in entries if e.name.startswith(f"{folder}/")):
-            shown = f"![]({e.name}.png)" if e.result is not None else ""
-            lines += [f"[{shown} **{e.name.partition('/')[2]}** {cell(e.about.get('title', ''))}]({e.name}.md)", ""]
+            shown = f"![]({e.name}-panel.png)" if e.result is not None else ""
+            lines += [f"[{shown} **{cell(e.about.get('title', e.name))}** `{e.name.partition('/')[2]}`]({e.name}.md)", ""]
         lines += ["</div>", ""]
     return "\n".join([*lines, *_all_numbers(entries)])
 

@@ -28,7 +28,7 @@ PICTURES = {
     "speed-curve": "drozdetskaya-2020/figure-5.2",
     "basin": "drozdetskaya-2020/figure-5.10",
 }
-_DOTS_AN_INCH, _COLOURS = 90, 128
+_DOTS_AN_INCH, _COLOURS = 110, 128
 
 
 def main() -> None:

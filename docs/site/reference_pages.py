@@ -35,8 +35,8 @@ HEADS = ("key", "what", "unit", "default", "what it may be")
 
 def pages(entries: Sequence[Entry]) -> dict[str, str]:
     """All of them by file name, and a list of each."""
-    entries_of = {kind: [e for e in entries if e.study_file.spec.kind == kind] for kind in studies()}
-    written = {f"studies/{kind}.md": _study(study, entries_of[kind]) for kind, study in studies().items()}
+    by_kind = {kind: [e for e in entries if e.study_file.spec.kind == kind] for kind in studies()}
+    written = {f"studies/{kind}.md": _study(study, by_kind[kind]) for kind, study in studies().items()}
     rows = [(f"[`{kind}`]({kind}.md)", study.line) for kind, study in studies().items()]
     written["studies/index.md"] = _list("Studies", "What can be asked. `wucht new STUDY` writes a file to start from.", rows)
     texts = {e.name: (FOLDER / f"{e.name}.toml").read_text(encoding="utf-8") for e in entries}
@@ -63,7 +63,7 @@ def _list(title: str, text: str, rows: Sequence[tuple[str, ...]]) -> str:
 
 
 def _linked(entries: Sequence[Entry], up: str) -> list[str]:
-    lines = [f"- [{e.name}]({up}gallery/{e.name}.md): {e.about.get('title', '')}" for e in entries]
+    lines = [f"- [{e.about.get('title', e.name)}]({up}gallery/{e.name}.md), `{e.name}`" for e in entries]
     return ["## In the gallery", "", *lines, ""] if lines else []
 
 
@@ -72,6 +72,7 @@ def _study(study: Study, entries: Sequence[Entry]) -> str:
     lines = [f"# {study.kind}", "", *_prose(spec), ""]
     lines += [f"In Python `wucht.{spec.__name__}(...)`. " + (_TILED if spec.tiled else ""), ""]
     lines += ["```sh", f"wucht new {study.kind} my-{study.kind}.toml", f"wucht run my-{study.kind}.toml", "```", ""]
+    lines += _picture(entries)
     lines += ["## Keys", "", "In `[study]`, beside `kind`:", "", *_keys(spec)]
     lines += _linked(entries, "../")
     lines += _answers(entries)
@@ -81,6 +82,18 @@ def _study(study: Study, entries: Sequence[Entry]) -> str:
 
 
 _TILED = "Several machines can compute it: [`--scheduler`](../several-machines.md)."
+
+
+def _picture(entries: Sequence[Entry]) -> list[str]:
+    """The figure of the first answer that the gallery has."""
+    shown = next((e for e in entries if e.result is not None), None)
+    if shown is None:
+        return []
+    title, page = shown.about.get("title", shown.name), f"../gallery/{shown.name}"
+    return [
+        f'<figure markdown="span">\n![{title}]({page}.png)\n<figcaption markdown>[{title}]({page}.md)</figcaption>\n</figure>',
+        "",
+    ]
 
 
 def _answers(entries: Sequence[Entry]) -> list[str]:

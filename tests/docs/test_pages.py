@@ -130,7 +130,16 @@ def _known_to_others(words: list[str]) -> None:
     assert words[0] in ("scheduler", "worker")
 
 
+def _git(words: list[str]) -> None:
+    assert words == ["clone", "ADDRESS", "wucht"], "no address of a host: a reader takes that of the page"
+
+
+def _cd(words: list[str]) -> None:
+    assert words == ["wucht"], "into the folder that was cloned"
+
+
 CHECKED: dict[str, Callable[[list[str]], None]] = {
+    "git": _git, "cd": _cd,
     "wucht": _wucht, "make": _make, "pip": _pip, "conda": _environment, "python": _python, "dask": _known_to_others,
 }  # fmt: skip
 

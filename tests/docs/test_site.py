@@ -31,7 +31,7 @@ FEW = ("drozdetskaya-2020/figure-2.7", "sperling-rollers/figure-8", "practice/gr
 def reference() -> dict[str, str]:
     name = FEW[0]
     about, path = load_document(name)
-    return reference_pages.pages([Entry(name, read_study(name), about, None, path)])
+    return reference_pages.pages([Entry(name, read_study(name), about, None, path, path)])
 
 
 def test_every_study_and_part_has_a_page_with_all_its_keys(reference: dict[str, str]) -> None:
@@ -60,7 +60,7 @@ def test_units_defaults_and_limits_stand_there(reference: dict[str, str]) -> Non
 def test_the_help_of_a_key_is_in_its_row(reference: dict[str, str]) -> None:
     page = reference["studies/run-up.md"]
     assert "| `speed_limit` | speed beyond which the run ends as `runaway` |" in page
-    assert f"[{FEW[0]}](../gallery/{FEW[0]}.md)" in reference["studies/phase-portrait.md"]
+    assert f"](../gallery/{FEW[0]}.md), `{FEW[0]}`" in reference["studies/phase-portrait.md"]
 
 
 def test_published_numbers_are_of_the_catalogue() -> None:

@@ -73,7 +73,7 @@ def test_a_motor_follows_its_inverter_from_standstill(boost):
 @pytest.mark.parametrize(
     ("changes", "drive", "refusal"),
     [
-        ({"boost": "400 V"}, None, refused("machine.schedules[0].boost", "230.94 V", given="400 V")),
+        ({"boost": "400 V"}, None, refused("machine.schedules[0].boost", "230.94 V", given="400 V", code="limits")),
         ({"boost": "-1 V"}, None, refused("machine.schedules[0].boost", "230.94 V", given="-1 V")),
         ({"boost": "1 A"}, None, refused("machine.schedules[0].boost", given="1 A")),
         ({"voltage": "V/f"}, None, refused("machine.schedules[0].voltage", given="V/f")),
