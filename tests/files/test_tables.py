@@ -77,6 +77,7 @@ def test_the_heading_may_carry_units(written, heading):
         ("1, 2\n3, 4\n5, six\n", refused("", "line 3", "six", "torque", code="no-number", file="motor.csv")),
         ("1, 2\nspeed, torque\n", refused("", "line 2", "'speed'", code="no-number", file="motor.csv")),
         ("1, 2\n3, nan\n", refused("", "line 2", "nan", code="no-number", file="motor.csv")),
+        ("1, 2\n٣, 4\n", refused("", "line 2", "٣", "digits 0 to 9", code="no-number", file="motor.csv")),
         ("nan, inf\n3, 4\n", refused("", "line 1", "nan", code="no-number", file="motor.csv")),
         ("1, 2\n3, 1e999\n", refused("", "line 2", "1e999", code="no-number", file="motor.csv")),
         ("1, 2\n3, 1_0\n", refused("", "line 2", "1_0", code="no-number", file="motor.csv")),

@@ -117,8 +117,31 @@ def test_it_has_no_unit(tmp_path):
 def test_it_has_samples(tmp_path):
     path = tmp_path / "r.wav"
     wavfile.write(path, 1000, np.array([], np.int16))
-    with refused("r.wav", code="unreadable"):
+    with refused("r.wav", "record or copy it again", code="no-samples"):
         read_sound(path)
+    path.write_bytes(b"")
+    with refused("r.wav", "empty", "copy it again", code="no-samples"):
+        read_sound(path)
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_a_sound_cut_short_is_refused_with_its_samples(tmp_path, channels):
+    """As many as its header states, and as there are; a header that states no length is that of a stream."""
+    path = tmp_path / "r.wav"
+    wavfile.write(path, 1000, np.arange(200 * channels, dtype=np.int16).reshape(200, channels))
+    whole = path.read_bytes()
+    start = len(whole) - 2 * 200 * channels
+    for rest in (1, 2 * channels * 50, 2 * channels * 50 + 1):
+        path.write_bytes(whole[:-rest])
+        left = 200 - -(-rest // (2 * channels))
+        with refused("r.wav", "200 samples", f"there are {left}", "copy it again", code="cut-short"):
+            read_sound(path)
+    for header in (start, start - 6, 20):
+        path.write_bytes(whole[:header])
+        with refused("r.wav", "no sample", "copy it again", code="no-samples"):
+            read_sound(path)
+    path.write_bytes(whole[: start - 4] + b"\xff" * 4 + whole[start:])
+    assert len(read_sound(path).channel("1").values) == 200
 
 
 T = np.arange(5) * 0.25

@@ -33,12 +33,38 @@ def read(tmp_path):
         'time [ms];speed [rpm];\n"0";"60";\n"500";"120,5";\n',
         "speed [rpm], time [ms]\n60, 0\n120.5, 500\n",
         "\ufefftime [ms],speed [rpm]\r\n0,60\r\n5e2,1.205e2\r\n",
+        '"time [ms]","speed [rpm]"\n"0","60"\n"500","120.5"\n',
+        '"time [ms]", "speed\n[rpm]"\n"0", "60"\n"500", "120.5"\n',
+        '"time [ms]" "speed [rpm]"\n"0" "60"\n500   "120.5"\n',
     ],
 )
 def test_one_record_in_many_ways(read, text):
     speed = read(text).channel("speed")
     assert (speed.unit, speed.time.tolist(), speed.values.tolist()) == ("rpm", [0, 0.5], [60, 120.5])
     assert read(text).names == ("speed",)
+
+
+def test_quoted_cells_hold_what_separates_elsewhere(read):
+    text = '"time, relative [s]","force, left [N]","say ""#1""" # a comment\n0,1,"2"\n"1",4,5 # another\n'
+    found = read(text)
+    assert found.names == ("force, left", 'say "#1"')
+    assert found.channel("force, left").unit == "N"
+    assert found.channel('say "#1"').values.tolist() == [2, 5]
+
+
+@pytest.mark.parametrize(("encoding", "mark"), [("utf-16-le", "\ufeff"), ("utf-16-be", "\ufeff"), ("utf-32-le", "\ufeff")])
+def test_other_widths_of_letters_are_read_by_their_mark(read, encoding, mark):
+    found = read(mark + "Zeit [ms];Kraft µ [N]\r\n0;1\r\n500;-2,5\r\n", encoding).channel("Kraft µ")
+    assert (found.unit, found.time.tolist(), found.values.tolist()) == ("N", [0, 0.5], [1, -2.5])
+
+
+def test_wide_letters_without_a_mark_are_refused_with_a_remedy(read, tmp_path):
+    for encoding in ("utf-16-le", "utf-16-be", "utf-32-be"):
+        with refused("r.csv", "line 1", "UTF-8", code="unreadable"):
+            read("time,force\n0,1\n1,2\n", encoding)
+    (tmp_path / "cut.csv").write_bytes("time,force\n0,1\n1,2\n".encode("utf-16")[:-1])
+    with refused("cut.csv", "UTF-16", "cut short", "UTF-8", code="unreadable"):
+        read_text_file(tmp_path / "cut.csv")
 
 
 def test_many_columns(read):
@@ -121,6 +147,16 @@ def test_other_letters_than_utf_8(read):
         ("time; speed\n0,5; 1\n0,5; 2\n", refused("r.csv: speed", "0.5 s", given=None, code="not-increasing")),
         ("time, speed\n0, 1\n", refused("r.csv: time", given=None, code="too-few")),
         ("0,5 1,5\n1,5 2,5\n", refused("r.csv: 2", "line 1", "5 1", code="no-number")),
+        ("t,x\n٠,١\n١,٢\n", refused("r.csv: t", "line 2", "٠", "digits 0 to 9", code="no-number")),
+        ("t;x\n0;1\n1;٢,٥\n", refused("r.csv: x", "line 3", "٢,٥", "digits 0 to 9", code="no-number")),
+        ("t,x\n0,1\n1,２\n", refused("r.csv: x", "line 3", "２", "digits 0 to 9", code="no-number")),
+        ("t,x\n0,1_000\n1,2\n", refused("r.csv: x", "line 2", "1_000", "underscores", code="no-number")),
+        ('t,x\n0,"1,000.5"\n1,"2"\n', refused("r.csv: x", "line 2", "1,000.5", "decimal point", code="no-number")),
+        ('"t","x"\n"0,0","1,5"\n"0,5","2,5"\n', refused("r.csv: t", "line 2", "0,0", "decimal point", code="no-number")),
+        ("t;x\n0;1.000,5\n1;2\n", refused("r.csv: x", "line 2", "1.000,5", "thousands", code="no-number")),
+        ("'t','x'\n'0','1'\n'1','2'\n", refused("r.csv: 't'", "line 2", "apostrophes", code="no-number")),
+        ('"t","x"\n"0","1"\n"1","2\n"2","3"\n', refused("r.csv", "line 3", "quotation mark", code="open-quotes")),
+        ('"t","x\n"0","1"\n"1","2"\n', refused("r.csv", "line 1", "quotation mark", code="open-quotes")),
     ],
 )
 def test_what_cannot_be_read(read, text, refusal):

@@ -9,7 +9,7 @@ from typing import Any
 
 from wucht.errors import FieldError, InputError, code_of
 from wucht.files.documents import Document, read_text
-from wucht.files.text_rows import cells_of
+from wucht.files.text_rows import cells_of, plain_number, remedy_of_number, separator_of, without_comment
 from wucht.machines.parts.characteristic import SPEED_TORQUE
 from wucht.schema import Unit, article
 
@@ -100,16 +100,12 @@ def _with_points(description: Document, key: str, units: tuple[Unit, Unit], fold
 def _lines(path: Path) -> list[tuple[int, str]]:
     """The lines that contain more than comments, with their numbers."""
     text = read_text(path, f"there is no such file: {path}")
-    numbered_lines = ((i, line.split("#", 1)[0].strip()) for i, line in enumerate(text.splitlines(), 1))
+    numbered_lines = ((i, without_comment(line)) for i, line in enumerate(text.splitlines(), 1))
     return [(i, line) for i, line in numbered_lines if line]
 
 
 def _cells(line: str) -> list[str]:
-    return cells_of(line, _separator(line), least=2)
-
-
-def _separator(line: str) -> str | None:
-    return next((s for s in ";\t," if s in line), None)
+    return cells_of(line, separator_of(line), least=2)
 
 
 def _column_names(units: tuple[Unit, Unit]) -> str:
@@ -117,7 +113,7 @@ def _column_names(units: tuple[Unit, Unit]) -> str:
 
 
 def _row(line: str, units: tuple[Unit, Unit]) -> list[float]:
-    cells, commas = _cells(line), _separator(line) in (";", "\t")
+    cells, commas = _cells(line), separator_of(line) in (";", "\t")
     if len(cells) != 2:
         remedy = "; where commas are decimal, put a semicolon between the columns" if "," in line and not commas else ""
         sentence = f"there must be two numbers, {_column_names(units)}; there are {len(cells)} columns{remedy}"
@@ -127,11 +123,12 @@ def _row(line: str, units: tuple[Unit, Unit]) -> list[float]:
 
 def _number(cell: str, unit: Unit) -> float:
     try:
-        value = float(cell) if "_" not in cell else math.nan
+        value = plain_number(cell)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise FieldError(f"{cell[:40]!r} is not a finite number; must be {article(unit.long_name)}", code="no-number")
+        remedy = remedy_of_number(cell)
+        raise FieldError(f"{cell[:40]!r} is not a finite number; must be {article(unit.long_name)}{remedy}", code="no-number")
     return value
 
 

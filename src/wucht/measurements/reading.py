@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import struct
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from os import SEEK_CUR
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,9 @@ from wucht.measurements.text_file import read_text_file
 _TIME_RESPONSE, _TIME_AXIS = 1, 17
 _TIMES = ("time", "t", "zeit")
 _TAG = b"TDSm"
+_BYTE_ORDERS = {b"RIFF": "<", b"RIFX": ">"}
+_LAYOUT = 14  # bytes of the chunk on the layout of samples, up to their size
+_UNKNOWN_LENGTH = 0xFFFFFFFF  # of samples that were written as they came
 
 
 def read_sound(path: Path) -> Recording:
@@ -36,10 +41,11 @@ def read_sound(path: Path) -> Recording:
     Raises
     ------
     InputError
-        For other files.
+        For other files, for one without samples, and one with fewer than its header states.
     """
     from scipy.io import wavfile
 
+    _check_sound(path)
     with _report_unreadable(path, "a sound file"), warnings.catch_warnings():
         warnings.simplefilter("ignore", wavfile.WavFileWarning)  # of chunks that hold no samples
         rate, samples = wavfile.read(path)
@@ -53,6 +59,41 @@ def read_sound(path: Path) -> Recording:
         return Channel(source, name, FULL_SCALE, time, _to_full_scale(columns[:, int(name) - 1]))
 
     return Recording(source, tuple(str(i + 1) for i in range(columns.shape[1])), load)
+
+
+def _check_sound(path: Path) -> None:
+    """Raise ``InputError`` for a RIFF file that is cut short or has no samples: scipy would read what is left."""
+    try:
+        with path.open("rb") as file:
+            size, begin = path.stat().st_size, file.read(12)
+            if not size:
+                raise InputError(str(path), None, "this file is empty: record or copy it again", code="no-samples")
+            if begin[:4] not in _BYTE_ORDERS:
+                return
+            order, frame = _BYTE_ORDERS[begin[:4]], 1
+            while len(chunk := file.read(8)) == 8 and chunk[:4] != b"data":
+                (length,) = struct.unpack(f"{order}I", chunk[4:])
+                if chunk[:4] == b"fmt ":
+                    layout = file.read(min(length, _LAYOUT))
+                    frame, length = _bytes_of_sample(layout, order), length - len(layout)
+                file.seek(length + length % 2, SEEK_CUR)
+            (stated,), there = struct.unpack(f"{order}I", chunk[4:].ljust(4, b"\0")), size - file.tell()
+    except OSError as error:
+        raise InputError.file_error(path, f"the file cannot be read: {error.strerror}", code="unreadable") from None
+    if len(chunk) < 8 or not there or not stated:
+        explanation = "this sound file has a header and no sample: the recording was cut off; record or copy it again"
+        raise InputError(str(path), None, explanation, code="no-samples")
+    if there < stated != _UNKNOWN_LENGTH:
+        explanation = (
+            f"this sound file is cut short: its header states {stated // frame} samples, there are {there // frame}; copy it "
+            "again, or save the samples that are left as a new file"
+        )
+        raise InputError(str(path), None, explanation, code="cut-short")
+
+
+def _bytes_of_sample(layout: bytes, order: str) -> int:
+    """Return the bytes of a sample of all channels. layout: the chunk that states the layout of a sound file."""
+    return max(struct.unpack_from(f"{order}H", layout, 12)[0], 1) if len(layout) == _LAYOUT else 1
 
 
 def _to_full_scale(values: np.ndarray) -> np.ndarray:

@@ -335,7 +335,8 @@ def export(result: xr.Dataset, folder: Path | str) -> list[str]:
     """
     with _study_of_result(result) as study:
         if not study.exports:
-            raise InputError(study.kind, None, "results of this study cannot be exported; cam-contour can")
+            kinds = " and ".join(kind for kind, other in studies().items() if other.exports)
+            raise InputError(study.kind, None, f"results of this study cannot be exported; those of {kinds} can")
         lines: list[str] = study.export(result, Path(folder))
     return lines
 

@@ -111,9 +111,9 @@ def test_a_drawing_is_compared_with_the_curves_in_it(tmp_path: Path, monkeypatch
     monkeypatch.setattr(cam_files, "read_back", lambda *given: (drawn.append(given), lines)[1])
     files = written(tmp_path, CAM, drawing=True)
     assert (files["cam.dxf"].count, files["cam.dxf"].deviation, files["cam.dxf"].allowed_deviation) == (7, 5e-6, 2e-5)
-    (path, contour, tolerance, pitch, base, roller), (again, contour_read, pitch_read) = drawn
+    (path, contour, tolerance, pitch, base, roller, heading), (again, contour_read, pitch_read) = drawn
     at = np.array([0.3])
-    assert path == again == tmp_path / "cam.dxf" and (tolerance, roller) == (2e-5, 0.008)
+    assert path == again == tmp_path / "cam.dxf" and (tolerance, roller, heading) == (2e-5, 0.008, None)
     assert contour(at) == pytest.approx(CAM.contour(at)) == contour_read(at)
     assert pitch(at) == pytest.approx(CAM.pitch(at)) == pitch_read(at)
     assert base == pytest.approx(np.abs(CAM.contour(np.linspace(0, 2 * math.pi, 20_001))).min(), abs=1e-9)

@@ -48,6 +48,21 @@ def test_the_polyline_is_closed_and_does_not_repeat_its_first_point(tmp_path):
     assert gaps[0] < 2 * gaps[1]
 
 
+def test_the_header_has_the_extents_of_all_lines(tmp_path):
+    """Of the contour alone those of many of its points; with a roller on the pitch curve beside it the roller's, too."""
+    import ezdxf
+
+    write_dxf(tmp_path / "cam.dxf", lobes, TOLERANCE)
+    header, points = ezdxf.readfile(tmp_path / "cam.dxf").header, 1e3 * lobes(np.linspace(0, 2 * np.pi, 200_001))
+    assert tuple(header["$EXTMIN"]) == pytest.approx((points.real.min(), points.imag.min(), 0), abs=1.1e-3)
+    assert tuple(header["$EXTMAX"]) == pytest.approx((points.real.max(), points.imag.max(), 0), abs=1.1e-3)
+    write_dxf(tmp_path / "cam.dxf", lobes, TOLERANCE, PITCH_CURVE, base_radius=0.045, roller_radius=0.01)
+    document = ezdxf.readfile(tmp_path / "cam.dxf")
+    assert tuple(document.header["$EXTMAX"]) == pytest.approx((70, 60, 0), abs=1.1e-3)
+    assert tuple(document.header["$EXTMIN"]) == pytest.approx((-60, -60, 0), abs=1.1e-3)
+    assert tuple(document.modelspace().dxf.extmax) == tuple(document.header["$EXTMAX"])
+
+
 def test_as_a_cad_program_sees_it(tmp_path):
     """ezdxf evaluates the spline itself; the file has no faults; its unit is the millimetre."""
     import ezdxf

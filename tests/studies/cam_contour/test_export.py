@@ -2,7 +2,9 @@
 
 import math
 from dataclasses import replace
+from importlib.metadata import version
 
+import cam_files_to_study as given
 import numpy as np
 import pytest
 import xarray as xr
@@ -63,20 +65,56 @@ def test_without_the_shaft_there_is_no_correction(file):
 
 
 @pytest.mark.slow
-def test_from_the_command_line(file, tmp_path):
+def test_from_the_command_line(file, tmp_path, monkeypatch):
     command_line.register()
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     result = tmp_path / "out"
     run_file(file, folder=result)
     done = CliRunner().invoke(command_line.app, ["export", str(result / "result.nc"), "-o", str(tmp_path / "mill")])
     assert done.exit_code == 0, done.output
     assert {"cam.txt", "cam-pitch.txt", "cam.dxf", "law.csv"} <= {p.name for p in (tmp_path / "mill").iterdir()}
     assert "read back within" in done.output
+    for path in (tmp_path / "mill").iterdir():
+        lines = [line.removeprefix("# ").strip() for line in path.read_text().splitlines()[:12]]
+        assert {"title: A cam for dwell and return", "date: 1970-01-02", f"program: wucht {version('wucht')}"} <= set(lines)
+        assert "cam: original, for a shaft that turns evenly: it makes the law over the cam angle" in lines
+        assert "speed: 500 rpm, fluctuating by 13.09 % in orders 2, 3" in lines
+        assert "law: harmonic, 5 harmonics, 24.1975 deg from the least to the greatest position" in lines
+
+
+@pytest.mark.parametrize(("corrected", "warns"), [(None, True), (False, False), (True, False)])
+def test_a_contour_says_whether_it_is_the_original_or_the_corrected_cam(corrected, warns):
+    """Without the key it is the original one, and a warning names both choices; in report, figure and summary."""
+    speed = {"mean": 52.36, "cosine": [0.0, 2.4], "sine": [0.0, 1.0]}
+    drive = given.drive(given.SMOOTH, given.FOLLOWER, speed=speed)
+    result = run(CamContour(points=36) if corrected is None else CamContour(points=36, corrected=corrected), drive)
+    said, other = ("corrected", "original") if corrected else ("original", "corrected")
+    warnings = [w for w in result.wucht.warnings if "original" in w]
+    assert len(warnings) == warns
+    assert all(choice in warnings[0] for choice in ("study.corrected = true", "study.corrected = false", "9.931 %") if warns)
+    s = result.wucht.summary
+    assert (s["cam_version"], s["speed"], s["corrected"]) == (said, speed, speed if corrected else None)
+    assert s["fluctuation"] == pytest.approx(2 * math.hypot(2.4, 1.0) / 52.36)
+    text = "\n".join(wucht.report(result))
+    assert f"{said} cam" in text and f"{other} cam" not in text
+    assert "speed of 500 rpm fluctuates by 9.931 %" in text
+    for page in (wucht.PRINT, wucht.JOURNAL):
+        labels = {t.get_text() for legend in wucht.draw(result, page).legends for t in legend.get_texts()}
+        assert f"contour, {said}" in {" ".join(label.split()) for label in labels}
+
+
+def test_without_a_fluctuating_speed_there_is_one_cam():
+    for tables in ({}, {"speed": {"mean": 52.36}}):
+        result = run(CamContour(points=36), given.drive(given.SMOOTH, given.FOLLOWER, **tables))
+        assert not result.wucht.warnings
+        assert result.wucht.summary["cam_version"] == ("original" if tables else None)
+        assert ("original" in "\n".join(wucht.report(result))) == bool(tables)
 
 
 def test_a_study_without_files_for_others_says_so(tmp_path):
     path = tmp_path / "law.toml"
     path.write_text(study_of("cam-law").template)
-    with refused("cam-law", given=None):
+    with refused("cam-law", "cam-contour and cam-correction", given=None):
         wucht.export(run_file(path), tmp_path)
 
 

@@ -42,7 +42,7 @@ def test_the_template_is_clean_and_its_points_prove_it(template):
     assert s["points"] == 1440
     assert s["recovered"]["cam"] < 1e-11
     assert 1e-8 < s["rounded"]["cam"] < 1e-4
-    assert len(s["orders_before"]) == len(s["orders_after"]) == 15
+    assert len(s["orders_before"]) == len(s["orders_after"]) == template.sizes["order"] == 24
     assert min(s["orders_before"][5:10]) > 5e-3 * s["orders_before"][0]
     assert max(s["orders_after"][5:]) < 1e-12 * s["orders_after"][0]
     assert s["sentence"].startswith("CLEAN: orders above 5 are below 1e-12 of order 1 (before: 0.56); from 1440 points")
@@ -198,7 +198,8 @@ def test_a_flat_face_and_a_law_that_has_no_end_of_harmonics():
     assert s["before"] > 0.05
     assert s["sentence"].startswith("CLEAN: orders differ from the law's by less than 1e-12 of order 1")
     assert result.acceleration.attrs["units"] == "m/s^2"
-    assert len(s["orders_before"]) == 60
+    assert result.sizes["order"] == 60, "as many as a figure shows"
+    assert len(s["orders_before"]) == 250, "of a law whose orders never end the most that a study shows"
     assert np.isnan(result.roller_radius).all()
 
 
@@ -297,3 +298,56 @@ def test_the_command(wucht, here):
     with xr.open_dataset("out/result.nc", engine="h5netcdf") as result:
         assert result.attrs["finished"] == 1
     assert wucht("plot", "out/result.nc").code == 0
+
+
+@pytest.mark.parametrize("shown", [None, 3])
+def test_orders_are_listed_to_the_last_that_is_not_negligible(shown):
+    """psi = 0.2 cos phi, the speed fluctuating in order 3: order 4 is the largest after order 1, and order 12 is the last.
+
+    By a Fourier transform of the second differences of psi over time, which know nothing of the derivatives by the angle.
+    """
+    law = {"kind": "harmonic", "coefficients": {"mean": 0.0, "cosine": [0.2], "sine": []}}
+    omega, swing, n = 52.36, 8.0, 2**16
+    spec = CamCorrection(points=180) if shown is None else CamCorrection(points=180, orders=shown)
+    result = answered(spec, law=law, speed={"mean": omega, "cosine": [0, 0, swing]})
+    tau = even_angles(n)
+    psi = np.fft.rfft(0.2 * np.cos(tau + swing / (3 * omega) * np.sin(3 * tau))) / n * 2
+    by_hand = np.abs(psi) * (omega * np.arange(len(psi))) ** 2
+    listed = np.array([0.0, *result.wucht.summary["orders_before"]])
+    assert listed == pytest.approx(by_hand[: len(listed)], rel=1e-9, abs=1e-9 * by_hand.max())
+    assert int(np.argsort(listed)[-2]) == 4
+    assert listed[-1] > 1e-9 * listed.max() > by_hand[len(listed) : 40].max()
+    assert result.sizes["order"] == (len(listed) - 1 if shown is None else shown)
+
+
+@pytest.mark.parametrize("arm", [0.07, None])
+def test_the_position_error_in_the_dwell_is_that_of_the_motion_over_time(arm):
+    """Directly: the angle of the shaft by a numerical integral of its speed, the output by its law at that angle."""
+    restrictions = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "100 deg"], "equals": "0 deg"}]
+    law = {"kind": "harmonic", "harmonics": 5, "restrictions": restrictions}
+    speed = {"mean": OMEGA, "cosine": [3.0, 2.4], "sine": [0, 1]}
+    roller = {"kind": "oscillating-roller", "pivot": 0.12, "roller_radius": 0.01, "angle": "-135 deg"}
+    tables = {"law": law, "speed": speed} | ({} if arm is None else {"follower": roller | {"arm": arm}})
+    result = answered(CamCorrection(points=36, decimals=3), **tables)
+    s, motion = result.wucht.summary, cam_drive_from(tables, "", None).motion_law.function
+    tau = np.linspace(-math.radians(120), math.radians(100), 200_001)
+    rate = 1 + (3 * np.cos(tau) + 2.4 * np.cos(2 * tau) + np.sin(2 * tau)) / OMEGA
+    steps = np.append(0.0, np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(tau)))
+    phi = steps - np.interp(0.0, tau, steps)
+    before, after = np.abs(motion(phi)).max(), np.abs(motion(tau)).max()
+    assert s["dwells"] == [pytest.approx([tau[0], tau[-1]])]
+    assert [s["dwell_error_before"], s["dwell_error_after"]] == pytest.approx([before, after], rel=1e-6)
+    assert before > 2 * after > 0
+    lengths = None if arm is None else [arm * before, arm * after]
+    found = [s["dwell_travel_before"], s["dwell_travel_after"]]
+    assert found == ([None, None] if lengths is None else pytest.approx(lengths, rel=1e-6))
+    (line,) = [line for line in wucht.report(result) if line.startswith("  dwell")]
+    assert f"{math.degrees(after):.4g}°" in line and f"{math.degrees(before):.4g}°" in line
+    assert ("mm" in line) == (arm is not None)
+
+
+def test_a_law_that_never_rests_has_no_position_error():
+    law = {"kind": "harmonic", "coefficients": {"mean": 0.0, "cosine": [0.2], "sine": []}}
+    result = answered(law=law)
+    assert (result.wucht.summary["dwells"], result.wucht.summary["dwell_error_before"]) == ([], None)
+    assert not any(line.startswith("  dwell") for line in wucht.report(result))

@@ -122,7 +122,7 @@ def _write_point_list(
     decimals: int,
     separator: Separator,
     cam: Cam | None,
-    heading: Heading | None,
+    heading: Heading | None = None,
 ) -> WorkshopFile:
     write_list(path, points, content, COLUMNS, separator, decimals, tolerance, heading)
     reading = read_list(path)

@@ -63,7 +63,7 @@ _MOTION = rf"MasterPos := {_NUMBER}, SlavePos := {_NUMBER}, SlaveVelo := {_NUMBE
 _XYVA = rf"dX := {_NUMBER}, dY := {_NUMBER}, dV := {_NUMBER}, dA := {_NUMBER}"
 
 
-_COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
+_COMMENT = re.compile(r"\(\*[\s\S]*?\*\)|^#.*$", re.MULTILINE)
 
 
 class SlaveUnit(Enum):

@@ -46,12 +46,12 @@ class Plan:
     drive: CamDrive
     output: Law
     lever: Law
-    shaft: ShaftMotion | None
     cams: Mapping[str, Cam]
     shapes: Mapping[str, Shape]
     contact: ContactLoad | None
     smallest: SizedCam | None
     notes: tuple[str, ...] = ()
+    shaft: ShaftMotion | None = None
 
     @property
     def unit(self) -> str:
@@ -83,7 +83,7 @@ def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     except RunError as error:
         smallest = None
         notes.append(f"no smallest cam: {error}")
-    return Plan(spec, drive, law, lever, shaft, cams, _shapes(cams, spec), contact, smallest, tuple(notes))
+    return Plan(spec, drive, law, lever, cams, _shapes(cams, spec), contact, smallest, tuple(notes), shaft)
 
 
 def _shaft_motion(spec: CamContour, drive: CamDrive) -> ShaftMotion | None:

@@ -36,7 +36,7 @@ def sentence(plan: Plan, findings: Findings) -> str:
     residual = f"{'less than' if has_all_orders else 'below'} {CLEAN:.0e}" if after < CLEAN else f"{after:.2g}"
     clean = "CLEAN" if after < _CLEAN_SHARE else "NOT CLEAN"
     text = f"{clean}: {subject} {residual} of order {purity.reference} (before: {before:.2g})"
-    shares = [purity.share(proof.recovered) for proof in findings.proofs.values() if proof.recovered is not None]
+    shares = [_share_of_points(plan, proof.recovered) for proof in findings.proofs.values() if proof.recovered is not None]
     if shares:
         more = "" if max(shares) < _CLEAN_SHARE else ", which more points reduce"
         text += f"; from {plan.spec.points} points of the contour {max(shares):.2g}{more}"
@@ -61,7 +61,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("version", list(CAM_VERSIONS), "cam", "", "version"),
         Quantity("tau", f.tau, "time as an angle, omega t", "rad", "tau"),
         Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
-        Quantity("order", np.arange(1, _order_count(plan) + 1), "order", "", "order"),
+        Quantity("order", np.arange(1, plan.shown_orders + 1), "order", "", "order"),
         Quantity("cam", np.array(list(plan.after), dtype=str), "cam", "", "cam"),
         Quantity("time", f.tau / plan.shaft.mean, "time", "s", "tau"),
         Quantity("shaft_angle", plan.shaft.angle(f.tau), "angle of the camshaft", "rad", "tau"),
@@ -81,11 +81,10 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     return result_dataset(quantities, sentence(plan, f), f.notes)
 
 
-def _order_count(plan: Plan) -> int:
-    """Return the number of orders in the Dataset: those shown, and all measured ones."""
-    fitted_orders = 0 if plan.measurement is None else plan.measurement.comparison.measured_orders.count
-    is_chosen = plan.spec.orders is not None or plan.purity.count is None  # infinitely many do not fit a figure
-    return max(plan.orders, fitted_orders, 0 if is_chosen else plan.last_order)
+def _share_of_points(plan: Plan, recovered: FourierSeries) -> float:
+    """Return the share of orders above N from points of a contour: among more orders their rounding would dominate."""
+    count = max(plan.orders, 3 * (plan.purity.count or 0))
+    return plan.purity.share(FourierSeries(0.0, recovered.cosine[:count], recovered.sine[:count]))
 
 
 def _pad_row(values: np.ndarray, count: int) -> np.ndarray:
@@ -107,7 +106,7 @@ def _table_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 
 
 def _order_quantities(plan: Plan, f: Findings) -> list[Quantity]:
-    count, scale, unit = _order_count(plan), plan.shaft.mean**2, f"{plan.unit}/s^2"
+    count, scale, unit = plan.shown_orders, plan.shaft.mean**2, f"{plan.unit}/s^2"
 
     def version_rows(of: Callable[[FourierSeries], np.ndarray]) -> list[np.ndarray]:
         return [_pad_row(scale * of(series), count) for series in f.spectrum]
@@ -189,7 +188,7 @@ def _contour_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 
 
 def _measurement_quantities(plan: Plan, f: Findings) -> list[Quantity]:
-    count, unit, no_orders = _order_count(plan), f"{plan.unit}/s^2", FourierSeries.of(math.nan)
+    count, unit, no_orders = plan.shown_orders, f"{plan.unit}/s^2", FourierSeries.of(math.nan)
     comparison = plan.measurement.comparison if plan.measurement is not None else None
     measured_orders, computed_orders = (
         (comparison.measured_orders, comparison.computed_orders) if comparison is not None else (no_orders, no_orders)
@@ -265,7 +264,7 @@ def _dwell_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 
 
 def _shares(plan: Plan, spectra: Mapping[str, FourierSeries | None]) -> dict[str, float]:
-    return {name: plan.purity.share(series) for name, series in spectra.items() if series is not None}
+    return {name: _share_of_points(plan, series) for name, series in spectra.items() if series is not None}
 
 
 def _record_group(plan: Plan, f: Findings) -> Quantity:

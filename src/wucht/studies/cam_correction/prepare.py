@@ -182,6 +182,13 @@ class Plan:
     delay: tuple[float, float] | None
     notes: tuple[str, ...]
 
+    @property
+    def shown_orders(self) -> int:
+        """Number of orders in the Dataset and its figure: those examined, and all that are measured or not negligible."""
+        fitted_orders = 0 if self.measurement is None else self.measurement.comparison.measured_orders.count
+        is_chosen = self.spec.orders is not None or self.purity.count is None  # infinitely many do not fit a figure
+        return max(self.orders, fitted_orders, 0 if is_chosen else self.last_order)
+
 
 def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
     """Return the plan.

@@ -243,7 +243,8 @@ def _recovered_acceleration(plan: Plan, cam: Cam, points: np.ndarray) -> Fourier
     lever_motion = MilledCam(points, cam.follower, cam.clockwise).motion(phi, first_guess)
     output = lever_motion if plan.closure is None else plan.closure.output_at(lever_motion)
     # Twice differentiated, the rounding of orders far above the examined ones would dominate.
-    acceleration, most = FourierSeries.from_samples(output).derivative(2), max(plan.orders, 3 * (plan.purity.count or 0))
+    acceleration = FourierSeries.from_samples(output).derivative(2)
+    most = max(plan.shown_orders, 3 * (plan.purity.count or 0))
     return FourierSeries(0.0, acceleration.cosine[:most], acceleration.sine[:most])
 
 
