@@ -27,7 +27,7 @@ def observer(machine: Machine, signal: Any = None, begin: float = 0.0) -> LoadOb
 
 
 def moved(machine: Machine, share: float, time: np.ndarray, speeds: tuple[float, float] = (0.0, 0.0)) -> Any:
-    """The carrier is away from its rest position by this share of ``AWAY`` at the second of five samples, else there."""
+    """The carrier is away from its rest position by this share of ``AWAY`` at the first sample, then there."""
     states = np.zeros((len(machine.state_names), len(time)))
     for label, coordinate, rest in zip(machine.labels, machine.carrier, machine.rest, strict=True):
         states[machine.row(coordinate.position)] = rest
