@@ -228,7 +228,7 @@ def test_what_each_panel_shows() -> None:
 @pytest.mark.parametrize(("last", "right"), [(0.0, 5.0), (2.0, 5.0), (10.0, 20.0), (80.0, 100.0)])
 @pytest.mark.parametrize("where", [0, 1, 2])
 def test_the_time_in_which_nothing_happens_is_not_drawn(where: int, last: float, right: float) -> None:
-    """Twice the time until which one of the speeds, or the amplitude, of any case still changes; a twentieth of all at least."""
+    """Twice the time until which a speed, or the amplitude, of any case still changes is; a twentieth of all at least."""
     time = np.concatenate([[-50.0, -1.0], np.arange(0.0, 101.0)])
     rows = np.tile(np.array([100.0, -50.0, 1e-3])[:, None], (1, len(time)))
     rows[where, time <= last] *= 1.5
