@@ -39,6 +39,13 @@ def test_a_span_is_a_turn_of_the_fastest_rotor(sense: float) -> None:
     assert np.all(course.amplitude >= [5e-3, 2e-3, 3e-3, 4e-3])
 
 
+def test_one_rotor_may_rest_while_another_turns_clockwise() -> None:
+    time = np.linspace(0.0, 2.0, 21)
+    course = course_over_turns(np.array([0.0 * time, -TURN * time]), time, [0.5, 1.5], [1e-3, 2e-3])
+    assert (len(course.time), course.speeds[0].tolist()) == (2, [0.0, 0.0])
+    assert course.speeds[1] == pytest.approx([-TURN] * 2)
+
+
 def test_without_a_turn_or_a_time_there_is_one_moment_at_rest() -> None:
     still = course_over_turns(np.ones((2, 3)), np.array([0.0, 1.0, 2.0]), [1.0], [1e-3])
     begun = course_over_turns(np.ones((2, 1)), np.array([3.0]), [1.0], [1e-3])
