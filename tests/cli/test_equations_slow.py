@@ -100,3 +100,39 @@ def test_a_parameter_that_a_schedule_raises_from_zero_is_printed(wucht: Command,
     (tmp_path / "ramp.toml").write_text(text + "\n" + schedule, encoding="utf-8")
     printed = wucht("equations", str(tmp_path / "ramp.toml"), "--slow").out
     assert "U*(-Omega + omega)" in printed and "left out" not in printed.split("U = ")[-1].splitlines()[0]
+
+
+DRIVEN = """
+[machine.carrier]
+directions = "x"
+mass = "10 kg"
+stiffness = "1e4 N/m"
+[[machine.bodies]]
+kind = "rotor"
+name = "a"
+mass = "5 kg"
+unbalance = "0.01 kg m"
+inertia = "0.01 kg m^2"
+[machine.drive]
+kind = "inverter"
+set_speed = "100 rad/s"
+gain = "1 N m s"
+integral_time = "0.1 s"
+torque_limit = "5 N m"
+[[machine.schedules]]
+parameter = "drive.set_speed"
+points = [["0 s", "0 rad/s"], ["2 s", "100 rad/s"]]
+[study]
+kind = "run-up"
+"""
+
+
+def test_the_full_equations_have_those_of_internal_states_and_say_what_a_schedule_changes(wucht: Command, here: Path) -> None:
+    Path("driven.toml").write_text(DRIVEN, encoding="utf-8")
+    lines = wucht("equations", "driven.toml").out.splitlines()
+    rates = [line for line in lines if line.startswith("  ") and "=" in line]
+    assert len(rates) == 3 and rates[-1].lstrip().split("'")[0] not in {line.lstrip().split("'")[0] for line in rates[:2]}
+    scheduled = [line for line in lines if "drive.set_speed" in line]
+    assert len(scheduled) == 1 and scheduled[0].endswith(", at t = 0: it has a schedule")
+    in_latex = wucht("equations", "driven.toml", "--latex").out.splitlines()
+    assert all(line.count("&=") == 1 for line in in_latex if line.startswith("  "))

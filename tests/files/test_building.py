@@ -117,6 +117,23 @@ def test_the_document_given_stays():
     assert given == SCREEN
 
 
+@pytest.mark.parametrize(
+    ("table", "before", "path", "after"),
+    [
+        ("drive", {"file": "a.csv"}, "drive.points", {"points": [[0, 1], [2, 0]]}),
+        ("drive", {"points": [[0, 1], [2, 0]]}, "drive.file", {"file": "a.csv"}),
+        ("carrier", {"table": "a.csv"}, "carrier.motion.points", {"points": [[0, 0], [1, 2]]}),
+        ("carrier", {"points": [[0, 0], [1, 2]]}, "carrier.motion.table", {"table": "a.csv"}),
+    ],
+)
+def test_points_and_the_file_that_has_them_replace_each_other(table, before, path, after):
+    inside = {"kind": "table", "on": "left"} if table == "drive" else {"direction": "x"}
+    (value,) = after.values()
+    described = {"drive": inside | before} if table == "drive" else {"carrier": {"mass": 1.0, "motion": inside | before}}
+    given = with_settings(SHAKEN | described, {path: value})[table]
+    assert (given if table == "drive" else given["motion"]) == inside | after
+
+
 def test_loads_without_a_body_are_on_the_only_rotor():
     loads = [{k: v for k, v in x.items() if k != "on"} for x in SCREEN["loads"]]
     machine = machine_from(SCREEN | {"loads": loads})

@@ -112,6 +112,13 @@ def test_shaft_torques_are_those_of_drives_and_of_losses(sense):
     assert sense_of(machine, machine.rotor) == sense_of(machine, machine.bodies[1]) == sense
 
 
+@pytest.mark.parametrize("torque", [0.5, -0.5])
+def test_a_drive_that_nothing_limits_turns_as_it_starts(torque):
+    machine = together({"kind": "constant-torque", "torque": torque}, None)
+    assert free_speed(machine, machine.rotor) is None
+    assert [sense_of(machine, b) for b in machine.bodies] == [math.copysign(1.0, torque), 1.0]
+
+
 def test_the_damper_between_two_bodies_is_that_of_the_later_one():
     """Of two balls one is not damped; the bearing of the rotor is no damper between bodies."""
     bodies = [ROTOR | {"name": "r0", "bearing_damping": 0.7}, BALL, BALL | {"name": "q", "damping": 0.0}]

@@ -39,8 +39,13 @@ def axis_at_rest(machine: Mechanism) -> dict[str, float]:
 
 
 def sense_of(machine: Mechanism, body: RotatingBody) -> float:
-    """Return +1 for a body that turns counter-clockwise in operation, -1 for one that turns clockwise with its drive."""
-    return -1.0 if (free_speed(machine, machine.rotor_of(body)) or 0.0) < 0 else 1.0
+    """Return +1 for a body that turns counter-clockwise in operation, -1 for one that turns clockwise with its drive.
+
+    Where nothing but the vibration limits the speed, it turns as the torque at standstill drives it.
+    """
+    rotor = machine.rotor_of(body)
+    speed = free_speed(machine, rotor)
+    return -1.0 if (net_torque(machine, rotor)(0.0) if speed is None else speed) < 0 else 1.0
 
 
 def shaft_torques(machine: Mechanism, rotor: RotatingBody) -> tuple[sp.Expr, sp.Expr]:

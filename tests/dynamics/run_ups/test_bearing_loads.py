@@ -87,6 +87,18 @@ def test_a_speed_of_two_levels() -> None:
     assert life.hours == pytest.approx((1000.0 / life.load) ** 3 * 1e6 / (300.0 / (2 * math.pi) / 5.0) / 3600, rel=2e-4)
 
 
+def test_the_peak_is_that_of_the_whole_run() -> None:
+    """80 rad/s at first, 40 rad/s at the end."""
+    points = [[0.0, 80.0], [0.5, 80.0], [1.0, 40.0], [2.0, 40.0]]
+    drum = parts.Rotor(name="drum", mass=MASS, unbalance=UNBALANCE, inertia=0.1)
+    carrier, schedule = parts.Carrier(mass=1.0, directions="fixed"), {"parameter": "drive.speed", "points": points}
+    machine = Machine(carrier, [drum], [parts.ConstantSpeed(speed=80.0)], schedules=[schedule])
+    motion = run_to_end(machine, {}, RunSettings(until=2.0)).machine_motion
+    load = loads_at_end(machine, motion, (1.2, 2.0))["drum"]
+    assert load.largest == pytest.approx(UNBALANCE * 40.0**2, rel=1e-3)
+    assert load.peak == pytest.approx(UNBALANCE * 80.0**2, rel=0.02)  # with what it takes to slow down
+
+
 def test_a_run_up_and_a_load_history_give_one_life() -> None:
     """Of a motor-driven drum with a ball, soft in y: from stored samples of the last window, and from dense ones."""
     rotor = {

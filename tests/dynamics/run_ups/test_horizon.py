@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from wucht.analysis.time_constants import runaway_limit
 from wucht.dynamics.run_ups.horizon import (
     SAMPLES_PER_TURN,
     SPEED_LIMIT,
@@ -154,3 +155,28 @@ def test_a_prescribed_speed_that_rises_later_is_expected(sense: float) -> None:
     ramp = {"parameter": "drive.speed", "points": [[0.0, sense * 150.0], [1.0, sense * 400.0]]}
     machine = driven(0.0, drive=held, schedules=[ramp])
     assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_fastest_of_several_rotors_sets_the_step(sense: float) -> None:
+    rotors = [{"kind": "rotor", "name": n, "mass": 4.0, "unbalance": 0.01, "inertia": 0.1} for n in ("d", "e")]
+    motors = [{"on": n, "kind": "linear", "slope": 0.1, "no_load_speed": w} for n, w in (("d", 50.0), ("e", sense * 300.0))]
+    machine = driven(0.0, bodies=rotors, drive=None, drives=motors)
+    assert horizon(machine).step == pytest.approx(2 * math.pi / 300.0 / SAMPLES_PER_TURN, rel=1e-2)
+
+
+def test_a_fast_motion_of_the_carrier_sets_the_step() -> None:
+    """It is shaken in x with 300 rad/s, faster than the rotor and its natural vibration in y."""
+    motion = {"direction": "x", "amplitude": 1e-3, "frequency": 300.0}
+    machine = driven(50.0, carrier={"directions": "xy", "stiffness": 4e4, "damping": 10.0, "motion": motion})
+    of = horizon(machine)
+    assert of.step == pytest.approx(2 * math.pi / 300.0 / SAMPLES_PER_TURN, rel=1e-2) and of.vibration == pytest.approx(300.0)
+
+
+def test_the_limit_that_is_given_counts_where_nothing_else_limits_the_speed() -> None:
+    free = driven(0.0, drive={"on": "d", "kind": "constant-torque", "torque": 1.0})
+    rotor = free.rotor.coordinate
+    for given, limit in ((30.0, 30.0), (None, runaway_limit(free))):
+        (event,) = (e for e in horizon(free, speed_limit=given).events if e.name == SPEED_LIMIT)
+        assert limit is not None and event.expression.subs(rotor.velocity, limit) == pytest.approx(0.0, abs=1e-12)
+    assert any("without limit" in w for w in horizon(free).warnings) and horizon(free, speed_limit=30.0).warnings == ()

@@ -185,16 +185,42 @@ def test_levels_are_those_of_the_rotor_that_loses_most(senses: tuple[float, floa
     assert voltage_dips._level_times(course, np.array([100.0]), 2).tolist() == [3.0, 5.0]
 
 
+def test_a_dip_of_many_legs_is_that_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    supply = supply_of(loaded_motor(25.0), 1.0)
+    whole = supply.dip(0.06, Work())
+    monkeypatch.setattr(voltage_dips, "_SAMPLES_A_LEG", 8)
+    legs = supply.dip(0.06, Work())
+    low = [course.time <= 0.06 for course in (whole.course, legs.course)]
+    assert legs.course.time[0] == whole.course.time[0] == 0.0
+    np.testing.assert_allclose(
+        np.interp(whole.course.time[low[0]], legs.course.time[low[1]], legs.course.speeds[0, low[1]]),
+        whole.course.speeds[0, low[0]], rtol=1e-6,
+    )  # fmt: skip
+    assert legs.speed_at_recovery == pytest.approx(whole.speed_at_recovery, rel=1e-9)
+
+
+@pytest.mark.parametrize(("release", "locked"), [(100.0, 0.0), (200.0, 1.0)])
+def test_in_operation_bodies_are_as_locked_as_the_run_up_has_left_them(release: float, locked: float) -> None:
+    rotor = {"kind": "rotor", "name": "rotor", "mass": 5.0, "eccentricity": 0.0, "inertia": J}
+    ball = {"kind": "pendulum", "name": "ball", "about": "rotor", "mass": 1e-3, "length": 0.01, "damping": 1e-4}
+    machine = loaded_motor(25.0, bodies=[rotor, ball | {"release": {"speed": release}}])
+    operation = operation_of(machine, {}, RunSettings(until=1.0), 10, Work())
+    assert operation.locks == {"ball.locked": locked}
+
+
 # --- the border by bisection ---
 
 
-def _tried(returns: Callable[[float], bool], durations: list[float], shortest: float = 0.0) -> CriticalDip:
+def _tried(
+    returns: Callable[[float], bool], durations: list[float], shortest: float = 0.0, earlier: list[float] | None = None
+) -> CriticalDip:
     course = MotionCourse(np.zeros(1), np.zeros((1, 1)), np.zeros(1))
 
     def dip(duration: float, _work: Work) -> Dip:
         return Dip(duration, EndState("passed", (1.0,), (), None, 1.0), returns(duration), 1.0, None, 0.0, course)
 
-    *_, tried = critical_dip(dip, durations, shortest, CriticalDip(), Work())
+    before = CriticalDip(tuple(dip(duration, Work()) for duration in earlier or ()))
+    *_, tried = critical_dip(dip, durations, shortest, before, Work())
     return tried
 
 
@@ -204,6 +230,13 @@ def test_to_one_percent(critical: float) -> None:
     assert tried.longest_return.duration <= critical < tried.shortest_loss.duration
     assert tried.shortest_loss.duration - tried.longest_return.duration <= 0.01 * tried.longest_return.duration
     assert len(tried.dips) < 25
+
+
+def test_dips_that_were_computed_before_count() -> None:
+    """A loss that is shorter than all that are tried."""
+    tried = _tried(lambda t: t <= 0.1, [0.5, 1.0], earlier=[0.2])
+    assert [d.duration for d in tried.dips if d.duration >= 0.2] == [0.2, 0.5, 1.0]
+    assert tried.longest_return.duration == pytest.approx(0.1, rel=0.01) and len(tried.dips) < 15
 
 
 def test_the_first_border_counts() -> None:
@@ -254,6 +287,12 @@ def test_drives_without_a_voltage_are_refused(kind: str) -> None:
     machine = loaded_motor(20.0, drive={"on": "rotor"} | DRIVES[kind])
     with refused("machine.drive", "rotor", "induction", "dc-separate", "dc-series", "dc-shunt", given=kind, code="no-voltage"):
         voltages_of_drives(machine, None)
+
+
+def test_a_drive_that_names_no_body_is_on_the_rotor() -> None:
+    fan = loaded_motor(20.0)
+    alone = fan.with_fields(parts=tuple(p.model_copy(update={"on": ""}) if p in fan.drives else p for p in fan.parts))
+    assert voltages_of_drives(alone, "rotor") == {"drive.voltage": U}
 
 
 def test_all_drives_or_one() -> None:

@@ -20,6 +20,7 @@ from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.parts import drives
+from wucht.studies.drive_failure import computation, figure
 from wucht.studies.drive_failure import dataset as module
 from wucht.studies.drive_failure.computation import FailureRun, Findings, OperationPlan, OperationRun, Plan
 from wucht.studies.drive_failure.spec import DriveFailure
@@ -222,6 +223,73 @@ def test_what_each_panel_shows() -> None:
     ]
     places = [patch.get_x() + patch.get_width() for patch in torques.patches[:4]]
     assert places == pytest.approx(torques.get_xticks().tolist()) and np.diff(places) == pytest.approx([1.0, 1.5, 1.0])
+
+
+@pytest.mark.parametrize(("last", "right"), [(0.0, 5.0), (2.0, 5.0), (10.0, 20.0), (80.0, 100.0)])
+@pytest.mark.parametrize("where", [0, 1, 2])
+def test_the_time_in_which_nothing_happens_is_not_drawn(where: int, last: float, right: float) -> None:
+    """Twice the time until which a speed, or the amplitude, of any case still changes is; a twentieth of all at least."""
+    time = np.concatenate([[-50.0, -1.0], np.arange(0.0, 101.0)])
+    rows = np.tile(np.array([100.0, -50.0, 1e-3])[:, None], (1, len(time)))
+    rows[where, time <= last] *= 1.5
+    quiet = np.tile(np.array([100.0, -50.0, 1e-3])[:, None], (1, len(time)))
+    both = np.array([quiet, rows if last else quiet])
+    result = xr.Dataset({
+        "time": (("case", "sample"), np.array([time, time])), "rotor_speed": (("case", "rotor", "sample"), both[:, :2]),
+        "amplitude": (("case", "sample"), both[:, 2]),
+    })  # fmt: skip
+    assert figure._limits(result) == (pytest.approx(-0.15 * right), pytest.approx(right))
+
+
+# --- run after run ---
+
+
+class NamedWork:
+    """Work that knows its name among the units, and its share of the progress."""
+
+    def __init__(self, name: str = "", begin: float = 0.0, end: float = 1.0) -> None:
+        self.name, self.begin, self.end = name, begin, end
+
+    def part(self, name: str, begin: float, end: float) -> NamedWork:
+        width = self.end - self.begin
+        return NamedWork(f"{self.name}/{name}".strip("/"), self.begin + begin * width, self.begin + end * width)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_each_drive_fails_after_each_run_until_then(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    """All have names of their own, so that each is resumed as itself, and follow each other in the progress."""
+    parts = list[NamedWork]()
+
+    def run_up(case: str, work: NamedWork) -> Any:
+        parts.append(work)
+        for leg in (1, 2):
+            yield (SimpleNamespace(case=case, leg=leg, trajectory=SimpleNamespace(failure=None)),)
+
+    monkeypatch.setattr(computation, "run_up", run_up)
+    monkeypatch.setattr(computation, "case_without_drive", lambda motion, drive, _: f"{motion.case} without {drive.on}")
+    plans: Any = tuple(OperationPlan(f"run {k}", "") for k in range(count))  # type: ignore[arg-type]
+    *earlier, last = computation.run(Plan(DriveFailure(), SCREEN, plans, (E1, E2)), NamedWork())  # type: ignore[arg-type]
+    for k, operation in enumerate(last.operations):
+        assert (operation.motion.case, operation.motion.leg) == (f"run {k}", 2)
+        failures = [(f.drive.on, f.motion.case, f.motion.leg) for f in operation.failures]
+        assert failures == [(d, f"run {k} without {d}", 2) for d in ("e1", "e2")]
+    assert last.finished_count == 2 * count == len(last.operations) * 2
+    so_far = [(len(f.operations), len(f.operations[-1].failures), f.finished_count) for f in earlier[:6]]
+    assert so_far == [(1, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 0), (1, 2, 1), (1, 2, 1)]
+    names = [work.name for work in parts]
+    if count == 1:
+        assert names == ["operation", "operation/without e1", "operation/without e2"]
+    assert len(set(names)) == 3 * count
+    assert [w.begin for w in parts[1:]] == pytest.approx([w.end for w in parts[:-1]])
+    assert (parts[0].begin, parts[-1].end) == (0.0, pytest.approx(1.0))
+
+
+def test_after_a_run_that_fails_no_drive_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = SimpleNamespace(trajectory=SimpleNamespace(failure="it burst"))
+    monkeypatch.setattr(computation, "run_up", lambda case, work: iter([(broken,)]))
+    plans: Any = (OperationPlan("run", ""),)  # type: ignore[arg-type]
+    *_, last = computation.run(Plan(DriveFailure(), SCREEN, plans, (E1, E2)), NamedWork())  # type: ignore[arg-type]
+    assert (last.operations[0].failures, last.finished_count) == ((), 0)
 
 
 # --- the state in which a motion ends ---

@@ -89,6 +89,14 @@ def test_without_a_line_a_start_or_a_cycle() -> None:
     assert (none.wucht.summary["begin"], none.wucht.summary["end"]) == (0.0, 3.0)
 
 
+@pytest.mark.parametrize(("of_machine", "unit"), [(None, "s"), ("s", "s"), ("", "")])
+def test_the_time_of_the_course_has_the_unit_of_the_machine(of_machine: str | None, unit: str) -> None:
+    """None where a machine is dimensionless; of a record it is in seconds."""
+    case = None if of_machine is None else SimpleNamespace(machine=SimpleNamespace(units=SimpleNamespace(time=of_machine)))
+    made = {q.name: q.unit for q in dataset._signal_quantities(plan(case=case), LoadHistory(TIME, VALUES, 12.0), VALUES)}
+    assert (made["course_time"], made["counted_from"]) == (unit, unit)
+
+
 def test_a_long_signal_is_drawn_with_the_least_and_greatest_value_of_each_of_200_intervals() -> None:
     time = np.sort(np.random.default_rng(1).uniform(5.0, 25.0, 2000))
     time[0] = 5.0

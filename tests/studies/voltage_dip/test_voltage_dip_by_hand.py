@@ -15,9 +15,10 @@ from tests.hand_made import drawn, titled, warnings_of
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
 from wucht.dynamics.run_ups.settled_operation import EndState, SettledOperation
 from wucht.dynamics.run_ups.voltage_dips import CriticalDip, Dip, LastingDip
+from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
+from wucht.studies.voltage_dip import computation, figure
 from wucht.studies.voltage_dip import dataset as module
-from wucht.studies.voltage_dip import figure
 from wucht.studies.voltage_dip.computation import Findings, Plan
 from wucht.studies.voltage_dip.spec import VoltageDip
 
@@ -197,3 +198,62 @@ def test_a_long_course_is_cut_off() -> None:
         axis = Figure().subplots()
         figure._limit_time(axis, answered(made(SHORT, dip(longest, False))))
         assert axis.get_xlim()[1] == pytest.approx(end)
+
+
+# --- which dips are computed ---
+
+
+def computed(
+    monkeypatch: pytest.MonkeyPatch, returns: Any, outcome: str = "passed", **keys: Any
+) -> tuple[list[Findings], list[Any]]:
+    """The findings of a machine that returns as told, and what was asked of its supply: of the lasting dip, then durations."""
+    asked = list[Any]()
+
+    class Supply:
+        def lasting_dip(self, until: float | None, count: int, work: Any) -> LastingDip:
+            asked.append((until, count))
+            return replace(LASTING, levels=np.array([0.2, 0.5, 0.9, 3.0]))
+
+        def dip(self, duration: float, work: Any) -> Dip:
+            asked.append(duration)
+            return dip(duration, returns(duration))
+
+    settled = SettledOperation(np.zeros(1), replace(IN_OPERATION, outcome=outcome), BEFORE, {})
+    monkeypatch.setattr(computation, "operation_of", lambda *_: settled)
+    monkeypatch.setattr(Plan, "supply", lambda *_: Supply())
+    return list(computation.run(planned(**keys), Work())), asked
+
+
+def test_dips_of_all_levels_then_the_border(monkeypatch: pytest.MonkeyPatch) -> None:
+    findings, asked = computed(monkeypatch, lambda t: t < 0.7, points=7)
+    assert asked[:5] == [(None, 7), 0.2, 0.5, 0.9, 3.0]
+    assert all(0.5 < t < 0.9 for t in asked[5:])
+    assert [f.is_complete for f in findings] == [False] * (len(findings) - 1) + [True]
+    last = findings[-1].critical
+    assert last.longest_return is not None and last.longest_return.duration == pytest.approx(0.7, rel=0.01)
+    assert findings[0].lasting is None and findings[1].lasting is not None and findings[2].critical.dips != ()
+
+
+def test_a_single_duration_comes_first_and_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    findings, asked = computed(monkeypatch, lambda t: t < 0.7, duration=0.75)
+    assert asked[1:3] == [0.75, 0.2]
+    single = findings[-1].single
+    assert single is not None and (single.duration, single.is_return) == (0.75, False)
+    assert single in findings[-1].critical.dips and not any(0.75 < t < 0.9 for t in asked[2:] if isinstance(t, float))
+
+
+def test_of_a_range_its_ends_and_the_levels_between_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, asked = computed(monkeypatch, lambda t: True, duration=(0.2, 0.8))
+    assert asked[0][0] == 0.8 and asked[1:] == [0.2, 0.5, 0.8]
+
+
+def test_a_machine_that_is_not_in_operation_has_no_dips(monkeypatch: pytest.MonkeyPatch) -> None:
+    findings, asked = computed(monkeypatch, lambda t: True, outcome="stopped")
+    assert len(findings) == 1 and asked == []
+
+
+def test_the_machine_whose_supply_dips_is_as_the_run_up_has_left_it() -> None:
+    settled = SettledOperation(np.zeros(1), IN_OPERATION, BEFORE, {})
+    supply = planned(depth=0.25).supply(settled)
+    assert (supply.voltages, supply.depth, supply.operation) == (VOLTAGES, 0.25, settled)
+    assert {n: supply.dip_machine.values[n] for n in VOLTAGES} == {"drives.e1.voltage": 150.0, "drives.e2.voltage": 75.0}
