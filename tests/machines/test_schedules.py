@@ -74,10 +74,10 @@ def test_a_motor_follows_its_inverter_from_standstill(boost):
     ("changes", "drive", "refusal"),
     [
         ({"boost": "400 V"}, None, refused("machine.schedules[0].boost", "230.94 V", given="400 V", code="limits")),
-        ({"boost": "-1 V"}, None, refused("machine.schedules[0].boost", "230.94 V", given="-1 V")),
-        ({"boost": "1 A"}, None, refused("machine.schedules[0].boost", given="1 A")),
-        ({"voltage": "V/f"}, None, refused("machine.schedules[0].voltage", given="V/f")),
-        ({"voltage": None, "boost": "3 V"}, None, refused("machine.schedules[0].boost", given="3 V")),
+        ({"boost": "-1 V"}, None, refused("machine.schedules[0].boost", "230.94 V", given="-1 V", code="limits")),
+        ({"boost": "1 A"}, None, refused("machine.schedules[0].boost", given="1 A", code="dimension")),
+        ({"voltage": "V/f"}, None, refused("machine.schedules[0].voltage", given="V/f", code="unknown-name")),
+        ({"voltage": None, "boost": "3 V"}, None, refused("machine.schedules[0].boost", given="3 V", code="not-allowed")),
         ({}, {"kind": "synchronous", "frequency": 50, "pole_pairs": 2},
          refused("machine.schedules[0].voltage", given="proportional")),
         ({"parameter": "drive.rotor_resistance", "points": [[0, 1], [1, 2]]}, None,
@@ -275,7 +275,7 @@ def test_a_prescribed_speed_that_rises():
 def test_a_prescribed_motion_has_no_schedule(key):
     """Its phase would be frequency(t) t instead of the integral, its velocity not the derivative of amplitude(t) cos."""
     carrier = {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 30.0}}
-    with refused("machine.schedules[0].parameter", "table of displacements"):
+    with refused("machine.schedules[0].parameter", "table of displacements", code="prescribed"):
         machine_with(schedule(f"carrier.motion.{key}", [0.0, 1e-3], [1.0, 2e-3], interpolation="smooth"), carrier=carrier)
 
 
@@ -295,17 +295,38 @@ def test_what_is_prescribed_cannot_jump(parameter, parts):
 @pytest.mark.parametrize(
     ("table", "refusal"),
     [
-        (schedule("drive.slop", [0, 1]), refused("machine.schedules[0].parameter", "drive.slope", given="drive.slop")),
-        ({"points": [[0, 1]]}, refused("machine.schedules[0].parameter", "drive.slope", given=None)),
-        (schedule("drive.slope"), refused("machine.schedules[0].points", given=[])),
-        ({"parameter": "drive.slope", "points": [[0, 1, 2]]}, refused("machine.schedules[0].points", given=[[0, 1, 2]])),
-        (schedule("drive.slope", [0, 1], [0, 2]), refused("machine.schedules[0].points", given=[[0, 1], [0, 2]])),
-        (schedule("drive.slope", [1, 1], [0, 2]), refused("machine.schedules[0].points", given=[[1, 1], [0, 2]])),
-        (schedule("drive.slope", ["0 m", 1]), refused("machine.schedules[0].points[0][0]", given="0 m")),
-        (schedule("drive.slope", [0, "3 kg"]), refused("machine.schedules[0].points[0][1]", given="3 kg")),
-        (schedule("drive.slope", [0, 1], interpolation="cubic"), refused("machine.schedules[0].interpolation", given="cubic")),
-        (schedule("drive.slope", [0, 1], colour="red"), refused("machine.schedules[0].colour", given="red")),
-        (schedule("drive.slope", [0, float("nan")]), refused("machine.schedules[0].points[0][1]", given=float("nan"))),
+        (
+            schedule("drive.slop", [0, 1]),
+            refused("machine.schedules[0].parameter", "drive.slope", given="drive.slop", code="unknown-parameter"),
+        ),
+        ({"points": [[0, 1]]}, refused("machine.schedules[0].parameter", "drive.slope", given=None, code="unknown-parameter")),
+        (schedule("drive.slope"), refused("machine.schedules[0].points", given=[], code="pairs")),
+        (
+            {"parameter": "drive.slope", "points": [[0, 1, 2]]},
+            refused("machine.schedules[0].points", given=[[0, 1, 2]], code="pairs"),
+        ),
+        (
+            schedule("drive.slope", [0, 1], [0, 2]),
+            refused("machine.schedules[0].points", given=[[0, 1], [0, 2]], code="not-increasing"),
+        ),
+        (
+            schedule("drive.slope", [1, 1], [0, 2]),
+            refused("machine.schedules[0].points", given=[[1, 1], [0, 2]], code="not-increasing"),
+        ),
+        (schedule("drive.slope", ["0 m", 1]), refused("machine.schedules[0].points[0][0]", given="0 m", code="dimension")),
+        (schedule("drive.slope", [0, "3 kg"]), refused("machine.schedules[0].points[0][1]", given="3 kg", code="dimension")),
+        (
+            schedule("drive.slope", [0, 1], interpolation="cubic"),
+            refused("machine.schedules[0].interpolation", given="cubic", code="unknown-name"),
+        ),
+        (
+            schedule("drive.slope", [0, 1], colour="red"),
+            refused("machine.schedules[0].colour", given="red", code="unknown-key"),
+        ),
+        (
+            schedule("drive.slope", [0, float("nan")]),
+            refused("machine.schedules[0].points[0][1]", given=float("nan"), code="not-finite"),
+        ),
     ],
 )
 def test_schedules_that_cannot_be_are_refused(table, refusal):
