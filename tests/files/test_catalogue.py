@@ -264,3 +264,11 @@ def test_a_wrong_setting_is_told_at_the_file_that_has_it(here, setting, refusal,
         with refused("machine.set.p4.mass", given=1, file="outer.toml", code="unknown-parameter"):
             load_machine("outer.toml", {"p1.mass": 0.1, "p4.mass": 1})
         assert load_machine("outer.toml", {"p1.mass": 0.1}).values["p1.mass"] == 0.1
+
+
+def test_a_missing_key_that_was_written_for_another_study_keeps_its_code(here):
+    """The keys of a sweep are not taken for those of a probability; the sentence says so, and the error is the same."""
+    question = '[machine]\nuse = "drozdetskaya-2020/r1"\n[study]\nkind = "sweep"\nalong = "drive.slope"\nrange = [0.01, 0.02]\n'
+    Path("swept.toml").write_text(question, encoding="utf-8")
+    with refused("study.along", "ignored", code="missing", file="swept.toml"):
+        read_study("swept.toml", {"study.kind": "capture-probability"})

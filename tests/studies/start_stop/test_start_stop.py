@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import figure_checks
 from wucht.dynamics.run_ups.observed_loads import largest_magnitude, mount_places
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.damage import WoehlerLine
@@ -19,7 +20,7 @@ from wucht.machines.machine import Machine
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.run_up.spec import RunUp
-from wucht.studies.runner import report, run
+from wucht.studies.runner import draw, report, run
 from wucht.studies.start_stop.dataset import allowed_cycles
 from wucht.studies.start_stop.spec import StartStop
 
@@ -224,3 +225,11 @@ def test_bad_input(refused: Callable[..., str], here: Path, name: str) -> None:
     assert old in FILE
     Path("my.toml").write_text(FILE.replace(old, new))
     refused("run", "my.toml", "-o", "out", says=("my.toml: ", key, says))
+
+
+def test_the_figure_has_its_powers_of_ten_in_the_names_of_its_scales(cycle: Any) -> None:
+    """The damage of a cycle is a few millionths: its unit is in the name of the scale, and nothing beside that."""
+    figure = draw(cycle)
+    figure_checks.check(figure)
+    assert [axis.get_ylabel() for axis in figure.axes][-1].startswith("damage so far (10⁻")
+    assert figure.get_suptitle().count("\n") == 1, "two lines"
