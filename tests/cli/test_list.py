@@ -41,7 +41,11 @@ def test_the_own_states_of_a_part(wucht: Command) -> None:
 
 def test_bad_names(refused: Refused) -> None:
     refused("list", "rotar", says=("NAME", "did you mean 'rotor'?"))
-    refused("list", "practice/screen", says=("NAME", "neither a study nor a part"))
+    screens = "in the catalogue: practice/screen, practice/screen-loaded, practice/screen-unsynchronised"
+    refused(
+        "list", "screen", says=("NAME", "neither a study nor a part", screens, "`wucht new practice/screen` copies the first")
+    )
+    refused("list", "practice/fan-on-belt", says=("`wucht new practice/fan-on-belt` copies it",))
     refused("list", "--json", says=("--json", "only with the name"))
 
 

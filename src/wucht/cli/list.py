@@ -81,6 +81,11 @@ def _list_one(name: str, as_json: bool) -> None:
     kinds_by_title: dict[str, Mapping[str, Any]] = {**kinds(), "studies": studies()}
     matches = {title: of_kind[name] for title, of_kind in kinds_by_title.items() if name in of_kind}
     if not matches:
+        from wucht.files.catalogue import names
+
+        if entries := [n for n in names() if name in n]:
+            hint = f"`wucht new {entries[0]}` copies {'it' if len(entries) == 1 else 'the first'}"
+            raise InputError("NAME", name, f"neither a study nor a part; in the catalogue: {', '.join(entries)}; {hint}")
         raise InputError(
             "NAME", name, f"neither a study nor a part; {nearest(name, {n for k in kinds_by_title.values() for n in k})}"
         )

@@ -65,7 +65,7 @@ def _failing_runs(recommendation: dict[str, Any]) -> str:
 
 def _damping(d: dict[str, Any]) -> str:
     least, greatest = d["range"]
-    text = f"{d['optimum']:.3g} {d['unit']} settles fastest from random phases"
+    text = f"of the machine as it is, {d['optimum']:.3g} {d['unit']} settles fastest from random phases"
     text += "" if d["as_many"] else ", of those with the fewest captured runs"
     if d["optimum"] in (least, greatest):
         text += f", the {'lowest' if d['optimum'] == least else 'highest'} of the curve"
