@@ -84,8 +84,8 @@ def _list_one(name: str, as_json: bool) -> None:
         from wucht.files.catalogue import names
 
         if entries := [n for n in names() if name in n]:
-            copied = f"`wucht new {entries[0]}` copies {'it' if len(entries) == 1 else 'the first'}"
-            raise InputError("NAME", name, f"neither a study nor a part; in the catalogue: {', '.join(entries)}; {copied}")
+            hint = f"`wucht new {entries[0]}` copies {'it' if len(entries) == 1 else 'the first'}"
+            raise InputError("NAME", name, f"neither a study nor a part; in the catalogue: {', '.join(entries)}; {hint}")
         raise InputError(
             "NAME", name, f"neither a study nor a part; {nearest(name, {n for k in kinds_by_title.values() for n in k})}"
         )
