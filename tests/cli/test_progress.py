@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from wucht.cli import progress
-from wucht.dynamics.work import PREPARATION
+from wucht.dynamics.work import PREPARATION, LeastShare
 
 
 class Terminal(io.StringIO):
@@ -119,17 +119,40 @@ def test_what_is_done_but_once_is_not_taken_for_the_pace(slow: int) -> None:
     assert first_remaining(progress.Forecast(), *reports) is None
 
 
-def test_a_single_long_step_is_announced_after_three_seconds() -> None:
-    assert first_remaining(progress.Forecast(), (0.0, 0.0), (2.9, 0.001), (2.9, 0.001)) is None
-    assert first_remaining(progress.Forecast(), (0.0, 0.0), (3.0, 0.001)) == (3.0, pytest.approx(2997.0))
+def test_a_single_step_is_the_pace_if_it_takes_a_minute() -> None:
+    """What is shorter may be the compiling of the equations."""
+    assert first_remaining(progress.Forecast(), (0.0, 0.0), (59.9, 0.02), (59.9, 0.02)) is None
+    assert first_remaining(progress.Forecast(), (0.0, 0.0), (60.0, 0.02)) == (60.0, pytest.approx(2940.0))
 
 
 def test_a_false_alarm_is_corrected() -> None:
-    """A first step of 3 s is 0.1 % of a run that then takes 1 % in 0.05 s."""
+    """A first step of a minute is 0.1 % of a run that then takes 1 % in 0.05 s."""
     forecast = progress.Forecast()
-    assert first_remaining(forecast, (0.0, 0.0), (3.0, 0.001)) == (3.0, pytest.approx(2997.0))
-    later = [(3.0 + 0.05 * k, 0.001 + 0.01 * k) for k in range(1, 60)]
-    assert first_remaining(forecast, *later) == (5.0, pytest.approx(3.0, rel=0.01))
+    assert first_remaining(forecast, (0.0, 0.0), (60.0, 0.001)) == (60.0, pytest.approx(60 * 999.0))
+    later = [(60.0 + 0.05 * k, 0.001 + 0.01 * k) for k in range(1, 60)]
+    assert first_remaining(forecast, *later) == (62.0, pytest.approx(3.0, rel=0.01))
+
+
+def short_study(slower: float = 1.0) -> list[tuple[float, float]]:
+    """Reports of a study of 12 units of 0.8 s, whose equations take 5 s: within a unit shares are those of the longest runs."""
+    reports, time = [(0.0, 0.0)], 5.0
+    for k in range(12):
+        reports += [(time + 0.1 * slower * j, LeastShare((k + 4e-5 * j) / 12)) for j in range(8)]
+        time += 0.8 * slower
+        reports.append((time, (k + 1) / 12))
+    return reports
+
+
+def test_a_short_study_is_not_announced_as_one_of_hours() -> None:
+    assert first_remaining(progress.Forecast(), *short_study()) is None
+    measured = [(time, float(share)) for time, share in short_study(1.0)]
+    announced = first_remaining(progress.Forecast(), *measured)
+    assert announced is not None and announced[1] > 3600, "as if what is done of a unit were its pace"
+
+
+def test_a_long_study_is_announced_after_its_second_unit() -> None:
+    """Units of 8 s: the first one takes 13 s, with its equations."""
+    assert first_remaining(progress.Forecast(), *short_study(10.0)) == (21.0, pytest.approx(80.0))
 
 
 def test_a_short_step_of_little_use_does_not_make_a_run_long() -> None:

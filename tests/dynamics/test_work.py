@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from wucht.dynamics.work import NoMemory, Work, result_or_reason, with_result
+from wucht.dynamics.work import LeastShare, NoMemory, Work, result_or_reason, with_result
 from wucht.errors import InputError
 
 
@@ -54,6 +54,7 @@ def test_units_one_after_the_other() -> None:
     work = Work(Stored(w_one=10), lambda share, label: reports.append(share), name="w/", begin=0.5)
     assert list(work.units({"one": halfway("no"), "two": halfway("yes")}, "l")) == [("one", 10), ("two", "yes")]
     assert reports == pytest.approx([0.75, 0.75, 0.875, 1.0]), "what is stored is done at once"
+    assert [isinstance(share, LeastShare) for share in reports] == [False, False, True, False], "a unit may end at any time"
     assert list(Work().units({})) == []
 
 
@@ -70,7 +71,16 @@ def test_units_on_a_cluster() -> None:
     work = Work(memory, lambda share, label: reports.append((share, label)), Workers(), "w/")
     tasks = {name: halfway("new") for name in "abcd"}
     assert list(work.units(tasks, "runs")) == [("a", 1), ("b", 2), ("c", 3), ("d", 4)]
-    assert reports == [(pytest.approx(0.875), "runs, 2 workers")] and memory.known["w/d"] == 4
+    assert reports == [(pytest.approx(0.875), "runs, 2 workers"), (1.0, "runs")] and memory.known["w/d"] == 4
+    assert [isinstance(share, LeastShare) for share, _ in reports] == [True, False]
+
+
+def test_the_parts_of_open_ended_work_are_open_ended() -> None:
+    reports = list[float]()
+    work = Work(reporter=lambda share, _: reports.append(share))
+    work.part("a", 0.0, 0.5).open_ended.part("b", 0.5, 1.0).report(1.0)
+    work.report(0.5)
+    assert reports == [0.5, 0.5] and [isinstance(share, LeastShare) for share in reports] == [True, False]
 
 
 @dataclass(frozen=True)

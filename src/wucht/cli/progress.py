@@ -9,7 +9,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from wucht.dynamics.work import PREPARATION
+from wucht.dynamics.work import PREPARATION, LeastShare
 from wucht.file_names import printable
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _PATIENCE_S = 0.5
 _SILENCE_S = 5.0  # at most, while a run has nothing to report yet
 _PACE_S = 1.0  # of computing, after which its duration is estimated; again each time that this has doubled
-_SINGLE_STEP = 3.0  # times that: a step that takes so long is the pace, though what is done but once may be part of it
+_SINGLE_STEP_S = 60.0  # a step that takes so long is the pace, though code that is compiled but once may be part of it
 _LONG_S = 60.0  # a run that takes longer is announced with what it will take
 _FACTOR, _FALSE_ALARM = 2.0, 0.1  # times what was announced: what is longer or shorter than that is announced, too
 _UNITS = (("s", 1.0), ("min", 60.0), ("h", 3600.0), ("days", 86400.0))
@@ -37,7 +37,8 @@ class Forecast:
     """Estimate of the remaining duration of a run, from the pace of its latest part.
 
     A part is some steps from one share to the next. The slowest one is left out where that makes the run shorter: in the first
-    ones much is done but once, such as loading code, for which a run of seconds must not be announced as one of hours.
+    ones much is done but once, such as compiling code, for which a run of seconds must not be announced as one of hours. For
+    the same reason shares of a unit of work that is in progress are no measure (``LeastShare``): it may end at any time.
     """
 
     def __init__(self) -> None:
@@ -51,6 +52,8 @@ class Forecast:
 
         time: since the beginning of the run, in s; share: that is done.
         """
+        if isinstance(share, LeastShare):
+            return None
         if self._begin is None or share < self._last[1]:
             self._begin_part(time, share)
         if share > self._last[1]:
@@ -81,7 +84,7 @@ class Forecast:
         """Return the seconds that the whole would take at the pace of the present part, None where it is too short for that."""
         assert self._begin is not None
         duration, gain = (last - first for last, first in zip(self._last, self._begin, strict=True))
-        if duration < self._pause * (_SINGLE_STEP if self._steps == 1 else 1.0):
+        if duration < (max(self._pause, _SINGLE_STEP_S) if self._steps == 1 else self._pause):
             return None
         rest = duration - self._slowest[0], gain - self._slowest[1]
         return min(duration / gain, rest[0] / rest[1] if self._steps > 1 else math.inf)

@@ -18,6 +18,13 @@ Task = Callable[[TaskReport], T]
 PREPARATION = "preparation"  # the activity before a run, whose time is none of its pace
 
 
+class LeastShare(float):
+    """A share of which no duration follows: at least so much is done, of work that may end at any time.
+
+    Such are runs until settled, whose share is that of the longest one, and units in progress, which may be made of such runs.
+    """
+
+
 class Memory(Protocol):
     """Store of completed units of work, by name."""
 
@@ -75,6 +82,8 @@ class Work:
         Prefix of the names of its units.
     begin, end : float, optional
         The share of the whole study.
+    is_open_ended : bool, optional
+        True if it may end before its reports say so: they are of ``LeastShare``.
     """
 
     memory: Memory = field(default_factory=NoMemory)
@@ -83,6 +92,7 @@ class Work:
     name: str = ""
     begin: float = 0.0
     end: float = 1.0
+    is_open_ended: bool = False
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
         """Return the result of a deterministic unit of work, a frozen dataclass: computed once, then stored."""
@@ -106,25 +116,35 @@ class Work:
             yield name, self.memory.unit(self.name + name, partial(tasks[name], _ignore_progress))
         rest = self.part("", len(stored_names) / max(len(tasks), 1), 1.0)
         remaining_tasks = {name: task for name, task in tasks.items() if name not in stored_names}
-        for name, outcome in self.cluster.compute(
-            remaining_tasks, lambda share, worker_text: rest.report(share, f"{label}{worker_text}")
+        under_way = rest.open_ended
+        for number, (name, outcome) in enumerate(
+            self.cluster.compute(remaining_tasks, lambda share, worker_text: under_way.report(share, f"{label}{worker_text}")),
+            1,
         ):
             self.memory.keep(self.name + name, outcome)
+            rest.report(number / len(remaining_tasks), label)
             yield name, outcome
 
     def _compute(self, task: Task[T], label: str) -> T:
         self.report(0.0, label)
-        return task(lambda share: self.report(share, label))
+        under_way = self.open_ended
+        return task(lambda share: under_way.report(share, label))
 
     def report(self, share: float, label: str = "") -> None:
         """Report how far this part is, 0 to 1. Raises ``KeyboardInterrupt`` where the user has requested to stop."""
         if self.reporter is not None:
-            self.reporter(self.begin + (self.end - self.begin) * min(max(share, 0.0), 1.0), label)
+            done = self.begin + (self.end - self.begin) * min(max(share, 0.0), 1.0)
+            self.reporter(LeastShare(done) if self.is_open_ended else done, label)
 
     @property
     def without_memory(self) -> Work:
         """Same work without storage: for parts of a unit."""
         return replace(self, memory=NoMemory())
+
+    @property
+    def open_ended(self) -> Work:
+        """Same work where it may end before its reports say so."""
+        return replace(self, is_open_ended=True)
 
     def part(self, name: str, begin: float, end: float) -> Work:
         """Return a part of this work, from one share of it to another, with a prefix for its names."""

@@ -176,7 +176,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     yield findings
     work.report(0.0, "settling")
     try:
-        settling = replace(mover, report=_time_reporter(work.part("", 0.0, first), 0.0, longest, "settling"))
+        settling = replace(mover, report=_time_reporter(work.part("", 0.0, first).open_ended, 0.0, longest, "settling"))
         settled_leg, steady = work.unit("settling", partial(settling.settle, settling.begin(), driven))
         findings = replace(findings, warnings=findings.warnings + _doubts(plan, settled_leg, steady, "before the sweep"))
         for k, way in enumerate(plan.ways):
@@ -186,7 +186,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
                 findings = replace(findings, ramps=findings.ramps | {way: legs})
                 yield findings
             speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
-            settling_part = part.part("", ramp_share, _JUMPS_SHARE)
+            settling_part = part.part("", ramp_share, _JUMPS_SHARE).open_ended
             at_end = replace(mover, report=_time_reporter(settling_part, legs[-1].place.time, longest, "settling"))
             settled_leg, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
             doubts = _doubts(plan, settled_leg, steady, f"after the ramp {way}", findings.all_legs)
@@ -245,7 +245,8 @@ def _jumps(mover: Mover, legs: Sequence[SweepLeg], tolerance: float, work: Work)
 def _time_reporter(work: Work, begin: float, duration: float, activity: str) -> Callable[[float], None]:
     """Progress function of a mover from a time on, for a duration at most.
 
-    All parts of a sweep have shares as long as they last: the pace of the first seconds tells how long the whole will take.
+    All parts of a sweep have shares as long as they last: the pace of the first seconds of a ramp tells how long the whole will
+    take.
     """
     return lambda time: work.report((time - begin) / duration, activity)
 

@@ -9,8 +9,9 @@ from tests.refusals import refused
 from wucht import Machine, parts
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import load_histories, machine_signal
-from wucht.dynamics.run_ups.run_up import RunUpCase
-from wucht.dynamics.work import Work
+from wucht.dynamics.run_ups.observed_loads import loaded_runs
+from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
+from wucht.dynamics.work import LeastShare, Work
 from wucht.files.building import machine_from
 
 MASS, UNBALANCE, STIFFNESS, DAMPING, SPEED, SETTLED = 10.0, 9e-3, 1e5, 400.0, 80.0, 1.0
@@ -54,3 +55,24 @@ def test_signals_that_a_machine_has_not() -> None:
         "m/s^2",
         "m",
     )
+
+
+@pytest.mark.parametrize(("settings", "is_open_ended"), [(RunSettings(), True), (RunSettings(until=0.5), False)])
+def test_only_a_run_with_an_end_time_reports_a_share_of_which_a_duration_follows(
+    settings: RunSettings, is_open_ended: bool
+) -> None:
+    machine = Machine(
+        parts.Carrier(mass=1.0, directions="x", stiffness=STIFFNESS, damping=DAMPING),
+        [parts.Rotor(name="rotor", mass=MASS - 1, eccentricity=UNBALANCE / (MASS - 1), inertia=0.03)],
+        drives=[parts.ConstantSpeed(speed=SPEED)],
+    )
+    case, reports = RunUpCase.of(machine, {}, settings), list[float]()
+    work = Work(reporter=lambda share, _: reports.append(share))
+    signal = machine_signal(machine, "displacement", None)
+    for progress_of in (
+        lambda: run_up(case, work), lambda: load_histories(case, signal, work), lambda: loaded_runs(case, signal, 0.0, work)
+    ):  # fmt: skip
+        reports.clear()
+        for _ in progress_of():
+            pass
+        assert reports and {isinstance(share, LeastShare) for share in reports} == {is_open_ended}

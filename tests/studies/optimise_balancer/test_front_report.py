@@ -153,7 +153,7 @@ def test_the_recommendation_in_words(more: dict[str, Any], sentence: str) -> Non
 )  # fmt: skip
 def test_the_best_damping(optimum: float, as_many: bool, of_rates: float | None, line: str) -> None:
     damping = {"range": [0.125, 1.0], "optimum": optimum, "unit": "N m s", "as_many": as_many, "of_rates": of_rates}
-    assert lines(damping=damping)[-1] == f"  damping      {line}"
+    assert lines(damping=damping)[-1] == f"  damping      of the machine as it is, {line}"
     assert len(lines(damping=damping | {"optimum": None})) == 2
 
 

@@ -105,6 +105,14 @@ def test_the_number_of_runs_counts_the_machine_twice_and_each_candidate_and_poin
     assert replace(of, spec=of.spec.model_copy(update={"points": 50})).runs == 10 * (2 + 25 + 8 + 8), "no more than there are"
 
 
+def test_the_progress_counts_units_of_work() -> None:
+    """6 candidates of 10 runs are a unit: 2 units for the machine as it is, 5 for the curve, 1 a generation, 5 points."""
+    of = plan()
+    assert computation._shares(of) == pytest.approx((2 / 14, 7 / 14, 9 / 14))
+    assert computation._shares(replace(of, curve=None)) == pytest.approx((2 / 9, 2 / 9, 4 / 9))
+    assert computation._shares(replace(of, generations=100)) == pytest.approx((2 / 112, 7 / 112, 107 / 112)), "a long search"
+
+
 def front() -> tuple[FrontPoint, ...]:
     """The second is dominated by the first in the check, the third is not yet checked."""
     rows = (1.0, 0.4, 0.1, 0.0), (2.0, 0.3, 0.2, 0.0), (3.0, 0.2, 0.3, 0.1)

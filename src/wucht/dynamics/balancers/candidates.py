@@ -241,11 +241,20 @@ def least_residual(machine: Machine) -> float:
     return remainder if remainder > 1e-9 * magnitudes.sum() else 0.0
 
 
+def units_of_work(candidates: int, samples: int) -> int:
+    """Return the number of units of work in which candidates with so many runs each are evaluated."""
+    return -(-candidates // _candidates_a_unit(samples))
+
+
+def _candidates_a_unit(samples: int) -> int:
+    return max(1, _UNIT // samples)
+
+
 def evaluate_candidates(
     trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, work: Work, label: str
 ) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables, several as one unit of work. label: of the candidates, for the progress."""
-    size = max(1, _UNIT // trials.settings.samples)
+    size = _candidates_a_unit(trials.settings.samples)
     parts = {f"candidate {first}": numbers[first : first + size] for first in range(0, len(numbers), size)}
     results = dict(work.units({name: partial(evaluate_batch, trials, model, rows) for name, rows in parts.items()}, label))
     return CandidateResults.join([results[name] for name in parts])

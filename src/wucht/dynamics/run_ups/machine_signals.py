@@ -126,6 +126,7 @@ def load_histories(
     last = integration.begin(model.initial, model.parameter_values)
     parts: list[tuple[np.ndarray, np.ndarray]] = []
     yield _history(case, integration, parts, last)
+    work = work.open_ended if case.horizon.until_settled else work
     for number, grid in enumerate(case.horizon.legs(), 1):
         if last.trajectory.has_ended:
             break

@@ -163,6 +163,7 @@ def loaded_runs(case: RunUpCase, signal: MachineSignal | None, begin_time: float
     last = integration.begin(model.initial, model.parameter_values)
     latest = LoadedRun(case, last.trajectory, integration.observation(last))
     yield latest
+    work = work.open_ended if horizon.until_settled else work
     for number, grid in enumerate(horizon.legs(), 1):
         if last.trajectory.has_ended:
             break

@@ -212,6 +212,7 @@ def _motions(
     def rate() -> float:
         return integration.rate(last)
 
+    work = work.open_ended if case.horizon.until_settled else work
     for count, grid in enumerate(case.horizon.legs(rate) if sample_times is None else _legs_on_samples(sample_times), 1):
         report, closest = partial(_report, work, grid.end), grid.closest if sample_times is None else None
         last = work.unit(f"leg {count}", partial(integration.leg, last, grid.samples, report, closest))

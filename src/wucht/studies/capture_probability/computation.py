@@ -280,7 +280,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     begin, number = first, 0
     while spec.probability is not None and (next_ := next_sample_value(findings.bounds, spec.probability)) is not None:
         end = (begin + search) / 2  # the number of steps is not known in advance
-        point = _compute_point(plan, next_, work.part(f"search/{number}", begin, end))
+        point = _compute_point(plan, next_, work.part(f"search/{number}", begin, end).open_ended)
         findings, begin, number = findings.with_point(replace(point, is_from_search=True)), end, number + 1
         yield findings
     if plan.at is not None and plan.cross is not None:

@@ -17,6 +17,7 @@ from wucht.dynamics.balancers.candidates import (
     evaluate_batch,
     evaluate_candidates,
     power_of_two,
+    units_of_work,
     with_bodies,
 )
 from wucht.dynamics.balancers.damping_optimum import DampingCurve, compensated_state, damping_curve, decay_rates
@@ -198,7 +199,21 @@ def _curve(trials: BalancerTrials) -> tuple[BalancerTrials, np.ndarray] | None:
 
 
 _RUNS = 0.8  # of the progress; the rest are steady states
-_BASELINE, _DAMPING, _SEARCH = 0.05, 0.15, 0.7  # shares of the work after each
+
+
+def _shares(plan: Plan) -> tuple[float, float, float]:
+    """Return the completed share of the work after the machine as it is, the damping curve, and the search.
+
+    Each unit of work counts as much: a few runs take nearly as long as those that fill the batches.
+    """
+    generation = units_of_work(plan.spec.population, plan.spec.samples)
+    search, curve = len(plan.trials) * plan.generations * generation, 0
+    if plan.curve is not None:
+        curve = units_of_work(len(plan.curve[1]), plan.spec.samples)
+    candidates = len(plan.trials) * plan.generations * plan.spec.population
+    sizes = np.cumsum([2, curve, search, min(plan.spec.points, candidates)])
+    first, second, third, _ = (sizes / sizes[-1]).tolist()
+    return first, second, third
 
 
 @dataclass(frozen=True)
@@ -249,19 +264,20 @@ class Findings:
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Yield the findings after each generation and each point of the front."""
-    findings = Findings(_evaluate_baseline(plan, work.part("as it is", 0.0, _BASELINE)))
+    baseline, curve, search = _shares(plan)
+    findings = Findings(_evaluate_baseline(plan, work.part("as it is", 0.0, baseline)))
     yield findings
     if plan.curve is not None:
-        findings = replace(findings, curve=_follow_curve(plan, *plan.curve, work.part("curve", _BASELINE, _DAMPING)))
+        findings = replace(findings, curve=_follow_curve(plan, *plan.curve, work.part("curve", baseline, curve)))
         yield findings
-    for evaluated_generations in _search_generations(plan, findings.baseline, work.part("search", _DAMPING, _SEARCH)):
+    for evaluated_generations in _search_generations(plan, findings.baseline, work.part("search", curve, search)):
         findings = replace(findings, evaluated_generations=evaluated_generations)
         yield findings
     front, front_size = front_of(plan, findings)
     findings = replace(findings, front=front, front_size=front_size)
     yield findings
     checks = {f"{k}": partial(verify_candidate, plan.trials[p.bodies], p.numbers) for k, p in enumerate(front)}
-    for name, check in work.part("front", _SEARCH, 1.0).units(checks, "check with the full equations"):
+    for name, check in work.part("front", search, 1.0).units(checks, "check with the full equations"):
         points = list(findings.front)
         points[int(name)] = replace(points[int(name)], check=check)
         findings = replace(findings, front=tuple(points))
