@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.plots.scales import decades_about, fraction_of_pi, multiples_of_pi, parameter_label, printed_values, travel_unit
+from wucht.plots.scales import (
+    decades_about,
+    fraction_of_pi,
+    multiples_of_pi,
+    parameter_label,
+    prefixed_unit,
+    printed_values,
+    travel_unit,
+)
 
 
 @pytest.mark.parametrize(
@@ -61,3 +69,19 @@ def test_a_parameter_is_named_by_its_words_its_symbol_and_its_unit() -> None:
     assert parameter_label(result) == "q: share (m²)"
     result.attrs |= {"along": "drive.slope", "along_what": "slope", "along_unit": ""}
     assert parameter_label(result) == "slope"
+
+
+@pytest.mark.parametrize(
+    ("largest", "unit", "expected"),
+    [
+        (4999.0, "W", (1.0, "W")),
+        (5000.0, "W", (1e-3, "kW")),
+        (0.05, "N", (1.0, "N")),
+        (0.049, "N", (1e3, "mN")),
+        (0.0, "W", (1.0, "W")),
+        (9e9, "", (1.0, "")),
+        (float("inf"), "W", (1.0, "W")),
+    ],
+)
+def test_large_and_small_values_have_a_prefix(largest: float, unit: str, expected: tuple[float, str]) -> None:
+    assert prefixed_unit(np.array([0.0, -largest, largest / 2]), unit) == expected
