@@ -40,6 +40,10 @@ def check(figure: Figure) -> None:
         lines = [line for line in legend.legend_handles if isinstance(line, Line2D)]
         assert alike(line for line in lines if not _told(str(line.get_label()), told)) == [], "the same of a legend"
         assert [patch for patch in legend.get_patches() if _hidden(patch)] == [], "hatches of a legend that are not seen"
+    heading = figure.get_suptitle().split("\n")
+    assert len(heading) <= 2, "a title of more than two lines"
+    assert too_exact("\n".join(heading[1:])) == [], "numbers of more than four digits in a title"
+    assert [axis for axis in panels if "energy" in axis.get_ylabel() and "residual" in axis.get_ylabel()] == [], "of no use"
     assert beyond(figure) == [], "words that are not on the page"
     assert overlapping(figure) == [], "words upon each other"
     scales = [scale for axis in panels for scale in (axis.xaxis, axis.yaxis)]
@@ -50,6 +54,12 @@ def check(figure: Figure) -> None:
     width, height = figure.get_size_inches()
     assert height <= (JOURNAL.tallest if page_of(figure).name == JOURNAL.name else _LONG * width), "longer than a page"
     assert [text for text, _ in _words(figure) if "(1)" in text] == [], "a ratio has no unit"
+
+
+def too_exact(text: str) -> list[str]:
+    """Decimal numbers of more than four significant digits."""
+    numbers = re.findall(r"(?<![\w.])\d+\.\d+", text)
+    return [n for n in numbers if len(n.replace(".", "").strip("0")) > 4]
 
 
 def legend_share(figure: Figure) -> float:

@@ -105,6 +105,8 @@ def test_torques_and_power_of_the_motors(moment: Moment) -> None:
     power = motor_torque(at) * at["e1.speed"] + reaction(at) * SPEED
     assert outputs["motor_power"] == pytest.approx(power, rel=1e-9)
     assert powers["supplied_work"] == pytest.approx(power, rel=1e-9)
+    assert outputs["motor_power[e1]"] == pytest.approx(motor_torque(at) * at["e1.speed"], rel=1e-9)
+    assert outputs["motor_power[e2]"] == pytest.approx(reaction(at) * SPEED, rel=1e-9)
     assert outputs["e2.speed"] == SPEED
 
 

@@ -53,7 +53,7 @@ def test_a_note_on_assumptions_and_a_title_of_two_lines_make_room_for_themselves
         tops = []
         for title, note in (("title", ""), ("title", "assumed: a\nb"), ("one\ntwo", "")):
             figure, axes = column(1)
-            sheet.sheet_of(figure).heading, sheet.sheet_of(figure).assumption_note = title, note
+            sheet.sheet_of(figure).heading, sheet.sheet_of(figure).note = title, note
             arranging.arrange(figure)
             tops.append(inches(figure, axes[0])[1])
             if note:
@@ -234,3 +234,32 @@ def test_numbers_beside_each_other_are_written_in_full() -> None:
     figure.draw_without_rendering()
     assert axis.yaxis.get_offset_text().get_text() == ""
     assert axis.yaxis.get_major_formatter().format_ticks(axis.yaxis.get_majorticklocs())[0].startswith("1000.00")
+
+
+def test_legends_beside_panels_are_below_each_other() -> None:
+    """Though only one panel has a second scale."""
+    with page_context(PRINT):
+        figure, axes = column(3)
+        for k, axis in enumerate(axes):
+            axis.plot([0.0, 1.0], [1.0, 0.0], label=f"line {k}")
+        sheet.rpm_axis(axes[0], "rad/s")
+        for axis in axes[:2]:
+            sheet.legend_beside(axis)
+        arranging.arrange(figure)
+    figure.draw_without_rendering()
+    first, second = (axis.get_legend().get_window_extent().x0 for axis in axes[:2])
+    scale = axes[0].child_axes[0].get_tightbbox().x1
+    assert first == pytest.approx(second) and first > scale
+
+
+def test_a_sentence_that_does_not_fit_below_the_title_is_in_small_type_above_the_assumptions() -> None:
+    with page_context(PRINT):
+        figure, (axis,) = sheet.new_figure(1, "title", "a sentence with 7.30712 s and many more words " * 4)
+        axis.plot([0.0, 1.0], [0.0, 1.0])
+        sheet.write_assumptions(figure, ["no friction"])
+        arranging.arrange(figure)
+    assert figure.get_suptitle() == "title"
+    (note,) = figure.texts[1:]
+    *sentence, assumption = note.get_text().split("\n")
+    assert " ".join(sentence).startswith("a sentence with 7.307 s") and assumption == "assumed: no friction"
+    assert note.get_fontsize() == PRINT.small

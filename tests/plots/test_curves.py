@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thin_curve, without_jumps
+from wucht.plots.curves import angle_panel, draw_swings, thin_curve, without_jumps
 
 
 def test_what_swings_faster_than_is_drawn_is_a_band() -> None:
@@ -51,36 +51,6 @@ def test_angles_that_end_near_zero_are_not_drawn_at_the_edge() -> None:
     assert angle_panel(axis, [np.array([100.0, 350.0]), np.array([np.nan, 20.0])]) == -180
     assert axis.get_ylim() == (-180, 180)
     assert angle_panel(axis, [np.array([100.0, 350.0]), np.array([180.0])]) == 0
-    draw_angles(axis, np.arange(3.0), np.array([[350.0, 10.0, 370.0]]), -180.0, [{"color": "black"}])
-    assert axis.get_lines()[0].get_ydata().tolist() == [-10, 10, 10]
-
-
-def test_an_angle_that_turns_too_fast_to_be_drawn_is_a_band() -> None:
-    """Forty turns within the first tenth; then it rests."""
-    axis, x = Figure().subplots(), np.linspace(0.0, 100.0, 10_001)
-    draw_angles(axis, x, np.remainder(360 * np.minimum(4 * x, 40.0) + 90.0, 360.0)[None], 0.0, [{"color": "black"}])
-    drawn = np.asarray(axis.get_lines()[0].get_ydata())
-    assert np.isnan(drawn[x < 9]).all()
-    assert drawn[x > 11] == pytest.approx(90.0)
-    [band] = axis.collections
-    assert band.get_label() == "turning past: several", "a line without a name"
-
-
-def test_the_band_has_the_name_and_colour_of_the_body_that_turns_past() -> None:
-    axis, x = Figure().subplots(), np.linspace(0.0, 100.0, 10_001)
-    angles = np.array([np.remainder(720 * x, 360.0), 180.0 + 0 * x])
-    styles = [{"color": "#D55E00", "label": "p1"}, {"color": "#009E73", "label": "p2"}]
-    draw_angles(axis, x, angles, 0.0, styles)
-    [band] = axis.collections
-    assert band.get_label() == "turning past: p1"
-    assert band.get_facecolor()[0][:3] == pytest.approx((0xD5 / 255, 0x5E / 255, 0.0))
-
-
-def test_a_residual_without_a_value_has_a_panel_all_the_same() -> None:
-    axis = Figure(figsize=(4, RESIDUAL)).add_subplot()
-    draw_residual(axis, np.arange(3.0), np.array([0.0, 1e-30, 2e-9]))
-    assert axis.get_ylim() == pytest.approx((1e-18, 2e-8))
-    assert np.asarray(axis.get_lines()[0].get_ydata(), float).tolist() == [1e-18, 1e-18, 2e-9]
 
 
 def bands(y: np.ndarray, x: np.ndarray | None = None, scale: str = "linear") -> tuple[list[Any], list[Any]]:
@@ -148,31 +118,3 @@ def test_the_panel_of_angles_begins_where_none_of_them_ends(ends: tuple[float, .
 
 def test_a_step_of_half_a_period_is_no_jump() -> None:
     assert np.isnan(without_jumps(np.array([0.0, 180.0, 359.0, 178.0]), 360.0)).tolist() == [False, False, False, True]
-
-
-def test_an_angle_may_make_a_turn_in_a_hundredth_of_the_panel_but_no_more() -> None:
-    """Backwards too."""
-    x = np.linspace(0.0, 100.0, 10_001)
-    for sense in (1.0, -1.0):
-        for a_strip, fast in ((350.0, False), (370.0, True)):
-            axis = Figure().subplots()
-            draw_angles(
-                axis, x, np.remainder(sense * a_strip * x * 100 / 99, 360.0)[None], 0.0, [{"label": "p", "color": "black"}]
-            )
-            assert bool(axis.collections) is fast
-
-
-def test_three_angles_that_turn_past_are_several() -> None:
-    x = np.linspace(0.0, 100.0, 10_001)
-    for count, words in ((2, "turning past: p0, p1"), (3, "turning past: several")):
-        axis = Figure().subplots()
-        styles = [{"label": f"p{k}", "color": "#D55E00"} for k in range(count)]
-        draw_angles(axis, x, np.remainder(720 * x, 360.0) * np.ones((count, 1)), 0.0, styles)
-        [band] = axis.collections
-        assert band.get_label() == words and band.get_facecolor()[0][:3] == pytest.approx([0.4] * 3)
-
-
-def test_a_residual_has_a_scale_from_rounding_to_its_largest_value() -> None:
-    axis = Figure().add_subplot()
-    draw_residual(axis, np.arange(3.0), np.array([0.0, 1e-12, 2e-12]))
-    assert axis.get_ylim() == pytest.approx((1e-18, 1e-8)) and list(axis.get_yticks()) == [1e-16, 1e-8]

@@ -14,6 +14,7 @@ from wucht.plots.scales import (
     multiples_of_pi,
     parameter_label,
     power_text,
+    prefixed_unit,
     printed_values,
     travel_unit,
 )
@@ -75,3 +76,19 @@ def test_powers_of_ten_as_they_are_typed() -> None:
     assert [power_text(x) for x in (1e-12, 2e-5, 1.0, 5e3, 1e10, 1e12, 1e100)] == [
         "1e-12", "2e-5", "1e0", "5e3", "1e10", "1e12", "1e100",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("largest", "unit", "expected"),
+    [
+        (4999.0, "W", (1.0, "W")),
+        (5000.0, "W", (1e-3, "kW")),
+        (0.05, "N", (1.0, "N")),
+        (0.049, "N", (1e3, "mN")),
+        (0.0, "W", (1.0, "W")),
+        (9e9, "", (1.0, "")),
+        (float("inf"), "W", (1.0, "W")),
+    ],
+)
+def test_large_and_small_values_have_a_prefix(largest: float, unit: str, expected: tuple[float, str]) -> None:
+    assert prefixed_unit(np.array([0.0, -largest, largest / 2]), unit) == expected

@@ -281,10 +281,10 @@ def test_assumptions_are_below_a_heading_alone() -> None:
         bare, _ = sheet.new_figure(1, "")
     for figure in (titled, bare):
         sheet.write_assumptions(figure, ["no friction", "a rigid shaft"])
-    assert sheet.sheet_of(titled).assumption_note == "assumed: no friction; a rigid shaft"
-    assert not sheet.sheet_of(bare).assumption_note
+    assert sheet.sheet_of(titled).note == "assumed: no friction; a rigid shaft"
+    assert not sheet.sheet_of(bare).note
     sheet.write_assumptions(titled, ["word " * 60])
-    lines = sheet.sheet_of(titled).assumption_note.split("\n")
+    lines = sheet.sheet_of(titled).note.split("\n")
     assert max(map(len, lines)) <= 8.0 * 72 / (0.58 * 8.0) and len(lines) == 3
 
 

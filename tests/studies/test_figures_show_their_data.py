@@ -68,7 +68,7 @@ FROM_SLOWEST = (
 EXPECTED: dict[str, Figured] = {
     "coast-down": Figured(
         {},
-        {0: ("", "speed of the rotor (rad/s)"), 1: ("", AMPLITUDE), 2: (TIME, "energy\nresidual")},
+        {0: ("", "speed of the rotor (rad/s)"), 1: (TIME, AMPLITUDE)},
         (
             Line(0, "mean over a turn", "turn_time", "mean_speed"),
             Line(0, "natural frequency", None, "natural_frequency"),
@@ -122,22 +122,16 @@ EXPECTED: dict[str, Figured] = {
     ),
     "run-up": Figured(
         {"study.until": "1 s"},
-        {
-            0: ("", "speed (rad/s)"),
-            1: ("", AMPLITUDE),
-            -3: ("", "phase to the rotor (°)"),
-            -2: ("", "motor power (W)"),
-            -1: (TIME, "energy\nresidual"),
-        },
+        {0: ("", "speed (rad/s)"), 1: ("", AMPLITUDE), 2: ("", "phase to the rotor (°)"), 3: (TIME, "motor power (W)")},
         (
             Line(0, "drum", "time", "speed[0]"),
             Line(0, "p1", "time", "speed[1]"),
             Line(0, "p2", "time", "speed[2]"),
             Line(0, "no-load speed", None, "free_speed"),
             Line(1, "amplitude", "time", "1e3 * amplitude"),
-            Line(-3, "p1", "time", "phase[1] * DEG", part=True),
-            Line(-3, "p2", "time", "phase[2] * DEG", part=True),
-            Line(-2, "motor power", "time", "motor_power"),
+            Line(2, "p1", "time", "phase[1] * DEG", part=True),
+            Line(2, "p2", "time", "phase[2] * DEG", part=True),
+            Line(3, "motor power", "time", "motor_power"),
         ),
     ),
     "sweep": Figured(

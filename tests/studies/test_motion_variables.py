@@ -176,7 +176,7 @@ def test_natural_frequencies_and_parameters_by_their_names() -> None:
     assert dict(zip(names.value, numbers.value, strict=True)) == dict(of.values)  # type: ignore[arg-type]
 
 
-def test_several_rotors_have_a_bearing_force_each() -> None:
+def test_several_rotors_have_a_bearing_force_and_a_power_each() -> None:
     """By rotor and direction."""
     drives = [{"kind": "linear", "on": name, "slope": 0.04, "no_load_speed": 100.0} for name in ("drum", "e2")]
     of = machine_from({"carrier": CARRIER, "bodies": [ROTOR, ROTOR | {"name": "e2"}], "drives": drives})
@@ -185,11 +185,13 @@ def test_several_rotors_have_a_bearing_force_each() -> None:
         for k, name in enumerate(("drum", "e2"))
         for i, d in enumerate("xy")
     }
-    row = turning(of, drum=DRUM, e2=DRUM) | forces
+    powers = {f"motor_power[{name}]": (3.0 + k) * np.ones(5) for k, name in enumerate(("drum", "e2"))}
+    row = turning(of, drum=DRUM, e2=DRUM) | forces | powers
     works = {q.name: np.zeros(5) for q in of.system.quadratures}
     trajectory: Any = SimpleNamespace(time=TIME, quadratures=works)
     made = values(module.motion_quantities(of, row, trajectory, 0.0))
     assert made["rotor_bearing_force"][:, :, 0].tolist() == [[0.0, 10.0], [1.0, 11.0]]
+    assert made["rotor_power"][:, 0].tolist() == [3.0, 4.0]
     assert (made["rotor"].tolist(), made["plane"].tolist(), made["body"].tolist()) == (
         ["drum", "e2"],
         ["x", "y"],
@@ -198,7 +200,13 @@ def test_several_rotors_have_a_bearing_force_each() -> None:
     assert made["direction"].tolist() == ["x", "y"] and made["time"].tolist() == TIME.tolist()
     alone = machine()
     single: Any = SimpleNamespace(time=TIME, quadratures={q.name: np.zeros(5) for q in alone.system.quadratures})
-    assert "rotor_bearing_force" not in values(module.motion_quantities(alone, turning(alone, drum=DRUM), single, 0.0))
+    of_one = values(module.motion_quantities(alone, turning(alone, drum=DRUM), single, 0.0))
+    assert not {"rotor_bearing_force", "rotor_power", "mount_x"} & set(of_one)
+
+
+def test_the_places_of_mounts_are_those_of_the_file() -> None:
+    made = values(module._mounts(load_machine("practice/screen")))
+    assert (made["mount_x"].tolist(), made["mount_y"].tolist()) == ([-0.9, 0.9], [-0.2, -0.2])
 
 
 def test_a_mass_in_its_guide_adds_to_the_unbalance_of_its_body() -> None:

@@ -61,7 +61,8 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
     beside = {axis: _legend(axis, entries, 0.0) for axis, entries in sheet.beside.items()}
     margins = _margins(sheet, beside)
     heading_height = em * (LINE * TITLE / page.font * len(sheet.heading.split("\n")) + 0.6 if sheet.heading else 0.3)
-    top = heading_height + (LINE * page.small / 72 * len(sheet.note.split("\n")) if sheet.note else 0.0)
+    note = "\n".join(text for text in (sheet.sentence, sheet.note) if text)
+    top = heading_height + (LINE * page.small / 72 * len(note.split("\n")) if note else 0.0)
     over = None if sheet.over is None else _legend(figure, sheet.over, page.width - 2 * em)
     depth, places = top + (0.0 if over is None else _size(over)[1] + 0.6 * em), list[_Place]()
     for number, (row, room, height) in enumerate(zip(sheet.rows, sheet.columns, sheet.heights, strict=True)):
@@ -89,9 +90,9 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         over.set_bbox_to_anchor((0.5, 1 - top / depth), figure.transFigure)
     if sheet.heading and (title := figure._suptitle) is not None:  # type: ignore[attr-defined]
         title.set(y=1 - 0.4 * em / depth, va="top")
-    if sheet.note:
+    if note:
         small: Any = {"fontsize": page.small, "color": GREY, "parse_math": False}
-        figure.text(0.5, 1 - heading_height / depth, sheet.note, ha="center", va="top", **small)
+        figure.text(0.5, 1 - heading_height / depth, note, ha="center", va="top", **small)
 
 
 def _scales_beside(sheet: Sheet) -> dict[Axes, float]:

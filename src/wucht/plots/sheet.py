@@ -40,7 +40,7 @@ class LegendEntries:
 @dataclass
 class Sheet:
     """Parts of a figure to be arranged. rows: of panels; columns: number of panels that fit in each row; heights: of each,
-    in inches. right: room for scales beside panels. note: text in small type below the heading."""
+    in inches. right: room for scales beside panels. sentence, note: texts in small type below the heading."""
 
     page: Page
     heading: str
@@ -54,6 +54,7 @@ class Sheet:
     right: dict[Axes, float] = field(default_factory=dict)
     top: dict[Axes, float] = field(default_factory=dict)
     ends: dict[Axes, list[Line2D]] = field(default_factory=dict)
+    sentence: str = ""
     note: str = ""
 
 
@@ -116,9 +117,9 @@ def new_grid(
     rows = [[axis] for axis in axes[:wide]] + middle_rows + [[axis] for axis in end]
     row_heights = [page.height * h for h in ([heights] if isinstance(heights, int | float) else heights)]
     row_heights = (row_heights + row_heights[-1:] * len(rows))[: len(rows)]
-    heading, note = _heading(title, round_numbers(subtitle), page) if page.has_title else ("", "")
+    heading, sentence = _heading(title, round_numbers(subtitle), page) if page.has_title else ("", "")
     row_columns = [1] * wide + [columns] * len(middle_rows) + [1] * last
-    setattr(figure, _SHEET, Sheet(page, heading, rows, row_columns, row_heights, note=note))
+    setattr(figure, _SHEET, Sheet(page, heading, rows, row_columns, row_heights, sentence=sentence))
     if heading:
         figure.suptitle(heading, fontsize=TITLE).set_parse_math(False)  # a title may hold a dollar sign
     return figure, axes
@@ -142,7 +143,7 @@ def leading_clauses(sentence: str) -> str:
 
 
 def _heading(title: str, subtitle: str, page: Page) -> tuple[str, str]:
-    """The title with the sentence below it, in at most two lines, and a note: the sentence, where it needs more."""
+    """The title with the sentence below it, in at most two lines, and the sentence apart, where it needs more."""
     titles, sentences = _lines(title, page, TITLE), _lines(subtitle, page, TITLE)
     if len(titles) + len(sentences) <= _MOST_LINES:
         return "\n".join([*titles, *sentences]), ""
@@ -164,8 +165,7 @@ def write_assumptions(figure: Figure, statements: Sequence[str]) -> None:
     """Write the assumptions of a result in small type below the heading, if there is one."""
     if statements and has_sheet(figure) and (sheet := sheet_of(figure)).heading:
         letters = int(sheet.page.width * 72 / (_WIDE * sheet.page.small))
-        lines = wrap_text(f"assumed: {'; '.join(statements)}", letters)
-        sheet.note = "\n".join([*([sheet.note] if sheet.note else []), *lines])
+        sheet.note = "\n".join(wrap_text(f"assumed: {'; '.join(statements)}", letters))
 
 
 def page_of(figure: Figure) -> Page:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -128,35 +127,39 @@ class TurnWindows:
 
     def extremes(self, y: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The least and the greatest value (K,) of a signal (N,) in the windows along its mean (K,), smoothed."""
-        off = y - np.interp(self.x, self.at, mean)
-        limits = np.array([(a.min(), a.max(), b.min(), b.max()) for a, b in ((off[w], y[w]) for w in self._slices)])
+        off, windows = y - np.interp(self.x, self.at, mean), _slices(self.x, self.begin, self.end)
+        limits = np.array([(a.min(), a.max(), b.min(), b.max()) for a, b in ((off[w], y[w]) for w in windows)])
         low, high, least, greatest = limits.reshape(-1, 4).T
         return _smooth(np.maximum(mean + low, least)), _smooth(np.minimum(mean + high, greatest))
 
     def swings(self, y: np.ndarray) -> np.ndarray:
-        """By how much a signal (N,) goes up as well as down in each window (K,) and in those beside it.
+        """By how much a signal (N,) goes up as well as down about each point (K,), within two windows.
 
         That is nothing where it only rises or falls, or has a single peak.
         """
-        parts = [y[w] for w in self._slices]
+        width = self.end - self.begin
+        parts = [y[w] for w in _slices(self.x, self.at - width, self.at + width)]
         up = [(part - np.minimum.accumulate(part)).max() for part in parts]
         down = [(np.maximum.accumulate(part) - part).max() for part in parts]
-        swing, width = np.minimum(up, down), self.end - self.begin
-        first, last = np.searchsorted(self.at, self.at - width), np.searchsorted(self.at, self.at + width, side="right")
-        return np.array([swing[i:k].min() for i, k in zip(first, last, strict=True)])
+        swing = np.minimum(up, down)
+        return np.array([swing[w].min() for w in _slices(self.at, self.at - width, self.at + width)])
 
-    @cached_property
-    def _slices(self) -> list[slice]:
-        """The samples in each window, at least one."""
-        first = np.minimum(np.searchsorted(self.x, self.begin), len(self.x) - 1)
-        last = np.maximum(np.searchsorted(self.x, self.end, side="right"), first + 1)
-        return [slice(i, k) for i, k in zip(first.tolist(), last.tolist(), strict=True)]
+    def shares(self, y: np.ndarray, span: float) -> np.ndarray:
+        """The shares (K,) of the mean in what is drawn of a signal (N,): 0 where its swings are small in a panel of a span."""
+        return _smooth(np.clip(self.swings(y) / max(_VISIBLE * span, _TINY) - 1, 0.0, 1.0))
 
     def at_least(self, share: float) -> TurnWindows:
         """The windows, each widened to a share of the panel."""
         width = share * (self.at[-1] - self.at[0])
         begin = np.clip(np.minimum(self.begin, self.at - width / 2), self.x[0], max(self.x[-1] - width, self.x[0]))
         return TurnWindows(self.x, self.at, begin, np.minimum(np.maximum(self.end, begin + width), self.x[-1]))
+
+
+def _slices(x: np.ndarray, begin: np.ndarray, end: np.ndarray) -> list[slice]:
+    """The samples (N,) between each pair of ends (K,), at least one."""
+    first = np.minimum(np.searchsorted(x, begin), len(x) - 1)
+    last = np.maximum(np.searchsorted(x, end, side="right"), first + 1)
+    return [slice(i, k) for i, k in zip(first.tolist(), last.tolist(), strict=True)]
 
 
 def _smooth(y: np.ndarray) -> np.ndarray:
@@ -196,8 +199,7 @@ def draw_course(axis: Axes, windows: TurnWindows, y: np.ndarray, band: str | Non
         Of the line, with its ``label``.
     """
     panel_mask = windows.x <= windows.at[-1]
-    visible = windows.swings(y) / max(float(np.ptp(y[panel_mask])), _TINY)
-    share = _smooth(np.clip(visible / _VISIBLE - 1, 0.0, 1.0))
+    share = windows.shares(y, float(np.ptp(y[panel_mask])))
     if not share.max(initial=0.0) > 0:
         axis.plot(*thin_curve(windows.x[panel_mask], y[panel_mask]), **look)
         return
@@ -250,8 +252,11 @@ class Phases:
         wide, angles = windows.at_least(1 / _FEWEST_WINDOWS), np.unwrap(phases, axis=-1)
         vectors = np.array([windows.means(np.cos(p)) + 1j * windows.means(np.sin(p)) for p in phases])
         slips = np.array([wide.slopes(p) for p in angles])
-        rests = (np.abs(vectors) >= _SYNCHRONOUS) & (np.abs(slips) * (wide.end - wide.begin) <= _SLOW)
-        return cls(windows.at, np.where(rests, np.degrees(np.angle(vectors)), np.nan), slips)
+        is_drawn = (np.abs(vectors) >= _SYNCHRONOUS) & (np.abs(slips) * (wide.end - wide.begin) <= _SLOW)
+        values = np.array([np.interp(windows.at, windows.x, p) for p in angles])
+        shares = np.array([windows.shares(p, 2 * math.pi) for p in angles])
+        means = values + shares * np.angle(vectors * np.exp(-1j * values))
+        return cls(windows.at, np.where(is_drawn, np.degrees(means), np.nan), slips)
 
     @property
     def slip_mask(self) -> np.ndarray:

@@ -520,10 +520,10 @@ def _speed(axis: Axes, result: xr.Dataset, windows: TurnWindows, start: str) -> 
     low, high = (windows.extremes(x.values, course)[k] for k, x in enumerate((result.min_speed, result.max_speed)))
     if (high - low).max() > _VISIBLE_RANGE * np.ptp(mean.values):
         axis.fill_between(windows.at, low, high, color=COLOURS[4], alpha=0.5, linewidth=0, label=RANGE)
-    text = start or (f"{names[0]}, mean over a turn" if names else "mean over a turn" if turns else "speed")
-    axis.plot(at, mean, color=blue, linewidth=1.3, label=text)
+    text = start or ("mean over a turn" if turns else "speed")
+    axis.plot(at, mean, color=blue, linewidth=1.3, label=", ".join([*names[:1], text]))
     for k, name in enumerate(names[1:], 1):
-        axis.plot(windows.at, windows.rates(result.rotor_angle.values[k]), **line_style(k) | {"label": name})
+        axis.plot(windows.at, windows.rates(result.rotor_angle.values[k]), **line_style(k) | {"label": ", ".join([name, text])})
     natural = np.unique(np.round(result.natural_frequency.values, 9))
     mark_levels(axis, np.sign(start_speed) * natural[np.abs(natural) <= 1.05 * abs(start_speed)], "natural frequency")
     if half_time is not None:

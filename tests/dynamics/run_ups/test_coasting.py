@@ -191,9 +191,11 @@ def test_how_the_carrier_starts() -> None:
 def reduced(monkeypatch: pytest.MonkeyPatch, time: np.ndarray, speed: np.ndarray, before: Record, stored: Any = 0.0) -> Descent:
     """A leg whose axis has the peaks 1, 2, 3, ..., and whose losses are ten times the time."""
     coordinate = SimpleNamespace(position=SimpleNamespace(name="phi"), velocity=SimpleNamespace(name="omega"))
-    of: Any = SimpleNamespace(rotor=SimpleNamespace(coordinate=coordinate))
+    rotor = SimpleNamespace(coordinate=coordinate)
+    other = SimpleNamespace(name="e2", coordinate=SimpleNamespace(position=SimpleNamespace(name="phi2")))
+    of: Any = SimpleNamespace(rotor=rotor, rotors=(rotor, other))
     angle = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(time))])
-    rows = {"phi": angle, "omega": speed, "stored_energy": stored + 0 * time}
+    rows = {"phi": angle, "phi2": -3 * angle, "omega": speed, "stored_energy": stored + 0 * time}
     monkeypatch.setattr(coasting, "rows_of", lambda *_: rows)
     monkeypatch.setattr(coasting, "advance_balance", lambda balance, *_: (balance, 1e-9 * time))
     peaks = SimpleNamespace(peaks=1.0 + np.arange(len(time)))
@@ -221,6 +223,7 @@ def test_rows_end_with_each_stride_and_the_leg(monkeypatch: pytest.MonkeyPatch, 
     assert leg.rows["amplitude"].tolist() == [1.0, 4.0, 7.0, 8.0][first]
     assert leg.rows["dissipated_work"].tolist() == [0.0, 30.0, 60.0, 70.0][first]
     assert leg.rows["energy_residual"] == pytest.approx(np.array([0.0, 3e-9, 6e-9, 7e-9])[first])
+    assert leg.rows["angle[e2]"] == pytest.approx(-3 * leg.rows["angle"]), "of the second rotor too"
     assert leg.reversals == (1.5,)
 
 

@@ -251,7 +251,7 @@ def lines_of(axis: Any) -> dict[str, tuple[list[float], list[float]]]:
 
 def test_the_figure_of_a_clockwise_coast_down(plan: SingleCoastDown) -> None:
     """Natural frequencies are on the side of its speed; half of the start speed is where it has halved."""
-    speed, amplitude, residual = drawn("coast-down", answered(plan)).axes
+    speed, amplitude = drawn("coast-down", answered(plan)).axes
     shown = lines_of(speed)
     levels = [x.get_ydata()[0] for x in speed.get_lines() if x.get_linestyle() == ":"]
     assert sorted(levels) == pytest.approx([-FAST, -SLOW], abs=1e-5)
@@ -261,7 +261,7 @@ def test_the_figure_of_a_clockwise_coast_down(plan: SingleCoastDown) -> None:
     (band,) = speed.collections
     box = band.get_paths()[0].get_extents()
     assert (box.x0, box.x1, box.y0, box.y1) == (0.0, 8.0, -203.0, -38.0)
-    assert amplitude.get_ylim()[0] == 0.0 and residual.get_xlim() == (0.0, 8.0)
+    assert amplitude.get_ylim()[0] == 0.0 and amplitude.get_xlim() == (0.0, 8.0)
 
 
 def test_only_natural_frequencies_that_are_passed_are_marked(machine: Machine, plan: SingleCoastDown) -> None:
@@ -274,7 +274,7 @@ def test_only_natural_frequencies_that_are_passed_are_marked(machine: Machine, p
 
 def test_the_figure_of_one_that_turns_back(plan: SingleCoastDown) -> None:
     still = recorded(plan, rows={"amplitude": np.zeros(17)}, reversals=(6.5, 7.0), turns=np.array([[1.0], [-100.0]]))
-    speed, _ = drawn("coast-down", answered(plan, still)).axes
+    (speed,) = drawn("coast-down", answered(plan, still)).axes
     shown = lines_of(speed)
     assert shown["turns back"] == ([6.5], [0.0]) and shown["speed"][1] == still.rows["speed"].tolist()
     assert [0.0, 0.0] in [list(x.get_ydata()) for x in speed.get_lines()], "a line at standstill"
@@ -321,10 +321,10 @@ def test_of_an_interrupted_study_the_runs_so_far(plan: SingleCoastDown) -> None:
 
 
 def test_the_figure_of_several_runs_names_each(plan: SingleCoastDown) -> None:
-    speed, amplitude, residual = drawn("coast-down", several(plan)).axes
+    speed, amplitude = drawn("coast-down", several(plan)).axes
     assert {"from a", "from b 1°, c 2°"} <= set(lines_of(speed))
     assert list(lines_of(amplitude)) == ["from a", "from b 1°, c 2°"]
-    assert residual.get_xlim() == (0.0, 12.0)
+    assert amplitude.get_xlim() == (0.0, 12.0)
 
 
 def test_of_one_configuration_there_is_one_row_and_no_table_of_runs(plan: SingleCoastDown) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -24,16 +25,40 @@ def _labels(axis: object) -> list[str]:
     return [t.get_text() for t in axis.get_legend().get_texts()]  # type: ignore[attr-defined]
 
 
-def test_a_coast_down_on_a_fixed_axis_has_two_panels(coasted: xr.Dataset) -> None:
-    speed, energy = draw(coasted).axes
+def test_a_coast_down_on_a_fixed_axis_has_one_panel(coasted: xr.Dataset) -> None:
+    (speed,) = draw(coasted).axes
     assert speed.get_ylabel() == "speed of the rotor (rad/s)"
-    assert energy.get_yscale() == "log"
-    assert energy.get_xlabel() == "time (s)"
+    assert speed.get_xlabel() == "time (s)"
     assert "turns back" in _labels(speed)
 
 
-def test_a_coast_down_on_a_carrier_has_three() -> None:
+def test_the_speed_is_drawn_without_a_gap_up_to_the_end(coasted: xr.Dataset) -> None:
+    """Means over whole turns, and from the last of them on the speed itself."""
+    mean, after = (x for x in draw(coasted).axes[0].get_lines() if len(x.get_xdata()) > 2)
+    assert after.get_xdata()[0] - mean.get_xdata()[-1] <= np.diff(coasted.time.values).max()
+    assert after.get_xdata()[-1] == float(coasted.time[-1])
+
+
+def test_a_coast_down_on_a_carrier_has_two() -> None:
     result = run(CoastDown(until=100.0), load_machine("drozdetskaya-2020/table-3.1-laval"))
-    speed, amplitude, _ = draw(result).axes
+    speed, amplitude = draw(result).axes
     assert amplitude.get_ylabel() == "amplitude of the axis"
     assert "natural frequency" in _labels(speed)
+
+
+def test_every_rotor_has_its_mean_speed_and_the_range_no_gaps() -> None:
+    """Of two exciters, however few rows there are; the largest amplitude is not averaged away."""
+    result = run(CoastDown(until=60.0), load_machine("sperling-vibration/self-synchronisation-soft"))
+    speed, amplitude = draw(result).axes
+    assert _labels(speed)[:3] == ["least to greatest", "e1, from together", "e2, from together"]
+    (line,) = [x for x in speed.get_lines() if x.get_label() == "e2, from together"]
+    at, drawn = (np.asarray(v, float) for v in line.get_data())
+    angle, time = result.rotor_angle.sel(rotor="e2").values, result.time.values
+    assert np.trapezoid(drawn, at) == pytest.approx(angle[-1] - angle[0], rel=1e-2)
+    (band,) = speed.collections
+    corners = band.get_paths()[0].vertices
+    widths = [np.ptp(corners[np.abs(corners[:, 0] - x) < 0.05, 1]) for x in np.linspace(15.0, 20.0, 11)]
+    assert min(widths) > 0.2 * max(widths), "no white gaps"
+    line = amplitude.get_lines()[0]
+    assert np.max(line.get_ydata()) == pytest.approx(1e3 * result.wucht.summary["peak_amplitude"], rel=0.02)
+    assert time[0] == at[0] and time[-1] == at[-1]

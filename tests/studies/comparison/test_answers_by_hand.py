@@ -107,6 +107,8 @@ def test_sentences_common_to_all_are_told_once(result: xr.Dataset) -> None:
 def test_labels_and_constant_numbers() -> None:
     assert _path_label("final_phases.p1") == "final phases, p1" and _path_label("final_speed") == "final speed"
     assert is_constant(np.array([1.0, 1.0])) and not is_constant(np.array([1.0, 2.0])) and not is_constant(np.array([1.0]))
+    assert is_constant(np.array([760.89, 760.891])) and not is_constant(np.array([760.8, 760.89])), "as they are printed"
+    assert not is_constant(np.array([1.0, np.nan]))
 
 
 def test_numbers_of_a_summary() -> None:
@@ -125,7 +127,7 @@ def test_branches_are_parts_of_a_curve() -> None:
         "speed": variable("point", [5.0, 6.0, 7.0, 8.0, 9.0], "speed", "rad/s"),
         "branch": variable("point", [0, 0, 0, 1, 1], "branch"),
     })  # fmt: skip
-    found = _curve(made, "value", "speed")
+    found = _curve(made, "value", "speed", {})
     assert found is not None and found.kind == ("slope", "speed", "N m s", "rad/s")
     assert found.x == pytest.approx([1, 2, 3, NAN, 1, 2], nan_ok=True)
     assert found.y == pytest.approx([5, 6, 7, NAN, 8, 9], nan_ok=True)
@@ -138,13 +140,23 @@ def test_of_several_bodies_the_first_is_taken_and_directions_follow_each_other()
         "up": variable("direction place", [[5.0, 6.0], [7.0, 8.0]], "speed"),
         "cases": variable("case time", [[1.0, 2.0]], "cases"), "nothing": variable("empty", np.empty(0), "nothing"),
     })  # fmt: skip
-    first = _curve(made, "time", "speed")
+    first = _curve(made, "time", "speed", {})
     assert first is not None and first.y.tolist() == [1.0, 2.0]
-    both = _curve(made, "grid", "up")
+    both = _curve(made, "grid", "up", {})
     assert both is not None and both.x == pytest.approx([1, 2, NAN, 2, 1], nan_ok=True)
     assert both.y == pytest.approx([5, 6, NAN, 7, 8], nan_ok=True)
     for x, y in (("time", "none"), ("none", "time"), ("time", "cases"), ("nothing", "nothing"), ("grid", "time")):
-        assert _curve(made, x, y) is None
+        assert _curve(made, x, y, {}) is None
+
+
+def test_a_curve_keeps_its_detail_until_the_run_has_settled() -> None:
+    """Of 100,000 samples over 100 s all extremes of the first 1.5 s are kept, and the whole is there."""
+    time = np.linspace(0.0, 100.0, 100_001)
+    made = xr.Dataset({"time": variable("time", time, "time", "s"), "speed": variable("time", np.sin(40 * time), "speed")})
+    curve = _curve(made, "time", "speed", {"settling_time": 1.0})
+    assert curve is not None and np.count_nonzero(curve.x <= 1.5) == 1501 and curve.x[-1] == 100.0 and len(curve.x) < 8000
+    coarse = _curve(made, "time", "speed", {})
+    assert coarse is not None and np.count_nonzero(coarse.x <= 1.5) < 100
 
 
 @pytest.mark.parametrize(("stable", "overlapping", "expected"), [
@@ -157,7 +169,7 @@ def test_of_configurations_the_stable_ones_are_taken_if_any_is(stable: Any, over
         "amplitude": variable("configuration speed", [[5.0, 6.0], [7.0, 8.0]], "a"),
         "stable": variable("configuration speed", stable, "stable"), "overlapping": variable("configuration", overlapping, "o"),
     })  # fmt: skip
-    found = _curve(made, "speed", "amplitude")
+    found = _curve(made, "speed", "amplitude", {})
     assert found is not None and found.x == pytest.approx([1, 2, NAN, 1, 2], nan_ok=True)
     assert found.y == pytest.approx(expected, nan_ok=True)
 

@@ -68,7 +68,27 @@ def points(axis: Any) -> list[tuple[str, list[float], list[float]]]:
     return [(str(line.get_label()), list(line.get_xdata()), list(line.get_ydata())) for line in joined]
 
 
+SLOPE_OF_TWO = {"drive.slope": ([3.0, 1.0], "slope of the drive", "N m s")}
 SLOPE = {"drive.slope": ([3.0, 1.0, 2.5], "slope of the drive", "N m s")}
+
+
+def test_between_numbers_of_balls_there_is_no_line() -> None:
+    for path, joined in (("b.count", False), ("drive.slope", True)):
+        made = comparison(3, {path: ([4.0, 6.0, 8.0], "a key", "")}, final_speed=([30.0, 10.0, 20.0], "rad/s"))
+        (axis,) = shown(made).axes
+        (line,) = [line for line in axis.get_lines() if line.get_color() == GREY]
+        assert (line.get_linestyle() not in ("None", "")) is joined
+
+
+def test_runs_are_compared_until_the_last_has_settled() -> None:
+    made = comparison(2, SLOPE_OF_TWO, curves=1)
+    made["curve_1_x"] = made.curve_1_x.copy(data=[[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]).assign_attrs(long_name="time")
+    for settled, end in (((0.2, 0.7), 1.0), ((0.2, None), 2.0)):
+        summary = json.loads(made.attrs["summary"])
+        for variant, time in zip(summary["variants"], settled, strict=True):
+            variant["summary"] = {"settling_time": time}
+        axis = shown(made.assign_attrs(summary=json.dumps(summary))).axes[0]
+        assert [line.get_xdata()[-1] for line in axis.get_lines()] == [end, end]
 
 
 def test_numbers_over_a_key_with_numbers() -> None:

@@ -68,7 +68,7 @@ def variant_result(variant: Variant, result: xr.Dataset) -> VariantResult:
     outcome = str(summary.get("outcome") or ("failed" if failure else ""))
     numbers = _numbers_by_path(summary)
     units = {path: result.wucht.unit_at(path) for path in numbers} if result.wucht.quantities else {}
-    curves = [c for x, y in spec.curves if (c := _curve(result, x, y)) is not None]
+    curves = [c for x, y in spec.curves if (c := _curve(result, x, y, summary)) is not None]
     headlines = tuple(result.wucht.headlines)
     return VariantResult(
         kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, numbers, units, headlines,
@@ -95,11 +95,11 @@ def _stable_values(result: xr.Dataset, of: xr.DataArray) -> xr.DataArray:
     return stable if bool(stable.notnull().any()) else of
 
 
-def _curve(result: xr.Dataset, x: str, y: str) -> VariantCurve | None:
+def _curve(result: xr.Dataset, x: str, y: str, summary: Mapping[str, Any]) -> VariantCurve | None:
     """Return a variable over another, None where the result lacks one of them.
 
     Of several bodies, cams or runs the first is taken. Several directions, or steady configurations (the stable ones, if any
-    is), follow each other like the branches of a curve.
+    is), follow each other like the branches of a curve. summary: of the result; until its settling time a run has its detail.
     """
     if x not in result or y not in result or "case" in result[y].dims:
         return None
@@ -115,7 +115,7 @@ def _curve(result: xr.Dataset, x: str, y: str) -> VariantCurve | None:
         parts = list(zip(*(np.split(row[0], ends) for row in rows), strict=True))
     else:
         parts = list(zip(*rows, strict=True))
-    until = shown_until([result.wucht.summary], float(np.nanmax(at.values))) if x == "time" else np.inf
+    until = shown_until([summary], float(np.nanmax(at.values))) if x == "time" else np.inf
     thinned_parts = [_thin_both(part[0], part[1], until) for part in parts]
     coordinates = [np.concatenate([piece for pair in thinned_parts for piece in (pair[k], [np.nan])])[:-1] for k in range(2)]
     words = [(str(a.get("long_name", n)), str(a.get("units", ""))) for n, a in ((x, at.attrs), (y, of.attrs))]

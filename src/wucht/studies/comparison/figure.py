@@ -100,7 +100,7 @@ def _titles(result: xr.Dataset, paths: Sequence[str]) -> list[str]:
 def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> None:
     (x, x_name), (y, y_name) = (printed_values(result, f"curve_{number}_{n}") for n in "xy")
     has_time_axis = result[f"curve_{number}_x"].attrs["long_name"] == "time"
-    summaries = [variant["summary"] for variant in result.wucht.summary["variants"]]
+    summaries = [variant.get("summary", {}) for variant in result.wucht.summary["variants"]]
     for k in _variants_with_curves(result):
         look = style.line_style(k) | {"label": names[k] if k < len(names) else None}
         if has_time_axis:
