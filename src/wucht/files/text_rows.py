@@ -6,7 +6,7 @@ import csv
 import re
 
 _BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
-_QUOTED = re.compile(r'"[^"]*"')
+_TEXT_IN_QUOTES = re.compile(r'"[^"]*"')
 _BEFORE_COMMENT = re.compile(r'(?:[^"#]|"[^"]*")*')
 
 
@@ -25,7 +25,7 @@ def has_closed_quotes(line: str) -> bool:
 
 def separator_of(line: str) -> str | None:
     """The character between the columns of a row, a semicolon, a tab or a comma outside quotation marks; None: blanks."""
-    bare = _QUOTED.sub("", line) if '"' in line else line
+    bare = _TEXT_IN_QUOTES.sub("", line) if '"' in line else line
     return next((s for s in ";\t," if s in bare), None)
 
 

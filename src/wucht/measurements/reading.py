@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from os import SEEK_CUR
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -70,25 +70,31 @@ def _check_sound(path: Path) -> None:
                 raise InputError(str(path), None, "this file is empty: record or copy it again", code="no-samples")
             if begin[:4] not in _BYTE_ORDERS:
                 return
-            order, frame = _BYTE_ORDERS[begin[:4]], 1
-            while len(chunk := file.read(8)) == 8 and chunk[:4] != b"data":
-                (length,) = struct.unpack(f"{order}I", chunk[4:])
-                if chunk[:4] == b"fmt ":
-                    layout = file.read(min(length, _LAYOUT))
-                    frame, length = _bytes_of_sample(layout, order), length - len(layout)
-                file.seek(length + length % 2, SEEK_CUR)
-            (stated,), there = struct.unpack(f"{order}I", chunk[4:].ljust(4, b"\0")), size - file.tell()
+            length, sample = _sound_data(file, _BYTE_ORDERS[begin[:4]])
+            rest = size - file.tell()
     except OSError as error:
         raise InputError.file_error(path, f"the file cannot be read: {error.strerror}", code="unreadable") from None
-    if len(chunk) < 8 or not there or not stated:
+    if not length or not rest:
         explanation = "this sound file has a header and no sample: the recording was cut off; record or copy it again"
         raise InputError(str(path), None, explanation, code="no-samples")
-    if there < stated != _UNKNOWN_LENGTH:
-        explanation = (
-            f"this sound file is cut short: its header states {stated // frame} samples, there are {there // frame}; copy it "
-            "again, or save the samples that are left as a new file"
-        )
-        raise InputError(str(path), None, explanation, code="cut-short")
+    if rest < length != _UNKNOWN_LENGTH:
+        counts = f"its header states {length // sample} samples, there are {rest // sample}"
+        remedy = "copy it again, or save the samples that are left as a new file"
+        raise InputError(str(path), None, f"this sound file is cut short: {counts}; {remedy}", code="cut-short")
+
+
+def _sound_data(file: BinaryIO, order: str) -> tuple[int, int]:
+    """Go to the samples of a sound file; return the bytes that its header states of them, 0 without any, and those of each."""
+    sample = 1
+    while len(chunk := file.read(8)) == 8:
+        (length,) = struct.unpack(f"{order}I", chunk[4:])
+        if chunk[:4] == b"data":
+            return length, sample
+        if chunk[:4] == b"fmt ":
+            layout = file.read(min(length, _LAYOUT))
+            sample, length = _bytes_of_sample(layout, order), length - len(layout)
+        file.seek(length + length % 2, SEEK_CUR)
+    return 0, sample
 
 
 def _bytes_of_sample(layout: bytes, order: str) -> int:

@@ -13,6 +13,7 @@ from tests.refusals import failed, refused
 import wucht
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.drive import laws
+from wucht.cams.dwells import dwells_of
 from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.cams.tables.speed import SpeedTable
@@ -20,7 +21,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.cam_prediction import computation as prediction_run
-from wucht.studies.cam_prediction.computation import dwells_of, prepare, run
+from wucht.studies.cam_prediction.computation import prepare, run
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file

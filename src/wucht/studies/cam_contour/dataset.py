@@ -156,7 +156,7 @@ def _summary_quantities(plan: Plan, f: Findings, outcome: str) -> list[Quantity]
         Quantity("min_transmission_angle", transmission, "least transmission angle of the linkage", "rad"),
         Quantity("corrected", speed if spec.corrected else None, "speed of the shaft for which the cam is corrected", "rad/s"),
         Quantity("cam_version", cam_version(plan.shaft, spec.corrected) or None, "original or corrected cam"),
-        Quantity("speed", speed, "speed of the shaft, where a table states it", "rad/s"),
+        Quantity("speed", speed, "speed of the shaft, of the table [speed] or as predicted for a corrected cam", "rad/s"),
         Quantity("fluctuation", plan.shaft and plan.shaft.fluctuation, "fluctuation of this speed, as a share of its mean"),
         Quantity("chord_tolerance", spec.chord_tolerance, "largest distance of chords between points to mill", "m"),
         Quantity("spacing", spec.spacing, "distance of points to mill", "m"),
