@@ -20,6 +20,7 @@ from wucht.dynamics.run_ups.coasting import (
     _points_around,
     _thin_rows,
     carrier_start,
+    driving_machine,
     phases_of_bodies,
     place_bodies,
     reduce_leg,
@@ -144,6 +145,24 @@ def test_after_schedules_it_starts_at_the_speed_at_which_they_last_drive_it() ->
     undriven = without_drives(of)
     state = state_at_start(of, undriven, {})
     assert state[undriven.row(undriven.rotor.coordinate.velocity)] == pytest.approx(60.0)
+
+
+def test_the_angle_of_a_drive_that_enforces_a_speed_is_that_of_the_start() -> None:
+    of = machine(drive={"on": "d", "kind": "constant-speed", "speed": -SPEED, "angle": 0.75})
+    undriven = without_drives(of)
+    for start, angle in (({}, 0.75), ({"d": {"angle": 0.25}}, 0.25), ({"d": {"speed": -30.0}}, 0.75)):
+        state = state_at_start(of, undriven, start)
+        assert state[undriven.row(undriven.rotor.coordinate.position)] == angle
+
+
+def test_schedules_of_drives_end_with_them() -> None:
+    ramps = [
+        {"parameter": path, "points": [[0.0, 80.0], [1.0, 60.0], [2.0, 0.0]]}
+        for path in ("drive.no_load_speed", "d.bearing_damping")
+    ]
+    of = machine(schedules=ramps)
+    assert [s.parameter for s in without_drives(of).schedules] == ["d.bearing_damping"]
+    assert driving_machine(machine(schedules=ramps[:1])).values["drive.no_load_speed"] == 60.0
 
 
 @pytest.mark.parametrize("driven", [1.0, -1.0])

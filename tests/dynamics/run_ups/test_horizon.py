@@ -180,3 +180,11 @@ def test_the_limit_that_is_given_counts_where_nothing_else_limits_the_speed() ->
         (event,) = (e for e in horizon(free, speed_limit=given).events if e.name == SPEED_LIMIT)
         assert limit is not None and event.expression.subs(rotor.velocity, limit) == pytest.approx(0.0, abs=1e-12)
     assert any("without limit" in w for w in horizon(free).warnings) and horizon(free, speed_limit=30.0).warnings == ()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_balance_of_small_losses_alone_is_not_expected(sense: float) -> None:
+    """It lies at 1,000,000 rad/s; a rotor is expected to reach 3000 rad/s."""
+    rotor = {"kind": "rotor", "name": "d", "mass": 4.0, "unbalance": 0.01, "inertia": 0.1, "bearing_damping": 1e-6}
+    machine = driven(0.0, bodies=[rotor], drive={"on": "d", "kind": "constant-torque", "torque": sense})
+    assert horizon(machine).step == pytest.approx(2 * math.pi / 3000.0 / SAMPLES_PER_TURN, rel=1e-2)

@@ -341,6 +341,10 @@ def test_a_state_in_a_configuration() -> None:
     clockwise = state_in_configuration(machine, state, c, {"r": -1.0, "q": 1.0, "p": 1.0}, {})
     back = dict(zip(machine.state_names, clockwise.tolist(), strict=True))
     assert [back[name] for name in ("r.angle", "q.angle", "r.speed", "q.speed")] == pytest.approx([0.4, 0.6, -48.0, 48.0])
+    state[machine.row(machine.rotor.coordinate.velocity)] = -30.0
+    slower = state_in_configuration(machine, state, c, {"r": -1.0, "q": 1.0, "p": 1.0}, {"r": {"speed": -30.0}})
+    back = dict(zip(machine.state_names, slower.tolist(), strict=True))
+    assert (back["r.speed"], back["q.speed"], back["p.speed"]) == (-30.0, 30.0, 30.0)
 
 
 @pytest.mark.parametrize(

@@ -92,3 +92,13 @@ def test_schedules_stay_as_they_are_at_the_switch_off() -> None:
     for time, damping in ((0.5, 20.0), (2.0, 50.0), (9.0, 50.0)):
         case = stopped(of, (100.0, 40.0), time)
         assert case.machine.values["carrier.damping"] == pytest.approx(damping) and case.machine.schedules == ()
+
+
+def test_bodies_that_are_locked_at_the_switch_off_stay_so() -> None:
+    balls = [
+        {"kind": "pendulum", "name": n, "about": "a", "mass": 0.1, "length": 0.1, "damping": 0.01, "release": {"speed": 20.0}}
+        for n in ("p", "q")
+    ]
+    of = machine(bodies=[*ROTORS, *balls]).with_unchecked_values({"p.locked": 0.0, "q.locked": 1.0})
+    left = stopped(of, (10.0, 40.0)).machine.values
+    assert (left["p.locked"], left["q.locked"]) == (0.0, 1.0)

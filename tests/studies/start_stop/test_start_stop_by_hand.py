@@ -14,11 +14,13 @@ from tests.hand_made import drawn, titled, warnings_of
 
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
 from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.work import Work
 from wucht.fatigue.counting import TurningPoints, rainflow
 from wucht.fatigue.damage import WoehlerLine
 from wucht.files.building import machine_from
 from wucht.machines.machine import SUPPLIED_WORK, Machine
 from wucht.machines.schedules import SCHEDULE_WORK
+from wucht.studies.start_stop import computation
 from wucht.studies.start_stop import dataset as module
 from wucht.studies.start_stop.computation import Findings, Plan
 from wucht.studies.start_stop.spec import StartStop
@@ -238,3 +240,13 @@ def test_large_energies_are_in_kj_and_a_rotor_that_creeps_is_not_drawn() -> None
     assert np.asarray(axes[2].get_lines()[1].get_ydata()).tolist() == [0.0, 12.0, 18.0, 18.0]
     assert np.asarray(axes[2].get_lines()[2].get_ydata()) == pytest.approx([0.0, 2e-3, 3e-3, 3e-3])
     assert axes[3].get_xlim() == (0.0, 5.5), "slower than 5 % of 160 rad/s"
+
+
+def test_after_a_way_up_that_fails_there_is_none_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    up, asked = way(0, 4.0), list[Any]()
+    monkeypatch.setattr(computation, "loaded_runs", lambda *_: iter([up]))
+    monkeypatch.setattr(computation, "stop_case", lambda *given: asked.append(given))
+    for failure, calls in (("it burst", 0), (None, 1)):
+        up.trajectory.failure = failure
+        (only,) = computation.run(planned(), Work())
+        assert (only.up, only.down, len(asked)) == (up, None, calls)

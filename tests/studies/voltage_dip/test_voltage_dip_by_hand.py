@@ -245,6 +245,8 @@ def test_a_single_duration_comes_first_and_counts(monkeypatch: pytest.MonkeyPatc
 def test_of_a_range_its_ends_and_the_levels_between_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     _, asked = computed(monkeypatch, lambda t: True, duration=(0.2, 0.8))
     assert asked[0][0] == 0.8 and asked[1:] == [0.2, 0.5, 0.8]
+    _, asked = computed(monkeypatch, lambda t: False, duration=(0.2, 0.8))
+    assert asked[1:] == [0.2, 0.5, 0.8], "none that is shorter"
 
 
 def test_a_machine_that_is_not_in_operation_has_no_dips(monkeypatch: pytest.MonkeyPatch) -> None:
