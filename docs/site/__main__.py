@@ -27,7 +27,7 @@ NAVIGATION: list[Any] = [
     {"Tutorials": ["tutorials/engineer.md", "tutorials/researcher.md", "tutorials/student.md"]},
     {
         "Guide": [
-            "machine-files.md", "outcomes.md", "slow-equations.md", "switchable-pendulums.md", "load-spectra.md",
+            "machine-files.md", "outcomes.md", "reports.md", "slow-equations.md", "switchable-pendulums.md", "load-spectra.md",
             "fatigue.md", "cam-files.md", "continuation.md", "averaging.md", "how-the-rotating-orbit-disappears.md",
             "several-machines.md",
             "*", {"Machines to try": "practice/*"},
