@@ -13,6 +13,7 @@ from .numerics.flow.integration import integrate as integrate
 from .numerics.orbits import periodic_orbit as periodic_orbit
 from .plots.page import JOURNAL as JOURNAL
 from .plots.page import PRINT as PRINT
+from .reports.html_report import write_report as write_report
 from .studies.activation.spec import Activation as Activation
 from .studies.approximation.spec import Approximation as Approximation
 from .studies.basin.spec import Basin as Basin

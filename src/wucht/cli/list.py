@@ -14,17 +14,17 @@ from wucht.errors import InputError
 def list_all(
     name: Annotated[str | None, typer.Argument(help="A study, a kind of part, or a catalogue name: what it is.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what it is as one JSON object, with all keys.")] = False,
-    all_: Annotated[bool, typer.Option("--all", help="List all keys of NAME at length, on more than a screen.")] = False,
+    every_key: Annotated[bool, typer.Option("--all", help="List all keys of NAME at length, on more than a screen.")] = False,
     import_: Imports = None,
 ) -> None:
     """List parts, drives, models, laws and followers of cams, studies and the catalogue; with a NAME, what it is."""
     from wucht.cli.list_name import describe_name, kinds
 
-    for option, is_given in (("--json", as_json), ("--all", all_)):
+    for option, is_given in (("--json", as_json), ("--all", every_key)):
         if is_given and name is None:
             raise InputError(option, None, "allowed only with the name of a study, a part or a file of the catalogue")
     if name is not None:
-        typer.echo(describe_name(name, as_json=as_json, every_key=all_))
+        typer.echo(describe_name(name, as_json=as_json, every_key=every_key))
         return
     from wucht.files.catalogue import FOLDER, names
     from wucht.files.documents import read_toml

@@ -63,11 +63,11 @@ class Entry:
     @property
     def hints(self) -> list[str]:
         """Lines on its page, and on the template of a study."""
-        template = [_named("copy", f"wucht new {self.name} my-{self.name}.toml")] if self.title == "studies" else []
-        return [*template, _named("page", f"{self.page} {_DOCS}")]
+        template = [_labelled_line("copy", f"wucht new {self.name} my-{self.name}.toml")] if self.title == "studies" else []
+        return [*template, _labelled_line("page", f"{self.page} {_DOCS}")]
 
     @property
-    def as_json(self) -> dict[str, Any]:
+    def json_table(self) -> dict[str, Any]:
         """The table of one name in the output of ``--json``."""
         states = {"states": [asdict(x) for x in self.states]} if self.states else {}
         return {
@@ -119,11 +119,11 @@ def describe_name(name: str, *, as_json: bool = False, every_key: bool = False) 
         return json.dumps(facts, indent=2, ensure_ascii=False) if as_json else "\n".join(_catalogue_lines(facts))
     entries = _entries(name, names())
     if as_json:
-        return json.dumps({"name": name, "tables": [e.as_json for e in entries]}, indent=2, ensure_ascii=False)
+        return json.dumps({"name": name, "tables": [e.json_table for e in entries]}, indent=2, ensure_ascii=False)
     whole = ["\n".join(_long_lines(entry)) for entry in entries]
     if every_key or _fits("\n\n".join(whole)):
         return "\n\n".join(whole)
-    last = _named("all", f"wucht list {name} --all")
+    last = _labelled_line("all", f"wucht list {name} --all")
     room = LINES // len(entries) - 1  # of each, with the blank line or the last one after it
     return "\n".join(["\n\n".join("\n".join(_short_lines(entry, room)) for entry in entries), last])
 
@@ -146,7 +146,7 @@ def _entries(name: str, catalogue: Sequence[str]) -> list[Entry]:
             states, page = getattr(cls, "internal_states", ()), f"{_PLACES[title][1]}/{cls.kind}.html"
             entries.append(Entry(name, title, prose_of(cls).replace("``", ""), keys_in_files(cls), states, page))
     if not entries:
-        every_name = {known for of_kind in by_title.values() for known in of_kind} | set(catalogue)
+        every_name = {kind for of_kind in by_title.values() for kind in of_kind} | set(catalogue)
         raise InputError("NAME", name, f"neither a study nor a part nor a catalogue name; {_nearest_names(name, every_name)}")
     return entries
 
@@ -155,7 +155,7 @@ def _nearest_names(name: str, known_names: Iterable[str]) -> str:
     """A clause with the names that are most like an unknown one, or contain it."""
     names = sorted(known_names)
     short = name[:_LONGEST].strip().lower()
-    containing = [known for known in names if short and short in known]
+    containing = [one for one in names if short and short in one]
     close = [*get_close_matches(short, names, n=_MOST_NEAR, cutoff=0.6), *containing]
     nearest = ", ".join(map(repr, list(dict.fromkeys(close))[:_MOST_NEAR]))
     return f"{f'did you mean {nearest}? ' if nearest else ''}`wucht list` has all names"
@@ -183,23 +183,25 @@ def _short_lines(entry: Entry, room: int) -> Iterator[str]:
     keys = sorted(entry.keys, key=lambda key: (bool({".", "["} & set(key.name)), not key.needed))  # a table before its keys
     most = room - len(about) - len(entry.hints) - 2  # less the lines of the table's place and of the heads
     listed_keys = keys if len(keys) <= most else keys[: most - 1]
-    cells = [(k.name, "needed" if k.needed else _cut(_default(k.default), _WIDEST // 2), k.unit or "") for k in listed_keys]
+    cells = [
+        (k.name, "needed" if k.needed else _brief_text(_default(k.default), _WIDEST // 2), k.unit or "") for k in listed_keys
+    ]
     yield from (entry.table, *about)
     helps = ["meaning", *map(_help, listed_keys)]
     for row, words in zip(_rows([("key", "default", "unit"), *cells], pad=True), helps, strict=True):
-        yield f"{row}  {_cut(words, WIDTH - len(row) - 2)}"
+        yield f"{row}  {_brief_text(words, WIDTH - len(row) - 2)}"
     if len(listed_keys) < len(keys):
         further = ", ".join(key.name for key in keys[len(listed_keys) :])
-        yield f"  {_cut(f'and {len(keys) - len(listed_keys)} more: {further}', WIDTH - 2)}"
+        yield f"  {_brief_text(f'and {len(keys) - len(listed_keys)} more: {further}', WIDTH - 2)}"
     yield from entry.hints
 
 
-def _cut(words: str, longest: int) -> str:
+def _brief_text(words: str, longest: int) -> str:
     """A text of at most this many characters."""
     return words if len(words) <= longest else f"{words[: longest - 3].rstrip()}..."
 
 
-def _named(label: str, text: str) -> str:
+def _labelled_line(label: str, text: str) -> str:
     return f"{label:{_LABEL}}{text}"
 
 
@@ -285,5 +287,5 @@ def _catalogue_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     for label, text in (values | {"run": facts["run"], "copy": facts["copy"]}).items():
         indent = " " * _LABEL
         yield from wrap(
-            text, WIDTH, initial_indent=_named(label, ""), subsequent_indent=indent, max_lines=3, placeholder=" ..."
+            text, WIDTH, initial_indent=_labelled_line(label, ""), subsequent_indent=indent, max_lines=3, placeholder=" ..."
         ) if text else ()  # fmt: skip

@@ -44,9 +44,9 @@ def next_command(
     accessor = result.wucht
     proposals = () if name is None else next_settings(study.spec.next_questions, accessor.summary, accessor.spec)
     for new_settings, answer in proposals:
-        merged = _merged_settings(study, settings, new_settings)
-        if name is not None and merged is not None:
-            options = [word for item in merged for word in ("--set", item)] + [w for m in imports for w in ("--import", m)]
+        combination = _merged_settings(study, settings, new_settings)
+        if name is not None and combination is not None:
+            options = [word for item in combination for word in ("--set", item)] + [w for m in imports for w in ("--import", m)]
             return f"{shlex.join(['wucht', 'run', name, *options])}  # {answer}"
     report = shlex.join(["wucht", "report", str(folder), "-o", "report.html"])
     return f"{report}  # one file to send, with the figure, the machine and all numbers"
@@ -60,14 +60,14 @@ def _merged_settings(study: StudyFile, settings: Sequence[str], new_settings: Ma
     kind = new_settings.get("study.kind", study.spec.kind)
     spec = studies()[kind].spec
     left_out = {*new_settings, "study.kind"} if kind != study.spec.kind else {*new_settings}
-    merged = [item for item in settings if not _is_dropped(item, left_out, spec if kind != study.spec.kind else None)]
-    merged += [f"{key}={value}" for key, value in new_settings.items()]
+    combination = [item for item in settings if not _is_dropped(item, left_out, spec if kind != study.spec.kind else None)]
+    combination += [f"{key}={value}" for key, value in new_settings.items()]
     try:
-        following = read_study(str(study.path), parse_settings(merged))
+        following = read_study(str(study.path), parse_settings(combination))
         studies()[kind].prepare(following.spec, following.subject)  # which checks what depends on the machine
     except WuchtError:
         return None
-    return merged
+    return combination
 
 
 def _is_dropped(item: str, left_out: set[str], spec: Any) -> bool:

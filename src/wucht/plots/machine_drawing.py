@@ -29,7 +29,7 @@ _LARGEST_HEIGHT, _INCHES = 3.3, 6.2  # of the drawing
 _ARM_KEYS = ("length", "outer_stop", "radius")  # radii at which bodies without a track are, the first that there is
 _FIRST_BODY = math.radians(60)  # the angle of the first body of a rotor: neither the unbalance nor the name is there
 _BACKGROUND = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}  # of names
-_CENTRED: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": REPORT.small}
+_AT_CENTRE: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": REPORT.small}
 _LINE: dict[str, Any] = {"color": "black", "linewidth": 0.9, "solid_capstyle": "round"}
 
 
@@ -80,7 +80,7 @@ class MachineShape:
     to_scale: bool
     pivot: bool = False
     is_fixed: bool = False
-    shaken: bool = False
+    is_shaken: bool = False
     foundation: bool = False
     attachments: tuple[tuple[str, float | None, float | None], ...] = ()
 
@@ -115,7 +115,7 @@ def machine_shape(result: ResultAccessor) -> MachineShape | None:
     return MachineShape(
         rotors, mounts, box,
         to_scale=any(body.arm for rotor in rotors for body in rotor.bodies if not result.dimensionless) or bool(places),
-        pivot=directions == ["r"], is_fixed=not directions, shaken=is_shaken,
+        pivot=directions == ["r"], is_fixed=not directions, is_shaken=is_shaken,
         foundation=any(path.startswith("carrier.foundation.") for path in values), attachments=attachments,
     )  # fmt: skip
 
@@ -275,10 +275,10 @@ def _draw(axis: Axes, shape: MachineShape) -> None:
     for name, x, y in shape.attachments:
         if x is not None and y is not None:
             axis.plot([x], [y], marker="s", markersize=5, color=COLOURS[1], zorder=6)
-            axis.annotate(name, (x, y), (0, -9), textcoords="offset points", **_CENTRED, zorder=8)
-    lines = [name for name, x, _ in shape.attachments if x is None] + ["prescribed motion"] * shape.shaken
+            axis.annotate(name, (x, y), (0, -9), textcoords="offset points", **_AT_CENTRE, zorder=8)
+    lines = [name for name, x, _ in shape.attachments if x is None] + ["prescribed motion"] * shape.is_shaken
     for k, line in enumerate(reversed(lines)):
-        axis.text((left + right) / 2, top + (0.05 + 0.08 * k) * unit, line, **_CENTRED)
+        axis.text((left + right) / 2, top + (0.05 + 0.08 * k) * unit, line, **_AT_CENTRE)
         axis.update_datalim([(left, top + (0.1 + 0.08 * k) * unit)])
     _draw_scale(axis, shape)
 
@@ -316,13 +316,13 @@ def _draw_mount(axis: Axes, mount: MountShape, length: float, width: float, *, f
         axis.add_patch(
             Rectangle((x - half, y - 2 * width), 2 * half, 2 * width, facecolor="#DADDE0", edgecolor="black", zorder=2)
         )
-        axis.text(x, y - width, "foundation", **_CENTRED, zorder=7)
+        axis.text(x, y - width, "foundation", **_AT_CENTRE, zorder=7)
         below = MountShape(x, y - 2 * width, 0.0, -1.0, mount.has_damper)
         _draw_mount(axis, below, length, width, foundation=False)
         return
     _draw_ground(axis, x, y, *along, 5 * width)
     if mount.name:
-        axis.text(*at(length * 1.3, 0.0), f"mount {mount.name}", **_CENTRED, zorder=7)
+        axis.text(*at(length * 1.3, 0.0), f"mount {mount.name}", **_AT_CENTRE, zorder=7)
 
 
 def _draw_ground(axis: Axes, x: float, y: float, dx: float, dy: float, width: float) -> None:
@@ -359,7 +359,7 @@ def _draw_rotor(axis: Axes, rotor: RotorShape, unit: float) -> None:
             color=COLOURS[1], zorder=5,
         ))  # fmt: skip
     _draw_bodies(axis, rotor, unit)
-    axis.text(x, y - r - 0.05 * unit, rotor.name, **_CENTRED, zorder=8)
+    axis.text(x, y - r - 0.05 * unit, rotor.name, **_AT_CENTRE, zorder=8)
 
 
 def _draw_bodies(axis: Axes, rotor: RotorShape, unit: float) -> None:
@@ -376,7 +376,7 @@ def _draw_bodies(axis: Axes, rotor: RotorShape, unit: float) -> None:
         inward = body.arm > 0.45 * rotor.radius
         at = body.arm - size - 0.055 * unit if inward else body.arm + size + 0.055 * unit
         axis.text(
-            x + at * math.cos(angle), y + at * math.sin(angle), body.name, **_CENTRED, zorder=7, bbox=_BACKGROUND,
+            x + at * math.cos(angle), y + at * math.sin(angle), body.name, **_AT_CENTRE, zorder=7, bbox=_BACKGROUND,
         )  # fmt: skip
 
 

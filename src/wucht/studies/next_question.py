@@ -29,9 +29,9 @@ class NextQuestion:
         """Return the settings after an answer; None where it does not follow, or a number in them is missing."""
         if self.outcomes and summary.get("outcome") not in self.outcomes:
             return None
-        known = {name: value for name, value in {**spec, **summary}.items() if value is not None}
+        numbers = {name: value for name, value in {**spec, **summary}.items() if value is not None}
         try:
-            return {key: text.format_map(known) for key, text in self.settings.items()}
+            return {key: text.format_map(numbers) for key, text in self.settings.items()}
         except KeyError:
             return None
 
