@@ -43,7 +43,7 @@ def test_the_model_is_named() -> None:
     assert (s["model"], s["inertia"], s["order"]) == ("averaged", False, 1)
     assert any("the inertia of p1, p2 is left out" in w and "approximation" in w for w in real.wucht.warnings)
     assert s["sentence"].startswith(words) and any(words in line for line in wucht.report(real))
-    assert words in wucht.draw(real).get_suptitle()
+    assert words in " ".join(text.get_text().replace("\n", " ") for text in wucht.draw(real).texts)
     with refused("study.together", "p1.phase", "p2.phase", "drum.speed", "p1.speed", "p2.speed", "inertia = false", given=True):
         summary(wucht.load_machine("drozdetskaya-2020/r1-u1"), together=True, inertia=True)
 
