@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,24 @@ def test_the_order_of_recommendation() -> None:
     assert recommended_index([merit(1.0, 5.0, is_confirmed=False), merit(0.75, 5.0)]) == 1
     assert recommended_index([merit(1.0, math.nan), slow]) == 1
     assert recommended_index([]) is None
+
+
+@pytest.mark.parametrize(
+    ("other", "is_better"),
+    [
+        (merit(1.0, 7.9), True),
+        (merit(1.0, 5.5), False),
+        (merit(1.0, 4.0), False),
+        (merit(0.75, 1.0), True),
+        (merit(1.0, math.nan), False),
+    ],
+)
+def test_a_balancer_is_better_beyond_a_standard_error(other: BalancerMerit, is_better: bool) -> None:
+    """Settling times of 5.4 s, to 0.3 s each, and another one to 0.4 s: 0.5 s between them are chance."""
+    ours = BalancerMerit.of(2, 5.4, outcomes(compensated=1.0), True, 0.3)
+    assert ours.is_better_than(replace(other, error=0.4)) is is_better
+    assert not replace(ours, most_failing=0.5).is_better_than(other), "it does not balance"
+    assert not replace(ours, settling_time=math.nan).is_better_than(other)
 
 
 def machine(**more: Any) -> Machine:

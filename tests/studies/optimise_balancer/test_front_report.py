@@ -111,7 +111,7 @@ def test_what_does_not_balance_is_not_offered_first() -> None:
 
 RECOMMENDED = {
     "point": 0, "bodies": 4, "parameters": {"damping": 0.0125}, "settling_time": 40.0, "fails": 0.02, "fails_for_certain": 0.02,
-    "motor_time": 30.0, "motor_sets_time": False,
+    "motor_time": 30.0, "motor_sets_time": False, "changes": {},
 }  # fmt: skip
 
 
@@ -124,6 +124,25 @@ def test_the_recommended_balancer() -> None:
     motor = lines(recommended=RECOMMENDED | {"motor_time": 38.0, "motor_sets_time": True})
     assert motor[3] == "  motor        sets the settling time of 40 s, not the balancer: without vibration it needs 38 s"
     assert len(lines(recommended=None)) == 2
+
+
+def test_what_to_paste_into_the_file() -> None:
+    changes = {"b1.damping": "0.0125 N m s", "b1_2.damping": "0.0125 N m s"}
+    pasted = lines(recommended=RECOMMENDED | {"bodies": 2, "changes": changes})[3:]
+    assert pasted == [
+        "  to paste     [machine.set]", '               "b1.damping" = "0.0125 N m s"',
+        '               "b1_2.damping" = "0.0125 N m s"',
+    ]  # fmt: skip
+    more = lines(recommended=RECOMMENDED | {"changes": changes})
+    assert more[3] == "  to paste     # with 4 bodies, each like the first one: b1, b1_2" and more[4:] == [
+        "               [machine.set]", *pasted[1:]
+    ]  # fmt: skip
+
+
+def test_the_machine_as_it_is_may_be_the_recommended_one() -> None:
+    told = lines(recommended=RECOMMENDED | {"point": None, "bodies": 2})
+    assert told[2].startswith("  recommended  to keep the machine as it is, 2 bodies, damping 0.0125 N m s: of its runs")
+    assert len(told) == 3, "nothing to paste"
 
 
 @pytest.mark.parametrize(

@@ -63,6 +63,7 @@ def without_motor(monkeypatch: pytest.MonkeyPatch) -> None:
 OWN = results((8.0, 0.5, 0.25, 0.0), undecided=0.125)
 OWN_CHECK = FullCheck(results((9.0, 7.0, 0.75, 0.5), undecided=0.25), 0.625)
 BASELINE = Baseline(OWN, OWN_CHECK)
+BEST = "2 bodies: median settling time 1 s, 0 % fail"
 
 
 def checked(*rows: tuple[float, float, float, float], residual: float = 0.0, reason: str = "") -> FullCheck:
@@ -136,11 +137,56 @@ def test_points_are_confirmed_by_the_check_alone() -> None:
     assert (s["candidates"], s["found"]) == (3, 7)
     assert result.tried_bodies.values.tolist() == [2, 2, 3]
     assert result.tried_value.values.tolist() == [[0.0, 1.0], [10.0, 11.0], [0.0, 1.0]]
-    recommended = "2 bodies: median settling time 1 s, 0 % fail"
-    assert s["sentence"] == f"{recommended}; a front of 7 points from 3 candidates; 1 of 2 checked points are confirmed"
+    assert s["sentence"] == f"{BEST}; a front of 7 points from 3 candidates; 1 of 2 checked points are confirmed"
     assert any(w.startswith("3 points, spread over the front, represent its 7") for w in warnings_of(result))
     whole = dataset(plan(), Findings(BASELINE, None, tried, front(), 3))
     assert not any("spread over the front" in w for w in warnings_of(whole))
+
+
+def baseline_of(time: float, error: float = 0.0) -> Baseline:
+    return Baseline(OWN, FullCheck(results((time, 9.0, 0.1, 0.0), error=error), 0.0))
+
+
+@pytest.mark.usefixtures("without_motor")
+@pytest.mark.parametrize(
+    ("baseline", "sentence", "is_kept"),
+    [
+        (baseline_of(0.5), "no checked point is better than the machine as it is, keep it: 2 bodies: median settling", True),
+        (baseline_of(0.5, 0.75), f"{BEST}, no faster than the machine as it is (0.5 s); a front", False),
+        (baseline_of(1.5), f"{BEST}; a front", False),
+        (BASELINE, f"{BEST}; a front", False),
+    ],
+)  # fmt: skip
+def test_the_machine_as_it_is_competes_with_the_checked_points(baseline: Baseline, sentence: str, is_kept: bool) -> None:
+    """The best point needs 1 s, and all its runs end compensated; of those of ``BASELINE`` a quarter has no verdict."""
+    tried = ((2, results((1.0, 0.4, 0.1, 0.0))),)
+    s = summary(plan(), Findings(baseline, None, tried, front(), 3))
+    assert s["sentence"].startswith(sentence)
+    recommended = s["recommended"]
+    assert (recommended["point"] is None, recommended["changes"] == {}) == (is_kept, is_kept)
+    assert recommended["parameters"] == ({"length": 0.1, "damping": 0.5} if is_kept else {"length": 0.0, "damping": 1.0})
+
+
+@pytest.mark.usefixtures("without_motor")
+def test_the_changes_are_those_of_all_bodies() -> None:
+    tried = ((2, results((1.0, 0.4, 0.1, 0.0))),)
+    s = summary(plan(), Findings(baseline_of(1.5), None, tried, front(), 3))
+    assert s["recommended"]["changes"] == {
+        "b0.length": "0 m", "b1.length": "0 m", "b0.damping": "1 N m s", "b1.damping": "1 N m s"
+    }  # fmt: skip
+
+
+@pytest.mark.usefixtures("without_motor")
+def test_a_front_without_a_balancing_point_leaves_the_machine_as_it_is() -> None:
+    """And the point that is the machine itself is not one to change it into."""
+    passing = results((1.0, 0.4, 0.1, 0.0), undecided=0.75)
+    point, tried = FrontPoint(2, passing, FullCheck(passing, 0.0)), ((2, passing),)
+    assert summary(plan(), Findings(baseline_of(9.0), None, tried, (point,), 1))["recommended"]["point"] is None
+    undecided = Baseline(OWN, FullCheck(passing, 0.0))
+    assert summary(plan(), Findings(undecided, None, tried, (point,), 1))["recommended"] is None
+    same = replace(results((1.0, 0.4, 0.1, 0.0)), numbers=np.array([[0.1, 0.5]]))
+    itself = FrontPoint(2, same, FullCheck(same, 0.0))
+    assert summary(plan(), Findings(baseline_of(1.0), None, tried, (itself,), 1))["recommended"]["point"] is None
 
 
 def test_a_search_without_a_front_says_so_once_it_is_finished() -> None:

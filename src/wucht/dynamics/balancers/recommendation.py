@@ -22,19 +22,24 @@ _COMPENSATED_INDEX, _OPEN_INDICES = OUTCOMES.index(Outcome.COMPENSATED), [OUTCOM
 @dataclass(frozen=True)
 class BalancerMerit:
     """What counts for a recommendation: number of bodies, median settling time (nan if unknown), the shares of the runs that
-    do not end compensated for certain and at most, and whether the candidate is confirmed by a check."""
+    do not end compensated for certain and at most, whether the candidate is confirmed by a check, and the standard error of
+    the settling time."""
 
     bodies: int
     settling_time: float
     failing_share: float
     most_failing: float
     is_confirmed: bool
+    error: float = 0.0
 
     @classmethod
-    def of(cls, bodies: int, settling_time: float, outcomes: np.ndarray, is_confirmed: bool) -> BalancerMerit:
+    def of(
+        cls, bodies: int, settling_time: float, outcomes: np.ndarray, is_confirmed: bool, error: float = 0.0
+    ) -> BalancerMerit:
         """Return the merit of a candidate. outcomes: the share of its runs with each of ``OUTCOMES`` (o,)."""
         most = 1 - float(outcomes[_COMPENSATED_INDEX])
-        return cls(bodies, settling_time, max(most - float(outcomes[_OPEN_INDICES].sum()), 0.0), most, is_confirmed)
+        certain = max(most - float(outcomes[_OPEN_INDICES].sum()), 0.0)
+        return cls(bodies, settling_time, certain, most, is_confirmed, error)
 
     @property
     def balances(self) -> bool:
@@ -45,6 +50,14 @@ class BalancerMerit:
     def order(self) -> tuple[bool, float, float, int]:
         """Confirmed ones first, then those with the fewest failing runs, the shortest settling time, the fewest bodies."""
         return not self.is_confirmed, self.most_failing, self.settling_time, self.bodies
+
+    def is_better_than(self, other: BalancerMerit) -> bool:
+        """True if fewer runs fail or, where as many do, the settling time is shorter by more than a standard error."""
+        if not (self.balances and np.isfinite(self.settling_time)):
+            return False
+        if self.most_failing != other.most_failing:
+            return self.most_failing < other.most_failing
+        return bool(other.settling_time - self.settling_time > np.hypot(self.error, other.error))
 
 
 def recommended_index(merits: Sequence[BalancerMerit]) -> int | None:

@@ -10,11 +10,11 @@ import numpy as np
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.balancers.recommendation import BalancerMerit, motor_sets, motor_time, recommended_index
-from wucht.dynamics.sampling.searches import is_pareto_optimal
+from wucht.dynamics.sampling.searches import is_pareto_optimal, values_at
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.results.formatting import bodies_in_words, percent
 from wucht.results.quantities import Quantity, result_dataset
-from wucht.studies.optimise_balancer.computation import Findings, FullCheck, Plan
+from wucht.studies.optimise_balancer.computation import Findings, FrontPoint, FullCheck, Plan
 from wucht.studies.optimise_balancer.spec import OBJECTIVES
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ _PARTS = {
     "fails": ("share of runs that do not end compensated", ""),
     "balances": ("whether more than half of the runs end compensated", ""),
 }
+_SAME = 1e-9  # relative
 _CHANCE = 2.6  # standard deviations: a hundredth of what chance does
 
 
@@ -59,22 +60,51 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 def _merit(bodies: int, evaluation: CandidateResults, check: FullCheck | None, is_confirmed: bool) -> BalancerMerit:
     """Return the merit of a candidate, by the check where there is one."""
     results = evaluation if check is None else check.evaluation
-    return BalancerMerit.of(bodies, float(results.objectives[0, SETTLING]), results.outcomes[0], is_confirmed)
+    time, error = float(results.objectives[0, SETTLING]), float(results.error[0])
+    return BalancerMerit.of(bodies, time, results.outcomes[0], is_confirmed, error)
+
+
+def _number_of_bodies(plan: Plan) -> int:
+    return len(plan.machine.group(plan.machine.rotor)) - 1
 
 
 def _recommendation(plan: Plan, findings: Findings, holds: np.ndarray) -> dict[str, Any] | None:
-    """Return the recommended point of the front, None as long as none is checked, or where none balances."""
+    """Return the recommended point of the front, or the machine as it is where none is better.
+
+    None as long as no point is checked, and where neither a point nor the machine balances.
+    """
     checked_points = [(k, p) for k, p in enumerate(findings.front) if p.check is not None]
-    merits = [_merit(p.bodies, p.evaluation, p.check, bool(holds[k])) for k, p in checked_points]
-    best = recommended_index(merits)
-    if best is None:
+    if not checked_points:
         return None
-    (place, point), merit = checked_points[best], merits[best]
-    time = motor_time(plan.trials[point.bodies].candidate_machine(point.numbers.tolist()), plan.spec.start)
+    merits = [_merit(p.bodies, p.evaluation, p.check, bool(holds[k])) for k, p in checked_points]
+    best, baseline = recommended_index(merits), findings.baseline
+    own = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
+    if best is None or own.is_better_than(merits[best]) or _is_machine_as_it_is(plan, checked_points[best][1]):
+        return _recommended(plan, None, None, own) if own.balances and np.isfinite(own.settling_time) else None
+    return _recommended(plan, *checked_points[best], merits[best])
+
+
+def _is_machine_as_it_is(plan: Plan, point: FrontPoint) -> bool:
+    return point.bodies == _number_of_bodies(plan) and np.allclose(point.numbers, plan.numbers, rtol=_SAME, atol=0.0)
+
+
+def _recommended(plan: Plan, place: int | None, point: FrontPoint | None, merit: BalancerMerit) -> dict[str, Any]:
+    """Return the recommendation of a point of the front, by its index, or of the machine as it is."""
+    if point is None:
+        numbers, machine, changes = plan.numbers, plan.machine, dict[str, str]()
+    else:
+        numbers, trials = point.numbers, plan.trials[point.bodies]
+        machine, values = (
+            trials.candidate_machine(numbers.tolist()),
+            values_at(trials.machine, trials.variables, numbers.tolist()),
+        )
+        changes = {path: f"{x:.4g} {trials.machine.parameters[path].unit}".rstrip() for path, x in values.items()}
+    time = motor_time(machine, plan.spec.start)
     return {
         "point": place,
-        "bodies": point.bodies,
-        "parameters": {v.name: float(x) for v, x in zip(plan.variables, point.numbers, strict=True)},
+        "bodies": merit.bodies,
+        "parameters": {v.name: float(x) for v, x in zip(plan.variables, numbers, strict=True)},
+        "changes": changes,
         "settling_time": merit.settling_time,
         "fails": merit.most_failing,
         "fails_for_certain": merit.failing_share,
@@ -86,9 +116,10 @@ def _recommendation(plan: Plan, findings: Findings, holds: np.ndarray) -> dict[s
 def _recommendation_parts(plan: Plan) -> dict[str, tuple[str, str]]:
     time = plan.machine.units.time
     return {
-        "point": ("its index in the front", ""),
+        "point": ("its index in the front, none for the machine as it is", ""),
         "bodies": ("number of bodies", ""),
         "parameters": ("parameters", ""),
+        "changes": ("values to be set in the machine, by path", ""),
         "settling_time": ("median settling time", time),
         "fails": ("share of runs that do not end compensated, those without a verdict among them", ""),
         "fails_for_certain": ("the same without them", ""),
@@ -150,9 +181,7 @@ def _candidate_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
 def _baseline_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the machine as it is."""
     baseline, words = findings.baseline, f"machine as it is, by the {{}}: {_objective_units(plan)}"
-    as_it_is = _candidate_entry(
-        plan, len(plan.machine.group(plan.machine.rotor)) - 1, plan.numbers, baseline.evaluation, baseline.check
-    )
+    as_it_is = _candidate_entry(plan, _number_of_bodies(plan), plan.numbers, baseline.evaluation, baseline.check)
     return [
         Quantity("as_it_is", as_it_is, "machine as it is", parts=_PARTS),
         Quantity("own_objective", baseline.evaluation.objectives[0], words.format("search"), "", "objective"),
@@ -276,7 +305,14 @@ def _sentence(plan: Plan, findings: Findings, holds: np.ndarray, recommendation:
     front_sentence = f"{front_text}; {sum(verdicts)} of {len(verdicts)} checked points are confirmed"
     if recommendation is None:
         return f"no checked point balances in more than half of its runs; {front_sentence}" if verdicts else front_sentence
-    return f"{recommendation_in_words(recommendation, plan.machine.units.time)}; {front_sentence}"
+    words, unit = recommendation_in_words(recommendation, plan.machine.units.time), plan.machine.units.time
+    if recommendation["point"] is None:
+        return f"no checked point is better than the machine as it is, keep it: {words}; {front_sentence}"
+    baseline = findings.baseline
+    own = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
+    if own.balances and own.most_failing <= recommendation["fails"] and own.settling_time < recommendation["settling_time"]:
+        words += f", no faster than the machine as it is ({own.settling_time:.3g} {unit}".rstrip() + ")"
+    return f"{words}; {front_sentence}"
 
 
 def recommendation_in_words(recommendation: dict[str, Any], time_unit: str) -> str:

@@ -43,17 +43,29 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def _recommendation_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the recommended balancer, and that the motor sets its settling time, if it does."""
+    """Return the recommended balancer, what to write for it into the file, and that the motor sets its settling time."""
     recommendation, unit = s.get("recommended"), s["units"]["settling-time"]
     if recommendation is None:
         return []
-    lines = [("recommended", f"{_design(recommendation, s)}: of its runs {_failing_runs(recommendation)}")]
+    keep = "to keep the machine as it is, " if recommendation["point"] is None else ""
+    lines = [("recommended", f"{keep}{_design(recommendation, s)}: of its runs {_failing_runs(recommendation)}")]
+    lines += _lines_to_paste(recommendation, s["as_it_is"]["bodies"])
     if recommendation["motor_sets_time"]:
         time, settling_time = (f"{recommendation[key]:.3g} {unit}".rstrip() for key in ("motor_time", "settling_time"))
         lines.append(
             ("motor", f"sets the settling time of {settling_time}, not the balancer: without vibration it needs {time}")
         )
     return lines
+
+
+def _lines_to_paste(recommendation: dict[str, Any], count: int) -> list[tuple[str, str]]:
+    """Return the lines of a study file that change the machine into the recommended one. count: of its bodies as it is."""
+    changes, lines = recommendation["changes"], list[str]()
+    if changes and recommendation["bodies"] != count:
+        names = dict.fromkeys(path.partition(".")[0] for path in changes)
+        lines.append(f"# with {bodies_in_words(recommendation['bodies'])}, each like the first one: {', '.join(names)}")
+    lines += ["[machine.set]", *(f'"{path}" = "{value}"' for path, value in changes.items())] if changes else []
+    return [("to paste" if k == 0 else "", line) for k, line in enumerate(lines)]
 
 
 def _failing_runs(recommendation: dict[str, Any]) -> str:
