@@ -112,7 +112,7 @@ def test_a_measured_acceleration_beside_the_computed_one(tmp_path, cam):
     assert measured == pytest.approx(made, abs=4e-3 * np.abs(made).max())
     assert right.measured_amplitude.values[:5] == pytest.approx(right.computed_amplitude.values[:5], rel=0.02)
     assert np.isnan(right.measured_amplitude.values[12:]).all()
-    assert right.sizes["order"] == 15
+    assert right.sizes["order"] == 24
 
 
 def test_a_speed_that_is_a_little_wrong_does_not_smear_the_orders(tmp_path):

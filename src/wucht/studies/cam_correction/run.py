@@ -94,9 +94,9 @@ class Findings:
     residuals: tuple[Residual, ...]
     from_errors: float | None
     left_out: tuple[LeftOut, ...]
-    dwell_errors: tuple[float | None, float | None]
     samples: tuple[np.ndarray, np.ndarray]
     notes: tuple[str, ...]
+    dwell_errors: tuple[float | None, float | None] = (None, None)
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
@@ -129,9 +129,9 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         residuals=residual_list,
         from_errors=_residual_of_errors(plan, residual_list),
         left_out=left_out,
-        dwell_errors=_dwell_errors(plan, over_time),
         samples=_folded_samples(plan),
         notes=(*plan.notes, *proof_notes, *_notes(plan, before, after)),
+        dwell_errors=_dwell_errors(plan, over_time),
     )
 
 
