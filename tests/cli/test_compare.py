@@ -26,12 +26,12 @@ def test_table_figure_and_files(wucht: Command, study: Study) -> None:
     done = wucht("compare", "a.toml", "b.toml", "--vary", "drive.slope=0.03,0.05", *SHORT, "--csv")
     assert done.code == 0, done.err
     folder = Path("results/compare/a+b+drive.slope")
-    title, verdict, *heads, a, b, c, d, _files = done.out.splitlines()
+    title, verdict, *heads, a, b, c, d, _files, _next = done.out.splitlines()
     lines = [a, b, c, d]
     assert title == f"Comparison of a, b, varied: {SLOPE}"
     assert verdict == "verdict: 4 variants: 4 unidentified"
     assert [head.split() for head in heads[:2]] == [["slope", "of", "the"], ["torque", "over"]]
-    assert heads[-1].split()[:5] == ["(N", "m", "s)", "outcome", "(rad/s)"]
+    assert heads[-1].split()[:3] == ["(N·m·s)", "outcome", "(rad/s)"]
     assert [line.split()[:2] for line in lines] == [[n, v] for n in "ab" for v in ("0.03", "0.05")]
     with (folder / "comparison-variant.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))

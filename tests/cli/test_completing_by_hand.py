@@ -54,7 +54,7 @@ STUDY_FILES = ["fan.toml", "more/", "practice/fan", "sweep.toml"]
         ("wucht run ", STUDY_FILES),
         ("wucht compare fan.toml ", STUDY_FILES),
         ("wucht new ", ["practice/fan", "run-up"]),
-        ("wucht list ", ["rotor"]),
+        ("wucht list ", ["practice/fan", "rotor"]),
         ("wucht run f", ["fan.toml"]),
         ("wucht run fan.toml -", ["--format", "--json", "--out", "--set", "-o"]),
         ("wucht run fan.toml --json ", STUDY_FILES),

@@ -82,7 +82,7 @@ def test_a_study_has_its_template(wucht: Command, here: Path) -> None:
 
 
 def test_pages_are_those_of_the_documentation(wucht: Command) -> None:
-    entries = [gallery.Entry("practice/screen", read_study("practice/screen"), {}, None, Path())]
+    entries = [gallery.Entry("practice/screen", read_study("practice/screen"), {}, None, Path(), Path())]
     pages = {**reference_pages.pages(entries), **gallery_pages.pages(entries)}
     for name in (
         "roller",

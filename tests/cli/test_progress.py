@@ -171,7 +171,7 @@ def test_a_preparation_is_shown_without_a_forecast(monkeypatch: pytest.MonkeyPat
     with made:
         begin = progress.time.perf_counter()
         made.update(0.0, label)
-        monkeypatch.setattr(progress.time, "perf_counter", lambda: begin + 9.0)
+        monkeypatch.setattr(progress.time, "perf_counter", lambda: begin + 70.0)
         made.update(0.001, "settling")
     assert len(written.getvalue().splitlines()) == lines
 

@@ -260,9 +260,9 @@ def test_bodies_of_which_none_is_named_stand_evenly_spaced():
     [
         (
             [ball("a"), ball("b", length=0.11)],
-            refused("machine.bodies[2] (b).track", "0.1 m", "0.11 m", given="t"),
+            refused("machine.bodies[2] (b).track", "0.1 m", "0.11 m", given="t", code="other-circle"),
         ),
-        ([ball("a"), ball("b", about="a")], refused("machine.bodies[2] (b).track", "ring", given="t")),
+        ([ball("a"), ball("b", about="a")], refused("machine.bodies[2] (b).track", "ring", given="t", code="other-centre")),
         ([ball(f"b{i}") for i in range(32)], refused("machine.bodies[1] (b0).track", "32", given="t")),
         ([ball("a", diameter=0.3), ball("b")], refused("machine.bodies[1] (a).diameter", given=0.3)),
         (

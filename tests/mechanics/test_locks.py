@@ -162,7 +162,7 @@ def test_a_speed_of_release_that_is_reached_at_the_start(speed):
 
 
 def test_a_speed_of_release_that_no_other_body_can_reach_is_refused():
-    with refused("machine.bodies[0] (drum).release", given=None):
+    with refused("machine.bodies[0] (drum).release", given=None, code="out-of-reach"):
         machine_from(MACHINE | {"bodies": [DRUM | {"release": {"speed": 5.0}}, P1, P2]})
 
 

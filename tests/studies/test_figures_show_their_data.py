@@ -358,7 +358,7 @@ EXPECTED: dict[str, Figured] = {
     ),
     "start-stop": Figured(
         {"study.until": "3 s"},
-        {0: ("", "speed (rad/s)"), 1: ("", AMPLITUDE), 2: ("", "energy (kJ)"), 3: (TIME, "damage so far")},
+        {0: ("", "speed (rad/s)"), 1: ("", AMPLITUDE), 2: ("", "energy (kJ)"), 3: (TIME, "damage so far (10⁻⁶)")},
         (
             Line(0, "fan", "time", "rotor_speed[0]"),
             Line(0, "switched off", "result.wucht.summary['switch_off_time']", None),

@@ -161,7 +161,7 @@ def units_in_print(text: str) -> str:
 _POWERS = {"^2": "²", "^3": "³"}
 _PRINTED_UNITS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
     (re.compile(r"\b(?:[kmM]?N|kg|g)(?: (?:mm|m|s)\b(?:\^[23])?)+"), lambda unit: unit[0].replace(" ", "·")),
-    (re.compile(r"(?<![\w.])um\b"), lambda unit: "µm"),
+    (re.compile(r"(?:^|(?<=\()|(?<=\d ))um\b"), lambda unit: "µm"),
     (re.compile(r"\b(mm|m|s|rad|kg)(\^[23])\b"), lambda power: power[1] + _POWERS[power[2]]),
 )
 

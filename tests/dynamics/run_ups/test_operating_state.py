@@ -9,15 +9,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht.analysis.working_points import creep_speed, is_held_at_rest
 from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.operating_state import (
-    creep_speed,
-    is_held_at_rest,
-    machine_after_schedules,
-    state_at_working_point,
-    transfer_state,
-)
+from wucht.dynamics.run_ups.operating_state import machine_after_schedules, state_at_working_point, transfer_state
 from wucht.dynamics.run_ups.settled_operation import REST, EndState, case_from_state, rest_events
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.files.building import machine_from

@@ -232,5 +232,6 @@ def test_a_state_without_part_in_the_leaving_direction_normalises_nothing() -> N
     """Saddles of a diagonal matrix: the other state has no part in either eigenvector."""
     jacobian = np.diag([0.7, -1.0])
     for by in ((1, 0), (0, 1)):
-        with np.errstate(all="raise"), pytest.raises(RunError, match="has turned too far"):
-            Directions.from_jacobian(jacobian, np.ones(2), by)
+        with np.errstate(all="raise"):
+            directions = Directions.from_jacobian(jacobian, np.ones(2), by)
+        assert not (np.isfinite(directions.leaving).all() and np.isfinite(directions.complement).all())

@@ -212,7 +212,7 @@ def test_too_few_orders_are_told_and_hide_no_misfit(tmp_path):
     assert m["explained"] < 0.55
     assert m["noise_rms"] > 1000
     assert m["delay"] is None  # what there is of one comes of the speed, which is not well known
-    assert f"of its 3 orders; {m['noise_rms']:.4g} of {m['rms']:.4g} rad/s^2 rms lie outside" in "\n".join(wucht.report(result))
+    assert f"of its 3 orders; {m['noise_rms']:.4g} of {m['rms']:.4g} rad/s² rms lie outside" in "\n".join(wucht.report(result))
     (said,) = (w for w in result.wucht.warnings if w.startswith("Only 3 orders are fitted"))
     enough = int(said.split("orders = ")[1].rstrip("."))
     assert 5 < enough < 15

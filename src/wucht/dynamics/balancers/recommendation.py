@@ -51,13 +51,13 @@ class BalancerMerit:
         """Confirmed ones first, then those with the fewest failing runs, the shortest settling time, the fewest bodies."""
         return not self.is_confirmed, self.most_failing, self.settling_time, self.bodies
 
-    def is_better_than(self, other: BalancerMerit) -> bool:
+    def is_better_than(self, merit: BalancerMerit) -> bool:
         """True if fewer runs fail or, where as many do, the settling time is shorter by more than a standard error."""
         if not (self.balances and np.isfinite(self.settling_time)):
             return False
-        if self.most_failing != other.most_failing:
-            return self.most_failing < other.most_failing
-        return bool(other.settling_time - self.settling_time > np.hypot(self.error, other.error))
+        if self.most_failing != merit.most_failing:
+            return self.most_failing < merit.most_failing
+        return bool(merit.settling_time - self.settling_time > np.hypot(self.error, merit.error))
 
 
 def recommended_index(merits: Sequence[BalancerMerit]) -> int | None:

@@ -67,19 +67,16 @@ class Directions:
         """Return the directions of a Jacobian (n, n), scaled by sizes (n,).
 
         by: the states by which both eigenvectors are normalised, where they are compared with those at another place: with
-        the largest component of each they would jump. Raises ``RunError`` where the leaving eigenvalue is complex, or such a
-        state takes no part in an eigenvector.
+        the largest component of each they would jump. Raises ``RunError`` where the leaving eigenvalue is complex.
         """
         matrix = jacobian / scale[:, None] * scale
         right_vector, left_vector = _leaving(matrix), _leaving(matrix.T)
         by_right, by_left = by or (int(np.abs(right_vector).argmax()), int(np.abs(left_vector).argmax()))
-        if right_vector[by_right] == 0 or left_vector[by_left] == 0:
-            raise RunError(
-                "the direction in which the equilibrium is left has turned too far to be compared with the first one"
-            )
         complement = np.delete(np.eye(len(scale)), by_right, axis=0)
-        complement[:, by_right] = -np.delete(right_vector, by_right) / right_vector[by_right]
-        return cls(left_vector / left_vector[by_left] / scale, complement / scale, by_right, by_left)
+        with np.errstate(divide="ignore", invalid="ignore"):  # not finite where such a state takes no part in an eigenvector
+            complement[:, by_right] = -np.delete(right_vector, by_right) / right_vector[by_right]
+            leaving = left_vector / left_vector[by_left]
+        return cls(leaving / scale, complement / scale, by_right, by_left)
 
 
 def _leaving(matrix: np.ndarray) -> np.ndarray:

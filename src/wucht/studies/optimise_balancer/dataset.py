@@ -78,17 +78,17 @@ def _recommendation(plan: Plan, findings: Findings, holds: np.ndarray) -> dict[s
         return None
     merits = [_merit(p.bodies, p.evaluation, p.check, bool(holds[k])) for k, p in checked_points]
     best, baseline = recommended_index(merits), findings.baseline
-    own = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
-    if best is None or own.is_better_than(merits[best]) or _is_machine_as_it_is(plan, checked_points[best][1]):
-        return _recommended(plan, None, None, own) if own.balances and np.isfinite(own.settling_time) else None
-    return _recommended(plan, *checked_points[best], merits[best])
+    present = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
+    if best is None or present.is_better_than(merits[best]) or _is_machine_as_it_is(plan, checked_points[best][1]):
+        return _recommendation_row(plan, None, None, present) if present.balances and np.isfinite(present.settling_time) else None
+    return _recommendation_row(plan, *checked_points[best], merits[best])
 
 
 def _is_machine_as_it_is(plan: Plan, point: FrontPoint) -> bool:
     return point.bodies == _number_of_bodies(plan) and np.allclose(point.numbers, plan.numbers, rtol=_SAME, atol=0.0)
 
 
-def _recommended(plan: Plan, place: int | None, point: FrontPoint | None, merit: BalancerMerit) -> dict[str, Any]:
+def _recommendation_row(plan: Plan, place: int | None, point: FrontPoint | None, merit: BalancerMerit) -> dict[str, Any]:
     """Return the recommendation of a point of the front, by its index, or of the machine as it is."""
     if point is None:
         numbers, machine, changes = plan.numbers, plan.machine, dict[str, str]()
@@ -309,9 +309,9 @@ def _sentence(plan: Plan, findings: Findings, holds: np.ndarray, recommendation:
     if recommendation["point"] is None:
         return f"no checked point is better than the machine as it is, keep it: {words}; {front_sentence}"
     baseline = findings.baseline
-    own = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
-    if own.balances and own.most_failing <= recommendation["fails"] and own.settling_time < recommendation["settling_time"]:
-        words += f", no faster than the machine as it is ({own.settling_time:.3g} {unit}".rstrip() + ")"
+    present = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
+    if present.balances and present.most_failing <= recommendation["fails"] and present.settling_time < recommendation["settling_time"]:
+        words += f", no faster than the machine as it is ({present.settling_time:.3g} {unit}".rstrip() + ")"
     return f"{words}; {front_sentence}"
 
 
