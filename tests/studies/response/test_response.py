@@ -215,6 +215,21 @@ def test_the_throw_in_operation() -> None:
     assert run(Response(), load_machine("drozdetskaya-2020/table-5.1")).wucht.summary["throw_at_free_speed"] is None
 
 
+def test_a_comparison_shows_the_fastest_operating_point_first() -> None:
+    result = run(Response(), machine())
+    s, fastest = result.wucht.summary, max(result.wucht.summary["operation"], key=lambda point: point["speed"])
+    shown = {
+        "operating_speed": "speed",
+        "operating_amplitude": "amplitude",
+        "stroke": "stroke",
+        "machine_number": "machine_number",
+    }
+    assert {key: s[key] for key in shown} == {key: fastest[part] for key, part in shown.items()}
+    assert result.wucht.headlines == ["peak_amplitude", "peak_torque", *shown]
+    undriven = run(Response(), load_machine("drozdetskaya-2020/table-5.1"))
+    assert undriven.wucht.headlines[:2] == ["peak_amplitude", "peak_torque"] and "stroke" not in undriven.wucht.summary
+
+
 def test_an_undamped_mode_that_nothing_excites() -> None:
     """A rotor in the centre of mass does not turn the carrier."""
     turning = {"directions": "xyr", "inertia": 0.4, "rotation_stiffness": 900.0, "rotation_damping": 0.0}

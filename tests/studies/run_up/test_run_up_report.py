@@ -111,7 +111,7 @@ def test_a_modulated_run(depth: float | None, more: str) -> None:
 @pytest.mark.parametrize(
     ("amplitude", "line"),
     [
-        (None, "1.5 s, the speed"), (1.5, "1.5 s"), (1.25, "1.5 s"), (2.5, "2.5 s; the speed and the unbalance at 1.5 s"),
+        (None, "1.5 s, the speed"), (1.5, "1.5 s"), (1.25, "1.5 s"), (2.5, "1.5 s; the amplitude at 2.5 s"),
     ],
 )  # fmt: skip
 def test_when_it_has_settled(amplitude: float | None, line: str) -> None:

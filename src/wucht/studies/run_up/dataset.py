@@ -301,13 +301,13 @@ def _bearing_forces(steady: dict[str, float], largest: dict[str, float], peak: d
 
 
 def _settling_text(s: dict[str, Any], time_unit: str) -> str:
-    """Return the settling time of the run; with that of the speed, if the amplitude takes longer."""
+    """Return the settling time, that of the speed; and that of the amplitude, if it takes longer."""
     speed, amplitude = s["settling_time"], s.get("amplitude_settling_time")
     if amplitude is None:  # with lagging bodies it beats permanently
         return f"{speed:.4g}{time_unit}, the speed"
     if amplitude <= speed:
         return f"{speed:.4g}{time_unit}"
-    return f"{amplitude:.4g}{time_unit}; the speed and the unbalance at {speed:.4g}{time_unit}"
+    return f"{speed:.4g}{time_unit}; the amplitude at {amplitude:.4g}{time_unit}"
 
 
 def _angles(phases: dict[str, float]) -> str:
