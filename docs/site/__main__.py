@@ -72,7 +72,7 @@ def write(entries: list[Entry], compute: bool = True) -> None:
     shutil.copytree(HERE / "assets", PAGES / "assets", dirs_exist_ok=True)
     pages = gallery_pages.pages(entries) | reference_pages.pages(entries)
     pages |= {"api.md": api_page.page(), "citing.md": citing_page.page()}
-    pages["changes.md"] = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    pages["changes.md"] = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").replace("](docs/", "](")
     for name, text in pages.items():
         _file(name).write_text(text, encoding="utf-8")
     for name, figure in gallery_pages.figures(entries).items():

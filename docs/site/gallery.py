@@ -97,19 +97,23 @@ def answer(study_file: StudyFile, folder: Path, compute: bool = True) -> tuple[A
 
 
 def _save_panel(figure: Figure, path: Path) -> None:
-    """Save the largest panel of a figure alone, with its scales: what can be read in the width of a thumbnail."""
-    panels = [axis for axis in figure.axes if axis.get_visible()]
-    first = max(panels, key=lambda axis: axis.get_position().width * axis.get_position().height)
-    for axis in panels:
-        axis.set_visible(axis.get_position().bounds == first.get_position().bounds)
-    within = first.get_tightbbox().transformed(figure.dpi_scale_trans.inverted()).padded(0.05)
-    figure.suptitle("")
+    """Save the first panel of a figure alone, with its scales and without legends: what can be read in a thumbnail."""
+    place = figure.axes[0].get_position().bounds  # a second scale has the same
+    elsewhere = [axis for axis in figure.axes if axis.get_position().bounds != place]
+    for axis in elsewhere:
+        axis.set_visible(False)
+    for axis in (axis for axis in figure.axes if axis not in elsewhere):
+        axis.set_position(_PANEL)
+        if axis.get_legend() is not None:
+            axis.get_legend().remove()
     for text in (*figure.texts, *figure.legends):
         text.set_visible(False)
-    figure.savefig(path, dpi=_DOTS_AN_INCH, bbox_inches=within)
+    figure.suptitle("")
+    figure.set_size_inches(_PANEL_SIZE)
+    figure.savefig(path, dpi=_DOTS_AN_INCH, bbox_inches="tight")
 
 
-_DOTS_AN_INCH = 80
+_PANEL, _PANEL_SIZE, _DOTS_AN_INCH = (0.15, 0.2, 0.7, 0.7), (3.6, 2.4), 110  # of the figure; in; of a thumbnail
 
 
 def _told(file: Path) -> str:

@@ -82,20 +82,23 @@ def _asked(name: str, settings: Any, asked: list[tuple[str, Any]]) -> Any:
 
 
 def test_a_thumbnail_has_one_panel(tmp_path: Path) -> None:
+    """The first one with its second scale: neither the panels below, nor legends, nor titles; wide enough to be read."""
     from matplotlib.figure import Figure
     from PIL import Image
 
-    figure = Figure(figsize=(6, 8), layout=None)
-    above, below = figure.subplots(2, height_ratios=(1, 3))
-    above.plot([0, 1], [0, 1], color="red")
-    below.plot([0, 1], [0, 1], color="blue")
+    figure = Figure(figsize=(6, 12), layout=None)
+    above, below = figure.subplots(2, height_ratios=(1, 5))
+    above.plot([0, 1], [0, 1], color=(1, 0, 0), linewidth=4)
+    above.twinx().plot([0, 1], [1, 0], color=(0, 1, 0), linewidth=4)
+    below.plot([0, 1], [0, 1], color=(0, 0, 1), linewidth=4)
+    above.legend([above.plot([], [], color=(1, 0, 1), linewidth=4)[0]], ["a line"])
     figure.suptitle("A title")
     gallery._save_panel(figure, tmp_path / "panel.png")
     with Image.open(tmp_path / "panel.png") as image:
-        colours = {colour for _, colour in image.convert("RGB").getcolors(1 << 16) or []}
-        assert image.height < 0.8 * 8 * gallery._DOTS_AN_INCH
-    assert (0, 0, 255) in colours
-    assert (255, 0, 0) not in colours
+        colours = {colour for _, colour in image.convert("RGB").getcolors(1 << 20) or []}
+        assert 1.2 < image.width / image.height < 2.0
+    assert {(255, 0, 0), (0, 255, 0)} <= colours
+    assert not {(0, 0, 255), (255, 0, 255)} & colours
 
 
 def test_papers_are_linked_where_their_numbers_stand() -> None:
