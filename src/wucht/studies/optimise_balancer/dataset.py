@@ -80,7 +80,9 @@ def _recommendation(plan: Plan, findings: Findings, holds: np.ndarray) -> dict[s
     best, baseline = recommended_index(merits), findings.baseline
     present = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
     if best is None or present.is_better_than(merits[best]) or _is_machine_as_it_is(plan, checked_points[best][1]):
-        return _recommendation_row(plan, None, None, present) if present.balances and np.isfinite(present.settling_time) else None
+        return (
+            _recommendation_row(plan, None, None, present) if present.balances and np.isfinite(present.settling_time) else None
+        )
     return _recommendation_row(plan, *checked_points[best], merits[best])
 
 
@@ -310,7 +312,11 @@ def _sentence(plan: Plan, findings: Findings, holds: np.ndarray, recommendation:
         return f"no checked point is better than the machine as it is, keep it: {words}; {front_sentence}"
     baseline = findings.baseline
     present = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
-    if present.balances and present.most_failing <= recommendation["fails"] and present.settling_time < recommendation["settling_time"]:
+    if (
+        present.balances
+        and present.most_failing <= recommendation["fails"]
+        and present.settling_time < recommendation["settling_time"]
+    ):
         words += f", no faster than the machine as it is ({present.settling_time:.3g} {unit}".rstrip() + ")"
     return f"{words}; {front_sentence}"
 
