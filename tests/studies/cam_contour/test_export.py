@@ -103,6 +103,15 @@ def test_a_contour_says_whether_it_is_the_original_or_the_corrected_cam(correcte
         assert f"contour, {said}" in {" ".join(label.split()) for label in labels}
 
 
+def test_a_resumed_contour_without_the_key_is_another_question(tmp_path):
+    """Else the warning would stay that study.corrected = false removes."""
+    drive = given.drive(given.SMOOTH, given.FOLLOWER, speed={"mean": 52.36, "cosine": [2.4]})
+    run(CamContour(points=36), drive, folder=tmp_path)
+    assert run(CamContour(points=36), drive, folder=tmp_path, resume=True).wucht.warnings
+    with refused("--resume", "study.corrected", code="other-question"):
+        run(CamContour(points=36, corrected=False), drive, folder=tmp_path, resume=True)
+
+
 def test_without_a_fluctuating_speed_there_is_one_cam():
     for tables in ({}, {"speed": {"mean": 52.36}}):
         result = run(CamContour(points=36), given.drive(given.SMOOTH, given.FOLLOWER, **tables))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -103,6 +103,13 @@ class CamContour(Spec):
         "as predicted from the table [shaft]; if false, it makes the law over the cam angle, which the result warns of where "
         "the key is not given and the stated speed fluctuates"
     ))  # fmt: skip
+
+    def table_for(self, subject: Any) -> dict[str, Any]:
+        """Return the question, see ``Spec``: where a speed is stated, ``corrected = false`` differs from no such key."""
+        question = self.to_table()
+        if subject.speed is not None and "corrected" not in self.model_fields_set:
+            del question["corrected"]
+        return question
 
     def check(self) -> None:
         """See ``Spec``."""

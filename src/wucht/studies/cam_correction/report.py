@@ -71,7 +71,7 @@ def _measurement_lines(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, 
 def _motion_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     unit = f"{s['unit']}/s^2"
     lines = [("acceleration", f"at most {s['peak_after']:.4g} {unit}; of the original cam {s['peak_before']:.4g} {unit}")]
-    if s["dwell_error_before"] is not None:
+    if s.get("dwell_error_before") is not None:  # results of earlier versions lack it
         after, before = _position_error_text(s, "after", " at the end of the arm"), _position_error_text(s, "before")
         lines.append(("dwell", f"position off by at most {after}; with the original cam by {before}"))
     if s["recovered"]:
