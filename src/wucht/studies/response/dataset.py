@@ -162,7 +162,11 @@ def _operation_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         *table("operation", rows, "stable steady speeds at which the torques balance, with the vibration there", parts),
         Quantity("operating_speed", fastest and fastest.speed, "fastest of these speeds", units.speed, headline=True),
         Quantity("operating_amplitude", fastest and fastest.amplitude, "amplitude of the axis there", orbit, headline=True),
-        *(Quantity(n, throw.numbers[n], f"{NUMBERS[n][0]}, there", NUMBERS[n][1], headline=True) for n in throw_numbers if throw),
+        *(
+            Quantity(n, throw.numbers[n], f"{NUMBERS[n][0]}, there", NUMBERS[n][1], headline=True)
+            for n in throw_numbers
+            if throw
+        ),
     ]
 
 
