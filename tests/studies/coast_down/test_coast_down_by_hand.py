@@ -282,6 +282,14 @@ def test_the_figure_of_one_that_turns_back(plan: SingleCoastDown) -> None:
     assert [list(x.get_ydata()) for x in after] == [still.rows["speed"][13:].tolist()]
 
 
+def test_between_the_last_whole_turn_and_the_reversal_there_is_no_gap(plan: SingleCoastDown) -> None:
+    turns = np.array([[1.0, 3.0, 5.0], [-180.0, -140.0, -100.0]])
+    back = recorded(plan, rows={"amplitude": np.zeros(17)}, reversals=(6.5, 7.0), turns=turns)
+    (speed,) = drawn("coast-down", answered(plan, back)).axes
+    after = [list(x.get_ydata()) for x in speed.get_lines() if x.get_xdata()[0] == 5.0 and len(x.get_xdata()) > 1]
+    assert after == [back.rows["speed"][10:].tolist()]
+
+
 # --- a run from each configuration ---
 
 

@@ -32,13 +32,6 @@ def test_a_coast_down_on_a_fixed_axis_has_one_panel(coasted: xr.Dataset) -> None
     assert "turns back" in _labels(speed)
 
 
-def test_the_speed_is_drawn_without_a_gap_up_to_the_end(coasted: xr.Dataset) -> None:
-    """Means over whole turns, and from the last of them on the speed itself."""
-    mean, after = (x for x in draw(coasted).axes[0].get_lines() if len(x.get_xdata()) > 2)
-    assert after.get_xdata()[0] - mean.get_xdata()[-1] <= np.diff(coasted.time.values).max()
-    assert after.get_xdata()[-1] == float(coasted.time[-1])
-
-
 def test_a_coast_down_on_a_carrier_has_two() -> None:
     result = run(CoastDown(until=100.0), load_machine("drozdetskaya-2020/table-3.1-laval"))
     speed, amplitude = draw(result).axes
