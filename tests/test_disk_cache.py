@@ -122,13 +122,13 @@ def test_a_damaged_file_is_derived_again(folder):
 
 
 def test_a_flipped_bit_is_noticed(folder):
-    """Each of them: a pickle has no digest of its own, and most flips make another expression of it."""
+    """In each byte: a pickle has no digest of its own, and most flips make another expression of it."""
     derived(Question(x), 1.0)
     file = the_file(folder)
     whole = file.read_bytes()
-    for k in range(8 * len(whole)):
+    for at in range(len(whole)):
         damaged = bytearray(whole)
-        damaged[k // 8] ^= 1 << k % 8
+        damaged[at] ^= 1 << at % 8
         file.write_bytes(damaged)
         with pytest.raises(ValueError):
             disk_cache.read_stored(file)

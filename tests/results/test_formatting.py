@@ -13,6 +13,7 @@ from wucht.results.formatting import (
     ReportLines,
     abscissa_label,
     bodies_in_words,
+    engineering_text,
     formats,
     label,
     parameter_in_words,
@@ -177,6 +178,27 @@ def test_a_file_may_give_a_unit_as_it_is_printed(unit: str) -> None:
     si = "m" if unit == "um" else unit
     quantity = Unit(si, "number")
     assert quantity.parse_quantity(f"2 {units_in_print(unit)}") == quantity.parse_quantity(f"2 {unit}")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "printed"),
+    [
+        (0.0, "N m s", "0 N·m·s"),
+        (3000.0, "N m", "3 kN·m"),
+        (3.0, "N m", "3 N·m"),
+        (300.0, "N s/m", "300 N·s/m"),
+        (0.45, "kg m", "0.45 kg·m"),
+        (0.045, "kg m", "45 kg·mm"),
+        (0.025, "kg m^2", "0.025 kg·m²"),
+        (0.0025, "kg m^2", "25 kg·cm²"),
+        (2e-6, "m", "2 µm"),
+        (9.81, "m/s^2", "9.81 m/s²"),
+        (5e4, "N/m", "50 N/mm"),
+        (-5e4, "N/m", "-50 N/mm"),
+    ],
+)
+def test_a_data_sheet_has_units_in_print(value: float, unit: str, printed: str) -> None:
+    assert engineering_text(value, unit) == printed
 
 
 def test_a_report_and_a_figure_are_printed_in_these_units() -> None:

@@ -27,7 +27,7 @@ _MOST_NUMBERS = 6  # of a list in a cell
 _LONGEST, _MOST = 200, 24  # characters of a text, items of a list in the printed study file
 _NAME = 15  # characters before the text of an entry, in a line of a report
 _COMPUTED_OFFSETS = ".offset_"  # in the paths of parameters that are no data of a machine: they follow from its tracks
-_ABRIDGEMENT = "Long texts and tables are brief_text here; the result file has all of them."
+_ABRIDGEMENT = "Long texts and tables are shortened here; the result file has all of them."
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ _FEW = 6  # columns of a table with letters of the usual size
 
 
 def html_text(words: object, longest: int = _LONGEST) -> str:
-    """Text in HTML: escaped, without control characters, brief_text where it is longer than this."""
+    """Text in HTML: escaped, without control characters, shortened to ``longest``."""
     clean = "".join(_printable(letter) for letter in brief_text(replace_non_utf8(str(words)), longest))
     return escape(clean)
 

@@ -160,9 +160,9 @@ def units_in_print(text: str) -> str:
 
 _POWERS = {"^2": "²", "^3": "³"}
 _PRINTED_UNITS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
-    (re.compile(r"\b(?:[kmM]?N|kg|g)(?: (?:mm|m|s)\b(?:\^[23])?)+"), lambda unit: unit[0].replace(" ", "·")),
+    (re.compile(r"\b(?:[kmM]?N|kg|g)(?: (?:mm|cm|m|s)\b(?:\^[23])?)+"), lambda unit: unit[0].replace(" ", "·")),
     (re.compile(r"(?:^|(?<=\()|(?<=\d ))um\b"), lambda unit: "µm"),
-    (re.compile(r"\b(mm|m|s|rad|kg)(\^[23])\b"), lambda power: power[1] + _POWERS[power[2]]),
+    (re.compile(r"\b(mm|cm|m|s|rad|kg)(\^[23])\b"), lambda power: power[1] + _POWERS[power[2]]),
 )
 
 
@@ -220,7 +220,7 @@ _ENGINEERING: Mapping[str, tuple[tuple[str, float, float], ...]] = {
     "m": (("m", 10.0, 1.0), ("mm", 1e-5, 1e-3), ("um", 0.0, 1e-6)),
     "N/m": (("N/mm", 1e3, 1e3), ("N/m", 0.0, 1.0)),
     "kg m": (("kg m", 0.1, 1.0), ("kg mm", 1e-3, 1e-3), ("g mm", 0.0, 1e-6)),
-    "kg m^2": (("kg m²", 0.01, 1.0), ("kg cm²", 0.0, 1e-4)),
+    "kg m^2": (("kg m^2", 0.01, 1.0), ("kg cm^2", 0.0, 1e-4)),
     "N": (("kN", 1e3, 1e3), ("N", 0.0, 1.0)),
     "N m": (("kN m", 1e3, 1e3), ("N m", 0.0, 1.0)),
     "W": (("kW", 1e3, 1e3), ("W", 0.0, 1.0)),
@@ -235,7 +235,7 @@ def engineering_text(value: float, unit: str) -> str:
     """A number of an SI unit as a data sheet has it: ``10 N/mm``, ``29 mm``, ``1151.9 rad/s (11000 rpm)``."""
     if unit in ("rad/s", "rad"):
         return _FORMATTERS[unit](value)
-    as_it_is = ((unit.replace("^2", "²").replace("^3", "³"), 0.0, 1.0),)
+    as_it_is = ((unit, 0.0, 1.0),)
     choices = _ENGINEERING.get(unit, as_it_is)
     name, _, size = choices[0] if value == 0 else next(one for one in choices if abs(value) >= one[1])
-    return f"{value / size:.5g} {name}".rstrip()
+    return units_in_print(f"{value / size:.5g} {name}".rstrip())
