@@ -23,11 +23,12 @@ ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inert
 HELD = {"kind": "constant-speed", "speed": 100.0}
 
 
-def stability(gravity: float = 0.0, damping: float = 40.0, count: int = 2) -> FullStability:
+def stability(gravity: float = 0.0, damping: float = 40.0, count: int = 2, sense: int = 1) -> FullStability:
     ball = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
     balls = [ball | {"name": f"b{k}", "mass": 0.02 + 0.01 * k} for k in range(count)]
     carrier = {"mass": 2.0, "stiffness": [1e4, 2e4], "damping": damping, "gravity": gravity}
-    return FullStability(SteadyTorques.of(machine_from({"carrier": carrier, "bodies": [ROTOR, *balls], "drive": HELD})), True)
+    drive = HELD | {"speed": sense * HELD["speed"]}
+    return FullStability(SteadyTorques.of(machine_from({"carrier": carrier, "bodies": [ROTOR, *balls], "drive": drive})), True)
 
 
 @pytest.fixture(scope="module")
@@ -136,6 +137,16 @@ def test_the_orbit_is_that_near_the_state(monkeypatch: pytest.MonkeyPatch, full:
     assert np.array_equal(given[0], full.start(state)) and given[1:] == (state.speed, 1)
     assert given[0][full.machine.row(full.machine.body("b0").coordinate.velocity)] == 100.0
     assert given[0][full._rows] == pytest.approx(full.torques.senses * state.phases)
+
+
+def test_a_clockwise_machine_has_the_orbit_of_its_mirror_image() -> None:
+    both = [stability(count=1, sense=sense) for sense in (1, -1)]
+    state, *_ = fixed_speed_states(both[0].torques, 100.0)
+    (same,) = (s for s in fixed_speed_states(both[1].torques, 100.0) if s.phases == pytest.approx(state.phases))
+    orbits = [one.orbit(at) for one, at in zip(both, (state, same), strict=True)]
+    assert all(orbit.residual < 1e-6 for orbit in orbits)
+    sizes = [np.sort(np.abs(orbit.multipliers)) for orbit in orbits]
+    assert sizes[1] == pytest.approx(sizes[0], rel=1e-5)
 
 
 # --- why the models disagree ---

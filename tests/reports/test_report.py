@@ -15,6 +15,9 @@ import pytest
 import xarray as xr
 
 import wucht as package
+from wucht.reports.chapter import Chapter, _rows_table
+from wucht.reports.html_report import _page as _whole_page
+from wucht.results.formatting import ReportLines
 from wucht.results.output_folder import load_result
 from wucht.results.store import save
 
@@ -111,6 +114,22 @@ def test_several_results_have_a_chapter_each_and_a_table_of_contents(wucht: Comm
     assert links == ["#r1", "#r2", "#r3"]
     assert text.index("For a customer") < text.index("<nav>") + 60
     assert [text.count(f"<h1>{title}") for title in ("For a customer", "Vibratory screen", "Angle grinder")] == [1, 1, 1]
+
+
+def test_several_results_need_no_title_for_their_table_of_contents() -> None:
+    chapters = [Chapter(f"r{k}", f"title {k}", f"verdict {k}", "") for k in (1, 2)]
+    page = Page(_whole_page(chapters, ""))
+    assert [attrs["href"] for tag, attrs in page.elements if tag == "a"] == ["#r1", "#r2"]
+    assert all(words in page.text for words in ("Report on 2 results", "title 2 verdict 2"))
+    assert not any(tag == "nav" for tag, _ in Page(_whole_page(chapters[:1], "")).elements)
+
+
+def test_columns_that_do_not_fit_are_named() -> None:
+    result = package.run_file("kaltofen-cam/dwell-and-return", {"study.kind": "cam-law"})
+    rows = [{f"key {k}": k * row for k in range(9)} for row in range(1, 7)]
+    page = Page(_rows_table(rows, {"key 7": {"what": "the eighth"}}, ReportLines(result)))
+    assert "Also in the result file: the eighth, key 8." in page.text
+    assert "Key 6" in page.text and "Key 7" not in page.text
 
 
 def test_no_identifier_occurs_twice_and_every_reference_has_its_target(wucht: Command, here: Path, results: Path) -> None:

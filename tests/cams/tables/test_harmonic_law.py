@@ -7,7 +7,7 @@ import pytest
 from tests.refusals import refused
 
 from wucht.cams.laws.synthesis import band_extremes, equiripple
-from wucht.cams.tables.harmonic_law import HarmonicLawTable
+from wucht.cams.tables.harmonic_law import HarmonicLawTable, Resonance
 from wucht.cams.tables.motion_law import unit_of_output
 from wucht.errors import InputError
 
@@ -62,6 +62,12 @@ def test_caps_and_a_resonance():
     assert law(TOP, LIMITED, **square, caps=[cap]).function.amplitudes[3] == pytest.approx(0.9 * free[3], rel=1e-5)
     near = {"frequency": "1900 rpm", "speed": "500 rpm", "damping_ratio": 0.01}
     assert law(TOP, LIMITED, **square, resonance=near).function.amplitudes[3] < 0.9 * free[3]
+
+
+def test_the_magnification_of_an_elastic_output():
+    """Of an oscillator that is moved at its base: 1/|1 - r^2 + 2 i D r|, at resonance 1/(2 D)."""
+    near = Resonance(frequency=100.0, speed=50.0, damping_ratio=0.05)
+    assert near.magnification(3) == pytest.approx([1 / math.hypot(0.75, 0.05), 10.0, 1 / math.hypot(1.25, 0.15)])
 
 
 def test_coefficients_that_are_known():

@@ -89,7 +89,7 @@ def written(path: Path, cam: Any, **more: Any) -> dict[str, WorkshopFile]:
 def test_lists_of_a_cam_with_a_roller(tmp_path: Path) -> None:
     files = written(tmp_path, CAM)
     assert list(files) == ["cam.txt", "cam-pitch.txt"]
-    assert "8 mm" in files["cam-pitch.txt"].content and files["cam-pitch.txt"].motion is None
+    assert "roller radius 8 mm" in files["cam-pitch.txt"].content and files["cam-pitch.txt"].motion is None
     motion = files["cam.txt"].motion
     assert motion is not None and 1e-10 < motion < 1e-5
     finer = written(tmp_path, CAM, spacing=5e-4)

@@ -46,7 +46,7 @@ def test_a_limit_cycle_from_inside_and_outside(start: tuple[float, float]) -> No
     assert np.hypot(*cycle.states) == pytest.approx(math.sqrt(0.5), rel=1e-9)
     back = hopf.follow(np.array(start), False)
     assert back.end == (FIXED_POINT if np.hypot(*start) < 0.7 else OUTSIDE_WINDOW)
-    assert back.time[-1] < 0
+    assert -20 < back.time[-1] < 0  # from 0.05 to the part of the focus that nothing leaves: ln(5)/mu or so
 
 
 def test_a_winding_curve() -> None:
