@@ -1,6 +1,11 @@
 """Every file of the catalogue runs as it stands and gives these numbers."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import pytest
+import xarray as xr
+from tests import stated
 
 from wucht.files.catalogue import names
 from wucht.studies.runner import run
@@ -191,10 +196,17 @@ def test_every_file_is_listed() -> None:
     assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *NO_ORBIT, *MAPS, *SEARCHES, *SWITCHABLE, *practice}) == names()
 
 
+def run_and_compare(name: str, settings: Mapping[str, Any] | None = None) -> xr.Dataset:
+    """The result of a catalogue name, which is compared with all that is stated of it."""
+    study = read_study(name, settings)
+    result = run(study.spec, study.subject)
+    stated.check(name, result)
+    return result
+
+
 @pytest.mark.parametrize("name", sorted(SEVERAL))
 def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
-    study = read_study(name)
-    actual = run(study.spec, study.subject).wucht.summary
+    actual = run_and_compare(name).wucht.summary
     assert [case["outcome"] for case in actual["cases"]] == SEVERAL[name]
     assert max(case["energy_residual"] for case in actual["cases"]) < 1e-9
 
@@ -209,8 +221,7 @@ LIKE_ANOTHER = tuple(
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LIKE_ANOTHER else n for n in sorted(ORBITS)])
 def test_branches_of_orbits_give_their_numbers(name: str) -> None:
     settings, numbers = ORBITS[name]
-    study = read_study(name, settings)
-    actual = run(study.spec, study.subject).wucht.summary
+    actual = run_and_compare(name, settings).wucht.summary
     for path, expected in numbers.items():
         value = actual
         for step in path:
@@ -233,8 +244,7 @@ TESTED_ELSEWHERE_TOO = (
     "name", [pytest.param(n, marks=pytest.mark.slow) if n in TESTED_ELSEWHERE_TOO else n for n in sorted(OTHERS)]
 )
 def test_other_studies_give_their_numbers(name: str) -> None:
-    study = read_study(name)
-    actual = run(study.spec, study.subject).wucht.summary
+    actual = run_and_compare(name).wucht.summary
     for path, expected in OTHERS[name].items():
         value = actual
         for step in path:
@@ -246,8 +256,7 @@ def test_other_studies_give_their_numbers(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(EXPECTED))
 def test_runs_and_gives_its_numbers(name: str) -> None:
     outcome, speed, peak = EXPECTED[name]
-    study = read_study(name)
-    actual = run(study.spec, study.subject).wucht.summary
+    actual = run_and_compare(name).wucht.summary
     assert actual["outcome"] == outcome
     if speed is not None:
         assert actual["final_speed"] == pytest.approx(speed, rel=1e-4)

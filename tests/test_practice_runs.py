@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from tests import stated
 
 from wucht.machines.tracks import angular_width
 from wucht.numerics.fourier_series import even_angles
@@ -82,6 +83,8 @@ def ran(results: dict[str, xr.Dataset]):
         if name not in results:
             study = read_study(name)
             results[name] = run(study.spec, study.subject)
+            if name in REPEATABLE:
+                stated.check(name, results[name])
         return results[name]
 
     return of
@@ -94,6 +97,7 @@ LONG = (
     "practice/grinder-10-balls", "practice/grinder-6-balls",
     "practice/laundry-drum-friction", "practice/laundry-drum-tumbling", "practice/screen-loaded",
 )  # fmt: skip
+REPEATABLE = ("practice/fan-on-belt", "practice/fan-on-inverter", "practice/screen", "practice/screen-unsynchronised")
 WITHOUT_BALLS = ("fan-on", "friction", "screen")
 
 

@@ -18,6 +18,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
+from tests import stated
 
 from wucht.plots.page import JOURNAL, PRINT
 from wucht.studies.registry import studies
@@ -522,6 +523,11 @@ def test_lines_are_where_the_data_are(drawn: tuple[xr.Dataset, Figure], request:
             assert len(heights) > 2
         else:
             assert_shown(axis, shown, result)
+
+
+@pytest.mark.parametrize("drawn", list(EXPECTED), indirect=True)
+def test_all_of_a_result_is_as_stated(drawn: tuple[xr.Dataset, Figure], request: pytest.FixtureRequest) -> None:
+    stated.check(f"template-{request.node.callspec.params['drawn']}", *drawn)
 
 
 def test_every_study_is_expected() -> None:
