@@ -89,7 +89,9 @@ def _brief(value: Any) -> Any:
         return [_brief(one) for one in value[:_LONGEST]] + ([len(value)] if len(value) > _LONGEST else [])
     if isinstance(value, complex):
         return [_digits(value.real), _digits(value.imag)]
-    return _digits(value) if isinstance(value, float) else value if value is None or isinstance(value, bool | int) else str(value)
+    return (
+        _digits(value) if isinstance(value, float) else value if value is None or isinstance(value, bool | int) else str(value)
+    )
 
 
 def _digits(value: float) -> float | str:
