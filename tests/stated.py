@@ -75,23 +75,29 @@ def _brief(value: Any) -> Any:
     """A value as it can be compared: of many numbers their count, range and mean."""
     if isinstance(value, Mapping):
         return {str(key): _brief(one) for key, one in value.items()}
-    if isinstance(value, str):
-        return _in_words(value)
     array = np.asarray(value)
     if array.dtype.kind in "biufcM" and array.size > _LONGEST:
-        numbers = np.concatenate([array.real.ravel(), array.imag.ravel()]) if array.dtype.kind == "c" else array.astype(float)
-        finite = numbers[np.isfinite(numbers)]
-        statistics = [finite.min(), finite.max(), np.abs(finite).mean(), finite.mean()] if finite.size else []
-        return {"size": [array.size, int(finite.size)], "of": [_digits(float(one)) for one in statistics]}
+        return _statistics(array)
     if isinstance(value, np.ndarray):
         return [_brief(one) for one in value.ravel().tolist()]
     if isinstance(value, list | tuple):
         return [_brief(one) for one in value[:_LONGEST]] + ([len(value)] if len(value) > _LONGEST else [])
+    return _single(value)
+
+
+def _statistics(array: np.ndarray) -> dict[str, Any]:
+    numbers = np.concatenate([array.real.ravel(), array.imag.ravel()]) if array.dtype.kind == "c" else array.astype(float)
+    finite = numbers[np.isfinite(numbers)]
+    statistics = [finite.min(), finite.max(), np.abs(finite).mean(), finite.mean()] if finite.size else []
+    return {"size": [array.size, int(finite.size)], "of": [_digits(float(one)) for one in statistics]}
+
+
+def _single(value: Any) -> Any:
     if isinstance(value, complex):
         return [_digits(value.real), _digits(value.imag)]
-    return (
-        _digits(value) if isinstance(value, float) else value if value is None or isinstance(value, bool | int) else str(value)
-    )
+    if isinstance(value, float):
+        return _digits(value)
+    return value if value is None or isinstance(value, bool | int) else _in_words(str(value))
 
 
 def _digits(value: float) -> float | str:

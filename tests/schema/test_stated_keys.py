@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from docs.site.reference_pages import parts
+
 from wucht.schema import keys_of
 from wucht.studies.registry import studies
 
