@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from wucht.file_names import DEFAULT_NAME, printable, safe_name
 from wucht.files.catalogue import short_name
-from wucht.results.store import save_csv
+from wucht.results.spreadsheets import save_csv
 from wucht.studies.study_file import run_file
 
 

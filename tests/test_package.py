@@ -150,3 +150,8 @@ def test_one_run_is_a_table_of_its_own_size() -> None:
     result = wucht.run(wucht.RunUp(until=2.0, start={"p1": 0.3, "p2": -0.5}), machine)
     assert set(result.sizes) == {"time", "body", "direction"}
     assert len(result.to_dataframe()) == result.sizes["time"] * 3 * 2
+    course = result.wucht.table("time")
+    assert result.wucht.tables == ["time", "numbers"]
+    assert course["time [s]"].tolist() == result.time.values.tolist()
+    assert course["speed p1 [rad/s]"].tolist() == result.speed.sel(body="p1").values.tolist()
+    assert result.wucht.summary_table.loc["outcome", "value"] == result.wucht.summary["outcome"]

@@ -40,7 +40,8 @@ def test_table_figure_and_files(wucht: Command, study: Study) -> None:
     ]
     assert f"{float(rows[2]['final_speed [rad/s]']):.5g}" in lines[2]
     assert {p.name for p in folder.iterdir()} == {
-        "result.nc", "comparison.png", "summary.json", *(f"comparison-{n}.csv" for n in ("variant", "sample_1", "sample_2")),
+        "result.nc", "comparison.png", "summary.json",
+        *(f"comparison-{n}.csv" for n in ("variant", "sample_1", "sample_2", "variants", "numbers")),
     }  # fmt: skip
 
 

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from wucht import load
 from wucht.measurements.reading import read_recording
 from wucht.studies.registry import studies
 
@@ -42,6 +44,41 @@ def test_the_files_stand_beside_the_result(wucht: Command, study: Study) -> None
     read = read_recording(Path("out/run-up-time.csv")).channel("speed drum")
     assert np.array_equal(read.values, stored.speed.sel(body="drum").values)
     assert "phase drum [rad]" not in table, "the drum turns about no other body"
+    numbers = columns(Path("out/run-up-numbers.csv"))
+    values = dict(zip(numbers["name"], numbers["value"], strict=True))
+    assert {name.partition(".")[0].partition("[")[0] for name in values} >= set(done["summary"])
+    assert (values["outcome"], values["sentence"]) == (done["summary"]["outcome"], done["summary"]["sentence"])
+    assert dict(zip(numbers["name"], numbers["unit"], strict=True))["final_speed"] == "rad/s"
+    assert all(numbers["description"])
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_other_forms_of_a_result(wucht: Command, refused: Callable[..., str], study: Study) -> None:
+    """A decimal comma in CSV, of a run and of its result; a workbook beside it, which pandas reads; with neither refused."""
+    refused(
+        "run",
+        study('"0.5 s"', '"0.01 s"'),
+        "--csv",
+        "--decimal",
+        "dot",
+        "-o",
+        "out",
+        says=("--decimal", "dot", "'point', 'comma'"),
+    )
+    refused("run", study(), "--decimal", "comma", "-o", "out", says=("--decimal", "comma", "--csv"))
+    assert (
+        wucht("run", "study.toml", "-o", "out", "--csv", "--decimal", "comma", "--set", "study.until=0.01", "--json").code == 0
+    )
+    done = wucht("export", "out", "--csv", "--decimal", "comma", "--xlsx", "-o", "again")
+    assert done.out.splitlines() == [f"again/run-up{end}" for end in ("-time.csv", "-numbers.csv", ".xlsx")]
+    options = {"sep": ";", "decimal": ","}
+    over_time = pd.read_csv("again/run-up-time.csv", **options)
+    stored = load("out").wucht.table("time")
+    pd.testing.assert_frame_equal(over_time, stored, check_exact=True)
+    pd.testing.assert_frame_equal(pd.read_csv("out/run-up-time.csv", **options), stored, check_exact=True)
+    pd.testing.assert_frame_equal(pd.read_excel("again/run-up.xlsx", sheet_name="time"), stored, check_dtype=False, rtol=1e-15)
+    refused("export", "out", "--xlsx", "--decimal", "comma", says=("--decimal", "comma", "--csv"))
+    refused("compare", "study.toml", "study.toml", "--decimal", "comma", says=("--decimal", "comma", "--csv"))
 
 
 @pytest.mark.usefixtures("no_figures")

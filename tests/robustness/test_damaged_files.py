@@ -99,7 +99,7 @@ def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> 
 def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
     """Each is drawn, reported, exported, written as CSV and compared."""
     from wucht.results.output_folder import load_result
-    from wucht.results.store import save_csv
+    from wucht.results.spreadsheets import save_csv
     from wucht.studies import runner
     from wucht.studies.study_file import read_comparison, run_study
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from wucht.cli.options import DEFAULT_STYLE, FormatOption, Imports, StyleOption
+from wucht.cli.options import DEFAULT_STYLE, DecimalOption, FormatOption, Imports, StyleOption, is_decimal_comma
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,6 +30,7 @@ def compare(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/compare/NAMES.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Write the table and the curves as CSV too, with units.")] = False,
+    decimal: DecimalOption = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the interrupted run in the output folder.")] = False,
     style: StyleOption = DEFAULT_STYLE,
     format_: FormatOption = None,
@@ -49,7 +50,10 @@ def compare(
         return next_command(study_file, result, folder, None, [], [])
 
     folder = out or _folder([*of, *(v.partition("=")[0] for v in vary or [])])
-    run_and_print(", ".join(of), read_question, follow_up, folder, as_json, csv, resume, style=style, format_=format_)
+    comma = is_decimal_comma(csv, decimal)
+    run_and_print(
+        ", ".join(of), read_question, follow_up, folder, as_json, csv, resume, style=style, format_=format_, decimal_comma=comma
+    )
 
 
 def _folder(names: list[str]) -> Path:

@@ -7,26 +7,32 @@ from typing import Annotated
 
 import typer
 
-from wucht.cli.options import Imports
+from wucht.cli.options import DecimalOption, Imports, is_decimal_comma
 from wucht.errors import InputError
 
 
 def export(
     result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`, or the folder that has it.")],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default beside the result.")] = None,
-    csv: Annotated[bool, typer.Option("--csv", help="The variables of any result as CSV, with units.")] = False,
+    csv: Annotated[bool, typer.Option("--csv", help="The tables and numbers of any result as CSV, with units.")] = False,
+    decimal: DecimalOption = None,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="The same as one XLSX workbook, a sheet for each table.")] = False,
     import_: Imports = None,
 ) -> None:
-    """Export a result: of a cam the points to mill, drawings and tables for controllers; of any study its variables as CSV."""
+    """Export a result: of a cam the points to mill, drawings and tables for controllers; of any study its tables."""
     from wucht.results.output_folder import load_result, result_file
-    from wucht.results.store import prepare_folder, save_csv
+    from wucht.results.spreadsheets import save_csv, save_xlsx
+    from wucht.results.store import prepare_folder
     from wucht.studies.runner import export as export_files
 
+    decimal_comma = is_decimal_comma(csv, decimal)
     dataset, file = load_result(result), result_file(result)
     folder = out or file.parent
     try:
-        lines = list(map(str, save_csv(dataset, prepare_folder(folder)))) if csv else export_files(dataset, folder)
+        tables = [*(save_csv(dataset, prepare_folder(folder), decimal_comma) if csv else [])]
+        tables += [save_xlsx(dataset, prepare_folder(folder))] if xlsx else []
+        lines = list(map(str, tables)) if csv or xlsx else export_files(dataset, folder)
     except InputError as error:
-        raise error if error.location == "-o" else error.with_file(file) from None
+        raise error if error.location.startswith("-") else error.with_file(file) from None
     for line in lines:
         typer.echo(line)

@@ -1,4 +1,4 @@
-"""Options that several commands share: ``--set``, ``--import``, and those of figures."""
+"""Options that several commands share: ``--set``, ``--import``, ``--decimal``, and those of figures."""
 
 from __future__ import annotations
 
@@ -155,6 +155,29 @@ Imports = Annotated[
         help="Import a module with additional parts or studies; repeatable.",
     ),
 ]
+
+
+class Decimal(StrEnum):
+    """Decimal signs of CSV files."""
+
+    POINT = "point"
+    COMMA = "comma"
+
+
+DecimalOption = Annotated[
+    Decimal | None,
+    typer.Option(
+        "--decimal",
+        help="Of --csv: numbers with decimal points, the default, or with decimal commas and semicolons between cells.",
+    ),
+]
+
+
+def is_decimal_comma(csv: bool, decimal: Decimal | None) -> bool:
+    """True if numbers in CSV files have decimal commas. csv: whether such files are written. Raises ``InputError``."""
+    if decimal is not None and not csv:
+        raise InputError("--decimal", decimal.value, "this is the decimal sign of CSV files; give --csv too")
+    return decimal is Decimal.COMMA
 
 
 class Style(StrEnum):

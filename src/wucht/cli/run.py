@@ -11,7 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import wucht
-from wucht.cli.options import DEFAULT_STYLE, Format, FormatOption, Imports, Style, StyleOption, unique_formats, write_figure
+from wucht.cli.options import (
+    DEFAULT_STYLE,
+    DecimalOption,
+    Format,
+    FormatOption,
+    Imports,
+    Style,
+    StyleOption,
+    is_decimal_comma,
+    unique_formats,
+    write_figure,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +37,8 @@ def run(
         Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME, or results/NAME/KIND.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
-    csv: Annotated[bool, typer.Option("--csv", help="Write the result's variables as CSV too, with units.")] = False,
+    csv: Annotated[bool, typer.Option("--csv", help="Write the result's tables and numbers as CSV too, with units.")] = False,
+    decimal: DecimalOption = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the interrupted run in the output folder.")] = False,
     scheduler: Annotated[
         str | None,
@@ -46,7 +58,7 @@ def run(
 
     run_and_print(
         study, lambda: read_study(study, parse_settings(set_ or [])), follow_up, out, as_json, csv, resume, scheduler, style,
-        format_,
+        format_, is_decimal_comma(csv, decimal),
     )  # fmt: skip
 
 
@@ -61,17 +73,19 @@ def run_and_print(
     scheduler: str | None = None,
     style: Style = DEFAULT_STYLE,
     format_: list[Format] | None = None,
+    decimal_comma: bool = False,
 ) -> None:
     """Answer the question that is read, write the files and print the report.
 
     study: its name; follow_up: a command that could follow, of the question, its result and its folder; out: the folder, if
-    given.
+    given; decimal_comma: of the CSV files.
     """
     from wucht.cli.progress import Progress
     from wucht.cli.surroundings import interrupt_check
     from wucht.results.formatting import units_in_print
     from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
-    from wucht.results.store import RESULT, save_csv, save_summary, to_json
+    from wucht.results.spreadsheets import save_csv
+    from wucht.results.store import RESULT, save_summary, to_json
     from wucht.studies.runner import report as report_of
     from wucht.studies.study_file import run_study
 
@@ -88,7 +102,7 @@ def run_and_print(
         document: dict[str, Any] = {}
 
         def write(result: xr.Dataset, new: Path) -> None:
-            tables = save_csv(result, new) if csv else []
+            tables = save_csv(result, new, decimal_comma) if csv else []
             outputs = [*write_figure(result, new, style, format_), *tables]
             names.extend(table.name for table in tables)
             accessor = result.wucht

@@ -42,9 +42,14 @@ class Mechanism(Bodies):
     notes: tuple[str, ...] = ()
 
     def with_fields(self, **new_fields: Any) -> Self:
-        """Return the machine with other fields, such as ``energies``; quantities that follow from them are derived anew."""
+        """Return the machine with other fields, such as ``title``; quantities that follow from them are derived anew.
+
+        Raises ``InputError`` for a name that is no field: values of parameters are changed by ``with_values``.
+        """
         old_fields = {f.name: getattr(self, f.name) for f in fields(self)}
-        assert new_fields.keys() <= old_fields.keys(), f"no field of a machine: {new_fields.keys() - old_fields.keys()}"
+        for name in new_fields.keys() - old_fields.keys():
+            explanation = f"no field of a machine; values of parameters are changed by with_values; {nearest(name, old_fields)}"
+            raise InputError(name, None, explanation)
         mechanism = object.__new__(type(self))
         mechanism.__dict__.update(old_fields | new_fields)
         return mechanism
@@ -109,10 +114,30 @@ class Mechanism(Bodies):
         """Return the index of a position or a velocity in the state (n,). Raises ``ValueError`` for one that is not a state."""
         return self.state_names.index(state.name)
 
-    def with_values(self, values: Mapping[str, float]) -> Self:
-        """Return the machine with other values of some parameters, by path, in SI or as text with a unit; its structure stays.
+    def with_values(self, values: Mapping[str, float | str]) -> Self:
+        """Return the machine with other values of some parameters; its structure and title stay.
 
-        Raises ``InputError``, located at the path, for an unknown one and for a value that the parts do not allow.
+        Parameters
+        ----------
+        values : mapping
+            Numbers in SI or texts with a unit by path, one of ``parameters``: ``{"drum.eccentricity": "1.2 mm"}``.
+
+        Returns
+        -------
+        Machine
+            A new one: machines are not changed.
+
+        Raises
+        ------
+        InputError
+            Located at the path: for an unknown one, and for a value that the parts do not allow.
+
+        Examples
+        --------
+        >>> from wucht import load_machine
+        >>> machine = load_machine("drozdetskaya-2020/r1")
+        >>> machine.with_values({"drive.slope": "0.04 N m s"}).values["drive.slope"]
+        0.04
         """
         si_values = {}
         for path, value in values.items():

@@ -1,4 +1,4 @@
-"""``result.wucht``: the summary, question and notes of every result, without JSON."""
+"""``result.wucht``: the summary, question, notes and tables of every result, without JSON."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from functools import cache
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from wucht.errors import WuchtError
+from wucht.errors import InputError, WuchtError
+from wucht.results.result_tables import NUMBERS, result_table, table_names
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 _FEW = 12  # numbers of a summary in the table of a notebook
@@ -53,6 +55,10 @@ class ResultAccessor:
         True if the study reached its end.
     dimensionless : bool
         True if the numbers have no units.
+    tables : list of str
+        Names of the tables that ``table`` returns.
+    summary_table, branches : DataFrame
+        Two of them: all single numbers, and the points along branches.
 
     Raises
     ------
@@ -61,7 +67,7 @@ class ResultAccessor:
     """
 
     def __init__(self, result: xr.Dataset) -> None:
-        attributes = result.attrs
+        self._result, attributes = result, result.attrs
         missing = [name for name in ("summary", "sentence", "warnings", "failure") if name not in attributes]
         if missing:
             raise WuchtError(f"this Dataset is not a result of a study: it has no attribute {missing[0]}", code="no-result")
@@ -86,12 +92,82 @@ class ResultAccessor:
 
         The unit of the last step of the path that is a key or one of its parts; empty for numbers without a unit.
         """
+        return str(self._facts_at(path).get("unit", ""))
+
+    def description_at(self, path: str) -> str:
+        """The name in words of a number of the summary by its path, see ``unit_at``; empty where it is not known."""
+        return str(self._facts_at(path).get("what", "verdict" if path == "sentence" else ""))
+
+    def _facts_at(self, path: str) -> dict[str, Any]:
+        """The facts about the last step of a path that is a key or one of its parts."""
         first, _, rest = re.sub(r"\[\d+\]", "", path).partition(".")
         quantity = self.quantities.get(first, {})
         # Names of parts may have dots, as paths of parameters have.
-        parts = [(f".{rest}.".rfind(f".{name}."), facts) for name, facts in quantity.get("parts", {}).items()]
-        _, last = max([(-1, quantity), *((at, facts) for at, facts in parts if at >= 0)], key=lambda one: one[0])
-        return str(last.get("unit", ""))
+        parts = [(f".{rest}.".rfind(f".{name}."), name) for name in quantity.get("parts", {})]
+        at, last = max(parts, key=lambda part: part[0], default=(-1, ""))
+        facts: dict[str, Any] = quantity if at < 0 else quantity["parts"][last]
+        return facts
+
+    @property
+    def tables(self) -> list[str]:
+        """Names of the tables of the result."""
+        return table_names(self._result)
+
+    def table(self, name: str) -> pd.DataFrame:
+        """Return a table of the result.
+
+        Parameters
+        ----------
+        name : str
+            One of ``tables``: the dimensions of its rows, such as ``time``, for variables over the same values; the key of a
+            list in the summary, such as ``orbits``; or ``numbers``, see ``summary_table``.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Its columns have names and units, such as ``speed drum [rad/s]``, as in the CSV files; ``attrs["units"]`` has the
+            unit of each. Variables of several bodies or directions have a column for each.
+
+        Raises
+        ------
+        InputError
+            If there is no such table.
+        """
+        return result_table(self._result, name).to_dataframe()
+
+    @property
+    def summary_table(self) -> pd.DataFrame:
+        """The single numbers and texts of the result by name: ``value``, ``unit`` and ``description``.
+
+        Numbers within tables have their paths, such as ``final_phases.p1``; of a list that is a table itself, the number of
+        rows.
+        """
+        return self.table(NUMBERS).set_index("name")
+
+    @property
+    def branches(self) -> pd.DataFrame:
+        """The points along all branches of a result, with the number of its ``branch`` in each row.
+
+        Raises ``InputError`` if the result has no branches.
+        """
+        if "branch" not in self._result.variables or not self._result["branch"].dims:
+            raise InputError(
+                "branches", None, f"a result of {self.study} has no branches; its tables: {', '.join(self.tables)}"
+            )
+        return self.table("-".join(map(str, self._result["branch"].dims)))
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return all tables in one, below each other, the first index being the name of the ``table``.
+
+        Its size is the sum of their sizes. ``Dataset.to_dataframe`` of xarray combines every value of each dimension with
+        those of all others, whether or not they belong together.
+        """
+        import pandas as pd_
+
+        tables = {name: self.table(name) for name in self.tables}
+        frame = pd_.concat(tables, names=["table", "row"])
+        frame.attrs["units"] = {heading: unit for table in tables.values() for heading, unit in table.attrs["units"].items()}
+        return frame
 
     @property
     def headlines(self) -> list[str]:

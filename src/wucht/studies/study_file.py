@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wucht.dynamics.work import Report
 from wucht.errors import InputError
+from wucht.file_names import printable
 from wucht.files.catalogue import load_document, short_name
 from wucht.files.documents import Document, flatten
+from wucht.machines.machine import Machine
 from wucht.schema import require_table
 from wucht.studies.registry import requested_study, studies
 from wucht.studies.runner import run
@@ -25,7 +27,7 @@ DEFAULT_KIND = "run-up"  # of a file without a question
 
 @dataclass(frozen=True)
 class StudyFile:
-    """Contents of a study file: the question, its subject, and the whole input as written.
+    """Contents of a study file: the question, its subject, and the whole input as written; empty where that is in no file.
 
     changes_kind: true if another kind of study than the file's is requested.
     """
@@ -57,12 +59,45 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
         raise _explain_dropped(error, dropped_keys).with_file(path) from None
 
 
+def machine_study(name: str, machine: Machine, settings: Mapping[str, Any]) -> StudyFile:
+    """Build the question about a machine that is in no file. settings, errors: see ``read_study``, with a name for the file."""
+    try:
+        study_table, _ = _study_table({}, flatten(settings))
+        spec = requested_study(study_table).spec
+        subject = machine.with_values({k: v for k, v in flatten(settings).items() if not k.startswith("study.")})
+        subject_of(spec).describe(subject)
+        return StudyFile(Path(name), spec.from_table(study_table), subject, {"study": study_table}, False)
+    except InputError as error:
+        raise error.with_file(name) from None
+
+
 def read_comparison(
-    of: Sequence[str], settings: Mapping[str, Any] | None = None, vary: Mapping[str, Sequence[Any]] | None = None
+    of: Sequence[str | Path | Machine],
+    settings: Mapping[str, Any] | None = None,
+    vary: Mapping[str, Sequence[Any]] | None = None,
 ) -> StudyFile:
     """Build the question that compares several studies, without a study file: see ``compare``. Raises ``InputError``."""
-    study_table = {"kind": "comparison", "of": list(of), "set": dict(settings or {}), "vary": dict(vary or {})}
-    return _read_document({"study": study_table}, Path("comparison"), "comparison", {}, [])
+    names, machines = list[str](), dict[str, Machine]()
+    for one in of:
+        if isinstance(one, Machine):
+            names.append(_machine_name(one.title, names))
+            machines[names[-1]] = one
+        elif isinstance(one, str | Path):
+            names.append(str(one))
+        else:
+            raise InputError(
+                "study.of", one, "must be a study file, a catalogue name, a folder of a result, or a wucht.Machine"
+            )
+    study_table = {"kind": "comparison", "of": names, "set": dict(settings or {}), "vary": dict(vary or {})}
+    document = {"study": study_table} | ({"machines": machines} if machines else {})
+    study_file = _read_document(document, Path("comparison"), "comparison", {}, [])
+    return replace(study_file, document={}) if machines else study_file  # no file could repeat it
+
+
+def _machine_name(title: str, names: Sequence[str]) -> str:
+    """A name of a machine in a comparison, from its title: other than those of the others, and without folders."""
+    base = printable(title).replace("/", "-").replace("\\", "-").strip() or "machine"
+    return next(name for name in (base, *(f"{base} ({k})" for k in range(2, len(names) + 3))) if name not in names)
 
 
 def _read_document(
@@ -115,7 +150,7 @@ def run_file(
 
 
 def compare(
-    of: Sequence[str | Path],
+    of: Sequence[str | Path | Machine] | str | Path | Machine,
     settings: Mapping[str, Any] | None = None,
     vary: Mapping[str, Sequence[Any]] | None = None,
     *,
@@ -127,9 +162,11 @@ def compare(
 
     Parameters
     ----------
-    of : paths of study files, catalogue names, and folders of results
+    of : paths of study files, catalogue names, folders of results, and machines
+        The study of a ``Machine`` is a run-up, or what ``settings`` say: ``{"study.kind": "response", ...}``.
     settings : mapping, optional
-        Values by path, set in all of them; keys of their studies begin with ``study.``.
+        Values by path, set in all of them; keys of their studies begin with ``study.``. Of a ``Machine`` its ``parameters``
+        can be set.
     vary : mapping, optional
         Lists of values of one or two paths: every combination is a variant of each file.
     folder, resume, progress : see ``run``
@@ -137,7 +174,8 @@ def compare(
     Returns
     -------
     xarray.Dataset
-        With the dimension ``variant``: numbers of the summaries, outcomes, failures, and curves.
+        With the dimension ``variant``, whose coordinates are varied keys and ``variant_number``: numbers of the summaries,
+        outcomes, failures, and curves.
 
     Raises
     ------
@@ -149,14 +187,14 @@ def compare(
     >>> compare(["drozdetskaya-2020/r1"], {"study.until": 6.0}, {"drive.slope": [0.0195, 0.039]}).outcome.values.tolist()
     ['unidentified', 'compensated']
     """
-    study_file = read_comparison([str(one) for one in of], settings, vary)
+    study_file = read_comparison([of] if isinstance(of, str | Path | Machine) else of, settings, vary)
     return run_study(study_file, folder=folder, resume=resume, progress=progress)
 
 
 def run_study(study_file: StudyFile, **options: Any) -> xr.Dataset:
     """Run the study of a file that was read: ``run`` with its options, whose errors name the file."""
     try:
-        return run(study_file.spec, study_file.subject, document=study_file.document, **options)
+        return run(study_file.spec, study_file.subject, document=study_file.document or None, **options)
     except InputError as error:
         option = error.location.startswith("-")  # -o, --resume, --scheduler: not an error of the file
         raise error if option else error.with_file(study_file.path) from None

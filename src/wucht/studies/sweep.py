@@ -356,7 +356,7 @@ def _ramp_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     return [
         Quantity("direction", list(findings.ramps) or np.empty(0, "U4"), "direction of the sweep", "", "direction"),
         *(
-            Quantity(n, _table(plan, findings, of), long_name, u, "direction sample")
+            Quantity(n, _table(plan, findings, of), long_name, u, "direction sample", coordinate=n == "value")
             for n, (of, long_name, u) in readings.items()
         ),
         Quantity("hysteresis", hysteresis(findings.jumps), "range in which the state depends on the direction", parameter.unit),

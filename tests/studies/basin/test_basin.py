@@ -17,7 +17,7 @@ from wucht.dynamics.sampling.label_maps import border_cells
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.store import save_csv
+from wucht.results.spreadsheets import save_csv
 from wucht.studies.basin import computation as running
 from wucht.studies.basin.computation import VARIABLES, prepare
 from wucht.studies.basin.spec import Basin
@@ -153,7 +153,7 @@ def test_the_dimensions_have_the_names_of_the_axes(monkeypatch: pytest.MonkeyPat
     assert result["drum.speed"].attrs == {"long_name": "speed of drum at the start", "units": "rad/s"}
     here = {"carrier.stiffness": 1625.0, "drum.speed": result["drum.speed"].values[1]}
     assert result.outcome.sel(here).item() == result.outcome[1, 2].item()
-    (file,) = save_csv(result, tmp_path)
+    file = save_csv(result, tmp_path)[0]
     assert file.name == "basin-drum.speed-carrier.stiffness.csv"
     assert file.read_text().startswith("drum.speed [rad/s],carrier.stiffness [N/m],outcome,")
     earlier = result.rename({"carrier.stiffness": "x", "drum.speed": "y"})

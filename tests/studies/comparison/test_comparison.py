@@ -74,6 +74,10 @@ def test_each_variant_is_what_its_study_says_alone(study: Study) -> None:
     assert np.array_equal(result.curve_1_y.values[3], alone.speed.sel(body="drum").values)
     assert np.array_equal(result.curve_2_y.values[3], alone.amplitude.values)
     assert result.curve_1_x.attrs == alone.time.attrs
+    assert result.coords["curve_1_x"].dims == ("variant", "sample_1")
+    assert result.coords["variant_number"].values.tolist() == [1, 2, 3, 4]
+    speeds = result.wucht.table("variants")["summary.final_speed [rad/s]"]
+    assert speeds.tolist() == result.final_speed.values.tolist()
     assert result.wucht.summary["varied"] == {
         "drive.slope": {"what": SLOPE, "unit": "N m s"}, "p1.mass": {"what": "mass of p1", "unit": "kg"},
     }  # fmt: skip
@@ -255,3 +259,31 @@ def test_every_study_has_the_curves_and_numbers_that_it_names(here: Path, kind: 
         first, _, rest = name.partition(".")
         assert first in result.wucht.summary and (name in one or not rest or first == "fractions"), name
     assert package.draw(one) is not None
+
+
+def test_machines_side_by_side(study: Study, here: Path) -> None:
+    """Machines that are in no file: the numbers of the same ones in files, and of variants of them."""
+    file = study(name="soft.toml")
+    soft = package.load_machine(file)
+    stiff = soft.with_values({"carrier.stiffness": "2e5 N/m"})
+    settings = SHORT | {"study.start": {"p1": "0.3 rad", "p2": "-0.5 rad"}}
+    made = package.compare([soft, file, stiff], settings, {"p1.mass": ["125 g", 0.15]}, folder=here / "out")
+    title = soft.title
+    assert made["name"].values.tolist() == [title, title, "soft", "soft", f"{title} (2)", f"{title} (2)"]
+    assert made["p1.mass"].values == pytest.approx([0.125, 0.15] * 3)
+    assert made.final_speed.values[:2].tolist() == made.final_speed.values[2:4].tolist()
+    alone = package.run(package.RunUp(until="0.02 s", start=settings["study.start"]), stiff.with_values({"p1.mass": 0.15}))
+    assert made.wucht.summary["variants"][5]["summary"] == alone.wucht.summary
+    assert made.final_speed.values[5] != made.final_speed.values[3]
+    assert "document" not in made.attrs, "no study file could repeat it"
+    assert package.report(package.load(here / "out"))[0] == made.attrs["title"]
+
+
+def test_what_a_machine_in_a_comparison_cannot_be(study: Study) -> None:
+    machine = package.load_machine(study())
+    with refusals.refused("drive.slop", "drive.slope", given=0.1, file=machine.title):
+        package.compare([machine, machine], {"drive.slop": 0.1})
+    with refusals.refused("study.of", "wucht.Machine"):
+        package.compare([machine, package.RunUp(until=1.0)])  # type: ignore[list-item]
+    with refusals.refused("study.of", "1"):
+        package.compare(machine)

@@ -49,6 +49,7 @@ def test_both_ways_are_stored(both: xr.Dataset) -> None:
     assert (np.diff(up.value) > 0).all()
     assert (np.diff(down.value) < 0).all()
     assert both.sizes["sample"] == 400
+    assert both.coords["value"].dims == both.speed.dims == ("direction", "sample")
     for name in ("value", "speed", "amplitude", "energy_residual"):
         assert np.isfinite(both[name]).all(), name
         assert both[name].attrs["long_name"]

@@ -63,7 +63,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
         Quantity("order", np.arange(1, plan.shown_orders + 1), "order", "", "order"),
         Quantity("cam", np.array(list(plan.after), dtype=str), "cam", "", "cam"),
-        Quantity("time", f.tau / plan.shaft.mean, "time", "s", "tau"),
+        Quantity("time", f.tau / plan.shaft.mean, "time", "s", "tau", coordinate=True),
         Quantity("shaft_angle", plan.shaft.angle(f.tau), "angle of the camshaft", "rad", "tau"),
         Quantity("shaft_speed", plan.shaft.speed(f.tau), "speed of the camshaft", "rad/s", "tau"),
         Quantity("output_over_time", f.output, "motion of the output", u, pairs),

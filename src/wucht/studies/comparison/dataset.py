@@ -65,6 +65,7 @@ def _coordinates(cases: Sequence[Case]) -> list[Quantity]:
         Quantity("variant", labels, "variant", "", "variant"),
         Quantity("name", names, "name without varied values", "", "variant", coordinate=True),
         Quantity("source", sources, "file", "", "variant", coordinate=True),
+        Quantity("variant_number", np.arange(1, len(cases) + 1), "number of the variant", "", "variant", coordinate=True),
     ]
     return [*coordinates, *(_varied_quantity(key, cases) for key in _varied_keys(cases))]
 
@@ -78,7 +79,10 @@ def _curve_quantities(number: int, kind: tuple[str, ...], done: Sequence[Variant
         if curve is not None:
             coordinates[:, k, : len(curve.x)] = curve.x, curve.y
     dims, axes = f"variant sample_{number}", enumerate(("x", "y"))
-    return [Quantity(f"curve_{number}_{axis}", coordinates[i], kind[i], kind[2 + i], dims) for i, axis in axes]
+    return [
+        Quantity(f"curve_{number}_{axis}", coordinates[i], kind[i], kind[2 + i], dims, coordinate=axis == "x")
+        for i, axis in axes
+    ]
 
 
 def _path_label(path: str) -> str:
@@ -115,13 +119,19 @@ def _summary_quantities(plan: Plan, done: Sequence[VariantResult], names: Sequen
     ]  # fmt: skip
     key_facts = {key.path: {"what": key.description, "unit": key.unit} for key in _varied_keys(plan.cases)}
     return [
-        Quantity("variants", variants, "the variants, each with its summary"),
+        Quantity("variants", variants, "the variants, each with its summary", parts=_variant_parts(plan, done, names)),
         Quantity("outcomes", dict(Counter(c.outcome for c in done if c.outcome)), "number of variants of each outcome"),
         Quantity("failed", sum(bool(c.failure) for c in done), "number of variants that failed"),
         Quantity("vary", {path: list(values) for path, values in plan.spec.vary.items()}, "values of each varied key"),
         Quantity("varied", key_facts, "description and unit of each varied key"),
         Quantity("headline", headlines or list(names), "numbers shown first"),
     ]
+
+
+def _variant_parts(plan: Plan, done: Sequence[VariantResult], names: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Names in words and units of the numbers of a variant, by path."""
+    parts = {key.path: (key.description, key.unit or "") for key in _varied_keys(plan.cases)}
+    return parts | {name: (q.long_name, q.unit) for name in names for q in [_number_quantity(name, done)]}
 
 
 def _sentence(plan: Plan, done: Sequence[VariantResult]) -> str:

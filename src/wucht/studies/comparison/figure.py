@@ -66,7 +66,7 @@ def _text_figure(result: xr.Dataset) -> Figure:
 
 
 def _abscissae(result: xr.Dataset) -> list[xr.DataArray]:
-    return [result[n] for n in result.data_vars if str(n).startswith("curve_") and str(n).endswith("_x")]
+    return [result[n] for n in result.variables if str(n).startswith("curve_") and str(n).endswith("_x")]
 
 
 def _legend_names(result: xr.Dataset) -> list[str]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ from wucht.results.store import RESULT
 from wucht.schema import Parameter, Unit, refuse_unknown, unit_of
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.registry import study_of
-from wucht.studies.study_file import StudyFile, read_study
+from wucht.studies.study_file import StudyFile, machine_study, read_study
 from wucht.studies.subjects import Description, subject_of
 
 if TYPE_CHECKING:
@@ -165,13 +166,19 @@ class VariantsSubject:
         self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
     ) -> tuple[ComparedVariants, Document]:
         """Read the variants, see ``Subject``. settings: further keys set in all variants."""
+        machines = document.get("machines", {})  # of wucht.compare by name, which are in no file
         for key in ("machine", "system"):
             if key in document:
                 raise InputError(key, None, "not allowed here: study.of names the compared files")
-        refuse_unknown(document, ABOUT, "")
+        refuse_unknown(document, (*ABOUT, "machines"), "")
         spec = Comparison.from_table(document["study"])
         common_settings = spec.set | flatten(settings)
-        groups = [_variants_from_source(source, path.parent, common_settings, spec) for source in spec.of]
+        groups = [
+            _variants_of_study(source, partial(machine_study, source, machines[source]), common_settings, spec)
+            if source in machines
+            else _variants_from_source(source, path.parent, common_settings, spec)
+            for source in spec.of
+        ]
         variants = _uniquely_named([v for group in groups for v in group])
         return ComparedVariants(str(document.get("title") or _title(spec, variants)), variants), {}
 
@@ -204,10 +211,17 @@ def _variants_from_source(source: str, folder: Path, common_settings: Mapping[st
             raise InputError("study.of", source, _NESTED_ERROR)
         return [Variant("", source, {}, result=result)]
     name = str(place) if place.is_file() else source
+    return _variants_of_study(source, partial(read_study, name), common_settings, spec)
+
+
+def _variants_of_study(
+    source: str, read: Callable[[Mapping[str, Any]], StudyFile], common_settings: Mapping[str, Any], spec: Comparison
+) -> list[Variant]:
+    """Return the variants of a study, read with settings by path. Raises ``InputError`` where none of them is valid."""
     attempts, errors = list[StudyFile | InputError](), list[InputError]()
     for combination in spec.combinations:
         try:
-            attempts.append(read_study(name, {**common_settings, **combination}))
+            attempts.append(read({**common_settings, **combination}))
         except InputError as error:
             attempts.append(error)
             errors.append(error)

@@ -143,7 +143,7 @@ def _course_quantities(machine: Machine, cases: Sequence[_Case]) -> list[Quantit
         Quantity("drive_torque", after_failure, "mean torque", units.torque, "case drive"),
         Quantity("operation_torque", before_failure, "mean torque before the failure", units.torque, "case drive"),
         Quantity("rotor", [r.name for r in machine.rotors], "rotor", "", "rotor"),
-        Quantity("time", np.array(times), "time after the failure", units.time, "case sample"),
+        Quantity("time", np.array(times), "time after the failure", units.time, "case sample", coordinate=True),
         Quantity("rotor_speed", np.array(speeds), "speed", units.speed, "case rotor sample"),
         Quantity("amplitude", np.array(amplitudes), "amplitude of the axis", machine.orbit_unit, "case sample"),
     ]

@@ -170,7 +170,7 @@ def _beat_quantities(plan: Plan, design: CheckedCandidate | None) -> list[Quanti
     time, empty = plan.machine.units.time, np.empty(0)
     times, amplitudes, rates = (empty,) * 3 if design is None else (design.slow.time, design.slow.amplitude, design.slow.rate)
     return [
-        Quantity("beat_time", times, "time", time, "place"),
+        Quantity("beat_time", times, "time", time, "place", coordinate=True),
         Quantity("beat_amplitude", amplitudes, "amplitude", plan.unit, "place"),
         Quantity("beat_rate", rates, "cycles per unit of time", f"1/{time}" if time else "", "place"),
     ]

@@ -62,7 +62,7 @@ def _run_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     course, units, damage = findings.nominal_run.run.course, plan.machine.units, findings.nominal_run.run.state.damage
     failure_time, residual, work = findings.nominal_run.windows.failure_time, course.residual, "work of the changing stiffness"
     return [
-        Quantity("time", course.time, "time", units.time, "sample"),
+        Quantity("time", course.time, "time", units.time, "sample", coordinate=True),
         Quantity("stiffness", course.stiffness, "share of the stiffness", "", "sample"),
         Quantity("damage", course.damage, "damage", "", "sample"),
         Quantity("energy_residual", residual, "residual of the energy balance", "", "sample"),
@@ -81,7 +81,7 @@ def _reading_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     noise = np.random.default_rng(sensor.seed).normal(0.0, sensor.noise, len(readings.speed))
     time, speed, load, unit = plan.machine.units.time, plan.machine.units.speed, plan.signal.name, plan.signal.unit
     return [
-        Quantity("reading_time", readings.time, "time", time, "reading"),
+        Quantity("reading_time", readings.time, "time", time, "reading", coordinate=True),
         Quantity("speed", readings.speed, "mean speed of the main rotor", speed, "reading"),
         Quantity("reading", readings.speed + noise, "reading of the sensor", speed, "reading"),
         Quantity("highest", _reading_extremes(np.fmax, course.highest, readings), f"largest {load}", unit, "reading"),

@@ -161,7 +161,7 @@ def _signal_quantities(plan: Plan, findings: LoadHistory, counted_values: np.nda
         Quantity("min", least, "smallest value", unit),
         Quantity("max", greatest, "largest value", unit),
         Quantity("turning_points", len(counted_values), "number of turning points"),
-        Quantity("course_time", time, "time", _time(plan), "part"),
+        Quantity("course_time", time, "time", _time(plan), "part", coordinate=True),
         Quantity("lowest", low, "lowest value", unit, "part"),
         Quantity("highest", high, "highest value", unit, "part"),
         Quantity("counted_from", plan.spec.after, "time from which counting starts", _time(plan), ""),

@@ -74,7 +74,7 @@ def reported_quantities(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
         Quantity("orbit_kind", np.array([o.kind for o in orbits], "U16"), "kind of the special orbit", "", "orbit"),
         Quantity("orbit_exponent_re", np.asarray(exponents.real), "real part of an exponent", rate, "exponent orbit"),
         Quantity("orbit_exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", rate, "exponent orbit"),
-        Quantity("orbit_time", table["time"], "time", s.time, "orbit place"),
+        Quantity("orbit_time", table["time"], "time", s.time, "orbit place", coordinate=True),
         Quantity("orbit_turned", table["turned"], _ANGLE, "rad" if s.time else "", "orbit place"),
         Quantity("orbit_speed", table["shown"], s.ordinate, s.unit, "orbit place"),
         Quantity("orbit_amplitude", table["amplitude"], "amplitude of the axis", s.length, "orbit place"),

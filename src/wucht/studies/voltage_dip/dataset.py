@@ -145,7 +145,9 @@ def _course_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("course", np.array(labels, str), "motion", "", "course", coordinate=True),
         Quantity("rotor", np.array(rotors, str), "rotor", "", "rotor", coordinate=True),
         Quantity("course_duration", durations, "duration of the dip", units.time, "course"),
-        Quantity("time", stack([c.time for c in courses]), "time since the dip begins", units.time, "course row"),
+        Quantity(
+            "time", stack([c.time for c in courses]), "time since the dip begins", units.time, "course row", coordinate=True
+        ),
         Quantity("speed", stack([np.abs(c.speeds) for c in courses]), "speed", units.speed, "course rotor row"),
         Quantity("amplitude", amplitude, "amplitude of the axis", plan.machine.orbit_unit, "course row"),
     ]  # fmt: skip

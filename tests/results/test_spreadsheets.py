@@ -1,0 +1,204 @@
+"""Tables of a result as CSV and XLSX, read back by pandas, by openpyxl and by LibreOffice."""
+
+from __future__ import annotations
+
+import csv
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import openpyxl
+import pandas as pd
+import pytest
+import xarray as xr
+from tests.hand_made import variable
+from tests.refusals import refused
+
+from wucht.results import spreadsheets
+from wucht.results.quantities import Quantity, StudyResult, table
+from wucht.results.spreadsheets import save_csv, save_xlsx
+
+SUMMARY = [
+    Quantity("outcome", "captured", "outcome"),
+    Quantity("final_phases", {"p, 1": 1.5}, "phases at the end", "rad"),
+    Quantity("formula", "=HYPERLINK(1)", "a formula"),
+    Quantity("advice", None, "advice"),
+    *table("jumps", [{"from_speed": 1e-300, "fold": True}, {"from_speed": None, "fold": False}], "jumps",
+           {"from_speed": ("speed before", "rad/s"), "fold": ("a fold", "")}),
+]  # fmt: skip
+SPEED = np.array([[0.1, 1 / 3], [np.nan, 1e-300]])
+
+
+def made(data: dict[str, Any] | None = None, coordinates: dict[str, Any] | None = None, study: str = "run-up") -> xr.Dataset:
+    base = xr.Dataset(
+        data or {"speed": variable("body time", SPEED, "speed", "rad/s"),
+                 "power": variable("time", [1.0, -np.inf], "power", "W"),
+                 "word": variable("time", ["-1+2", "a;b, \"c\""], "word")},
+        coordinates or {"time": variable("time", [0.0, -0.5], "time", "s"), "body": variable("body", ["drum", "p, 1"], "body")},
+    )  # fmt: skip
+    return StudyResult(SUMMARY, "it is captured").to_dataset(base).assign_attrs(study=study)
+
+
+def rows(path: Path, **options: Any) -> list[list[str]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.reader(file, **options))
+
+
+def test_each_file_runs_over_one_thing(tmp_path: Path) -> None:
+    data = {
+        "speed": variable("body time", SPEED, "speed", "rad/s"),
+        "phase": variable("body time", [[np.nan, np.nan], [0.0, 1.0]], "phase", "rad"),
+        "power": variable("time", [1.0, -np.inf], "power", "W"),
+        "outcome": variable("y x", np.array([["a", "b", "c"]]), "outcome"),
+        "mass": variable("body", [9.0, 0.125], "mass", "kg"),
+        "state": variable("state x", [[1, 2, 3]], "state"),
+        "free": variable("", 200.0, "no-load speed", "rad/s"),
+    }
+    coordinates = {
+        "time": variable("time", [0.0, 0.5], "time", "s"),
+        "body": variable("body", ["drum", "p, 1"], "body"),
+        "x": variable("x", [1.0, 2.0, 3.0], "slope", "N m s"),
+        "kind": variable("body", ["rotor", "ball"], "kind"),
+    }
+    written = save_csv(made(data, coordinates), tmp_path)
+    names = ["time", "y-x", "body", "state-x", "jumps", "numbers"]
+    assert [path.name for path in written] == [f"run-up-{name}.csv" for name in names]
+    over_time, over_both, by_body, states, jumps, numbers = map(rows, written)
+    assert over_time[0] == ["time [s]", "speed drum [rad/s]", "speed p, 1 [rad/s]", "phase p, 1 [rad]", "power [W]"]
+    assert over_time[1:] == [["0.0", "0.1", "", "0.0", "1.0"], ["0.5", repr(1 / 3), "1e-300", "1.0", "-inf"]]
+    assert over_both == [["y", "x [N m s]", "outcome"], ["0", "1.0", "a"], ["0", "2.0", "b"], ["0", "3.0", "c"]]
+    assert by_body == [["body", "kind", "mass [kg]"], ["drum", "rotor", "9.0"], ["p, 1", "ball", "0.125"]]
+    assert states == [["state index", "x [N m s]", "state"], ["0", "1.0", "1"], ["0", "2.0", "2"], ["0", "3.0", "3"]]
+    assert jumps == [["from_speed [rad/s]", "fold"], ["1e-300", "1"], ["", "0"]]
+    assert numbers == [
+        ["name", "value", "unit", "description"],
+        ["sentence", "it is captured", "", "verdict"],
+        ["outcome", "captured", "", "outcome"],
+        ["final_phases.p, 1", "1.5", "rad", "phases at the end"],
+        ["formula", "'=HYPERLINK(1)", "", "a formula"],
+        ["advice", "", "", "advice"],
+        ["jumps", "2", "", "jumps: number of rows of the table jumps"],
+        ["free", "200.0", "rad/s", "no-load speed"],
+    ]
+
+
+def test_columns_of_two_dimensions_are_in_the_order_of_their_values(tmp_path: Path) -> None:
+    force = np.arange(12.0).reshape(2, 2, 3)
+    coordinates = {
+        "time": variable("time", [0.0, 0.5], "time", "s"),
+        "body": variable("body", ["a", "b"], "body"),
+        "way": variable("way", ["x", "y", "z"], "direction"),
+    }
+    path, *_ = save_csv(made({"force": variable("time body way", force, "force", "N")}, coordinates), tmp_path)
+    header, first, _ = rows(path)
+    assert header == ["time [s]", *(f"force {body} {way} [N]" for body in "ab" for way in "xyz")]
+    assert first == ["0.0", *map(str, force[0].ravel().tolist())]
+
+
+@pytest.mark.parametrize(("decimal_comma", "options"), [(False, {}), (True, {"sep": ";", "decimal": ","})])
+def test_pandas_reads_every_table_as_it_is(tmp_path: Path, decimal_comma: bool, options: dict[str, str]) -> None:
+    """To the last bit, the same from both: but for the cells that begin like a formula."""
+    for path in save_csv(made(), tmp_path, decimal_comma):
+        stored = pd.read_csv(path, keep_default_na=False, na_values=[""], **options)
+        expected = made().wucht.table(path.stem.removeprefix("run-up-"))
+        assert stored.columns.tolist() == expected.columns.tolist()
+        if path.stem.endswith("numbers"):
+            texts = dict(zip(stored["name"], stored["value"], strict=True))
+            assert texts["final_phases.p, 1"] == ("1,5" if decimal_comma else "1.5")
+            continue
+        if "word" in stored:
+            assert stored.pop("word").tolist() == ["'-1+2", 'a;b, "c"']
+            expected = expected.drop(columns="word")
+        expected = expected.astype({name: int for name in expected if expected[name].dtype == bool})
+        pd.testing.assert_frame_equal(stored, expected, check_exact=True)
+
+
+def test_a_decimal_comma_is_in_every_number_and_in_no_text(tmp_path: Path) -> None:
+    path = save_csv(made(), tmp_path, decimal_comma=True)[0]
+    assert rows(path, delimiter=";")[1:] == [
+        ["0,0", "0,1", "", "1,0", "'-1+2"], ["-0,5", repr(1 / 3).replace(".", ","), "1e-300", "-inf", 'a;b, "c"'],
+    ]  # fmt: skip
+
+
+def test_a_workbook_has_a_sheet_for_each_table(tmp_path: Path) -> None:
+    path = save_xlsx(made(), tmp_path)
+    assert path.name == "run-up.xlsx"
+    sheets = pd.read_excel(path, sheet_name=None)
+    assert list(sheets) == ["numbers", "time", "jumps"]
+    time = sheets["time"]
+    assert list(time.columns) == ["time [s]", "speed drum [rad/s]", "speed p, 1 [rad/s]", "power [W]", "word"]
+    assert time.iloc[:, :3].to_numpy().tolist()[0][:2] == [0.0, 0.1]
+    assert time["speed drum [rad/s]"].tolist() == [0.1, 1 / 3]
+    assert math.isnan(time["speed p, 1 [rad/s]"][0]) and time["speed p, 1 [rad/s]"][1] == 1e-300
+    assert sheets["jumps"]["fold"].tolist() == [1, 0]
+    numbers = sheets["numbers"].set_index("name")["value"]
+    assert (numbers["sentence"], numbers["outcome"], numbers["final_phases.p, 1"]) == ("it is captured", "captured", 1.5)
+
+
+def test_no_cell_of_a_workbook_is_a_formula(tmp_path: Path) -> None:
+    result = made(coordinates={"body": variable("body", ["=1+1", "+2\x07"], "body"), "time": variable("time", [0.0, 1.0], "t")})
+    result.attrs["study"] = "../x"
+    path = save_xlsx(result, tmp_path)
+    assert path.parent == tmp_path
+    cells = [cell for sheet in openpyxl.load_workbook(path) for line in sheet.iter_rows() for cell in line]
+    assert {cell.data_type for cell in cells} <= {"inlineStr", "s", "n"}
+    texts = {cell.value for cell in cells if isinstance(cell.value, str)}
+    assert {"'=HYPERLINK(1)", "'-1+2", "-inf", "speed +2? [rad/s]"} <= texts
+    assert not {text for text in texts if text.startswith(("=", "+", "@"))}
+
+
+def test_names_and_texts_that_a_sheet_cannot_hold(tmp_path: Path) -> None:
+    dims = ("a" * 40, "a" * 39 + "b", "A" * 40, "c[1]:*?")
+    data = {f"v{k}": variable(dim, [1.0], "v") for k, dim in enumerate(dims)} | {"long": variable("", "x" * 40_000, "long")}
+    book = openpyxl.load_workbook(save_xlsx(made(data, {}), tmp_path))
+    assert book.sheetnames == ["numbers", "a" * 31, "a" * 27 + " (2)", "A" * 27 + " (3)", "c-1----", "jumps"]
+    (text,) = (row[1] for row in book["numbers"].iter_rows(values_only=True) if row[0] == "long")
+    assert len(text) == 32_767 and text.endswith("x ... (shortened)")
+
+
+def test_a_table_larger_than_a_sheet_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spreadsheets, "_MOST_ROWS", 2)
+    with refused("--xlsx", "2 rows", "--csv", given="numbers", code="too-large"):
+        save_xlsx(made(), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_openpyxl_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    with refused("--xlsx", "wucht[xlsx]", code="extra"):
+        save_xlsx(made(), tmp_path)
+
+
+OFFICE = shutil.which("soffice")
+GERMAN, ENGLISH = 1031, 1033  # languages of LibreOffice
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(OFFICE is None, reason="LibreOffice (soffice) is not installed")
+@pytest.mark.parametrize("form", ["xlsx", "point", "comma"])
+def test_libreoffice_reads_numbers_as_numbers(tmp_path: Path, form: str) -> None:
+    """In a language with the same decimal sign; what it reads is written as XLSX and read by openpyxl."""
+    result, separator, language = made(), *((";", GERMAN) if form == "comma" else (",", ENGLISH))
+    files = [save_xlsx(result, tmp_path)] if form == "xlsx" else save_csv(result, tmp_path, form == "comma")
+    options = [f"--infilter=CSV:{ord(separator)},34,76,1,,{language},false,true"] if form != "xlsx" else []
+    command = [str(OFFICE), "--headless", f"-env:UserInstallation={(tmp_path / 'profile').as_uri()}", *options]
+    subprocess.run(
+        [*command, "--convert-to", "xlsx", "--outdir", str(tmp_path / "read"), *map(str, files)], check=True, timeout=300,
+        capture_output=True,
+    )  # fmt: skip
+    books = [openpyxl.load_workbook(path) for path in sorted((tmp_path / "read").iterdir())]
+    sheets = {sheet.title.removeprefix("run-up-"): list(sheet.iter_rows(values_only=True)) for book in books for sheet in book}
+    assert set(sheets) == {"numbers", "time", "jumps"}
+    assert sheets["time"][0] == ("time [s]", "speed drum [rad/s]", "speed p, 1 [rad/s]", "power [W]", "word")
+    assert sheets["time"][1] == (0, 0.1, None, 1, "'-1+2")
+    assert sheets["time"][2][:3] == pytest.approx((-0.5, 1 / 3, 1e-300), rel=1e-14)
+    assert sheets["time"][2][4] == 'a;b, "c"'
+    assert [line[1] for line in sheets["jumps"]] == ["fold", 1, 0]
+    numbers = {line[0]: line[1:3] for line in sheets["numbers"]}
+    assert numbers["final_phases.p, 1"] == (1.5, "rad")
+    assert numbers["outcome"][0] == "captured"
+    assert numbers["formula"][0] == "'=HYPERLINK(1)"
