@@ -53,13 +53,28 @@ def check(figure: Figure) -> None:
     assert empty_strip(figure) < _EMPTY, "a part of the page that is empty"
     width, height = figure.get_size_inches()
     assert height <= (JOURNAL.tallest if page_of(figure).name == JOURNAL.name else _LONG * width), "longer than a page"
-    assert [text for text, _ in _words(figure) if "(1)" in text] == [], "a ratio has no unit"
+    words = [text for text, _ in _words(figure)]
+    assert [text for text in words if "(1)" in text] == [], "a ratio has no unit"
+    words += [text.get_text() for legend in _legends(figure) for text in legend.get_texts()]
+    assert [text for text in words if repeats_unit(text)] == [], "units that are given twice, or as in files"
 
 
 def too_exact(text: str) -> list[str]:
     """Decimal numbers of more than four significant digits."""
     numbers = re.findall(r"(?<![\w.])\d+\.\d+", text)
     return [n for n in numbers if len(n.replace(".", "").strip("0")) > 4]
+
+
+_UNIT = r"(?:[kMmµ]?(?:N|W|J|V|A|Pa|Hz|m|s|g)|rad|rpm|°|%)(?:[·/²³](?:mm|m|s|rad|kg)?)*"
+
+
+def repeats_unit(text: str) -> bool:
+    """Whether a name or title gives the unit of one quantity twice, or a product of units as files have it, ``N m s``."""
+    flat = " ".join(text.split())
+    in_brackets = re.findall(rf"\((?:10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+ )?({_UNIT})\)", flat)
+    before = re.findall(rf"(?<=\bin )({_UNIT})(?= \()", flat)
+    twice = re.search(rf"\d ?({_UNIT}) \(?\1(?![\w·/²³])", flat)
+    return len(in_brackets) > 1 or bool(in_brackets and before) or bool(twice) or bool(re.search(r"\b[km]?N m\b", flat))
 
 
 def legend_share(figure: Figure) -> float:

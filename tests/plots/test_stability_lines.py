@@ -67,7 +67,11 @@ def test_a_dashed_line_begins_where_the_solid_one_ends() -> None:
     assert extend_both_ways(~stable).tolist() == [False, True, True, True, True, False]
     draw_by_stability(axis, x, 2 * x, stable, "load", color="black")
     solid, dashed = axis.get_lines()
-    assert (solid.get_label(), dashed.get_label(), dashed.get_linestyle()) == ("load", "load, unstable", "--")
+    assert (solid.get_label(), dashed.get_label(), dashed.get_linestyle()) == (
+        "load",
+        "load, where no working point is stable",
+        "--",
+    )
     at = [np.flatnonzero(np.isfinite(np.asarray(line.get_ydata(), float))).tolist() for line in (solid, dashed)]
     assert at == [[0, 1, 4, 5], [1, 2, 3, 4]]
 

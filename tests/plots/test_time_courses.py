@@ -44,6 +44,31 @@ def test_a_run_is_drawn_until_it_has_settled(settled: float | None, period: floa
     assert module.shown_until([{"settling_time": settled, "modulation_period": period}], 10.0) == pytest.approx(until)
 
 
+@pytest.mark.parametrize(
+    ("amplitude", "period", "until"),
+    [(None, None, 3.0), (1.0, None, 3.0), (4.0, None, 6.0), (4.0, 1.0, 7.0), (6.0, None, 10.0)],
+)
+def test_a_run_is_drawn_until_its_amplitude_too_has_settled(
+    amplitude: float | None, period: float | None, until: float
+) -> None:
+    summary = {"settling_time": 2.0, "amplitude_settling_time": amplitude, "modulation_period": period}
+    assert module.shown_until([summary], 10.0) == pytest.approx(until)
+
+
+def test_a_held_maximum_is_drawn_through_the_middles_of_its_steps() -> None:
+    """The amplitude of a decay, held over each of ten turns: its line is the decay at the middles, without a step."""
+    x = np.arange(1000) / 1000
+    turn = np.floor(10 * x)
+    points, line = module.without_steps(x, np.exp(-turn))
+    assert points == pytest.approx([0.0, *(np.arange(10) / 10 + 0.0495), 0.999])
+    assert line == pytest.approx([1.0, *np.exp(-np.arange(10)), np.exp(-9)])
+    drawn = np.interp(x, points, line)
+    inside = (x > 0.05) & (x < 0.94)
+    assert (np.diff(drawn)[inside[1:]] < 0).all(), "no part is level"
+    assert np.abs(np.diff(drawn)).max() < 0.02 * np.abs(np.diff(np.exp(-turn))).max(), "and none jumps"
+    assert module.without_steps(x, x)[1][1:-1] == pytest.approx(x), "what is not held remains"
+
+
 def test_of_several_runs_the_last_to_settle_counts() -> None:
     one, other, never = ({"settling_time": t} for t in (1.0, 2.0, None))
     assert module.shown_until([one, other], 10.0) == 3.0

@@ -14,6 +14,27 @@ from wucht.results.output_folder import load_result
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw
 
+
+@pytest.mark.parametrize(
+    ("text", "repeats"),
+    [
+        ("speed (rad/s)", False),
+        ("torque (10³ N·m)", False),
+        ("range 21.94 mm; damage 0.001294", False),
+        ("phase lag of x (°)", False),
+        ("at (-0.9, -0.2) m", False),
+        ("speed (rad/s) (rad/s)", True),
+        ("speed in rad/s (rad/s)", True),
+        ("period\n(s) (s)", True),
+        ("the largest 3 mm (mm)", True),
+        ("the largest 3 mm mm", True),
+        ("at 0.0005 N m s", True),
+    ],
+)
+def test_the_check_of_units(text: str, repeats: bool) -> None:
+    assert figure_checks.repeats_unit(text) == repeats
+
+
 QUICK = ("coast-down", "torque-balance")  # one with a panel over time, one over the speed
 KINDS = [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in studies() if studies()[k].template]
 

@@ -7,6 +7,7 @@ measured in sizes of the text, and legends by their words; the figure becomes as
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
@@ -15,7 +16,7 @@ import numpy as np
 from wucht.plots.page import Page, current_page, page_context
 from wucht.plots.sheet import LETTER, LINE, TICKS, TITLE, LegendEntries, Sheet, figure_of, has_sheet, sheet_of
 from wucht.plots.style import GREY
-from wucht.results.formatting import wrap_text
+from wucht.results.formatting import units_in_print, wrap_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -233,7 +234,8 @@ def _legend(parent: Any, entries: LegendEntries, width: float) -> Legend:
     """Draw a legend in as many columns as fit in a width (0: one column, or two if there are many names)."""
     page = current_page()
     widest = int(width * 72 / (LETTER * page.small)) - 6 if width else _WIDEST
-    names = [n if len(n) <= widest or "$" in n else "\n".join(wrap_text(n, widest)) for n in entries.names]
+    texts = [_unbroken_units(units_in_print(n)) for n in entries.names]
+    names = [n if len(n) <= widest or "$" in n else "\n".join(wrap_text(n, widest)) for n in texts]
     figure = parent if hasattr(parent, "suptitle") else figure_of(parent)
     columns = _columns(figure, names, width) if width else 1 + (len(names) > _TALL)
     place: dict[str, Any] = {"loc": "lower left" if width else "center left", "bbox_to_anchor": (0.0, 0.0)}
@@ -244,6 +246,11 @@ def _legend(parent: Any, entries: LegendEntries, width: float) -> Legend:
         handletextpad=0.6, columnspacing=_BETWEEN, labelspacing=0.4, title=entries.title, alignment="left", **place,
     )  # fmt: skip
     return legend
+
+
+def _unbroken_units(text: str) -> str:
+    """A name in which numbers are not separated from their units where it is broken into lines."""
+    return re.sub(r"(?<=\d) (?=(?:[kMmµ]?[NWJVAmgs]|rad|rpm|%)(?:[·/²³]|\b))", "\N{NO-BREAK SPACE}", text)
 
 
 def _columns(figure: Figure, names: list[str], width: float) -> int:

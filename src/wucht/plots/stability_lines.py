@@ -107,10 +107,15 @@ def smooth_curve(points: np.ndarray, panel: tuple[float, float], begin: int, end
 
 
 def draw_by_stability(axis: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, name: str, **look: Any) -> None:
-    """Draw a curve (N,), dashed where it is not stable (N,); both kinds of line have a name."""
+    """Draw the torque (N,) that resists a drive, dashed where a working point is not stable (N,); both lines have a name."""
     axis.plot(x, np.where(stable, y, np.nan), label=name, **look)
     if not stable.all():
-        axis.plot(x, np.where(extend_both_ways(~stable), y, np.nan), label=f"{name}, unstable", **look | {"linestyle": "--"})
+        axis.plot(
+            x,
+            np.where(extend_both_ways(~stable), y, np.nan),
+            label=f"{name}, where no working point is stable",
+            **look | {"linestyle": "--"},
+        )
 
 
 def draw_configurations(axis: Axes, result: Any, values: np.ndarray, width: float = 1.2) -> None:

@@ -61,6 +61,8 @@ def mark_speeds(
 ) -> None:
     """Finish panels over the speed: mark speeds that lie in the range, set the range, write legends and the abscissa's name.
 
+    A line that has the same look and name in several panels is in the legend of the first of them.
+
     natural: name of a natural frequency, singular and plural; they are marked for both senses of rotation. free: the speed that
     the drive reaches, and its name. legend_panel: the panel whose legend has these.
     """
@@ -71,11 +73,19 @@ def mark_speeds(
         (f, ":", natural[len(visible_frequencies) > 1] if k == 0 else None) for k, f in enumerate(visible_frequencies)
     ]
     marks += [(free[0], FREE["linestyle"], free[1])] if low <= free[0] <= high else []
+    earlier_looks = set[tuple[str, ...]]()
     for axis in axes:
         for speed, dashes, name in marks:
             shown_name = name if axis is axes[legend_panel] else None
             axis.axvline(speed, color=GREY, linestyle=dashes, linewidth=0.9, label=shown_name, zorder=1)
         axis.set_xlim(low, high)
-        legend_beside(axis)
+        looks = {_legend_key(handle): handle for handle in axis.get_legend_handles_labels()[0]}
+        legend_beside(axis, [handle for look, handle in looks.items() if look not in earlier_looks])
+        earlier_looks |= set(looks)
     rpm_axis(axes[0], str(result.speed.attrs["units"]), "x")
     axes[-1].set_xlabel(abscissa_label(result, "speed"))
+
+
+def _legend_key(handle: Any) -> tuple[str, ...]:
+    """The name and look of a line in a legend."""
+    return tuple(map(str, (handle.get_label(), handle.get_color(), handle.get_linestyle(), handle.get_marker())))

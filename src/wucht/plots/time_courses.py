@@ -30,12 +30,13 @@ RANGE = "least to greatest"
 
 
 def shown_until(summaries: Iterable[Mapping[str, Any]], end: float) -> float:
-    """The time until which runs are drawn: 1.5 times their settling time, and three periods of a modulation.
+    """The end of what is drawn: 1.5 times the settling time of speed and amplitude, and three periods of a modulation.
 
     Parameters
     ----------
     summaries : iterable of mapping
-        Summaries with ``settling_time`` and ``modulation_period``, each a number in the unit of ``end`` or None.
+        Summaries with ``settling_time``, ``amplitude_settling_time`` (None for an amplitude that beats for ever) and
+        ``modulation_period``, each a number in the unit of ``end`` or None.
     end : float
         The end of the longest run.
 
@@ -46,9 +47,12 @@ def shown_until(summaries: Iterable[Mapping[str, Any]], end: float) -> float:
     """
     until = 0.0
     for summary in summaries:
-        settled, period = (_number(summary.get(key)) for key in ("settling_time", "modulation_period"))
-        if not settled > 0:
+        speed, amplitude, period = (
+            _number(summary.get(key)) for key in ("settling_time", "amplitude_settling_time", "modulation_period")
+        )
+        if not speed > 0:
             return end
+        settled = max(speed, amplitude) if amplitude > 0 else speed
         until = max(until, SETTLED_SHARE * settled, settled + _PERIODS * (period if period > 0 else 0.0))
     return until if 0 < until < _WHOLE * end else end
 
@@ -219,6 +223,26 @@ def draw_greatest(axis: Axes, windows: TurnWindows, y: np.ndarray, **look: Any) 
     swings = windows.swings(y).max(initial=0.0) > _VISIBLE * np.ptp(y)
     points = (windows.at, windows.extremes(y, windows.means(y))[1]) if swings else thin_curve(windows.x, y)
     axis.plot(*points, **look)
+
+
+def without_steps(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A signal that is held, such as the largest value within a turn, through the middles of its steps.
+
+    Parameters
+    ----------
+    x, y : numpy.ndarray
+        Abscissae and values (N,).
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        Points (K,), those of the first and the last sample, and one for each stretch of equal values between them. The largest
+        and the least value remain.
+    """
+    edges = np.flatnonzero(np.diff(y)) + 1
+    first, last = np.append(0, edges), np.append(edges, len(y)) - 1
+    middle = (x[first] + x[last]) / 2
+    return np.concatenate([x[:1], middle, x[-1:]]), np.concatenate([y[:1], y[first], y[-1:]])
 
 
 def draw_range(axis: Axes, windows: TurnWindows, y: np.ndarray, name: str, color: str) -> None:

@@ -283,32 +283,22 @@ _STARTING = 3.0  # times the opposing torques: limit of the scale for the starti
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Draw two panels from a torque balance's Dataset alone: all torques; and drive less load against the vibration.
-
-    Without load only the second is drawn.
-    """
+    """Draw the torques over the speed from a torque balance's Dataset alone."""
     speed, drive, load, vibration = (result[n].values for n in ("speed", "drive_torque", "load_torque", "vibration_torque"))
-    has_load, net = bool(np.abs(load).any()), drive - load
-    heights = 2.5 if has_load else 3.4
-    fig, axes = new_figure(2 if has_load else 1, result.attrs["title"], result.attrs["sentence"], heights)
-    if has_load:
-        axes[0].plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
-        axes[0].plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
-        _resistance(axes[0], result, load + vibration, "load and vibration", result.point_torque.values)
-        _ordinate(axes[0], result, drive, result.point_torque.values)
-    axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if has_load else "drive")
-    # Not of the net torque, which jumps at the set speed of a controlled drive.
-    net_points = result.point_torque.values - np.interp(result.point_speed.values, speed, load)
-    _resistance(axes[-1], result, vibration, "vibration", net_points)
-    _ordinate(axes[-1], result, net, net_points)
+    fig, [axis] = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.4)
+    axis.plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
+    if has_load := bool(np.abs(load).any()):
+        axis.plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
+    _resistance(axis, result, load + vibration, "load and vibration" if has_load else "vibration")
+    _ordinate(axis, result)
     free = (float(result.free_speed), "speed without vibration")
-    mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)
+    mark_speeds([axis], result, ("natural frequency", "natural frequencies"), free, 0)
     at = result.point_speed.values
-    axes[-1].set_xlim(min(speed[0], at.min(initial=speed[0])), max(speed[-1], at.max(initial=speed[-1])))
+    axis.set_xlim(min(speed[0], at.min(initial=speed[0])), max(speed[-1], at.max(initial=speed[-1])))
     return fig
 
 
-def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str, at_points: np.ndarray) -> None:
+def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str) -> None:
     """Draw a line, dashed where a working point on it would not be stable; one for each configuration of balancing bodies.
 
     Working points are filled where stable, open where not; crosses where bodies would overlap.
@@ -318,19 +308,20 @@ def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str, a
     else:
         stable = result.stable.values.astype(bool)
         draw_by_stability(axis, result.speed.values, torque, stable, name, color=COLOURS[0], linewidth=1.2)
-    over, stable = np.zeros(len(at_points), bool), result.point_stable.values.astype(bool)
+    points, stable = result.point_torque.values, result.point_stable.values.astype(bool)
+    over = np.zeros(len(points), bool)
     if "point_overlapping" in result:
         over = result.point_overlapping.values.astype(bool)
-        axis.plot(result.point_speed.values[over], at_points[over], "x", color=GREY, markersize=4, zorder=5)
+        axis.plot(result.point_speed.values[over], points[over], "x", color=GREY, markersize=4, zorder=5)
     classes = (
         (stable & ~over, "o", COLOURS[6], "working point, stable"), (~stable & ~over, "o", "white", "working point, not stable")
     )  # fmt: skip
-    draw_classes(axis, result.point_speed.values, at_points, classes, color=COLOURS[6], markersize=6, zorder=5)
+    draw_classes(axis, result.point_speed.values, points, classes, color=COLOURS[6], markersize=6, zorder=5)
 
 
-def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: np.ndarray) -> None:
+def _ordinate(axis: Axes, result: xr.Dataset) -> None:
     """Set the zero line, the label and the limits of the axis so that the drive is visible, however high the resonance."""
-    vibration = result.vibration_torque.values + result.load_torque.values
+    drive, vibration = result.drive_torque.values, result.vibration_torque.values + result.load_torque.values
     driving = drive[drive * result.speed.values >= 0]
     largest = float(np.abs(driving).max(initial=0.0))
     torques = np.concatenate([[0.0], drive, vibration[np.isfinite(vibration)]])
@@ -341,7 +332,8 @@ def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: n
         opposing_torques = np.concatenate([np.abs(vibration[np.isfinite(vibration)]), np.abs(result.point_torque.values)])
         most = _STARTING * float(opposing_torques.max(initial=0.0)) or largest
         low, high = max(low, -most), min(high, most)
-    points = shown_points[np.isfinite(shown_points)]
+    points = result.point_torque.values
+    points = points[np.isfinite(points)]
     low, high = min(low, points.min(initial=low)), max(high, points.max(initial=high))  # all working points are inside
     if high > low:
         axis.set_ylim(low - 0.05 * (high - low), high + 0.08 * (high - low))

@@ -532,6 +532,7 @@ def test_the_power_of_the_drive_has_its_own_scale(driven):
     _, _, both, alone, law, travel = wucht.draw(driven).axes
     assert "drive, corrected cam" in [t.get_text() for t in both.get_legend().get_texts()]
     assert " ".join(alone.get_ylabel().split()) == "power of the drive alone (kW)"
+    assert both.get_ylabel() == "power (kW)", "the same unit"
     drawn = np.array([line.get_ydata() for line in alone.get_lines()])
     assert drawn == pytest.approx(driven.drive_power.values / 1e3)
     assert alone.get_ylim()[1] < 2 * drawn.max()
@@ -542,15 +543,18 @@ def test_the_power_of_the_drive_has_its_own_scale(driven):
 
 def test_what_was_simulated_is_drawn_over_what_was_predicted(eigenmotion):
     speed, spectrum = wucht.draw(eigenmotion).axes[:2]
-    dots = [line for line in speed.get_lines() if line.get_marker() == "o"]
-    for line, name in zip(dots, ("original", "corrected"), strict=True):
-        at = np.radians(line.get_xdata())
-        predicted = FourierSeries.from_samples(eigenmotion.speed.sel(cam=name).values[:-1])(at)
-        assert line.get_ydata() == pytest.approx(predicted * 30 / math.pi, rel=1e-8)
-    assert [t.get_text() for t in speed.get_legend().get_texts()] == ["original cam", "corrected cam", "simulated"]
-    assert [t.get_text() for t in spectrum.get_legend().get_texts()] == ["original cam", "corrected cam", "simulated"]
-    tops = [line.get_ydata() for line in spectrum.get_lines() if line.get_marker() == "o"]
-    assert tops[0][:6] == pytest.approx(eigenmotion.output_acceleration.values[0, :6], rel=1e-6)
+    names = ["original cam", "corrected cam", "simulated, original cam", "simulated, corrected cam"]
+    assert [[t.get_text() for t in axis.get_legend().get_texts()] for axis in (speed, spectrum)] == [names] * 2
+    colours = {line.get_label(): line.get_color() for line in speed.get_lines()}
+    of_name = {line.get_label(): line for line in speed.get_lines()}
+    for name in ("original", "corrected"):
+        dots = of_name[f"simulated, {name} cam"]
+        predicted = FourierSeries.from_samples(eigenmotion.speed.sel(cam=name).values[:-1])(np.radians(dots.get_xdata()))
+        assert dots.get_ydata() == pytest.approx(predicted * 30 / math.pi, rel=1e-8)
+        assert dots.get_markerfacecolor() == colours[f"{name} cam"]
+    assert len({of_name[f"simulated, {name} cam"].get_marker() for name in ("original", "corrected")}) == 2, "in grey too"
+    tops = next(line for line in spectrum.get_lines() if line.get_label() == "simulated, original cam").get_ydata()
+    assert tops[:6] == pytest.approx(eigenmotion.output_acceleration.values[0, :6], rel=1e-6)
     assert speed.get_lines()[0].get_linestyle() == "--"  # so that both are seen where they coincide
 
 

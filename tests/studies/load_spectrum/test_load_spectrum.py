@@ -278,7 +278,8 @@ def test_bars_stand_over_amplitudes_and_bear_what_each_does_of_the_damage() -> N
     units = {"units": "N", "long_name": "range"}
     rows = {"range": ("range", [2.0, 20.0], units), "count": ("range", [30.0, 10.0]), "damage": ("range", [1.0, 3.0])}
     for damage, heights in ((True, [0.25, 0.75]), (False, [30.0, 10.0])):
-        result = xr.Dataset({k: v for k, v in rows.items() if damage or k != "damage"})
+        attributes = {"summary": '{"class_width": null}', "sentence": "", "warnings": "[]", "failure": ""}
+        result = xr.Dataset({k: v for k, v in rows.items() if damage or k != "damage"}, attrs=attributes)
         axis = Figure().subplots()
         load_figure._bars(axis, result)
         bars = [b for b in axis.patches if b.get_height() > 0]

@@ -15,6 +15,7 @@ import wucht
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.damage import WoehlerLine
 from wucht.studies.load_spectrum import computation, dataset
+from wucht.studies.load_spectrum import figure as load_figure
 
 TIME = np.array([0.0, 2.0, 3.0, 4.0, 6.0, 8.0, 9.0, 10.0])
 VALUES = np.array([100.0, 0.0, 10.0, 2.0, 8.0, -2.0, 6.0, 0.0])  # counted from 2 s on; the first half ends at 7 s
@@ -211,7 +212,7 @@ def test_more_than_a_thousand_ranges_get_a_hundred_classes() -> None:
 def test_what_each_panel_shows(result: xr.Dataset) -> None:
     cumulative, matrix, course, bars = drawn("load-spectrum", titled(result)).axes[:4]
     counted, twice, woehler = cumulative.lines
-    assert [x.get_label() for x in cumulative.lines] == ["counted", "twice the first half", "Wöhler line"]
+    assert [x.get_label() for x in cumulative.lines] == ["counted", "twice the first half", "S-N curve"]
     assert np.asarray(counted.get_xdata()).tolist() == [0.25, 0.5, 1.0, 1.5, 3.0], "from half of the least number on"
     assert np.asarray(counted.get_ydata()).tolist() == [6.0, 5.0, 4.0, 3.0, 3.0]
     assert np.asarray(twice.get_xdata()).tolist() == [0.25, 0.25, 1.0, 2.0, 3.0]
@@ -220,12 +221,28 @@ def test_what_each_panel_shows(result: xr.Dataset) -> None:
     assert lives == pytest.approx(np.where(amplitudes >= 5.0, 100 * (amplitudes / 5) ** -2, 100 * (amplitudes / 5) ** -4))
     across, up = matrix.collections[0].get_datalim(matrix.transData).get_points().T
     assert across == pytest.approx([2.0, 5.0]) and up == pytest.approx([0.0, 12.0])
-    assert matrix.get_ylim()[0] == pytest.approx(6.0 - 2 * 0.3, abs=0.16), "two classes below the least range"
+    counts = result["matrix"].values
+    for limits, name, along in ((matrix.get_xlim(), "mean_class", 0), (matrix.get_ylim(), "range_class", 1)):
+        middles = result[name].values[counts.any(axis=along)]
+        width = result[name].values[1] - result[name].values[0]
+        assert limits == pytest.approx((middles[0] - 1.5 * width, middles[-1] + 1.5 * width)), "one empty class around them"
     assert np.asarray(course.lines[0].get_xdata()).tolist() == TIME.tolist()
     assert np.asarray(course.lines[0].get_ydata()).tolist() == VALUES.tolist()
     assert list(np.asarray(course.lines[-1].get_xdata())) == [2.0, 2.0]
     heights = [b.get_height() for b in bars.patches if b.get_height() > 0]
     assert heights == pytest.approx(DAMAGES / DAMAGES.sum())
+
+
+@pytest.mark.parametrize("width", [0.5, 0.11])
+def test_a_histogram_has_no_holes_beside_classes_that_have_cycles(width: float) -> None:
+    """Amplitudes in every class from 3 to 11, of which 72 are too many for bars."""
+    counted = np.arange(3.0, 11.0, width)
+    edges = load_figure._amplitude_classes(counted, width)
+    bars, _ = np.histogram(counted, edges)
+    assert bars.sum() == len(counted) and (bars > 0).all() and len(bars) <= 40
+    assert len(set(bars[:-1])) == 1, "each has as many classes"
+    assert edges[0] == pytest.approx(3.0 - width / 2)
+    assert len(load_figure._amplitude_classes(counted, None)) == 41
 
 
 def test_crossings_are_drawn_over_levels_instead_of_bars(result: xr.Dataset) -> None:

@@ -13,6 +13,7 @@ from tests.refusals import refused
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
 from wucht.files.user_system import UserSystem, equations_from
+from wucht.plots.style import COLOURS
 from wucht.studies.orbit_branch.dataset import report
 from wucht.studies.orbit_branch.figure import figure
 from wucht.studies.orbit_branch.spec import OrbitBranch
@@ -79,6 +80,14 @@ def test_a_parameter_may_have_the_name_of_a_key() -> None:
 def test_the_figure_and_the_report_are_made_of_the_dataset_alone() -> None:
     drawn = figure(circles())
     assert len(drawn.axes) == 4
+    extremes, runs, *_ = drawn.axes
+    solid = [line for line in extremes.get_lines() if line.get_linestyle() == "-" and line.get_color() == COLOURS[6]]
+    dashed = [line for line in extremes.get_lines() if line.get_linestyle() == "--" and line.get_color() == COLOURS[6]]
+    assert max(np.max(line.get_xdata()) for line in solid) <= 1e-9, "what is stable ends at the Hopf point"
+    assert (min(np.min(x.get_xdata()) for x in dashed), max(np.max(x.get_xdata()) for x in dashed)) == (
+        pytest.approx(0.0, abs=0.1), pytest.approx(2.0),
+    )  # fmt: skip
+    assert COLOURS[0] not in {line.get_color() for line in runs.get_lines()}, "the colour of the branch"
     lines = report(circles())
     assert any("Hopf point" in line for line in lines)
 

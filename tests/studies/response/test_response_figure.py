@@ -94,6 +94,28 @@ def test_a_carrier_that_turns_has_no_centre_of_mass_panel() -> None:
     assert " ".join(figure.axes[0].get_ylabel().split()) == "amplitude of the axis (rad)"
 
 
+def test_an_exciter_does_not_centre_itself() -> None:
+    """Its eccentricity is far larger than the motion of its axis, where the carrier is heavy; and two have no common centre."""
+    labels_of = [[a.get_ylabel() for a in draw(answered(mass=mass)).axes] for mass in (3.0, 30.0)]
+    assert [any(text.startswith("distance from rest") for text in texts) for texts in labels_of] == [True, False]
+    two = [ROTOR | {"name": f"e{k}", "position": [0.1 * k, 0.0]} for k in (1, 2)]
+    carrier = {"mass": 3.0, "inertia": 0.1, "directions": "xyr", "mounts": [{"at": [0.1, 0.0], "stiffness": [2e4, 6e4]}]}
+    m = machine_from({"carrier": carrier, "bodies": two, "drives": [LINEAR | {"on": f"e{k}"} for k in (1, 2)]})
+    result = run(Response(bodies="held"), m)
+    assert np.isfinite(result.centre_distance.values).any() and len(draw(result).axes) == 3
+
+
+def test_a_name_is_in_one_legend() -> None:
+    """The configurations of two balls are lines in every panel; those with another look or name are added."""
+    figure = draw(run(Response(points=60), load_machine("drozdetskaya-2020/r1")))
+    amplitude, phase, centre, _ = figure.axes
+    assert {"critical speed", "speed of the drive", "not stable"} < set(labels(amplitude))
+    assert phase.get_legend() is None
+    assert labels(centre) == ["eccentricity"]
+    names = [name for axis in figure.axes if axis.get_legend() is not None for name in labels(axis)]
+    assert len(names) == len(set(names))
+
+
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
 @pytest.mark.filterwarnings("error")
 def test_every_format_of_the_response_figure(response: xr.Dataset, ending: str) -> None:

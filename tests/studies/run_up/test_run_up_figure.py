@@ -365,8 +365,15 @@ def test_a_screen_shows_bearing_forces_and_the_orbit_of_its_deck() -> None:
 
     study = read_study("practice/screen", {"study.until": 4.0})
     result = run(study.spec, study.subject)
-    figure = draw(result)
+    amplitude_settled = result.wucht.summary["amplitude_settling_time"]
+    assert amplitude_settled > 5 * result.wucht.summary["settling_time"]
+    assert draw(result).axes[0].get_xlim()[1] >= min(1.5 * amplitude_settled, 4.0), "the speed alone is no measure of a screen"
+    figure = draw(settled(result, amplitude_settling_time=1.0))
     *panels, forces, orbit, strip = figure.axes
+    (amplitude,) = panels[1].get_lines()
+    held, drawn = 1e3 * result.amplitude.values, np.asarray(amplitude.get_ydata(), float)
+    assert (np.diff(held) == 0).mean() > 0.5 and (np.diff(drawn) == 0).mean() < 0.02, "no steps"
+    assert held.min() <= drawn.min() and drawn.max() == pytest.approx(held.max(), rel=0.05)
     names = [p.get_ylabel().replace("\n", " ").split(" (")[0] for p in panels]
     assert names == ["speed", "amplitude of the axis", "phase to e1", "motor power"]
     assert forces.get_ylabel() == "bearing force (kN)" and _labels(forces) == ["e1", "least to greatest", "e2"]

@@ -97,6 +97,16 @@ def test_phases_natural_frequencies_and_what_is_left() -> None:
     ]
 
 
+def test_without_balancing_bodies_no_unbalance_remains() -> None:
+    """The whole unbalance of an exciter remains because nothing is there to compensate it."""
+    assert single(final_residual_unbalance=1.0, final_phases={}) == single()
+
+
+def test_a_rotor_that_vibration_sustains_has_no_speed_without_it() -> None:
+    assert single(free_speed=0.0) == single()
+    assert single(free_speed=-5.0)[0] == f"  speed        {SPEED} of -5 rad/s (-48 rpm) without vibration"
+
+
 @pytest.mark.parametrize(("depth", "more"), [(None, ""), (0.025, ", +-2.5 % of the speed averaged over turns")])
 def test_a_modulated_run(depth: float | None, more: str) -> None:
     told = single(

@@ -226,8 +226,11 @@ def test_many_values_have_the_colours_of_a_scale_and_some_names() -> None:
 
 
 def test_a_range_of_two_decades_is_drawn_by_its_logarithm() -> None:
-    for low, scale in ((0.1, "log"), (0.11, "linear")):
+    """Of a machine; of other equations a range is drawn as it is."""
+    for low, scale, machine in ((0.1, "log", True), (0.11, "linear", True), (0.1, "linear", False)):
         made = result(branch(low, 10.0), of=plan(range=[low, 10.0]))
+        if machine:
+            made.attrs["input"] = '{"study": {}, "machine": {"bodies": [["rotor", "rotor", ""]]}}'
         (axis, *_) = drawn("speed-curve", made).axes
         assert axis.get_xscale() == scale and axis.get_xlim() == (low, 10.0)
 

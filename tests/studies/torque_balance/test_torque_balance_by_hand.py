@@ -43,10 +43,10 @@ def balanced(
     return result.assign_attrs(title="A machine", dimensionless=0, **summary)
 
 
-def limits(result: xr.Dataset, points: list[float] | None = None) -> tuple[float, float]:
+def limits(result: xr.Dataset) -> tuple[float, float]:
     """The limits of the ordinate without the margins: 5 % of the height below, 8 % above."""
     axis = Figure().subplots()
-    torque_balance._ordinate(axis, result, result.drive_torque.values, np.array(points or []))
+    torque_balance._ordinate(axis, result)
     assert axis.get_ylabel() == "torque (N·m)"
     low, high = axis.get_ylim()
     height = (high - low) / 1.13
@@ -64,7 +64,8 @@ def limits(result: xr.Dataset, points: list[float] | None = None) -> tuple[float
         # half of it on the other side: a drive that brakes beyond its no-load speed
         ([10, 8, 5, 2, -30], [0, 20, 20, 5, 1], [], -5.0, 20.0),
         # all working points are inside
-        ([500, 80, 5, 2, 0], [0, 4, 2, 1, 1], [13.0, -1.0], -1.0, 13.0),
+        ([500, 80, 5, 2, 0], [0, 4, 2, 1, 1], [3.0, -1.0], -1.0, 12.0),
+        ([10, 8, 5, 2, 0], [0, 1000, 20, 5, 1], [30.0], 0.0, 30.0),
         # nothing opposes
         ([10, 8, 5, 2, 0], [0, 0, 0, 0, 0], [], 0.0, 10.0),
         # a resonance without an end
@@ -76,24 +77,24 @@ def test_the_drive_is_visible_however_high_the_resonance(
 ) -> None:
     """Clockwise the same upside down."""
     expected = (low, high) if sense > 0 else (-high, -low)
-    assert limits(balanced(drive, vibration, sense=sense), [sense * p for p in points]) == pytest.approx(expected)
+    assert limits(balanced(drive, vibration, points=tuple((50.0, p, 1) for p in points), sense=sense)) == pytest.approx(
+        expected
+    )
 
 
-def test_working_points_are_drawn_at_the_torque_of_the_drive_and_in_the_second_panel_less_the_load() -> None:
+def test_working_points_are_drawn_at_the_torque_of_the_drive() -> None:
     points = ((12.5, 9.0, 1), (110.0, 3.0, 0))
-    upper, lower = drawn("torque-balance", balanced([10, 8, 6, 4, 2], [0, 4, 2, 1, 1], 2.0, points)).axes[:2]
-    for axis, heights in ((upper, (9.0, 3.0)), (lower, (7.0, 1.0))):
-        of_name = {str(x.get_label()): x for x in axis.get_lines()}
-        for name, point, height in zip(("stable", "not stable"), points, heights, strict=True):
-            line = of_name[f"working point, {name}"]
-            assert (np.asarray(line.get_xdata()).tolist(), np.asarray(line.get_ydata()).tolist()) == ([point[0]], [height])
-    of_upper = {str(x.get_label()): np.asarray(x.get_ydata(), float) for x in upper.get_lines()}
-    assert of_upper["load and vibration"] == pytest.approx([2.0, 6.0, np.nan, np.nan, 3.0], nan_ok=True)
-    assert of_upper["load and bearings"].tolist() == [2.0] * 5 and of_upper["drive"].tolist() == [10, 8, 6, 4, 2]
-    of_lower = {str(x.get_label()): np.asarray(x.get_ydata(), float) for x in lower.get_lines()}
-    assert of_lower["drive less load"].tolist() == [8, 6, 4, 2, 0]
-    assert of_lower["vibration, unstable"] == pytest.approx([np.nan, 4.0, 2.0, 1.0, 1.0], nan_ok=True)
-    assert lower.get_xlim() == (0.0, 110.0), "a point beyond the range is shown"
+    (axis,) = drawn("torque-balance", balanced([10, 8, 6, 4, 2], [0, 4, 2, 1, 1], 2.0, points)).axes
+    of_name = {str(x.get_label()): x for x in axis.get_lines()}
+    for name, point in zip(("stable", "not stable"), points, strict=True):
+        line = of_name[f"working point, {name}"]
+        assert (np.asarray(line.get_xdata()).tolist(), np.asarray(line.get_ydata()).tolist()) == ([point[0]], [point[1]])
+    heights = {name: np.asarray(x.get_ydata(), float) for name, x in of_name.items()}
+    assert heights["load and vibration"] == pytest.approx([2.0, 6.0, np.nan, np.nan, 3.0], nan_ok=True)
+    unstable = heights["load and vibration, where no working point is stable"]
+    assert unstable == pytest.approx([np.nan, 6.0, 4.0, 3.0, 3.0], nan_ok=True)
+    assert heights["load and bearings"].tolist() == [2.0] * 5 and heights["drive"].tolist() == [10, 8, 6, 4, 2]
+    assert axis.get_xlim() == (0.0, 110.0), "a point beyond the range is shown"
 
 
 def test_points_of_overlapping_bodies_are_crosses() -> None:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from wucht.plots.cam_drawings import FOLLOWER, draw_bars_from, draw_circle, frame_cam, radii_of_curvature
 from wucht.plots.page import small
-from wucht.plots.scales import plain_decades, travel_unit, turn_scale
+from wucht.plots.scales import plain_decades, power_text, travel_unit, turn_scale
 from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import BAR_STYLES, COLOURS, FREE, GREY
 from wucht.results.formatting import with_unit
@@ -24,7 +24,8 @@ LOOKS: dict[str, dict[str, Any]] = {
 _CAMS = {"counter": (COLOURS[2], "counter cam"), "outer": (COLOURS[4], "outer flank")}
 _FINE = 1e-4  # m: smaller displacements are drawn in micrometres
 _NAMES = {"original": "original cam", "corrected": "corrected cam"}
-_LEAST = 1e-12  # of order 1: smaller amplitudes are drawn at this floor
+_LEAST = 1e-6  # of order 1: smaller amplitudes are drawn at this floor
+_MOST_BARS = 24  # orders that are drawn, at most
 _LEAST_MEASURED, _MOST_MEASURED = 1e-5, 1e-2  # of the largest order: between these the axis begins
 _LEFT_OUT = "#BBBBBB"
 _RPM = 30 / np.pi
@@ -173,8 +174,10 @@ def _order_axis(axis: Axes, count: int) -> None:
 
 
 def _spectrum(axis: Axes, result: xr.Dataset) -> None:
-    k, s = result.order.values, result.wucht.summary
-    floor = _LEAST * float(result.amplitude.sel(version="corrected", order=s["reference_order"]))
+    s, reference = result.wucht.summary, result.amplitude.sel(version="corrected")
+    floor = _LEAST * float(reference.sel(order=s["reference_order"]))
+    result = result.isel(order=slice(_drawn_orders(result, floor)))
+    k = result.order.values
     for side, version in zip((-0.2, 0.2), LOOKS, strict=True):
         values = np.maximum(result.amplitude.sel(version=version).values, floor)
         draw_bars_from(axis, floor / 2, k + side, values, color=LOOKS[version]["color"], **BAR_STYLES[side < 0])
@@ -183,11 +186,17 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
             np.fmax.reduce(result.recovered.values), floor
         )  # NaN for orders that were not computed
         axis.plot(k, recovered_amplitudes, "o", color=COLOURS[6], markersize=3, label="corrected, from its points", zorder=5)
-    name = f"{_LEAST:.0e} of order {s['reference_order']}, or less"
+    name = f"{power_text(_LEAST)} of order {s['reference_order']}, or less"
     axis.axhline(floor, color=GREY, linestyle="-.", linewidth=0.8, label=name)
     _decades(axis, floor, float(result.amplitude.max()), 3)
     _order_axis(axis, len(k))
     axis.set_ylabel(_acceleration_label(result, "acceleration, amplitude"))
+
+
+def _drawn_orders(result: xr.Dataset, floor: float) -> int:
+    """The number of orders up to the last above a floor, and one more, that its place is seen."""
+    above = np.flatnonzero((result.amplitude.values > floor).any(axis=result.amplitude.get_axis_num("version")))
+    return int(min(above.max(initial=0) + 2, _MOST_BARS))
 
 
 def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:

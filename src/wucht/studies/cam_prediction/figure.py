@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from wucht.plots.cam_drawings import draw_bars_from, draw_motion, order_scale
 from wucht.plots.page import small
-from wucht.plots.scales import decades_about, plain_decades, travel_unit, turn_scale
+from wucht.plots.scales import decades_about, plain_decades, prefixed_unit, travel_unit, turn_scale
 from wucht.plots.sheet import draw_panels, labelled_handles, legend_above
 from wucht.plots.style import BAR_STYLES, COLOURS, FREE, GREY, GUIDE
 from wucht.results.formatting import with_unit
@@ -29,7 +29,8 @@ _APART = 0.13  # of the panel: labels nearer to each other are left out
 _FEWEST_ROWS = 4
 _SIMULATION_LABEL = "simulated"
 _DASHES = {"original": "--", "corrected": "-"}  # so that both curves are visible where they coincide
-_DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": "black", "zorder": 5}
+_DOT: dict[str, Any] = {"linestyle": "none", "markersize": 3.4, "markeredgewidth": 0.6, "markeredgecolor": "black", "zorder": 5}
+_DOT_MARKERS = {"original": "^", "corrected": "o"}
 _TURN = "time of a turn (°)"
 
 
@@ -48,7 +49,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _legend(axis: Axes) -> None:
     """Place the legend above the panel: the cams first, simulations last."""
-    legend_above(axis, sorted(labelled_handles([axis]), key=lambda line: line.get_label() == _SIMULATION_LABEL))
+    legend_above(axis, sorted(labelled_handles([axis]), key=lambda line: str(line.get_label()).startswith(_SIMULATION_LABEL)))
 
 
 def _draw_cams(axis: Axes, result: xr.Dataset, values: xr.DataArray) -> None:
@@ -63,8 +64,8 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
     _draw_cams(axis, result, _RPM * result.speed)
     if "simulated_speed" in result:
         at = np.degrees(result.simulated_tau.values)
-        for n, row in enumerate(_RPM * result.simulated_speed.values):
-            axis.plot(at, row, label=_SIMULATION_LABEL if n == 0 else None, **_DOT)
+        for name in _COLOURS:
+            _draw_simulated(axis, at, _RPM * result.simulated_speed.sel(cam=name).values, name)
     axis.axhline(_RPM * result.wucht.summary["corrected"]["mean_speed"], **GUIDE)
     axis.set_ylabel("speed of the shaft (rpm)")
     axis.ticklabel_format(axis="y", useOffset=False)
@@ -78,7 +79,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
         draw_bars_from(axis, lowest, k + aside, high, color=colour, label=f"{name} cam", **BAR_STYLES[aside < 0])
         if "simulated_acceleration" in result:
             dots = result.simulated_acceleration.sel(cam=name).values[: len(k)]
-            axis.plot(k + aside, np.where(dots > lowest, dots, np.nan), label=_SIMULATION_LABEL if aside > 0 else None, **_DOT)
+            _draw_simulated(axis, k + aside, np.where(dots > lowest, dots, np.nan), name)
     count = result.wucht.summary["above"]["orders"]
     if k[0] <= count < k[-1]:
         axis.axvline(count + 0.5, **GUIDE)
@@ -88,25 +89,38 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel(with_unit("acceleration, amplitude", str(result.output_acceleration.attrs["units"])))
 
 
+def _draw_simulated(axis: Axes, at: np.ndarray, values: np.ndarray, name: str) -> None:
+    """Draw points of a simulation with a cam, in its colour."""
+    look: dict[str, Any] = _DOT | {"marker": _DOT_MARKERS[name], "markerfacecolor": _COLOURS[name]}
+    axis.plot(at, values, label=f"{_SIMULATION_LABEL}, {name} cam", **look)
+
+
 def _power(axis: Axes, result: xr.Dataset) -> None:
     """Draw the power that constant speed would need, beside the power of the drive."""
     degrees = np.degrees(result.tau.values)
-    even = result.power_at_constant_speed.values / 1e3
+    scale, unit = _power_unit(result)
+    even = scale * result.power_at_constant_speed.values
     axis.plot(degrees, even, color=COLOURS[6], linewidth=1.1, linestyle="--", label="at constant speed", zorder=3)
     if result.wucht.summary["driven"] == "eigenmotion":
         axis.axhline(0.0, color=COLOURS[0], linewidth=1.3, label="eigenmotion")
     else:
-        power = result.drive_power.sel(cam="corrected").values / 1e3
+        power = scale * result.drive_power.sel(cam="corrected").values
         axis.plot(degrees, power, color=_COLOURS["corrected"], linewidth=1.3, label="drive, corrected cam")
-    axis.set_ylabel("power (kW)")
+    axis.set_ylabel(f"power ({unit})")
     turn_scale(axis, _TURN)
+
+
+def _power_unit(result: xr.Dataset) -> tuple[float, str]:
+    """The factor and the unit of power, one for all panels."""
+    powers = [result[name].values for name in ("power_at_constant_speed", "drive_power") if name in result]
+    return prefixed_unit(np.concatenate([np.nan_to_num(values).ravel() for values in powers]), "W")
 
 
 def _drive(axis: Axes, result: xr.Dataset) -> None:
     """Draw the power of the drive alone, on a separate scale."""
-    kilo = np.abs(result.drive_power.values).max() >= 1e3
-    _draw_cams(axis, result, result.drive_power / (1e3 if kilo else 1.0))
-    axis.set_ylabel(f"power of the drive alone ({'kW' if kilo else 'W'})")
+    scale, unit = _power_unit(result)
+    _draw_cams(axis, result, scale * result.drive_power)
+    axis.set_ylabel(f"power of the drive alone ({unit})")
 
 
 def _cuts(axis: Axes, result: xr.Dataset) -> None:

@@ -11,12 +11,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.scales import plain_decades
+from wucht.plots.scales import decades_about, plain_decades
 from wucht.plots.sheet import colour_bar, draw_panels
 from wucht.plots.style import COLOURS, GUIDE, line_style
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
 _TICKS = 5
+_FULLNESS = "fullness: mean of the amplitude\nbetween least and largest"
 _MARK: dict[str, Any] = {"markeredgecolor": "black", "linestyle": ""}
 _TARGET_MARK: dict[str, Any] = _MARK | {"marker": "*", "color": COLOURS[1], "markersize": 14, "label": "target"}
 _DESIGN_MARK: dict[str, Any] = _MARK | {"marker": "X", "color": "white", "markersize": 9, "label": "design, averaged equations"}
@@ -67,9 +68,9 @@ def _reach(axis: Axes, result: xr.Dataset) -> None:
     x, y = scale * result["tried_upper"].values, result["tried_ratio"].values
     is_finite = np.isfinite(x)
     if is_finite.any():
-        look: dict[str, Any] = {"s": 9, "cmap": "cividis", "label": "candidates, by fullness"}
+        look: dict[str, Any] = {"s": 9, "cmap": "cividis", "label": "candidates"}
         colour_bar(
-            axis, axis.scatter(x[is_finite], y[is_finite], c=result["tried_fullness"].values[is_finite], **look), "fullness"
+            axis, axis.scatter(x[is_finite], y[is_finite], c=result["tried_fullness"].values[is_finite], **look), _FULLNESS
         )
     axis.plot(scale * float(result["wanted_upper"]), float(result["wanted_ratio"]), **_TARGET_MARK)
     if len(result["beat_amplitude"]):
@@ -90,8 +91,8 @@ def _search(axis: Axes, result: xr.Dataset) -> None:
         runs = result[name].values
         beside = len(far) * 1.03 + np.arange(len(runs)) * 0.02 * len(far)
         axis.plot(beside, runs, marker, color=COLOURS[k], markersize=4, label=f"checked, {equations}")
-    axis.set_yscale("log")
-    plain_decades(axis.yaxis)
+    axis.set(yscale="log", ylim=decades_about(np.concatenate([far[is_finite], result.run_slow.values, result.run_full.values])))
+    plain_decades(axis.yaxis, alone=True)
     axis.set(title="search with the averaged equations", xlabel="candidate")
     axis.set_ylabel(f"distance, {result.wucht.summary['metric']}")
 

@@ -11,7 +11,7 @@ from wucht.dynamics.run_ups.bearing_loads import heavy_load_warnings, lives_of
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
 from wucht.results.bearing_text import life_text
-from wucht.results.formatting import report_lines
+from wucht.results.formatting import report_lines, unit_in_print
 from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.bearing_variables import life_quantities
 from wucht.studies.load_spectrum.computation import MOST_ROWS, CountedLoad, Plan, check_width, count_load
@@ -171,8 +171,9 @@ def _signal_quantities(plan: Plan, findings: LoadHistory, counted_values: np.nda
 def _sentence(plan: Plan, whole: CountedLoad, damages: list[float] | None) -> str:
     if not whole.cycles.total:
         return "there is no cycle to count"
-    unit = f" {plan.signal.unit}".rstrip()
-    counted_cycles = f"{whole.cycles.total:.10g} cycles, the largest of range {whole.cycles.largest:.4g}{unit}"
+    factor, unit = unit_in_print(plan.signal.unit)
+    largest = f"{factor * whole.cycles.largest:.4g} {unit}".rstrip()
+    counted_cycles = f"{whole.cycles.total:.10g} cycles, the largest of range {largest}"
     return counted_cycles if damages is None else f"{counted_cycles}; damage {damages[0]:.4g}"
 
 

@@ -14,8 +14,9 @@ from wucht.plots.sheet import colour_bar, draw_panels
 from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
-_BARS, _BELOW = 40, 2
-_KNEE = 10.0  # times the cycles at the knee: the Woehler line is drawn up to there
+_BARS, _RIM = 40, 1.5  # classes of the histogram, at most; classes from the middle of the last with cycles to the frame
+_ROUNDING = 1e-6  # of a class
+_KNEE = 10.0  # times the cycles at the knee: the S-N curve is drawn up to there
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -52,13 +53,13 @@ def _cumulative(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _woehler(axis: Axes, result: xr.Dataset, scale: float, largest: float) -> None:
-    """Draw the Woehler line near the spectrum."""
+    """Draw the S-N curve (Woehler line) near the spectrum."""
     k, nd, sd, k2 = (float(result[f"woehler_{key}"]) for key in ("k", "ND", "SD", "k2"))
     amplitudes = np.linspace(0.0, 1.25 * max(largest, scale * sd), 400)[1:] / (scale * sd)
     with np.errstate(over="ignore"):
         lives = nd * np.where(amplitudes >= 1, amplitudes**-k, np.inf if np.isinf(k2) else amplitudes**-k2)
     visible = lives < _KNEE * max(nd, float(result["cumulative"].max()))
-    axis.plot(lives[visible], scale * sd * amplitudes[visible], color=GREY, linestyle=":", label="Wöhler line")
+    axis.plot(lives[visible], scale * sd * amplitudes[visible], color=GREY, linestyle=":", label="S-N curve")
 
 
 def _matrix(axis: Axes, result: xr.Dataset) -> None:
@@ -69,10 +70,15 @@ def _matrix(axis: Axes, result: xr.Dataset) -> None:
     norm = LogNorm(float(inside.min()), max(float(inside.max()), 10 * float(inside.min())))
     classes = scale * result["mean_class"].values, scale * result["range_class"].values
     mesh = axis.pcolormesh(*classes, np.where(counts > 0, counts, np.nan), norm=norm, cmap="cividis_r", shading="nearest")
-    empty = int(np.flatnonzero(counts.any(axis=1))[0]) - _BELOW  # classes of small ranges without cycles
-    if empty > 0:
-        axis.set_ylim(bottom=scale * float(result["range_class"][empty]))
+    axis.set_xlim(_shown(classes[0], counts.sum(axis=0) > 0))
+    axis.set_ylim(_shown(classes[1], counts.sum(axis=1) > 0))
     plain_decades(colour_bar(axis, mesh, "cycles").ax.yaxis, alone=True)
+
+
+def _shown(middles: np.ndarray, has_cycles: np.ndarray) -> tuple[float, float]:
+    """The limits of a scale of classes with these middles (N,): around those that have cycles, with one more at either end."""
+    present, width = np.flatnonzero(has_cycles), float(middles[1] - middles[0])
+    return float(middles[present[0]] - _RIM * width), float(middles[present[-1]] + _RIM * width)
 
 
 def _course(axis: Axes, result: xr.Dataset) -> None:
@@ -90,12 +96,26 @@ def _course(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _bars(axis: Axes, result: xr.Dataset) -> None:
-    """Draw the share of each amplitude in the damage; without a Woehler line, its cycles."""
+    """Draw the share of each amplitude in the damage; without an S-N curve, its cycles."""
     scale, unit = printed_unit(result, "range")
     damage = "damage" in result and float(result["damage"].sum()) > 0
     shares = (result["damage"] / result["damage"].sum() if damage else result["count"]).values
     amplitudes, name = scale * result["range"].values / 2, "share of the damage" if damage else "cycles"
-    reach = (0.0, float(amplitudes.max(initial=0.0)) or 1.0)
-    heights, edges = np.histogram(amplitudes, bins=_BARS, range=reach, weights=shares)
+    width = result.wucht.summary["class_width"]
+    edges = _amplitude_classes(amplitudes, None if width is None else scale * width / 2)
+    heights, _ = np.histogram(amplitudes, bins=edges, weights=shares)
     axis.bar(edges[:-1], heights, width=np.diff(edges), align="edge", color=COLOURS[1])
     axis.set(title=f"{name}, by amplitude", xlabel=with_unit("amplitude", unit), ylabel=name, xlim=(0, None), ylim=(0, None))
+
+
+def _amplitude_classes(amplitudes: np.ndarray, width: float | None) -> np.ndarray:
+    """Edges of the classes of a histogram of amplitudes (N,): whole numbers of those in which they were counted, of this width.
+
+    Others would leave holes between bars. None: of amplitudes that were not counted in classes.
+    """
+    largest = float(amplitudes.max(initial=0.0)) or 1.0
+    if width is None:
+        return np.linspace(0.0, largest, _BARS + 1)
+    least = float(amplitudes.min(initial=largest)) - width / 2
+    step = width * np.ceil((largest + width / 2 - least) / width / _BARS)
+    return np.asarray(least + step * np.arange(np.ceil((largest + width / 2 - least) / step - _ROUNDING) + 1))

@@ -79,7 +79,8 @@ def _periods(axis: Axes, result: xr.Dataset) -> None:
         if kind in _ENDS:
             axis.axvline(v, zorder=1, **_END)
     if len(period):
-        axis.set_ylim(0, min(1.05 * period.max(), _SHOWN_GROWTH * period.min()))
+        least = [period[at].min() for at in _branch_points(result.branch.values) if len(at)]
+        axis.set_ylim(0, min(1.05 * period.max(), _SHOWN_GROWTH * max(least)))  # a part of each branch
     axis.set_ylabel("period, angle of the main rotor (rad)" if result.attrs["rotor"] else label(result, name))
     _abscissa(axis, result)
 
@@ -98,11 +99,17 @@ def _colour(branch: int) -> str:
     return COLOURS[branch % len(COLOURS)]
 
 
+def _orbit_style(result: xr.Dataset, number: int) -> dict[str, Any]:
+    """The style of an orbit, which has the colour of no branch."""
+    return line_style(number + int(result.branch.values.max(initial=-1)) + 1)
+
+
 def _pieces(axis: Axes, x: np.ndarray, curves: list[np.ndarray], stable: np.ndarray, colour: str) -> None:
-    """Draw curves along a branch, with different styles for stable and unstable stretches."""
+    """Draw curves along a branch, solid where stable; the unstable stretches reach to the stable points beside them."""
     for a, b in equal_stretches(stable):
+        first, last = (a, b) if stable[a] else (max(a - 1, 0), b + 1)
         for y in curves:
-            axis.plot(x[a : b + 1], y[a : b + 1], color=colour, **(_STABLE if stable[a] else _UNSTABLE))
+            axis.plot(x[first:last], y[first:last], color=colour, **(_STABLE if stable[a] else _UNSTABLE))
 
 
 def _special(axis: Axes, result: xr.Dataset, *names: str) -> None:
@@ -127,17 +134,17 @@ def _runs(axis: Axes, result: xr.Dataset, drawn_orbits: list[int], name: str, sh
         begin = int(result.orbit_speed.values[k, :-1].argmin())  # at the least speed
         x = np.concatenate([x[begin:-1], x[-1] + x[: begin + 1]]) - x[begin]
         y = np.concatenate([y[begin:-1], y[: begin + 1]])
-        axis.plot(x / x[-1] if share else x, y, **line_style(i))
+        axis.plot(x / x[-1] if share else x, y, **_orbit_style(result, i))
     axis.set(xlabel="share of the period" if share else label(result, abscissa), ylabel=label(result, name, unit))
 
 
 def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
     handles = list[Any]()
-    if drawn_orbits:
-        handles += [
-            entry("orbits, stable", color=COLOURS[0], **_STABLE),
-            entry("orbits, unstable", color=COLOURS[0], **_UNSTABLE),
-        ]
+    branches, stable = _branch_points(result.branch.values), result.stable.values.astype(bool)
+    for k, at in enumerate(branches if drawn_orbits else ()):
+        name = "orbits" if len(branches) == 1 else f"branch {k + 1}"
+        handles += [entry(f"{name}, stable", color=_colour(k), **_STABLE)] if stable[at].any() else []
+        handles += [] if stable[at].all() else [entry(f"{name}, unstable", color=_colour(k), **_UNSTABLE)]
     if result.sizes["steady"]:
         handles.append(entry("steady states" if drawn_orbits else "steady states, stable", color=_STEADY, **_STABLE))
         handles += [] if drawn_orbits else [entry("steady states, unstable", color=_STEADY, **_UNSTABLE)]
@@ -149,5 +156,5 @@ def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
     path, unit = str(result.attrs["along"]), result.attrs["along_unit"]
     before = f"{path} = " if len(path) <= _SHORT else "at "
     for i, k in enumerate(drawn_orbits):
-        handles.append(entry(f"{before}{result.orbit_value.values[k]:.4g} {unit}".rstrip(), **line_style(i)))
+        handles.append(entry(f"{before}{result.orbit_value.values[k]:.4g} {unit}".rstrip(), **_orbit_style(result, i)))
     return handles

@@ -18,20 +18,32 @@ from wucht.results.formatting import label, printed_unit, with_unit
 
 _MOST_NAMES = 7  # bodies named one by one in a legend
 _BELOW = 0.04  # of the panel: its part below zero
+_CENTRING = 0.1  # of the eccentricity: where the axis moves less, beyond all resonances, the rotor does not centre itself
 _CLIP_FACTOR = 7.5  # times the median: the limit of the axis for an infinite amplitude
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Draw four panels (three without a centre of mass in the plane) from a response's Dataset alone."""
-    panels = [_amplitude, _phase, _centre, _torque]
-    if not (np.isfinite(result.centre_distance.values).any() and float(result.eccentricity) > 0):
-        panels.remove(_centre)
+    """Draw four panels from a response's Dataset alone, three for a machine without a rotor that centres itself."""
+    panels = [_amplitude, _phase, _centre, _torque] if _centres_itself(result) else [_amplitude, _phase, _torque]
     fig, axes = new_figure(len(panels), result.attrs["title"], result.attrs["sentence"])
     for panel, axis in zip(panels, axes, strict=True):
         panel(axis, result)
     free = abs(float(result.free_speed))
     mark_speeds(axes, result, ("critical speed", "critical speeds"), (free, "speed of the drive"), 0)
     return fig
+
+
+def _centres_itself(result: xr.Dataset) -> bool:
+    """True for a single rotor whose axis moves by a share of its eccentricity at the highest speed.
+
+    The axis of an exciter on a heavy deck hardly moves, and its centre of mass remains at the eccentricity from rest.
+    """
+    bodies = result.wucht.machine.get("bodies") or ()
+    has_several = sum(not on for _, _, on in bodies) > 1
+    eccentricity, last = float(result.eccentricity), result.amplitude.values[..., -1]
+    is_known = bool(np.isfinite(result.centre_distance.values).any()) and eccentricity > 0
+    moves = float(np.max(last[np.isfinite(last)], initial=0.0)) >= _CENTRING * eccentricity
+    return is_known and moves and not has_several
 
 
 def _limit(axis: Axes, result: xr.Dataset, scale: float) -> None:

@@ -229,7 +229,7 @@ def report(result: xr.Dataset) -> list[str]:
     speed, length = formats(result, s["amplitude_unit"])
     lines, time = ReportLines(result), "" if result.wucht.dimensionless else " s"
     is_modulated = s["modulation_period"] is not None
-    free = " of {free_speed} without vibration" if s["free_speed"] is not None else ""
+    free = " of {free_speed} without vibration" if s["free_speed"] else ""  # nothing drives a rotor that vibration sustains
     lines.add("speed", "{final_speed}" + free + (", modulated, between {min_speed} and {max_speed}" if is_modulated else ""))
     if len(s.get("mean_speeds", ())) > 1:
         lines.add("mean speeds", "{speeds}", speeds=", ".join(f"{n} {speed(w)}" for n, w in s["mean_speeds"].items()))
@@ -242,7 +242,7 @@ def report(result: xr.Dataset) -> list[str]:
     _bearings(lines, s)
     if s["final_phases"]:
         lines.add("phases", "{phases}", phases=_angles(s["final_phases"]))
-    lines.add("unbalance", "{final_residual_unbalance:%} of the rotor's remains")
+        lines.add("unbalance", "{final_residual_unbalance:%} of the rotor's remains")
     if s["settling_time"] is not None:
         lines.add("settled at", _settling_text(s, time))
     if is_modulated:

@@ -21,6 +21,7 @@ from wucht.plots.time_courses import (
     draw_phases,
     draw_range,
     shown_until,
+    without_steps,
 )
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
@@ -256,9 +257,13 @@ def _amplitude(axis: Axes, view: _View) -> None:
     windows = None if view.has_spans else view.windows()
     differs = (np.abs(amplitude - radius)[view.panel_mask] > _ROUND * amplitude[view.panel_mask].max()).any()
     is_orbit = differs and len(view.result.direction) > 1  # along a line the distance is zero in each turn
+    look: dict[str, Any] = {"color": style.COLOURS[0], "linewidth": 1.1, "label": "amplitude"}
     if windows is not None and is_orbit:
         draw_range(axis, windows, radius, "distance from rest", style.COLOURS[0])
-    view.draw(axis, amplitude, 0, None if is_orbit else "", color=style.COLOURS[0], linewidth=1.1, label="amplitude")
+        course = np.interp(view.x, *without_steps(view.x, amplitude)) if _is_planar(view.result) else amplitude
+        view.draw(axis, course, 0, None, **look)
+    else:
+        view.draw(axis, amplitude, 0, None if is_orbit else "", **look)
     view.draw_slow(axis, scale * view.result["slow_amplitude"].values if view.slow else view.x)
     axis.set(ylabel=label(view.result, "amplitude", unit))
     axis.set_ylim(bottom=0)

@@ -139,7 +139,9 @@ def _types(axis: Axes, result: xr.Dataset, variable: str, transform: Transform |
 
 
 def _logarithmic(result: xr.Dataset) -> bool:
-    return bool(0 < _DECADES * result.attrs["low"] <= result.attrs["high"])
+    """True for a wide range of a parameter of a machine; one of other equations has a value at which something happens."""
+    is_machine = "bodies" in result.wucht.machine
+    return is_machine and bool(0 < _DECADES * result.attrs["low"] <= result.attrs["high"])
 
 
 def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
