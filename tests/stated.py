@@ -27,7 +27,9 @@ FOLDER = Path(__file__).with_name("stated")
 # Another processor or another version of a library changes the last bits, which the longest runs raise to 1e-5.
 TOLERANCE, SMALLEST = 2e-4, 1e-9
 _IN_WORDS = 2e-3  # numbers of a sentence have four digits
+_HEADING = 15  # characters of a line of a report before its text
 _LONGEST = 12  # of a list that is stated whole
+_ABSENT = "nothing"
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -46,7 +48,9 @@ def check(name: str, result: xr.Dataset, figure: Figure | None = None) -> None:
 
 def _facts(result: xr.Dataset, figure: Figure | None) -> dict[str, Any]:
     """What is compared, each entry under a key of its own: a line of the file."""
-    facts = {f"line {k}": _in_words(line) for k, line in enumerate(report(result))}
+    facts: dict[str, Any] = {}
+    for line in report(result):
+        facts.setdefault(f"report {line[:_HEADING].strip()}", []).append(_in_words(line[_HEADING:].strip()))
     facts |= {f"summary {key}": _brief(value) for key, value in result.wucht.summary.items()}
     facts |= {f"variable {key}": _brief(variable.values) for key, variable in result.variables.items()}
     if figure is not None:
@@ -106,9 +110,9 @@ def _digits(value: float) -> float | str:
 
 def _differences(actual: Any, stated: Any, path: str) -> Iterator[str]:
     """Each place where two values are not the same."""
-    if isinstance(actual, dict) and isinstance(stated, dict) and actual.keys() == stated.keys():
-        for key in actual:
-            yield from _differences(actual[key], stated[key], f"{path}/{key}")
+    if isinstance(actual, dict) and isinstance(stated, dict):
+        for key in {**stated, **actual}:
+            yield from _differences(actual.get(key, _ABSENT), stated.get(key, _ABSENT), f"{path}/{key}")
     elif isinstance(actual, list) and isinstance(stated, list) and len(actual) == len(stated):
         scale = max((abs(one) for one in stated if _is_number(one)), default=0.0)
         for k, (a, b) in enumerate(zip(actual, stated, strict=True)):

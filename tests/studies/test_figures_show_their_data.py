@@ -247,7 +247,8 @@ EXPECTED: dict[str, Figured] = {
         (
             Line(0, "original cam", "tau * DEG", "speed[0] * RPM"),
             Line(0, "corrected cam", "tau * DEG", "speed[1] * RPM"),
-            Line(0, "simulated", "simulated_tau * DEG", "simulated_speed[0] * RPM"),
+            Line(0, "simulated, original cam", "simulated_tau * DEG", "simulated_speed[0] * RPM"),
+            Line(0, "simulated, corrected cam", "simulated_tau * DEG", "simulated_speed[1] * RPM"),
             Bars(1, "output_acceleration"),
             Line(2, "at constant speed", "tau * DEG", "1e-3 * power_at_constant_speed"),
             Line(3, 0, "cut", "cut_residual"),

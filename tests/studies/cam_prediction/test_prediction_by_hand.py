@@ -270,8 +270,8 @@ def test_each_panel(result: xr.Dataset) -> None:
     for k, name in enumerate(("original", "corrected")):
         line = lines_of(speed)[f"{name} cam"]
         assert line.get_xdata() == pytest.approx(deg) and line.get_ydata() == pytest.approx(RPM * result.speed.values[k])
-    dots = [x for x in speed.get_lines() if x.get_marker() == "o"]
-    for k, line in enumerate(dots):
+    for k, name in enumerate(("original", "corrected")):
+        line = lines_of(speed)[f"simulated, {name} cam"]
         assert line.get_xdata() == pytest.approx(np.arange(36) * 10.0)
         assert line.get_ydata() == pytest.approx(RPM * result.simulated_speed.values[k])
     mean = [x.get_ydata()[0] for x in speed.get_lines() if len(set(x.get_ydata())) == 1]
@@ -306,7 +306,7 @@ def test_each_panel(result: xr.Dataset) -> None:
 
 
 def test_panels_of_a_drive(driven: Plan) -> None:
-    """Its power in W below 1 kW; without cuts the law; the law's order in the figure of the cuts where it has one."""
+    """All power in one unit; without cuts the law; the law's order in the figure of the cuts where it has one."""
     small = replace(CORRECTED, drive=np.full(9, 2.0)), replace(ORIGINAL, drive=np.full(9, 1.0))
     findings = made(
         corrected_cam=small[0], original_cam=small[1], cuts=np.empty(0), confirmations=(), vibrations=None, twists=None
@@ -315,9 +315,9 @@ def test_panels_of_a_drive(driven: Plan) -> None:
     axes = drawn("cam-prediction", some).axes
     labels = [" ".join(a.get_ylabel().split()) for a in axes]
     assert labels[2:] == [
-        "power (kW)", "power of the drive alone (W)", "acceleration of the cam's law (°/rad²)", "law of the corrected cam (°)",
+        "power (W)", "power of the drive alone (W)", "acceleration of the cam's law (°/rad²)", "law of the corrected cam (°)",
     ]  # fmt: skip
-    assert lines_of(axes[2])["drive, corrected cam"].get_ydata() == pytest.approx(1e-3 * some.drive_power.values[1])
+    assert lines_of(axes[2])["drive, corrected cam"].get_ydata() == pytest.approx(some.drive_power.values[1])
     for k, name in enumerate(("original", "corrected")):
         assert lines_of(axes[3])[f"{name} cam"].get_ydata() == pytest.approx(some.drive_power.values[k])
         assert lines_of(axes[3])[f"{name} cam"].get_color() == (COLOURS[1], COLOURS[0])[k]
