@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.run_ups.deviations import compared_bodies
-from wucht.results.formatting import ReportLines
+from wucht.results.formatting import ReportLines, unit_in_print, value_in_words
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.approximation.computation import CURVE, Findings, ModelComparison, Plan, angles
 
@@ -41,9 +41,19 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("trusted", is_trusted, "whether the averaged equations may be trusted"),
         Quantity("reasons", reasons, "reasons against it"),
     ]
-    sentence = ": ".join(filter(None, (_ANSWERS[is_trusted], "; ".join(reasons))))
+    sentence = ": ".join(filter(None, (_ANSWERS[is_trusted], "; ".join(reasons)))) + (_exceptions(plan, findings) if is_trusted else "")
     warnings = _warnings(plan, findings)
     return result_dataset(quantities, sentence, warnings, trusted_speed=SPEED_TOLERANCE, trusted_amplitude=AMPLITUDE_TOLERANCE)
+
+
+def _exceptions(plan: Plan, findings: Findings) -> str:
+    """A clause on the varied values at which the outcomes differ: the verdict is on the nominal values alone."""
+    values = [c.value for c in findings.comparisons[1:] if c.same_outcome is False]
+    if not values:
+        return ""
+    name, unit = _parameter_words(plan)
+    listed = ", ".join(value_in_words(value, *unit_in_print(unit)) for value in values)
+    return f"; the outcomes differ at {name} = {listed}"
 
 
 def _parameter_words(plan: Plan) -> tuple[str, str]:
