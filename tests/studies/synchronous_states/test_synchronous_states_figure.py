@@ -180,6 +180,30 @@ def test_ten_bodies_are_told_apart() -> None:
     assert box.y0 >= 0
 
 
+def test_exciters_at_different_places_are_drawn_on_their_deck() -> None:
+    """Two equal ones that turn against each other throw along a line."""
+    machine = load_machine("practice/screen")
+    result = run(SynchronousStates(full=False), machine)
+    figure = draw(result)
+    values = machine.values
+    places = [complex(values[f"{r.name}.position.x"], values[f"{r.name}.position.y"]) for r in machine.rotors]
+    assert len(figure.axes) == result.sizes["state"] == 2
+    for axis, state, phases in zip(figure.axes, result.wucht.summary["states"], result.phase.values, strict=True):
+        drawn = arrows(axis)
+        assert [tail for tail, _ in drawn] == pytest.approx(places)
+        angles = np.angle([head - tail for tail, head in drawn])
+        direction = state["throw_direction"]
+        along = [np.cos(angles + np.array([1, -1]) * later - direction).sum() for later in (0.0, 0.05, -0.05)]
+        assert along[0] == max(along) > 1.99, "at another instant of the turn their sum along the throw is less"
+        assert np.exp(1j * angles[1]) == pytest.approx(np.exp(-1j * (angles[0] + phases[1])))
+        (path,) = (line for line in axis.get_lines() if len(line.get_xdata()) > 2)
+        points = np.asarray(path.get_xdata()) + 1j * np.asarray(path.get_ydata())
+        farthest = points[np.abs(points).argmax()] * np.exp(-1j * direction)
+        assert abs(farthest.imag) < 0.02 * abs(farthest.real)
+        assert f"stroke {1e3 * state['stroke']:.4g} mm" in axis.get_title()
+    assert "path of the centre of mass" in legends(figure)
+
+
 def test_exciters_that_turn_against_each_other() -> None:
     """Nothing is left over of forces that turn in different senses."""
     figure = draw(run(SynchronousStates(full=False), load_machine("practice/screen")))

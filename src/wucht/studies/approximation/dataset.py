@@ -41,7 +41,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("trusted", is_trusted, "whether the averaged equations may be trusted"),
         Quantity("reasons", reasons, "reasons against it"),
     ]
-    sentence = ": ".join(filter(None, (_ANSWERS[is_trusted], "; ".join(reasons)))) + (_exceptions(plan, findings) if is_trusted else "")
+    sentence = ": ".join(filter(None, (_ANSWERS[is_trusted], "; ".join(reasons)))) + (
+        _exceptions(plan, findings) if is_trusted else ""
+    )
     warnings = _warnings(plan, findings)
     return result_dataset(quantities, sentence, warnings, trusted_speed=SPEED_TOLERANCE, trusted_amplitude=AMPLITUDE_TOLERANCE)
 

@@ -101,6 +101,7 @@ def _body_quantities(plan: Plan, states: Sequence[Configuration]) -> list[Quanti
         Quantity("phase", phases, "phase", angle, "state body"),
         Quantity("force_angle", force_angles, "direction of the centrifugal force to the rotor's", angle, "state body"),
         Quantity("unbalance", [size[n] for n in t.names], "unbalance", _moment(plan.machine), "body"),
+        Quantity("sense", np.asarray(t.senses, int), "sense of rotation, 1 counter-clockwise", "", "body"),
     ]
 
 

@@ -1,4 +1,7 @@
-"""The figure of steady phase configurations: the force balance of each, as 000 Bild 3 to 6, and the stability map."""
+"""The figure of steady phase configurations, and the stability map.
+
+Of each it draws the balance of forces, as 000 Bild 3 to 6; of exciters alone the deck with its line of throw.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import Stroke
 
+from wucht.plots.machine_drawing import MachineShape, machine_shape
 from wucht.plots.page import current_page, small
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, legend_over, new_grid
@@ -20,7 +25,9 @@ from wucht.plots.style import COLOURS, GREY
 from wucht.studies.synchronous_states.dataset import select_states
 
 _COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a journal, and in all
-_ROW, _MAP = 1.5, 2.4  # inches
+_ROW, _DECK, _MAP = 1.5, 2.2, 2.4  # inches
+_FORCE, _THROW, _ROOM = 0.32, 0.6, 0.2  # length of an arrow and of a path, space around the deck, over its size
+_TURN = np.linspace(0.0, 2 * math.pi, 181)
 _PATTERNS, _HATCH = ("", "///", "...", "\\\\\\\\", "xx", "++", "oo", "--"), "#777777"
 _ROTOR, _RESIDUAL_COLOUR = COLOURS[6], COLOURS[1]
 _BODIES = (COLOURS[0], COLOURS[5], COLOURS[2], COLOURS[3], COLOURS[4])  # the first two differ in grey, too
@@ -41,17 +48,25 @@ _WORDS = {1: "stable", 0: "unstable", -1: "undecided"}
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw, from the Dataset alone, the force balances of up to 12 states, and below them the stability map if any."""
-    states, has_map = select_states(result.verdict.values.tolist(), _MOST), "map_stable" in result
+    states, has_map, deck = select_states(result.verdict.values.tolist(), _MOST), "map_stable" in result, _deck_shape(result)
     rest = result.sizes["state"] - len(states)
     heading = str(result.attrs["sentence"]) + (f" ({rest} more are not drawn)" if rest else "")
-    heights = (*[_ROW] * math.ceil(len(states) / (_COLUMNS if current_page().columns >= _COLUMNS else _NARROW)), _MAP)
+    columns, row = (_COLUMNS, _ROW) if deck is None else (_NARROW, _DECK)
+    heights = (*[row] * math.ceil(len(states) / (columns if current_page().columns >= columns else _NARROW)), _MAP)
     fig, axes = new_grid(
-        len(states) + has_map, result.attrs["title"], heading, columns=_COLUMNS, narrow=_NARROW, heights=heights, last=has_map
+        len(states) + has_map, result.attrs["title"], heading, columns=columns, narrow=_NARROW, heights=heights, last=has_map
     )
     for axis, k in zip(axes, states, strict=False):
-        _force_balance(axis, result, k)
+        if deck is None:
+            _force_balance(axis, result, k)
+        else:
+            _draw_deck(axis, result, k, deck)
     if states:
-        title = "centrifugal forces" if result.attrs["comparable"] else "centrifugal forces, each in the sense of its body"
+        title = "centrifugal forces"
+        if deck is not None:
+            title += " where their sum is along the throw"
+        elif not result.attrs["comparable"]:
+            title += ", each in the sense of its body"
         legend_over(fig, _legend(result, {_frame_kind(result, k) for k in states}), title)
     if has_map:
         _draw_map(axes[-1], result)
@@ -76,6 +91,43 @@ def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
     axis.plot(0, 0, "o", color="black", markersize=3)
     _frame(axis, result, k, np.array([0j, *(point for arrow in offset_arrows for point in arrow)]), whole)
     axis.set_title(_title(result, k), fontsize=small(), pad=3)
+
+
+def _deck_shape(result: xr.Dataset) -> MachineShape | None:
+    """The shape of a carrier with exciters alone, each on another axis; else None, and where no throw was computed."""
+    if all(state.get("throw_direction") is None for state in result.wucht.summary["states"]):
+        return None
+    shape = machine_shape(result.wucht)
+    if shape is None or any(rotor.bodies for rotor in shape.rotors):
+        return None
+    return shape if len({(rotor.x, rotor.y) for rotor in shape.rotors}) == len(shape.rotors) else None
+
+
+def _draw_deck(axis: Axes, result: xr.Dataset, k: int, shape: MachineShape) -> None:
+    """Draw the carrier, the centrifugal force of each exciter at its place, and the path of the centre of mass."""
+    state = result.wucht.summary["states"][k]
+    direction, senses, phases = state.get("throw_direction"), result.sense.values, result.phase.values[k]
+    relative = result.unbalance.values * np.exp(1j * (phases - senses * (direction or 0.0)))
+    angles = senses * (phases - np.angle(relative.sum()))  # the sum of forces along the direction of throw is largest
+    left, bottom, right, top = shape.box
+    axis.add_patch(Rectangle((left, bottom), right - left, top - bottom, facecolor="#F1F3F5", edgecolor=GREY, linewidth=0.8))
+    names = [str(name) for name in result.body_name.values]
+    rotors = {rotor.name: rotor for rotor in shape.rotors}
+    for i, (name, angle) in enumerate(zip(names, angles.tolist(), strict=True)):
+        rotor = rotors[name]
+        axis.add_patch(Circle((rotor.x, rotor.y), rotor.radius, facecolor="white", edgecolor="black", linewidth=0.8))
+        place = complex(rotor.x, rotor.y)
+        _arrow(axis, place, place + _FORCE * shape.size * np.exp(1j * angle), **_appearance(i))
+    axis.plot(0, 0, "o", color=_RESIDUAL_COLOUR, markersize=4)
+    throw = ""
+    if direction is not None:
+        ellipse = np.exp(1j * direction) * (np.cos(_TURN) + 1j * state["throw_ratio"] * np.sin(_TURN))
+        axis.plot(*(_THROW * shape.size / 2 * np.array([ellipse.real, ellipse.imag])), color=_RESIDUAL_COLOUR, linewidth=2.0)
+        throw = f"; stroke {1e3 * state['stroke']:.4g} mm at {math.degrees(direction):.1f}°"
+    room = _ROOM * shape.size
+    axis.set(xlim=(left - room, right + room), ylim=(bottom - room, top + room), aspect="equal", xticks=[], yticks=[])
+    _draw_frame(axis, result, k)
+    axis.set_title(f"{_title(result, k)}{throw}", fontsize=small(), pad=3)
 
 
 def _separate_arrows(arrows: list[tuple[complex, complex]], step: float) -> list[tuple[complex, complex]]:
@@ -123,6 +175,10 @@ def _frame(axis: Axes, result: xr.Dataset, k: int, points: np.ndarray, whole: fl
     reach = 1.25 * 0.5 * max(*np.ptp(extremes, axis=0), 0.2 * whole)
     (x_low, y_low), (x_high, y_high) = extremes.mean(axis=0) - reach, extremes.mean(axis=0) + reach
     axis.set(xlim=(x_low, x_high), ylim=(y_low, y_high), aspect="equal", xticks=[], yticks=[])
+    _draw_frame(axis, result, k)
+
+
+def _draw_frame(axis: Axes, result: xr.Dataset, k: int) -> None:
     colour, line, width, _ = _FRAMES[_frame_kind(result, k)]
     for spine in axis.spines.values():
         spine.set(visible=True, color=colour, linestyle=line, linewidth=width)
@@ -157,7 +213,9 @@ def _title(result: xr.Dataset, k: int) -> str:
 def _legend(result: xr.Dataset, frames: set[str]) -> list[Any]:
     """Return entries of the bodies and of the drawn frames."""
     handles = [entry(str(name), linewidth=2, **_appearance(i)) for i, name in enumerate(result.body_name.values)]
-    if result.attrs["comparable"]:
+    if _deck_shape(result) is not None:
+        handles.append(entry("path of the centre of mass", color=_RESIDUAL_COLOUR, linewidth=2))
+    elif result.attrs["comparable"]:
         handles.append(entry("resultant", color=_RESIDUAL_COLOUR, linewidth=2, linestyle=_RESIDUAL_DASHES))
     for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in frames):
         handles.append(field(words, "none", edge=colour, linestyle=line, linewidth=width))
