@@ -100,8 +100,11 @@ def test_what_is_carried_to_another_mesh_keeps_its_values_and_phase() -> None:
     assert np.abs(moved - known(other.nodes)).max() < p.error(unknowns).max() * 5
 
 
-def test_parameters_and_outline_do_not_depend_on_the_phase() -> None:
+def test_parameters_and_outline_do_not_depend_on_the_phase_nor_on_the_mesh() -> None:
     p, unknowns = problem(40, 4)
     shifted = np.append(known(p.mesh.nodes - 0.3), [PERIOD, 1.0])
+    uneven = Mesh(np.linspace(0, 1, 41) ** 1.5, 4)
     a, b = p.outline(unknowns)[0], p.outline(shifted)[0]
+    c = replace(p, mesh=uneven).outline(np.append(known(uneven.nodes), [PERIOD, 1.0]))[0]
     np.testing.assert_allclose(a, b, atol=1e-4)
+    np.testing.assert_allclose(a, c, atol=1e-4)

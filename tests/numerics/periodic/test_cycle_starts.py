@@ -68,6 +68,9 @@ def test_samples_that_turn_otherwise_than_the_winding_number_says() -> None:
     samples = np.stack([4 * TAU * np.pi / 2, 4 * TAU * np.pi / 2, 4 + 0 * TAU, 4 + 0 * TAU])
     with rejected("winding", "1", "2"):
         cycle_near(cycles, TAU, samples, 0.4)
+    forwards = Cycles.of(PEN, "current", {"gamma": 0.175, "eps": 0.1}, (0, 1), winding={"phi1": 1, "phi2": 1})
+    with rejected("winding", "-1", "1"):
+        cycle_near(forwards, TAU, -samples, 0.4)
 
 
 def test_a_change_that_a_period_multiplies() -> None:
