@@ -199,3 +199,22 @@ def test_the_search_of_a_periodic_motion_starts_with_the_vibration_that_belongs_
     start = dict(zip(machine.state_names, FullStability(torques, True).start(at), strict=True))
     expected = rebuilt(slow, np.zeros(1), state[:, None], np.zeros(1))
     assert {name: expected[name][0] for name in start} == pytest.approx(start, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_gravity_makes_a_rotor_fluctuate_about_its_even_rotation(sense: int) -> None:
+    """J phi'' = -U g cos phi, near phi = +-w t: phi = +-w t + U g/(J w^2) cos w t, the same in both senses.
+
+    In the averaged equations it is the angle of the machine that is counted, which is the sense times that of the motion.
+    """
+    rotor = {"kind": "rotor", "name": "r", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.05}
+    drive = {"on": "r", "kind": "linear", "slope": 1e-9, "no_load_speed": sense * 30.0}
+    carrier = {"mass": 10.0, "stiffness": 4e4, "damping": 60.0, "gravity": 9.81}
+    averaged_equations = averaged_equations_of(machine_from({"carrier": carrier, "bodies": [rotor], "drive": drive}))
+    speed, theta = 40.0, np.linspace(0.0, 6.0, 7)
+    states = averaged_equations.state({"r": 0.0}, {"r": sense * speed})[:, None] * np.ones(7)
+    whole = FullMotion(averaged_equations)(theta / speed, states, theta)
+    rows = dict(zip(averaged_equations.machine.state_names, whole, strict=True))
+    size = 4e-3 * 9.81 / (0.05 * speed**2)
+    assert rows["r.angle"] - sense * theta == pytest.approx(size * np.cos(theta), abs=1e-6 * size)
+    assert rows["r.speed"] - sense * speed == pytest.approx(-size * speed * np.sin(theta), abs=1e-6 * size * speed)

@@ -47,6 +47,7 @@ def zero(expression):
         s(t) / (1 + 1 / (2 + c(t))),
         sp.tan(t) ** 2 / (2 + sp.tan(t) ** 2),
         c(t + p) / (2 + c(t + x)),  # a phase of the denominator may be a state
+        (y * c(t + p) + s(2 * t + p)) / (2 + s(t + x)),  # whose wave is a sine: the moments are not real
         s(t) / (2 * x + x * c(t + y)),  # and a common factor of it
         c(t / 2) / (2 + c(t)),
         x / (1 + c(t) ** 2 + s(t) ** 2) + 1 / (2 + c(t)),  # a denominator that only seems to turn

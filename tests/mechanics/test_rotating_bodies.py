@@ -128,14 +128,28 @@ def test_a_prescribed_speed_that_grows_turns_its_body_too() -> None:
     assert accelerations[:2] == [2, 2] and len(rows) == 2
     (_, rhs), _ = rows
     assert sp.expand(rhs + (3 + 2 * TIME) / 8 + 3 * 2) == 0
-    system = derive_averaged_system(growing).system
-    assert [s.name for s in system.states] == ["b.phase", "c.phase", "b.speed", "c.speed"]
-    numbers = {TIME: 0.5} | {s: AT[s.name] for s in system.states}
-    for symbol, expression in system.definitions:
-        numbers[symbol] = float(sp.sympify(expression).xreplace(numbers))
-    motor = float(sp.sympify(system.output("motor_torque").expression).xreplace(numbers))
     _, torques = vibration()
-    assert motor == pytest.approx(2 * 2 + 4.0 / 4 + 7 * (4.0 - 4.5) - torques[0])
+    # The motor moves its rotor alone, against the damper; or with the body, which keeps no inertia of its own.
+    alone, together = 2 * 2 + 4.0 / 4 + 7 * (4.0 - 4.5) - torques[0], (2 + 3) * 2 + 4.0 / 4 + 4.0 / 8 - torques[0] - torques[1]
+    for inertia, states, motor in ((True, ["b.speed", "c.speed"], alone), (False, ["c.speed"], together)):
+        system = derive_averaged_system(growing, inertia).system
+        assert [s.name for s in system.states] == ["b.phase", "c.phase", *states]
+        numbers = {TIME: 0.5} | {s: AT[s.name] for s in system.states}
+        for symbol, expression in system.definitions:
+            numbers[symbol] = float(sp.sympify(expression).xreplace(numbers))
+        assert float(sp.sympify(system.output("motor_torque").expression).xreplace(numbers)) == pytest.approx(motor)
+
+
+def test_a_prescribed_speed_that_grows_moves_what_is_coupled_to_it_by_inertia() -> None:
+    """As a roller in a drum: J_b w_b' = ... - J_ab w_a'."""
+    coupled = sp.ImmutableMatrix(BODIES.inertia + sp.Matrix(3, 3, lambda i, k: int({i, k} == {0, 1})))
+    for inertia, more in ((BODIES.inertia, 0), (coupled, -2)):
+        growing = replace(BODIES, fixed_speed=3 + 2 * TIME, inertia=inertia)
+        _, accelerations, rows = with_inertia(growing, Lines(), (sp.S.Zero,) * 3)
+        b = body_symbol("b", "speed")
+        (lhs, rhs), _ = rows
+        assert lhs == 3 * body_symbol("b", "speed.rate") and accelerations[0] == 2
+        assert sp.expand(rhs - (-b / 8 - 7 * (b - 3 - 2 * TIME) + more)) == 0
 
 
 def test_phase_rates_of_followers_are_slips_where_they_keep_no_inertia() -> None:

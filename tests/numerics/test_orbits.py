@@ -242,6 +242,16 @@ def test_a_jump_on_the_way_is_refused(engine):
         periodic_orbit(compile_system(system, engine=engine), [], [0.5, 0.0], 4.0, [0, 0], free_period=False)
 
 
+def test_one_of_several_jumps_on_the_way_is_refused_and_none_beside_it():
+    """x' = a cos t - x + h(x), h jumps at -5, 0.25 and 5: an orbit with a = 2 passes 0.25 alone, one with a = 0.25 none."""
+    steps = Pieces("h", (-5.0, 0.25, 5.0), [(value, 0, 0, 0) for value in (-3.0, 0.0, 1.0, 2.0)])
+    compiled = compile_system(System((x,), (-x + a * sp.cos(TIME) + PiecewiseCubic(x, steps),), (a,)), engine="scipy")
+    with rejected("jump", "h"):
+        periodic_orbit(compiled, [2.0], [0.5], TURN, [0], free_period=False)
+    beside = periodic_orbit(compiled, [0.25], [0.1], TURN, [0], free_period=False)
+    assert beside.state == pytest.approx([0.125], abs=1e-9)  # x = a (cos t + sin t)/2, at most 0.18
+
+
 def test_a_jump_in_time_is_refused_where_the_period_holds_it():
     """x' = -x + h(t), h from 1 to 2 at t = 10. A period that begins at 11 does not see it: x = 2."""
     compiled = compile_system(System((x,), (-x + PiecewiseCubic(TIME, step("h", 10.0, 1.0, 2.0)),)))

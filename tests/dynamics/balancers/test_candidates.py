@@ -70,3 +70,15 @@ def test_another_number_of_bodies_that_stand_at_random_stands_elsewhere():
     made = with_bodies(read_study("practice/fan-ball-ring").subject, 10)
     assert len([b for b in made.bodies if b.about]) == 10
     assert all(p.start is None for p in made.parts if isinstance(p, TrackBody))
+
+
+def test_unlike_bodies_of_a_track_start_apart_as_well() -> None:
+    """Two small ones and two large ones, all centres at 26 mm: each gap is as wide as its own two neighbours."""
+    radii = np.array([0.003, 0.003, 0.009, 0.009])
+    sizes = {f"b{k + 1}": r for k, r in enumerate(radii)}
+    values = {f"{b}.{key}": v for b, r in sizes.items() for key, v in (("radius", r), ("track_radius", 0.026 + r))}
+    at = phases(GRINDER.with_values(values), 256, [5])
+    touching = 2 * np.arcsin((radii + np.roll(radii, -1)) / (2 * 0.026))
+    gaps = np.diff(at, axis=0, append=at[:1] + 2 * np.pi)
+    assert (gaps.min(axis=1) >= touching - 1e-12).all()
+    assert gaps.min(axis=1) == pytest.approx(touching, abs=0.05)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+import sympy as sp
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
 from wucht.dynamics.branches.orbit_diagram import OrbitCase, follow_orbits
@@ -12,7 +14,9 @@ from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.numerics.continuation.equilibria import FOLD
+from wucht.files.user_system import UserSystem
+from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD
+from wucht.system import System
 
 TABLE = "drozdetskaya-2020/table-5.1"
 
@@ -27,6 +31,26 @@ def test_folds_of_the_speed_of_a_rotor_on_a_carrier() -> None:
     assert any(
         float(case.steady_states.ordinates(s.unknowns[:, None]).speed[0]) == pytest.approx(0.9686444) for s in findings.nominal
     )
+
+
+def test_a_branch_that_crosses_only_one_that_was_not_searched_either() -> None:
+    """x' = x (r - x^2), y' = y (x - 0.3 - y^2), r = 0.25 - (p - 3)^2: at the searched 0, 2 and 4 there is the origin alone.
+
+    From it a circle x^2 = r branches off, on which y = 0, at p = 2.5 and 3.5; from that y^2 = x - 0.3, at (p - 3)^2 = 0.16.
+    """
+    x, y, p = sp.symbols("x y p", real=True)
+    system = System((x, y), (x * (0.25 - (p - 3) ** 2 - x**2), y * (x - 0.3 - y**2)), (p,))
+    settings = BranchSettings(points=1, ranges={"x": (-1.0, 1.0), "y": (-1.0, 1.0)})
+    case = BranchCase.of(UserSystem(system, {"p": 1.0}), "p", (0.0, 4.0), settings)
+    *_, findings = follow_branches(case, Work())
+    assert [s.state_count for s in findings.searches] == [1, 1, 1] and not findings.omissions
+    largest = [np.abs(b.unknowns[:2]).max(axis=1) for b in findings.branches]
+    assert np.array(largest) == pytest.approx(np.array([(0.0, 0.0), (0.5, 0.0), (0.5, 0.2**0.5)]), abs=1e-3)
+    crossings = [
+        sorted(v for v, kind in zip(b.parameter_values, b.kinds, strict=True) if kind == BRANCH_POINT)
+        for b in findings.branches
+    ]
+    assert crossings[0] == pytest.approx([2.5, 3.5]) and {2.6, 3.4} <= {round(v, 6) for v in crossings[1]}
 
 
 def test_the_modulated_motion_of_two_pendulums() -> None:

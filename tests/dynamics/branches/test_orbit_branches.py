@@ -117,6 +117,27 @@ def test_a_first_orbit_on_a_known_branch_is_not_followed_again(monkeypatch: pyte
     assert _finished(case, crossing, findings).branches == (known,) and calls == [True]
 
 
+def test_branches_that_cross_either_half_of_one_are_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One at an orbit onward and one backward, and one of which the reason why it is not followed is known."""
+    (known,) = followed().branches
+    first = replace(known.seed, value=-0.2, period=9.0)
+    crossing = [replace(first, origin=f"crossing {k}", towards=np.ones(3)) for k in (1, 2)]
+    offshoots = {("first", True): (crossing[0],), ("first", False): ("no orbit there", crossing[1])}
+    calls = list[tuple[str, bool]]()
+
+    def half(_c: Any, seed: Any, onward: bool, _w: Any) -> Any:
+        calls.append((seed.origin, onward))
+        part = known.onward
+        away = 10.0 * len(calls)  # another branch each time
+        return replace(part, values=part.values + away, offshoots=offshoots.get((seed.origin, onward), ()))
+
+    monkeypatch.setattr(orbit_diagram, "_half_branch", half)
+    made = _finished(case_of(), replace(first, origin="first"), OrbitFindings())
+    assert calls == [("first", True), ("first", False), ("crossing 1", True), ("crossing 2", True)]
+    assert [b.seed.origin for b in made.branches] == ["first", "crossing 1", "crossing 2"]
+    assert made.omissions == ("no orbit there",)
+
+
 def _finished(case: OrbitCase, seed: Any, findings: OrbitFindings) -> OrbitFindings:
     generator = orbit_diagram._follow_branch(case, seed, findings, Work())
     while True:

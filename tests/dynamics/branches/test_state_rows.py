@@ -28,18 +28,24 @@ class Subject:
     embedding: np.ndarray
 
 
-def orbit(value: float, kind: str = "", unstable: int = 0) -> Any:
+def orbit(value: float, kind: str = "", unstable: int = 0, is_trusted: bool = True) -> Any:
     return SimpleNamespace(
-        parameter=value, kind=kind, unstable=unstable, is_trusted=True, period=4.0, states=np.full((2, 3), value),
+        parameter=value, kind=kind, unstable=unstable, is_trusted=is_trusted, period=4.0, states=np.full((2, 3), value),
         problem=SimpleNamespace(mesh=SEED.mesh),
     )  # fmt: skip
 
 
 @pytest.fixture
 def row(monkeypatch: pytest.MonkeyPatch) -> OrbitRow:
-    """Orbits from 0.1 to 0.6, walked from 0.3 both ways, unstable in the section beyond 0.5; the exponent is p - 0.23."""
+    """Orbits from 0.1 to 0.6, walked from 0.3 both ways, unstable in the section beyond 0.5; the exponent is p - 0.23.
+
+    The multipliers at 0.1 are not accurate: there the exponent alone counts.
+    """
     sides = {way: OrbitEnd(NO_MOTION, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
-    walks = {1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)], -1: [orbit(0.2), orbit(0.1)]}
+    walks = {
+        1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)],
+        -1: [orbit(0.2), orbit(0.1, unstable=1, is_trusted=False)],
+    }
     cycles = SimpleNamespace(backwards=lambda c: -1, walk=lambda c: walks[c if c == -1 else 1])
     monkeypatch.setattr(state_rows, "follow_to_end", lambda _motion, _seed, way, _watch: sides[way])
     monkeypatch.setattr(RowCase, "_orbit_within", lambda _self, _seed, _value: SEED)

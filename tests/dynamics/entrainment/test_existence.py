@@ -116,8 +116,20 @@ def test_of_several_amplitudes_the_least_counts(monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_of_several_ranges_with_the_machine_in_them_the_widest_counts(turned: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    widths = (0.1, 2.0, 0.5)[:: -1 if turned else 1]
+@pytest.mark.parametrize(
+    ("bands", "expected"),
+    [
+        (((4.9, 5.1), (3.0, 7.0), (4.5, 5.5)), (3.0, 7.0)),  # all hold the machine's value, 5: the widest
+        (((1.0, 4.0), (5.5, 6.0), (8.0, 9.0)), (5.5, 6.0)),  # none does: the nearest, above the value
+        (((0.5, 1.0), (2.0, 4.75), (5.5, 9.0)), (2.0, 4.75)),  # and below it
+        (((1.0, 4.9), (4.95, 5.05), (5.1, 9.0)), (4.95, 5.05)),  # one does, however narrow
+    ],
+)
+def test_of_several_ranges_that_of_the_machine_counts(
+    turned: bool, bands: Any, expected: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In which it is, or the nearest; of several the widest."""
+    ranges = bands[:: -1 if turned else 1]
 
     class Ranges:
         def __init__(self, _: Any) -> None:
@@ -125,18 +137,18 @@ def test_of_several_ranges_with_the_machine_in_them_the_widest_counts(turned: bo
 
         def branches(self, *_: Any) -> list[Any]:
             return [
-                SimpleNamespace(values=np.array([5.0 - w, 5.0, 5.0 + w]), states=np.array([[0.1] * 3, [W] * 3])) for w in widths
+                SimpleNamespace(values=np.array([low, (low + high) / 2, high]), states=np.array([[0.1] * 3, [W] * 3]))
+                for low, high in ranges
             ]
 
         def stable_ranges(self, _: Any) -> list[StableRange]:
-            ends = [(Edge(5.0 - w, "fold"), Edge(5.0 + w, "fold")) for w in widths]
-            return [StableRange(k, low, high, np.arange(3)) for k, (low, high) in enumerate(ends)]
+            return [StableRange(k, *(Edge(end, "fold") for end in ends), np.arange(3)) for k, ends in enumerate(ranges)]
 
     case = case_of(5.0)
     monkeypatch.setattr(existence_module, "Continuation", Ranges)
     band = existence(case, not_entrained(case), {"rotor": 1.0}, Work()).band
     assert band is not None
-    assert (band.low.value, band.high.value) == (3.0, 7.0)
+    assert (band.low.value, band.high.value) == expected
 
 
 def case_along(name: str, own: float, *limits: float) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.run_ups.observed_loads import LoadObserver
+from wucht.dynamics.run_ups.observed_loads import LoadObserver, largest_magnitude
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 
@@ -68,3 +68,14 @@ def test_turning_points_follow_those_of_the_motion_before(screen: Machine) -> No
     time, values = seen.points.points_to_end()
     assert (time[0], time[-1], values[0], values[-1]) == (10.0, 12.0, 0.0, -1.0)
     assert len(observer(screen).update(late.begin(), moved(screen, 0.0, np.arange(3.0))).points.time) == 0
+
+
+@pytest.mark.parametrize("time", [[-1.0, 0.0, 1.0], [-1.0, 0.0, 0.7], [-0.4, 0.0, 2.0]])
+@pytest.mark.parametrize("top", [0.25, -0.15])
+def test_the_largest_magnitude_is_exact_where_its_square_is_a_parabola(time: list[float], top: float) -> None:
+    """5 - (t - top)^2, of two components; evenly spaced or not."""
+    at = np.array([-3.0, *time, 4.0])
+    square = np.maximum(5.0 - (at - top) ** 2, 0.0)
+    components = [np.sqrt(square) * 0.6, -np.sqrt(square) * 0.8]
+    assert largest_magnitude(at, components) == pytest.approx(5.0**0.5, rel=1e-12)
+    assert largest_magnitude(at, [components[0]]) == pytest.approx(0.6 * 5.0**0.5, rel=1e-12)

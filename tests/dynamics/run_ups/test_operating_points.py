@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import replace
 from functools import cache
@@ -265,6 +266,30 @@ def test_without_a_stable_configuration_it_is_said() -> None:
 
 
 # --- by hand ---
+
+
+def test_bodies_of_a_track_do_not_run_in_each_others_place() -> None:
+    """Below the resonance both balls gather on the heavy side, which those of a track cannot.
+
+    z = H (U + u exp(i psi)), and the balls lie along z: sin(psi - arg H) = (u/U) sin arg H.
+    """
+    rotor = {"kind": "rotor", "name": "r", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.05}
+    ball = {"kind": "pendulum", "about": "r", "mass": 0.05, "length": 0.1, "damping": 1e-3}
+    drive = {"on": "r", "kind": "linear", "slope": 2.0, "no_load_speed": -30.0}
+
+    def operations(**more: Any) -> tuple[operating_points.Operation, ...]:
+        bodies = [rotor, *(ball | {"name": name} | more for name in "pq")]
+        machine = machine_from({"carrier": {"mass": 10.0, "stiffness": 4e4, "damping": 60.0}, "bodies": bodies, "drive": drive})
+        return vibration_in_operation(SteadyPhases.of(machine, {}, None))
+
+    (alone,) = operations()
+    assert alone.label == "together, heavy side" and alone.speed == pytest.approx(-30.0, rel=1e-4)
+    w = abs(alone.speed)
+    response = w**2 / (4e4 - 15.1 * w**2 + 60j * w)
+    lag = cmath.phase(response)
+    total = 4e-3 + 1e-2 * cmath.exp(1j * (lag + math.asin(2.5 * math.sin(lag))))
+    assert alone.amplitude == pytest.approx(abs(response * total), rel=1e-9)
+    assert operations(track="t", diameter=0.02) == ()
 
 
 def named(name: str | None, stable: bool | None = True, overlapping: bool = False, **phases: float) -> Any:

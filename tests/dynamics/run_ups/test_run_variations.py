@@ -29,3 +29,14 @@ def test_the_motion_of_a_held_body_is_not_varied() -> None:
             varied_quantity(machine, name, "along")
     with refused("study.along", given="drum.sped", code="unknown-name"):
         varied_quantity(machine, "drum.sped", "along")
+
+
+def test_start_states_of_a_carrier_that_rocks() -> None:
+    """Its angle and angular velocity have units of their own; without units there are none."""
+    rocking = machine_from({"carrier": {"directions": "xyr", "mass": 9.0, "inertia": 1.0, "stiffness": 1e4}, "bodies": [ROTOR]})
+    states = start_states(rocking)
+    units = [states[f"carrier.{name}"].unit.si for name in ("x", "y", "r", "vx", "vy", "vr")]
+    assert units == ["m", "m", "rad", "m/s", "m/s", "rad/s"]
+    assert [states[f"carrier.{name}"].keys for name in ("r", "vr")] == [("carrier", "r"), ("carrier", "vr")]
+    plain = start_states(load_machine("drozdetskaya-2020/table-5.1"))
+    assert {plain[name].unit.si for name in ("carrier.x", "carrier.vx")} == {""}

@@ -1,13 +1,16 @@
 """Bodies that lag, or go to and fro, by formulas: on both sides of every limit."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from motions import END, W, about, growing, rigid, stands, steady, tenth, truth
 
-from wucht.dynamics.verdicts.lags import _windows_until_radian
+from wucht.dynamics.verdicts.lags import _windows_until_radian, is_undecided, lag_of
 from wucht.files.catalogue import load_machine
+from wucht.numerics.observers.turns import MARKS_PER_TURN
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -173,3 +176,21 @@ def test_a_modulation_in_which_the_pendulums_part_slowly_is_not_the_end(u: float
     early = run(RunUp(until=5000.0, start=NEAR_ITS_LOSS, model="slow"), machine).wucht.summary
     assert early["outcome"] == ("unidentified" if outcome == "compensated" else outcome)
     assert outcome != "compensated" or 14_800 < float(early["advice"].split("until ")[1]) < 100_000
+
+
+@pytest.mark.parametrize("speed", [3.0, 40.0])
+@pytest.mark.parametrize("share", [-0.3, 0.2])
+def test_the_lag_is_a_share_of_the_speed_whatever_the_windows_are(speed, share):
+    """A body that turns slower or faster by a constant share: from borders in seconds as from tenths of the record."""
+    turns = np.arange(1, 2001)
+    at: Any = SimpleNamespace(
+        time=turns * 2 * math.pi / speed,
+        speed=np.full(2000, speed),
+        followers=np.full((1, 2000), (1 + share) * speed),
+        size=MARKS_PER_TURN,
+    )
+    noise: Any = SimpleNamespace(angle=1e-9, speed=1e-9)
+    for borders in (None, np.linspace(at.time[100], at.time[-1], 11)):
+        lag = lag_of(at, 0, speed, 100.0, borders, noise)
+        assert (lag.last, lag.low, lag.high) == pytest.approx((share, share, share), rel=1e-2)
+        assert not is_undecided(lag)

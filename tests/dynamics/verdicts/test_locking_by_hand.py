@@ -112,6 +112,21 @@ def test_the_final_window_is_a_twentieth_of_the_turns_in_whole_beats(share: floa
     assert found.final_speeds == pytest.approx({"d": way * W, "e": way * share * W}, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("share", [0.93, 1.07, -0.93, -1.07])
+def test_final_speeds_are_means_over_whole_beats_which_are_no_whole_turns(share: float, way: float) -> None:
+    """Beats of 14.3 turns, in which the second rotor, slower or faster, is up to 0.3 rad ahead of its mean motion or behind."""
+
+    def second(t: Any) -> Any:
+        return way * (share * W * t + 0.3 * np.sin(0.07 * W * t))
+
+    found = assessed(pair(), lambda t: way * W * t, second)
+    assert found.final_speeds == pytest.approx({"d": way * W, "e": way * share * W}, rel=3e-5)
+    turns = (found.final.time[-1] - found.final.time[0]) * W / (2 * np.pi)
+    whole = second(found.final.time)[[0, -1]]
+    assert abs((whole[1] - whole[0]) / (2 * np.pi * turns) / (way * share) - 1) > 3e-4, "the mean over the window is another"
+
+
 def test_numbers_at_the_end_are_those_of_the_final_window() -> None:
     """The second rotor loses its speed in the middle of the last half: the mean over that half is not its final speed."""
     late = 0.8 * END

@@ -23,6 +23,7 @@ from wucht.dynamics.verdicts.observation import (
 from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
 from wucht.machines.schedules import SCHEDULE_WORK
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 
 CARRIER = {"mass": 5.0, "stiffness": 1e3, "damping": 1.0}
@@ -81,6 +82,25 @@ def test_weights_are_shares_of_the_unbalance_of_the_rotor() -> None:
     shares = observer(of)._shares
     assert shares["a"].ravel() == pytest.approx([50.0, 0.0, 0.0])
     assert shares["b"].ravel() == pytest.approx([0.0, 100.0, 100.0])
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize(("angle", "share"), [(0.0, 1.3), (math.pi, 0.7)])
+def test_a_mass_in_a_guide_adds_to_the_unbalance_of_its_rotor_as_it_moves_out(sense: float, angle: float, share: float) -> None:
+    """0.02 kg m, and 0.2 kg that is 3 cm further out than where it is balanced; the second rotor has nothing of it."""
+    rotors = [{"kind": "rotor", "name": n, "mass": 2.0, "unbalance": 0.02, "inertia": 1.0} for n in "ab"]
+    pendulum = {"kind": "switchable-pendulum", "name": "p", "about": "a", "mass": 0.3, "damping": 0.02, "moving_mass": 0.2}
+    pendulum |= {"inner_stop": 0.05, "outer_stop": 0.09, "stiffness": 300.0, "preload": 20.0}
+    of = machine_from({"carrier": CARRIER, "bodies": [*rotors, pendulum]})
+    time = np.linspace(0.0, 10.0, 241)
+    motion = {f"{n}.speed": sense * W + 0 * time for n in "abp"} | {f"{n}.angle": sense * W * time for n in "ab"}
+    motion |= {"p.angle": sense * W * time + angle, "p.displacement": 0.03 + 0 * time}
+    states = np.array([motion.get(name, 0 * time) for name in of.state_names])
+    values = np.array(of.system.values(of.values))
+    watch = observer(of)
+    found = watch.update(watch.begin(), Trajectory(time, states, {}, values, 10.0, states[:, -1]))
+    of_first, of_second = (found.rotors[n].last(1.0).greatest_sum for n in "ab")
+    assert of_first == pytest.approx(share) and of_second == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

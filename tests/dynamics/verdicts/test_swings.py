@@ -89,6 +89,14 @@ def test_the_same_swing_on_a_shaken_carrier_may_go_on():
     assert judged(shaken(), shape, until=100.0, free=None).outcome == "unidentified"
 
 
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_so_it_stops_after_it_has_made_some_turns_itself(sense):
+    """A swing that loses energy, after six turns within some seconds: these are no other rotor's, which could give energy."""
+    shape = swinging(falling(0.6, 0.4, 1.0 - falling(0.6, 0.4)(0.0)))
+    found = judged(braked(), lambda t: shape(t) - sense * 6 * W * np.exp(-t / 3), until=100.0, free=None)
+    assert found.outcome == "stopped"
+
+
 @pytest.mark.parametrize("turns", [0.0, 1.0])
 def test_the_same_swing_beside_a_rotor_that_turns_may_go_on(turns):
     """What turns has energy to give, through the carrier."""

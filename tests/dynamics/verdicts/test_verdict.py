@@ -204,6 +204,18 @@ def test_bodies_that_change_the_residual_by_a_tenth_are_not_at_rest_for_twelve_t
     assert found.needed_time == (None if outcome == "passed" else just_over(DECAYS * DECAY))
 
 
+@pytest.mark.parametrize(("sense", "decay"), [(1.0, DECAY), (-1.0, (0.1 + 2e-4) / 2.5e-3)])
+def test_the_slowest_decay_is_that_at_the_speed_in_its_sense(sense, decay):
+    """The torque of the drive falls steeply at a turn a second counter-clockwise, and hardly at one clockwise."""
+    points = [[-k * W, 2.5e-3 * (k - 1) * W] for k in (3, 2, 0.5, 0)] + [[0.5 * W, 0.05 * W], [3 * W, -0.2 * W]]
+    of = machine(carrier(W / 2), with_balls("a"), {"on": "d", "kind": "table", "points": points})
+    rotor, ball = steady, swinging_between(1.6 * (1 - 0.12), 1.6)
+    found = judged(of, lambda t: sense * rotor(t), lambda t: sense * ball(t), until=12.5 * DECAY, free=sense * W)
+    assert found.assessment.sense == sense
+    assert found.outcome == ("passed" if decay == DECAY else "unidentified")
+    assert found.needed_time == (None if decay == DECAY else just_over(DECAYS * decay))
+
+
 @cache
 def with_two_balls():
     return machine(carrier(W / 2), with_balls("a", "b"), linear(W))

@@ -2,12 +2,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from known_orbits import PLANE, SPEED, P, X, Y, placed, planar
-from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, Reference
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.collocation.solutions import with_exact_tolerance
 from wucht.numerics.periodic.cycle_starts import cycle_from_nodes
@@ -35,8 +36,17 @@ def problem(intervals: int, degree: int) -> tuple[BoundaryValueProblem, np.ndarr
     return replace(made, reference=made.reference_from(unknowns)), unknowns
 
 
-def test_the_jacobian_is_that_of_differences() -> None:
+def square_and_product(y: np.ndarray, parameters: np.ndarray, _: Reference) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A condition on an integral with both states and both parameters: of y_0^2 + y_1 P_0 P_1."""
+    (a, b), ones = parameters, np.ones(y.shape[1])
+    by_parameters = np.array([[b * y[1], a * y[1]]])
+    return (y[0] ** 2 + a * b * y[1])[None], np.array([[2 * y[0], a * b * ones]]), by_parameters
+
+
+@pytest.mark.parametrize("integrand", [None, square_and_product])
+def test_the_jacobian_is_that_of_differences(integrand: Any) -> None:
     p, unknowns = problem(3, 2)
+    p = p if integrand is None else replace(p, integrand=integrand)
     unknowns = unknowns + 0.1 * np.random.default_rng(0).normal(size=len(unknowns))
     row = np.random.default_rng(1).normal(size=len(unknowns))
     _, jacobian = p.residual(unknowns)
@@ -100,8 +110,11 @@ def test_what_is_carried_to_another_mesh_keeps_its_values_and_phase() -> None:
     assert np.abs(moved - known(other.nodes)).max() < p.error(unknowns).max() * 5
 
 
-def test_parameters_and_outline_do_not_depend_on_the_phase() -> None:
+def test_parameters_and_outline_do_not_depend_on_the_phase_nor_on_the_mesh() -> None:
     p, unknowns = problem(40, 4)
     shifted = np.append(known(p.mesh.nodes - 0.3), [PERIOD, 1.0])
+    uneven = Mesh(np.linspace(0, 1, 41) ** 1.5, 4)
     a, b = p.outline(unknowns)[0], p.outline(shifted)[0]
+    c = replace(p, mesh=uneven).outline(np.append(known(uneven.nodes), [PERIOD, 1.0]))[0]
     np.testing.assert_allclose(a, b, atol=1e-4)
+    np.testing.assert_allclose(a, c, atol=1e-4)

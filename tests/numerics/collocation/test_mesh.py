@@ -65,6 +65,20 @@ def test_the_error_is_estimated_and_so_is_what_an_accuracy_needs(degree: int) ->
     assert 1 / 4 < reached / accuracy < 4
 
 
+def test_the_error_of_a_function_that_does_not_return_is_large_where_it_is_steep() -> None:
+    """At its begin and not at its end, or the other way; of one that returns the end is beside the begin."""
+    mesh = Mesh.even(40, 4)
+    falls = np.exp(-20 * mesh.nodes)[:, None]
+    error = mesh.error(falls, False)
+    true = np.array([
+        np.abs(mesh.interpolate(falls, at)[:, 0] - np.exp(-20 * at)).max()
+        for at in np.linspace(mesh.edges[:-1], mesh.edges[1:], 101).T
+    ])  # fmt: skip
+    assert (np.diff(error) <= 0).all() and error / true == pytest.approx(np.ones(40), rel=0.75)
+    assert mesh.error(falls[::-1], False) == pytest.approx(error[::-1], rel=1e-6)
+    assert mesh.error(falls, True)[-1] > 1e3 * error[-1]
+
+
 def test_values_at_both_ends_and_on_edges() -> None:
     mesh = Mesh(EDGES, 4)
     values = layer(mesh.nodes)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -208,3 +211,23 @@ def test_the_direction_of_the_curve_of_solutions() -> None:
     assert off[0] / off[1] == pytest.approx(4.0, rel=0.1) and off[0] < 1e-2
     nearer, _ = solve_across_row(problem, u + 1e-3 * tangent, row, -1, 25, 1e-10)
     assert (nearer - u) / 1e-3 == pytest.approx(tangent, rel=1e-2, abs=1e-3)
+
+
+def test_an_unknown_that_must_be_positive_is_not_solved_for_beyond_zero() -> None:
+    """(u + 1)(u - 2) = 0 from 0.4: Newton's method goes to u = -1 from there; from 1.6 it goes to 2."""
+
+    def residual(unknowns: np.ndarray) -> tuple[np.ndarray, float]:
+        u = float(unknowns[0])
+        return np.array([(u + 1) * (u - 2)]), 2 * u - 1
+
+    def solution(slope: float, _row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
+        return np.array([sides[0] / slope, sides[1]]), 0
+
+    problem: Any = SimpleNamespace(scale=np.ones(2), residual=residual, solution=solution)
+    row = np.array([0.0, 1.0])
+    unknowns, _ = solve_across_row(problem, np.array([1.6, 0.5]), row, 0, 40, 1e-12)
+    assert unknowns == pytest.approx([2.0, 0.5])
+    with failed("no-convergence"):
+        solve_across_row(problem, np.array([0.4, 0.5]), row, 0, 40, 1e-12)
+    with_any_sign, _ = solve_across_row(problem, np.array([0.4, 0.5]), row, 1, 40, 1e-12)
+    assert with_any_sign == pytest.approx([-1.0, 0.5])

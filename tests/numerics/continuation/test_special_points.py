@@ -61,10 +61,12 @@ def test_the_least_eigenvalue_with_the_sign_of_the_product() -> None:
         (1.0, -0.1, -1.0, False),  # a change of sign is no secret
         (1.0, 0.09, 1.0, True), (1.0, 0.16, 1.0, True), (1.0, 0.18, 1.0, False),  # 0.05 of the bend, 4 (1 - m)
         (0.0, 1e-12, 0.0, False), (0.0, -1e-3, 0.0, True), (1e-12, -1e-3, 1e-12, True),
+        (0.0, 0.5, 1.0, False), (0.0, -0.1, 1.0, True), (1e-12, 0.5, -1.0, True), (1e-12, -0.5, -1.0, False),  # from zero
     ],
 )  # fmt: skip
 def test_a_parabola_that_passes_zero_within_a_step(a: float, m: float, b: float, passes: bool) -> None:
-    assert _dips(a, m, b, 1e-9) is passes and _dips(b, m, a, 1e-9) is passes
+    for sign in (1.0, -1.0) if max(abs(a), abs(b)) > 1e-9 else (1.0,):
+        assert _dips(sign * a, sign * m, sign * b, 1e-9) is passes and _dips(sign * b, sign * m, sign * a, 1e-9) is passes
 
 
 def test_eigenvalues_are_matched_to_the_closest_and_its_extrapolation() -> None:

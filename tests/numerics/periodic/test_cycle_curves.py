@@ -196,3 +196,25 @@ def test_the_integrals_are_taken_in_terms_of_the_sizes(kind: str) -> None:
     square = (4.0 / 2) ** 2 + (20.0 / 10) ** 2 - 1 + (0.5**2 if kind == "fold" else 0.0)
     assert rows[:2, 0] == pytest.approx([across, square])
     assert by_states[:2, :, 0] == pytest.approx(np.array([[2.0, 0.5, 0.0, 0.0], [0.0, 0.0, 2.0, 0.4]]))
+
+
+@pytest.mark.parametrize(
+    ("kind", "columns", "q"), [("fold", 1, 4), ("period-doubling", 1, 3), ("torus", 2, 4), ("branch-point", 1, 5)]
+)
+def test_the_changes_of_the_integrals_are_those_of_differences(kind: str, columns: int, q: int) -> None:
+    n = 2 * (1 + columns)
+    rng = np.random.default_rng(0)
+    sizes = rng.uniform(1.0, 3.0, n + q)
+    _, integrand = cycle_curves._conditions(kind, 2, np.zeros(2), sizes)
+    reference = Reference(rng.normal(size=(n, 3)), rng.normal(size=(n, 3)))
+    y, parameters = rng.normal(size=(n, 3)), rng.normal(size=q)
+    rows, by_states, by_parameters = integrand(y, parameters, reference)
+    assert rows.shape == (q - 1, 3)
+    for k in range(n):
+        h = 1e-6 * np.eye(n)[k][:, None]
+        up, down = (integrand(y + s * h, parameters, reference)[0] for s in (1, -1))
+        np.testing.assert_allclose(by_states[:, k], (up - down) / 2e-6, atol=1e-8)
+    for k in range(q):
+        h = 1e-6 * np.eye(q)[k]
+        up, down = (integrand(y, parameters + s * h, reference)[0] for s in (1, -1))
+        np.testing.assert_allclose(by_parameters[:, k], (up - down) / 2e-6, atol=1e-8)

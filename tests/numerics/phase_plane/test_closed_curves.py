@@ -117,6 +117,7 @@ def test_a_closed_curve_attracts_by_its_multiplier() -> None:
     [
         ([1.0, -2.0], "saddle"), ([-1.0, -2.0], "stable node"), ([1.0, 2.0], "unstable node"), ([2j, -2j], "centre"),
         ([-1 + 2j, -1 - 2j], "stable focus"), ([1 + 2j, 1 - 2j], "unstable focus"), ([0.0, -1.0], "degenerate"),
+        ([1.0, 0.0], "degenerate"),
         ([0.0, 0.0], "degenerate"), ([1e-10 + 1j, 1e-10 - 1j], "centre"), ([1e-8 + 1j, 1e-8 - 1j], "unstable focus"),
         ([-1.0, 0.9e-9], "degenerate"), ([-1.0, 1.1e-9], "saddle"),
     ],
@@ -132,7 +133,10 @@ def test_a_window_around_fixed_points(monkeypatch: pytest.MonkeyPatch) -> None:
         states = [SimpleNamespace(state=np.array(p)) for p in points]
         monkeypatch.setattr(fixed_points, "fixed_points", lambda _: SimpleNamespace(points=states))
         computed = window_around(FLAT.system, {}, np.array(low), np.array(high))
-        assert computed is not None
+        states[:] = [SimpleNamespace(state=-np.array(p)) for p in points]
+        mirrored = window_around(FLAT.system, {}, -np.array(high), -np.array(low))
+        assert computed is not None and mirrored is not None
+        assert (-mirrored[1]).tolist() == computed[0].tolist() and (-mirrored[0]).tolist() == computed[1].tolist()
         return computed[0].tolist(), computed[1].tolist()
 
     free = [math.nan, math.nan]

@@ -117,3 +117,12 @@ def test_what_is_no_saddle_of_the_plane_is_refused() -> None:
         Plane(System((X, Y, z), (X, Y, z)), {}, np.zeros(3), np.ones(3))
     with rejected("time-dependent"):
         Plane(System((X, Y), (X, Y * TIME)), {}, np.zeros(2), np.ones(2))
+
+
+def test_the_manifolds_of_both_sides_are_as_long_where_these_are_alike() -> None:
+    """x' = x, y' = -y: along the axes, half a window each way, from the saddle on."""
+    alike = manifolds(portrait(System((X, Y), (X, -Y)), (-1.0, -2.0), (1.0, 2.0)))
+    assert [m.curve.length for m in alike] == pytest.approx([0.5] * 4, rel=2e-3)
+    assert [m.curve.end for m in alike] == [OUTSIDE_WINDOW] * 4
+    forth, back = (m.curve.length for m in alike if not m.stable)
+    assert forth == pytest.approx(back, rel=1e-9)
