@@ -380,6 +380,34 @@ def test_notes_on_a_measured_acceleration(share: float, ratio: float, begins: li
     assert len(notes) == len(begins) and all(n.startswith(b) for n, b in zip(notes, begins, strict=True))
 
 
+def test_orders_that_a_record_holds_are_warned_of_where_they_are_significant_and_matter() -> None:
+    """Above three standard errors, and above a thousandth of the mean speed of 50 rad/s; of 1 and 2 the fit itself warns."""
+    omitted = [(1, 9.0, 0.1), (3, 0.06, 0.019), (4, 0.06, 0.021), (5, 0.04, 0.001), (6, 0.5, 0.01)]
+    drive: Any = SimpleNamespace(speed=SimpleNamespace(pulses_per_turn=None, index="mark"))
+    fit: Any = SimpleNamespace(
+        warnings=("a doubt",), unit="rad/s", origin=0.0, speed=SimpleNamespace(mean=50.0),
+        notable=lambda: [OmittedOrder(*one, 0.0) for one in omitted],
+    )  # fmt: skip
+    assert preparing._record_notes(drive, fit) == (
+        "a doubt",
+        "Order 3 is left out, but the record holds 0.12% of the speed in it.",
+        "Order 6 is left out, but the record holds 1.00% of the speed in it.",
+    )
+
+
+def test_the_contour_of_a_groove_is_hollow_outside_and_bulges_inside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a cam that hardly moves its rod: circles, a roller's radius inside and outside of the distance."""
+    monkeypatch.setattr(running, "shapes", lambda cams, allow_undercut: dict.fromkeys(cams))
+    law = {"kind": "harmonic", "coefficients": {"cosine": ["1 um"]}}
+    rod = {"kind": "translating-roller", "distance": "60 mm", "roller_radius": "12 mm", "groove": True}
+    groove = prepare(CamCorrection(points=36), cam_drive_from({"law": law, "follower": rod, "speed": SPEED}, "Groove", None))
+    for name, radius, material in (("cam", 0.048, 1), ("outer", 0.072, -1)):
+        flank = running._contour(groove, name, groove.before[name], ANGLES)
+        assert np.abs(flank.points) == pytest.approx(np.full(36, radius), rel=1e-4)
+        assert flank.curvature == pytest.approx(np.full(36, material / radius), rel=1e-2)
+        assert (flank.normals.conj() * flank.points).real == pytest.approx(np.full(36, radius), rel=1e-3), "outwards"
+
+
 # --- the figure ---
 
 

@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
+from tests.refusals import refused
 
 from wucht.dynamics.run_ups.deviations import ComparedMotion
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.work import Work
 from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.run_up import combined_runs, computation, dataset
 from wucht.studies.run_up.computation import numbers, prepare
 from wucht.studies.run_up.dataset import _bearing_forces, _bearings, _MotionLimits, _observe_limits, _sampling_warnings
-from wucht.studies.run_up.figure import _limits, mean_phase
+from wucht.studies.run_up.figure import _limits, _orbit, mean_phase
 from wucht.studies.run_up.spec import RunUp
 
 TIME = np.linspace(0.0, 10.0, 11)
@@ -257,8 +260,6 @@ def test_the_mean_phase_is_that_of_the_bodies_to_the_rotor() -> None:
 
 
 def test_limits_are_drawn_over_the_spans_that_begin_in_the_panel() -> None:
-    from matplotlib.figure import Figure
-
     ends = np.array([1.0, 2.0, 3.0, 4.0])
     result = xr.Dataset(
         {"span_end": ("span", ends), "least_speed": ("span", ends), "greatest_speed": ("span", 10.0 + ends)}, {"time": TIME}
@@ -270,3 +271,51 @@ def test_limits_are_drawn_over_the_spans_that_begin_in_the_panel() -> None:
     corners = np.array([path.vertices for path in band.get_paths()])[0]
     assert (corners[:, 0].min(), corners[:, 0].max()) == (0.0, 2.0)
     assert (corners[:, 1].min(), corners[:, 1].max()) == (2.0, 24.0)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_the_orbit_is_that_of_the_last_turns_and_of_each_mount(sense: int) -> None:
+    """The deck moves on a circle of 1 mm and rocks by a hundredth; a mount goes round its centre of mass. Before, it rests."""
+    turns = np.linspace(0.0, 12.0, 2401)
+    angle, late = sense * 2 * math.pi * turns, turns >= 6.9
+    x, y, rock = (late * w for w in (1e-3 * np.cos(angle), 1e-3 * np.sin(angle), 1e-2 * np.sin(angle)))
+    result = xr.Dataset(
+        {"angle": (("body", "time"), [angle]), "displacement": (("direction", "time"), [x, y, rock]),
+         "mount_x": ("mount", [0.5, -0.25]), "mount_y": ("mount", [0.1, 0.3]),
+         "amplitude": ("time", x, {"units": "m", "long_name": "amplitude"})},
+        {"direction": ["x", "y", "r"], "time": turns},
+    )  # fmt: skip
+    axis = Figure().add_subplot()
+    _orbit(axis, SimpleNamespace(result=result))  # type: ignore[arg-type]
+    shown = turns >= 7.0 - 1e-9
+    for line, place in zip(axis.get_lines(), (0.0, 0.5 + 0.1j, -0.25 + 0.3j), strict=True):
+        moved = 1e3 * (x + 1j * y + place * np.exp(1j * rock))[shown]
+        drawn = np.asarray(line.get_xdata()) + 1j * np.asarray(line.get_ydata())
+        assert drawn == pytest.approx(moved - moved.mean(), abs=2e-2)
+
+
+# --- the run ---
+
+
+def test_partial_runs_are_reported_of_the_first_case_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of later ones they would count as finished."""
+    monkeypatch.setattr(computation, "run_up", lambda case, part: iter([(f"{case} half",), (f"{case} whole",)]))
+    plan: Any = SimpleNamespace(cases=[SimpleNamespace(run=name) for name in "ab"], several=True)
+    found = [(f.motions, f.finished_count) for f in computation.run(plan, Work())]
+    a, b = ("a whole",), ("b whole",)
+    assert found == [((("a half",),), 0), ((a,), 0), ((a,), 1), ((a, b), 2)]
+
+
+@pytest.mark.parametrize(("dimensionless", "labels", "allowed"), [
+    (False, ("x", "y"), True), (True, ("x", "y"), False), (False, ("x", "r"), False),
+])  # fmt: skip
+def test_a_deck_is_that_of_a_machine_with_units_that_moves_up_and_down(
+    dimensionless: bool, labels: tuple[str, ...], allowed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(RunUpCase, "of", lambda machine, start, settings: SimpleNamespace(machine=machine))
+    machine: Any = SimpleNamespace(dimensionless=dimensionless, labels=labels)
+    if allowed:
+        assert computation._case(RunUp(until=1.0, deck=0.1), machine, {}, None).label == ""
+        return
+    with refused("study.deck", given=0.1):
+        computation._case(RunUp(until=1.0, deck=0.1), machine, {}, None)
