@@ -115,7 +115,7 @@ def test_what_an_order_leaves_that_nobody_corrects_for():
         assert 0.9 < more / known[f"order {j} left out of the correction"] < 1.3
     beyond = residual_of_extra_order(LAW, 5, whole, 9, 0.5)  # an order above those of the speed
     assert 0.01 < beyond == pytest.approx(residual_of_extra_order(LAW, 5, whole, 9, 0.25) * 2, rel=0.05)
-    assert residual_of_extra_order(LAW, 5, whole, 1, 1e-9) < 1e-8, "beside what the speed has of that order already"
+    assert residual_of_extra_order(LAW, 5, whole, 2, 1e-9) < 1e-8, "beside what the speed has of that order already"
     with refused("speed", given=None):
         residual_of_extra_order(LAW, 5, whole, 1, OMEGA)
 

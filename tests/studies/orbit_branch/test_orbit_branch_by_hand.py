@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from tests.hand_made import titled, warnings_of, with_answer
 from tests.refusals import refused
 
@@ -300,15 +301,18 @@ def test_values_at_the_ends_of_the_range_are_in_it(monkeypatch: pytest.MonkeyPat
 
 
 def test_orbits_are_drawn_from_their_least_speed_over_one_period() -> None:
-    """Circles of radius sqrt mu at the speed 2 + mu: x = -sqrt(mu) cos(2 + mu) t."""
-    from matplotlib.figure import Figure
-
+    """Circles of radius sqrt mu at the speed 2 + mu: x = -sqrt(mu) cos(2 + mu) t, and as stored, the period repeated."""
     made = result()
     for share in (False, True):
         axis = Figure().add_subplot()
         orbit_figure._runs(axis, made, [0, 1], "orbit_speed", share)
-        for line, mu in zip(axis.get_lines(), made.orbit_value.values, strict=True):
+        for k, (line, mu) in enumerate(zip(axis.get_lines(), made.orbit_value.values, strict=True)):
             x, y = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
             turned = 2 * np.pi * x if share else (2 + mu) * x
             assert x[0] == 0.0 and turned[-1] == pytest.approx(2 * np.pi, rel=1e-4) and (np.diff(x) > 0).all()
             assert y == pytest.approx(-np.sqrt(mu) * np.cos(turned), abs=0.05 * np.sqrt(mu))
+            time, stored = made.orbit_time.values[k], made.orbit_speed.values[k]
+            begin = time[stored[:-1].argmin()]
+            assert y == pytest.approx(
+                np.interp(begin + turned / turned[-1] * time[-1], time, stored, period=time[-1]), abs=1e-9
+            )
