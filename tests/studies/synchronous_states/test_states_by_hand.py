@@ -154,3 +154,54 @@ def test_multipliers_are_computed_of_a_limited_number_of_states(full: bool, monk
     expected = [later, later, never] if full else [none] * 3
     assert all(words in reason for words, reason in zip(expected, reasons, strict=True))
     assert [len(states) for states in computed] == ([2] if full else [])
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_speeds_of_the_question_have_the_sense_of_the_rotor(sense: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("_state_quantities", "_body_quantities", "_map_quantities", "natural_vibrations", "_warnings"):
+        monkeypatch.setattr(dataset, name, lambda *given: [])
+    machine = SimpleNamespace(units=SimpleNamespace(speed="rad/s"))
+    search = SimpleNamespace(complete=True, evidence="")
+    findings: Any = SimpleNamespace(search=search, configurations=[], map=None)
+    for fixed, limits in ((100.0, None), (None, (50.0, 200.0))):
+        torques = SimpleNamespace(senses=np.array([sense, 1.0]), fixed_speed=fixed, machine=machine, is_coaxial=True)
+        plan: Any = SimpleNamespace(torques=torques, machine=machine, speeds=limits, spec=SimpleNamespace(full=False))
+        s = dataset.dataset(plan, findings).wucht.summary
+        assert s["speed"] == (None if fixed is None else sense * 100.0)
+        assert s["range"] == (None if limits is None else [sense * 50.0, sense * 200.0])
+
+
+@pytest.mark.parametrize(("slow", "full", "warned"), [
+    (True, False, True), (False, True, True), (True, True, False),
+    (True, None, False), (None, True, False), (None, None, False),
+])  # fmt: skip
+def test_equations_disagree_where_both_decide(slow: bool | None, full: bool | None, warned: bool) -> None:
+    state: Any = SimpleNamespace(
+        slow=SimpleNamespace(stable=slow), full=SimpleNamespace(stable=full), phases={"p": np.pi}, name="opposed", reason="why"
+    )
+    plan: Any = SimpleNamespace(machine=SimpleNamespace(bodies=[], tracks=[]), map=None)
+    findings: Any = SimpleNamespace(search=SimpleNamespace(complete=True), map=None)
+    warnings = dataset._warnings(plan, findings, [state])
+    assert warnings == ["opposed at phases 180 degrees: averaged and full equations disagree; why"] * warned
+
+
+def test_growth_in_either_equations_is_that_of_the_leading_exponent() -> None:
+    slow, full = SimpleNamespace(stable=True, leading=-1.0 + 2.0j), SimpleNamespace(stable=False, leading=0.5 - 3.0j)
+    names = (
+        "name",
+        "type",
+        "speed",
+        "phases",
+        "residual",
+        "share",
+        "amplitude",
+        "stable_share",
+        "verdict",
+        "overlapping",
+        "reason",
+    )
+    state = SimpleNamespace(dimension=0, multiplicity=1, is_indifferent=False)
+    one: Any = SimpleNamespace(**dict.fromkeys(names), slow=slow, full=full, state=state, throw=None)
+    entry = dataset._state_entry(one)
+    assert (entry["growth_slow"], entry["growth_full"]) == (-1.0, 0.5)
+    assert (entry["stable_slow"], entry["stable_full"]) == (True, False)
