@@ -115,6 +115,7 @@ def test_what_an_order_leaves_that_nobody_corrects_for():
         assert 0.9 < more / known[f"order {j} left out of the correction"] < 1.3
     beyond = residual_of_extra_order(LAW, 5, whole, 9, 0.5)  # an order above those of the speed
     assert 0.01 < beyond == pytest.approx(residual_of_extra_order(LAW, 5, whole, 9, 0.25) * 2, rel=0.05)
+    assert residual_of_extra_order(LAW, 5, whole, 2, 1e-9) < 1e-8, "beside what the speed has of that order already"
     with refused("speed", given=None):
         residual_of_extra_order(LAW, 5, whole, 1, OMEGA)
 
@@ -162,6 +163,10 @@ def test_the_delay_of_a_measured_acceleration(degrees):
     assert math.degrees(delay) == pytest.approx(degrees, abs=1e-6)
     assert share == pytest.approx(1.0, abs=1e-12)
     assert comparison.share <= share + 1e-12
+    twice = FourierSeries(7.0, 2 * measured.cosine, 2 * measured.sine)
+    late, share = compare_with_measurement(twice, LAW, of).best_delay
+    assert math.degrees(late) == pytest.approx(degrees, abs=1e-6)
+    assert share == pytest.approx(0.75, abs=1e-12), "half of each amplitude is left, a quarter of the mean square"
 
 
 @pytest.mark.parametrize("mean", [0.0, 3.0, -9.81])

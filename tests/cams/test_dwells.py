@@ -1,6 +1,7 @@
 """Dwells of laws, and how far a motion is off them: by values known by pencil; lengths of the arms of outputs."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -41,3 +42,9 @@ def test_a_standard_law_rests_where_it_neither_rises_nor_returns():
 def test_the_arm_of_an_output_that_turns(tables, arm):
     law = {"kind": "harmonic", "coefficients": {"cosine": [0.001]}}
     assert cam_drive_from({"law": law, **tables}, "", None).output_arm == arm
+
+
+def test_a_restriction_to_a_band_is_a_dwell_in_its_middle():
+    bands = (SimpleNamespace(begin=1.0, end=2.0, low=0.1, high=0.3), SimpleNamespace(begin=3.0, end=4.0, low=-0.2, high=-0.2))
+    law = SimpleNamespace(dwells=bands)
+    assert [(d.begin, d.end, d.value) for d in dwells_of(law)] == [(1.0, 2.0, pytest.approx(0.2)), (3.0, 4.0, -0.2)]

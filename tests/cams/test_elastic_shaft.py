@@ -231,3 +231,12 @@ def test_newtons_method_has_as_many_steps_as_it_is_given(monkeypatch):
     monkeypatch.setattr(elastic_shaft, "_MOST_STEPS", needed - 1)
     with failed("no-convergence"):
         SHAFT.periodic_motion(load, DRIVE, OMEGA, 32)
+
+
+def test_a_flywheel_may_be_fast_for_a_while_if_it_never_stands_still():
+    """phi_d' = 1 + 0.9 cos tau + 0.3 cos 2 tau: from 0.36 to 2.2. With the other sign it would turn back."""
+    uneven, mirrored = (FourierSeries.of(0.0, [], [sign * 0.9, sign * 0.15]) for sign in (1, -1))
+    found = ElasticShaft(1e-3, 1e6).periodic_motion(OriginalCam(LAW, 0.0), uneven, OMEGA)
+    assert found.speed.bounds == pytest.approx(np.array(uneven.derivative().bounds) * OMEGA + OMEGA, rel=1e-3)
+    with refused("drive", given=None):
+        SHAFT.periodic_motion(OriginalCam(LAW, 0.0), mirrored, OMEGA)

@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from tests.refusals import failed, refused
 from wucht.cams import prediction
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.laws.synthesis import equiripple
-from wucht.cams.prediction import CamShaft, _newton
+from wucht.cams.prediction import CamShaft, _newton, unresolved_share
 from wucht.errors import InputError, RunError
 from wucht.numerics.fourier_series import FourierSeries, differentiation, even_angles
 
@@ -451,3 +452,11 @@ def test_a_balance_of_positive_unknowns() -> None:
         with pytest.raises(RunError) as raised:
             _newton(balance, np.array([1.0]), lambda: "take a larger flywheel")
         assert raised.value.code == "no-convergence" and ": take a larger flywheel, or a drive" in str(raised.value)
+
+
+def test_unresolved_are_the_highest_quarter_of_the_orders():
+    """Of 1024: from the 769th on; in shares of the mean speed."""
+    for order, share in ((768, 0.0), (769, 1e-4), (1023, 1e-4)):
+        cosine = np.zeros(1024)
+        cosine[order - 1] = 5e-3
+        assert unresolved_share(SimpleNamespace(speed=FourierSeries.of(50.0, cosine), mean=50.0)) == pytest.approx(share)

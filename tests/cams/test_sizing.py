@@ -14,6 +14,7 @@ from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller, smallest_rod_cam
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.cams.sizing import smallest_cam
+from wucht.cams.sizing.layout import Layout
 from wucht.cams.sizing.smallest_cam import _Rays
 from wucht.numerics.fourier_series import FourierSeries
 
@@ -373,3 +374,16 @@ def test_the_outline_of_a_flat_face_holds_where_it_is_touched(clockwise):
     touched = (1 if clockwise else -1) * LIFT(np.linspace(0, TURN, 721), 1)
     assert (outline.face_from, outline.face_to) == (touched.min(), touched.max())
     assert abs(outline.face_from + outline.face_to) > 1e-4
+
+
+@pytest.mark.parametrize("clockwise", [True, False])
+@pytest.mark.parametrize("inward", [1, -1])
+def test_cones_are_narrower_on_the_way_that_permits_less_and_at_rest(inward, clockwise):
+    """A lever that comes in as its law rises, or goes out: 20 deg are permitted outwards, 40 deg inwards, both in a dwell."""
+    guide = OscillatingRoller.model_construct(pivot=0.0, arm=ARM, roller_radius=ROLLER, angle=0.0)
+    layout = Layout(DWELLS, guide, clockwise, inward, (math.tan(20 * DEG), math.tan(40 * DEG)))
+    rising, dwelling, returning = layout.cones(np.array([0.7, 2.0, 3.7]))[2]
+    out, back = (returning, rising) if inward > 0 else (rising, returning)
+    assert np.degrees(np.arctan([out, dwelling, back])) == pytest.approx([20.0, 20.0, 40.0])
+    inner, outer = (ARM * np.exp(1j * value) for value in ((24 * DEG, 0.0) if inward > 0 else (0.0, 24 * DEG)))
+    assert layout.ends == (pytest.approx(inner), pytest.approx(outer))

@@ -14,6 +14,7 @@ from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
+from wucht.cams.undercut import least_radius
 from wucht.errors import InputError
 from wucht.numerics.angles import GRID
 from wucht.numerics.fourier_series import FourierSeries
@@ -240,3 +241,12 @@ def test_radii_are_lengths():
     assert there.convex.radius == pytest.approx(1000 * here.convex.radius, rel=1e-9)
     assert there.hollow.radius == pytest.approx(1000 * here.hollow.radius, rel=1e-6)
     assert np.array(there.missing) == pytest.approx(np.array(here.missing), abs=1e-8)
+
+
+def test_a_straight_flank_has_no_radius_and_a_round_one_has():
+    """Curvatures of rounding are none, of either sign; the least radius is that where it bends most."""
+    circle = lambda phi: np.exp(1j * phi)  # noqa: E731
+    for rounding in (0.0, 1e-11, -1e-11):
+        assert least_radius(circle, lambda phi, by=rounding: by * (2 + np.cos(phi))) is None
+    bent = least_radius(circle, lambda phi: -4.0 * np.exp(-4 * (1 - np.cos(phi - 2.0))))
+    assert (bent.radius, bent.phi) == (pytest.approx(0.25), pytest.approx(2.0, abs=1e-4))

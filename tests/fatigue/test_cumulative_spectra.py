@@ -97,3 +97,6 @@ def test_a_shifted_spectrum_makes_up_for_a_difference() -> None:
     target, asked, got = of([2.0, 1.0], [1.0, 3.0]), of([3.0, 1.0], [1.0, 3.0]), of([2.5, 0.5], [2.0, 6.0])
     assert shift_spectrum(target, asked, got).ranges.tolist() == [5.0, 3.0]
     assert shift_spectrum(of([0.2], [4.0]), got, asked).ranges.tolist() == [0.0]
+    # Two cycles each stand for half of all: at a quarter and three quarters of them the others differ by 3 and by 1.
+    apart = of([5.0, 2.0], [0.3, 0.7]), of([2.0, 1.0], [0.3, 0.7])
+    assert shift_spectrum(of([2.0, 1.0], [2.0, 2.0]), *apart).ranges.tolist() == [10.0, 4.0]

@@ -1,6 +1,10 @@
 """What is fastened to the carrier: from a file and in Python, paths and schedules, studies that know it, what is refused."""
 
+import math
+from types import SimpleNamespace
+
 import pytest
+import sympy as sp
 from tests.refusals import refused
 
 from witness import moved
@@ -10,6 +14,7 @@ from wucht.analysis.switching import with_rigid_pendulums
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.parts import attachments
+from wucht.machines.parts.base import Point
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
@@ -177,3 +182,15 @@ def test_of_several_stops_the_pressed_one_is_doubted_where_the_carrier_rests() -
     assert made.rest == pytest.approx([0.0, -5 * 9.81 / 8e3])
     (doubt,) = [w for w in made.warnings if "near" in w or "buffer" in w]
     assert "near" in doubt
+
+
+def test_the_velocity_along_a_line_is_the_rate_of_the_displacement():
+    """d(x cos + y sin)/dt, of a line in any direction."""
+    x, y, vx, vy = sp.symbols("x y vx vy", real=True)
+    frame = SimpleNamespace(axis=lambda name: Point(x, y, vx, vy))
+    stop = parts.EndStop(name="s", angle="30 deg", gap=0.01, stiffness=1.0, damping=0.0)
+    displacement, velocity = stop.line_motion(frame)
+    assert sp.simplify(sp.diff(displacement, x) * vx + sp.diff(displacement, y) * vy - velocity) == 0
+    assert stop.motion(frame) == (velocity,)
+    at = {sp.Symbol("s.angle", real=True): math.radians(30), x: 2.0, y: 1.0}
+    assert float(displacement.subs(at)) == pytest.approx(math.sqrt(3) + 0.5)

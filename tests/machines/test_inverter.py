@@ -228,3 +228,11 @@ def test_on_a_turning_carrier_it_sees_the_speed_between_rotor_and_stator() -> No
     assert rows["carrier.r"] == pytest.approx(known[2], abs=2e-6)
     assert np.abs(known[2]).max() > 0.01
     assert energy_gap(rows) < 1e-8
+
+
+def test_the_torque_is_a_vertical_line_at_the_speed_that_the_gear_gives_to_the_body() -> None:
+    """120 rad/s of the motor; half of that behind a gear of 2."""
+    for transmission, held in ((None, SET), ({"ratio": 2.0}, SET / 2)):
+        motor = machine_from(FIXED | {"drive": DRIVE | ({"transmission": transmission} if transmission else {})}).drives[0]
+        assert motor.held_speed() == held and motor.linearisation(held) == (math.inf, held)
+        assert motor.linearisation(0.9 * held)[0] != math.inf

@@ -1,6 +1,7 @@
 """Operation without vibration: what several drives reach together, and the inertias of their rotors."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from scipy.linalg import eigh
 
 from wucht.analysis.working_points import is_held_at_rest
 from wucht.files.building import machine_from
+from wucht.machines import operation
 from wucht.machines.operation import (
     axis_at_rest,
     common_free_speed,
@@ -227,3 +229,29 @@ def test_a_motor_that_starts_reaches_one_speed_from_any(speed):
     for machine in (held_motor(20.0), together(linear(0.3, 100.0))):
         assert free_speed_from(machine, machine.rotors[0], speed) == free_speed(machine, machine.rotors[0])
         assert not is_held_at_rest(machine)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_load_is_held_at_speed_in_either_sense(sense, monkeypatch):
+    """A torque between 60 and 150 rad/s alone, and a creep of 0.4 rad/s: the mirror image of a clockwise motor."""
+    rotor = SimpleNamespace(coordinate=SimpleNamespace(prescribed_velocity=None))
+    monkeypatch.setattr(operation, "free_speed", lambda machine, rotor, time: sense * 0.4)
+    torque = lambda w: sense * (sense * w - 60.0) * (150.0 - sense * w)  # noqa: E731
+    monkeypatch.setattr(operation, "net_torque", lambda machine, rotor: torque)
+    for speed, reached in ((120.0, 150.0), (300.0, 150.0), (20.0, 0.4), (0.1, 0.4)):
+        assert free_speed_from(None, rotor, sense * speed) == pytest.approx(sense * reached)
+
+
+@pytest.mark.parametrize(
+    ("torque", "driven"),
+    [
+        (lambda w: -0.1 * w, False),  # a brake, in either sense
+        (lambda w: 0.1 * w * (50.0 - abs(w)), True),  # as a DC motor in series with its field, once it turns
+        (lambda w: -1.0 if w <= 0 else 0.0, True),  # clockwise from standstill
+        (lambda w: 0.0, False),
+    ],
+)
+def test_a_brake_drives_nothing(torque, driven, monkeypatch):
+    monkeypatch.setattr(operation, "shaft_torques", lambda machine, rotor: (torque, None))
+    machine = SimpleNamespace(function=lambda drive, of, modules: lambda w: (drive(w),))
+    assert operation.is_driven(machine, None, 100.0) is driven

@@ -8,7 +8,7 @@ from tests.refusals import refused
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
-from wucht.machines.schedules import SCHEDULE_WORK, proportional_voltage
+from wucht.machines.schedules import SCHEDULE_WORK, Schedule, proportional_voltage
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.piecewise import interpolated_pieces
@@ -404,3 +404,9 @@ def test_a_run_up_whose_legs_end_at_a_corner():
     steps = schedule("carrier.stiffness", [0.0, 1.2e4], [0.3, 5e3], [0.75, 2e4], interpolation="steps")
     result = run(RunUp(until=1.5, start={"carrier": {"x": "3 mm"}}), machine_with(steps))
     assert result.wucht.summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.parametrize("times", [(1.0, 3.0), (1.0, 2.0, 3.0)])
+def test_a_value_holds_since_the_first_or_the_last_point_outside_of_the_points(times):
+    of = Schedule("carrier.stiffness", interpolated_pieces("k", times, tuple(range(len(times))), "linear"))
+    assert [of.holds_since(time) for time in (0.0, 1.0, 1.75, 3.0, 9.0)] == [1.0, 1.0, 1.75, 3.0, 3.0]

@@ -197,3 +197,15 @@ def test_it_may_be_locked_until_a_speed() -> None:
     assert np.abs(gap[~locked]).max() > 1.0
     assert float(result.slider_displacement.max()) > 0.05
     assert result.wucht.summary["energy_residual"] < 1e-10
+
+
+@pytest.mark.parametrize("permanent", [0.0, 2e-3, -2e-3])
+def test_a_frame_that_does_not_balance_its_mass_is_doubted(permanent):
+    """0.2 kg at 50 mm is balanced by 0.3 kg at 33.3 mm; a permanent unbalance is meant, the rest is not."""
+    table = {k: v for k, v in PENDULUM.items() if k != "kind"} | {"permanent_unbalance": permanent}
+    for length, residual in ((None, None), (0.1 / 3, None), (0.03, "0.001 kg m"), (0.04, "-0.002 kg m")):
+        doubts = parts.SwitchablePendulum(**table, **({} if length is None else {"length": length})).doubts()
+        if residual is None:
+            assert doubts == ()
+        else:
+            assert f"an unbalance of {residual} while" in doubts[0] and "with length = 0.0333333 m" in doubts[0]

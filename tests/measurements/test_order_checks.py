@@ -78,6 +78,8 @@ def test_a_sample_that_sticks_out(unit):
     refused(speed_signal(channel(t, values, unit)), f"sample 1001, at {t[1000]:.6g} s, is an outlier: it is 99999")
     values[2000] = 0.0
     refused(speed_signal(channel(t, values, unit)), "further outliers: 1; take such samples out")
+    values[500] = 0.0
+    refused(speed_signal(channel(t, values, unit)), "sample 1001, ")  # the farthest, not the first
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.5, 20.0])

@@ -145,3 +145,14 @@ def test_points_make_up_a_whole_turn(angles, outputs, sentence):
         return
     with pytest.raises(InputError, match=sentence):
         TableLaw(angles, outputs)
+
+
+@pytest.mark.parametrize("turned", [1, -1])
+@pytest.mark.parametrize("upside_down", [1, -1])
+def test_uneven_points_and_their_mirror_images_make_up_a_turn(turned, upside_down):
+    """Points 1 to 40 deg apart, 60 deg open; the one steep flank goes up or down, as the motion from the last to the first."""
+    angles = turned * np.radians([0, 1, 2, 5, 15, 25, 60, 100, 140, 180, 220, 260, 300])
+    outputs = upside_down * np.array([0.0, 0.1, 0.2, 0.5, 1.0, 1.0, 0.98, 0.97, 0.96, 0.95, 0.94, 0.93, 0.92])
+    order = np.argsort(angles)
+    law = TableLaw(angles[order], outputs[order], 3)
+    assert law(angles) == pytest.approx(outputs, abs=1e-12)

@@ -7,6 +7,7 @@ from tests.refusals import refused
 import wucht
 from wucht.cams.tables.camshaft import CamshaftDrive, ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
+from wucht.numerics.fourier_series import even_angles
 
 HELD = {"kind": "constant-speed", "speed": 100.0}
 
@@ -20,6 +21,12 @@ def test_the_motion_for_which_a_cam_is_corrected() -> None:
     assert motion.mean == pytest.approx(50.0) and motion.fluctuation == pytest.approx(0.0, abs=1e-12)
     free = wucht.CamDrive(LAW, shaft=ShaftTable(inertia=20.0, output_inertia=6.0, mean_speed=50.0)).corrected_shaft_motion
     assert free.mean == pytest.approx(50.0) and free.fluctuation > 1e-4
+    linear = {"kind": "linear", "slope": 50.0, "no_load_speed": 55.0}
+    load = {"kind": "viscous", "coefficient": 2.0}
+    driven = wucht.CamDrive(LAW, shaft=ShaftTable(inertia=20.0, output_inertia=600.0, drive=linear, loads=[load]))
+    speed = driven.corrected_shaft_motion.speed(even_angles(512))
+    assert np.mean((50 * (55 - speed) - 2 * speed) * speed) == pytest.approx(0.0, abs=1e-6 * 50 * 55**2), "work in, work out"
+    assert np.ptp(speed) > 1e-3 * speed.mean()
     with refused("speed", given=None, code="missing"):
         _ = wucht.CamDrive(LAW).corrected_shaft_motion
 

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from tests.hand_made import drawn, titled, warnings_of
 
 from wucht.files.catalogue import load_machine
 from wucht.studies.activation import computation
+from wucht.studies.activation import figure as activation_figure
 from wucht.studies.activation.computation import CURVE, ActivationRun, Findings, Plan, prepare
 from wucht.studies.activation.dataset import dataset, report
 from wucht.studies.activation.spec import Activation
@@ -355,3 +357,26 @@ def test_the_speed_counts_as_much_as_the_time(sense: float) -> None:
     curve = computation._curve(time, speed, time)
     assert int((curve[1] <= 0.4).sum()) == pytest.approx(0.55 * CURVE, abs=1)
     assert int((curve[1] <= 0.2).sum()) == pytest.approx(0.275 * CURVE, abs=1)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_pendulums_are_apart_by_the_orientation_about_their_mean_phase(count: int) -> None:
+    spec = Activation(until="1 s", orientations=["30 deg", "90 deg"], phases=2, start={"drum": 0.25})
+    names, machine = tuple(f"p{k}" for k in range(count)), MACHINE
+    for j, apart in enumerate((30.0, 90.0)):
+        for k, phase in enumerate((0.0, 180.0)):
+            run = computation._plan_run(spec, "switchable", machine, names, (0, j, k), (0.0, math.pi))
+            angles = np.degrees([run.start[name] for name in names])
+            assert angles.mean() == pytest.approx(phase, abs=1e-9) and np.diff(angles) == pytest.approx([apart] * (count - 1))
+            assert run.start["drum"] == 0.25 and (run.speed, run.orientation, run.phase) == (0, j, k)
+
+
+def test_orientations_of_which_a_run_is_missing_are_not_drawn() -> None:
+    """Their mean and range would be those of other phases."""
+    axis = Figure().add_subplot()
+    peaks = np.array([[1.0, 3.0], [5.0, math.nan], [math.nan, math.nan], [2.0, 4.0]])
+    activation_figure._band(axis, np.array([10.0, 20.0, 30.0, 40.0]), peaks, "black", "-", "rigid")
+    (line,) = axis.get_lines()
+    assert np.asarray(line.get_xdata()).tolist() == [10.0, 40.0] and np.asarray(line.get_ydata()).tolist() == [2.0, 3.0]
+    corners = np.concatenate([path.vertices for path in axis.collections[0].get_paths()])
+    assert (corners[:, 1].min(), corners[:, 1].max()) == (1.0, 4.0)

@@ -28,7 +28,7 @@ from wucht.studies.cam_correction import prepare as preparing
 from wucht.studies.cam_correction import run as running
 from wucht.studies.cam_correction.dataset import dataset, sentence
 from wucht.studies.cam_correction.prepare import MeasuredAcceleration, Plan, prepare
-from wucht.studies.cam_correction.report import report
+from wucht.studies.cam_correction.report import _position_error_text, report
 from wucht.studies.cam_correction.run import Contour, Findings, LeftOut, Proof
 from wucht.studies.cam_correction.spec import CamCorrection
 
@@ -378,6 +378,56 @@ def test_notes_on_a_measured_acceleration(share: float, ratio: float, begins: li
     comparison: Any = SimpleNamespace(share=share)
     notes = preparing._notes(comparison, "original", ratio)
     assert len(notes) == len(begins) and all(n.startswith(b) for n, b in zip(notes, begins, strict=True))
+
+
+def test_orders_that_a_record_holds_are_warned_of_where_they_are_significant_and_matter() -> None:
+    """Above three standard errors, and above a thousandth of the mean speed of 50 rad/s; of 1 and 2 the fit itself warns."""
+    omitted = [(1, 9.0, 0.1), (3, 0.06, 0.019), (4, 0.06, 0.021), (5, 0.04, 0.001), (6, 0.5, 0.01)]
+    drive: Any = SimpleNamespace(speed=SimpleNamespace(pulses_per_turn=None, index="mark"))
+    fit: Any = SimpleNamespace(
+        warnings=("a doubt",), unit="rad/s", origin=0.0, speed=SimpleNamespace(mean=50.0),
+        notable=lambda: [OmittedOrder(*one, 0.0) for one in omitted],
+    )  # fmt: skip
+    assert preparing._record_notes(drive, fit) == (
+        "a doubt",
+        "Order 3 is left out, but the record holds 0.12% of the speed in it.",
+        "Order 6 is left out, but the record holds 1.00% of the speed in it.",
+    )
+
+
+def test_the_contour_of_a_groove_is_hollow_outside_and_bulges_inside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a cam that hardly moves its rod: circles, a roller's radius inside and outside of the distance."""
+    monkeypatch.setattr(running, "shapes", lambda cams, allow_undercut: dict.fromkeys(cams))
+    law = {"kind": "harmonic", "coefficients": {"cosine": ["1 um"]}}
+    rod = {"kind": "translating-roller", "distance": "60 mm", "roller_radius": "12 mm", "groove": True}
+    groove = prepare(CamCorrection(points=36), cam_drive_from({"law": law, "follower": rod, "speed": SPEED}, "Groove", None))
+    for name, radius, material in (("cam", 0.048, 1), ("outer", 0.072, -1)):
+        flank = running._contour(groove, name, groove.before[name], ANGLES)
+        assert np.abs(flank.points) == pytest.approx(np.full(36, radius), rel=1e-4)
+        assert flank.curvature == pytest.approx(np.full(36, material / radius), rel=1e-2)
+        assert (flank.normals.conj() * flank.points).real == pytest.approx(np.full(36, radius), rel=1e-3), "outwards"
+
+
+def test_points_are_rounded_to_decimals_of_a_millimetre(bare: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 0.0123456789 m, 12.3456789 mm, in either coordinate."""
+    monkeypatch.setattr(running, "_recovered_acceleration", lambda plan, cam, points: points)
+    exact = np.array([0.0123456789 - 0.0987654321j, 0.0])
+    for decimals, rounded in ((5, 0.01234568 - 0.09876543j), (3, 0.012346 - 0.098765j), (0, 0.012 - 0.099j)):
+        plan = replace(bare, spec=bare.spec.model_copy(update={"decimals": decimals}))
+        proof: Any = running._proof(plan, "cam", exact)
+        assert proof.recovered is exact and proof.rounded == pytest.approx(np.array([rounded, 0.0]), abs=1e-14)
+
+
+def test_positions_in_the_dwell_of_both_cams() -> None:
+    turning: dict[str, Any] = {
+        "unit": "rad", "dwell_error_before": 0.02, "dwell_error_after": 0.001, "dwell_travel_before": 1.4e-3,
+        "dwell_travel_after": 7e-5,
+    }  # fmt: skip
+    assert _position_error_text(turning, "before") == f"{math.degrees(0.02):.4g}° (1.4 mm)"
+    assert _position_error_text(turning, "after", " at the end") == f"{math.degrees(0.001):.4g}° (0.07 mm at the end)"
+    assert _position_error_text(turning | {"dwell_travel_before": None}, "before") == f"{math.degrees(0.02):.4g}°"
+    sliding = turning | {"unit": "m", "dwell_error_before": 2e-3}
+    assert _position_error_text(sliding, "before") == "2 mm"
 
 
 # --- the figure ---

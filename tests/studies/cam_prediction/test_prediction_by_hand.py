@@ -13,7 +13,8 @@ import xarray as xr
 from tests.hand_made import drawn, titled, warnings_of
 
 import wucht
-from wucht.cams.elastic_output import VibrationOverSpeed
+from wucht.cams.elastic_output import Dwell, ElasticOutput, VibrationOverSpeed
+from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
@@ -23,7 +24,7 @@ from wucht.studies.cam_prediction import computation, confirmation, summary_of_p
 from wucht.studies.cam_prediction.computation import Eigenmotion, Findings, Plan, ShaftPrediction, prepare
 from wucht.studies.cam_prediction.confirmation import Confirmation
 from wucht.studies.cam_prediction.dataset import dataset, report
-from wucht.studies.cam_prediction.elasticity import Excitation, Twist, Twists, Vibrations
+from wucht.studies.cam_prediction.elasticity import Excitation, Twist, Twists, Vibrations, vibrations
 
 LAW = HarmonicLawTable(coefficients={"mean": "0.5 rad", "cosine": ["-0.4 rad", "0.1 rad"]})
 J0, J1, OMEGA = 20.0, 6.0, 50.0
@@ -405,3 +406,35 @@ def test_the_acceleration_of_the_shaft_that_is_simulated() -> None:
         assert confirmation._acceleration(one, np.array([p]), np.array([q]), np.array([v])) == pytest.approx([expected])
         table: Any = lambda phi: (p, q)  # noqa: E731
         assert confirmation._slope(one, table)(0.0, np.array([0.3, v])) == pytest.approx([v, expected])
+
+
+def test_a_simulation_shows_the_last_turn_and_the_deviation_in_all() -> None:
+    """A shaft that begins off its steady speed: v = v0 + (v1 - v0) exp(-s t/J0), of an output without inertia."""
+    v0, v1, s, turns = 60.0, 50.0, 40.0, 4
+    camshaft: Any = SimpleNamespace(inertia=J0, output_inertia=0.0, torque=lambda v: (s * (v0 - v), -s + 0 * v))
+    law = LAW.make_motion_law("rad").function
+    made_of = confirmation.confirmation(camshaft, law, ShaftMotion(FourierSeries.of(v1)), turns, lambda share: None)
+    period = 2 * math.pi / v1
+    time = period * (turns - 1 + np.arange(2048) / 2048)
+    v, phi = v0 + (v1 - v0) * np.exp(-s * time / J0), v0 * time - (v0 - v1) * J0 / s * (1 - np.exp(-s * time / J0))
+    expected = FourierSeries.from_samples(v)
+    assert made_of.speed.mean == pytest.approx(expected.mean, rel=1e-10)
+    assert made_of.speed.amplitudes == pytest.approx(expected.amplitudes, abs=1e-9)
+    assert made_of.deviation == pytest.approx((v0 - v1) * (1 - math.exp(-s * period * turns / J0)) / v1, rel=1e-9)
+    slope, bend = 0.4 * np.sin(phi) - 0.2 * np.sin(2 * phi), 0.4 * np.cos(phi) - 0.4 * np.cos(2 * phi)
+    expected = FourierSeries.from_samples((bend * v**2 + slope * s * (v0 - v) / J0) / v1**2)
+    assert made_of.acceleration.amplitudes[:20] == pytest.approx(expected.amplitudes[:20], rel=1e-8)
+
+
+def test_behind_a_stiff_spring_each_cam_rests_in_its_dwell() -> None:
+    """The original cam rests while the shaft turns through its dwell, which an uneven shaft reaches later than an even one."""
+    rise = RiseAndReturn(standard_law("4-5-6-7"), 0.4, (math.pi / 2, math.pi), (math.pi, 3 * math.pi / 2))
+    law: Any = SimpleNamespace(function=rise, series=None)
+    uneven, dwell = ShaftMotion(FourierSeries.of(50.0, [5.0], [12.0])), Dwell(-math.pi / 2, math.pi / 2)
+    stiff, speeds = ElasticOutput(6.0, 6.0 * 5e4**2), np.array([40.0, 50.0])
+    springs = vibrations(stiff, law, uneven, uneven, (dwell,), speeds)
+    assert springs.names[:2] == ("original cam", "corrected cam")
+    for sweep in springs.sweeps[:2]:
+        assert sweep.deviation.max() < 2e-4 * 0.4
+    assert max(e.deviation for e in springs.excitations) < 2e-4 * 0.4
+    assert float(uneven.time(math.pi / 2)) < math.pi / 2 - 0.1, "the dwells differ"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import shift_spectrum
 from wucht.files.building import machine_from
-from wucht.studies.exciter_design.computation import Findings, MachineInFolder
+from wucht.studies.exciter_design.computation import Findings, MachineInFolder, _best, target_spectrum
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
 from wucht.studies.registry import study_of
 
@@ -264,6 +265,36 @@ def test_candidates_are_apart(monkeypatch: pytest.MonkeyPatch, machine: wucht.Ma
     about = np.concatenate([b.numbers for b in last.tolerances]) / best.numbers - 1
     assert about.shape == (8, 2) and np.abs(about).max() <= plan.spec.spread and np.abs(about).max() > plan.spec.spread / 2
     assert (about > 0).any() and (about < 0).any()
+    corrected = shift_spectrum(plan.target, BEAT.cycles, design(plan).cycles)
+    about_design = [target for _, target in bench.asked if target is not plan.target]
+    assert len(about_design) == len(last.tolerances), "against the target of the averaged equations"
+    assert all(np.array_equal(target.ranges, corrected.ranges) for target in about_design)
+
+
+@pytest.mark.parametrize("heaviest", ["3 kg", "0.6 kg"])
+def test_the_search_begins_at_the_best_points_and_the_nominal_exciter_if_it_is_in_the_ranges(
+    monkeypatch: pytest.MonkeyPatch, machine: wucht.Machine, heaviest: str
+) -> None:
+    """Those whose mass is nearest to 1 kg; the nominal mass is 0.84 kg."""
+    bench = Bench(monkeypatch, [0.5])
+    bench.plan = plan = planned(machine, **TINY | {"vary": RANGES | {"p1.mass": ["0.3 kg", heaviest]}, "corrections": 0})
+    *_, last = STUDY.run(plan, Work())
+    reach = np.concatenate([b.numbers for b in last.reach])
+    best = reach[np.argsort(np.abs(np.log(reach[:, 1])))][:4]
+    is_inside = plan.numbers[1] <= plan.trials.variables[1].high
+    assert is_inside == (heaviest == "3 kg")
+    first = np.vstack([best[:3], plan.numbers]) if is_inside else best
+    assert last.search[0].numbers == pytest.approx(first)
+
+
+def test_candidates_are_apart_in_one_variable_at_least() -> None:
+    numbers = np.array([[0.5, 0.5], [0.45, 0.55], [0.5, 0.7], [0.9, 0.5]])
+    far = np.array([0.1, 0.2, 0.3, 0.4])
+    batch = Candidates(numbers, np.array([far] * 3).T, np.zeros(4, int), np.ones(4), np.ones(4), np.ones(4))
+    trials = SimpleNamespace(metric=0, shares=lambda row: row)
+    for count, chosen in ((3, [0, 2, 3]), (2, [0, 2])):
+        plan: Any = SimpleNamespace(trials=trials, spec=SimpleNamespace(candidates=count))
+        assert np.array_equal(_best(plan, Findings(reach=(batch,))), numbers[chosen])
 
 
 # --- refusals, the file of a target ---
@@ -283,6 +314,10 @@ def test_a_machine_without_a_pendulum_or_with_a_schedule(machine: wucht.Machine)
 def test_targets(plan: Any, machine: wucht.Machine) -> None:
     given = Target(shape="normal", largest="2 mm", cycles=1e6)
     assert ExciterDesign(target=given, vary=RANGES).target is given
+    for ratio, least in ((None, 0.0), (0.25, 0.5e-3)):
+        spectrum = target_spectrum(Target(shape="straight-line", largest="2 mm", cycles=1e6, ratio=ratio), "m", None)
+        assert (spectrum.ranges.min() / 2, spectrum.largest / 2) == pytest.approx((least, 2e-3), abs=2e-5)
+        assert spectrum.total == pytest.approx(1e6)
     with refused("study.target.ratio"):
         ExciterDesign(target=Target(table=TARGET, ratio=0.5), vary=RANGES)
     with refused("study.target.table", "more than one cycle"):

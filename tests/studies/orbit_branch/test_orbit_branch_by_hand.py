@@ -10,14 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from tests.hand_made import titled, warnings_of, with_answer
+from tests.refusals import refused
 
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.work import Work
 from wucht.files.user_system import equations_from
+from wucht.studies.orbit_branch import computation
 from wucht.studies.orbit_branch import dataset as orbit_dataset
+from wucht.studies.orbit_branch import figure as orbit_figure
 from wucht.studies.orbit_branch.dataset import _orbit_entry as orbit_entry
-from wucht.studies.orbit_branch.orbit_tables import rotor_periods
+from wucht.studies.orbit_branch.orbit_tables import orbit_quantities, rotor_periods
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.registry import study_of
 
@@ -210,3 +214,105 @@ def test_every_orbit_of_the_circles_in_closed_form() -> None:
     assert (
         made.orbit_time.values[:, -1] == pytest.approx(made.orbit_period.values) and (made.orbit_time.values[:, 0] == 0).all()
     )
+
+
+def of_branch(values: list[float], stable: list[int], kinds: list[str], ends: tuple[Any, Any]) -> Any:
+    """A branch whose ends are behind its first and behind its last orbit."""
+    arrays = {"values": np.array(values), "stable": np.array(stable, bool)}
+    return SimpleNamespace(
+        whole_array=arrays.__getitem__, kinds=kinds, seed=SimpleNamespace(origin="a run", winding=None),
+        backward=ends[0] and SimpleNamespace(end=ends[0]), onward=SimpleNamespace(end=ends[1]),
+    )  # fmt: skip
+
+
+def end_at(value: float, kind: str = "range") -> Any:
+    return SimpleNamespace(parameter=value, kind=kind)
+
+
+SYSTEM: Any = SimpleNamespace(
+    along=SimpleNamespace(sentence_name="mu", path="mu"), case=SimpleNamespace(no_steady_reason=""),
+    problem=SimpleNamespace(turns=lambda winding: {}, embedding=None, shows_rotor_speed=False, system=SimpleNamespace(
+        state_names=("x", "y"))),
+)  # fmt: skip
+
+
+def test_a_special_orbit_alone_is_no_stable_stretch() -> None:
+    branch = of_branch([1.0, 2.0, 3.0], [0, 1, 0], ["", "torus", ""], (None, end_at(4.0)))
+    (entry,) = orbit_dataset._branch_entries(SYSTEM, SimpleNamespace(branches=[branch]))  # type: ignore[arg-type]
+    assert entry["stable"] == []
+
+
+def test_a_closed_branch_is_stable_on_either_side_of_its_first_orbit() -> None:
+    """The larger of both sides, whichever it is."""
+    for values in ([5.0, 6.0, 3.0, 4.0], [4.0, 5.0, 3.0, 6.0]):
+        closed = of_branch(values, [1, 1, 0, 1], [""] * 4, (None, end_at(values[0], orbit_dataset.CLOSED_BRANCH)))
+        (entry,) = orbit_dataset._branch_entries(SYSTEM, SimpleNamespace(branches=[closed]))  # type: ignore[arg-type]
+        assert entry["stable"] == [[4.0, 6.0]]
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_the_sentence_goes_from_the_lower_end_to_the_upper_one(backwards: bool) -> None:
+    values, ends = [1.0, 2.0, 3.0], (end_at(0.5, "hopf"), end_at(3.25, "saddle-connection"))
+    values, ends = (values[::-1], ends[::-1]) if backwards else (values, ends)
+    branch = of_branch(values, [1, 1, 1], [""] * 3, ends)
+    findings: Any = SimpleNamespace(branches=[branch], complete=True)
+    sentence = orbit_dataset._sentence(SYSTEM, findings, [(0, ends[0]), (0, ends[1]), (1, end_at(-9.0))])
+    assert sentence == (
+        "periodic orbits at mu from 0.5 to 3.25, stable from 0.5 to 3.25; it ends at a Hopf point and at a saddle connection"
+    )
+
+
+def test_the_law_of_a_saddle_connection_has_the_rate_of_the_saddle() -> None:
+    """T = T_0 - ln|mu - mu_c|/rate: a factor of 4 s is a rate of 0.25/s."""
+    laws = {name: SimpleNamespace(critical=1.0, error=0.1, factor=4.0, residual=0.01) for name in ("node", "connection")}
+    end: Any = SimpleNamespace(
+        kind="saddle-connection", error=0.1, period=9.0, sentence="", equilibrium=np.array([1.0, 2.0]), parameter=1.5,
+        eigenvalues=np.array([0.25, -1.0 + 2.0j]), saddle_node=laws["node"], connection=laws["connection"],
+    )  # fmt: skip
+    entry = orbit_dataset._end_entry(SYSTEM, 0, end)
+    assert (entry["laws"]["connection"]["rate"], entry["laws"]["saddle-node"]["factor"]) == (0.25, 4.0)
+    assert entry["state"] == {"x": 1.0, "y": 2.0} and entry["eigenvalues"] == [[0.25, 0.0], [-1.0, 2.0]]
+    assert orbit_dataset._end_entry(SYSTEM, 0, SimpleNamespace(**vars(end) | {"connection": None}))["laws"] is None  # type: ignore[arg-type]
+
+
+def test_each_orbit_has_the_number_of_its_branch() -> None:
+    """Of branches of two orbits and three; each value says of which it is."""
+    plan, _ = circles()
+
+    def counted(k: int, count: int) -> Any:
+        values = 10.0 * k + np.arange(count)
+        arrays = dict.fromkeys(("logarithms",), values[None] + 0j) | dict.fromkeys(
+            ("is_trusted", "unstable", "stable"), values > 9
+        )
+        return SimpleNamespace(whole_array=lambda name: arrays.get(name, values), kinds=["", "torus", ""][:count])
+
+    by_name = {q.name: np.asarray(q.value) for q in orbit_quantities(plan, [counted(1, 2), counted(2, 3)])}
+    assert by_name["branch"].tolist() == [0, 0, 1, 1, 1] and by_name["value"].tolist() == [10, 11, 20, 21, 22]
+    assert by_name["at_special"].tolist() == [0, 1, 0, 1, 0]
+    assert by_name["exponent_re"][0] == pytest.approx(1.0), "the logarithm over the period"
+
+
+def test_values_at_the_ends_of_the_range_are_in_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(computation, "values_of", lambda subject, along, values, key: values)
+    subject: Any = None
+    assert computation._values_in_range(subject, subject, (1.0, 2.0), (2.0, 1.0, 2.0), "at") == (2.0, 1.0)
+    with refused("study.at[1]", given=2.1):
+        computation._values_in_range(subject, subject, (1.0, 2.0), (1.0, 2.1), "at")
+
+
+def test_orbits_are_drawn_from_their_least_speed_over_one_period() -> None:
+    """Circles of radius sqrt mu at the speed 2 + mu: x = -sqrt(mu) cos(2 + mu) t, and as stored, the period repeated."""
+    made = result()
+    for share in (False, True):
+        axis = Figure().add_subplot()
+        orbit_figure._runs(axis, made, [0, 1], "orbit_speed", share)
+        for k, (line, mu) in enumerate(zip(axis.get_lines(), made.orbit_value.values, strict=True)):
+            x, y = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
+            turned = 2 * np.pi * x if share else (2 + mu) * x
+            assert x[0] == 0.0 and turned[-1] == pytest.approx(2 * np.pi, rel=1e-4) and (np.diff(x) > 0).all()
+            assert y == pytest.approx(-np.sqrt(mu) * np.cos(turned), abs=0.05 * np.sqrt(mu))
+            time, stored = made.orbit_time.values[k], made.orbit_speed.values[k]
+            begin = time[stored[:-1].argmin()]
+            assert y == pytest.approx(
+                np.interp(begin + turned / turned[-1] * time[-1], time, stored, period=time[-1]), abs=1e-9
+            )

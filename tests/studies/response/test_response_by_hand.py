@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups.steady_phases import Piece
+from wucht.results.quantities import Quantity
 from wucht.studies.response import computation
 from wucht.studies.response.computation import Findings, Maximum, Peaks, ResponseCurve, collect_maxima, phase_lags
-from wucht.studies.response.dataset import _sentence
+from wucht.studies.response.dataset import _curve, _sentence
 
 DEG = math.pi / 180
 W = np.array([10.0, 20.0, 30.0])
@@ -144,3 +146,17 @@ def test_a_drive_of_either_sense_runs_below_between_or_above_the_critical_speeds
     for speed in (free, -free):
         sentence = f"2 critical speeds in the range; the drive runs {relation} them"
         assert _sentence(True, [50.0, 80.0], speed, "") == sentence
+
+
+def test_maxima_are_searched_where_bodies_of_the_branch_are_stable_without_overlapping() -> None:
+    values = [Quantity(n, k + W, n, "", "speed") for k, n in enumerate(("amplitude", "minor_axis", "vibration_torque"))]
+
+    def piece(branch: int, stable: list[int], overlapping: bool = False) -> Piece:
+        return Piece(branch, "", np.ones(3, bool), np.array(stable, bool), overlapping)
+
+    pieces = [piece(0, [1, 0, 0]), piece(0, [0, 1, 0]), piece(0, [0, 0, 1], overlapping=True), piece(1, [0, 0, 1])]
+    for k, stable in ((0, [1, 1, 0]), (1, [0, 0, 1]), (2, [0, 0, 0])):
+        curve = _curve(values, k, pieces)
+        assert curve.amplitude.tolist() == W.tolist() and curve.torque.tolist() == (W + 2).tolist()
+        assert curve.stable.tolist() == stable
+    assert _curve(values, 0, []).stable.all(), "held bodies"

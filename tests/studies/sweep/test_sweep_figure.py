@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.patches import ArrowStyle
 
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
@@ -43,6 +44,7 @@ def test_an_arrow_leads_from_the_end_of_a_branch_to_where_the_machine_lands(swep
         arrows = [(*arrow.xyann, *arrow.xy) for arrow in axis.texts]
         at = swept.jump_value.values
         assert np.array(arrows) == pytest.approx(np.column_stack([at, before, at, after]))
+        assert all(isinstance(arrow.arrow_patch.get_arrowstyle(), ArrowStyle.CurveFilledB) for arrow in axis.texts)  # type: ignore[attr-defined]
 
 
 def test_the_title_of_a_sweep_names_the_jumps(swept: xr.Dataset) -> None:
