@@ -172,6 +172,16 @@ def tests_of(error: Error) -> list[str]:
     return chosen[:_MOST_TESTS]
 
 
+def _modules(error: Error, tests: list[str]) -> list[str]:
+    """Whole files of tests: those of tests that came to the line, and those of the folder that mirrors the error's.
+
+    What a fixture of a module runs, or a function that keeps its results, is recorded for the first test alone that needs it.
+    """
+    mirrored = ROOT / "tests" / Path(error.file).relative_to("src/wucht").parent
+    beside = sorted(str(path.relative_to(ROOT)) for path in mirrored.glob("test_*.py")) if mirrored.name != "tests" else []
+    return list(dict.fromkeys([*(test.partition("::")[0] for test in tests), *beside]))
+
+
 def noticed(error: Error, tree: Path) -> bool:
     """Whether a test fails, in a copy of the tree."""
     file, tests = tree / error.file, tests_of(error)
@@ -179,7 +189,7 @@ def noticed(error: Error, tree: Path) -> bool:
     file.write_text(error.source, encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not slow"]
     try:
-        for some in (tests[:_FIRST], tests[_FIRST:]):
+        for some in (tests[:_FIRST], tests[_FIRST:], _modules(error, tests)):
             if some:
                 environment = os.environ | {"PYTHONPATH": str(tree / "src")}
                 options: dict[str, Any] = {"cwd": tree, "env": environment, "capture_output": True, "timeout": _LONGEST_S}
