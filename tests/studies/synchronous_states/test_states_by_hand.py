@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.figure import Figure
 from tests.refusals import refused
 
 from wucht.analysis.configurations.averaged_stability import REGIONS, Stability
 from wucht.analysis.configurations.closed_form import State
 from wucht.dynamics.work import Work
-from wucht.studies.synchronous_states import computation, dataset
+from wucht.studies.synchronous_states import computation, dataset, figure
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 
@@ -205,3 +207,35 @@ def test_growth_in_either_equations_is_that_of_the_leading_exponent() -> None:
     entry = dataset._state_entry(one)
     assert (entry["growth_slow"], entry["growth_full"]) == (-1.0, 0.5)
     assert (entry["stable_slow"], entry["stable_full"]) == (True, False)
+
+
+def test_of_overlapping_states_those_are_told_that_would_be_stable() -> None:
+    def state(name: str, verdict: str, overlapping: bool) -> Any:
+        return SimpleNamespace(name=name, verdict=verdict, overlapping=overlapping)
+
+    plan: Any = SimpleNamespace(spec=SimpleNamespace(full=True))
+    apart, stable, unstable = state("", "stable", False), state("", "stable", True), state("", "unstable", True)
+    place = "could bodies overlap: a run-up shows where contacts move them"
+    assert dataset._sentence(plan, [apart, stable]).endswith(f"stable: without a name; without a name would be, {place}")
+    assert "overlap" not in dataset._sentence(plan, [apart, unstable])
+
+
+def test_an_axis_of_a_map_has_a_width() -> None:
+    for low, high, code in ((10.0, 10.0, "not-increasing"), (20.0, 10.0, "not-increasing"), (-1.0, 10.0, "negative")):
+        axes = {"speed": [low, high, 5], "ratio": [0, 3, 2]}
+        with refused("study.axes.speed", given=[low, high, 5], code=code):
+            SynchronousStates.from_table({"kind": "synchronous-states", "axes": axes})
+
+
+def test_natural_frequencies_within_the_map_are_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("name_speeds", "legend_beside"):
+        monkeypatch.setattr(figure, name, lambda *given: None)
+    monkeypatch.setattr(figure, "_machine_point", lambda axis, result: [])
+    result = xr.Dataset(
+        {"map_stable": (("region", "map_ratio", "map_speed"), np.zeros((1, 2, 2), int)),
+         "natural_frequency": ("mode", [9.0, -15.0, 15.0, 20.0, 21.0])},
+        {"region": ["opposed"], "map_speed": [10.0, 20.0], "map_ratio": [0.5, 1.5]},
+    )  # fmt: skip
+    axis = Figure().add_subplot()
+    figure._draw_map(axis, result)
+    assert [np.asarray(line.get_xdata())[0] for line in axis.get_lines()] == [15.0, 20.0]
