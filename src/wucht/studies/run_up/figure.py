@@ -23,6 +23,7 @@ from wucht.plots.time_courses import (
     shown_until,
 )
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
+from wucht.studies.run_up.system_run_figure import system_run_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,6 +50,8 @@ def figure(result: xr.Dataset) -> Figure:
     -------
     Figure
     """
+    if "limit_states" in result:
+        return system_run_figure(result)
     if "case" in result.dims:
         return _figure_of_many(result)
     view = _View(result)
