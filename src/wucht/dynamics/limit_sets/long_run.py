@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind
-from wucht.dynamics.limit_sets.settled_motion import Stretch, settled_motion
+from wucht.dynamics.limit_sets.settled_motion import RunSegment, settled_motion
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, compile_system
@@ -130,7 +130,7 @@ def long_run(
             kind = MotionKind.DIVERGES
             break
         extents = np.ptp(np.concatenate([one.states for one in legs], axis=1), axis=1)
-        limit_set = settled_motion(_bare(subject), compiled_system, Stretch(leg.time, leg.states, _extents(extents, state)))
+        limit_set = settled_motion(_bare(subject), compiled_system, RunSegment(leg.time, leg.states, _extents(extents, state)))
         if limit_set is not None:
             kind = limit_set.kind
             break

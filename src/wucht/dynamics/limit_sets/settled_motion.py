@@ -33,8 +33,8 @@ _COVERAGE = 0.95  # share of samples
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
-    """A stretch of a run. extents (n,): range of each state over the whole run so far, of its size where there is none."""
+class RunSegment:
+    """A segment of a run. extents (n,): range of each state over the whole run so far, of its size where there is none."""
 
     time: np.ndarray
     states: np.ndarray
@@ -52,7 +52,7 @@ class Stretch:
         return int(((deviation[:, :-1] < 0) & (deviation[:, 1:] >= 0)).sum(axis=1).max())
 
 
-def settled_motion(subject: UserSystem, compiled_system: CompiledSystem, leg: Stretch) -> LimitSet | None:
+def settled_motion(subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment) -> LimitSet | None:
     """Return what a leg tends to, None where that cannot be told from it."""
     metric = StateMetric.of(subject, leg.extents)
     late = leg.states[:, leg.states.shape[1] // 2 :]
@@ -66,7 +66,7 @@ def settled_motion(subject: UserSystem, compiled_system: CompiledSystem, leg: St
     return _irregular_motion(subject, compiled_system, leg, metric)
 
 
-def _equilibrium(subject: UserSystem, leg: Stretch, metric: StateMetric) -> LimitSet | None:
+def _equilibrium(subject: UserSystem, leg: RunSegment, metric: StateMetric) -> LimitSet | None:
     """Return the equilibrium at the end of a leg, by Newton's method; None where this leads elsewhere."""
     system, values, x = subject.system, subject.system.values(subject.values), leg.states[:, -1].copy()
     if system.depends_on_time:
@@ -95,7 +95,7 @@ def _decays(growth: np.ndarray, neutral: float) -> bool | None:
 
 
 def _orbit(
-    subject: UserSystem, compiled_system: CompiledSystem, leg: Stretch, repetition: Recurrence, metric: StateMetric
+    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, repetition: Recurrence, metric: StateMetric
 ) -> LimitSet | None:
     """Return the periodic orbit at the end of a leg that repeats itself, by Newton's method; None where the run leaves it."""
     values = subject.system.values(subject.values)
@@ -175,7 +175,7 @@ def _period_of(subject: UserSystem, period: float) -> float | None:
 
 
 def _irregular_motion(
-    subject: UserSystem, compiled_system: CompiledSystem, leg: Stretch, metric: StateMetric
+    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric
 ) -> LimitSet | None:
     """Return the chaotic set or the torus on which a leg is, None where its exponent does not tell."""
     duration = leg.duration
