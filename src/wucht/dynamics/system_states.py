@@ -34,9 +34,11 @@ def state_value(name: str, value: Any, location: str) -> float:
     return read_quantity(Unit("", f"state {name}"), value, location)
 
 
-def refuse_machine_keys(spec: _GivenKeys, keys: Sequence[str]) -> None:
-    """Raise ``InputError`` for a given key that holds for machines only."""
+def refuse_machine_keys(
+    spec: _GivenKeys, keys: Sequence[str], requirement: str = "allowed for a machine only, not for a table [system]"
+) -> None:
+    """Raise ``InputError`` for a given key that holds for machines only, or as the requirement says."""
     for key in keys:
         value = getattr(spec, key)
         if key in spec.model_fields_set and value not in (None, (), {}):
-            raise InputError(f"study.{key}", value, "allowed for a machine only, not for a table [system]", code="machine-only")
+            raise InputError(f"study.{key}", value, requirement, code="machine-only")
