@@ -36,7 +36,8 @@ def _load(name: str) -> ModuleType:
 
 def test_every_example_is_tested_here() -> None:
     assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == [
-        "averaging_alone", "cam_for_an_uneven_shaft", "numerics_alone", "own_cam", "own_part", "own_study",
+        "averaging_alone", "cam_for_an_uneven_shaft", "numerics_alone", "own_cam", "own_equations", "own_part",
+        "own_study",
     ]  # fmt: skip
 
 
@@ -162,3 +163,27 @@ def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -
     assert acceleration[5:30].max() < 5e-3 * acceleration[0]
     assert share_above_order(orders(MotionOverTime(drive.motion_law.function, truth)), 5) > 0.5
     assert (tmp_path / "cam-correction.png").exists()
+
+
+def test_equations_of_ones_own_have_three_attractors() -> None:
+    """SciPy's DOP853 gives the same equilibrium, and the same period of the orbit as the time between maxima of x."""
+    example = _load("own_equations")
+    periodic, chaotic, steady = (example.run_from(start).wucht.summary for start in example.STARTS)
+    assert [s["outcome"] for s in (periodic, chaotic, steady)] == ["periodic", "chaotic", "equilibrium"]
+    assert chaotic["lyapunov_exponent"]["low"] > 0
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        (x, y, z), (f, g, a, b) = state, example.PARAMETERS.values()
+        return [-(y**2) - z**2 - a * x + a * f, x * y - y - b * x * z + g, b * x * y + x * z - z]
+
+    def turns(_: float, state: np.ndarray) -> float:
+        return rates(0.0, state)[0]
+
+    turns.direction = -1  # type: ignore[attr-defined]
+    exact = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12}
+    end = solve_ivp(rates, (0, 400), [2.0, 1.0, 0.0], **exact).y[:, -1]
+    maxima = solve_ivp(rates, (0, 40), end, events=turns, **exact)
+    highest = maxima.t_events[0][np.isclose(maxima.y_events[0][:, 0], maxima.y_events[0][:, 0].max(), atol=1e-6)]
+    assert periodic["period"] == pytest.approx(np.diff(highest).mean(), rel=1e-6)
+    rest = solve_ivp(rates, (0, 100), [0.0, 1.5, 1.0], **exact).y[:, -1]
+    assert list(steady["state"].values()) == pytest.approx(rest, abs=1e-9)

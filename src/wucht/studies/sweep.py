@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from wucht.analysis.working_points import energy_scale
+from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.parameters import parameter_of, range_of
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.sweeps.jumps import JUMP_TOLERANCE, Jump, candidates, find_jump
@@ -25,22 +26,26 @@ from wucht.dynamics.sweeps.moving import (
     rate_unit,
     sweep_pace,
 )
+from wucht.dynamics.system_states import refuse_machine_keys, states_from
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
+from wucht.files.user_system import UserSystem
 from wucht.machines.changes import release_events
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled_system import compile_system
+from wucht.plots.parameter_steps import draw_steps
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, line_style
-from wucht.results.formatting import ReportLines, label, parameter_in_words, printed_unit, with_unit
+from wucht.results.formatting import ReportLines, label, parameter_in_words, printed_unit, report_lines, with_unit
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import Composite, Parameter, Unit, composite, read_quantity
 from wucht.studies.motion_variables import parameter_values
 from wucht.studies.next_question import NextQuestion
-from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Value
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, Engine, Pair, Path, Spec, Start, Tolerance, Value, Whole
+from wucht.studies.stepped_equations import SteppedFindings, SteppedPlan, compute_steps, stepped_dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,6 +59,7 @@ class Sweep(Spec):
     """Move the parameter ``along``, the swept parameter, through ``range``, so slowly that the machine follows."""
 
     kind: ClassVar[str] = "sweep"
+    subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     next_questions: ClassVar[tuple[NextQuestion, ...]] = (
         NextQuestion(
             "all branches of steady operation, also those that a sweep jumps over",
@@ -81,6 +87,9 @@ class Sweep(Spec):
     jump_tolerance: float = Field(
         default=JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values of jumps"
     )
+    points: Whole = Field(
+        default=101, ge=11, le=10_000, description="number of values of the parameter, of the equations of a table [system]"
+    )
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 
@@ -100,8 +109,21 @@ class Plan:
     ways: dict[str, tuple[float, float]]
 
 
-def prepare(spec: Sweep, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+def prepare(spec: Sweep, subject: Machine | UserSystem) -> Plan | SteppedPlan:
+    """The plan. Raises ``InputError`` where the question does not fit the subject."""
+    return _machine_plan(spec, subject) if isinstance(subject, Machine) else _system_plan(spec, subject)
+
+
+def _system_plan(spec: Sweep, subject: UserSystem) -> SteppedPlan:
+    refuse_machine_keys(spec, ("rate", "jump_tolerance"))
+    parameter = parameter_of(subject, spec.along)
+    low, high = range_of(Unit(parameter.unit, parameter.long_name), spec.range)
+    ways = {way: ends for way, ends in (("up", (low, high)), ("down", (high, low))) if spec.direction in (way, "both")}
+    start = states_from(subject.system, spec.start, "study.start")
+    return SteppedPlan(subject, parameter.path, ways, spec.points, start, LongRunSettings(None, spec.tolerance, spec.engine))
+
+
+def _machine_plan(spec: Sweep, machine: Machine) -> Plan:
     parameter = parameter_of(machine, spec.along)
     low, high = range_of(Unit(parameter.unit, parameter.long_name), spec.range)
     rate = _rate(spec, machine, parameter)
@@ -162,8 +184,11 @@ class Findings:
         return [leg for legs in self.ramps.values() for leg in legs]
 
 
-def run(plan: Plan, work: Work) -> Iterator[Findings]:
+def run(plan: Plan | SteppedPlan, work: Work) -> Iterator[Findings | SteppedFindings]:
     """Run the ramps; yield the findings after each part of a ramp and each search. A failure ends the sweep with a sentence."""
+    if isinstance(plan, SteppedPlan):
+        yield from compute_steps(plan, work)
+        return
     machine = plan.moved_machine.machine
     moving, events = moving_system(machine, plan.parameter.path), release_events(machine)
     flow = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
@@ -277,8 +302,11 @@ def _doubts(plan: Plan, settled_leg: SweepLeg, steady: bool, occasion: str, legs
 _FREE_SPEEDS = 21
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(plan: Plan | SteppedPlan, findings: Findings | SteppedFindings) -> xr.Dataset:
     """Build the Dataset of a sweep."""
+    if isinstance(findings, SteppedFindings):
+        return stepped_dataset(findings)
+    assert isinstance(plan, Plan)
     pace, parameter = plan.moved_machine.pace, plan.parameter
     quantities = [*_jump_quantities(plan, findings), *_question_quantities(plan), *_ramp_quantities(plan, findings)]
     more = {"along": parameter.path, "along_unit": parameter.unit, "rate": pace.rate, "engine": findings.engine}
@@ -408,6 +436,8 @@ def _sentence(plan: Plan, findings: Findings) -> str:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a sweep."""
+    if "maxima" in result:
+        return _lines_of_steps(result)
     s, lines = result.wucht.summary, ReportLines(result)
     jumps, (low, high), unit = s["jumps"], s["range"], f" {s['along_unit']}" if s["along_unit"] else ""
     chosen = " (chosen so that the machine follows)" if s["rate_chosen"] else ""
@@ -428,8 +458,22 @@ def report(result: xr.Dataset) -> list[str]:
     return lines.report(s["sentence"].upper() if s["sentence"].startswith("the sweep") else count)
 
 
+def _lines_of_steps(result: xr.Dataset) -> list[str]:
+    """The lines for a sweep of equations."""
+    s = result.wucht.summary
+    lines = [("sweep", f"{s['along']} in steps, a time of {s['span']:.4g} at each")]
+    lines += [
+        ("jump", f"{j['direction']}, at {s['along']} = {j['value']:.6g}: {j['state']} {j['from']:.5g} to {j['to']:.5g}")
+        for j in s["jumps"]
+    ]
+    count = {0: "NO JUMP", 1: "ONE JUMP"}.get(len(s["jumps"]), f"{len(s['jumps'])} JUMPS")
+    return report_lines(result, count if not s["hysteresis"] else f"{count}, {s['sentence'].rpartition('; ')[2]}", lines)
+
+
 def figure(result: xr.Dataset) -> Figure:
     """Draw two panels from a sweep's Dataset alone."""
+    if "maxima" in result:
+        return draw_steps(result)
     fig, (speed, amplitude) = new_figure(2, result.attrs["title"], _subtitle(result), 2.4)
     scale, unit = printed_unit(result, "amplitude")
     for i, way in enumerate(str(d) for d in result.direction.values):

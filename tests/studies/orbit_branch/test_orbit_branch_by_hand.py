@@ -133,13 +133,16 @@ def test_exponents_are_complex() -> None:
 def test_the_turns_of_a_branch_are_in_its_line() -> None:
     (branch,) = circles()[1].branches
     for winding, turns, expected in (
-        ([0, 0], {}, "all angles return"),
-        ([0, 1], {"y": 1}, "turns a period: y +1"),
-        ([1, -2], {"x": 1, "y": -2}, "turns a period: x +1, y -2"),
+        ([0, 0], {}, ""),
+        ([0, 1], {"y": 1}, "; turns a period: y +1"),
+        ([1, -2], {"x": 1, "y": -2}, "; turns a period: x +1, y -2"),
     ):
         made = result(branches=(replace(branch, seed=replace(branch.seed, winding=np.array(winding))),))
         assert made.wucht.summary["branches"][0]["winding"] == turns
-        assert STUDY.report(made)[2].endswith(f"; {expected}")
+        line = STUDY.report(made)[2]
+        assert line.endswith(expected) and "all angles return" not in line  # there is no angle
+        turning = STUDY.report(made.assign_attrs(angles=1))[2]
+        assert turning.endswith(expected or "; all angles return")
 
 
 def test_exponents_of_a_rotor_per_angle_are_those_per_time_over_its_speed() -> None:

@@ -25,8 +25,10 @@ from wucht.dynamics.sampling.ensembles import (
 from wucht.dynamics.sampling.label_maps import border_cells_not_run, cells_to_halve, halve_cells
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.studies.basin.spec import Basin
+from wucht.studies.basin.system_basin import SystemBasinFindings, SystemBasinPlan, compute_system_basin, system_basin_plan
 from wucht.studies.spec import Value
 
 VARIABLES = ("outcome", "settling_time", "peak_amplitude", "end_time", "level")  # of a map; axes must have other names
@@ -108,8 +110,14 @@ class Plan:
         return float(self.axes[0].centres(halvings)[column]), float(self.axes[1].centres(halvings)[row])
 
 
-def prepare(spec: Basin, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+def prepare(spec: Basin, subject: Machine | UserSystem) -> Plan | SystemBasinPlan:
+    """The plan. Raises ``InputError`` where the question does not fit the subject."""
+    return _machine_plan(spec, subject) if isinstance(subject, Machine) else system_basin_plan(spec, subject)
+
+
+def _machine_plan(spec: Basin, machine: Machine) -> Plan:
+    if spec.ranges:
+        raise InputError("study.ranges", dict(spec.ranges), "allowed for a table [system] only", code="system-only")
     x, y = (axis_of(machine, name, definition) for name, definition in spec.axes.items())
     initial_state(machine, spec.start)
     check_given_once((x, y), spec.start, "axes", "the other axis")
@@ -232,8 +240,11 @@ class Findings:
         return tuple(levels)
 
 
-def run(plan: Plan, work: Work) -> Iterator[Findings]:
+def run(plan: Plan | SystemBasinPlan, work: Work) -> Iterator[Findings | SystemBasinFindings]:
     """Compute the map; yield it after each tile."""
+    if isinstance(plan, SystemBasinPlan):
+        yield from compute_system_basin(plan, work)
+        return
     shape, share = plan.shape(0), _shares(plan.spec.refine)
     level = Level(0, shape, None, np.arange(shape[0] * shape[1]))
     for halvings in range(plan.spec.refine + 1):

@@ -12,6 +12,8 @@ from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.results.formatting import percent, report_lines
 from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.basin.computation import MISSING, Findings, Level, MapAxis, Plan
+from wucht.studies.basin.system_basin import SystemBasinFindings, SystemBasinPlan
+from wucht.studies.basin.system_basin_result import system_basin_dataset, system_basin_report
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,12 +24,15 @@ _MOST_FAILURES = 3  # listed individually
 _HEADLINES = ("compensated", "passed", "captured", "captured-modulated")
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(plan: Plan | SystemBasinPlan, findings: Findings | SystemBasinFindings) -> xr.Dataset:
     """Build the Dataset of a map.
 
     Its dimensions have the names of the axes, such as psi and delta. With refined borders it has all variables once more on the
     finer cells (``refined_outcome``), where the parts of a coarser cell inherit its values.
     """
+    if isinstance(findings, SystemBasinFindings):
+        return system_basin_dataset(findings)
+    assert isinstance(plan, Plan)
     base, last = findings.levels[0], findings.last
     quantities = _level_quantities(plan, base, "")
     if last is not base:
@@ -158,6 +163,8 @@ _UNIDENTIFIED_KEY = "unidentified"
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a map of basins."""
     s = result.wucht.summary
+    if "attractors" in s:
+        return system_basin_report(result)
     levels = s["levels"]
     first, last = (" x ".join(map(str, levels[k]["cells"])) for k in (0, -1))
     refinement = f", at the borders halved to those of {last}" if len(levels) > 1 else ""

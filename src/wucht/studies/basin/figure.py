@@ -15,6 +15,7 @@ from wucht.plots.sheet import colour_bar, legend_beside, new_grid
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import GREY
 from wucht.results.formatting import parameter_in_words, percent, printed_unit, with_unit
+from wucht.studies.basin.system_basin_figure import system_basin_figure
 
 # Colour and hatch of each outcome (Okabe and Ito's colours, lightened or darkened so that frequent neighbours differ in grey
 # too).
@@ -33,6 +34,8 @@ _SCALE = "viridis"
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw three maps over both axes from the Dataset alone; the refined map if the borders are refined."""
+    if "attractor_states" in result:
+        return system_basin_figure(result)
     prefix = "refined_" if "refined_outcome" in result else ""
     s = result.wucht.summary
     below = f"{' x '.join(map(str, s['levels'][-1]['cells']))} cells, {s['runs']} runs"

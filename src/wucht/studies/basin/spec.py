@@ -38,13 +38,26 @@ Axes = Annotated[
 ]
 
 
+def _ranges(raw: Any) -> Any:
+    if not isinstance(raw, Mapping):
+        raise ValueError("must be a table: ranges = { STATE = [low, high], ... }")
+    for name, pair in raw.items():
+        if not isinstance(pair, list | tuple) or len(pair) != 2:
+            raise ValueError(f"must give a pair [low, high] for {name}")
+    return {str(name): tuple(pair) for name, pair in raw.items()}
+
+
+StateRanges = Annotated[dict[str, tuple[common.Value, common.Value]], BeforeValidator(_ranges)]
+
+
 class Basin(EnsembleSpec):
     """Map the outcomes of a machine over two start states or parameters: their basins and shares.
 
-    002, section 5.5, figure 5.10.
+    002, section 5.5, figure 5.10. Of equations of a table [system]: their attractors over two states.
     """
 
     kind: ClassVar[str] = "basin"
+    subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     next_questions: ClassVar[tuple[NextQuestion, ...]] = (
         NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
     )
@@ -60,6 +73,12 @@ class Basin(EnsembleSpec):
         "borders are then known to within a cell of that map; a basin that is narrower than a cell of `axes` and does not "
         "reach another one's border can be missed"
     ))  # fmt: skip
+
+    ranges: Composite[StateRanges] = composite(default_factory=dict, title="ranges of further states", description=(
+        "ranges of further states of a system, {name = [lo, hi]}, from which each cell draws its start at random; states "
+        "without a range have their values of `start`"
+    ))  # fmt: skip
+    seed: common.Whole = Field(default=0, ge=0, title="seed of the random starts", description="seed of the random starts")
 
     def check(self) -> None:
         """Check that the map fits into memory, and that keys of averaged equations are given only with them."""

@@ -40,7 +40,8 @@ def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
         quantities, _sentence(plan, findings, ends), _warnings(plan, findings),
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.full_name,
         low=plan.problem.bounds[0], high=plan.problem.bounds[1], shown=plan.problem.labels.ordinate,
-        rotor=int(plan.problem.shows_rotor_speed),
+        rotor=int(plan.problem.shows_rotor_speed), angles=int(plan.problem.turning.any()),
+        state=plan.problem.labels.state or "",
     )  # fmt: skip
 
 
@@ -54,15 +55,22 @@ def _pairs(values: np.ndarray) -> list[list[float]]:
 
 
 def _orbit_entry(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
-    by_phi = one.period / one.period_phi if plan.problem.shows_rotor_speed else None
+    low, high = range_keys(plan)
+    of_machine = {} if not plan.problem.shows_rotor_speed else {
+        "period_phi": one.period_phi, "min_amplitude": one.least, "max_amplitude": one.largest,
+        "exponents_phi": _pairs(one.exponents * (one.period / one.period_phi)),
+    }  # fmt: skip
     return entry_with_values({
-        "kind": one.kind or None, "branch": branch,
-        "period": one.period, "period_phi": one.period_phi if plan.problem.shows_rotor_speed else None,
-        "min_speed": one.low, "max_speed": one.high, "min_amplitude": one.least, "max_amplitude": one.largest,
-        "exponents": _pairs(one.exponents),
-        "exponents_phi": None if by_phi is None else _pairs(one.exponents * by_phi),
+        "kind": one.kind or None, "branch": branch, "period": one.period, low: one.low, high: one.high,
+        "exponents": _pairs(one.exponents), **of_machine,
         "stable": bool(one.exponents.real.max(initial=-np.inf) < 0) if not one.kind else None,
     }, [plan.along.path], [one.value])  # fmt: skip
+
+
+def range_keys(plan: Plan) -> tuple[str, str]:
+    """Return the names of the least and the largest value on an orbit: of the main rotor's speed, or of a state of a system."""
+    name = "speed" if plan.problem.shows_rotor_speed else plan.problem.labels.state
+    return f"min_{name}", f"max_{name}"
 
 
 def _end_entry(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
@@ -89,10 +97,10 @@ def _special_entries(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]
         values, periods = branch.whole_array("values"), branch.whole_array("periods")
         mean, low, high = (branch.whole_array(name) for name in ("mean", "low", "high"))
         for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
-            phi = float(periods[i] * abs(mean[i])) if plan.problem.shows_rotor_speed else None
+            phi = {"period_phi": float(periods[i] * abs(mean[i]))} if plan.problem.shows_rotor_speed else {}
             entries.append(entry_with_values({
                 "kind": branch.kinds[i], "branch": k, "period": float(periods[i]),
-                "period_phi": phi, "min_speed": float(low[i]), "max_speed": float(high[i]),
+                **phi, **dict(zip(range_keys(plan), (float(low[i]), float(high[i])), strict=True)),
                 **({} if (hidden := branch.hidden_points[i]) is None else {"hidden": hidden.kind,
                 "between": list(hidden.interval)}),
             }, [plan.along.path], [float(values[i])], ["hidden", "between"]))  # fmt: skip
@@ -149,11 +157,11 @@ def _question_quantities(plan: Plan) -> list[Quantity]:
 
 
 def _table_quantities(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> list[Quantity]:
-    s, value = plan.problem.labels, (plan.along.full_name, plan.along.unit)
+    s, value, (least, largest) = plan.problem.labels, (plan.along.full_name, plan.along.unit), range_keys(plan)
     place = {plan.along.path: value, "value": value, "branch": ("branch", ""), "period": ("period", s.time)}
     motion = {
         "kind": ("kind of the special orbit", ""), "period_phi": ("period in the angle of the main rotor", ""),
-        "min_speed": (f"least {s.ordinate}", s.unit), "max_speed": (f"largest {s.ordinate}", s.unit),
+        least: (f"least {s.ordinate}", s.unit), largest: (f"largest {s.ordinate}", s.unit),
     }  # fmt: skip
     orbit_columns = {
         "min_amplitude": ("least amplitude of the axis", s.length),
@@ -248,10 +256,10 @@ def report(result: xr.Dataset) -> list[str]:
     for k, branch in enumerate(s["branches"]):
         (low, high), stretches = branch["range"], ", ".join(f"{a:.7g} to {b:.7g}" for a, b in branch["stable"])
         winding = ", ".join(f"{name} {turns:+d}" for name, turns in branch["winding"].items())
-        rotation = f"turns a period: {winding}" if winding else "all angles return"
+        rotation = f"; turns a period: {winding}" if winding else "; all angles return" if result.attrs["angles"] else ""
         stable = f"stable at {along} from {stretches}" if stretches else "nowhere stable"
         lines.append(
-            f"  branch {k + 1}     from {branch['begun']}: {along} from {low:.7g} to {high:.7g}{unit}, {stable}; {rotation}"
+            f"  branch {k + 1}     from {branch['begun']}: {along} from {low:.7g} to {high:.7g}{unit}, {stable}{rotation}"
         )
         lines += [f"    end        {end['sentence']}" for end in s["ends"] if end["branch"] == k]
     for p in s["special_points"][:_MOST]:
@@ -272,7 +280,7 @@ def report(result: xr.Dataset) -> list[str]:
 
 def _period(result: xr.Dataset, one: dict[str, Any]) -> str:
     time = str(result.period.attrs["units"])
-    phi = "" if one["period_phi"] is None else f" ({one['period_phi']:.8g} of the rotor's angle)"
+    phi = f" ({one['period_phi']:.8g} of the rotor's angle)" if "period_phi" in one else ""
     return f"period {one['period']:.8g} {time}".rstrip() + phi
 
 
@@ -281,5 +289,7 @@ def _orbit_line(result: xr.Dataset, o: dict[str, Any], along: str, unit: str) ->
     largest = o["exponents"][0] if o["exponents"] else None
     word = "" if o["stable"] is None else (", stable" if o["stable"] else ", unstable")
     growth = "" if largest is None else f", largest exponent {largest[0]:.5g}{word}"
-    range_ = f"{speed(o['min_speed'])} to {speed(o['max_speed'])}"
+    state = result.attrs["state"]
+    low, high = (speed(o[f"{end}_{state or 'speed'}"]) for end in ("min", "max"))
+    range_ = f"{state} {low} to {high}".lstrip()
     return f"  orbit        {along} = {o['value']:.6g}{unit}: {_period(result, o)}, {range_}{growth}"

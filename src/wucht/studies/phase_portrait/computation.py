@@ -27,6 +27,12 @@ from wucht.numerics.phase_plane.phase_curves import PhaseCurve, Portrait
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.schema import Unit, read_quantity, refuse_unknown
 from wucht.studies.phase_portrait.spec import PhasePortrait
+from wucht.studies.phase_portrait.state_projection import (
+    ProjectionFindings,
+    ProjectionPlan,
+    compute_projection,
+    projection_plan,
+)
 from wucht.system import Output, System
 
 _NARROWEST = 1e-6  # of a range: below, differences vanish in rounding
@@ -119,8 +125,16 @@ class Plan:
         return f"averaged equations{order}, {'with' if section.inertia else 'without'} the inertia of the balancing bodies"
 
 
-def prepare(spec: PhasePortrait, subject: Machine | UserSystem) -> Plan:
+def prepare(spec: PhasePortrait, subject: Machine | UserSystem) -> Plan | ProjectionPlan:
     """Return the plan. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
+    if isinstance(subject, UserSystem) and len(subject.system.states) > 2:
+        return projection_plan(spec, subject)
+    if spec.show:
+        raise InputError("study.show", list(spec.show), "allowed for a table [system] of more than two states only")
+    return _plane_plan(spec, subject)
+
+
+def _plane_plan(spec: PhasePortrait, subject: Machine | UserSystem) -> Plan:
     values = tuple(dict.fromkeys(_values(spec, subject)))
     subjects = [(v, subject if v is None else with_parameters(subject, {spec.along or "": v})) for v in values]
     sections = [planar_section(spec, s) if isinstance(s, Machine) else None for _, s in subjects]
@@ -267,8 +281,11 @@ class Findings:
     portraits: tuple[PortraitFindings, ...]
 
 
-def run(plan: Plan, work: Work) -> Iterator[Findings]:
+def run(plan: Plan | ProjectionPlan, work: Work) -> Iterator[Findings | ProjectionFindings]:
     """Yield the findings after each portrait."""
+    if isinstance(plan, ProjectionPlan):
+        yield from compute_projection(plan, work)
+        return
     done: list[PortraitFindings] = []
     for k, case in enumerate(plan.cases):
         part = work.part(f"portrait {k + 1}", k / len(plan.cases), (k + 1) / len(plan.cases))

@@ -16,6 +16,12 @@ from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED_CURVE, FAILURE, FIXED_POINT, KINKS, LENGTH, PhaseCurve
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.phase_portrait.computation import Findings, Plan, PortraitCase, PortraitFindings
+from wucht.studies.phase_portrait.state_projection import (
+    ProjectionFindings,
+    ProjectionPlan,
+    projection_dataset,
+    projection_report,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,8 +30,11 @@ if TYPE_CHECKING:
 _GRID = 161  # points a side of the grid of rates for nullclines
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(plan: Plan | ProjectionPlan, findings: Findings | ProjectionFindings) -> xr.Dataset:
     """Return the Dataset of phase portraits. Of several, each variable has them along its first dimension."""
+    if isinstance(findings, ProjectionFindings):
+        return projection_dataset(findings)
+    assert isinstance(plan, Plan)
     pairs = list(zip(plan.cases, findings.portraits, strict=False))  # a portrait may be missing
     along, section = plan.spec.along, plan.cases[0].section
     case_quantities, quantities = [_case_quantities(plan, *pair) for pair in pairs], _variables(plan, findings.portraits)
@@ -309,6 +318,8 @@ def _warnings(plan: Plan, case: PortraitCase, portrait: PortraitFindings) -> lis
 
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a phase portrait."""
+    if "equilibria" in result:
+        return projection_report(result)
     s = result.wucht.summary
     lines = [result.attrs["title"]]
     if "cases" not in s:

@@ -15,6 +15,7 @@ from wucht.plots.sheet import legend_below, new_grid
 from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS
 from wucht.results.formatting import with_unit
+from wucht.studies.phase_portrait.state_projection_figure import draw_projection
 
 _UNSTABLE: dict[str, Any] = {"color": COLOURS[1], "linewidth": 1.7, "linestyle": "-", "zorder": 4}
 _STABLE: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.7, "linestyle": (0, (4, 1.6)), "zorder": 4}
@@ -37,6 +38,8 @@ _FEW = 3  # portraits beside each other
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw a panel for each portrait, from the Dataset alone."""
+    if "equilibria" in result:
+        return draw_projection(result)
     cases, model = result.sizes.get("case", 1), result.attrs["model"]
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
     subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else model

@@ -39,6 +39,15 @@ def _trajectories(value: Any) -> Any:
     return int(value)
 
 
+def _two_states(value: Any) -> Any:
+    if isinstance(value, list | tuple) and len(value) == 2 and len(set(value)) == 2 and all(isinstance(n, str) for n in value):
+        return tuple(value)
+    if value == ():
+        return value
+    raise ValueError('must be two states: show = ["x", "z"]')
+
+
+TwoStates = Annotated[tuple[str, ...], BeforeValidator(_two_states)]
 Ranges = Annotated[dict[str, tuple[common.Value, common.Value]], BeforeValidator(_table)]
 Together = Annotated[bool | tuple[str, ...], BeforeValidator(_together)]
 Trajectories = Annotated[int | tuple[dict[str, Any], ...], BeforeValidator(_trajectories)]
@@ -48,7 +57,7 @@ class PhasePortrait(common.Spec):
     """All fixed points of two equations with their kinds, the separatrices of the saddles with their ends, closed curves.
 
     For a table [system] of two states, or for the averaged equations of a machine, reduced to two states by bodies
-    that keep equal phases.
+    that keep equal phases. A table [system] of more states is projected on two.
     """
 
     kind: ClassVar[str] = "phase-portrait"
@@ -73,6 +82,9 @@ class PhasePortrait(common.Spec):
     nullclines: common.TrueOrFalse = Field(default=False, description="whether nullclines are drawn")
     along: common.Path | None = Field(default=None, description="path of a parameter, for a portrait for each of its `values`")
     values: Composite[common.Values] = composite(default=(), description="values of the parameter `along`, a portrait for each")
+    show: Composite[TwoStates] = composite(default=(), title="states of the projection", description=(
+        "two states on which a system of more than two is projected, by default the first two"
+    ))  # fmt: skip
     length: SI[float] = si("", "length of a curve, in windows", default=40.0, gt=0, le=1000, help=(
         "length of a curve, in windows, at which it is stopped"
     ))  # fmt: skip

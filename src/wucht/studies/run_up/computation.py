@@ -6,14 +6,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from wucht.dynamics.limit_sets.long_run import INTERVALS
 from wucht.dynamics.parameters import parameter_of, values_of
 from wucht.dynamics.run_ups.horizon import numbers_per_sample
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.run_ups.run_variations import start_states
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
+from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.system_run import SystemRunFindings, SystemRunPlan, compute_system_run, system_run_plan
 
 
 @dataclass(frozen=True)
@@ -36,8 +39,12 @@ class Plan:
     several: bool
 
 
-def prepare(spec: RunUp, machine: Machine) -> Plan:
-    """Return the plan. Raises ``InputError`` where the question does not fit the machine."""
+def prepare(spec: RunUp, subject: Machine | UserSystem) -> Plan | SystemRunPlan:
+    """Return the plan. Raises ``InputError`` where the question does not fit the subject."""
+    return _machine_plan(spec, subject) if isinstance(subject, Machine) else system_run_plan(spec, subject)
+
+
+def _machine_plan(spec: RunUp, machine: Machine) -> Plan:
     if spec.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
         raise InputError("study.over", spec.over, "must be 'time' or 'phi': no body turns about the rotor")
     cases, starts = [], spec.starts or (spec.start,)
@@ -48,8 +55,10 @@ def prepare(spec: RunUp, machine: Machine) -> Plan:
     return Plan(spec, machine, tuple(cases), bool(spec.starts or spec.values))
 
 
-def numbers(plan: Plan) -> float:
+def numbers(plan: Plan | SystemRunPlan) -> float:
     """Bound the count of stored numbers."""
+    if isinstance(plan, SystemRunPlan):
+        return float(2 * (2 * INTERVALS + 1) * len(plan.start))
     return sum(run.horizon.samples * len(run.models) * numbers_per_sample(run.machine) for run in (c.run for c in plan.cases))
 
 
@@ -84,8 +93,11 @@ class Findings:
     finished_count: int
 
 
-def run(plan: Plan, work: Work) -> Iterator[Findings]:
+def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRunFindings]:
     """Integrate the runs; yield the findings after each leg."""
+    if isinstance(plan, SystemRunPlan):
+        yield from compute_system_run(plan, work)
+        return
     done: list[tuple[Motion, ...]] = []
     count = len(plan.cases)
     for k, case in enumerate(plan.cases):

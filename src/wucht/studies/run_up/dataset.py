@@ -26,6 +26,8 @@ from wucht.studies.bearing_variables import life_quantities, load_quantities
 from wucht.studies.motion_variables import envelopes, motion_quantities
 from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
+from wucht.studies.run_up.system_run import SystemRunFindings, SystemRunPlan
+from wucht.studies.run_up.system_run_result import system_run_dataset, system_run_report
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,8 +66,11 @@ def _plane(of: xr.DataArray) -> np.ndarray:
     return np.array([of.values[there.index(d)] if d in there else zero for d in "xy"])
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(plan: Plan | SystemRunPlan, findings: Findings | SystemRunFindings) -> xr.Dataset:
     """Return the Dataset of one run, of one run of both models, or of many, with the dimension ``case``."""
+    if isinstance(findings, SystemRunFindings):
+        return system_run_dataset(findings)
+    assert isinstance(plan, Plan)
     runs = [join_models(motions, [_motion_result(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
     return gather_runs(plan, runs, findings.finished_count) if plan.several else runs[0].to_dataset()
 
@@ -224,6 +229,8 @@ _SLOW = "  averaged equations"
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a run-up."""
     s = result.wucht.summary
+    if "lyapunov_exponent" in s:
+        return system_run_report(result)
     if "cases" in s:
         return _case_lines(result, s)
     speed, length = formats(result, s["amplitude_unit"])

@@ -24,6 +24,7 @@ from wucht.plots.time_courses import (
     without_steps,
 )
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
+from wucht.studies.run_up.system_run_figure import system_run_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,6 +51,8 @@ def figure(result: xr.Dataset) -> Figure:
     -------
     Figure
     """
+    if "limit_states" in result:
+        return system_run_figure(result)
     if "case" in result.dims:
         return _figure_of_many(result)
     view = _View(result)

@@ -20,10 +20,12 @@ MOST_RUNS = 500
 class RunUp(SingleRun):
     """Start the machine and follow its motion to the end.
 
-    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``.
+    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. Of equations of a
+    table [system]: integrate them, and tell what the motion tends to.
     """
 
     kind: ClassVar[str] = "run-up"
+    subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     next_questions: ClassVar[tuple[NextQuestion, ...]] = (
         NextQuestion("the same run, as long as its verdict needs", {"study.until": "{advised_time:.6g}"}, ("unidentified",)),
         NextQuestion(

@@ -1,0 +1,1 @@
+"""What motions of differential equations tend to: equilibria, periodic orbits, tori, chaotic attractors; and their basins."""

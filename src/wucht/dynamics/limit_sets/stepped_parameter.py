@@ -1,0 +1,134 @@
+"""The motion of equations while a parameter is moved in small steps up and down a range: what it tends to at each value.
+
+At each value the motion continues from where it was at the one before, for a time in which the first one settled; in the second
+half of that the range of each state is recorded, and its maxima. Where both ways differ the state depends on the history.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
+from wucht.errors import RunError
+from wucht.files.user_system import UserSystem
+from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.integration import integrate
+
+_SAMPLES = 4000  # in the recorded half of a step
+_MOST_MAXIMA = 60  # of a state at a value
+_DIFFERENT = 0.01  # of the range of a state over the whole sweep: more is another state
+_JUMP, _NEIGHBOURS = 8.0, 4  # times the median change of the values beside it, and as many on either side
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """One way through the range.
+
+    Attributes
+    ----------
+    values : ndarray, (V,)
+        Of the parameter, in their order on this way.
+    low, high, mean : ndarray, (n, V)
+        Of each state; NaN from where the run failed.
+    maxima : ndarray, (n, V, 60)
+        The last maxima of each state, NaN where there are fewer.
+    failure : str, optional
+        Why it ended early.
+    """
+
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    mean: np.ndarray
+    maxima: np.ndarray
+    failure: str | None = None
+
+
+def settling_span(subject: UserSystem, start: np.ndarray, settings: LongRunSettings) -> tuple[float, np.ndarray]:
+    """Return the time in which the motion from a start (n,) settles, and its state at the end."""
+    run = long_run(subject, start, settings)
+    if run.failure is not None:
+        raise RunError(run.failure)
+    return run.end_time, run.states[:, -1]
+
+
+def step_through(
+    subject: UserSystem, path: str, values: np.ndarray, start: np.ndarray, span: float, settings: LongRunSettings,
+    report: Callable[[float], None],
+) -> tuple[Way, np.ndarray]:  # fmt: skip
+    """Move a parameter through values (V,) and return what is recorded, and the last state (n,). span: the time at each."""
+    compiled_system = compile_system(subject.system, settings.tolerance, (), settings.engine)
+    n, state = len(subject.system.states), np.asarray(start, float)
+    low, high, mean = (np.full((n, len(values)), np.nan) for _ in range(3))
+    maxima = np.full((n, len(values), _MOST_MAXIMA), np.nan)
+    grid = np.concatenate([[0.0], span / 2 + np.linspace(0.0, span / 2, _SAMPLES + 1)])
+    for k, value in enumerate(values.tolist()):
+        report(k / len(values))
+        numbers = subject.system.values({**subject.values, path: value})
+        run = integrate(compiled_system, state, numbers, grid).reraise_interrupt()
+        if run.failure is not None:
+            return Way(values, low, high, mean, maxima, f"at {path} = {value:.6g}: {run.failure}"), state
+        recorded_states, state = run.states[:, 1:], run.states[:, -1]
+        low[:, k], high[:, k], mean[:, k] = recorded_states.min(1), recorded_states.max(1), recorded_states.mean(1)
+        for i, x in enumerate(recorded_states):
+            peaks = _peaks(x)[-_MOST_MAXIMA:]
+            maxima[i, k, : len(peaks)] = peaks
+    return Way(values, low, high, mean, maxima), state
+
+
+def _peaks(x: np.ndarray) -> np.ndarray:
+    """Return the maxima of samples (K,), of the parabola through each three; the last value of a motion without one."""
+    inner = np.flatnonzero((x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:])) + 1
+    if not len(inner):
+        return np.array([x[-1]])
+    a, b, c = x[inner - 1], x[inner], x[inner + 1]
+    bend = a - 2 * b + c
+    return np.asarray(b - np.where(bend < 0, (a - c) ** 2 / np.where(bend < 0, 8 * bend, -1.0), 0.0))
+
+
+@dataclass(frozen=True)
+class StateJump:
+    """A jump of the motion. value: of the parameter. before, after: largest value of the state that jumps most."""
+
+    value: float
+    state: str
+    before: float
+    after: float
+
+
+def state_jumps(way: Way, names: tuple[str, ...], rows: Sequence[int]) -> Iterator[StateJump]:
+    """Yield the jumps on a way: changes of a state's range that are many times those at the values beside it.
+
+    rows: of the states that are no angles.
+    """
+    if not len(rows):
+        return
+    measures = np.stack([way.low, way.high])[:, rows]  # (2, r, V)
+    sizes = np.nanmax(way.high[rows], axis=1) - np.nanmin(way.low[rows], axis=1)
+    changes = np.abs(np.diff(measures, axis=2)).max(axis=0) / np.where(sizes > 0, sizes, 1.0)[:, None]  # (n, V - 1)
+    largest = np.nan_to_num(changes.max(axis=0))
+    for k in range(len(largest)):
+        beside = np.concatenate([largest[max(0, k - _NEIGHBOURS) : k], largest[k + 1 : k + 1 + _NEIGHBOURS]])
+        if largest[k] > 5 * _DIFFERENT and largest[k] > _JUMP * np.median(beside) and largest[k] >= beside.max():
+            i = rows[int(changes[:, k].argmax())]
+            yield StateJump(
+                float((way.values[k] + way.values[k + 1]) / 2), names[i], float(way.high[i, k]), float(way.high[i, k + 1])
+            )
+
+
+def range_of_history(up: Way, down: Way, rows: Sequence[int]) -> tuple[float, float] | None:
+    """Return the range of the parameter in which the motion depends on the way; None where it nowhere does.
+
+    rows: of the states that are no angles.
+    """
+    if not len(rows):
+        return None
+    sizes = np.nanmax(up.high[rows], axis=1) - np.nanmin(up.low[rows], axis=1)
+    scale = np.where(sizes > 0, sizes, 1.0)[:, None]
+    apart = [np.abs(getattr(up, name)[rows] - getattr(down, name)[rows, ::-1]) for name in ("low", "high")]
+    off = np.maximum(*apart) / scale
+    at = up.values[(off > 5 * _DIFFERENT).any(axis=0)]
+    return (float(at.min()), float(at.max())) if len(at) else None

@@ -1,0 +1,124 @@
+"""A map of the attractors of equations: findings -> quantities, and the lines of its report."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.dynamics.limit_sets.basins import DIVERGES, FAILED, NOT_SETTLED
+from wucht.dynamics.limit_sets.descriptions import numbers_of, sentence_of
+from wucht.dynamics.limit_sets.limit_set import LimitSet
+from wucht.dynamics.sampling.label_maps import share, uncertainty
+from wucht.results.formatting import percent, report_lines
+from wucht.results.quantities import Quantity, result_dataset, table
+from wucht.studies.basin.system_basin import SystemBasinFindings, SystemBasinPlan
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_WITHOUT_ATTRACTOR = {NOT_SETTLED: "unsettled", DIVERGES: "diverges", FAILED: "failed"}
+_MOST_PLACES = 20_001
+_TWO_SIGMA = 2.0
+_PARTS = {
+    "label": ("label of the attractor", ""), "kind": ("kind of the attractor", ""), "share": ("share of the starts", ""),
+    "standard_error": ("standard error of the share", ""), "stable": ("whether nearby motions tend to it", ""),
+    "state": ("states of the equilibrium", ""), "eigenvalues": ("eigenvalues of the equilibrium", ""),
+    "period": ("period of the orbit", ""), "turns": ("turns of the angles in a period", ""),
+    "multipliers": ("Floquet multipliers of the orbit", ""),
+    "lyapunov_exponent": ("largest Lyapunov exponent with its 95 % interval", ""),
+    "min": ("least value of each state", ""), "max": ("largest value of each state", ""),
+    "mean": ("mean value of each state", ""),
+}  # fmt: skip
+
+
+def system_basin_dataset(findings: SystemBasinFindings) -> xr.Dataset:
+    """Return the Dataset of a map of attractors."""
+    plan, outcomes = findings.plan, findings.outcomes
+    names, (x, y) = plan.subject.system.state_names, plan.axes
+    labels = _labels(findings)
+    cells = outcomes.labels.reshape(plan.shape)
+    inside = {labels[k]: cells == k for k in np.unique(cells).tolist()}
+    fractions = {name: share(mask) for name, mask in inside.items()}
+    errors = {name: _standard_error(plan, mask) for name, mask in inside.items()}
+    entries = [
+        {"label": labels[k], "kind": str(one.kind), "share": fractions.get(labels[k], 0.0),
+         "standard_error": errors.get(labels[k], 0.0), **numbers_of(one, names)}
+        for k, one in enumerate(outcomes.attractors)
+    ]  # fmt: skip
+    order = sorted(range(len(entries)), key=lambda k: -entries[k]["share"])
+    flags = [*_WITHOUT_ATTRACTOR, *range(len(outcomes.attractors))]
+    attributes = {"flag_values": np.array(flags, np.int16), "flag_meanings": " ".join(labels[k] for k in flags)}
+    axes = {a.name: {"range": [a.low, a.high], "cells": a.cells, "periodic": a.is_periodic} for a in plan.axes}
+    quantities = [
+        Quantity("axes", axes, "axes of the map"),
+        Quantity("fractions", fractions, "shares of the starts by attractor"),
+        Quantity("standard_errors", errors, "standard errors of the shares"),
+        *table("attractors", [entries[k] for k in order], "attractors, that of most starts first", _PARTS),
+        Quantity("runs", cells.size, "number of runs"),
+        Quantity("x", x.centres, x.name, "", "x"),
+        Quantity("y", y.centres, y.name, "", "y"),
+        Quantity("outcome", cells.astype(np.int16), "attractor", "", "y x", attributes=attributes),
+        Quantity("state", list(names), "state", "", "state"),
+        *_samples(outcomes.attractors, [labels[k] for k in range(len(outcomes.attractors))], len(names)),
+    ]
+    ranking = sorted(fractions, key=lambda name: -fractions[name])
+    sentence = ", ".join(f"{name} {percent(fractions[name], _TWO_SIGMA * errors[name])}" for name in ranking)
+    more: dict[str, Any] = {"subject": "system"} | {
+        f"{k}_{word}": value
+        for k, a in zip("xy", plan.axes, strict=True)
+        for word, value in {"axis": a.name, "low": a.low, "high": a.high, "is_angle": int(a.is_angle)}.items()
+    }
+    sentences = [f"{labels[k]}: {sentence_of(one.kind, one, names)}" for k, one in enumerate(outcomes.attractors)]
+    more["attractor_sentences"] = "\n".join(sentences)
+    return result_dataset(quantities, sentence, _warnings(findings, fractions), **more)
+
+
+def _labels(findings: SystemBasinFindings) -> dict[int, str]:
+    """Return the label of each number: the kind, numbered where there are several of it, that of most starts first."""
+    attractors, cells = findings.outcomes.attractors, findings.outcomes.labels
+    labels = dict(_WITHOUT_ATTRACTOR)
+    for kind in {one.kind for one in attractors}:
+        of_kind = sorted((k for k, one in enumerate(attractors) if one.kind == kind), key=lambda k: -(cells == k).sum())
+        labels |= {k: f"{kind}-{i + 1}" if len(of_kind) > 1 else str(kind) for i, k in enumerate(of_kind)}
+    return labels
+
+
+def _standard_error(plan: SystemBasinPlan, inside: np.ndarray) -> float:
+    """Return the standard error of a share: of a grid by its border, of random starts that of a binomial distribution."""
+    if plan.spec.ranges:
+        p = share(inside)
+        return math.sqrt(p * (1 - p) / inside.size)
+    return uncertainty(inside, (plan.axes[1].is_periodic, plan.axes[0].is_periodic)) / _TWO_SIGMA
+
+
+def _samples(attractors: tuple[LimitSet, ...], labels: list[str], count: int) -> list[Quantity]:
+    """Return samples of the attractors, padded with NaN."""
+    curves = [a.states[:, :: max(1, -(-a.states.shape[1] // _MOST_PLACES))] for a in attractors]
+    longest = max((s.shape[1] for s in curves), default=0)
+    samples = np.full((len(attractors), count, longest), np.nan)
+    for k, states in enumerate(curves):
+        samples[k, :, : states.shape[1]] = states
+    return [
+        Quantity("attractor", labels, "attractor", "", "attractor"),
+        Quantity("attractor_states", samples, "state on the attractor", "", "attractor state place"),
+    ]
+
+
+def _warnings(findings: SystemBasinFindings, fractions: dict[str, float]) -> list[str]:
+    warnings = []
+    if NOT_SETTLED in findings.outcomes.labels:
+        left = f"{100 * fractions['unsettled']:.3g} % of the starts lead to no motion that could be identified"
+        warnings.append(f"{left}; a run-up from one of them shows it")
+    return warnings
+
+
+def system_basin_report(result: xr.Dataset) -> list[str]:
+    """Return the lines that ``wucht run`` prints for a map of attractors."""
+    s = result.wucht.summary
+    cells = " x ".join(str(axis["cells"]) for axis in s["axes"].values())
+    lines: list[tuple[str, Any]] = [("map", f"{cells} cells over {' and '.join(s['axes'])}"), ("runs", str(s["runs"]))]
+    lines += [("attractor", line) for line in result.attrs["attractor_sentences"].split("\n") if line]
+    lines.append(("shares", "± holds in 19 of 20 cases"))
+    return report_lines(result, s["sentence"], lines)

@@ -1,0 +1,57 @@
+"""The figure of a projected portrait: trajectories, what they tend to, and equilibria, over two states."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.plots.sheet import legend_below, new_figure
+from wucht.plots.stability_lines import entry
+from wucht.plots.style import COLOURS
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_POINTS: dict[str, dict[str, Any]] = {
+    "stable": {"marker": "o", "markerfacecolor": "black"},
+    "saddle": {"marker": "x", "markeredgewidth": 2.0},
+    "unstable": {"marker": "o", "markerfacecolor": "white"},
+    "degenerate": {"marker": "s", "markerfacecolor": "white"},
+}
+
+
+def draw_projection(result: xr.Dataset) -> Figure:
+    """Draw the projection from the Dataset alone."""
+    fig, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 4.2)
+    rows = [int(result.attrs["abscissa"]), int(result.attrs["ordinate"])]
+    turning = np.atleast_1d(result.attrs["turning"])[rows] > 0
+    for curve in result.trajectories.values:
+        axis.plot(*_wrapped_curve(curve[rows], turning), color="#9A9A9A", linewidth=0.6, zorder=2)
+    for curve, kind in zip(result.limit_sets.values, result.limit_set_kind.values.astype(str), strict=True):
+        if kind == "periodic":
+            axis.plot(*_wrapped_curve(curve[rows], turning), color=COLOURS[1], linewidth=1.7, zorder=4)
+        elif kind != "equilibrium":
+            axis.plot(*_wrapped_curve(curve[rows], turning), ".", color=COLOURS[1], markersize=1, markeredgewidth=0, zorder=3)
+    kinds = result.equilibrium_kind.values.astype(str)
+    for state, kind in zip(result.equilibria.values.T, kinds, strict=True):
+        axis.plot(*state[rows], linestyle="", color="black", markersize=6.5, zorder=7, **_POINTS[kind])
+    names = [str(result.state.values[row]) for row in rows]
+    axis.set(xlabel=names[0], ylabel=names[1])
+    handles = [
+        entry(f"equilibrium, {k}", linestyle="", color="black", markersize=6, **_POINTS[k]) for k in dict.fromkeys(kinds)
+    ]
+    handles.append(entry("trajectory", color="#9A9A9A", linewidth=0.6))
+    if (result.limit_set_kind.values.astype(str) != "equilibrium").any():
+        handles.append(entry("what it tends to", color=COLOURS[1], linewidth=1.7))
+    legend_below(fig, handles)
+    return fig
+
+
+def _wrapped_curve(curve: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    """Return a curve (2, N) with angles in [0, 2 pi), interrupted where one is wrapped."""
+    curve = np.where(turning[:, None], np.remainder(curve, 2 * np.pi), curve)
+    with np.errstate(invalid="ignore"):
+        jumps = ((np.abs(np.diff(curve, axis=1)) > np.pi) & turning[:, None]).any(axis=0)
+    return np.asarray(np.insert(curve, np.flatnonzero(jumps) + 1, np.nan, axis=1))

@@ -1,0 +1,130 @@
+"""What a run tends to, against what is known of the equations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, forcing_period
+from wucht.dynamics.limit_sets.long_run import LongRun, LongRunSettings, long_run
+from wucht.errors import WuchtError
+from wucht.files.user_system import UserSystem, equations_from
+
+
+def equations(states: dict[str, str], angles: tuple[str, ...] = (), **parameters: float) -> UserSystem:
+    return equations_from({"states": states, "angles": list(angles), "parameters": parameters})
+
+
+def run_of(states: dict[str, str], start: list[float], angles: tuple[str, ...] = (), until: float | None = None) -> LongRun:
+    return long_run(equations(states, angles), np.array(start), LongRunSettings(until))
+
+
+def limit_of(run: LongRun) -> LimitSet:
+    assert run.limit_set is not None
+    return run.limit_set
+
+
+FOCUS = {"x": "v", "v": "-0.1*v - x"}
+NORMAL_FORM = {"x": "x - 2*y - x*(x^2 + y^2)", "y": "2*x + y - y*(x^2 + y^2)"}  # r' = r - r^3, phi' = 2
+ROESSLER = {"x": "-y - z", "y": "x + 0.2*y", "z": "0.2 + z*(x - c)"}
+
+
+def test_a_damped_oscillator_comes_to_its_equilibrium() -> None:
+    run = run_of(FOCUS, [1.0, 0.0])
+    assert run.kind is MotionKind.EQUILIBRIUM
+    assert limit_of(run).attracts is True
+    assert limit_of(run).eigenvalues == pytest.approx([-0.05 + 1j * np.sqrt(1 - 0.0025), -0.05 - 1j * np.sqrt(1 - 0.0025)])
+    # The amplitude exp(-t/20) falls to a fiftieth of the range of x, within half a swing.
+    assert run.settling_time == pytest.approx(20 * np.log(50 / (1 + np.exp(-np.pi / 20))), abs=np.pi)
+
+
+def test_a_start_on_an_unstable_equilibrium_stays_there() -> None:
+    run = run_of({"x": "x - x^3"}, [0.0])
+    assert (run.kind, limit_of(run).attracts) == (MotionKind.EQUILIBRIUM, False)
+
+
+def test_a_limit_cycle_has_its_period_and_its_multiplier() -> None:
+    limit = limit_of(run_of(NORMAL_FORM, [0.1, 0.0]))
+    assert (limit.kind, limit.attracts) == (MotionKind.PERIODIC, True)
+    assert limit.period == pytest.approx(np.pi, rel=1e-9)
+    assert limit.multipliers == pytest.approx([np.exp(-2 * np.pi)], rel=1e-6)  # d(r')/dr = -2 at r = 1
+    assert np.concatenate([limit.low, limit.high]) == pytest.approx([-1, -1, 1, 1], abs=1e-5)
+
+
+def test_a_motion_that_tends_to_an_orbit_from_alternate_sides_has_its_shortest_period() -> None:
+    """At c = 2.5 the multiplier is -0.77: every second return is nearer than the first."""
+    subject = equations(ROESSLER, c=2.5)
+    limit = limit_of(long_run(subject, np.array([1.0, 1.0, 0.0])))
+    assert limit.period == pytest.approx(5.748991, rel=1e-6)
+    assert limit.multipliers[0].real == pytest.approx(-0.76969, abs=1e-4)
+
+
+def test_an_angle_that_turns_returns_after_a_turn() -> None:
+    limit = limit_of(run_of({"a": "w", "w": "1 - w"}, [0.0, 0.0], ("a",)))
+    assert (limit.kind, limit.turns.tolist()) == (MotionKind.PERIODIC, [1, 0])
+    assert limit.period == pytest.approx(2 * np.pi, rel=1e-9)
+
+
+def test_a_forced_motion_has_a_multiple_of_the_period_of_its_forcing() -> None:
+    limit = limit_of(run_of({"x": "v", "v": "-0.5*v - x + cos(3*t)"}, [0.0, 0.0]))
+    assert (limit.kind, limit.period) == (MotionKind.PERIODIC, pytest.approx(2 * np.pi / 3, rel=1e-12))
+    assert limit.high[0] == pytest.approx(1 / np.hypot(1 - 9, 1.5), rel=1e-5)  # |1 / (1 - 9 + 1.5 i)|
+
+
+def test_a_conservative_oscillation_attracts_nothing() -> None:
+    limit = limit_of(run_of({"x": "v", "v": "-x"}, [1.0, 0.0]))
+    assert (limit.kind, limit.attracts) == (MotionKind.PERIODIC, None)
+
+
+@pytest.mark.parametrize("states", [{"x": "x^2"}, {"x": "0.1*x"}])
+def test_a_motion_that_grows_without_bound_diverges(states: dict[str, str]) -> None:
+    """x^2 in a finite time, at t = 1."""
+    run = run_of(states, [1.0])
+    assert (run.kind, run.limit_set, run.failure) == (MotionKind.DIVERGES, None, None)
+    assert states != {"x": "x^2"} or run.end_time == pytest.approx(1.0, abs=2e-3)
+
+
+def test_a_chaotic_motion_has_an_exponent_with_its_interval() -> None:
+    """J. C. Sprott, "Chaos and Time-Series Analysis", Oxford 2003: 0.9056."""
+    run = run_of({"x": "10*(y - x)", "y": "x*(28 - z) - y", "z": "x*y - 8/3*z"}, [1.0, 1.0, 1.0])
+    exponent = limit_of(run).exponent
+    assert run.kind is MotionKind.CHAOTIC
+    assert exponent is not None
+    assert 0 < exponent.low < 0.9056 < exponent.high
+
+
+def test_two_frequencies_without_common_period_cover_a_torus() -> None:
+    run = run_of({"x": "v", "v": "(0.1 - x^2)*v - x + 0.05*cos(1.6180339887*t)"}, [1.0, 0.0])
+    assert run.kind is MotionKind.QUASI_PERIODIC
+
+
+def test_a_run_that_is_too_short_says_how_long_it_should_be() -> None:
+    run = run_of(FOCUS, [1.0, 0.0], until=10.0)
+    assert (run.kind, run.advised_time) == (MotionKind.NOT_SETTLED, 40.0)
+    assert (run.time[0], run.time[-1], len(run.time)) == (0.0, 10.0, 40_001)
+
+
+def test_samples_are_evenly_spaced() -> None:
+    run = run_of(FOCUS, [1.0, 0.0])
+    assert np.ptp(np.diff(run.time)) < 1e-9 * run.end_time
+    assert run.states[0] == pytest.approx(
+        np.exp(-0.05 * run.time) * (np.cos(w * run.time) + 0.05 / w * np.sin(w * run.time)), abs=1e-9
+    )
+
+
+w = np.sqrt(1 - 0.0025)
+
+
+def test_a_motion_that_sticks_at_a_jump_fails_with_advice() -> None:
+    run = run_of({"x": "v", "v": "-x - 0.3*sign(v)"}, [1.0, 0.0], until=20.0)
+    assert run.kind is MotionKind.FAILED
+    assert "slides along a jump" in str(run.failure)
+    assert run.end_time == pytest.approx(np.pi * 2, abs=0.2)  # after two half swings, at |x| = 0.2 or less
+
+
+def test_the_period_of_the_forcing_is_that_of_all_frequencies_together() -> None:
+    subject = equations({"x": "cos(2*w*t) + sin(3*w*t + x)"}, w=0.5)
+    assert forcing_period(subject.system, subject.values) == pytest.approx(4 * np.pi)
+    assert forcing_period(equations({"x": "exp(-t)"}).system, {}) is None
+    with pytest.raises(WuchtError, match="no common period"):
+        forcing_period(equations({"x": "cos(t) + cos(sqrt(2)*t)"}).system, {})

@@ -1,0 +1,55 @@
+"""Largest Lyapunov exponents: known exactly for linear equations, from the literature for chaotic ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.numerics.lyapunov import exponent_from_blocks, largest_lyapunov_exponent
+from wucht.piecewise import PiecewiseCubic, step
+from wucht.system import System
+
+x, y, z, a = sp.symbols("x y z a", real=True)
+
+
+def test_of_a_linear_system_it_is_the_largest_real_part() -> None:
+    system = System((x, y, z), (a * x + y, a * y, -3 * z), (a,))
+    exponent, times, states = largest_lyapunov_exponent(system, (-0.25,), np.array([1.0, 1.0, 1.0]), 400.0)
+    assert exponent.value == pytest.approx(-0.25, abs=0.01)  # a double eigenvalue: the change grows as t exp(-t/4)
+    assert (times[-1] - times[0], states.shape[0]) == (pytest.approx(400.0), 3)
+
+
+def test_of_lorenz_equations_its_interval_holds_the_published_value() -> None:
+    """J. C. Sprott, "Chaos and Time-Series Analysis", Oxford 2003, appendix A: 0.9056 at sigma = 10, rho = 28, beta = 8/3."""
+    system = System((x, y, z), (10 * (y - x), x * (28 - z) - y, x * y - sp.Rational(8, 3) * z))
+    exponent, _, _ = largest_lyapunov_exponent(system, (), np.array([1.0, 1.0, 20.0]), 1000.0)
+    assert exponent.low < 0.9056 < exponent.high
+    assert exponent.high - exponent.low < 0.05
+
+
+@pytest.mark.slow
+def test_of_roessler_equations_its_interval_holds_the_published_value() -> None:
+    """As above: 0.0714 at a = b = 0.2, c = 5.7."""
+    system = System((x, y, z), (-y - z, x + y / 5, sp.Rational(1, 5) + z * (x - sp.Float(5.7))))
+    exponent, _, _ = largest_lyapunov_exponent(system, (), np.array([1.0, 1.0, 0.0]), 100_000.0)
+    assert exponent.low < 0.0714 < exponent.high
+    assert exponent.high - exponent.low < 0.004
+
+
+def test_its_interval_is_that_of_student() -> None:
+    exponent = exponent_from_blocks(np.array([1.0, 2.0, 3.0]), 3.0)
+    assert (exponent.value, exponent.high - exponent.value) == (2.0, pytest.approx(4.302653 / np.sqrt(3), rel=1e-6))
+
+
+def test_the_interval_holds_the_mean_of_independent_blocks_in_19_of_20_cases() -> None:
+    rates = np.random.default_rng(1).normal(0.3, 1.0, (2000, 20))
+    inside = [e.low < 0.3 < e.high for e in (exponent_from_blocks(r, 1.0) for r in rates)]
+    assert np.mean(inside) == pytest.approx(0.95, abs=3 * np.sqrt(0.95 * 0.05 / 2000))
+
+
+def test_equations_that_jump_have_none() -> None:
+    system = System((x, y), (y, -x - PiecewiseCubic(y, step("sign", 0.0, -1.0, 1.0))))
+    with pytest.raises(WuchtError, match="the equations jump"):
+        largest_lyapunov_exponent(system, (), np.array([1.0, 0.0]), 10.0)

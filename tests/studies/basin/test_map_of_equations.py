@@ -1,0 +1,65 @@
+"""The study basin of equations of a table [system]."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wucht
+from wucht.errors import InputError
+from wucht.files.user_system import UserSystem, equations_from
+from wucht.studies.registry import study_of
+
+WELLS = {"x": "v", "v": "-0.5*v + x - x^3", "z": "-z"}
+AXES = {"x": [-2.0, 2.0, 12], "v": [-2.0, 2.0, 10]}
+
+
+def subject(states: dict[str, str]) -> UserSystem:
+    return equations_from({"states": states}, "two wells")
+
+
+def test_a_map_of_two_wells(tmp_path: Path) -> None:
+    result = wucht.run(wucht.Basin(axes=AXES, start={"z": 0.5}), subject(WELLS))
+    s = result.wucht.summary
+    assert s["fractions"] == {"equilibrium-1": 0.5, "equilibrium-2": 0.5}  # by symmetry
+    assert sorted(a["state"]["x"] for a in s["attractors"]) == pytest.approx([-1, 1])
+    assert [a["stable"] for a in s["attractors"]] == [True, True]
+    assert result.outcome.shape == (10, 12)
+    assert (result.outcome.values == result.outcome.values[::-1, ::-1]).sum() == 0  # the opposite start, the opposite well
+    lines = study_of("basin").report(result)
+    assert "equilibrium-1 50" in lines[1]
+    wucht.draw(result).savefig(tmp_path / "map.png")
+
+
+def test_further_states_are_drawn_at_random() -> None:
+    result = wucht.run(wucht.Basin(axes={"x": [-1.0, 1.0, 8], "y": [-1.0, 1.0, 8]}, ranges={"z": [-3.0, 1.0]}),
+                       subject({"x": "-x", "y": "-y", "z": "z - z^3"}))  # fmt: skip
+    s = result.wucht.summary
+    share = next(a["share"] for a in s["attractors"] if a["state"]["z"] < 0)
+    error = np.sqrt(0.75 * 0.25 / 64)
+    assert share == pytest.approx(0.75, abs=3 * error)
+    assert s["standard_errors"]["equilibrium-1"] == pytest.approx(np.sqrt(share * (1 - share) / 64))
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ({"axes": {"x": [-1.0, 1.0, 4], "w": [-1.0, 1.0, 4]}}, "unknown state"),
+        ({"axes": {"x": [1.0, -1.0, 4], "v": [-1.0, 1.0, 4]}}, "lo below hi"),
+        ({"axes": AXES, "start": {"x": 1.0}}, "given twice"),
+        ({"axes": AXES, "ranges": {"x": [0.0, 1.0]}}, "given twice"),
+        ({"axes": AXES, "ranges": {"z": [1.0, 0.0]}}, "low below high"),
+        ({"axes": AXES, "model": "slow"}, "for a machine only"),
+    ],
+)
+def test_questions_that_do_not_fit_are_refused(keys: dict[str, object], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        wucht.run(wucht.Basin(**keys), subject(WELLS))
+
+
+def test_a_hamiltonian_system_is_refused() -> None:
+    henon_heiles = {"x": "u", "y": "v", "u": "-x - 2*x*y", "v": "-y - x^2 + y^2"}
+    with pytest.raises(InputError, match="preserve volume"):
+        wucht.run(wucht.Basin(axes={"x": [-1.0, 1.0, 4], "y": [-1.0, 1.0, 4]}), subject(henon_heiles))

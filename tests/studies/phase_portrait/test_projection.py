@@ -1,0 +1,57 @@
+"""Portraits of equations of more than two states, projected on two."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wucht
+from wucht.errors import InputError
+from wucht.files.user_system import UserSystem, equations_from
+from wucht.studies.registry import study_of
+
+WELLS = {"x": "v", "v": "-0.5*v + x - x^3", "z": "-z"}
+RANGES = {"x": (-2.0, 2.0), "v": (-2.0, 2.0), "z": (-1.0, 1.0)}
+
+
+def subject(states: dict[str, str] | None = None) -> UserSystem:
+    return equations_from({"states": states or WELLS}, "two wells")
+
+
+def test_equilibria_trajectories_and_attractors_of_two_wells(tmp_path: Path) -> None:
+    starts = [{"x": 0.5, "z": 1.0}, {"x": -0.5, "z": -1.0}]
+    result = wucht.run(wucht.PhasePortrait(ranges=RANGES, show=["x", "z"], trajectories=starts), subject())
+    s = result.wucht.summary
+    points = {round(p["state"]["x"], 9) + 0.0: p for p in s["fixed_points"]}
+    assert {x: p["kind"] for x, p in points.items()} == {-1.0: "stable", 0.0: "saddle", 1.0: "stable"}
+    # At x = 0: lambda^2 + lambda/2 - 1 = 0, and -1 of z.
+    growth = sorted(re for re, _ in points[0.0]["eigenvalues"])
+    assert growth == pytest.approx(sorted([-0.25 + np.sqrt(1.0625), -0.25 - np.sqrt(1.0625), -1.0]))
+    assert sorted(round(a["state"]["x"]) for a in s["attractors"]) == [-1, 1]
+    assert result.trajectories.shape[:2] == (2, 3)
+    assert (result.attrs["abscissa"], result.attrs["ordinate"]) == (0, 2)
+    assert study_of("phase-portrait").report(result)[1].startswith("verdict: equilibria: ")
+    fig = wucht.draw(result)
+    assert (fig.axes[0].get_xlabel(), fig.axes[0].get_ylabel()) == ("x", "z")
+    fig.savefig(tmp_path / "projection.png")
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ({"ranges": {"x": (-1.0, 1.0)}}, "ranges.v"),
+        ({"ranges": RANGES | {"w": (0.0, 1.0)}}, "unknown state"),
+        ({"ranges": RANGES, "show": ["x", "w"]}, "unknown state"),
+        ({"ranges": RANGES, "nullclines": True}, "for two states only"),
+    ],
+)
+def test_questions_that_do_not_fit_are_refused(keys: dict[str, object], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        wucht.run(wucht.PhasePortrait(**keys), subject())
+
+
+def test_two_states_need_no_projection() -> None:
+    with pytest.raises(InputError, match="more than two states"):
+        wucht.run(wucht.PhasePortrait(show=["x", "v"]), subject({"x": "v", "v": "-x - v"}))

@@ -1,0 +1,57 @@
+"""The study sweep of equations of a table [system]."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wucht
+from wucht.errors import InputError
+from wucht.files.user_system import UserSystem, equations_from
+from wucht.studies.registry import study_of
+
+FOLD = 2 / (3 * np.sqrt(3))  # of x' = mu + x - x^3: where mu = -(x - x^3) has its extremes
+
+
+def hysteresis() -> UserSystem:
+    return equations_from({"states": {"x": "mu + x - x^3"}, "parameters": {"mu": 0.0}}, "two folds")
+
+
+def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
+    result = wucht.run(wucht.Sweep(along="mu", range=(-0.6, 0.6), start={"x": -1.0}, points=121), hysteresis())
+    s = result.wucht.summary
+    assert [j["direction"] for j in s["jumps"]] == ["up", "down"]
+    step = 1.2 / 120
+    for jump, sign in zip(s["jumps"], (1, -1), strict=True):
+        assert sign * jump["value"] == pytest.approx(FOLD, abs=1.5 * step)
+        # Beyond the fold x tends to the other root of mu + x - x^3 = 0.
+        roots = np.roots([-1.0, 0.0, 1.0, jump["value"]])
+        assert np.abs(roots - jump["to"]).min() < 0.05
+        assert sign * jump["to"] > 1 > -sign * jump["from"] > 0.4
+    assert s["hysteresis"] == pytest.approx([-FOLD, FOLD], abs=1.5 * step)
+    assert study_of("sweep").report(result)[1].startswith("verdict: 2 JUMPS")
+    wucht.draw(result).savefig(tmp_path / "sweep.png")
+
+
+def test_a_motion_without_folds_has_no_jump() -> None:
+    subject = equations_from({"states": {"x": "mu - x"}, "parameters": {"mu": 0.0}})
+    result = wucht.run(wucht.Sweep(along="mu", range=(0.0, 1.0), direction="up", points=21), subject)
+    assert (result.wucht.summary["jumps"], result.wucht.summary["hysteresis"]) == ([], None)
+    assert result["mean"].values[0, 0] == pytest.approx(np.linspace(0, 1, 21), abs=1e-5)
+
+
+def test_maxima_are_those_of_the_orbit() -> None:
+    """r' = mu r - r^3: a circle of radius sqrt(mu), turned at the rate 2."""
+    states = {"x": "mu*x - 2*y - x*(x^2 + y^2)", "y": "2*x + mu*y - y*(x^2 + y^2)"}
+    subject = equations_from({"states": states, "parameters": {"mu": 0.5}})
+    result = wucht.run(wucht.Sweep(along="mu", range=(0.5, 2.0), direction="up", start={"x": 0.5}, points=11), subject)
+    peaks = result.maxima.sel(state="x").values[0]
+    assert np.nanmax(np.abs(peaks - np.sqrt(np.linspace(0.5, 2.0, 11))[:, None])) < 1e-4
+
+
+@pytest.mark.parametrize("key", [{"rate": 1.0}, {"jump_tolerance": 1e-3}])
+def test_keys_of_machines_do_not_fit(key: dict[str, float]) -> None:
+    with pytest.raises(InputError, match="allowed for a machine only"):
+        wucht.run(wucht.Sweep(along="mu", range=(0.0, 1.0), **key), hysteresis())
