@@ -54,8 +54,8 @@ def _exceptions(plan: Plan, findings: Findings) -> str:
     if not values:
         return ""
     name, unit = _parameter_words(plan)
-    listed = ", ".join(value_in_words(value, *unit_in_print(unit)) for value in values)
-    return f"; the outcomes differ at {name} = {listed}"
+    listing = ", ".join(value_in_words(value, *unit_in_print(unit)) for value in values)
+    return f"; the outcomes differ at {name} = {listing}"
 
 
 def _parameter_words(plan: Plan) -> tuple[str, str]:

@@ -70,12 +70,12 @@ def _matrix(axis: Axes, result: xr.Dataset) -> None:
     norm = LogNorm(float(inside.min()), max(float(inside.max()), 10 * float(inside.min())))
     classes = scale * result["mean_class"].values, scale * result["range_class"].values
     mesh = axis.pcolormesh(*classes, np.where(counts > 0, counts, np.nan), norm=norm, cmap="cividis_r", shading="nearest")
-    axis.set_xlim(_shown(classes[0], counts.sum(axis=0) > 0))
-    axis.set_ylim(_shown(classes[1], counts.sum(axis=1) > 0))
+    axis.set_xlim(_range_with_rim(classes[0], counts.sum(axis=0) > 0))
+    axis.set_ylim(_range_with_rim(classes[1], counts.sum(axis=1) > 0))
     plain_decades(colour_bar(axis, mesh, "cycles").ax.yaxis, alone=True)
 
 
-def _shown(middles: np.ndarray, has_cycles: np.ndarray) -> tuple[float, float]:
+def _range_with_rim(middles: np.ndarray, has_cycles: np.ndarray) -> tuple[float, float]:
     """The limits of a scale of classes with these middles (N,): around those that have cycles, with one more at either end."""
     present, width = np.flatnonzero(has_cycles), float(middles[1] - middles[0])
     return float(middles[present[0]] - _RIM * width), float(middles[present[-1]] + _RIM * width)
