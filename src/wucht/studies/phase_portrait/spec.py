@@ -62,6 +62,7 @@ class PhasePortrait(common.Spec):
 
     kind: ClassVar[str] = "phase-portrait"
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
+    meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "show")
 
     ranges: Composite[Ranges] = composite(default_factory=dict, title="ranges of the states", description=(
         "ranges of the states, by name: the window; of an angle its range in the figure"
