@@ -3,8 +3,8 @@
 ``python -m benchmarks.noticed record`` runs the fast tests once in a copy of the tree with coverage, a context a test, into
 ``build/noticed`` (``pip install pytest-cov``). Tests that fail in the copy, as those of workers that load the installed
 package, count for no error. ``python -m benchmarks.noticed COUNT [SEED]`` puts in COUNT errors, in lines drawn evenly, and
-runs the fast tests that came to the line. Each error that goes unnoticed is printed. Some change nothing (a bound never met
-exactly, the seed of a random start): who reads the list takes those off.
+runs the fast tests that came to the line. Each error is printed with the test that notices it. Some that go unnoticed change
+nothing (a bound never met exactly, the seed of a random start): who reads the list takes those off.
 
 ``python -m benchmarks.noticed FILE.json`` puts in the errors of a list: ``[{"file": ..., "old": ..., "new": ...}, ...]``, texts
 that occur once in their file.
@@ -17,6 +17,7 @@ import copy
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -182,25 +183,33 @@ def _modules(error: Error, tests: list[str]) -> list[str]:
     return list(dict.fromkeys([*(test.partition("::")[0] for test in tests), *beside]))
 
 
-def noticed(error: Error, tree: Path) -> bool:
-    """Whether a test fails, in a copy of the tree."""
+def noticing_test(error: Error, tree: Path) -> str | None:
+    """The test that fails first, in a copy of the tree; None where none does."""
     file, tests = tree / error.file, tests_of(error)
     before = file.read_text(encoding="utf-8")
     file.write_text(error.source, encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not slow"]
     try:
+        deselected = [f"--deselect={test}" for test in sorted(_failing())]
         for some in (tests[:_FIRST], tests[_FIRST:], _modules(error, tests)):
             if some:
                 environment = os.environ | {"PYTHONPATH": str(tree / "src")}
-                options: dict[str, Any] = {"cwd": tree, "env": environment, "capture_output": True, "timeout": _LONGEST_S}
-                ended = subprocess.run([*command, *some], check=False, **options)
+                options: dict[str, Any] = {
+                    "cwd": tree,
+                    "env": environment,
+                    "capture_output": True,
+                    "text": True,
+                    "timeout": _LONGEST_S,
+                }
+                ended = subprocess.run([*command, *deselected, *some], check=False, **options)
                 if ended.returncode not in (0, 5):
-                    return True
+                    named = re.search(r"^(?:FAILED|ERROR) (\S+)", ended.stdout, re.MULTILINE)
+                    return named[1] if named else "the start of the tests"
     except subprocess.TimeoutExpired:
-        return True
+        return f"no end within {_LONGEST_S:g} s"
     finally:
         file.write_text(before, encoding="utf-8")
-    return False
+    return None
 
 
 def record() -> None:
@@ -225,9 +234,9 @@ def main() -> None:
     missed = 0
     with _copied_tree() as tree:
         for error in drawn:
-            if not noticed(error, tree):
-                missed += 1
-                print(f"{error.file}:{error.line}  {error.before}  ->  {error.after}", flush=True)
+            test = noticing_test(error, tree)
+            missed += test is None
+            print(f"{error.file}:{error.line}  {error.before}  ->  {error.after}\n    {test or 'unnoticed'}", flush=True)
     print(f"{len(drawn) - missed} of {len(drawn)} errors were noticed")
 
 

@@ -18,7 +18,7 @@ from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.run_up import combined_runs, computation, dataset
-from wucht.studies.run_up.computation import numbers, prepare
+from wucht.studies.run_up.computation import _machine_plan, numbers
 from wucht.studies.run_up.dataset import _bearing_forces, _bearings, _MotionLimits, _observe_limits, _sampling_warnings
 from wucht.studies.run_up.figure import _limits, _orbit, mean_phase
 from wucht.studies.run_up.spec import RunUp
@@ -233,7 +233,7 @@ def test_each_case_has_its_value_and_its_start(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(computation, "parameter_of", lambda machine, path: path)
     monkeypatch.setattr(computation, "values_of", lambda machine, parameter, values: values)
     monkeypatch.setattr(computation, "start_states", lambda machine: {})
-    plan = prepare(asked, machine)  # type: ignore[arg-type]
+    plan = _machine_plan(asked, machine)  # type: ignore[arg-type]
     assert [(c.value, c.run.machine.values["u"], dict(c.start)) for c in plan.cases] == [
         (value, value, start) for value in (1.0, 5.0) for start in starts
     ]
