@@ -102,6 +102,10 @@ def stepped_dataset(findings: SteppedFindings) -> xr.Dataset:
     )  # fmt: skip
 
 
+def _range_in_words(low: float, high: float) -> str:
+    return f"between {low:.5g} and {high:.5g}" if high > low else f"at {low:.5g}"
+
+
 def _sentence_of_jumps(plan: SteppedPlan, rows: list[dict[str, object]], history: tuple[float, float] | None) -> str:
     jumps = [
         f"at {plan.path} = {row['value']:.5g} ({row['direction']}) {row['state']} jumps from {row['from']:.4g} to "
@@ -109,5 +113,5 @@ def _sentence_of_jumps(plan: SteppedPlan, rows: list[dict[str, object]], history
         for row in rows
     ]
     low, high = (f(next(iter(plan.ways.values()))) for f in (min, max))
-    hysteresis = [f"the motion depends on the direction between {history[0]:.5g} and {history[1]:.5g}"] if history else []
+    hysteresis = [f"the motion depends on the direction {_range_in_words(*history)}"] if history else []
     return "; ".join([*(jumps or [f"no jump for {plan.path} between {low:.5g} and {high:.5g}"]), *hysteresis])

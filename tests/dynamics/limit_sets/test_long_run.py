@@ -125,6 +125,8 @@ def test_a_motion_that_sticks_at_a_jump_fails_with_advice() -> None:
 def test_the_period_of_the_forcing_is_that_of_all_frequencies_together() -> None:
     subject = equations({"x": "cos(2*w*t) + sin(3*w*t + x)"}, w=0.5)
     assert forcing_period(subject.system, subject.values) == pytest.approx(4 * np.pi)
+    alone = equations({"x": "-x + cos(w*t)"}, w=0.5)
+    assert forcing_period(alone.system, alone.values) == pytest.approx(4 * np.pi)
     assert forcing_period(equations({"x": "exp(-t)"}).system, {}) is None
     with pytest.raises(WuchtError, match="no common period"):
         forcing_period(equations({"x": "cos(t) + cos(sqrt(2)*t)"}).system, {})

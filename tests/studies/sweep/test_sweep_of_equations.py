@@ -35,6 +35,27 @@ def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
     wucht.draw(result).savefig(tmp_path / "sweep.png")
 
 
+def test_a_forced_oscillator_stays_on_its_upper_branch_to_the_peak() -> None:
+    """x'' + 0.1 x' + x + x^3 = 0.3 cos(w t): the peak of one harmonic is at A = F/(d w) = 3/w, w^2 = 1 + 0.75 A^2, w = 1.773.
+
+    Below it jumps back where dw/dA = 0 on the lower branch, by the same balance. Steps that changed the phase of the forcing
+    would leave the upper branch at 1.4.
+    """
+    states = {"x": "v", "v": "-0.1*v - x - x^3 + 0.3*cos(w*t)"}
+    subject = equations_from({"states": states, "parameters": {"w": 1.0}})
+    s = wucht.run(wucht.Sweep(along="w", range=(1.2, 1.9), points=29), subject).wucht.summary
+    a = np.linspace(0.05, 2.0, 200_000)
+    # (w^2 - 1 - 0.75 A^2)^2 + (0.1 w)^2 = (0.3/A)^2: the lower of both solutions w^2 of each A is the branch below the peak
+    middle = 1 + 0.75 * a**2 - 0.005
+    root = np.sqrt(np.maximum(middle**2 - (1 + 0.75 * a**2) ** 2 + (0.3 / a) ** 2, 0.0))
+    beyond = np.sqrt(middle + root)[a < 1.69]
+    down = beyond[np.flatnonzero(np.diff(np.sign(np.diff(beyond))) > 0)].min()
+    jumps = {jump["direction"]: jump["value"] for jump in s["jumps"]}
+    assert jumps["up"] == pytest.approx(1.773, abs=0.05)
+    assert jumps["down"] == pytest.approx(down, abs=0.04)
+    assert s["hysteresis"] == pytest.approx([jumps["down"], jumps["up"]], abs=0.03)
+
+
 def test_a_motion_without_folds_has_no_jump() -> None:
     subject = equations_from({"states": {"x": "mu - x"}, "parameters": {"mu": 0.0}})
     result = wucht.run(wucht.Sweep(along="mu", range=(0.0, 1.0), direction="up", points=21), subject)

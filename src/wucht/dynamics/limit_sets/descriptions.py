@@ -9,13 +9,17 @@ import numpy as np
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind
 from wucht.numerics.angles import wrap_to_pi
 
+_NEGLIGIBLE = 1e-9  # of the largest component of an equilibrium: rounding errors of zero
+
 
 def sentence_of(kind: MotionKind, limit_set: LimitSet | None, names: tuple[str, ...]) -> str:
     """Return what a motion tends to, in words with its main number."""
     if limit_set is None:
         return kind.sentence
     if limit_set.kind is MotionKind.EQUILIBRIUM:
-        places = ", ".join(f"{n} = {x:.5g}" for n, x in zip(names, _mean_in_turn(limit_set), strict=True))
+        state = _mean_in_turn(limit_set)
+        state = np.where(np.abs(state) < _NEGLIGIBLE * np.abs(state).max(initial=0.0), 0.0, state)
+        places = ", ".join(f"{n} = {x:.5g}" for n, x in zip(names, state, strict=True))
         return f"{kind.sentence}{_stability_clause(limit_set)} at {places}"
     if limit_set.kind is MotionKind.PERIODIC:
         return f"{kind.sentence} of period {limit_set.period:.7g}{_stability_clause(limit_set)}"

@@ -197,7 +197,7 @@ def forcing_period(system: System, values: dict[str, float] | object) -> float |
         if TIME in frozen.free_symbols:
             return None
         for argument in (f.args[0] for f in arguments):
-            slope = sp.diff(argument, TIME).xreplace(numbers)
+            slope = sp.sympify(sp.diff(argument, TIME).xreplace(numbers))
             if not slope.is_number:
                 return None
             frequencies.add(abs(float(slope)))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.curves import draw_swings
+from wucht.plots.curves import draw_swings, thin_curve
 from wucht.plots.sheet import new_figure
 from wucht.plots.style import COLOURS
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _MOST_PANELS = 6
 _PANEL, _PLANE = 1.1, 2.6  # inches
+_MOST_TURNING_POINTS = 250  # of a curve that is drawn as a line
 _FEW_PERIODS = 40  # of a motion that has settled
 _SETTLED_SHARE = 1.5  # times the settling time: until then a run is drawn
 
@@ -31,13 +32,21 @@ def system_run_figure(result: xr.Dataset) -> Figure:
     count = _sample_count(result)
     time = result.time.values[:count]
     for k, axis in enumerate(axes[:panels]):
-        draw_swings(axis, time, result.states.values[k, :count], color=COLOURS[0], linewidth=0.9)
+        _draw_course(axis, time, result.states.values[k, :count])
         axis.set_ylabel(names[k])
     axes[panels - 1].set_xlabel("time t")
     axes[0].set_xlim(time[0], time[-1] if len(time) > 1 else time[0] + 1.0)
     for axis, pair in zip(axes[panels:], plane, strict=True):
         _draw_plane(axis, result, pair)
     return fig
+
+
+def _draw_course(axis: Axes, time: np.ndarray, values: np.ndarray) -> None:
+    """Draw a state over time: a line as long as its oscillations can be told apart."""
+    if np.count_nonzero(np.diff(np.sign(np.diff(values)))) > _MOST_TURNING_POINTS:
+        draw_swings(axis, time, values, color=COLOURS[0], linewidth=0.9)
+    else:
+        axis.plot(*thin_curve(time, values), color=COLOURS[0], linewidth=0.9)
 
 
 def _sample_count(result: xr.Dataset) -> int:
