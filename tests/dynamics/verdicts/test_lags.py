@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from motions import END, W, about, growing, rigid, stands, steady, tenth, truth
 
+from wucht.dynamics.verdicts.evidence import _Projections
 from wucht.dynamics.verdicts.lags import _windows_until_radian, is_undecided, lag_of
 from wucht.files.catalogue import load_machine
 from wucht.numerics.observers.turns import MARKS_PER_TURN
@@ -194,3 +195,21 @@ def test_the_lag_is_a_share_of_the_speed_whatever_the_windows_are(speed, share):
         lag = lag_of(at, 0, speed, 100.0, borders, noise)
         assert (lag.last, lag.low, lag.high) == pytest.approx((share, share, share), rel=1e-2)
         assert not is_undecided(lag)
+
+
+@pytest.mark.parametrize(
+    ("intervals", "lags", "may_catch_up"),
+    [
+        ([(0.0, 0.0)], False, False),
+        ([(0.002, 0.003)], True, False),
+        ([(-0.003, -0.002)], True, False),
+        ([(0.0, 0.002)], False, True),
+        ([(-0.002, 0.0)], False, True),
+        ([(-0.003, -0.002), (0.0, 0.002)], True, False),
+    ],
+)
+def test_one_body_that_lags_for_certain_decides(intervals: list[tuple[float, float]], lags: bool, may_catch_up: bool) -> None:
+    every: Any = SimpleNamespace(lags=tuple(SimpleNamespace(low=low, high=high) for low, high in intervals))
+    every.asynchronous = _Projections.asynchronous.fget(every)  # type: ignore[attr-defined]
+    assert every.asynchronous is lags
+    assert _Projections.catching_up.fget(every) is may_catch_up  # type: ignore[attr-defined]
