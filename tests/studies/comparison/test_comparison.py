@@ -253,7 +253,7 @@ def test_every_study_has_the_curves_and_numbers_that_it_names(here: Path, kind: 
     result = package.run_file("study.toml", folder=here / "out")
     one = package.compare(["out", "out/result.nc"])
     spec = studies()[kind].spec
-    drawn = {n for n in one.data_vars if str(n).startswith("curve_")}
+    drawn = {n for n in one.variables if str(n).startswith("curve_")}
     assert len(drawn) == 2 * len(spec.curves)
     for name in result.wucht.headlines:  # of a table one of its names, none of which need be there
         first, _, rest = name.partition(".")
