@@ -71,8 +71,27 @@ def test_units_on_a_cluster() -> None:
     work = Work(memory, lambda share, label: reports.append((share, label)), Workers(), "w/")
     tasks = {name: halfway("new") for name in "abcd"}
     assert list(work.units(tasks, "runs")) == [("a", 1), ("b", 2), ("c", 3), ("d", 4)]
-    assert reports == [(pytest.approx(0.875), "runs, 2 workers"), (1.0, "runs")] and memory.known["w/d"] == 4
+    assert reports == [(pytest.approx(0.875), "runs, 2 workers"), (1.0, "runs, 2 workers")] and memory.known["w/d"] == 4
     assert [isinstance(share, LeastShare) for share, _ in reports] == [True, False]
+
+
+def test_on_a_cluster_no_share_is_less_than_the_one_before() -> None:
+    """Two of three are nearly complete when the first one is."""
+    reports = list[float]()
+
+    class Workers:
+        def compute(self, tasks: Any, report: Any) -> Iterator[tuple[str, Any]]:
+            report(0.6, "")
+            yield "a", 1
+            report(0.65, "")
+            yield "b", 2
+            report(2 / 3, "")
+            yield "c", 3
+
+    work = Work(Stored(), lambda share, _: reports.append(share), Workers(), "w/")
+    assert len(list(work.units({name: halfway("new") for name in "abc"}))) == 3
+    assert reports == pytest.approx([0.6, 0.65, 2 / 3, 2 / 3, 1.0]) == sorted(reports)
+    assert [isinstance(share, LeastShare) for share in reports] == [True, True, False, True, False]
 
 
 def test_the_parts_of_open_ended_work_are_open_ended() -> None:

@@ -116,14 +116,22 @@ class Work:
             yield name, self.memory.unit(self.name + name, partial(tasks[name], _ignore_progress))
         rest = self.part("", len(stored_names) / max(len(tasks), 1), 1.0)
         remaining_tasks = {name: task for name, task in tasks.items() if name not in stored_names}
-        under_way = rest.open_ended
-        for number, (name, outcome) in enumerate(
-            self.cluster.compute(remaining_tasks, lambda share, worker_text: under_way.report(share, f"{label}{worker_text}")),
-            1,
-        ):
+        complete, largest, text = 0.0, 0.0, label  # complete: less than was reported where others are nearly complete, too
+
+        def report_under_way(share: float, worker_text: str) -> None:
+            nonlocal largest, text
+            text = f"{label}{worker_text}"
+            if complete > largest:
+                rest.report(complete, text)
+            largest = max(largest, complete, share)
+            rest.open_ended.report(largest, text)
+
+        for number, (name, outcome) in enumerate(self.cluster.compute(remaining_tasks, report_under_way), 1):
             self.memory.keep(self.name + name, outcome)
-            rest.report(number / len(remaining_tasks), label)
+            complete = number / len(remaining_tasks)
             yield name, outcome
+        if remaining_tasks:
+            rest.report(1.0, text)
 
     def _compute(self, task: Task[T], label: str) -> T:
         self.report(0.0, label)
