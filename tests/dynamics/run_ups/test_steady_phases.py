@@ -87,7 +87,7 @@ def test_figure_and_report(r1: xr.Dataset) -> None:
 
 @pytest.mark.slow
 def test_the_figure_where_bodies_would_overlap(drum: xr.Dataset) -> None:
-    above, _ = draw(drum).axes
+    (above,) = draw(drum).axes
     assert any(line.get_label() == "bodies overlapping" and line.get_linestyle() == ":" for line in above.get_lines())
     assert above.get_ylim()[1] < 100, "not as high as the motor's torque at standstill"
 

@@ -15,7 +15,7 @@ from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
 from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretches, kind_entries, smooth_curve
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
-from wucht.results.formatting import label, parameter_in_words, printed_unit, with_unit
+from wucht.results.formatting import label, parameter_in_words, printed_unit, units_in_print, with_unit
 
 Transform = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (values of the parameter, variable) -> ordinate
 
@@ -176,7 +176,7 @@ def _symbol(result: xr.Dataset) -> str:
 
 def _with_its_unit(number: str, unit: str) -> str:
     """Return a number with its unit, without a line break between them."""
-    return f"{number} {unit}".rstrip().replace(" ", "\N{NO-BREAK SPACE}")
+    return units_in_print(f"{number} {unit}".rstrip()).replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def _wrap_label(text: str) -> str:
