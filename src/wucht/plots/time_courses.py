@@ -57,8 +57,9 @@ def shown_until(summaries: Iterable[Mapping[str, Any]], end: float) -> float:
     return until if 0 < until < _WHOLE * end else end
 
 
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
+def _number(value: Any) -> float:
+    """A number of a summary; NaN where it has none, or was edited to be none."""
+    return float(value) if isinstance(value, int | float) else math.nan
 
 
 @dataclass(frozen=True)
