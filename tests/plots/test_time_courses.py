@@ -28,8 +28,8 @@ def inner(windows: TurnWindows) -> np.ndarray:
 
 def test_a_summary_whose_times_were_edited_shows_the_whole_run() -> None:
     for edited in ("x", [], {}, None):
-        assert shown_until([{"settling_time": edited}], 60.0) == 60.0
-        assert shown_until([{"settling_time": 2.0, "amplitude_settling_time": edited}], 60.0) == pytest.approx(3.0)
+        assert module.shown_until([{"settling_time": edited}], 60.0) == 60.0
+        assert module.shown_until([{"settling_time": 2.0, "amplitude_settling_time": edited}], 60.0) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(
