@@ -10,9 +10,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from wucht.results.accessor import register_accessor
 from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.runner import draw
 
+register_accessor()  # for results that no study has made
 UNITS = {
     "rad/s": (
         "peak_speed", "peak_torque_speed", "self_centring_speed", "from_speed", "to_speed", "final_speed", "min_speed",
