@@ -24,7 +24,6 @@ class DriveFailure(Spec):
         NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
     )
     horizon: ClassVar[tuple[str, ...]] = ("until",)
-    curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "amplitude"),)
     solves: ClassVar[str] = FULL_EQUATIONS
 
     time: SI[float | None] = si("s", "time of the failure", default=None, gt=0, help=(
