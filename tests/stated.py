@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.collections import Collection
 from matplotlib.figure import Figure
 
 from wucht.studies.runner import report
@@ -61,7 +60,7 @@ def _facts(result: xr.Dataset, figure: Figure | None) -> dict[str, Any]:
             facts[f"panel {k}"] = [word for word in words if word]
             facts[f"panel {k} range"] = [*axis.get_xlim(), *axis.get_ylim()]
             drawn = [_range(line.get_xdata(), line.get_ydata()) for line in axis.get_lines()]
-            drawn += [_range(*np.ma.filled(c.get_offsets(), np.nan).T) for c in axis.collections if isinstance(c, Collection)]
+            drawn += [_range(*np.ma.filled(c.get_offsets(), np.nan).T) for c in axis.collections]
             facts[f"panel {k} drawn"] = drawn
     return facts
 
@@ -71,7 +70,7 @@ def _range(x: Any, y: Any) -> list[Any]:
 
 
 def _in_words(text: str) -> str:
-    """A sentence without what differs from run to run: rounding errors, and the times that something took."""
+    """A sentence in which numbers below 1e-6, which are rounding errors, are all the same."""
     return re.sub(r"\d(?:\.\d+)?e-(?:0[7-9]|[1-9]\d)", "1e-9", text)
 
 

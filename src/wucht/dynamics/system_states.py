@@ -22,9 +22,25 @@ class _GivenKeys(Protocol):
 def states_from(system: System, given_values: Mapping[str, Any], location: str) -> np.ndarray:
     """Return the states (n,) that a table gives, zero where it gives none. Raises ``InputError`` for an unknown one."""
     for name in given_values:
-        if name not in system.state_names:
-            raise InputError(f"{location}.{name}", name, f"unknown state; {nearest(name, system.state_names)}")
+        state_row(system, name, f"{location}.{name}")
     return np.array([state_value(name, given_values.get(name, 0.0), f"{location}.{name}") for name in system.state_names])
+
+
+def state_row(system: System, name: str, location: str) -> int:
+    """Return the number of a state in the equations. Raises ``InputError`` for an unknown one."""
+    if name not in system.state_names:
+        raise InputError(location, name, f"unknown state; {nearest(name, system.state_names)}")
+    return system.state_names.index(name)
+
+
+def state_range(
+    name: str, definition: Sequence[Any], location: str, requirement: str = "must be a pair [low, high] with low below high"
+) -> tuple[float, float]:
+    """Return the lowest and the highest value of a state, the first two of a definition. Raises ``InputError``."""
+    low, high = (state_value(name, value, location) for value in definition[:2])
+    if not low < high:
+        raise InputError(location, list(definition), requirement)
+    return low, high
 
 
 def state_value(name: str, value: Any, location: str) -> float:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volume
-from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, forcing_period
+from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, whole_periods
 from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem
@@ -135,9 +135,7 @@ class _Search:
         """Return the length of a chunk: some oscillations of each set, a multiple of the period of the forcing."""
         lengths = [_PERIODS * s.period for s in self.sets]
         lengths += [s.exponent.duration / _BLOCKS for s in self.sets if s.exponent is not None]
-        longest = max([*lengths, self.span / 200]) or 1.0
-        period = forcing_period(self.subject.system, self.subject.values) if self.subject.system.depends_on_time else None
-        return math.ceil(longest / period) * period if period else longest
+        return whole_periods(self.subject, max([*lengths, self.span / 200]) or 1.0)
 
 
 @dataclass(frozen=True)

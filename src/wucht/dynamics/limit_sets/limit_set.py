@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import sympy as sp
 
+from wucht.dynamics.verdicts.outcomes import LabelWithSentence
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.lyapunov import LyapunovExponent
@@ -26,21 +26,8 @@ _LOOSE = 2.0  # times the gap
 _NEIGHBOURS = 0.95  # share of samples, of a set that is known by samples only
 
 
-class MotionKind(StrEnum):
-    """What a motion tends to: its label as text, such as ``"periodic"``, with its ``sentence``.
-
-    Attributes
-    ----------
-    sentence : str
-    """
-
-    sentence: str
-
-    def __new__(cls, label: str, sentence: str) -> Self:
-        """Create a label with its sentence."""
-        member = str.__new__(cls, label)
-        member._value_, member.sentence = label, sentence
-        return member
+class MotionKind(LabelWithSentence):
+    """What a motion tends to: its label as text, such as ``"periodic"``, with its ``sentence``."""
 
     EQUILIBRIUM = "equilibrium", "the motion tends to an equilibrium"
     PERIODIC = "periodic", "the motion tends to a periodic orbit"
@@ -187,6 +174,8 @@ def forcing_period(system: System, values: dict[str, float] | object) -> float |
     values : mapping of str to float
         Of its parameters.
     """
+    if not system.depends_on_time:
+        return None
     numbers = dict(zip(system.parameters, system.values(values), strict=True))  # type: ignore[arg-type]
     rates = [sp.sympify(d) for d in system.derivatives]
     expressions = [*rates, *(e for _, e in needed_definitions(system.definitions, rates))]
@@ -203,6 +192,12 @@ def forcing_period(system: System, values: dict[str, float] | object) -> float |
             frequencies.add(abs(float(slope)))
     frequencies -= {0.0}
     return 2 * math.pi / _common_divisor(sorted(frequencies)) if frequencies else None
+
+
+def whole_periods(subject: UserSystem, duration: float) -> float:
+    """Return the least number of whole periods of the forcing that lasts at least this long; the duration without one."""
+    period = forcing_period(subject.system, subject.values)
+    return math.ceil(duration / period) * period if period else duration
 
 
 def _common_divisor(frequencies: list[float]) -> float:

@@ -136,7 +136,7 @@ def _orbit(
 
 def _repetitions(subject: UserSystem, compiled_system: CompiledSystem, orbit: PeriodicOrbit, metric: StateMetric) -> int:
     """Return how often an orbit goes through the shortest one: a motion that tends to it from alternate sides returns late."""
-    forcing = forcing_period(subject.system, subject.values) if subject.system.depends_on_time else None
+    forcing = forcing_period(subject.system, subject.values)
     start, values = orbit.state, subject.system.values(subject.values)
     for parts in range(_MOST_PARTS, 1, -1):
         period, turns = orbit.period / parts, orbit.advance / (2 * np.pi * parts)

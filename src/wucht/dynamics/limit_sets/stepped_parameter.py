@@ -7,15 +7,14 @@ A forcing is at the beginning of a period whenever the parameter changes: otherw
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.limit_set import forcing_period
+from wucht.dynamics.limit_sets.limit_set import whole_periods
 from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
-from wucht.errors import RunError, WuchtError
+from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -70,7 +69,7 @@ def step_through(
     for k, value in enumerate(values.tolist()):
         report(k / len(values))
         numbers = subject.system.values({**subject.values, path: value})
-        end = _whole_periods(subject.with_parameters({path: value}), span)
+        end = whole_periods(subject.with_parameters({path: value}), span)
         grid = np.concatenate([[0.0], np.linspace(end / 2, end, _SAMPLES + 1)])
         run = integrate(compiled_system, state, numbers, grid).reraise_interrupt()
         if run.failure is not None:
@@ -81,15 +80,6 @@ def step_through(
             peaks = _peaks(x)[-_MOST_MAXIMA:]
             maxima[i, k, : len(peaks)] = peaks
     return Way(values, low, high, mean, maxima), state
-
-
-def _whole_periods(subject: UserSystem, span: float) -> float:
-    """Return the least number of whole periods of a forcing that lasts at least this time; the time itself without one."""
-    try:
-        period = forcing_period(subject.system, subject.values)
-    except WuchtError:  # several frequencies that have no common period
-        return span
-    return span if period is None else math.ceil(span / period) * period
 
 
 def _peaks(x: np.ndarray) -> np.ndarray:

@@ -23,8 +23,8 @@ AT_REST = 1e-4  # of the largest speed
 FEWEST_TURNS = 6  # of a rotor that turns
 
 
-class Outcome(StrEnum):
-    """Outcome of a run: its label as text, such as ``"captured"``, with its ``sentence``; the criteria are in docs/outcomes.md.
+class LabelWithSentence(StrEnum):
+    """Base of labels that have a ``sentence`` each.
 
     Attributes
     ----------
@@ -38,6 +38,10 @@ class Outcome(StrEnum):
         member = str.__new__(cls, label)
         member._value_, member.sentence = label, sentence
         return member
+
+
+class Outcome(LabelWithSentence):
+    """Outcome of a run: its label as text, such as ``"captured"``, with its sentence; the criteria are in docs/outcomes.md."""
 
     COMPENSATED = "compensated", "the rotor reaches its speed and the bodies compensate its unbalance"
     PASSED = "passed", "the rotor gets through its resonance; unbalance is left"

@@ -11,9 +11,9 @@ import numpy as np
 from wucht.dynamics.limit_sets.basins import StartOutcomes, start_outcomes
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volume
 from wucht.dynamics.limit_sets.long_run import LongRunSettings
-from wucht.dynamics.system_states import refuse_machine_keys, state_value, states_from
+from wucht.dynamics.system_states import refuse_machine_keys, state_range, state_row, states_from
 from wucht.dynamics.work import Work
-from wucht.errors import InputError, nearest
+from wucht.errors import InputError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.angles import TURN
 from wucht.studies.basin.spec import Basin
@@ -84,27 +84,15 @@ def system_basin_plan(spec: Basin, subject: UserSystem) -> SystemBasinPlan:
     starts[x.row], starts[y.row] = x.centres[columns], y.centres[rows]
     random = np.random.default_rng(spec.seed)
     for name, pair in spec.ranges.items():
-        row = _row(subject, name, f"study.ranges.{name}")
-        low, high = (state_value(name, value, f"study.ranges.{name}") for value in pair)
-        if not low < high:
-            raise InputError(f"study.ranges.{name}", list(pair), "must be a pair [low, high] with low below high")
-        starts[row] = random.uniform(low, high, starts.shape[1])
+        row = state_row(subject.system, name, f"study.ranges.{name}")
+        starts[row] = random.uniform(*state_range(name, pair, f"study.ranges.{name}"), starts.shape[1])
     return SystemBasinPlan(spec, subject, (x, y), starts, LongRunSettings(spec.until, spec.tolerance))
-
-
-def _row(subject: UserSystem, name: str, location: str) -> int:
-    names = subject.system.state_names
-    if name not in names:
-        raise InputError(location, name, f"unknown state; {nearest(name, names)}")
-    return names.index(name)
 
 
 def _axis(subject: UserSystem, name: str, definition: tuple[object, object, int]) -> StateAxis:
     location = f"study.axes.{name}"
-    row = _row(subject, name, location)
-    low, high = (state_value(name, value, location) for value in definition[:2])
-    if not low < high:
-        raise InputError(location, list(definition), "must be [lo, hi, cells] with lo below hi")
+    row = state_row(subject.system, name, location)
+    low, high = state_range(name, definition, location, "must be [lo, hi, cells] with lo below hi")
     return StateAxis(name, row, low, high, definition[2], subject.system.states[row] in subject.system.angles)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from wucht.dynamics.limit_sets.descriptions import numbers_of, sentence_of
 from wucht.dynamics.limit_sets.limit_set import LimitSet
 from wucht.dynamics.limit_sets.long_run import LongRun, long_run
-from wucht.dynamics.system_states import refuse_machine_keys, state_value, states_from
+from wucht.dynamics.system_states import refuse_machine_keys, state_range, state_row, states_from
 from wucht.dynamics.work import Work
-from wucht.errors import InputError, nearest
+from wucht.errors import InputError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.angles import TURN
 from wucht.numerics.continuation.deflation import deflated_solutions, random_starts
@@ -72,17 +72,13 @@ def projection_plan(spec: PhasePortrait, subject: UserSystem) -> ProjectionPlan:
     refuse_machine_keys(spec, _KEYS_OF_THE_PLANE, "allowed for two states only, not for a projection of more")
     system, names = subject.system, subject.system.state_names
     for name in (*spec.ranges, *spec.show):
-        if name not in names:
-            key = "ranges" if name in spec.ranges else "show"
-            raise InputError(f"study.{key}", name, f"unknown state; {nearest(name, names)}")
+        state_row(system, name, "study.ranges" if name in spec.ranges else "study.show")
     pairs = {s.name: (0.0, TURN) for s in system.angles} | {
-        n: (state_value(n, a, f"study.ranges.{n}"), state_value(n, b, f"study.ranges.{n}")) for n, (a, b) in spec.ranges.items()
+        n: state_range(n, pair, f"study.ranges.{n}") for n, pair in spec.ranges.items()
     }
     for name in names:
         if name not in pairs:
             raise InputError(f"study.ranges.{name}", None, "this key is missing; give a pair [low, high]", code="missing")
-        if not pairs[name][0] < pairs[name][1]:
-            raise InputError(f"study.ranges.{name}", spec.ranges.get(name), "must be a pair [low, high] with low below high")
     low, high = np.array([pairs[n] for n in names]).T
     shown_names = spec.show or names[:2]
     if isinstance(spec.trajectories, int):

@@ -67,7 +67,7 @@ def figure(result: xr.Dataset) -> Figure:
             title += " where their sum is along the throw"
         elif not result.attrs["comparable"]:
             title += ", each in the sense of its body"
-        legend_over(fig, _legend(result, {_frame_kind(result, k) for k in states}), title)
+        legend_over(fig, _legend(result, {_frame_kind(result, k) for k in states}, deck is not None), title)
     if has_map:
         _draw_map(axes[-1], result)
     return fig
@@ -210,10 +210,10 @@ def _title(result: xr.Dataset, k: int) -> str:
     return f"{name}: {word}\n{angles}\n{speed}" if angles else f"{name}: {word}\n{speed}"
 
 
-def _legend(result: xr.Dataset, frames: set[str]) -> list[Any]:
+def _legend(result: xr.Dataset, frames: set[str], has_deck: bool) -> list[Any]:
     """Return entries of the bodies and of the drawn frames."""
     handles = [entry(str(name), linewidth=2, **_appearance(i)) for i, name in enumerate(result.body_name.values)]
-    if _deck_shape(result) is not None:
+    if has_deck:
         handles.append(entry("path of the centre of mass", color=_RESIDUAL_COLOUR, linewidth=2))
     elif result.attrs["comparable"]:
         handles.append(entry("resultant", color=_RESIDUAL_COLOUR, linewidth=2, linestyle=_RESIDUAL_DASHES))
