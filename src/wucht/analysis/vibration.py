@@ -72,6 +72,10 @@ class Vibration:
         below = -np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping]))
         return np.linalg.eigvals(np.vstack([np.eye(size, 2 * size, size), below]))
 
+    def displacement(self, w: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """z (N, m, k) with D(w) z = right at speeds (N, 1, 1)."""
+        return np.linalg.solve(self.dynamic_stiffness(w), right)
+
     def solve(self, w: np.ndarray, right: np.ndarray, rise: np.ndarray | float = 0.0) -> WithSlope:
         """z (N, m, k) with D(w) z = right at speeds (N, 1, 1), and dz/dw. rise: d right/dw."""
         dynamic = self.dynamic_stiffness(w)

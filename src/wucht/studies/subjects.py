@@ -60,6 +60,11 @@ def _fingerprint(value: Any) -> str:
     return hashlib.sha256(_text(value).encode()).hexdigest()[:16]
 
 
+@lru_cache(maxsize=4096)  # the same energies belong to each machine of a comparison, and to each question about one
+def _printed(expression: sp.Basic) -> str:
+    return str(_Exactly().doprint(expression))
+
+
 def _text(value: Any) -> str:
     """A value as a string that is the same for equal values only; whole numbers equal those of floating point."""
     match value:
@@ -67,7 +72,9 @@ def _text(value: Any) -> str:
             return repr(value)
         case int() | float():
             return float(value).hex()
-        case sp.Basic() | sp.MatrixBase():
+        case sp.Basic():
+            return _printed(value)
+        case sp.MatrixBase():
             return str(_Exactly().doprint(value))
         case Mapping():
             text = ",".join(f"{_text(key)}:{_text(item)}" for key, item in value.items())

@@ -236,7 +236,7 @@ def _level_in_line(torques: SteadyTorques, ratio: float, speeds: np.ndarray) -> 
 
 
 def _level_of_two(torques: SteadyTorques, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    a = torques.influence(speeds)[0]
+    a = torques.influence(speeds)
     with np.errstate(divide="ignore", invalid="ignore"):
         q = (2 * torques.shaft_torque(speeds)[0][1] / speeds**4 + a[:, 1, 1].imag) / np.abs(a[:, 1, 0])
     return np.angle(a[:, 1, 0]), np.where(np.isfinite(q), q, np.inf)
@@ -308,16 +308,23 @@ def zeros_of(function: RealFunction, grid: np.ndarray) -> np.ndarray:
     lowest = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:]) & (values[:-2] * values[2:] > 0)
     # Between three samples a smooth curve falls less below the lowest than the others are above it.
     dips = np.flatnonzero(lowest & (2 * size[1:-1] <= np.maximum(size[:-2], size[2:]))) + 1
-    fine = [grid]
-    for i in dips:
-        low, high = float(grid[i - 1]), float(grid[i + 1])
-        for _ in range(_LEVELS):
-            fine.append(near := np.linspace(low, high, _ZOOM))
-            heights = np.sign(values[i]) * function(near)
-            best = int(np.nanargmin(heights))
-            if heights[best] < 0:
-                break
-            low, high = float(near[max(best - 1, 0)]), float(near[min(best + 1, _ZOOM - 1)])
-    points = np.unique(np.concatenate(fine)) if len(fine) > 1 else grid
+    points = np.unique(np.concatenate([grid, _samples_in_dips(function, np.sign(values[dips]), grid[dips - 1], grid[dips + 1])]))
     ends = [w for w in points[[0, -1]] if function(np.array([w]))[0] == 0]
     return np.unique(np.concatenate([crossings(function, points), ends]))
+
+
+def _samples_in_dips(function: RealFunction, signs: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Samples (N,) of all dips at once, denser and denser around the lowest place of each until one is beyond zero.
+
+    signs: of the function (k,) around the dips. low, high: the dips' ends (k,).
+    """
+    samples = [np.empty(0)]
+    for _ in range(_LEVELS if len(signs) else 0):
+        near = np.linspace(low, high, _ZOOM)
+        samples.append(near.ravel())
+        heights = signs * function(near.ravel()).reshape(near.shape)
+        best, dip = np.where(np.isnan(heights), np.inf, heights).argmin(axis=0), np.arange(len(signs))
+        rest = heights[best, dip] >= 0
+        below, above = near[np.maximum(best - 1, 0), dip], near[np.minimum(best + 1, _ZOOM - 1), dip]
+        signs, low, high = signs[rest], below[rest], above[rest]
+    return np.concatenate(samples)

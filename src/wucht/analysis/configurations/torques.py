@@ -107,7 +107,12 @@ class SteadyTorques:
         """The bodies whose torques must balance: all but a main rotor whose speed is fixed."""
         return tuple(range(1 if self.fixed_speed is not None else 0, self.size))
 
-    def influence(self, speeds: np.ndarray) -> WithSlope:
+    def influence(self, speeds: np.ndarray) -> np.ndarray:
+        """a_ik (N, n, n) at speeds (N,)."""
+        response = self.vibration.displacement(np.reshape(speeds, (-1, 1, 1)), self.vibration.excitation.T)
+        return np.asarray(self.reaction_shapes.conj() @ response)
+
+    def influence_with_slope(self, speeds: np.ndarray) -> WithSlope:
         """a_ik (N, n, n) at speeds (N,), and da/dw."""
         response, slope = self.vibration.solve(np.reshape(speeds, (-1, 1, 1)), self.vibration.excitation.T)
         return self.reaction_shapes.conj() @ response, self.reaction_shapes.conj() @ slope
@@ -136,7 +141,7 @@ class SteadyTorques:
         for at in undamped_frequencies[
             (undamped_frequencies >= low * (1 - _AT_THE_POLE)) & (undamped_frequencies <= high * (1 + _AT_THE_POLE))
         ]:
-            if ForcedVibration.grows_unbounded(self.influence, at) and not any(
+            if ForcedVibration.grows_unbounded(self.influence_with_slope, at) and not any(
                 abs(at - pole) < _AT_THE_POLE * at for pole in poles
             ):
                 poles.append(float(at))
@@ -151,7 +156,7 @@ class SteadyTorques:
         """True if the torques at phases (n,) balance, body by body and in sum: the proof of a state."""
         w, at = np.array([speed]), phases[:, None]
         torque_sizes, residuals = np.abs(self.shaft_torque(w)[0][:, 0]), self.residual(w, at)[:, 0]
-        sizes = torque_sizes + speed**4 / 2 * np.abs(self.influence(w)[0][0]).sum(axis=1)
+        sizes = torque_sizes + speed**4 / 2 * np.abs(self.influence(w)[0]).sum(axis=1)
         are_zero = all(abs(residuals[i]) <= _BALANCE * sizes[i] for i in self.free)
         if self.fixed_speed is not None:
             return are_zero
@@ -160,7 +165,7 @@ class SteadyTorques:
 
     def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """V (n, N) at speeds (N,) and phases (n, N)."""
-        return _vibration_torque(self.influence(speeds)[0], np.asarray(speeds, float) ** 4 / 2, phases)
+        return _vibration_torque(self.influence(speeds), np.asarray(speeds, float) ** 4 / 2, phases)
 
     def residual(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """tau + V (n, N)."""
@@ -169,7 +174,7 @@ class SteadyTorques:
     def slopes(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
         """dV/dalpha (n, n, N), and dV/dw (n, N), the derivative by the common speed."""
         w, index = np.asarray(speeds, float), np.arange(self.size)
-        influence, slope = self.influence(w)
+        influence, slope = self.influence_with_slope(w)
         change = w**4 / 2 * (np.moveaxis(influence, 0, -1) * np.exp(-1j * (phases[:, None] - phases[None]))).real
         change[index, index] = 0.0
         change[index, index] = -change.sum(axis=1)
@@ -199,7 +204,7 @@ class SteadyTorques:
         c = self.coefficients
         assert c is not None
         i = int(np.abs(c).argmax())
-        return np.asarray(self.influence(speeds)[0][:, i, i] / np.abs(c[i]) ** 2)
+        return np.asarray(self.influence(speeds)[:, i, i] / np.abs(c[i]) ** 2)
 
     def has_idle_bodies(self, speeds: np.ndarray) -> bool:
         """True if only the main rotor has a shaft torque at these speeds: vibration alone positions the other bodies."""

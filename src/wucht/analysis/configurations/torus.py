@@ -62,7 +62,7 @@ class TorusProblem:
         reach = np.concatenate([np.zeros((1, radius.shape[1])), radius[: n - 1]])
         apart, turn = phases[:, None] - phases[None], reach[:, None] + reach[None]
         wide = radius[-1] if t.fixed_speed is None else np.zeros(centre.shape[1])
-        influence, rate = (np.moveaxis(v, 0, -1) for v in t.influence(speeds))
+        influence, rate = (np.moveaxis(v, 0, -1) for v in t.influence_with_slope(speeds))
         slope, curve, slope_spread, *braking = (np.moveaxis(v, 0, -1) for v in self._bounds(speeds, wide))
         pull, now = speeds**4 / 2 * influence, 2 * speeds**3 * influence + speeds**4 / 2 * rate
         by_phase = _phase_variation(pull, np.sin(apart - np.angle(pull)), turn, slope * wide)
@@ -110,7 +110,7 @@ def _interval_bounds(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> tuple[np
     first = inverse_bound @ (2 * high * mass + damping) @ inverse_bound
     second = 2 * first @ (2 * high * mass + damping) @ inverse_bound + inverse_bound @ (2 * mass) @ inverse_bound
     a, da, dda = (reaction @ x @ excitation for x in (inverse_bound, first, second))
-    exact, slope = (np.abs(x) for x in t.influence(w))  # at the centre, where bodies' excitations may cancel
+    exact, slope = (np.abs(x) for x in t.influence_with_slope(w))  # at the centre, where bodies' excitations may cancel
     da = np.minimum(da, slope + dda * r[:, None, None])
     a = np.minimum(a, exact + da * r[:, None, None])
     pulling = [2 * high**3 * a + high**4 / 2 * da, 6 * high**2 * a + 4 * high**3 * da + high**4 / 2 * dda]

@@ -15,6 +15,7 @@ from wucht.numerics.fourier_series import even_angles
 GRID = 4096  # samples of a turn, from which a curve is judged as a whole
 _CUSP = 1e-9  # of the largest speed: slower, the curve has a cusp there
 _NEWTON = 12
+_AT_THE_FOOT = 1e-12  # rad: the distance changes by the square of it
 _TURN = 2 * math.pi
 _FEWEST, _MOST = 8, 65536
 _BETWEEN = 16
@@ -69,13 +70,17 @@ def curve_distances(curve: CamCurve, position: np.ndarray) -> np.ndarray:
     nearest, index = cKDTree(np.column_stack([samples.real, samples.imag])).query(
         np.column_stack([position.real, position.imag])
     )
-    phi = grid[index]
+    phi, moving = grid[index], np.arange(len(position))
     for _ in range(_NEWTON):
-        off, along = curve(phi) - position, curve(phi, 1)
-        slope = np.abs(along) ** 2 + (curve(phi, 2).conj() * off).real
+        at = phi[moving]
+        off, along = curve(at) - position[moving], curve(at, 1)
+        slope = np.abs(along) ** 2 + (curve(at, 2).conj() * off).real
         # Where the foot is not a nearest point, the step is cut to the distance of the samples and the sample itself remains.
-        step = np.divide((along.conj() * off).real, slope, out=np.zeros(len(phi)), where=slope > 0)
-        phi = phi - np.clip(step, -_TURN / GRID, _TURN / GRID)
+        step = np.divide((along.conj() * off).real, slope, out=np.zeros(len(at)), where=slope > 0)
+        phi[moving] = at - np.clip(step, -_TURN / GRID, _TURN / GRID)
+        moving = moving[np.abs(step) > _AT_THE_FOOT]
+        if not len(moving):
+            break
     return np.asarray(np.minimum(nearest, np.abs(curve(phi) - position)))
 
 
