@@ -37,7 +37,9 @@ from wucht.studies.subjects import Description, subject_of
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.artist import Artist
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 Writer = Callable[["xr.Dataset", Path], object]
 _SAVE_EVERY_S = 5.0  # an incomplete result, so that it can be inspected; saving takes at most a tenth of the time
@@ -284,11 +286,20 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
 
 def _print_units(figure: Figure) -> None:
     """Write the units in the texts of a figure as those of a report."""
-    from matplotlib.text import Text
-
-    for text in figure.findobj(Text):
+    for text in _texts_in(figure):
         if text.get_text() != (printed_text := units_in_print(text.get_text())):
             text.set_text(printed_text)
+
+
+def _texts_in(artist: Artist) -> Iterator[Text]:
+    """Texts of a figure, but for the numbers at its ticks, which are created only to be drawn."""
+    from matplotlib.axis import Axis
+    from matplotlib.text import Text
+
+    if isinstance(artist, Text):
+        yield artist
+    for child in (artist.label, artist.offsetText) if isinstance(artist, Axis) else artist.get_children():
+        yield from _texts_in(child)
 
 
 def report(result: xr.Dataset) -> list[str]:

@@ -308,7 +308,9 @@ def zeros_of(function: RealFunction, grid: np.ndarray) -> np.ndarray:
     lowest = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:]) & (values[:-2] * values[2:] > 0)
     # Between three samples a smooth curve falls less below the lowest than the others are above it.
     dips = np.flatnonzero(lowest & (2 * size[1:-1] <= np.maximum(size[:-2], size[2:]))) + 1
-    points = np.unique(np.concatenate([grid, _samples_in_dips(function, np.sign(values[dips]), grid[dips - 1], grid[dips + 1])]))
+    points = np.unique(
+        np.concatenate([grid, _samples_in_dips(function, np.sign(values[dips]), grid[dips - 1], grid[dips + 1])])
+    )
     ends = [w for w in points[[0, -1]] if function(np.array([w]))[0] == 0]
     return np.unique(np.concatenate([crossings(function, points), ends]))
 

@@ -29,6 +29,7 @@ _BOXES = {1: 200_000, 2: 200_000, 3: 1_000_000, 4: 3_000_000}
 _STARTS, _ROUNDS, _STEPS = 600, 8, 80
 _AGAIN = 6  # rounds of all starts, when their indices show that a state is missing
 _SAME = 1e-6  # rad, and share of the speed: two ends of Newton's method that are one state
+_ARRIVED = 1e-13  # step of Newton's method, of the longest one allowed: what follows is rounding
 _CONVERGENCE = 1e-10  # of the largest torque: where Newton's method has arrived
 _PATTERNS = 64  # ways to be in line for which completeness of the speeds is proved
 _EQUAL_SPEEDS = 1e-6  # relative
@@ -230,18 +231,24 @@ def search_from_many_starts(
     return _distinct_states(torques, states)
 
 
-def _newton(problem: TorusProblem, x: np.ndarray, low: float, high: float) -> np.ndarray:
-    t = problem.torques
+def _newton(problem: TorusProblem, starts: np.ndarray, low: float, high: float) -> np.ndarray:
+    t, x = problem.torques, starts.copy()
     most = np.full((len(x), 1), 0.5)
     if t.fixed_speed is None:
         most[-1] = 0.05 * (high - low)
+    moving = np.arange(x.shape[1])
     for _ in range(_STEPS):
-        matrix = np.moveaxis(problem.jacobian(x), -1, 0)
+        at = x[:, moving]
+        matrix = np.moveaxis(problem.jacobian(at), -1, 0)
         matrix = matrix + 1e-14 * np.abs(matrix).max(axis=(1, 2), keepdims=True) * np.eye(len(x))
-        step = np.nan_to_num(-np.linalg.solve(matrix, problem.function(x).T[..., None])[..., 0].T)
-        x = x + step / np.maximum(1.0, np.abs(step / most).max(axis=0))
+        step = np.nan_to_num(-np.linalg.solve(matrix, problem.function(at).T[..., None])[..., 0].T)
+        at = at + step / np.maximum(1.0, np.abs(step / most).max(axis=0))
         if t.fixed_speed is None:
-            x[-1] = np.clip(x[-1], low, high)
+            at[-1] = np.clip(at[-1], low, high)
+        x[:, moving] = at
+        moving = moving[(np.abs(step) > _ARRIVED * most).any(axis=0)]
+        if not len(moving):
+            break
     scale = np.abs(problem.jacobian(x)[:, : t.size - 1]).sum(axis=1).max(axis=0)
     good = (np.abs(problem.function(x)).max(axis=0) <= _CONVERGENCE * scale) & np.isfinite(x).all(axis=0)
     return np.asarray(x[:, good])
