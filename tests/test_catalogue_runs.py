@@ -214,7 +214,15 @@ def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
 # Like figure-5.7 and figure-5.9a, which are quick.
 LIKE_ANOTHER = tuple(
     f"drozdetskaya-2020/{n}"
-    for n in ("figure-5.6", "figure-5.9a", "figure-a.3", "how-the-rotating-orbit-disappears", "figure-6.7a", "figure-6.7b")
+    for n in (
+        "figure-5.6",
+        "figure-5.7",
+        "figure-5.9a",
+        "figure-a.3",
+        "how-the-rotating-orbit-disappears",
+        "figure-6.7a",
+        "figure-6.7b",
+    )
 )
 
 

@@ -234,7 +234,7 @@ LONG = {
 # One long run is interrupted in test_interrupt.py.
 @pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("run-up", "approximation") else n for n in LONG]
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("run-up", "approximation", "drive-failure") else n for n in LONG]
 )
 def test_ctrl_c_leaves_a_valid_result(wucht: Command, here: Path, interrupted: Callable[..., None], name: str) -> None:
     kind = "run-up" if name == "many" else name

@@ -49,6 +49,7 @@ def damkoehler(c: float, B: float) -> float:
     return c * math.exp(-temperature(c, B)) / (1 - c)
 
 
+@pytest.mark.slow
 def test_equilibria_by_pencil(names: Mapping[str, Any]) -> None:
     """Folds where c (1 - c) = 4/B; Hopf points where the trace of [[-1/(1-c), c], [-B c/(1-c), B c - 4]] vanishes."""
     B = 18.0

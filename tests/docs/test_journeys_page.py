@@ -92,6 +92,7 @@ def angle(degrees: float) -> float:
     return math.remainder(degrees, 360.0)
 
 
+@pytest.mark.slow
 def test_of_two_screens_one_has_an_operating_state(screen: Journey) -> None:
     variants = screen.summary("choice")["variants"]
     speeds = [v["summary"]["operating_speed"] for v in variants]
@@ -196,6 +197,7 @@ def test_the_figure_and_the_numbers_are_files(drum: Journey) -> None:
     assert list((drum.folder / "figures").glob("*.csv"))
 
 
+@pytest.mark.slow
 def test_dips_on_both_sides_of_the_critical_duration(crusher: Journey) -> None:
     """Of 0.93 and 0.95 s, 1 % away, which is the tolerance of the study. The schedules begin at the operating speed with the
     carrier at rest, two seconds before the dip: ten decays of its

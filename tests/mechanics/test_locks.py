@@ -148,7 +148,7 @@ def test_released_at_a_speed():
     assert speed[:first] == pytest.approx(locked.speed.sel(body="drum").values[:first], abs=1e-8)
 
 
-@pytest.mark.parametrize("speed", [50.0, -50.0])
+@pytest.mark.parametrize("speed", [pytest.param(50.0, marks=pytest.mark.slow), -50.0])
 def test_a_speed_of_release_that_is_reached_at_the_start(speed):
     """The drum turns with 50 rad/s from the beginning: a release at 40 rad/s is one at t = 0, one at 60 rad/s never comes."""
     drive = {"kind": "constant-speed", "speed": speed}

@@ -142,7 +142,7 @@ def _without(result: xr.Dataset, name: str) -> xr.Dataset:
 
 
 @pytest.mark.usefixtures("unpainted")
-@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.slow)])
 def test_an_edited_result_ends_in_one_sentence(edited: Callable[..., None], wucht: Command, every: int) -> None:
     for number, (what, (sentence, change)) in enumerate([*EDITS.items()][::every]):
         edited(change)

@@ -95,7 +95,7 @@ def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> 
     assert tried(tmp_path, attempts)["sentence"] > count / 2
 
 
-@pytest.mark.parametrize("every", [151, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [307, pytest.param(1, marks=pytest.mark.slow)])
 def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
     """Each is drawn, reported, exported, written as CSV and compared."""
     from wucht.results.output_folder import load_result

@@ -11,7 +11,7 @@ import pytest
 from tests.robustness import children, hostile_files
 from tests.robustness.children import Class
 
-FEW, MANY = range(30), range(10_000, 13_000)  # few: some 12 s of processor time
+FEW, MANY = range(15), range(10_000, 13_000)  # few: some 8 s of processor time
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="a case is a fork of a process that has loaded everything")
 
 

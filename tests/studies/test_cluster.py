@@ -142,6 +142,7 @@ def under_way(folder: Path, process: int) -> list[int]:
     return [number for number, own in marks(folder, "begun") if own == process and (number, own) not in done]
 
 
+@pytest.mark.slow
 def test_a_worker_is_killed_in_the_middle(two: Loopback, marked: Path) -> None:
     """What it had under way is computed by the other, and the result is that of one process, to the last bit.
 

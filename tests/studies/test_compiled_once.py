@@ -27,7 +27,7 @@ QUESTIONS: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {
 }
 
 
-@pytest.mark.parametrize("name", QUESTIONS)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "start-stop" else n for n in QUESTIONS])
 def test_nothing_symbolic_in_a_second_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     file, keys, values = QUESTIONS[name]
     spec = study_of(name.split(" ", maxsplit=1)[0]).spec(**keys)

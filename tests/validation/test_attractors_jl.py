@@ -55,7 +55,9 @@ def agrees(share: float, count: int, published: float) -> bool:
 @pytest.mark.parametrize(
     "published",
     [
-        {MotionKind.EQUILIBRIUM: 0.642, MotionKind.PERIODIC: 0.193, MotionKind.CHAOTIC: 0.165},
+        pytest.param(
+            {MotionKind.EQUILIBRIUM: 0.642, MotionKind.PERIODIC: 0.193, MotionKind.CHAOTIC: 0.165}, marks=pytest.mark.slow
+        ),
         {MotionKind.EQUILIBRIUM: 0.645, MotionKind.PERIODIC: 0.175, MotionKind.CHAOTIC: 0.18},
     ],
 )

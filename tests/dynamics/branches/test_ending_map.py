@@ -85,6 +85,7 @@ def fold_of(mu: float, b: float) -> float:
     return float(c)
 
 
+@pytest.mark.slow
 def test_the_motions_end_at_a_saddle_or_at_a_saddle_node() -> None:
     """Row by row; begun at the one saddle-node, over p, and ended at the other or beyond it."""
     places = mapped()[0][-1].places

@@ -53,6 +53,7 @@ def test_a_branch_that_crosses_only_one_that_was_not_searched_either() -> None:
     assert crossings[0] == pytest.approx([2.5, 3.5]) and {2.6, 3.4} <= {round(v, 6) for v in crossings[1]}
 
 
+@pytest.mark.slow
 def test_the_modulated_motion_of_two_pendulums() -> None:
     settings = OrbitSettings(together=True)
     case = OrbitCase.of(load_machine(TABLE), "u", (2.9, 3.1), settings, run_values=(3.0,), values=(3.0,))
@@ -62,6 +63,7 @@ def test_the_modulated_motion_of_two_pendulums() -> None:
     assert (orbit.period_phi, orbit.high) == pytest.approx((630.30303, 1.56264), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_where_two_pairs_of_steady_states_vanish_at_once() -> None:
     settings = BranchSettings(points=2, only=("together", "compensating"), inertia=False)
     plane = (0.5, 10.0), (0.04, 0.16)

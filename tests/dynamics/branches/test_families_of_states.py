@@ -121,6 +121,7 @@ def test_at_a_value_the_family_is_recognised_by_speed_and_dimension() -> None:
     assert family.states_at(branch, 0.06) == []
 
 
+@pytest.mark.slow
 def test_it_ends_where_the_polygon_does_not_close() -> None:
     """Three times 0.01 kg m compensate 9 kg up to e = 1/300 m."""
     family, branch = family_of(*ECCENTRICITY)

@@ -107,15 +107,11 @@ def apart(first: dict[str, float], second: dict[str, float]) -> float:
 @pytest.mark.parametrize(
     ("seed", "count", "degrees", "share"),
     [
-        (
-            1,
-            2,
-            0.5,
-            0.025,
-        ),  # the exciters work against each other: their fluctuation shows in what is left
+        (1, 2, 0.5, 0.025),  # the exciters work against each other: their fluctuation shows in what is left
         (2, 2, 0.5, 0.01),
-        (3, 3, 2.0, 0.01),  # near the edge of synchronisation the phases depend on what the averaged equations leave out
-        (4, 3, 0.5, 0.01),
+        # Near the edge of synchronisation the phases depend on what the averaged equations leave out.
+        pytest.param(3, 3, 2.0, 0.01, marks=pytest.mark.slow),
+        pytest.param(4, 3, 0.5, 0.01, marks=pytest.mark.slow),
         (5, 3, 0.5, 0.01),
     ],
 )

@@ -223,7 +223,14 @@ def test_bodies_that_would_overlap_are_no_start(monkeypatch: pytest.MonkeyPatch)
 
 # The last: how far peaks may differ. That of averaged equations is without the ripple of a few per cent that a run-up adds.
 CASES = [
-    ("drozdetskaya-2020/table-5.1", {"u": 2.5}, {"psi": [0.0, 2 * math.pi, 3], "delta": [0.0, math.pi, 2]}, "slow", 0.06),
+    pytest.param(
+        "drozdetskaya-2020/table-5.1",
+        {"u": 2.5},
+        {"psi": [0.0, 2 * math.pi, 3], "delta": [0.0, math.pi, 2]},
+        "slow",
+        0.06,
+        marks=pytest.mark.slow,
+    ),
     ("drozdetskaya-2020/r1", {}, {"drive.slope": [0.0, 0.1, 2], "p1": [0.0, 3.0, 2]}, "full", 1e-3),
 ]
 

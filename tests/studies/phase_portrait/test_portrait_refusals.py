@@ -56,7 +56,7 @@ def test_jumps_are_no_proof() -> None:
     assert summary(own("abs(x) - 1.1"), ranges=SQUARE)["complete"]
 
 
-@pytest.mark.parametrize("x", ["sign(x) - x", "-sign(x)", "x^1000"])
+@pytest.mark.parametrize("x", ["sign(x) - x", "-sign(x)", pytest.param("x^1000", marks=pytest.mark.slow)])
 def test_curves_that_cannot_be_followed_are_given_up(x: str) -> None:
     """Backwards, sign(x) - x slides along x = 0, as -sign(x) does forwards: a kink follows the other."""
     result = wucht.run(wucht.PhasePortrait(trajectories=2, ranges=SQUARE), own(x))
