@@ -61,7 +61,7 @@ def _fingerprint(value: Any) -> str:
 
 
 @lru_cache(maxsize=4096)  # the same energies belong to each machine of a comparison, and to each question about one
-def _printed(expression: sp.Basic) -> str:
+def _expression_text(expression: sp.Basic) -> str:
     return str(_Exactly().doprint(expression))
 
 
@@ -73,7 +73,7 @@ def _text(value: Any) -> str:
         case int() | float():
             return float(value).hex()
         case sp.Basic():
-            return _printed(value)
+            return _expression_text(value)
         case sp.MatrixBase():
             return str(_Exactly().doprint(value))
         case Mapping():

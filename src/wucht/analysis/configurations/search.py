@@ -29,7 +29,7 @@ _BOXES = {1: 200_000, 2: 200_000, 3: 1_000_000, 4: 3_000_000}
 _STARTS, _ROUNDS, _STEPS = 600, 8, 80
 _AGAIN = 6  # rounds of all starts, when their indices show that a state is missing
 _SAME = 1e-6  # rad, and share of the speed: two ends of Newton's method that are one state
-_ARRIVED = 1e-13  # step of Newton's method, of the longest one allowed: what follows is rounding
+_LEAST_STEP = 1e-13  # step of Newton's method, of the longest one allowed: what follows is rounding
 _CONVERGENCE = 1e-10  # of the largest torque: where Newton's method has arrived
 _PATTERNS = 64  # ways to be in line for which completeness of the speeds is proved
 _EQUAL_SPEEDS = 1e-6  # relative
@@ -246,7 +246,7 @@ def _newton(problem: TorusProblem, starts: np.ndarray, low: float, high: float) 
         if t.fixed_speed is None:
             at[-1] = np.clip(at[-1], low, high)
         x[:, moving] = at
-        moving = moving[(np.abs(step) > _ARRIVED * most).any(axis=0)]
+        moving = moving[(np.abs(step) > _LEAST_STEP * most).any(axis=0)]
         if not len(moving):
             break
     scale = np.abs(problem.jacobian(x)[:, : t.size - 1]).sum(axis=1).max(axis=0)
