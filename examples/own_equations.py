@@ -6,7 +6,6 @@ python examples/own_equations.py
 import xarray as xr
 
 import wucht
-from wucht.files.user_system import equations_from
 
 EQUATIONS = {"x": "-y^2 - z^2 - a*x + a*F", "y": "x*y - y - b*x*z + G", "z": "b*x*y + x*z - z"}
 PARAMETERS = {"F": 6.886, "G": 1.347, "a": 0.255, "b": 4.0}
@@ -15,7 +14,7 @@ STARTS = ({"x": 2.0, "y": 1.0}, {"x": -2.0, "y": 1.0}, {"y": 1.5, "z": 1.0})
 
 def atmosphere() -> wucht.UserSystem:
     """The equations, as a table [system] of a study file gives them."""
-    return equations_from({"states": EQUATIONS, "parameters": PARAMETERS}, "The atmosphere of Lorenz 1984")
+    return wucht.UserSystem.from_formulas(EQUATIONS, PARAMETERS, title="The atmosphere of Lorenz 1984")
 
 
 def run_from(start: dict[str, float]) -> xr.Dataset:

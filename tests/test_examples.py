@@ -36,8 +36,8 @@ def _load(name: str) -> ModuleType:
 
 def test_every_example_is_tested_here() -> None:
     assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == [
-        "averaging_alone", "cam_for_an_uneven_shaft", "numerics_alone", "own_cam", "own_equations", "own_part",
-        "own_study",
+        "averaging_alone", "cam_for_an_uneven_shaft", "hardening_spring", "lorenz", "numerics_alone", "own_cam",
+        "own_equations", "own_part", "own_study", "van_der_pol",
     ]  # fmt: skip
 
 
@@ -187,3 +187,63 @@ def test_equations_of_ones_own_have_three_attractors() -> None:
     assert periodic["period"] == pytest.approx(np.diff(highest).mean(), rel=1e-6)
     rest = solve_ivp(rates, (0, 100), [0.0, 1.5, 1.0], **exact).y[:, -1]
     assert list(steady["state"].values()) == pytest.approx(rest, abs=1e-9)
+
+
+def test_orbits_of_van_der_pol() -> None:
+    """Against SciPy: the period between passages, and by Liouville's formula ln of the multiplier, the integral of
+    mu (1 - x^2) over it.
+    """
+    cases = _load("van_der_pol").orbits([0.5, 2.0]).wucht.summary["cases"]
+
+    def passage(_: float, state: np.ndarray) -> float:
+        return float(state[1])
+
+    passage.direction = -1  # type: ignore[attr-defined]
+    for case, mu in zip(cases, (0.5, 2.0), strict=True):
+
+        def rates(_: float, s: np.ndarray, mu: float = mu) -> list[float]:
+            return [s[1], mu * (1 - s[0] ** 2) * s[1] - s[0], mu * (1 - s[0] ** 2)]
+
+        run = solve_ivp(rates, (0, 80), [2.0, 0.0, 0.0], method="DOP853", rtol=1e-11, atol=1e-12, events=passage)
+        times, states = run.t_events[0], run.y_events[0]
+        assert case["period"] == pytest.approx(times[-1] - times[-2], rel=1e-8)
+        ((multiplier, imaginary),) = case["multipliers"]
+        assert (math.log(multiplier), imaginary) == (pytest.approx(states[-1][2] - states[-2][2], rel=1e-5), 0.0)
+        assert (case["value"], case["stable"]) == (mu, True)
+
+
+def test_lorenz_has_two_equilibria_with_equal_shares() -> None:
+    """At r = 10 they are at x = y = +- sqrt(b (r - 1)), z = r - 1; x -> -x, y -> -y maps one basin on the other."""
+    s = _load("lorenz").basins(cells=8).wucht.summary
+    assert s["fractions"] == {"equilibrium-1": 0.5, "equilibrium-2": 0.5}
+    places = sorted(tuple(a["state"].values()) for a in s["attractors"])
+    root = math.sqrt(24)
+    assert places == [pytest.approx((-root, -root, 9.0)), pytest.approx((root, root, 9.0))]
+
+
+@pytest.mark.slow
+def test_lorenz_is_chaotic() -> None:
+    """J. C. Sprott, "Chaos and Time-Series Analysis", Oxford 2003, table A.5.1: largest exponent 0.9056."""
+    s = _load("lorenz").motion().wucht.summary
+    exponent = s["lyapunov_exponent"]
+    assert s["outcome"] == "chaotic"
+    assert abs(exponent["value"] - 0.9056) < 1.5 * (exponent["high"] - exponent["low"])
+
+
+@pytest.mark.slow
+def test_a_hardening_spring_jumps_where_one_harmonic_says() -> None:
+    """A cos(w t - phase): A^2 ((1 - w^2 + 3/4 g A^2)^2 + (2 d w)^2) = f^2 has one root A^2 below the first jump and beyond the
+    last one, three between them. The third harmonic, some g A^2/32 of the first, is left out: one step is 0.005.
+    """
+    example = _load("hardening_spring")
+    jumps = {j["direction"]: j["w"] for j in example.sweep().wucht.summary["jumps"]}
+    d, g, f, _ = example.PARAMETERS.values()
+
+    def states(w: float) -> int:
+        a, b = 1 - w**2, 0.75 * g
+        roots = np.roots([b**2, 2 * a * b, a**2 + (2 * d * w) ** 2, -(f**2)])
+        return int((np.abs(roots.imag) < 1e-9).sum())
+
+    grid = np.linspace(*example.RANGE, 6001)
+    several = grid[[states(w) == 3 for w in grid]]
+    assert (jumps["down"], jumps["up"]) == pytest.approx((several[0], several[-1]), abs=0.01)

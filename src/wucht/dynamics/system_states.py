@@ -1,4 +1,4 @@
-"""States of a table ``[system]`` as a study file gives them, and keys of a study that are of machines only."""
+"""States of a table ``[system]`` as a study file gives them, starts from which nothing can run, and keys of machines only."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from wucht.errors import InputError, nearest
+from wucht.errors import InputError, RunError, nearest
+from wucht.files.user_system import UserSystem
+from wucht.numerics.flow.program import Evaluator
 from wucht.schema import Unit, read_quantity
 from wucht.system import System
 
@@ -24,6 +26,21 @@ def states_from(system: System, given_values: Mapping[str, Any], location: str) 
     for name in given_values:
         state_row(system, name, f"{location}.{name}")
     return np.array([state_value(name, given_values.get(name, 0.0), f"{location}.{name}") for name in system.state_names])
+
+
+def refuse_singular_start(subject: UserSystem, start: np.ndarray, location: str) -> None:
+    """Raise ``InputError`` for a start (n,) at which the derivative of a state is no finite number."""
+    system, names = subject.system, subject.system.state_names
+    try:
+        with np.errstate(all="ignore"):
+            rates = Evaluator.of_rates(system).array(np.zeros(1), start[:, None], system.values(subject.values))[:, 0]
+    except RunError as error:  # a part that depends on parameters alone
+        raise InputError("system.parameters", dict(subject.values), str(error)) from None
+    at = dict(zip(names, start.tolist(), strict=True))
+    for name, rate in zip(names, rates.tolist(), strict=True):
+        if not np.isfinite(rate):
+            place = ", ".join(f"{n} = {x:.6g}" for n, x in {**at, **subject.values}.items())
+            raise InputError(location, at, f"the derivative of {name} is no finite number there, with {place}")
 
 
 def state_row(system: System, name: str, location: str) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -42,6 +42,44 @@ class UserSystem:
     system: System
     values: Mapping[str, float] = field(default_factory=dict)
     title: str = ""
+
+    @classmethod
+    def from_formulas(
+        cls,
+        states: Mapping[str, str],
+        parameters: Mapping[str, float] | None = None,
+        *,
+        definitions: Mapping[str, str] | None = None,
+        angles: Sequence[str] = (),
+        title: str = "",
+    ) -> UserSystem:
+        """Build the equations from formulas, as a table ``[system]`` of a study file gives them.
+
+        Parameters
+        ----------
+        states : mapping of str to str
+            The derivative of each state over the time ``t``.
+        parameters : mapping of str to float, optional
+        definitions : mapping of str to str, optional
+            In order; used by states and by definitions after them.
+        angles : sequence of str
+            States that are periodic with 2 pi.
+        title : str
+
+        Raises
+        ------
+        InputError
+            For a formula that cannot be read, or a name that is used twice or by formulas.
+
+        Examples
+        --------
+        >>> import wucht
+        >>> oscillator = wucht.UserSystem.from_formulas({"x": "v", "v": "-x - 2*d*v"}, {"d": 0.1})
+        >>> wucht.run(wucht.RunUp(start={"x": 1.0}), oscillator).wucht.summary["outcome"]
+        'equilibrium'
+        """
+        description = {"states": dict(states), "parameters": dict(parameters or {}), "definitions": dict(definitions or {})}
+        return equations_from(description | {"angles": list(angles)}, title)
 
     def __post_init__(self) -> None:
         self.system.values(self.values)

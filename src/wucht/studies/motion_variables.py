@@ -23,7 +23,7 @@ from wucht.schema import Parameter, full_name
 
 if TYPE_CHECKING:
     from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
-    from wucht.dynamics.branches.steady_states import Ordinates
+    from wucht.dynamics.branches.steady_states import Labels, Ordinates
 
 _TORQUES = {
     "motor_torque": "torque of the motor at the speed of the rotor, before the loss of a transmission",
@@ -235,20 +235,22 @@ def join_arrays(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
 
 def steady_branch_quantities(
     dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates], along: Parameter,
-    words: tuple[str, str, str],
+    labels: Labels,
 ) -> list[Quantity]:  # fmt: skip
     """Quantities of the points on branches of steady states.
 
-    before: prefix of the names of variables. ordinates: of each branch. words: name and unit of the ordinate, and the unit of
-    the amplitude.
+    before: prefix of the names of variables. ordinates: of each branch. labels: names and units of the ordinates; user
+    equations have neither speed nor amplitude.
     """
-    ordinate_words, unit, length = words
     numbers = np.repeat(np.arange(len(branches)), [b.unknowns.shape[1] for b in branches])
+    of_machine = () if labels.of_equations else (
+        ("speed", labels.ordinate, labels.unit), ("amplitude", "amplitude of the axis", labels.length)
+    )  # fmt: skip
     return [
         Quantity(f"{before}value", join_arrays([b.parameter_values for b in branches]), along.full_name, along.unit, dimension),
-        Quantity(f"{before}speed", join_arrays([s.speed for s in ordinates]), ordinate_words, unit, dimension),
-        Quantity(
-            f"{before}amplitude", join_arrays([s.amplitude for s in ordinates]), "amplitude of the axis", length, dimension
+        *(
+            Quantity(f"{before}{name}", join_arrays([getattr(s, name) for s in ordinates]), long_name, unit, dimension)
+            for name, long_name, unit in of_machine
         ),
         Quantity(f"{before}stable", join_arrays([b.stable for b in branches]).astype(np.int8), "stable", "", dimension),
         Quantity(f"{before}branch", numbers.astype(int), "branch", "", dimension),

@@ -25,7 +25,8 @@ class Spec(TableModel):
     setting one from the command line replaces the others. horizon: keys that only limit the extent of the study.
     meaning: keys with a different meaning in each study, so that their values in a file for another study are dropped.
     tiled: true if the study has independent units of work (``Work.units``), which several machines can compute.
-    curves: variables of the result, x and y of each curve in a comparison of several results.
+    curves: variables of the result, x and y of each curve in a comparison of several results. curves_of_equations: those where
+    the subject is a table [system].
     without_inertia: true if averaged equations omit the inertia of balancing bodies by default, provided all are damped.
     solves: the equations, if the study itself determines them: see ``equations``.
     from_start: true if it runs the machine from ``start``: the places of bodies without an entry there are then assumed.
@@ -38,6 +39,7 @@ class Spec(TableModel):
     meaning: ClassVar[tuple[str, ...]] = ("range", "along", "values", "rate", "points")
     tiled: ClassVar[bool] = False
     curves: ClassVar[tuple[tuple[str, str], ...]] = ()
+    curves_of_equations: ClassVar[tuple[tuple[str, str], ...]] = ()
     without_inertia: ClassVar[bool] = False
     solves: ClassVar[str] = ""
     from_start: ClassVar[bool] = False

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import wucht
 from wucht.errors import InputError
@@ -33,6 +34,28 @@ def test_a_map_of_two_wells(tmp_path: Path) -> None:
     wucht.draw(result).savefig(tmp_path / "map.png")
 
 
+def wells_of(result: xr.Dataset, name: str) -> np.ndarray:
+    """The position of the attractor of each cell."""
+    position = {a["label"]: a["state"]["x"] for a in result.wucht.summary["attractors"]}
+    flags = dict(zip(result[name].flag_values.tolist(), result[name].flag_meanings.split(), strict=True))
+    return np.vectorize(lambda k: position[flags[k]])(result[name].values)
+
+
+def test_refined_borders_are_those_of_a_map_of_fine_cells() -> None:
+    """Two halvings against a map of as fine cells: the same label in nearly every cell, with fewer runs."""
+    few, fine = ({"x": [-2.0, 2.0, 8 * n], "v": [-2.0, 2.0, 6 * n]} for n in (1, 4))
+    coarse, dense = (wucht.run(one, subject(WELLS)) for one in (wucht.Basin(axes=few, refine=2), wucht.Basin(axes=fine)))
+    assert coarse.refined_outcome.shape == dense.outcome.shape == (24, 32)
+    assert np.isclose(wells_of(coarse, "refined_outcome"), wells_of(dense, "outcome"), atol=0.01).mean() > 0.99
+    assert 48 < coarse.wucht.summary["runs"] < dense.wucht.summary["runs"] == 768
+    assert coarse.refined_x.values == pytest.approx(dense.x.values)
+    s = coarse.wucht.summary
+    assert s["uncertainty"]["equilibrium-1"] == pytest.approx(2 * s["standard_errors"]["equilibrium-1"])
+    assert study_of("basin").report(coarse)[2].split()[1:4] == ["32", "x", "24"]
+    image = wucht.draw(coarse).axes[0].get_images()[0].get_array()
+    assert image is not None and image.shape == (24, 32)
+
+
 def test_further_states_are_drawn_at_random() -> None:
     result = wucht.run(wucht.Basin(axes={"x": [-1.0, 1.0, 8], "y": [-1.0, 1.0, 8]}, ranges={"z": [-3.0, 1.0]}),
                        subject({"x": "-x", "y": "-y", "z": "z - z^3"}))  # fmt: skip
@@ -52,6 +75,7 @@ def test_further_states_are_drawn_at_random() -> None:
         ({"axes": AXES, "ranges": {"x": [0.0, 1.0]}}, "given twice"),
         ({"axes": AXES, "ranges": {"z": [1.0, 0.0]}}, "low below high"),
         ({"axes": AXES, "model": "slow"}, "for a machine only"),
+        ({"axes": AXES, "ranges": {"z": [0.0, 1.0]}, "refine": 1}, "no border that could be refined"),
     ],
 )
 def test_questions_that_do_not_fit_are_refused(keys: dict[str, object], sentence: str) -> None:

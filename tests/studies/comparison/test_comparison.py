@@ -243,6 +243,26 @@ def test_branches_and_directions_follow_each_other_with_a_gap() -> None:
     assert str(kept.curves[0].y.tolist()) == "[1.0, 2.0, nan, 3.0, 4.0]"
 
 
+def test_of_equations_the_state_that_is_drawn_is_compared() -> None:
+    """Of `speed-curve` that of `show`; of a run the first one, over time."""
+    about = {"failure": "", "sentence": "", "warnings": "[]", "title": "M", "subject": "system"}
+    data = {
+        "value": variable("point", [1.0, 2.0], "parameter mu"),
+        "branch": variable("point", [0, 0], "branch"),
+        "state": variable("state point", [[1.0, 2.0], [3.0, 4.0]], "states of the equations"),
+    }
+    curve = xr.Dataset(
+        data, {"state_name": ("state", ["x", "y"])}, about | {"study": "speed-curve", "summary": '{"show": "y"}'}
+    )
+    data = {"states": variable("state time", [[5.0, 6.0], [7.0, 8.0]], "value of the state")}
+    at = {"time": variable("time", [0.0, 1.0], "time"), "state": ["x", "y"]}
+    run = xr.Dataset(data, at, about | {"study": "run-up", "summary": "{}"})
+    (first,) = variant_result(Variant("a", "a", {}, result=curve), curve).curves
+    (second,) = variant_result(Variant("a", "a", {}, result=run), run).curves
+    assert (first.labels, first.x.tolist(), first.y.tolist()) == (("parameter mu", "y"), [1.0, 2.0], [3.0, 4.0])
+    assert (second.labels, second.x.tolist(), second.y.tolist()) == (("time", "value of x"), [0.0, 1.0], [5.0, 6.0])
+
+
 WITHOUT = {"optimise-balancer": "damping is varied here for a curve"}  # what a template does not ask for
 
 

@@ -143,9 +143,10 @@ def test_steady_states_are_seen_as_the_orbits_are() -> None:
     r = run(
         OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0, ranges={"r": (-1, 1)}), own(ROTATION)
     )
-    assert r.steady_speed.attrs["long_name"] == "state r"
-    assert r.steady_speed.size > 0
-    np.testing.assert_allclose(r.steady_speed, 0.0, atol=1e-9)
+    assert r.steady_state.attrs["long_name"] == "state r"
+    assert r.steady_state.size > 0
+    np.testing.assert_allclose(r.steady_state, 0.0, atol=1e-9)
+    assert not [name for name in r.variables if "speed" in str(name) or "phi" in str(name) or "amplitude" in str(name)]
 
 
 def test_a_branch_that_cannot_be_begun_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,13 +15,14 @@ from tests.hand_made import titled, warnings_of, with_answer
 from tests.refusals import refused
 
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
+from wucht.dynamics.branches.steady_states import Labels
 from wucht.dynamics.work import Work
 from wucht.files.user_system import equations_from
 from wucht.studies.orbit_branch import computation
 from wucht.studies.orbit_branch import dataset as orbit_dataset
 from wucht.studies.orbit_branch import figure as orbit_figure
 from wucht.studies.orbit_branch.dataset import _orbit_entry as orbit_entry
-from wucht.studies.orbit_branch.orbit_tables import orbit_quantities, rotor_periods
+from wucht.studies.orbit_branch.orbit_tables import orbit_quantities
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.registry import study_of
 
@@ -149,7 +150,8 @@ def test_exponents_of_a_rotor_per_angle_are_those_per_time_over_its_speed() -> N
     """Half a unit of time a unit of angle: each exponent is half as large."""
     plan, found = circles()
     (branch, one), *_ = found.orbits
-    rotating: Any = SimpleNamespace(problem=SimpleNamespace(shows_rotor_speed=True), along=plan.along)
+    problem = SimpleNamespace(shows_rotor_speed=True, labels=SimpleNamespace(state=None))
+    rotating: Any = SimpleNamespace(problem=problem, along=plan.along)
     entry = orbit_entry(rotating, branch, replace(one, period=2.0, period_phi=4.0, exponents=np.array([-0.5 + 1.0j])))
     assert entry["exponents"] == [[-0.5, 1.0]] and entry["exponents_phi"] == [[-0.25, 0.5]]
 
@@ -199,9 +201,18 @@ def test_ranges_of_stable_orbits_go_to_the_ends_of_the_branch() -> None:
 
 
 def test_the_rotor_turns_through_a_positive_angle_in_a_period() -> None:
-    for rotor, expected in ((True, [6.0, 10.0]), (False, [np.nan, np.nan])):
-        plan: Any = SimpleNamespace(problem=SimpleNamespace(shows_rotor_speed=rotor))
-        assert rotor_periods(plan, np.array([2.0, 5.0]), np.array([3.0, -2.0])) == pytest.approx(expected, nan_ok=True)
+    """Of a rotor that turns backwards too; of equations there is no such angle."""
+    labels = Labels("speed of the main rotor", "rad/s", None)
+    arrays = {"periods": np.array([2.0, 5.0]), "mean": np.array([3.0, -2.0]), "logarithms": np.zeros((1, 2))}
+    plan, branch = circles()[0], SimpleNamespace(
+        whole_array=lambda name: arrays.get(name, np.zeros(2)), kinds=("", ""),
+    )  # fmt: skip
+    for one, expected in ((labels, [6.0, 10.0]), (plan.problem.labels, None)):
+        problem = SimpleNamespace(labels=one, system=plan.problem.system)
+        of: Any = SimpleNamespace(along=plan.along, problem=problem)
+        by_name = {q.name: q.value for q in orbit_quantities(of, [cast("Any", branch)])}
+        turned = by_name.get("period_phi")
+        assert turned is None if expected is None else np.asarray(turned).tolist() == expected
 
 
 def test_every_orbit_of_the_circles_in_closed_form() -> None:
@@ -210,9 +221,9 @@ def test_every_orbit_of_the_circles_in_closed_form() -> None:
     for prefix, value in (("", "value"), ("orbit_", "orbit_value")):
         mu = made[value].values
         assert made[f"{prefix}period"].values == pytest.approx(2 * np.pi / (2 + mu), rel=1e-4)
-        assert np.isnan(made[f"{prefix}period_phi"].values).all()
-        assert made[f"{prefix}max_speed"].values == pytest.approx(np.sqrt(mu), rel=1e-3, abs=1e-6)
-        assert made[f"{prefix}min_speed"].values == pytest.approx(-np.sqrt(mu), rel=1e-3, abs=1e-6)
+        assert f"{prefix}period_phi" not in made
+        assert made[f"{prefix}max_x"].values == pytest.approx(np.sqrt(mu), rel=1e-3, abs=1e-6)
+        assert made[f"{prefix}min_x"].values == pytest.approx(-np.sqrt(mu), rel=1e-3, abs=1e-6)
         assert made[f"{prefix}exponent_re"].values[0] == pytest.approx(-2 * mu, rel=1e-3, abs=1e-6)
     assert (
         made.orbit_time.values[:, -1] == pytest.approx(made.orbit_period.values) and (made.orbit_time.values[:, 0] == 0).all()
@@ -308,13 +319,13 @@ def test_orbits_are_drawn_from_their_least_speed_over_one_period() -> None:
     made = result()
     for share in (False, True):
         axis = Figure().add_subplot()
-        orbit_figure._runs(axis, made, [0, 1], "orbit_speed", share)
+        orbit_figure._runs(axis, made, [0, 1], "orbit_state", share)
         for k, (line, mu) in enumerate(zip(axis.get_lines(), made.orbit_value.values, strict=True)):
             x, y = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
             turned = 2 * np.pi * x if share else (2 + mu) * x
             assert x[0] == 0.0 and turned[-1] == pytest.approx(2 * np.pi, rel=1e-4) and (np.diff(x) > 0).all()
             assert y == pytest.approx(-np.sqrt(mu) * np.cos(turned), abs=0.05 * np.sqrt(mu))
-            time, stored = made.orbit_time.values[k], made.orbit_speed.values[k]
+            time, stored = made.orbit_time.values[k], made.orbit_state.values[k]
             begin = time[stored[:-1].argmin()]
             assert y == pytest.approx(
                 np.interp(begin + turned / turned[-1] * time[-1], time, stored, period=time[-1]), abs=1e-9

@@ -44,7 +44,7 @@ def test_a_report_and_a_figure_are_made_from_the_dataset(tmp_path: Path) -> None
     fig.savefig(tmp_path / "figure.png")
 
 
-@pytest.mark.parametrize("key", [{"turns": 3}, {"over": "phi"}, {"model": "slow"}, {"along": "x", "values": [1.0]}])
+@pytest.mark.parametrize("key", [{"turns": 3}, {"over": "phi"}, {"model": "slow"}])
 def test_keys_of_machines_are_refused(key: dict[str, object]) -> None:
     with pytest.raises(InputError, match="allowed for a machine only"):
         wucht.run(wucht.RunUp(**key), subject())
@@ -66,3 +66,41 @@ def test_a_short_run_advises_a_longer_one() -> None:
 def test_stored_samples_are_limited() -> None:
     result = wucht.run(wucht.RunUp(until=2.0, start={"x": 0.1}, stored_samples=101), subject())
     assert result.sizes["time"] <= 101
+
+
+def test_many_starts_and_values_are_one_result(tmp_path: Path) -> None:
+    """x' = mu x - x^3 tends to the root of mu with the sign of the start; where it starts at 0 it stays there."""
+    pitchfork = equations_from({"states": {"x": "mu*x - x^3"}, "parameters": {"mu": 1.0}}, "pitchfork")
+    starts = [{"x": 0.5}, {"x": -0.5}, {}]
+    result = wucht.run(wucht.RunUp(starts=starts, along="mu", values=[1.0, 4.0]), pitchfork)
+    s = result.wucht.summary
+    assert [c["label"] for c in s["cases"]] == [
+        f"mu = {mu}; {start}" for mu in (1, 4) for start in ("x = 0.5", "x = -0.5", "all states 0")
+    ]
+    assert [(c["value"], c["start"], c["state"]["x"]) for c in s["cases"]] == [
+        (mu, start, pytest.approx(x * mu**0.5, abs=1e-6))
+        for mu in (1.0, 4.0) for start, x in zip(starts, (1, -1, 0), strict=True)
+    ]  # fmt: skip
+    assert (s["outcome"], s["outcomes"], s["along"]) == ("equilibrium", {"equilibrium": 6}, "mu")
+    assert [c["stable"] for c in s["cases"]] == [True, True, False] * 2
+    assert result.states.dims == ("case", "state", "sample")
+    assert result.states.values[:, 0, 0].tolist() == [0.5, -0.5, 0.0] * 2
+    assert any("mu = 4; all states 0: the start lies on an unstable equilibrium" in w for w in result.wucht.warnings)
+    lines = study_of("run-up").report(result)
+    assert lines[1] == "verdict: 6 equilibrium"
+    assert lines[2].split(maxsplit=1)[1] == "mu = 1; x = 0.5: the motion tends to an equilibrium at x = 1"
+    fig = wucht.draw(result)
+    assert len(fig.axes[0].lines) == 6 and fig.axes[0].get_ylabel() == "x"
+    fig.savefig(tmp_path / "figure.png")
+
+
+def test_runs_of_different_ends_are_counted() -> None:
+    """Of x' = x^3 - x: within 1 it decays, beyond it grows without bound; each with the warnings of its own run."""
+    runs = wucht.run(wucht.RunUp(starts=[{"x": 0.5}, {"x": 2.0}]), subject({"x": "x^3 - x"}))
+    assert runs.wucht.summary["outcomes"] == {"equilibrium": 1, "diverges": 1}
+    assert runs.wucht.summary["outcome"] is None and runs.attrs["outcome"] == "several"
+    assert runs.wucht.summary["sentence"] == "1 equilibrium, 1 diverges"
+    with pytest.raises(InputError, match=r"starts\[1\]\.y.*unknown state"):
+        wucht.run(wucht.RunUp(starts=[{}, {"y": 2.0}]), subject({"x": "x^3 - x"}))
+    with pytest.raises(InputError, match="unknown parameter"):
+        wucht.run(wucht.RunUp(along="q", values=[1.0]), subject())

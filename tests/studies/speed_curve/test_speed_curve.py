@@ -19,7 +19,7 @@ from wucht.files.catalogue import load_machine
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.jacobian import Jacobian
-from wucht.studies.runner import report, run
+from wucht.studies.runner import draw, report, run
 from wucht.studies.speed_curve.report import kinds_phrase
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.system import System
@@ -195,7 +195,7 @@ def test_angles_that_differ_by_turns_are_one_branch() -> None:
     (branch,) = s["branches"]
     assert branch["ends"] == ["it is closed"] * 2
     assert sorted(p["mu"] for p in s["special_points"]) == pytest.approx([-1, 1], abs=1e-10)
-    assert sorted((x["speed"] % (2 * math.pi), x["stable"]) for x in s["states"]) == [
+    assert sorted((x["state"]["theta"], x["stable"]) for x in s["states"]) == [
         (pytest.approx(math.pi / 6), True), (pytest.approx(5 * math.pi / 6), False),
     ]  # fmt: skip
 
@@ -274,7 +274,7 @@ def test_a_parameter_may_have_the_name_of_a_key(name: str) -> None:
     """The fold of x' = p - x^2 is at p = 0, whatever p is called; the other meaning of the key stays."""
     r = run(SpeedCurve(along=name, range=[-1, 1], ranges={"x": [-2, 2]}), own_equations(f"{name} - x**2", name))
     (fold,) = r.wucht.summary["special_points"]
-    assert fold["kind"] == "fold" and fold["value"] == fold["speed"] == pytest.approx(0, abs=1e-6)
+    assert fold["kind"] == "fold" and fold["value"] == fold["state"]["x"] == pytest.approx(0, abs=1e-6)
     assert fold["frequency"] is None
     assert (name in fold) == (name != "second_value")
     assert any(line.startswith(f"  fold         {name} = ") for line in report(r))
@@ -313,9 +313,21 @@ def test_own_equations_and_the_plane_of_two_parameters() -> None:
     assert kinds == {"hopf": ["generalised-hopf"], "fold": ["cusp"]}
     (cusp,) = [p for c in s["curves"] for p in c["special_points"] if p["kind"] == "cusp"]
     assert (cusp["p1"], cusp["p2"]) == pytest.approx((math.exp(-2), 16.0), rel=1e-7)
-    assert r.speed.attrs["long_name"] == "state u1" and "states" in s["sentence"]
+    assert "states" in s["sentence"] and not {"speed", "amplitude", "own_speed", "special_speed", "curve_speed"} & set(
+        r.variables
+    )
+    of_machines = {"speed", "amplitude", "stable_speeds", "partly_stable", "type", "name", "exponents_phi", "family_dimension"}
+    for table in ("special_points", "states", "branches", "curves"):
+        assert s[table] and not of_machines & s[table][0].keys()
+    (branch,) = s["branches"]
+    assert branch["stable_u1"][0][1] == pytest.approx(s["special_points"][0]["state"]["u1"], abs=1e-6)
+    axis = draw(r).axes[0]
+    assert axis.get_ylabel() == "u1"
+    assert np.isin(axis.lines[0].get_ydata()[[0, -1]], r.state.values[0]).all()
+    assert any("hopf         p1 = 0.1111535: u1 = " in line for line in report(r))
     other = run(SpeedCurve(along="p1", range=[0.0, 0.5], ranges=AB_RANGES, show="u2", points=1), AB_18)
-    assert other.speed.values == pytest.approx(other.state.values[1])
+    assert draw(other).axes[0].get_ylabel() == "u2"
+    assert [list(b)[1] for b in other.wucht.summary["branches"]] == ["stable_u2"]
 
 
 @pytest.mark.parametrize(

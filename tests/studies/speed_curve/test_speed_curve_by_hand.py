@@ -17,7 +17,7 @@ from tests.hand_made import drawn, titled, warnings_of, with_answer
 from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalState, SearchedValue
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
-from wucht.dynamics.branches.steady_states import Kind
+from wucht.dynamics.branches.steady_states import Kind, Labels, SystemEquilibria
 from wucht.files.user_system import UserSystem
 from wucht.plots.style import COLOURS, GREY
 from wucht.studies.registry import study_of
@@ -32,6 +32,13 @@ X, MU, SHIFT = sp.symbols("x mu shift", real=True)
 OWN = UserSystem(System((X,), (MU + SHIFT - X,), (MU, SHIFT)), {"mu": 5.0, "shift": 0.0})
 ASKED: dict[str, Any] = {"along": "mu", "range": [1.0, 10.0], "ranges": {"x": [-2, 22]}}
 SEARCHED = SearchedValue(5.0, None, 1, True, "as by hand")
+
+
+@pytest.fixture(autouse=True)
+def as_of_a_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The equations have the names and keys of a machine of which a state is drawn."""
+    labels = property(lambda one: Labels(f"state {one.show}", "", one.show))
+    monkeypatch.setattr(SystemEquilibria, "labels", labels)
 
 
 def plan(**asked: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from wucht.dynamics.sweeps.jumps import Jump
-from wucht.studies.sweep import hysteresis
+from wucht.studies.sweep.dataset import hysteresis
 
 
 def jump(value: float, direction: str) -> Jump:

@@ -22,7 +22,8 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.studies.memory import UnitMemory
 from wucht.studies.runner import draw, report, run
-from wucht.studies.sweep import Sweep, _doubts, prepare
+from wucht.studies.sweep.computation import _doubts, prepare
+from wucht.studies.sweep.spec import Sweep
 
 OMEGA_1 = "drive.no_load_speed"
 FIGURE_5 = "sperling-vibration/figure-5"

@@ -12,8 +12,11 @@ import xarray as xr
 from wucht.dynamics.sweeps.jumps import Jump
 from wucht.dynamics.sweeps.moving import SweepLeg
 from wucht.files.catalogue import load_machine
-from wucht.studies import sweep
-from wucht.studies.sweep import Findings, Plan, Sweep, dataset, prepare
+from wucht.studies.sweep import computation
+from wucht.studies.sweep import figure as figure_module
+from wucht.studies.sweep.computation import Findings, Plan, prepare
+from wucht.studies.sweep.dataset import dataset
+from wucht.studies.sweep.spec import Sweep
 
 ALONG = "drive.no_load_speed"
 UP = Jump(10.5, 7.0, 9.0, "up", 3e-3, 1e-3, True, False, (10.4, 10.6))
@@ -130,33 +133,33 @@ def test_a_ramp_goes_from_its_first_value_to_its_last(way: Any, ends: dict[str, 
 
 def test_a_doubt_names_the_time_and_the_speed(plan: Plan) -> None:
     still = leg(8.0, 5.0, 1e-3, 0.0)
-    (unsettled,) = sweep._doubts(plan, still, False, "before the sweep")
+    (unsettled,) = computation._doubts(plan, still, False, "before the sweep")
     assert unsettled == "the machine did not settle before the sweep: its speed was still changing at 5 rad/s"
     before = replace(still, speed=5.06, low=5.06, high=5.06)
-    (fast,) = sweep._doubts(plan, still, True, "after the ramp up", [before])
+    (fast,) = computation._doubts(plan, still, True, "after the ramp up", [before])
     assert "the speed still changed from 5.06 to 5 rad/s" in fast and "below 0.01 rad/s per s" in fast
-    assert sweep._doubts(plan, still, True, "", [replace(before, speed=5.04)]) == ()
+    assert computation._doubts(plan, still, True, "", [replace(before, speed=5.04)]) == ()
     modulated = replace(before, low=5.0, high=5.2)
-    assert sweep._doubts(plan, still, True, "", [modulated]) == (), "what swings is at no time at its mean"
+    assert computation._doubts(plan, still, True, "", [modulated]) == (), "what swings is at no time at its mean"
     fastest = replace(still, speed=-600.0)
-    assert sweep._doubts(plan, still, True, "", [fastest, before]) == (), "small beside the largest speed"
+    assert computation._doubts(plan, still, True, "", [fastest, before]) == (), "small beside the largest speed"
 
 
 def test_legs_up_to_the_one_that_fails_are_kept() -> None:
     class Walker:
         def leg(self, place: Any, step: float, value: float) -> SweepLeg:
             if value > 2.5:
-                raise sweep.IntegrationError("burst")
+                raise computation.IntegrationError("burst")
             return SweepLeg((place or 0) + 1, value, step, 0.0, 0.0, 0.0, 0.0)  # type: ignore[arg-type]
 
     walker: Any = Walker()
-    legs, failure = sweep._legs(walker, None, 0.5, [1.0, 2.0, 3.0, 4.0])  # type: ignore[arg-type]
+    legs, failure = computation._legs(walker, None, 0.5, [1.0, 2.0, 3.0, 4.0])  # type: ignore[arg-type]
     assert ([x.value for x in legs], [x.place for x in legs], failure) == ([1.0, 2.0], [1, 2], "burst")
-    assert sweep._legs(walker, None, 0.5, [1.0])[1] is None  # type: ignore[arg-type]
+    assert computation._legs(walker, None, 0.5, [1.0])[1] is None  # type: ignore[arg-type]
 
 
 def test_the_subtitle_names_two_jumps_at_most(result: xr.Dataset) -> None:
     made = result.assign_attrs(finished=1)
-    words = sweep._parameter_words(made)
-    assert sweep._subtitle(made) == f"it jumps at {words} = 10.5 rad/s (rising) and 9.5 rad/s (falling)"
-    assert sweep._subtitle(result.assign_attrs(finished=0)) == result.attrs["sentence"]
+    words = figure_module._parameter_words(made)
+    assert figure_module._subtitle(made) == f"it jumps at {words} = 10.5 rad/s (rising) and 9.5 rad/s (falling)"
+    assert figure_module._subtitle(result.assign_attrs(finished=0)) == result.attrs["sentence"]

@@ -9,7 +9,7 @@ from matplotlib.patches import ArrowStyle
 
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
-from wucht.studies.sweep import Sweep
+from wucht.studies.sweep.spec import Sweep
 
 FIGURE_5 = "sperling-vibration/figure-5"
 

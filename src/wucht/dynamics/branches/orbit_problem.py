@@ -170,12 +170,12 @@ def _equations_problem(settings: OrbitSettings, subject: UserSystem, path: str, 
         if name not in names:
             raise InputError(location, name, f"unknown state; {nearest(name, names)}")
     start = np.array([_number(settings.start.get(n, 0.0), f"study.start.{n}") for n in names])
-    row = names.index(show)
+    row, labels = names.index(show), Labels(f"state {show}", "", show, of_equations=True)
 
     def observables(states: np.ndarray, value: float) -> np.ndarray:
         return np.array([states[row], np.full(states.shape[1], np.nan)])
 
-    return OrbitProblem(system, subject.values, path, bounds, lambda _: start, observables, Labels(f"state {show}", "", show))
+    return OrbitProblem(system, subject.values, path, bounds, lambda _: start, observables, labels)
 
 
 def _number(value: object, location: str) -> float:

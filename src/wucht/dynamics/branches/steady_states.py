@@ -84,7 +84,8 @@ class Ordinates:
 class Labels:
     """Names and units in results. ordinate: the quantity that is drawn, and its unit. state: its name, None for the main
     rotor's speed. inertia: True if the averaged equations have that of the balancing bodies, None where there are none. speed,
-    time, length: units of speeds, of times and of the amplitude.
+    time, length: units of speeds, of times and of the amplitude. of_equations: True for user equations, which have states
+    alone, no speed and no amplitude.
     """
 
     ordinate: str
@@ -95,6 +96,7 @@ class Labels:
     time: str = ""
     length: str = ""
     warnings: tuple[str, ...] = field(default_factory=tuple)
+    of_equations: bool = False
 
     @classmethod
     def from_machine(
@@ -266,7 +268,7 @@ class SystemEquilibria:
     @property
     def labels(self) -> Labels:
         """See ``SteadyStates``."""
-        return Labels(f"state {self.show}", "", self.show)
+        return Labels(f"state {self.show}", "", self.show, of_equations=True)
 
     def find_equilibria(self, value: float, report: Heartbeat | None = None) -> StatesAtValue:
         """See ``SteadyStates``: by Newton's method from many starts within the ranges, with deflation of known states."""

@@ -54,15 +54,19 @@ class StartOutcomes:
 
 
 def start_outcomes(
-    subject: UserSystem, starts: np.ndarray, settings: LongRunSettings, report: Report | None = None
+    subject: UserSystem,
+    starts: np.ndarray,
+    settings: LongRunSettings,
+    report: Report | None = None,
+    known_sets: tuple[LimitSet, ...] = (),
 ) -> StartOutcomes:
-    """Return where the runs from starts (n, M) end.
+    """Return where the runs from starts (n, M) end. known_sets: attractors of these equations, which keep their numbers.
 
     Raises ``WuchtError`` where the equations preserve volume, or a run ends on one of a family of motions.
     """
     if preserves_volume(subject):
         raise WuchtError(CONSERVATIVE, code="conservative")
-    search = _Search(subject, starts, settings, report or (lambda _: None))
+    search = _Search(subject, starts, settings, report or (lambda _: None), known_sets)
     search.survey()
     for _ in range(_MOST_PASSES):
         if not len(search.open_members):
@@ -76,11 +80,18 @@ def start_outcomes(
 class _Search:
     """The members in progress: their present states (n, M), labels (M,), and those without a label."""
 
-    def __init__(self, subject: UserSystem, starts: np.ndarray, settings: LongRunSettings, report: Report) -> None:
+    def __init__(
+        self,
+        subject: UserSystem,
+        starts: np.ndarray,
+        settings: LongRunSettings,
+        report: Report,
+        known_sets: tuple[LimitSet, ...],
+    ) -> None:
         self.subject, self.starts, self.states, self.settings, self.report = subject, starts, starts.copy(), settings, report
         self.labels = np.full(starts.shape[1], NOT_SETTLED)
         self.open_members = np.arange(starts.shape[1])
-        self.sets, self.span, self.unsettled = list[LimitSet](), 0.0, 0
+        self.sets, self.span, self.unsettled = list(known_sets), 0.0, 0
 
     def survey(self) -> None:
         """Follow a few starts alone."""

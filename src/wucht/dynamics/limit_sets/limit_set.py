@@ -129,6 +129,17 @@ class LimitSet:
         """The mean value of each state (n,)."""
         return np.asarray(self.states.mean(axis=1))
 
+    def samples(self, most: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return times (K,) and states (n, K) of so many samples at most.
+
+        Of an orbit they are spread over its period; of a chaotic set or a torus they are those of the first stretch, so that
+        the motion can be followed from one to the next.
+        """
+        if self.exponent is not None:
+            return self.times[:most], self.states[:, :most]
+        stride = max(1, -(-len(self.times) // most))
+        return self.times[::stride], self.states[:, ::stride]
+
     @cached_property
     def reach(self) -> float:
         """How near to its samples another motion must be."""

@@ -8,9 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.basins import StartOutcomes, start_outcomes
+from wucht.dynamics.limit_sets.basins import start_outcomes
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volume
+from wucht.dynamics.limit_sets.limit_set import LimitSet
 from wucht.dynamics.limit_sets.long_run import LongRunSettings
+from wucht.dynamics.sampling.label_maps import border_cells_not_run, cells_to_halve, halve_cells
 from wucht.dynamics.system_states import refuse_machine_keys, state_range, state_row, states_from
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -18,7 +20,7 @@ from wucht.files.user_system import UserSystem
 from wucht.numerics.angles import TURN
 from wucht.studies.basin.spec import Basin
 
-_KEYS_OF_MACHINES = ("model", "inertia", "order", "refine")
+_KEYS_OF_MACHINES = ("model", "inertia", "order")
 _WHOLE_TURN = 1e-4  # of a turn
 
 
@@ -39,34 +41,54 @@ class StateAxis:
         turns = (self.high - self.low) / TURN
         return self.is_angle and round(turns) >= 1 and abs(turns - round(turns)) < _WHOLE_TURN
 
-    @property
-    def centres(self) -> np.ndarray:
-        """The centres (cells,) of the cells."""
-        return np.asarray(self.low + (self.high - self.low) * (np.arange(self.cells) + 0.5) / self.cells)
+    def centres(self, halvings: int = 0) -> np.ndarray:
+        """The centres (cells 2^halvings,) of the cells."""
+        count = self.cells * 2**halvings
+        return np.asarray(self.low + (self.high - self.low) * (np.arange(count) + 0.5) / count)
 
 
 @dataclass(frozen=True, eq=False)
 class SystemBasinPlan:
-    """The map. axes: over x and over y. starts: (n, M), of the cells row by row."""
+    """The map. axes: over x and over y. base: (n, M), the start in each cell, row by row, but for the states of the axes."""
 
     spec: Basin
     subject: UserSystem
     axes: tuple[StateAxis, StateAxis]
-    starts: np.ndarray
+    base: np.ndarray
     settings: LongRunSettings
 
     @property
-    def shape(self) -> tuple[int, int]:
+    def periodic(self) -> tuple[bool, bool]:
+        """Periodicity of the map along y and x."""
+        return self.axes[1].is_periodic, self.axes[0].is_periodic
+
+    def shape(self, halvings: int = 0) -> tuple[int, int]:
         """Shape of the map (y, x)."""
-        return self.axes[1].cells, self.axes[0].cells
+        return self.axes[1].cells * 2**halvings, self.axes[0].cells * 2**halvings
+
+    def starts(self, halvings: int, cells: np.ndarray) -> np.ndarray:
+        """Initial states (n, M) of the runs in some cells (M,) of a map, numbered row by row."""
+        rows, columns = np.divmod(cells, self.shape(halvings)[1])
+        of_coarsest = (rows >> halvings) * self.shape()[1] + (columns >> halvings)
+        starts = self.base[:, of_coarsest]
+        for axis, places in zip(self.axes, (columns, rows), strict=True):
+            starts[axis.row] = axis.centres(halvings)[places]
+        return starts
 
 
 @dataclass(frozen=True, eq=False)
 class SystemBasinFindings:
-    """The finished map."""
+    """A map after some halvings of its cells. labels: (y, x) numbers in ``attractors``, as those of ``StartOutcomes``.
+
+    coarsest: the map before any halving. runs: of all maps together.
+    """
 
     plan: SystemBasinPlan
-    outcomes: StartOutcomes
+    labels: np.ndarray
+    attractors: tuple[LimitSet, ...]
+    coarsest: np.ndarray
+    runs: int
+    halvings: int = 0
 
 
 def system_basin_plan(spec: Basin, subject: UserSystem) -> SystemBasinPlan:
@@ -79,9 +101,10 @@ def system_basin_plan(spec: Basin, subject: UserSystem) -> SystemBasinPlan:
     for name in (*spec.axes, *spec.ranges):
         if name in spec.start or (name in spec.axes and name in spec.ranges):
             raise InputError(f"study.{'start' if name in spec.start else 'ranges'}.{name}", name, "the state is given twice")
+    if spec.ranges and spec.refine:
+        requirement = "not allowed with ranges: random starts mix the basins, and there is no border that could be refined"
+        raise InputError("study.refine", spec.refine, requirement)
     starts = np.repeat(start[:, None], x.cells * y.cells, axis=1)
-    rows, columns = np.divmod(np.arange(x.cells * y.cells), x.cells)
-    starts[x.row], starts[y.row] = x.centres[columns], y.centres[rows]
     random = np.random.default_rng(spec.seed)
     for name, pair in spec.ranges.items():
         row = state_row(subject.system, name, f"study.ranges.{name}")
@@ -97,10 +120,27 @@ def _axis(subject: UserSystem, name: str, definition: tuple[object, object, int]
 
 
 def compute_system_basin(plan: SystemBasinPlan, work: Work) -> Iterator[SystemBasinFindings]:
-    """Yield the finished map."""
+    """Yield the map after each halving of the cells at the borders."""
+    labels = np.empty(plan.shape(), int)
+    attractors, runs, coarsest = tuple[LimitSet, ...](), 0, labels
+    for halvings in range(plan.spec.refine + 1):
+        part = work.part(f"level {halvings}", halvings / (plan.spec.refine + 1), (halvings + 1) / (plan.spec.refine + 1))
+        cells, rounds = np.arange(labels.size), 0
+        if halvings:
+            mask = halve_cells(cells_to_halve(labels, plan.periodic, halvings == 1))
+            labels, cells = halve_cells(labels), np.flatnonzero(mask)
+        is_run = np.zeros(labels.shape, bool)
+        while len(cells):
+            report = partial(_report_share, part, "borders" if halvings else "all cells")
+            starts = plan.starts(halvings, cells)
+            unit = partial(start_outcomes, plan.subject, starts, plan.settings, report, attractors)
+            outcomes = part.unit(f"round {rounds}", unit)
+            labels.flat[cells], is_run.flat[cells] = outcomes.labels, True
+            attractors, runs, rounds = outcomes.attractors, runs + len(cells), rounds + 1
+            cells = np.flatnonzero(border_cells_not_run(labels, is_run, plan.periodic)) if halvings else cells[:0]
+        coarsest = coarsest if halvings else labels.copy()
+        yield SystemBasinFindings(plan, labels, attractors, coarsest, runs, halvings)
 
-    def report(share: float) -> None:
-        work.open_ended.report(share, "all cells")
 
-    unit = partial(start_outcomes, plan.subject, plan.starts, plan.settings, report)
-    yield SystemBasinFindings(plan, work.unit("map", unit))
+def _report_share(work: Work, activity: str, share: float) -> None:
+    work.open_ended.report(share, activity)

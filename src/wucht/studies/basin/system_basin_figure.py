@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.colors import ListedColormap
 
+from wucht.plots.limit_set_curves import draw_limit_set
 from wucht.plots.scales import multiples_of_pi
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import entry, field
@@ -26,8 +27,9 @@ def system_basin_figure(result: xr.Dataset) -> Figure:
     """Draw the basins, and the attractors projected on both states, from the Dataset alone."""
     fig, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.6)
     s, at = result.wucht.summary, result.attrs
-    values = result.outcome.values
-    flags = dict(zip(np.asarray(result.outcome.flag_values).tolist(), str(result.outcome.flag_meanings).split(), strict=True))
+    outcome = result["refined_outcome" if "refined_outcome" in result else "outcome"]
+    values = outcome.values
+    flags = dict(zip(np.asarray(outcome.flag_values).tolist(), str(outcome.flag_meanings).split(), strict=True))
     present = [k for k in flags if (values == k).any()]
     tones = {k: _WITHOUT.get(flags[k]) or _TONES[k % len(_TONES)] for k in present}
     extent = tuple(at[f"{k}_{end}"] for k in "xy" for end in ("low", "high"))
@@ -43,7 +45,7 @@ def system_basin_figure(result: xr.Dataset) -> Figure:
             getattr(axis, f"set_{k}ticks")([t for t, _ in ticks], [word for _, word in ticks])
     shares = sorted(present, key=lambda k: -s["fractions"][flags[k]])
     handles = [
-        field(f"{flags[k]}: {percent(s['fractions'][flags[k]], 2 * s['standard_errors'][flags[k]])}", tones[k], edge=GREY)
+        field(f"{flags[k]}: {_share_text(s['fractions'][flags[k]], s['standard_errors'][flags[k]])}", tones[k], edge=GREY)
         for k in shares
     ]
     handles += [entry("attractors", color="black", linestyle="", marker="o", markersize=3)] if has_attractors else []
@@ -51,18 +53,18 @@ def system_basin_figure(result: xr.Dataset) -> Figure:
     return fig
 
 
+def _share_text(share: float, error: float) -> str:
+    """Return a share with its uncertainty, without a line break in it."""
+    return percent(share, 2 * error).replace(" ", "\N{NO-BREAK SPACE}")
+
+
 def _draw_attractors(axis: Axes, result: xr.Dataset) -> bool:
     """Draw the attractors; return whether there are any."""
     names = [str(n) for n in result.state.values]
     rows = [names.index(str(result.attrs[f"{k}_axis"])) for k in "xy"]
-    for samples in result.attractor_states.values:
-        x, y = (_drawn_values(samples[row], result, k) for row, k in zip(rows, "xy", strict=True))
-        is_point = np.count_nonzero(np.isfinite(x)) == 1
-        axis.plot(x, y, "o" if is_point else ".", color="black", markersize=4 if is_point else 1, markeredgewidth=0)
+    turning = np.array([result.attrs[f"{k}_is_angle"] for k in "xy"]) > 0
+    begin = float(result.attrs["x_low"]), float(result.attrs["y_low"])
+    kinds = {a["label"]: a["kind"] for a in result.wucht.summary["attractors"]}
+    for samples, name in zip(result.attractor_states.values, result.attractor.values.astype(str), strict=True):
+        draw_limit_set(axis, samples[rows], turning, kinds[name], begin, color="black")
     return len(result.attractor_states) > 0
-
-
-def _drawn_values(values: np.ndarray, result: xr.Dataset, of: str) -> np.ndarray:
-    """Return values of a state, an angle in the turn from the lower end of the axis."""
-    low = result.attrs[f"{of}_low"]
-    return low + np.remainder(values - low, 2 * np.pi) if result.attrs[f"{of}_is_angle"] else values

@@ -35,33 +35,31 @@ _PARTS = {
 
 def system_basin_dataset(findings: SystemBasinFindings) -> xr.Dataset:
     """Return the Dataset of a map of attractors."""
-    plan, outcomes = findings.plan, findings.outcomes
-    names, (x, y) = plan.subject.system.state_names, plan.axes
-    labels = _labels(findings)
-    cells = outcomes.labels.reshape(plan.shape)
+    plan, attractors, cells = findings.plan, findings.attractors, findings.labels
+    names, labels = plan.subject.system.state_names, _labels(findings)
     inside = {labels[k]: cells == k for k in np.unique(cells).tolist()}
     fractions = {name: share(mask) for name, mask in inside.items()}
     errors = {name: _standard_error(plan, mask) for name, mask in inside.items()}
     entries = [
         {"label": labels[k], "kind": str(one.kind), "share": fractions.get(labels[k], 0.0),
          "standard_error": errors.get(labels[k], 0.0), **numbers_of(one, names)}
-        for k, one in enumerate(outcomes.attractors)
+        for k, one in enumerate(attractors)
     ]  # fmt: skip
     order = sorted(range(len(entries)), key=lambda k: -entries[k]["share"])
-    flags = [*_WITHOUT_ATTRACTOR, *range(len(outcomes.attractors))]
+    flags = [*_WITHOUT_ATTRACTOR, *range(len(attractors))]
     attributes = {"flag_values": np.array(flags, np.int16), "flag_meanings": " ".join(labels[k] for k in flags)}
     axes = {a.name: {"range": [a.low, a.high], "cells": a.cells, "periodic": a.is_periodic} for a in plan.axes}
     quantities = [
         Quantity("axes", axes, "axes of the map"),
         Quantity("fractions", fractions, "shares of the starts by attractor"),
         Quantity("standard_errors", errors, "standard errors of the shares"),
+        Quantity("uncertainty", {n: _TWO_SIGMA * e for n, e in errors.items()}, "uncertainty of the shares, in 19 of 20 cases"),
         *table("attractors", [entries[k] for k in order], "attractors, that of most starts first", _PARTS),
-        Quantity("runs", cells.size, "number of runs"),
-        Quantity("x", x.centres, x.name, "", "x"),
-        Quantity("y", y.centres, y.name, "", "y"),
-        Quantity("outcome", cells.astype(np.int16), "attractor", "", "y x", attributes=attributes),
+        Quantity("runs", findings.runs, "number of runs"),
+        *_map_quantities(plan, findings.coarsest, 0, attributes),
+        *(_map_quantities(plan, cells, findings.halvings, attributes) if findings.halvings else []),
         Quantity("state", list(names), "state", "", "state"),
-        *_samples(outcomes.attractors, [labels[k] for k in range(len(outcomes.attractors))], len(names)),
+        *_samples(attractors, [labels[k] for k in range(len(attractors))], len(names)),
     ]
     ranking = sorted(fractions, key=lambda name: -fractions[name])
     sentence = ", ".join(f"{name} {percent(fractions[name], _TWO_SIGMA * errors[name])}" for name in ranking)
@@ -70,14 +68,26 @@ def system_basin_dataset(findings: SystemBasinFindings) -> xr.Dataset:
         for k, a in zip("xy", plan.axes, strict=True)
         for word, value in {"axis": a.name, "low": a.low, "high": a.high, "is_angle": int(a.is_angle)}.items()
     }
-    sentences = [f"{labels[k]}: {sentence_of(one.kind, one, names)}" for k, one in enumerate(outcomes.attractors)]
+    sentences = [f"{labels[k]}: {sentence_of(one.kind, one, names)}" for k, one in enumerate(attractors)]
     more["attractor_sentences"] = "\n".join(sentences)
     return result_dataset(quantities, sentence, _warnings(findings, fractions), **more)
 
 
+def _map_quantities(plan: SystemBasinPlan, labels: np.ndarray, halvings: int, flags: dict[str, Any]) -> list[Quantity]:
+    """Return a map with its coordinates; their names begin with ``refined_`` where cells were halved."""
+    prefix = "refined_" if halvings else ""
+    return [
+        *(
+            Quantity(f"{prefix}{k}", axis.centres(halvings), axis.name, "", f"{prefix}{k}")
+            for k, axis in zip("xy", plan.axes, strict=True)
+        ),
+        Quantity(f"{prefix}outcome", labels.astype(np.int16), "attractor", "", f"{prefix}y {prefix}x", attributes=flags),
+    ]
+
+
 def _labels(findings: SystemBasinFindings) -> dict[int, str]:
     """Return the label of each number: the kind, numbered where there are several of it, that of most starts first."""
-    attractors, cells = findings.outcomes.attractors, findings.outcomes.labels
+    attractors, cells = findings.attractors, findings.labels
     labels = dict(_WITHOUT_ATTRACTOR)
     for kind in {one.kind for one in attractors}:
         of_kind = sorted((k for k, one in enumerate(attractors) if one.kind == kind), key=lambda k: -(cells == k).sum())
@@ -90,12 +100,12 @@ def _standard_error(plan: SystemBasinPlan, inside: np.ndarray) -> float:
     if plan.spec.ranges:
         p = share(inside)
         return math.sqrt(p * (1 - p) / inside.size)
-    return uncertainty(inside, (plan.axes[1].is_periodic, plan.axes[0].is_periodic)) / _TWO_SIGMA
+    return uncertainty(inside, plan.periodic) / _TWO_SIGMA
 
 
 def _samples(attractors: tuple[LimitSet, ...], labels: list[str], count: int) -> list[Quantity]:
     """Return samples of the attractors, padded with NaN."""
-    curves = [a.states[:, :: max(1, -(-a.states.shape[1] // _MOST_PLACES))] for a in attractors]
+    curves = [a.samples(_MOST_PLACES)[1] for a in attractors]
     longest = max((s.shape[1] for s in curves), default=0)
     samples = np.full((len(attractors), count, longest), np.nan)
     for k, states in enumerate(curves):
@@ -108,7 +118,7 @@ def _samples(attractors: tuple[LimitSet, ...], labels: list[str], count: int) ->
 
 def _warnings(findings: SystemBasinFindings, fractions: dict[str, float]) -> list[str]:
     warnings = []
-    if NOT_SETTLED in findings.outcomes.labels:
+    if NOT_SETTLED in findings.labels:
         left = f"{100 * fractions['unsettled']:.3g} % of the starts lead to no motion that could be identified"
         warnings.append(f"{left}; a run-up from one of them shows it")
     return warnings
@@ -117,7 +127,8 @@ def _warnings(findings: SystemBasinFindings, fractions: dict[str, float]) -> lis
 def system_basin_report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a map of attractors."""
     s = result.wucht.summary
-    cells = " x ".join(str(axis["cells"]) for axis in s["axes"].values())
+    finest = result["refined_outcome" if "refined_outcome" in result else "outcome"]
+    cells = " x ".join(str(count) for count in finest.shape[::-1])
     lines: list[tuple[str, Any]] = [("map", f"{cells} cells over {' and '.join(s['axes'])}"), ("runs", str(s["runs"]))]
     lines += [("attractor", line) for line in result.attrs["attractor_sentences"].split("\n") if line]
     lines.append(("shares", "± holds in 19 of 20 cases"))

@@ -68,7 +68,8 @@ def variant_result(variant: Variant, result: xr.Dataset) -> VariantResult:
     outcome = str(summary.get("outcome") or ("failed" if failure else ""))
     numbers = _numbers_by_path(summary)
     units = {path: result.wucht.unit_at(path) for path in numbers} if result.wucht.quantities else {}
-    curves = [c for x, y in spec.curves if (c := _curve(result, x, y, summary)) is not None]
+    pairs = spec.curves_of_equations if result.attrs.get("subject") == "system" else spec.curves
+    curves = [c for x, y in pairs if (c := _curve(result, x, y, summary)) is not None]
     headlines = tuple(result.wucht.headlines)
     return VariantResult(
         kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, numbers, units, headlines,
@@ -95,6 +96,15 @@ def _stable_values(result: xr.Dataset, of: xr.DataArray) -> xr.DataArray:
     return stable if bool(stable.notnull().any()) else of
 
 
+def _drawn_state(result: xr.Dataset, of: xr.DataArray, summary: Mapping[str, Any]) -> xr.DataArray:
+    """Return a variable of states of equations for the one that is drawn, by default the first."""
+    names = [str(name) for name in result["state_name" if "state_name" in result.coords else "state"].values]
+    name = str(summary.get("show") or names[0])
+    of = of.isel(state=names.index(name))
+    long_name = str(of.attrs["long_name"])
+    return of.assign_attrs(long_name=long_name.replace("the state", name) if "the state" in long_name else name)
+
+
 def _curve(result: xr.Dataset, x: str, y: str, summary: Mapping[str, Any]) -> VariantCurve | None:
     """Return a variable over another, None where the result lacks one of them.
 
@@ -104,6 +114,8 @@ def _curve(result: xr.Dataset, x: str, y: str, summary: Mapping[str, Any]) -> Va
     if x not in result or y not in result or "case" in result[y].dims:
         return None
     at, of = result[x], _stable_values(result, result[y])
+    if "state" in of.dims:
+        of = _drawn_state(result, of, summary)
     if "configuration" in of.dims:
         at = at.expand_dims(configuration=of.sizes["configuration"])
     if not at.size or not of.size or not set(at.dims) <= set(of.dims):

@@ -12,7 +12,13 @@ from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, BranchEnd
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.orbit_branch.computation import Plan
-from wucht.studies.orbit_branch.orbit_tables import end_quantities, orbit_quantities, reported_quantities, steady_quantities
+from wucht.studies.orbit_branch.orbit_tables import (
+    end_quantities,
+    orbit_quantities,
+    ordinate_name,
+    reported_quantities,
+    steady_quantities,
+)
 from wucht.studies.shared_keys import entry_with_values
 
 if TYPE_CHECKING:
@@ -41,7 +47,7 @@ def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.full_name,
         low=plan.problem.bounds[0], high=plan.problem.bounds[1], shown=plan.problem.labels.ordinate,
         rotor=int(plan.problem.shows_rotor_speed), angles=int(plan.problem.turning.any()),
-        state=plan.problem.labels.state or "",
+        state=plan.problem.labels.state or "", **({"subject": "system"} if plan.problem.labels.of_equations else {}),
     )  # fmt: skip
 
 
@@ -69,8 +75,7 @@ def _orbit_entry(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
 
 def range_keys(plan: Plan) -> tuple[str, str]:
     """Return the names of the least and the largest value on an orbit: of the main rotor's speed, or of a state of a system."""
-    name = "speed" if plan.problem.shows_rotor_speed else plan.problem.labels.state
-    return f"min_{name}", f"max_{name}"
+    return f"min_{ordinate_name(plan)}", f"max_{ordinate_name(plan)}"
 
 
 def _end_entry(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:

@@ -44,27 +44,31 @@ def figure(result: xr.Dataset) -> Figure:
     _extremes(axes[0], result)
     if orbits:
         _periods(axes[2], result)
-        _runs(axes[1], result, drawn_orbits, "orbit_speed")
-        vibrates = bool(np.isfinite(result.orbit_amplitude.values).any())
-        _runs(axes[3], result, drawn_orbits, "orbit_amplitude" if vibrates else "orbit_speed", share=not vibrates)
+        course = "orbit_state" if result.attrs["state"] else "orbit_speed"
+        _runs(axes[1], result, drawn_orbits, course)
+        vibrates = "orbit_amplitude" in result and bool(np.isfinite(result.orbit_amplitude.values).any())
+        _runs(axes[3], result, drawn_orbits, "orbit_amplitude" if vibrates else course, share=not vibrates)
     legend_below(fig, _legend(result, drawn_orbits))
     return fig
 
 
 def _extremes(axis: Axes, result: xr.Dataset) -> None:
-    value, low, high = (result[name].values for name in ("value", "min_speed", "max_speed"))
-    steady = [result[f"steady_{name}"].values for name in ("value", "speed", "stable")]
+    state = str(result.attrs["state"])
+    least, largest = (f"{end}_{state or 'speed'}" for end in ("min", "max"))
+    value, low, high = (result[name].values for name in ("value", least, largest))
+    steady = [result[f"steady_{name}"].values for name in ("value", "state" if state else "speed", "stable")]
     for at in _branch_points(result.steady_branch.values):
         _pieces(axis, steady[0][at], [steady[1][at]], steady[2][at], _STEADY)
     for k, at in enumerate(_branch_points(result.branch.values)):
         axis.fill_between(value[at], low[at], high[at], color=_colour(k), alpha=_PALE, linewidth=0)
         _pieces(axis, value[at], [low[at], high[at]], result.stable.values[at], _colour(k))
-    _special(axis, result, "min_speed", "max_speed")
-    for x, y, kind in zip(result.end_value.values, result.end_speed.values, result.end_kind.values.astype(str), strict=True):
+    _special(axis, result, least, largest)
+    ends = result["end_state" if state else "end_speed"].values
+    for x, y, kind in zip(result.end_value.values, ends, result.end_kind.values.astype(str), strict=True):
         if kind in _ENDS and np.isfinite(y):
             axis.plot(x, y, _ENDS[kind][0], color="black", markersize=6, zorder=6)
-    unit = str(result.min_speed.attrs["units"])
-    axis.set_ylabel(with_unit(str(result.attrs["shown"]), unit))
+    unit = str(result[least].attrs["units"])
+    axis.set_ylabel(state or with_unit(str(result.attrs["shown"]), unit))
     rpm_axis(axis, unit)
     _abscissa(axis, result)
 
@@ -131,11 +135,15 @@ def _runs(axis: Axes, result: xr.Dataset, drawn_orbits: list[int], name: str, sh
     factor, unit = printed_unit(result, name)
     for i, k in enumerate(drawn_orbits):
         x, y = result[abscissa].values[k], factor * result[name].values[k]
-        begin = int(result.orbit_speed.values[k, :-1].argmin())  # at the least speed
+        ordinate = result["orbit_state" if result.attrs["state"] else "orbit_speed"].values[k, :-1]
+        begin = int(ordinate.argmin())  # at the least value
         x = np.concatenate([x[begin:-1], x[-1] + x[: begin + 1]]) - x[begin]
         y = np.concatenate([y[begin:-1], y[: begin + 1]])
         axis.plot(x / x[-1] if share else x, y, **_orbit_style(result, i))
-    axis.set(xlabel="share of the period" if share else label(result, abscissa), ylabel=label(result, name, unit))
+    axis.set(
+        xlabel="share of the period" if share else label(result, abscissa),
+        ylabel=result.attrs["state"] or label(result, name, unit),
+    )
 
 
 def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
@@ -146,7 +154,8 @@ def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
         handles += [entry(f"{name}, stable", color=_colour(k), **_STABLE)] if stable[at].any() else []
         handles += [] if stable[at].all() else [entry(f"{name}, unstable", color=_colour(k), **_UNSTABLE)]
     if result.sizes["steady"]:
-        handles.append(entry("steady states" if drawn_orbits else "steady states, stable", color=_STEADY, **_STABLE))
+        line = _STABLE if result.steady_stable.values.any() or not drawn_orbits else _UNSTABLE
+        handles.append(entry("steady states" if drawn_orbits else "steady states, stable", color=_STEADY, **line))
         handles += [] if drawn_orbits else [entry("steady states, unstable", color=_STEADY, **_UNSTABLE)]
     handles += kind_entries(result.orbit_kind.values, _MARKS)
     ends = [_ENDS[kind] for kind in dict.fromkeys(result.end_kind.values.astype(str).tolist()) if kind in _ENDS]

@@ -40,6 +40,7 @@ class OrbitBranch(Spec):
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "at", "show", "ranges", "together", "until", "longest", "switch")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "period"), ("value", "mean_speed"))
+    curves_of_equations: ClassVar[tuple[tuple[str, str], ...]] = (("value", "period"),)
 
     along: Path = Field(description="path of the parameter over which branches are followed")
     range: Composite[Pair]

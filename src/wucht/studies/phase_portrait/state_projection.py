@@ -145,7 +145,7 @@ def projection_dataset(findings: ProjectionFindings) -> xr.Dataset:
         Quantity("equilibrium_kind", np.array([p["kind"] for p in points], "U16"), "kind", "", "equilibrium"),
         Quantity("trajectories", _padded_curves([_drawn_part(r) for r in findings.runs], len(names)), "trajectory", "",
                  "trajectory state sample"),
-        Quantity("limit_sets", _padded_curves([s.states[:, :: _stride(s.states)] for s in sets], len(names)),
+        Quantity("limit_sets", _padded_curves([s.samples(_MOST_SAMPLES)[1] for s in sets], len(names)),
                  "state on what trajectories tend to", "", "limit_set state place"),
         Quantity("limit_set_kind", np.array([str(s.kind) for s in sets], "U16"), "kind", "", "limit_set"),
         Quantity("drawn", np.stack([plan.low, plan.high], axis=1), "range of the state", "", "state end"),

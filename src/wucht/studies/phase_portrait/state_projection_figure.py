@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.limit_set_curves import TRANSIENT, draw_limit_set, wrapped_curve
 from wucht.plots.sheet import legend_below, new_figure
 from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS
@@ -20,6 +21,7 @@ _POINTS: dict[str, dict[str, Any]] = {
     "unstable": {"marker": "o", "markerfacecolor": "white"},
     "degenerate": {"marker": "s", "markerfacecolor": "white"},
 }
+_BEGIN = (0.0, 0.0)  # of the turn in which angles are drawn
 
 
 def draw_projection(result: xr.Dataset) -> Figure:
@@ -28,12 +30,10 @@ def draw_projection(result: xr.Dataset) -> Figure:
     rows = [int(result.attrs["abscissa"]), int(result.attrs["ordinate"])]
     turning = np.atleast_1d(result.attrs["turning"])[rows] > 0
     for curve in result.trajectories.values:
-        axis.plot(*_wrapped_curve(curve[rows], turning), color="#9A9A9A", linewidth=0.6, zorder=2)
+        axis.plot(*wrapped_curve(curve[rows], turning, _BEGIN), **TRANSIENT)
     for curve, kind in zip(result.limit_sets.values, result.limit_set_kind.values.astype(str), strict=True):
-        if kind == "periodic":
-            axis.plot(*_wrapped_curve(curve[rows], turning), color=COLOURS[1], linewidth=1.7, zorder=4)
-        elif kind != "equilibrium":
-            axis.plot(*_wrapped_curve(curve[rows], turning), ".", color=COLOURS[1], markersize=1, markeredgewidth=0, zorder=3)
+        if kind != "equilibrium":
+            draw_limit_set(axis, curve[rows], turning, kind, _BEGIN)
     kinds = result.equilibrium_kind.values.astype(str)
     for state, kind in zip(result.equilibria.values.T, kinds, strict=True):
         axis.plot(*state[rows], linestyle="", color="black", markersize=6.5, zorder=7, **_POINTS[kind])
@@ -42,16 +42,8 @@ def draw_projection(result: xr.Dataset) -> Figure:
     handles = [
         entry(f"equilibrium, {k}", linestyle="", color="black", markersize=6, **_POINTS[k]) for k in dict.fromkeys(kinds)
     ]
-    handles.append(entry("trajectory", color="#9A9A9A", linewidth=0.6))
+    handles.append(entry("trajectory", **TRANSIENT))
     if (result.limit_set_kind.values.astype(str) != "equilibrium").any():
         handles.append(entry("what it tends to", color=COLOURS[1], linewidth=1.7))
     legend_below(fig, handles)
     return fig
-
-
-def _wrapped_curve(curve: np.ndarray, turning: np.ndarray) -> np.ndarray:
-    """Return a curve (2, N) with angles in [0, 2 pi), interrupted where one is wrapped."""
-    curve = np.where(turning[:, None], np.remainder(curve, 2 * np.pi), curve)
-    with np.errstate(invalid="ignore"):
-        jumps = ((np.abs(np.diff(curve, axis=1)) > np.pi) & turning[:, None]).any(axis=0)
-    return np.asarray(np.insert(curve, np.flatnonzero(jumps) + 1, np.nan, axis=1))

@@ -58,7 +58,7 @@ def _machine_plan(spec: RunUp, machine: Machine) -> Plan:
 def numbers(plan: Plan | SystemRunPlan) -> float:
     """Bound the count of stored numbers."""
     if isinstance(plan, SystemRunPlan):
-        return float(2 * (2 * INTERVALS + 1) * len(plan.start))
+        return float(2 * (2 * INTERVALS + 1) * len(plan.subject.system.states) * len(plan.cases))
     return sum(run.horizon.samples * len(run.models) * numbers_per_sample(run.machine) for run in (c.run for c in plan.cases))
 
 

@@ -229,7 +229,7 @@ _SLOW = "  averaged equations"
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a run-up."""
     s = result.wucht.summary
-    if "lyapunov_exponent" in s:
+    if result.attrs.get("subject") == "system":
         return system_run_report(result)
     if "cases" in s:
         return _case_lines(result, s)

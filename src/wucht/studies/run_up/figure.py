@@ -51,7 +51,7 @@ def figure(result: xr.Dataset) -> Figure:
     -------
     Figure
     """
-    if "limit_states" in result:
+    if result.attrs.get("subject") == "system":
         return system_run_figure(result)
     if "case" in result.dims:
         return _figure_of_many(result)

@@ -27,7 +27,9 @@ class RunUp(SingleRun):
     kind: ClassVar[str] = "run-up"
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     next_questions: ClassVar[tuple[NextQuestion, ...]] = (
-        NextQuestion("the same run, as long as its verdict needs", {"study.until": "{advised_time:.6g}"}, ("unidentified",)),
+        NextQuestion(
+            "the same run, as long as its verdict needs", {"study.until": "{advised_time:.6g}"}, ("unidentified", "unsettled")
+        ),
         NextQuestion(
             "the speeds at which the motor, its load and the vibration are in balance",
             {"study.kind": "torque-balance"},
@@ -44,6 +46,7 @@ class RunUp(SingleRun):
         NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
     )
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("time", "amplitude"))
+    curves_of_equations: ClassVar[tuple[tuple[str, str], ...]] = (("time", "states"),)
     without_inertia: ClassVar[bool] = True
 
     starts: Composite[common.Starts] = composite(default=(), description="several initial states: a run each, in one result")

@@ -1,4 +1,4 @@
-"""The figure of a run of equations of a table ``[system]``: each state over time, and what it tends to in two states."""
+"""The figure of runs of equations of a table ``[system]``: each state over time, and what they tend to in two states."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.curves import draw_swings, thin_curve
-from wucht.plots.sheet import new_figure
-from wucht.plots.style import COLOURS
+from wucht.plots.limit_set_curves import TRANSIENT, draw_limit_set, wrapped_curve
+from wucht.plots.sheet import labelled_handles, legend_below, new_figure
+from wucht.plots.style import COLOURS, MOST_LOOKS, line_style, shades
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,27 +19,68 @@ if TYPE_CHECKING:
 _MOST_PANELS = 6
 _PANEL, _PLANE = 1.1, 2.6  # inches
 _MOST_TURNING_POINTS = 250  # of a curve that is drawn as a line
-_FEW_PERIODS = 40  # of a motion that has settled
+_FEW_PERIODS, _FEWER_PERIODS = 40, 12  # of a motion that has settled, alone and beside others
 _SETTLED_SHARE = 1.5  # times the settling time: until then a run is drawn
+_MOST_NAMED = 14  # of many runs
 
 
 def system_run_figure(result: xr.Dataset) -> Figure:
-    """Draw the states over time, and below two of them over each other."""
+    """Draw the states over time, and below two of them over each other; of many runs all in the same panels."""
     names = [str(n) for n in result.state.values]
     panels, plane = min(len(names), _MOST_PANELS), _plane(result)
-    subtitle = f"{result.attrs['outcome']}: {result.attrs['sentence']}"
+    many = "case" in result.dims
+    subtitle = str(result.attrs["sentence"]) if many else f"{result.attrs['outcome']}: {result.attrs['sentence']}"
     heights = [_PANEL] * panels + [_PLANE] * len(plane)
     fig, axes = new_figure(panels, result.attrs["title"], subtitle, heights, apart=len(plane))
-    count = _sample_count(result)
-    time = result.time.values[:count]
-    for k, axis in enumerate(axes[:panels]):
-        _draw_course(axis, time, result.states.values[k, :count])
-        axis.set_ylabel(names[k])
+    draw = _draw_many if many else _draw_one
+    draw(axes[:panels], axes[panels:], plane, result)
+    for axis, name in zip(axes[:panels], names, strict=False):
+        axis.set_ylabel(name)
     axes[panels - 1].set_xlabel("time t")
-    axes[0].set_xlim(time[0], time[-1] if len(time) > 1 else time[0] + 1.0)
-    for axis, pair in zip(axes[panels:], plane, strict=True):
-        _draw_plane(axis, result, pair)
+    for axis, (across, upwards) in zip(axes[panels:], plane, strict=True):
+        axis.set(xlabel=names[across], ylabel=names[upwards])
+    if many:
+        legend_below(fig, labelled_handles(axes[:1]))
     return fig
+
+
+def _draw_one(courses: list[Axes], planes: list[Axes], pairs: list[tuple[int, int]], result: xr.Dataset) -> None:
+    count = _sample_count(result, result.wucht.summary["settling_time"])
+    time = result.time.values[:count]
+    for k, axis in enumerate(courses):
+        _draw_course(axis, time, result.states.values[k, :count])
+    courses[0].set_xlim(time[0], time[-1] if len(time) > 1 else time[0] + 1.0)
+    for axis, pair in zip(planes, pairs, strict=True):
+        rows, limit = list(pair), result.limit_states.values[list(pair)]
+        turning, outcome = result.is_angle.values[rows] > 0, str(result.attrs["outcome"])
+        if outcome == "equilibrium" or not limit.shape[1]:
+            axis.plot(*wrapped_curve(result.states.values[rows], turning), **TRANSIENT)
+        if limit.shape[1]:
+            draw_limit_set(axis, limit, turning, outcome)
+
+
+def _draw_many(courses: list[Axes], planes: list[Axes], pairs: list[tuple[int, int]], result: xr.Dataset) -> None:
+    cases = result.wucht.summary["cases"]
+    few, tones = len(cases) <= MOST_LOOKS, shades(len(cases))
+    runs = [result.isel(case=k, sample=np.isfinite(result.time.values[k])) for k in range(len(cases))]
+    counts = [_sample_count(run, case["settling_time"], _FEWER_PERIODS) for run, case in zip(runs, cases, strict=True)]
+    end = max(float(run.time.values[count - 1]) for run, count in zip(runs, counts, strict=True))
+    for k, (case, run) in enumerate(zip(cases, runs, strict=True)):
+        look: dict[str, Any] = line_style(k) | {"linewidth": 0.9} if few else {"color": tones[k], "linewidth": 0.6}
+        inside = run.time.values <= end
+        time, states = run.time.values[inside], run.states.values[:, inside]
+        for i, axis in enumerate(courses):
+            text = f"{case['label']}: {case['outcome']}" if few or k < _MOST_NAMED else None
+            axis.plot(*thin_curve(time, states[i]), label=text, **look)
+        for axis, pair in zip(planes, pairs, strict=True):
+            rows = list(pair)
+            turning, limit = result.is_angle.values[rows] > 0, run.limit_states.values[rows]
+            axis.plot(
+                *wrapped_curve(states[rows][:, : counts[k]], turning), **TRANSIENT | {"color": look["color"], "linewidth": 0.5}
+            )
+            if np.isfinite(limit).any():
+                draw_limit_set(axis, limit, turning, case["outcome"], color=look["color"])
+    courses[0].set_xlim(0.0, end or 1.0)
 
 
 def _draw_course(axis: Axes, time: np.ndarray, values: np.ndarray) -> None:
@@ -49,47 +91,19 @@ def _draw_course(axis: Axes, time: np.ndarray, values: np.ndarray) -> None:
         axis.plot(*thin_curve(time, values), color=COLOURS[0], linewidth=0.9)
 
 
-def _sample_count(result: xr.Dataset) -> int:
-    """Return the number of samples that are drawn over time: until 1.5 times the settling time, and forty oscillations."""
-    time, settled = result.time.values, result.wucht.summary["settling_time"]
+def _sample_count(result: xr.Dataset, settled: float | None, periods: int = _FEW_PERIODS) -> int:
+    """Return the number of samples that are drawn over time: until 1.5 times the settling time, and some oscillations."""
+    time = result.time.values
     if settled is None:
         return len(time)
     deviation = result.states.values - result.states.values.mean(axis=1, keepdims=True)
     passages = ((deviation[:, :-1] < 0) & (deviation[:, 1:] >= 0)).cumsum(axis=1)
     oscillations = passages[int(passages[:, -1].argmax())] if passages.shape[1] else np.zeros(0)
-    many = int(np.searchsorted(oscillations, _FEW_PERIODS)) + 2
-    return int(min(len(time), max(many, np.searchsorted(time, _SETTLED_SHARE * settled) + 1)))
+    many = int(np.searchsorted(oscillations, periods)) + 2
+    return min(len(time), max(many, int(np.searchsorted(time, _SETTLED_SHARE * settled)) + 1))
 
 
 def _plane(result: xr.Dataset) -> list[tuple[int, int]]:
     """Return the pairs of states that are drawn over each other: the first two, and of more the first and the last one."""
     count = result.sizes["state"]
     return [] if count < 2 else [(0, 1)] if count == 2 else [(0, 1), (0, count - 1)]
-
-
-def _draw_plane(axis: Axes, result: xr.Dataset, pair: tuple[int, int]) -> None:
-    turning, names = result.is_angle.values, result.state.values
-    run, limit = result.states.values[list(pair)], result.limit_states.values[list(pair)]
-    is_point = limit.shape[1] == 1
-    if is_point or not limit.shape[1]:
-        _curve(axis, run, turning[list(pair)], color="#9A9A9A", linewidth=0.6)
-    if is_point:
-        axis.plot(*_wrap(limit, turning[list(pair)]), "o", color=COLOURS[1], markersize=5)
-    elif result.attrs["outcome"] == "periodic":
-        _curve(axis, limit, turning[list(pair)], color=COLOURS[1], linewidth=1.4)
-    else:
-        axis.plot(*_wrap(limit, turning[list(pair)]), ".", color=COLOURS[1], markersize=0.8, markeredgewidth=0)
-    axis.set(xlabel=str(names[pair[0]]), ylabel=str(names[pair[1]]))
-
-
-def _wrap(states: np.ndarray, turning: np.ndarray) -> np.ndarray:
-    """Return states (2, N) with angles in [-pi, pi)."""
-    return np.where(turning[:, None] > 0, np.remainder(states + np.pi, 2 * np.pi) - np.pi, states)
-
-
-def _curve(axis: Axes, states: np.ndarray, turning: np.ndarray, **look: Any) -> None:
-    """Draw a curve (2, N), interrupted where an angle is curve."""
-    curve = _wrap(states, turning)
-    jumps = (np.abs(np.diff(curve, axis=1)) > np.pi) & (turning[:, None] > 0)
-    gaps = np.flatnonzero(jumps.any(axis=0)) + 1
-    axis.plot(*np.insert(curve, gaps, np.nan, axis=1), **look)

@@ -1,21 +1,24 @@
-"""A run of equations of a table ``[system]``: findings -> quantities, and the lines of its report."""
+"""Runs of equations of a table ``[system]``: findings -> quantities, and the lines of its report."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.dynamics.limit_sets.descriptions import numbers_of, sentence_of
 from wucht.dynamics.limit_sets.limit_set import LimitSet
+from wucht.dynamics.limit_sets.long_run import LongRun
 from wucht.results.formatting import report_lines
-from wucht.results.quantities import Quantity, group, result_dataset
-from wucht.studies.run_up.system_run import SystemRunFindings
+from wucht.results.quantities import Quantity, StudyResult, group, table
+from wucht.studies.run_up.system_run import SystemRunFindings, SystemRunPlan
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_PLACES = 20_001  # samples of what the motion tends to
+_MOST_SAMPLES, _MOST_PLACES = 1_000_000, 20_001  # of all runs together, and of what motions tend to
 _LONG_NAMES = {
     "stable": "whether nearby motions tend to it",
     "state": "states of the equilibrium",
@@ -36,11 +39,18 @@ _EXPONENT = {
 
 
 def system_run_dataset(findings: SystemRunFindings) -> xr.Dataset:
-    """Return the Dataset of a run of equations."""
-    plan, run, names = findings.plan, findings.run, findings.plan.subject.system.state_names
-    turning = [int(s in plan.subject.system.angles) for s in plan.subject.system.states]
-    thin = max(1, -(-(len(run.time) - 1) // ((plan.spec.stored_samples or len(run.time)) - 1 or 1)))
-    sentence = sentence_of(run.kind, run.limit_set, names)
+    """Return the Dataset of one run of equations, or of many, with the dimension ``case``."""
+    plan = findings.plan
+    most = (plan.spec.stored_samples or _MOST_SAMPLES) // len(plan.cases)
+    results = [_run_result(plan, run, max(most, 2)) for run in findings.runs]
+    return _gathered_dataset(plan, results) if plan.several else results[0].to_dataset()
+
+
+def _run_result(plan: SystemRunPlan, run: LongRun, most: int) -> StudyResult:
+    """Return the result of one run. most: samples."""
+    system, names = plan.subject.system, plan.subject.system.state_names
+    turning = [int(s in system.angles) for s in system.states]
+    thin = max(1, -(-(len(run.time) - 1) // (most - 1)))
     quantities = [
         Quantity("outcome", str(run.kind), "outcome of the run"),
         Quantity("end_time", run.end_time, "time until which the motion was integrated"),
@@ -51,7 +61,7 @@ def system_run_dataset(findings: SystemRunFindings) -> xr.Dataset:
         Quantity("state", list(names), "state", "", "state"),
         Quantity("is_angle", turning, "1 of an angle", "", "state", coordinate=True),
         Quantity("states", run.states[:, ::thin], "value of the state", "", "state time"),
-        *_limit_samples(run.limit_set, len(names)),
+        *_limit_samples(run.limit_set, len(names), _MOST_PLACES // len(plan.cases)),
     ]
     warnings = [
         f"the run until {run.end_time:.5g} is too short to tell what the motion tends to; study.until = {run.advised_time:.4g} "
@@ -60,7 +70,48 @@ def system_run_dataset(findings: SystemRunFindings) -> xr.Dataset:
     if run.limit_set is not None and run.limit_set.attracts is False:
         warnings.append("the start lies on an unstable equilibrium: any disturbance leads away from it")
     attributes = {"outcome": str(run.kind), "engine": run.engine, "tolerance": plan.spec.tolerance, "subject": "system"}
-    return result_dataset(quantities, sentence, warnings, (), run.failure, **attributes)
+    return StudyResult(quantities, sentence_of(run.kind, run.limit_set, names), warnings, (), run.failure, attributes)
+
+
+def _gathered_dataset(plan: SystemRunPlan, results: Sequence[StudyResult]) -> xr.Dataset:
+    """Return many runs as one Dataset; its summary has a list ``cases``."""
+    pairs = list(zip(plan.cases, results, strict=False))  # a run may be missing
+    cases = [{"label": c.label, "start": dict(c.given_start), "value": c.value} | r.summary for c, r in pairs]
+    count = Counter(case["outcome"] for case in cases)
+    is_complete = len(pairs) == len(plan.cases)
+    outcome = next(iter(count)) if len(count) == 1 and is_complete else None
+    warnings = [f"{c.label}: {w}" for c, r in pairs for w in r.warnings]
+    if not is_complete:
+        warnings.append(f"{len(pairs)} of {len(plan.cases)} runs are finished")
+    by_name = [{q.name: q for q in r.quantities} for r in results]
+    parts = {q.name: (q.long_name, q.unit) for q in results[0].quantities if q.dimensions is None}
+    quantities = [
+        Quantity("outcome", outcome, "outcome, where all have the same"),
+        Quantity("outcomes", dict(count), "number of runs of each outcome"),
+        Quantity("along", plan.spec.along, "parameter that differs"),
+        *table("cases", cases, "the runs", parts),
+        Quantity("case", [case["label"] for case in cases], "run", "", "case"),
+        by_name[0]["state"], by_name[0]["is_angle"],
+        *(
+            Quantity(name, _stack_padded([q[name].value for q in by_name]), by_name[0][name].long_name, "", f"case {inner}")
+            for name, inner in (
+                ("time", "sample"), ("states", "state sample"), ("limit_time", "place"), ("limit_states", "state place")
+            )
+        ),
+    ]  # fmt: skip
+    sentence = ", ".join(f"{n} {name}" for name, n in count.most_common())
+    failure = next((r.failure for r in results if r.failure), None)
+    attributes = {**results[0].attributes, "outcome": outcome or "several"}
+    return StudyResult(quantities, sentence, warnings, (), failure, attributes).to_dataset()
+
+
+def _stack_padded(arrays: Sequence[Any]) -> np.ndarray:
+    """Stack arrays (..., N) of different lengths, padded with NaN."""
+    longest = max(np.shape(a)[-1] for a in arrays)
+    return np.stack([
+        np.pad(np.asarray(a, float), [(0, 0)] * (np.ndim(a) - 1) + [(0, longest - np.shape(a)[-1])], constant_values=np.nan)
+        for a in arrays
+    ])  # fmt: skip
 
 
 def _limit_quantities(limit_set: LimitSet | None, names: tuple[str, ...]) -> list[Quantity]:
@@ -73,18 +124,19 @@ def _limit_quantities(limit_set: LimitSet | None, names: tuple[str, ...]) -> lis
     ]
 
 
-def _limit_samples(limit_set: LimitSet | None, count: int) -> list[Quantity]:
-    times, states = (np.empty(0), np.empty((count, 0))) if limit_set is None else (limit_set.times, limit_set.states)
-    thin = max(1, -(-len(times) // _MOST_PLACES))
+def _limit_samples(limit_set: LimitSet | None, count: int, most: int) -> list[Quantity]:
+    times, states = (np.empty(0), np.empty((count, 0))) if limit_set is None else limit_set.samples(most)
     return [
-        Quantity("limit_time", times[::thin], "time on what the motion tends to", "", "place"),
-        Quantity("limit_states", states[:, ::thin], "state on what the motion tends to", "", "state place"),
+        Quantity("limit_time", times, "time on what the motion tends to", "", "place"),
+        Quantity("limit_states", states, "state on what the motion tends to", "", "state place"),
     ]
 
 
 def system_run_report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a run of equations."""
     s = result.wucht.summary
+    if "cases" in s:
+        return report_lines(result, s["sentence"], [("run", f"{c['label']}: {c['sentence']}") for c in s["cases"]])
     lines = [("run", f"until t = {s['end_time']:.6g}")]
     if s["settling_time"] is not None:
         lines.append(("settled", f"after t = {s['settling_time']:.4g}"))

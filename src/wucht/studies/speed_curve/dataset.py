@@ -11,7 +11,7 @@ import sympy as sp
 from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, SearchedValue
 from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, StabilityLevel
 from wucht.dynamics.branches.family_curve import SAMPLED_MEMBERS
-from wucht.dynamics.branches.steady_states import SteadyStates
+from wucht.dynamics.branches.steady_states import Labels, SteadyStates
 from wucht.dynamics.branches.steady_states import speed_range_text as speeds_in_words
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.shared_keys import VALUES, entry_with_values
@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_LOST = 3  # sentences on states that could not be followed
+_OF_MACHINES = frozenset({
+    "speed", "amplitude", "exponents_phi", "type", "name", "label", "multiplicity", "family_dimension", "stable_share",
+    "partly_stable", "partly_stable_speeds", "partly_stable_shares",
+})  # fmt: skip
 _AT_ZERO = 1e-9  # of the range: a value this close to zero is zero
 
 
@@ -53,7 +57,8 @@ def dataset(plan: Plan, findings: BranchFindings) -> xr.Dataset:
         *_question_quantities(plan), *_table_quantities(plan, findings, special_points, nominal),
         *_search_quantities(plan, findings.searches),
     ]  # fmt: skip
-    more = {} if second is None else {"second": second.path, "second_unit": second.unit, "second_what": second.full_name,
+    more: dict[str, Any] = {} if not plan.case.steady_states.labels.of_equations else {"subject": "system"}
+    more |= {} if second is None else {"second": second.path, "second_unit": second.unit, "second_what": second.full_name,
         "second_symbol": _symbol(second.path)}  # fmt: skip
     return result_dataset(
         quantities, _sentence(plan, findings, special_points), _warnings(plan, findings),
@@ -71,7 +76,7 @@ def _symbol(path: str) -> str:
 
 def _nominal_states(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
     """Return the states at the subject's value of the parameter, the fastest first."""
-    entries, steady_states = [], plan.case.steady_states
+    entries, steady_states = list[dict[str, Any]](), plan.case.steady_states
     for nominal in findings.nominal:
         branch, ordinates = findings.branches[nominal.branch], steady_states.ordinates(nominal.unknowns[:, None])
         speed = float(ordinates.speed[0])
@@ -81,12 +86,25 @@ def _nominal_states(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]
         entries.append({
             "name": kind.name, "type": kind.type, "speed": speed, "amplitude": float(ordinates.amplitude[0]),
             "stable": nominal.stability == StabilityLevel.STABLE, "stable_share": nominal.share, "branch": nominal.branch,
-            "state": dict(steady_states.state_by_name(nominal.unknowns)),
+            "state": _state_by_name(steady_states, nominal.unknowns),
             "family_dimension": branch.dimension,
             "exponents": [[float(e.real), float(e.imag)] for e in exponents],
             "exponents_phi": _exponents_by_angle(plan, exponents, speed),
         })  # fmt: skip
-    return sorted(entries, key=lambda s: -abs(s["speed"]))
+    return [_keys_of_subject(plan, entry) for entry in sorted(entries, key=lambda s: -abs(s["speed"]))]
+
+
+def _keys_of_subject(plan: Plan, entry: dict[str, Any]) -> dict[str, Any]:
+    """Return an entry of a table without the keys that user equations lack."""
+    return {k: x for k, x in entry.items() if k not in _OF_MACHINES} if plan.case.steady_states.labels.of_equations else entry
+
+
+def _state_by_name(steady_states: SteadyStates, unknowns: np.ndarray) -> dict[str, float]:
+    """Return the state at a point by names; of user equations that which is drawn is zero within rounding."""
+    state, labels = dict(steady_states.state_by_name(unknowns)), steady_states.labels
+    if labels.of_equations and labels.state is not None:
+        state[labels.state] = _round_ordinate(steady_states, state[labels.state])
+    return state
 
 
 def _exponents_by_angle(plan: Plan, exponents: np.ndarray, speed: float) -> list[list[float]] | None:
@@ -126,7 +144,7 @@ def _table_quantities(
     special_columns = {"kind": ("kind", ""), "frequency": ("frequency of the oscillation that begins", frequency_unit(plan))}
     branch_columns = {
         "label": ("label of the states", ""), "range": at, "ends": ("ends of the branch", ""),
-        "stable": ("ranges in which all members are stable", at[1]), "stable_speeds": at_ends,
+        "stable": ("ranges in which all members are stable", at[1]), _at_ends(words): at_ends,
         "partly_stable": ("ranges in which some members are stable", at[1]), "partly_stable_speeds": at_ends,
         "partly_stable_shares": ("shares of stable members at their ends", ""),
         "family_dimension": dimension, "multiplicity": ("states that differ in equal bodies only", ""),
@@ -195,33 +213,35 @@ def _round_ordinate(steady_states: SteadyStates, ordinate: float) -> float:
 def _special_entry(plan: Plan, s: Special) -> dict[str, Any]:
     steady_states = dict(plan.case.states_by_second_value)[s.second]
     second = {} if plan.second is None or s.second is None else {plan.second.path: s.second}
-    return entry_with_values({
-        "kind": s.kind, "speed": _round_ordinate(steady_states, s.speed),
-        "state": dict(steady_states.state_by_name(s.unknowns)),
+    return entry_with_values(_keys_of_subject(plan, {
+        "kind": s.kind, "speed": _round_ordinate(steady_states, s.speed), "state": _state_by_name(steady_states, s.unknowns),
         "amplitude": s.amplitude, "branch": s.branch, "frequency": s.frequency,
-    }, [plan.along.path, *second], [_snap_to_zero(plan, s.unknowns[-1]), *second.values()], ["second_value"])  # fmt: skip
+    }), [plan.along.path, *second], [_snap_to_zero(plan, s.unknowns[-1]), *second.values()], ["second_value"])  # fmt: skip
 
 
 def _branch_entries(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
-    entries = []
+    entries, labels = [], plan.case.steady_states.labels
     for b in findings.branches:
         steady_states = dict(plan.case.states_by_second_value)[b.second]
         speeds = [_round_ordinate(steady_states, float(speed)) for speed in steady_states.ordinates(b.unknowns).speed]
         second = {} if plan.second is None or b.second is None else {plan.second.path: b.second, "second_value": b.second}
         stretches = {"": b.intervals(StabilityLevel.STABLE), "partly_": b.intervals(StabilityLevel.PARTLY_STABLE)}
         spans = {f"{word}stable": [_span(plan, b.parameter_values[i : k + 1]) for i, k in at] for word, at in stretches.items()}
-        at_ends = {
-            f"{word}stable_speeds": [_upwards(b.parameter_values, speeds, i, k) for i, k in at]
-            for word, at in stretches.items()
-        }
-        entries.append({
-            **second, "type": b.kind.type, "name": b.kind.name, "label": label_of(b.kind.name, b.kind.type, b.kind.split),
+        keys = {"": _at_ends(labels), "partly_": "partly_stable_speeds"}
+        at_ends = {keys[word]: [_upwards(b.parameter_values, speeds, i, k) for i, k in at] for word, at in stretches.items()}
+        entries.append(second | _keys_of_subject(plan, {
+            "type": b.kind.type, "name": b.kind.name, "label": label_of(b.kind.name, b.kind.type, b.kind.split),
             **spans, **at_ends,
             "partly_stable_shares": [_upwards(b.parameter_values, b.stable_share, i, k) for i, k in stretches["partly_"]],
             "range": _span(plan, b.parameter_values), "ends": list(b.ends),
             "family_dimension": b.dimension, "multiplicity": b.kind.multiplicity,
-        })  # fmt: skip
+        }))  # fmt: skip
     return entries
+
+
+def _at_ends(labels: Labels) -> str:
+    """Return the key of the ordinate at the ends of stable stretches."""
+    return f"stable_{labels.state}" if labels.of_equations else "stable_speeds"
 
 
 def _span(plan: Plan, values: np.ndarray) -> list[float]:
@@ -241,10 +261,10 @@ def _curve_entries(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]
     for c in findings.curves:
         speeds = steady_states.ordinates(c.unknowns[:-1]).speed
         special = [
-            entry_with_values({
+            entry_with_values(_keys_of_subject(plan, {
                 "kind": c.kinds[i], "speed": float(speeds[i]), "state": dict(steady_states.state_by_name(c.unknowns[:-1, i])),
                 "coefficients": dict(c.coefficients[i]),
-            }, [plan.along.path, plan.case.plane.path], c.unknowns[-2:, i].tolist())
+            }), [plan.along.path, plan.case.plane.path], c.unknowns[-2:, i].tolist())
             for i in np.flatnonzero([bool(kind) for kind in c.kinds]).tolist()
         ]  # fmt: skip
         entries.append({
@@ -255,7 +275,7 @@ def _curve_entries(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]
             },
             "special_points": special, "ends": list(c.ends),
         })  # fmt: skip
-    return entries
+    return [_keys_of_subject(plan, entry) for entry in entries]
 
 
 def _sentence(plan: Plan, findings: BranchFindings, special_points: Sequence[Special]) -> str:

@@ -49,15 +49,13 @@ def figure(result: xr.Dataset) -> Figure:
     """Draw panels over the parameter from a speed curve's Dataset alone: speed, amplitude if there is one, and the curves of
     special points where there is a second parameter with a range.
     """
-    vibrates, plane = bool((result.amplitude.values > 0).any()), "curve_value" in result
+    vibrates, plane = "amplitude" in result and bool((result.amplitude.values > 0).any()), "curve_value" in result
     panels = 1 + vibrates + plane
     fig, axes = new_figure(panels, result.attrs["title"], result.attrs["sentence"], 2.5 if panels > 1 else 3.4)
     colours, line_codes = _colours(result), set[int]()
     ratio = _ratio(result)
     _branches(axes[0], result, "speed", ratio, colours, line_codes)
-    axes[0].set_ylabel(
-        label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_parameter_name(result)}"
-    )
+    axes[0].set_ylabel(_ordinate_label(result, ratio))
     _types(axes[0], result, "speed", ratio)
     if vibrates:
         scale, unit = printed_unit(result, "amplitude")
@@ -70,14 +68,31 @@ def figure(result: xr.Dataset) -> Figure:
         axes[-1].set_xscale("log")
     axes[-1].set_xlim(result.attrs["low"], result.attrs["high"])
     axes[-1].set_xlabel(with_unit(_parameter_name(result), result.attrs["along_unit"]))
-    if ratio is None:
+    if ratio is None and "speed" in result:
         rpm_axis(axes[0], str(result.speed.attrs["units"]))
     legend_beside(axes[0], _legend(colours, line_codes, result))
     return fig
 
 
+def _ordinate_label(result: xr.Dataset, ratio: Transform | None) -> str:
+    """Return the label of the first panel; user equations have the name of the state alone."""
+    if "speed" not in result:
+        return str(result.wucht.summary["show"])
+    return label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_parameter_name(result)}"
+
+
+def _ordinates(result: xr.Dataset, prefix: str, name: str) -> np.ndarray:
+    """Return a variable of points; user equations have the state that is drawn instead of a speed."""
+    if name == "speed" and "speed" not in result:
+        row = result.state_name.values.tolist().index(result.wucht.summary["show"])
+        return np.asarray(result[f"{prefix}state"].values[row])
+    return np.asarray(result[f"{prefix}{name}"].values)
+
+
 def _ratio(result: xr.Dataset) -> Transform | None:
     """Return the ratio of the ordinate to the parameter if both are speeds. None: the ordinate is drawn unchanged."""
+    if "speed" not in result:
+        return None
     criteria = (result.wucht.summary["show"], result.attrs["along_unit"], result.speed.attrs["units"])
     if not result.sizes["point"] or criteria[0] is not None or not criteria[1] or criteria[1] != criteria[2]:
         return None
@@ -95,7 +110,7 @@ def _branches(
 ) -> None:
     """Draw all branches with their special points. line_codes: collects the styles of the drawn lines."""
     ordinate = transform or (lambda _, y: y)
-    y = ordinate(result.value.values, result[name].values)
+    y = ordinate(result.value.values, _ordinates(result, "", name))
     size = max(float(np.ptp(y[np.isfinite(y)])), _AS_PRESCRIBED) if np.isfinite(y).any() else 1.0
     for branch, pieces in _pieces(result):
         points = np.stack([result.value.values[branch], y[branch]])
@@ -118,7 +133,7 @@ def _types(axis: Axes, result: xr.Dataset, variable: str, transform: Transform |
 
     def panel_points(prefix: str) -> np.ndarray:
         """Return points in coordinates of the panel (2, N)."""
-        value, y = result[f"{prefix}value"].values, result[f"{prefix}{variable}"].values
+        value, y = result[f"{prefix}value"].values, _ordinates(result, prefix, variable)
         y = y if transform is None else transform(value, y)
         low, high = (np.log10(result.attrs[e]) if _logarithmic(result) else result.attrs[e] for e in ("low", "high"))
         return np.stack([((np.log10(value) if _logarithmic(result) else value) - low) / (high - low), y])
@@ -232,7 +247,7 @@ def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, in
 def _special_points(axis: Axes, result: xr.Dataset, name: str, ordinate: Transform) -> None:
     """Draw special points; with a second parameter, its value is written at each fold to distinguish curves without colours."""
     kinds = result.special_kind.values.astype(str)
-    x, y = result.special_value.values, ordinate(result.special_value.values, result[f"special_{name}"].values)
+    x, y = result.special_value.values, ordinate(result.special_value.values, _ordinates(result, "special_", name))
     draw_kinds(axis, x, y, kinds, _MARKS)
     many = len(np.unique(result.second_value.values)) > len(COLOURS)  # then the values would overlap
     for i in [] if many else np.flatnonzero(kinds == "fold").tolist():

@@ -39,13 +39,14 @@ _BESIDE = {
     "unresolved": "this change is no simple fold, Hopf or branch point, or several lie too close together",
 }
 _CURVES = {"fold": "folds", "hopf": "Hopf points"}
+_NO_LABEL = "steady states"
 _PLAIN = ("the range ends", "it is closed")
 
 
 def label_of(name: str | None, type_: str | None, split: tuple[int, int] | None) -> str:
     """Return the label of a branch's states in a legend: ``type II, together``, ``opposed 3 : 1``."""
     if name is None:
-        return "steady states"
+        return _NO_LABEL
     apart = f" {split[0]} : {split[1]}" if split is not None and name == "opposed" and sum(split) > 2 else ""
     return f"type {type_}: {name}" if type_ else f"{name}{apart}"
 
@@ -82,29 +83,31 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def _branch_lines(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
-    (speed, _), along, unit = _formats(result), s["along"], f" {s['along_unit']}".rstrip()
+    ordinate, along, unit = _ordinate_format(result), s["along"], f" {s['along_unit']}".rstrip()
+    at_ends = "stable_speeds" if "speed" in result else f"stable_{s['show']}"
 
     def stretches(branch: dict[str, Any], word: str) -> str:
         """Return the ranges of one kind of stability, with the ordinates at their ends."""
-        pairs = zip(branch[f"{word}stable"], branch[f"{word}stable_speeds"], strict=True)
-        return " and ".join(f"{x:.5g} to {y:.5g}{unit} ({speed(a)} to {speed(b)})" for (x, y), (a, b) in pairs)
+        pairs = zip(branch[f"{word}stable"], branch[f"{word}{at_ends}"], strict=True)
+        return " and ".join(f"{x:.5g} to {y:.5g}{unit} ({ordinate(a)} to {ordinate(b)})" for (x, y), (a, b) in pairs)
 
     lines = []
     for k, branch in enumerate(s["branches"][:_MOST]):
         second = (
             f" at {s['second']} = {branch['second_value']:.6g} {s['second_unit']}".rstrip() if "second_value" in branch else ""
         )
-        dimension, stable, partly = branch["family_dimension"], stretches(branch, ""), stretches(branch, "partly_")
+        dimension, stable = branch.get("family_dimension", 0), stretches(branch, "")
+        partly = stretches(branch, "partly_") if "partly_stable" in branch else ""
         verdict = f"stable at {along} from {stable}" if stable else "nowhere stable"
         if dimension and stable:
             verdict = f"all members stable at {along} from {stable}"
         elif dimension and partly:
             verdict = "nowhere are all members stable"
-        shares = " and ".join(f"{100 * a:.1f} to {100 * b:.1f} %" for a, b in branch["partly_stable_shares"])
+        shares = " and ".join(f"{100 * a:.1f} to {100 * b:.1f} %" for a, b in branch.get("partly_stable_shares", ()))
         verdict += f"; some members stable and others not from {partly}, {shares} of them" if partly else ""
         (low, high), label = (
             branch["range"],
-            f"{branch['label']}{f' (family of dimension {dimension})' if dimension else ''}{second}",
+            f"{branch.get('label', _NO_LABEL)}{f' (family of dimension {dimension})' if dimension else ''}{second}",
         )
         lines.append(f"  branch {k + 1:<5} {label}, from {low:.5g} to {high:.5g}{unit}: {verdict}")
         lines += [f"               its end: {end}" for end in dict.fromkeys(branch["ends"]) if end not in _PLAIN]
@@ -113,42 +116,49 @@ def _branch_lines(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
 
 def _point_lines(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
     """Return lines on special points, on curves in two parameters, and on the states at the subject's value."""
-    speed, amplitude = _formats(result)
     lines, along, unit = [], s["along"], f" {s['along_unit']}".rstrip()
-    second_unit, quantity_label = f" {s['second_unit'] or ''}".rstrip(), "speed " if s["show"] is None else f"{s['show']} = "
+    second_unit = f" {s['second_unit'] or ''}".rstrip()
     for p in s["special_points"][:_MOST]:
         second = f", {s['second']} = {p['second_value']:.6g}{second_unit}" if "second_value" in p else ""
         at = f"{along} = {p['value']:.7g}{unit}{second}"
         remark = "" if p["frequency"] is None else f", oscillation with {p['frequency']:.5g} {_frequency(result)}".rstrip()
         remark += f"; {_BESIDE[p['kind']]}" if p["kind"] in _BESIDE else ""
-        lines.append(f"  {p['kind']:12} {at}: {quantity_label}{speed(p['speed'])}{amplitude(p['amplitude'])}{remark}")
+        lines.append(f"  {p['kind']:12} {at}: {_place(result, p)}{remark}")
     rest = len(s["special_points"]) - _MOST
     lines += [f"  and {rest} more special points: see the Dataset"] if rest > 0 else []
     for c in s["curves"]:
         (low, high), (least, most) = c["range"], c["second_range"]
         extent = f"{along} from {low:.5g} to {high:.5g}{unit}, {s['second']} from {least:.5g} to {most:.5g}{second_unit}"
-        lines.append(f"  curve of {_CURVES[c['of']]}{', ' if c['name'] else ''}{c['name'] or ''}: {extent}")
+        lines.append(f"  curve of {_CURVES[c['of']]}{', ' if c.get('name') else ''}{c.get('name') or ''}: {extent}")
         for p in c["special_points"]:
             lines.append(
                 f"    {p['kind']:16} {along} = {p['value']:.7g}{unit}, {s['second']} = {p['second_value']:.7g}{second_unit}"
             )
     for state in s["states"]:
         word, value = "stable" if state["stable"] else "unstable", f"at {along} = {s['value']:.6g}{unit}"
-        if not state["stable"] and state["stable_share"]:
+        if not state["stable"] and state.get("stable_share"):
             word = "partly"
         members = f"; {100 * state['stable_share']:.1f} % of the family's members are stable" if word == "partly" else ""
-        ordinates = f"{quantity_label}{speed(state['speed'])}{amplitude(state['amplitude'])}"
-        lines.append(f"  {word:12} {value}: {state['name'] or 'steady'}, {ordinates}{members}")
+        name = f"{state['name'] or 'steady'}, " if "speed" in result else ""
+        lines.append(f"  {word:12} {value}: {name}{_place(result, state)}{members}")
     return lines
 
 
-def _formats(result: xr.Dataset) -> tuple[Callable[[float], str], Callable[[float | None], str]]:
-    """Return the formats of the ordinate and of the amplitude, the latter after a comma, if there is one."""
-    speed, length = formats(result, str(result.amplitude.attrs["units"]))
-    if result.wucht.summary["show"] is not None:
-        unit = str(result.speed.attrs["units"])
-        return lambda x: f"{x:.6g} {unit}".rstrip(), lambda a: "" if a is None else f", amplitude {length(a)}"
-    return speed, lambda a: "" if a is None else f", amplitude {length(a)}"
+def _place(result: xr.Dataset, entry: Mapping[str, Any]) -> str:
+    """Return where a point is, in words: by speed and amplitude, of user equations by the state that is drawn."""
+    show, ordinate = result.wucht.summary["show"], _ordinate_format(result)
+    if "speed" not in result:
+        return f"{show} = {ordinate(entry['state'][show])}"
+    _, length = formats(result, str(result.amplitude.attrs["units"]))
+    amplitude = "" if entry["amplitude"] is None else f", amplitude {length(entry['amplitude'])}"
+    return f"{'speed ' if show is None else f'{show} = '}{ordinate(entry['speed'])}{amplitude}"
+
+
+def _ordinate_format(result: xr.Dataset) -> Callable[[float], str]:
+    if result.wucht.summary["show"] is None:
+        return formats(result)[0]
+    unit = str(result.speed.attrs["units"]) if "speed" in result else ""
+    return lambda x: f"{x:.6g} {unit}".rstrip()
 
 
 def _frequency(result: xr.Dataset) -> str:
@@ -210,7 +220,7 @@ def point_quantities(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.unknowns.shape[1], np.nan) for b in branches]
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
     return [
-        *steady_branch_quantities("point", "", branches, ordinates, plan.along, (words.ordinate, words.unit, words.length)),
+        *steady_branch_quantities("point", "", branches, ordinates, plan.along, words),
         Quantity("unstable", join_arrays(growing).astype(int), "number of growing disturbances", "", "point"),
         Quantity("stable_share", join_arrays(shares), "share of a family's members that are stable", "", "point"),
         Quantity("at_special", join_arrays(at_special).astype(np.int8), "a special point", "", "point"),
@@ -241,13 +251,17 @@ def special_point_quantities(plan: Plan, special_points: Sequence[Special]) -> l
     steady_states, words = plan.case.steady_states, plan.case.steady_states.labels
     table = np.array([s.unknowns[:-1] for s in special_points]).reshape(len(special_points), len(steady_states.names)).T
     frequency = np.array([s.frequency for s in special_points], float)
+    amplitudes = [s.amplitude for s in special_points]
+    of_machine = [
+        Quantity("special_speed", [s.speed for s in special_points], words.ordinate, words.unit, "special"),
+        Quantity("special_amplitude", amplitudes, "amplitude of the axis", words.length, "special"),
+    ]
     return [
         Quantity("special_kind", np.array([s.kind for s in special_points], "U20"), "kind of the special point", "", "special"),
         Quantity(
             "special_value", [float(s.unknowns[-1]) for s in special_points], plan.along.full_name, plan.along.unit, "special"
         ),
-        Quantity("special_speed", [s.speed for s in special_points], words.ordinate, words.unit, "special"),
-        Quantity("special_amplitude", [s.amplitude for s in special_points], "amplitude of the axis", words.length, "special"),
+        *([] if words.of_equations else of_machine),
         Quantity("special_branch", np.array([s.branch for s in special_points], int), "branch", "", "special"),
         Quantity("special_frequency", frequency, "frequency of the oscillation that begins", frequency_unit(plan), "special"),
         Quantity("special_state", table, "states of the equations", "", "state special"),
@@ -262,14 +276,20 @@ def frequency_unit(plan: Plan) -> str:
 
 def nominal_quantities(plan: Plan, nominal: Sequence[Mapping[str, Any]]) -> list[Quantity]:
     """Return the states at the subject's value of the parameter."""
-    words = plan.case.steady_states.labels
+    words, names = plan.case.steady_states.labels, plan.case.steady_states.names
+    shares = [s.get("stable_share") for s in nominal]
+    if words.of_equations:
+        states = np.array([[s["state"][n] for s in nominal] for n in names]).reshape(len(names), len(nominal))
+        place = [Quantity("own_state", states, "states of the equations", "", "state own")]
+    else:
+        place = [
+            Quantity("own_speed", [s["speed"] for s in nominal], words.ordinate, words.unit, "own"),
+            Quantity("own_amplitude", [s["amplitude"] for s in nominal], "amplitude of the axis", words.length, "own"),
+        ]
     return [
-        Quantity("own_speed", [s["speed"] for s in nominal], words.ordinate, words.unit, "own"),
-        Quantity("own_amplitude", [s["amplitude"] for s in nominal], "amplitude of the axis", words.length, "own"),
+        *place,
         Quantity("own_stable", np.array([s["stable"] for s in nominal], np.int8), "stable", "", "own"),
-        Quantity(
-            "own_stable_share", np.array([s["stable_share"] for s in nominal], float), "share of a family's members", "", "own"
-        ),
+        Quantity("own_stable_share", np.array(shares, float), "share of a family's members", "", "own"),
         Quantity("own_branch", np.array([s["branch"] for s in nominal], int), "branch", "", "own"),
         Quantity("own_growth", [s["exponents"][0][0] for s in nominal], "fastest growth", words.rate, "own"),
     ]
@@ -284,6 +304,10 @@ def curve_quantities(plan: Plan, curves: Sequence[BifurcationCurve]) -> list[Qua
     speeds = [steady_states.ordinates(c.unknowns[:-1]).speed for c in curves]
     kinds = [kind for c in curves for kind in c.kinds]
     labels = np.array([label_of(c.kind.name, c.kind.type, c.kind.split) for c in curves], "U40")
+    states = join_arrays([c.unknowns[:-2] for c in curves], len(steady_states.names))
+    ordinate = Quantity("curve_speed", join_arrays(speeds), words.ordinate, words.unit, "curve_point")
+    if words.of_equations:
+        ordinate = Quantity("curve_state", states, "states of the equations", "", "state curve_point")
     return [
         Quantity(
             "curve_value", join_arrays([c.unknowns[-2] for c in curves]), plan.along.full_name, plan.along.unit, "curve_point"
@@ -295,7 +319,7 @@ def curve_quantities(plan: Plan, curves: Sequence[BifurcationCurve]) -> list[Qua
             plan.second.unit,
             "curve_point",
         ),
-        Quantity("curve_speed", join_arrays(speeds), words.ordinate, words.unit, "curve_point"),
+        ordinate,
         Quantity("curve", numbers.astype(int), "curve", "", "curve_point"),
         Quantity("curve_kind", np.array(kinds, "U20"), "kind of a point where a second condition holds", "", "curve_point"),
         Quantity("curve_of", np.array([c.bifurcation for c in curves], "U8"), "kind of the curve's points", "", "curve_number"),

@@ -25,7 +25,7 @@ class SpeedCurve(Spec):
     kind: ClassVar[str] = "speed-curve"
     next_questions: ClassVar[tuple[NextQuestion, ...]] = (
         NextQuestion(
-            "the modulated motions over the same parameter, and how they end",
+            "the oscillations over the same parameter, and how they end",
             {"study.kind": "orbit-branch", "study.along": "{along}", "study.range": "{range}"},
         ),
         NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
@@ -35,6 +35,7 @@ class SpeedCurve(Spec):
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("second_values", "second_range"),)
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "second", "second_range", "second_values", "show", "ranges")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
+    curves_of_equations: ClassVar[tuple[tuple[str, str], ...]] = (("value", "state"),)
 
     along: Path = Field(description="path of the parameter over which branches are followed")
     range: Composite[Pair]

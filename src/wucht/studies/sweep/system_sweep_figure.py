@@ -1,4 +1,4 @@
-"""Maxima and ranges of states over a parameter that is moved in steps up and down."""
+"""The figure of a sweep of equations: maxima and ranges of states over the parameter, up and down."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PANEL = 1.9  # inches
 _WORDS = {"up": "maxima, rising", "down": "maxima, falling"}
 
 
-def draw_steps(result: Any) -> Figure:
+def system_sweep_figure(result: Any) -> Figure:
     """Draw a panel for each state that is no angle, from the Dataset of a sweep of equations alone."""
     rows = np.flatnonzero(result.is_angle.values == 0)[:_MOST_PANELS]
     fig, axes = new_figure(max(len(rows), 1), result.attrs["title"], result.attrs["sentence"], _PANEL)

@@ -1,71 +1,21 @@
-"""A sweep of equations of a table ``[system]``: plan -> findings -> quantities, the lines of its report, and its figure."""
+"""A sweep of equations of a table ``[system]``: findings -> quantities, and the lines of its report."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.long_run import LongRunSettings
-from wucht.dynamics.limit_sets.stepped_parameter import Way, range_of_history, settling_span, state_jumps, step_through
-from wucht.dynamics.work import Work
-from wucht.files.user_system import UserSystem
+from wucht.dynamics.limit_sets.stepped_parameter import range_of_history, state_jumps
+from wucht.results.formatting import report_lines
 from wucht.results.quantities import Quantity, result_dataset, table
+from wucht.studies.sweep.system_sweep import SystemSweepFindings, SystemSweepPlan
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_FIRST = 0.1  # share of the work until the motion has settled at the first value
 
-
-@dataclass(frozen=True, eq=False)
-class SteppedPlan:
-    """Sweep of equations. ways: first and last value of ``"up"`` and ``"down"``, in their order. points: values of each."""
-
-    subject: UserSystem
-    path: str
-    ways: Mapping[str, tuple[float, float]]
-    points: int
-    start: np.ndarray
-    settings: LongRunSettings
-
-
-@dataclass(frozen=True, eq=False)
-class SteppedFindings:
-    """Finished ways. span: time at each value."""
-
-    plan: SteppedPlan
-    span: float
-    ways: dict[str, Way] = field(default_factory=dict)
-
-
-def compute_steps(plan: SteppedPlan, work: Work) -> Iterator[SteppedFindings]:
-    """Yield the findings after each way."""
-    first = next(iter(plan.ways.values()))[0]
-    work.report(0.0, "settling")
-    at_first = plan.subject.with_parameters({plan.path: first})
-    span, state = work.unit("settling", partial(settling_span, at_first, plan.start, plan.settings))
-    findings = SteppedFindings(plan, span)
-    for k, (name, ends) in enumerate(plan.ways.items()):
-        begin, end = (_FIRST + (1 - _FIRST) * n / len(plan.ways) for n in (k, k + 1))
-        part = work.part(name, begin, end)
-        values = np.linspace(*ends, plan.points)
-        step = partial(step_through, plan.subject, plan.path, values, state, span, plan.settings)
-        way, state = part.unit("values", partial(step, partial(_report_share, part, name)))
-        findings = SteppedFindings(plan, span, findings.ways | {name: way})
-        yield findings
-        if way.failure:
-            return
-
-
-def _report_share(part: Work, name: str, share: float) -> None:
-    part.report(share, name)
-
-
-def stepped_dataset(findings: SteppedFindings) -> xr.Dataset:
+def system_sweep_dataset(findings: SystemSweepFindings) -> xr.Dataset:
     """Return the Dataset of a sweep of equations."""
     plan, ways = findings.plan, findings.ways
     system, names = plan.subject.system, plan.subject.system.state_names
@@ -106,7 +56,7 @@ def _range_in_words(low: float, high: float) -> str:
     return f"between {low:.5g} and {high:.5g}" if high > low else f"at {low:.5g}"
 
 
-def _sentence_of_jumps(plan: SteppedPlan, rows: list[dict[str, object]], history: tuple[float, float] | None) -> str:
+def _sentence_of_jumps(plan: SystemSweepPlan, rows: list[dict[str, object]], history: tuple[float, float] | None) -> str:
     jumps = [
         f"at {plan.path} = {row['value']:.5g} ({row['direction']}) {row['state']} jumps from {row['from']:.4g} to "
         f"{row['to']:.4g}"
@@ -115,3 +65,15 @@ def _sentence_of_jumps(plan: SteppedPlan, rows: list[dict[str, object]], history
     low, high = (f(next(iter(plan.ways.values()))) for f in (min, max))
     hysteresis = [f"the motion depends on the direction {_range_in_words(*history)}"] if history else []
     return "; ".join([*(jumps or [f"no jump for {plan.path} between {low:.5g} and {high:.5g}"]), *hysteresis])
+
+
+def system_sweep_report(result: xr.Dataset) -> list[str]:
+    """Return the lines that ``wucht run`` prints for a sweep of equations."""
+    s = result.wucht.summary
+    lines = [("sweep", f"{s['along']} in steps, a time of {s['span']:.4g} at each")]
+    lines += [
+        ("jump", f"{j['direction']}, at {s['along']} = {j['value']:.6g}: {j['state']} {j['from']:.5g} to {j['to']:.5g}")
+        for j in s["jumps"]
+    ]
+    count = {0: "NO JUMP", 1: "ONE JUMP"}.get(len(s["jumps"]), f"{len(s['jumps'])} JUMPS")
+    return report_lines(result, count if not s["hysteresis"] else f"{count}, {s['sentence'].rpartition('; ')[2]}", lines)

@@ -1,0 +1,53 @@
+"""Files of equations that cannot be run: each is refused with one sentence that names the key, before anything is computed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from wucht.errors import InputError
+from wucht.studies.registry import study_of
+from wucht.studies.study_file import read_study
+
+LORENZ = 'states = { x = "s*(y - x)", y = "r*x - y - x*z", z = "x*y - b*z" }\nparameters = { s = 10.0, r = 28.0, b = 2.6 }\n'
+DECAY = 'states = { x = "-x" }\n'
+RUN = '[study]\nkind = "run-up"\n'
+BASIN = '[study]\nkind = "basin"\naxes = { x = [-1, 1, 4], '
+CASES = {
+    "unknown key": (LORENZ + 'angels = ["x"]\n' + RUN, "system.angels", ("angles",)),
+    "state without equation": ('states = { x = "v" }\n' + RUN, "system.states.x", ("v",)),
+    "no end of a bracket": ('states = { x = "cos(w*t" }\nparameters = { w = 1.0 }\n' + RUN, "system.states.x", ("4",)),
+    "division by zero": ('states = { x = "1/0" }\n' + RUN, "system.states.x", ()),
+    "name of a function": ('states = { sin = "1" }\n' + RUN, "system.states.sin", ("function",)),
+    "name of the time": ('states = { t = "1" }\n' + RUN, "system.states.t", ("time",)),
+    "name twice": (DECAY + "parameters = { x = 1.0 }\n" + RUN, "system.parameters.x", ("state",)),
+    "no angle": (DECAY + 'angles = ["x"]\n' + RUN, "system.angles", ("x",)),
+    "start not finite": (DECAY + RUN + "start = { x = nan }\n", "study.start.x", ("x",)),
+    "start with a unit": (DECAY + RUN + 'start = { x = "1 mm" }\n', "study.start.x", ("x",)),
+    "start of no state": (DECAY + RUN + "starts = [{}, { y = 1.0 }]\n", "study.starts[1].y", ("x",)),
+    "singular start": ('states = { x = "log(x)" }\n' + RUN + "start = { x = -1.0 }\n", "study.start", ("x",)),
+    "singular at a value": (
+        'states = { x = "1/a - x" }\nparameters = { a = 1.0 }\n' + RUN + 'along = "a"\nvalues = [1.0, 0.0]\n',
+        "system.parameters", ("a = 0",),
+    ),
+    "negative tolerance": (DECAY + RUN + "tolerance = -1e-9\n", "study.tolerance", ()),
+    "value not finite": (LORENZ + RUN + 'along = "r"\nvalues = [1.0, nan]\n', "study.values[1]", ("r",)),
+    "key of machines": (DECAY + RUN + "turns = 3\n", "study.turns", ("machine",)),
+    "axis of no state": (LORENZ + BASIN + "w = [-1, 1, 4] }\n", "study.axes.w", ("x", "y", "z")),
+    "axis of a parameter": (LORENZ + BASIN + "r = [0, 1, 4] }\n", "study.axes.r", ("x", "y", "z")),
+    "sweep of a state": (LORENZ + '[study]\nkind = "sweep"\nalong = "x"\nrange = [0, 1]\n', "study.along", ("r", "s")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_is_refused(name: str, tmp_path: Path) -> None:
+    text, key, naming = CASES[name]
+    path = tmp_path / "equations.toml"
+    path.write_text(f"[system]\n{text}", encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        study = read_study(path)
+        study_of(study.spec.kind).prepare(study.spec, study.subject)
+    assert raised.value.location.endswith(key)
+    sentence = str(raised.value)
+    assert "\n" not in sentence and all(word in sentence for word in naming)
