@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, forcing_pe
 from wucht.dynamics.limit_sets.long_run import LongRun, LongRunSettings, long_run
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem, equations_from
+from wucht.numerics.lyapunov import LyapunovExponent
 
 
 def equations(states: dict[str, str], angles: tuple[str, ...] = (), **parameters: float) -> UserSystem:
@@ -49,6 +52,17 @@ def test_a_limit_cycle_has_its_period_and_its_multiplier() -> None:
     assert limit.period == pytest.approx(np.pi, rel=1e-9)
     assert limit.multipliers == pytest.approx([np.exp(-2 * np.pi)], rel=1e-6)  # d(r')/dr = -2 at r = 1
     assert np.concatenate([limit.low, limit.high]) == pytest.approx([-1, -1, 1, 1], abs=1e-5)
+
+
+def test_samples_of_an_orbit_are_spread_and_those_of_a_torus_follow_each_other() -> None:
+    """Of the first all of its period, of the second its first stretch."""
+    limit = limit_of(run_of(NORMAL_FORM, [0.1, 0.0]))
+    times, states = limit.samples(50)
+    assert len(times) <= 50 and states.shape == (2, len(times))
+    assert np.ptp(times) > 0.9 * limit.period
+    torus = replace(limit, exponent=LyapunovExponent(0.0, -0.01, 0.01, 100.0))
+    assert torus.samples(50)[0].tolist() == limit.times[:50].tolist()
+    assert torus.samples(50)[1].shape == (2, 50)
 
 
 def test_a_motion_that_tends_to_an_orbit_from_alternate_sides_has_its_shortest_period() -> None:

@@ -78,7 +78,7 @@ def test_many_starts_and_values_are_one_result(tmp_path: Path) -> None:
         f"mu = {mu}; {start}" for mu in (1, 4) for start in ("x = 0.5", "x = -0.5", "all states 0")
     ]
     assert [(c["value"], c["start"], c["state"]["x"]) for c in s["cases"]] == [
-        (mu, start, pytest.approx(x * mu**0.5, abs=1e-6))
+        (mu, {"x": start.get("x", 0.0)}, pytest.approx(x * mu**0.5, abs=1e-6))
         for mu in (1.0, 4.0) for start, x in zip(starts, (1, -1, 0), strict=True)
     ]  # fmt: skip
     assert (s["outcome"], s["outcomes"], s["along"]) == ("equilibrium", {"equilibrium": 6}, "mu")

@@ -32,7 +32,10 @@ def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
         assert sign * jump["to"] > 1 > -sign * jump["from"] > 0.4
     assert s["hysteresis"] == pytest.approx([-FOLD, FOLD], abs=1.5 * step)
     assert study_of("sweep").report(result)[1].startswith("verdict: 2 JUMPS")
-    wucht.draw(result).savefig(tmp_path / "sweep.png")
+    fig = wucht.draw(result)
+    at = [line.get_xdata()[0] for line in fig.axes[0].lines if line.get_linestyle() == ":"]
+    assert at == [j["value"] for j in s["jumps"]]
+    fig.savefig(tmp_path / "sweep.png")
 
 
 def test_a_forced_oscillator_stays_on_its_upper_branch_to_the_peak() -> None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -21,10 +20,9 @@ _KEYS_OF_MACHINES = ("turns", "model", "inertia", "order", "speed_limit", "over"
 
 @dataclass(frozen=True, eq=False)
 class SystemRunCase:
-    """One run. label: in a legend. given_start: as the file gives it. value: of the parameter ``along``. start: (n,)."""
+    """One run. label: in a legend. value: of the parameter ``along``. start: (n,)."""
 
     label: str
-    given_start: Mapping[str, Any]
     value: float | None
     subject: UserSystem
     start: np.ndarray
@@ -54,8 +52,8 @@ def system_run_plan(spec: RunUp, subject: UserSystem) -> SystemRunPlan:
     refuse_machine_keys(spec, _KEYS_OF_MACHINES)
     locations = [f"study.starts[{k}]" for k in range(len(spec.starts))] or ["study.start"]
     starts = [
-        (given_start, at, states_from(subject.system, given_start, at))
-        for given_start, at in zip(spec.starts or [spec.start], locations, strict=True)
+        (at, states_from(subject.system, values_by_name, at))
+        for values_by_name, at in zip(spec.starts or [spec.start], locations, strict=True)
     ]
     along = None if spec.along is None else parameter_of(subject, spec.along)
     values = (None,) if along is None else values_of(subject, along, spec.values)
@@ -63,10 +61,10 @@ def system_run_plan(spec: RunUp, subject: UserSystem) -> SystemRunPlan:
     for value in values:
         variant = subject if along is None or value is None else subject.with_parameters({along.path: value})
         names = [] if along is None or value is None else [f"{along.path} = {value:.6g}"]
-        for given_start, at, start in starts:
+        for at, start in starts:
             refuse_singular_start(variant, start, at)
             label = "; ".join([*names, *([_start_text(subject, start)] if spec.starts else [])])
-            cases.append(SystemRunCase(label, given_start, value, variant, start))
+            cases.append(SystemRunCase(label, value, variant, start))
     settings = LongRunSettings(spec.until, spec.tolerance, spec.engine)
     return SystemRunPlan(spec, subject, tuple(cases), bool(spec.starts or spec.values), settings)
 

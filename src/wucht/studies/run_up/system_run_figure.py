@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ _PANEL, _PLANE = 1.1, 2.6  # inches
 _MOST_TURNING_POINTS = 250  # of a curve that is drawn as a line
 _FEW_PERIODS, _FEWER_PERIODS = 40, 12  # of a motion that has settled, alone and beside others
 _SETTLED_SHARE = 1.5  # times the settling time: until then a run is drawn
+_IRREGULAR = ("chaotic", "quasi-periodic")
 _MOST_NAMED = 14  # of many runs
 
 
@@ -45,7 +47,7 @@ def system_run_figure(result: xr.Dataset) -> Figure:
 
 
 def _draw_one(courses: list[Axes], planes: list[Axes], pairs: list[tuple[int, int]], result: xr.Dataset) -> None:
-    count = _sample_count(result, result.wucht.summary["settling_time"])
+    count = _sample_count(result, _settling_time(result.wucht.summary))
     time = result.time.values[:count]
     for k, axis in enumerate(courses):
         _draw_course(axis, time, result.states.values[k, :count])
@@ -63,7 +65,7 @@ def _draw_many(courses: list[Axes], planes: list[Axes], pairs: list[tuple[int, i
     cases = result.wucht.summary["cases"]
     few, tones = len(cases) <= MOST_LOOKS, shades(len(cases))
     runs = [result.isel(case=k, sample=np.isfinite(result.time.values[k])) for k in range(len(cases))]
-    counts = [_sample_count(run, case["settling_time"], _FEWER_PERIODS) for run, case in zip(runs, cases, strict=True)]
+    counts = [_sample_count(run, _settling_time(case), _FEWER_PERIODS) for run, case in zip(runs, cases, strict=True)]
     end = max(float(run.time.values[count - 1]) for run, count in zip(runs, counts, strict=True))
     for k, (case, run) in enumerate(zip(cases, runs, strict=True)):
         look: dict[str, Any] = line_style(k) | {"linewidth": 0.9} if few else {"color": tones[k], "linewidth": 0.6}
@@ -89,6 +91,11 @@ def _draw_course(axis: Axes, time: np.ndarray, values: np.ndarray) -> None:
         draw_swings(axis, time, values, color=COLOURS[0], linewidth=0.9)
     else:
         axis.plot(*thin_curve(time, values), color=COLOURS[0], linewidth=0.9)
+
+
+def _settling_time(summary: Mapping[str, Any]) -> float | None:
+    """Return the time after which a motion is drawn no further: that of an irregular one says nothing of its course."""
+    return 0.0 if summary["outcome"] in _IRREGULAR else summary["settling_time"]
 
 
 def _sample_count(result: xr.Dataset, settled: float | None, periods: int = _FEW_PERIODS) -> int:

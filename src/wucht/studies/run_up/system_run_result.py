@@ -76,7 +76,11 @@ def _run_result(plan: SystemRunPlan, run: LongRun, most: int) -> StudyResult:
 def _gathered_dataset(plan: SystemRunPlan, results: Sequence[StudyResult]) -> xr.Dataset:
     """Return many runs as one Dataset; its summary has a list ``cases``."""
     pairs = list(zip(plan.cases, results, strict=False))  # a run may be missing
-    cases = [{"label": c.label, "start": dict(c.given_start), "value": c.value} | r.summary for c, r in pairs]
+    names = plan.subject.system.state_names
+    cases = [
+        {"label": c.label, "start": dict(zip(names, c.start.tolist(), strict=True)), "value": c.value} | r.summary
+        for c, r in pairs
+    ]
     count = Counter(case["outcome"] for case in cases)
     is_complete = len(pairs) == len(plan.cases)
     outcome = next(iter(count)) if len(count) == 1 and is_complete else None
@@ -85,6 +89,10 @@ def _gathered_dataset(plan: SystemRunPlan, results: Sequence[StudyResult]) -> xr
         warnings.append(f"{len(pairs)} of {len(plan.cases)} runs are finished")
     by_name = [{q.name: q for q in r.quantities} for r in results]
     parts = {q.name: (q.long_name, q.unit) for q in results[0].quantities if q.dimensions is None}
+    parts |= {
+        "label": ("label of the run", ""), "start": ("states at the start", ""), "value": ("value of the parameter", ""),
+        "sentence": ("what the motion tends to", ""),
+    }  # fmt: skip
     quantities = [
         Quantity("outcome", outcome, "outcome, where all have the same"),
         Quantity("outcomes", dict(count), "number of runs of each outcome"),
