@@ -114,12 +114,12 @@ def test_what_does_not_fit_is_refused(changed: dict[str, Any], refusal: Refusal)
 def test_orbits_that_begin_at_a_hopf_point_and_fold() -> None:
     asked: dict[str, Any] = {"along": "p", "range": [-0.6, 0.5], "second": "s", "second_range": [0.5, 1.3], "cells": 3}
     summary = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), HOPF_FORM).wucht.summary
-    hopf, fold = (np.array(summary["boundaries"][name]) for name in ("hopf: steady states", "modulated motion: fold"))
+    hopf, fold = (np.array(summary["boundaries"][name]) for name in ("hopf: steady states", "periodic orbit: fold"))
     np.testing.assert_allclose(hopf[:, 0], 0.0, atol=1e-8)
     np.testing.assert_allclose(fold[:, 0], -(fold[:, 1] ** 2) / 4, atol=1e-6)
     assert np.ptp(fold[:, 1]) == pytest.approx(0.8)
     labels = {each["label"] for each in summary["regions"]}
-    assert "modulated motion stable" in labels
+    assert "periodic orbit stable" in labels
     assert summary["against"] == 0
 
 
@@ -129,19 +129,19 @@ def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
     asked: dict[str, Any] = {"along": "p", "range": [-0.6, -0.05], "second": "s", "second_range": [0.8, 1.2], "cells": 2}
     result = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), HOPF_FORM)
     summary = result.wucht.summary
-    fold = np.array(summary["boundaries"]["modulated motion: fold"])
+    fold = np.array(summary["boundaries"]["periodic orbit: fold"])
     np.testing.assert_allclose(fold[:, 0], -(fold[:, 1] ** 2) / 4, atol=1e-6)
     share = (-0.05 + np.mean(np.linspace(0.8, 1.2, 201) ** 2) / 4) / 0.55
     shares = {each["label"]: each["share"] for each in summary["regions"]}
     assert summary["everywhere"] == ["one stable state"]
-    assert shares["modulated motion stable"] == pytest.approx(share, abs=0.01)
+    assert shares["periodic orbit stable"] == pytest.approx(share, abs=0.01)
     assert shares["nothing else"] == pytest.approx(1 - share, abs=0.01)
     assert (summary["against"], summary["runs"]) == (0, 6 * summary["places"])
     assert any(f"by {summary['runs']} runs from several starts" in line for line in report(result))
 
 
 def test_what_was_not_sought_is_not_called_absent(cusp: Any) -> None:
-    assert cusp.attrs["sentence"].endswith("; modulated motions were not searched for")
+    assert cusp.attrs["sentence"].endswith("; periodic orbits were not searched for")
     assert cusp.wucht.summary["runs"] == 0
     assert not any("nothing else" in each["label"] for each in cusp.wucht.summary["regions"])
 
@@ -182,6 +182,7 @@ def test_small_parts() -> None:
     curves = [PlaneCurve(kind, np.empty(0), np.empty(0)) for kind in ("fold", "hopf", "fold")]
     assert curves_by_name(curves) == dict(zip(("fold", "hopf", "fold (2)"), curves, strict=True))
     assert state_label(["together"], 2, True) == "together, modulated motion stable"
+    assert state_label([], 1, True, "periodic orbit") == "periodic orbit unstable"
     assert state_label([], 0, True) == "nothing else"
     assert state_label([], 0, False) == "no other steady state"
 

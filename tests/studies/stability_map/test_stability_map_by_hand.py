@@ -82,7 +82,7 @@ def test_places_have_the_names_that_are_not_stable_everywhere() -> None:
     assert result.wucht.summary["everywhere"] == ["a"]
     assert list(zip(result.place_x.values, result.place_y.values, strict=True)) == [(-1, 0), (1, 0), (-1, 2), (1, 2)]
     assert result.wucht.summary["sentence"] == (
-        "stable everywhere: a; in addition no other steady state in 100 % of the plane; modulated motions were not searched for"
+        "stable everywhere: a; in addition no other steady state in 100 % of the plane; periodic orbits were not searched for"
     )
 
 
@@ -93,7 +93,7 @@ def test_runs_tell_of_motions_that_no_branch_has() -> None:
     )  # fmt: skip
     result = of(plan(), rows=rows(("a",), ("a",), (), ()), runs_by_place=reached)
     assert labels(result) == [
-        "a", "a, modulated motion stable",
+        "a", "a, periodic orbit stable",
         "a motion that is neither steady nor periodic, an unidentified steady state", "no other steady state",
     ]  # fmt: skip
     assert result.wucht.summary["runs"] == 23
@@ -103,13 +103,13 @@ def test_modulated_motions_of_the_rows() -> None:
     some = (orbits(0.0, RANGE, -2.0, 0.5), orbits(2.0, RANGE, 0.5, 2.0, stable=False), orbits(2.0, RANGE, 0.75, 1.5))
     result = of(plan(), orbits=some)
     assert labels(result) == [
-        "modulated motion stable",
+        "periodic orbit stable",
         "no other steady state",
         "no other steady state",
-        "modulated motion stable",
+        "periodic orbit stable",
     ]
     less = of(plan(), orbits=some[:2])
-    assert labels(less)[3] == "modulated motion unstable"
+    assert labels(less)[3] == "periodic orbit unstable"
     assert set(result.wucht.summary["boundaries"]) == set()
 
 
@@ -122,7 +122,7 @@ def test_an_extra_place_has_a_row_of_its_own() -> None:
 # --- parts of folds on which modulated motions end ---
 
 
-ON_FOLD = "modulated motion: saddle-node on it"
+ON_FOLD = "periodic orbit: saddle-node on it"
 
 
 def on_folds(result: xr.Dataset) -> list[tuple[float, float, float]]:
@@ -241,7 +241,7 @@ def test_how_modulated_motions_end() -> None:
     _, result = endings(kinds, LINE, points=(point, replace(point, y=2.5)))
     s = result.wucht.summary
     assert s["sentence"] == (
-        "the modulated motion, as s changes: ends at a saddle-node on the orbit in 50 %, ends at a saddle connection in 50 % "
+        "the periodic orbit, as s changes: ends at a saddle-node on the orbit in 50 %, ends at a saddle connection in 50 % "
         "of the plane; the regions meet at p = 0.1234568, r = 1.5 and at p = 0.1234568, r = 2.5"
     )
     assert (s["eliminate"], s["eliminate_unit"], s["eliminate_range"]) == ("s", "", [0.0, 1.0])
@@ -262,7 +262,7 @@ def test_a_curve_with_the_same_on_both_sides_is_no_boundary() -> None:
     assert result.wucht.summary["boundaries"] == {}
     assert (
         result.wucht.summary["sentence"]
-        == "the modulated motion, as s changes: lasts to the end of the range in 100 % of the plane"
+        == "the periodic orbit, as s changes: lasts to the end of the range in 100 % of the plane"
     )
 
 

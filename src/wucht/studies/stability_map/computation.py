@@ -23,7 +23,16 @@ from wucht.numerics.continuation.equilibria import FOLD
 from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.numerics.zeros_and_peaks import values_at_passages
 from wucht.schema import Parameter
-from wucht.studies.stability_map.map_parts import MODULATED_MOTION, UNKNOWN, F, MapParts, MapPlace, MapPlan, curves_by_name
+from wucht.studies.stability_map.map_parts import (
+    MODULATED_MOTION,
+    PERIODIC_ORBIT,
+    UNKNOWN,
+    F,
+    MapParts,
+    MapPlace,
+    MapPlan,
+    curves_by_name,
+)
 from wucht.studies.stability_map.spec import StabilityMap
 
 UNIDENTIFIED_STATE = "an unidentified steady state"
@@ -36,19 +45,17 @@ ORBIT_CURVES: Mapping[str, str] = {
     SADDLE_CONNECTION: "saddle connection",
     SADDLE_NODE_ON_ORBIT: "saddle-node on it",
 }
-LEVELS = ("", f"{MODULATED_MOTION} unstable", f"{MODULATED_MOTION} stable")
+LEVELS = ("", "unstable", "stable")  # of the motion that is periodic but not steady
 _ON_FOLD = 1e-4  # of the range: a row's end that lies on a curve of folds
 ENDINGS: Mapping[str, str] = {
     SADDLE_NODE_ON_ORBIT: "ends at a saddle-node on the orbit",
     SADDLE_CONNECTION: "ends at a saddle connection",
     RANGE: "lasts to the end of the range",
-    NO_MOTION: "no modulated motion begins",
 }
 SHORT: Mapping[str, str] = {
     SADDLE_NODE_ON_ORBIT: "saddle-node on the orbit",
     SADDLE_CONNECTION: "saddle connection",
     RANGE: "end of the range",
-    NO_MOTION: "no modulated motion",
 }
 TONES: Mapping[str, int] = {SADDLE_NODE_ON_ORBIT: 2, SADDLE_CONNECTION: 1, RANGE: 3, NO_MOTION: 0}
 _SAME_SIDES = 0.5  # of a curve's points: a curve with different regions on both sides at fewer points separates nothing
@@ -81,7 +88,7 @@ class StatePlan(MapPlan[StateFindings]):
         """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
         paths, orbits = (along.path, second.path), spec.orbit_settings if spec.orbits else None
         case = StateMapCase.of(subject, paths, bounds, spec.cells or _CELLS_OF_STATES, spec.settings, orbits)
-        return cls(along, second, bounds, case.warnings, None, (), case)
+        return cls(along, second, bounds, case.warnings, None, (), case, motion=_motion_of(subject))
 
     def run(self, work: Work) -> Iterator[StateFindings]:
         """See ``MapPlan``."""
@@ -91,7 +98,7 @@ class StatePlan(MapPlan[StateFindings]):
         """See ``MapPlan``."""
         listing = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
         everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; in addition " if parts.everywhere else "stable: "
-        left_out = "; modulated motions were not searched for" if self.case.motion is None else ""
+        left_out = f"; {self.motion}s were not searched for" if self.case.motion is None else ""
         return f"{everywhere}{listing} of the plane{left_out}"
 
     def parts(self, findings: StateFindings) -> MapParts:
@@ -105,25 +112,28 @@ class StatePlan(MapPlan[StateFindings]):
         parsed_keys = [_parse_key(kind) for kind in kinds]
         includes_orbits = self.case.motion is not None
         labels = [
-            state_label(names, level, includes_orbits) if is_known else "not examined" for names, level, is_known in parsed_keys
+            state_label(names, level, includes_orbits, self.motion) if is_known else "not examined"
+            for names, level, is_known in parsed_keys
         ]
         hatched_sets = sorted({tuple(names) for names, _, _ in parsed_keys if names})
         hatches = [1 + hatched_sets.index(tuple(names)) if names else 0 for names, _, _ in parsed_keys]
         lines = [
             _line(f"{c.bifurcation}: {c.kind.name or 'steady states'}", c.unknowns[-2], c.unknowns[-1]) for c in findings.curves
         ]
-        lines += [_line(f"{MODULATED_MOTION}: {ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended_curves(self.case, findings)]
-        on_orbit = f"{MODULATED_MOTION}: {ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}"
+        lines += [_line(f"{self.motion}: {ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended_curves(self.case, findings)]
+        on_orbit = f"{self.motion}: {ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}"
         lines += [_line(on_orbit, x, y) for x, y in _ends_on_folds(self.case, findings)]
         marks = [
             PlanePoint(kind, float(c.unknowns[-2, i]), float(c.unknowns[-1, i]))
             for c in findings.curves for i, kind in enumerate(c.kinds) if kind
         ]  # fmt: skip
         places = tuple(
-            MapPlace(x, y, state_label(sorted(set(names) - everywhere), level, includes_orbits))
+            MapPlace(x, y, state_label(sorted(set(names) - everywhere), level, includes_orbits, self.motion))
             for x, y, names, level in examined_places
         )
-        wrong = tuple(MapPlace(x, y, state_label(*_parse_key(kind)[:2], includes_orbits)) for x, y, kind in contradictions)
+        wrong = tuple(
+            MapPlace(x, y, state_label(*_parse_key(kind)[:2], includes_orbits, self.motion)) for x, y, kind in contradictions
+        )
         return MapParts(
             curves_by_name(lines), (*findings.crossings, *marks), places, areas, tuple(labels),
             tuple(level for _, level, _ in parsed_keys), tuple(hatches),
@@ -135,9 +145,13 @@ def _line(kind: str, x: np.ndarray, y: np.ndarray) -> PlaneCurve:
     return PlaneCurve(kind, x, y, np.full(len(x), np.nan))
 
 
-def state_label(names: Sequence[str], level: int, includes_orbits: bool) -> str:
+def _motion_of(subject: Machine | UserSystem) -> str:
+    return MODULATED_MOTION if isinstance(subject, Machine) else PERIODIC_ORBIT
+
+
+def state_label(names: Sequence[str], level: int, includes_orbits: bool, motion: str = MODULATED_MOTION) -> str:
     """Return a label such as ``together, modulated motion stable``. includes_orbits: modulated motions were searched."""
-    parts = [*names, LEVELS[level]] if level else [*names]
+    parts = [*names, f"{motion} {LEVELS[level]}"] if level else [*names]
     return ", ".join(parts) or ("nothing else" if includes_orbits else "no other steady state")
 
 
@@ -221,7 +235,7 @@ class EndingPlan(MapPlan[EndingFindings]):
         ends = checked_range(subject, third, spec.eliminate_range, "eliminate_range")
         plane = ParameterPlane((third.path, along.path, second.path), (ends, *bounds))
         case = EndingMapCase.of(subject, plane, spec.cells or _CELLS_OF_ENDINGS, spec.settings, spec.orbit_settings)
-        return cls(along, second, bounds, case.warnings, third, ends, case)
+        return cls(along, second, bounds, case.warnings, third, ends, case, motion=_motion_of(subject))
 
     def run(self, work: Work) -> Iterator[EndingFindings]:
         """See ``MapPlan``."""
@@ -239,17 +253,22 @@ class EndingPlan(MapPlan[EndingFindings]):
             if len(differing) <= _SAME_SIDES * len(sides):
                 continue
             a, b = Counter((min(s), max(s)) for s in differing).most_common(1)[0][0]
-            name = " | ".join(sorted((SHORT.get(a, UNKNOWN), SHORT.get(b, UNKNOWN)), key=list(SHORT.values()).index))
+            short = {**SHORT, NO_MOTION: f"no {self.motion}"}
+            name = " | ".join(sorted((short.get(a, UNKNOWN), short.get(b, UNKNOWN)), key=list(short.values()).index))
             lines.append(replace(c, kind=name))
         tones = tuple(TONES.get(k, 0) for k in kinds)
         return MapParts(
             lines=curves_by_name(lines), marks=findings.points,
-            places=tuple(MapPlace(p.x, p.y, ENDINGS.get(p.kind, UNKNOWN), p.begins, p.end.value) for p in findings.places),
-            areas=areas, labels=tuple(ENDINGS.get(k, UNKNOWN) for k in kinds), tones=tones,
+            places=tuple(MapPlace(p.x, p.y, self._ending(p.kind), p.begins, p.end.value) for p in findings.places),
+            areas=areas, labels=tuple(self._ending(k) for k in kinds), tones=tones,
             hatches=tuple(int(t == 1) for t in tones),
-            contradictions=tuple(MapPlace(x, y, ENDINGS.get(k, UNKNOWN)) for x, y, k in contradictions),
+            contradictions=tuple(MapPlace(x, y, self._ending(k)) for x, y, k in contradictions),
             omissions=(*findings.omissions, *self._unexplained_warnings(findings)),
         )  # fmt: skip
+
+    def _ending(self, kind: str) -> str:
+        """Return how the motion ends, in words."""
+        return f"no {self.motion} begins" if kind == NO_MOTION else ENDINGS.get(kind, UNKNOWN)
 
     def _unexplained_warnings(self, findings: EndingFindings) -> list[str]:
         """Return a warning on neighbouring places that differ, with no curve between them."""
@@ -259,12 +278,12 @@ class EndingPlan(MapPlan[EndingFindings]):
         return [
             f"between {len(pairs)} pairs of neighbouring places that differ no curve was found, such as "
             f"{self.along.path} = {first.x:.4g}, {self.second.path} = {first.y:.4g} "
-            f"({ENDINGS.get(first.kind, UNKNOWN)}) and {second.x:.4g}, {second.y:.4g} ({ENDINGS.get(second.kind, UNKNOWN)})"
+            f"({self._ending(first.kind)}) and {second.x:.4g}, {second.y:.4g} ({self._ending(second.kind)})"
         ]
 
     def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
         """See ``MapPlan``."""
         listing = ", ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
-        sentence = f"the modulated motion, as {self.third.sentence_name} changes: {listing} of the plane"
+        sentence = f"the {self.motion}, as {self.third.sentence_name} changes: {listing} of the plane"
         at = [f"{self.along.value_text(m.x, 7)}, {self.second.value_text(m.y, 7)}" for m in parts.marks]
         return sentence + (f"; the regions meet at {' and at '.join(at)}" if at else "")

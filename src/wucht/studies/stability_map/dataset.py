@@ -11,7 +11,7 @@ import numpy as np
 from wucht.dynamics.branches.plane_regions import DOUBLE, PlanePoint
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import Parameter
-from wucht.studies.stability_map.map_parts import F, MapParts, MapPlan, plane_shares
+from wucht.studies.stability_map.map_parts import MODULATED_MOTION, F, MapParts, MapPlan, plane_shares
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,7 +115,7 @@ def _sentence(plan: MapPlan[Any], parts: MapParts) -> str:
 
 
 def _warnings(plan: MapPlan[F], findings: F, parts: MapParts) -> list[str]:
-    lines = [*plan.warnings, *parts.omissions[:_MOST_LOST]]
+    lines = [*plan.warnings, *(line.replace(MODULATED_MOTION, plan.motion) for line in parts.omissions[:_MOST_LOST])]
     if len(parts.omissions) > _MOST_LOST:
         lines.append(f"and {len(parts.omissions) - _MOST_LOST} more")
     if parts.contradictions and findings.complete:

@@ -17,6 +17,7 @@ from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import COLOURS, GREY
 
 _TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0")  # of decreasing lightness: white, 0.87, 0.70
+_ORBITS = ("modulated motion", "periodic orbit")  # beginnings of the names of their boundaries
 _HATCHES, _HATCH = ("", "///", "...", "\\\\\\", "xxx", "ooo"), "#9A9A9A"
 _HEIGHT = 4.2  # inches
 _DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 3)))
@@ -61,7 +62,7 @@ def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
 def _boundaries(axis: Axes, result: xr.Dataset) -> list[Any]:
     groups, number, handles = result.boundary_group.values.astype(str), result.boundary.values, []
     for i, group in enumerate(dict.fromkeys(groups.tolist())):
-        of_orbit = group.startswith("modulated motion") or "|" in group
+        of_orbit = group.startswith(_ORBITS) or "|" in group
         style: dict[str, Any] = {
             "color": COLOURS[i % len(COLOURS)] if of_orbit else "#000000" if i == 0 else GREY,
             "linestyle": _DASHES[i % len(_DASHES)], "linewidth": 2.0 if of_orbit else 1.0, "zorder": 4 if of_orbit else 3,

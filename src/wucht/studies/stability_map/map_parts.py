@@ -15,7 +15,7 @@ from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint
 from wucht.dynamics.work import Work
 from wucht.schema import Parameter
 
-MODULATED_MOTION = "modulated motion"
+MODULATED_MOTION, PERIODIC_ORBIT = "modulated motion", "periodic orbit"  # of a machine, and of user equations
 UNKNOWN = "not identified"
 
 
@@ -66,7 +66,8 @@ class MapPlan(ABC, Generic[F]):
     """A plan of a map.
 
     along, second: the parameters of the plane, with their bounds. warnings: doubts about the equations. third: the
-    parameter whose values lines, marks and places have, if there is one; ends: its range, empty without one.
+    parameter whose values lines, marks and places have, if there is one; ends: its range, empty without one. motion: the name
+    of a motion that is periodic but not steady.
     """
 
     along: Parameter
@@ -75,6 +76,7 @@ class MapPlan(ABC, Generic[F]):
     warnings: tuple[str, ...]
     third: Parameter | None
     ends: tuple[float, ...]
+    motion: str = field(default=MODULATED_MOTION, kw_only=True)
 
     @abstractmethod
     def run(self, work: Work) -> Iterator[F]:
