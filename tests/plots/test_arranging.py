@@ -147,9 +147,9 @@ def test_lines_end_at_the_right_edge_within_two_hundredths_of_the_panel() -> Non
     ("widths", "room", "columns"),
     [
         ([1.0] * 4, 99.0, 4),
-        ([1.0] * 4, 4.51, 4),  # with three gaps of 1.5 letters
-        ([1.0] * 4, 4.49, 2),  # three columns have two rows, as two have
-        ([1.0] * 5, 5.6, 3),
+        ([1.0] * 4, 4.34, 4),  # with three gaps of a letter
+        ([1.0] * 4, 4.33, 2),  # three columns have two rows, as two have
+        ([1.0] * 5, 5.4, 3),
         ([1.0] * 4, 1.5, 1),
         ([3.0, 1.0, 1.0], 4.2, 2),
         ([3.0, 1.0, 1.0], 4.1, 1),
@@ -177,6 +177,26 @@ def test_a_legend_beside_a_panel_has_two_columns_from_eleven_entries_on(count: i
         width, height = arranging._size(legend)
         extent = legend.get_window_extent()
         assert (width, height) == pytest.approx((extent.width / figure.dpi, extent.height / figure.dpi))
+
+
+@pytest.mark.parametrize(("count", "columns"), [(3, 1), (8, 2)])
+def test_a_tall_legend_in_a_column_begins_at_the_edge_of_the_page(count: int, columns: int) -> None:
+    """Where two columns have room there: names of 23 letters, for which there is none above the panel alone."""
+    with page_context(JOURNAL):
+        figure, (axis,) = column(1)
+        lines = [axis.plot([0, 1], [k, 1], label=f"{k} without any vibration")[0] for k in range(count)]
+        sheet.legend_beside(axis, lines)
+        arranging.arrange(figure)
+        legend = axis.get_legend()
+        assert legend._ncols == columns
+        left = legend.get_window_extent().x0 / figure.dpi
+    assert left == pytest.approx(0.3 * JOURNAL.em if columns == 2 else inches(figure, axis)[0], abs=0.01)
+
+
+def test_a_share_and_its_uncertainty_are_not_parted() -> None:
+    assert arranging._unbroken_units("compensated: 18.8 % ± 4.4 % of all").split(" ") == [
+        "compensated:", "18.8\N{NO-BREAK SPACE}%\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}4.4\N{NO-BREAK SPACE}%", "of", "all",
+    ]  # fmt: skip
 
 
 def test_a_name_at_the_end_of_a_line_makes_room_to_the_right_of_its_panel() -> None:

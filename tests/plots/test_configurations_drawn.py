@@ -142,5 +142,5 @@ def test_decades_are_written_without_typesetting() -> None:
     axis.set_yscale("log")
     scales.plain_decades(axis.yaxis, alone=True)
     write = axis.yaxis.get_major_formatter()
-    assert [write(x, 0) for x in (1e-9, 1e-12, 1.0, 1e3)] == ["1e-9", "1e-12", "1e0", "1e3"]
+    assert [write(x, 0) for x in (1e-9, 1e-12, 1.0, 1e3)] == ["10⁻⁹", "10⁻¹²", "10⁰", "10³"]
     assert axis.yaxis.get_minor_formatter()(3.0, 0) == ""

@@ -72,9 +72,9 @@ def test_a_parameter_is_named_by_its_words_its_symbol_and_its_unit() -> None:
     assert parameter_label(result) == "slope"
 
 
-def test_powers_of_ten_as_they_are_typed() -> None:
+def test_powers_of_ten_as_they_are_printed() -> None:
     assert [power_text(x) for x in (1e-12, 2e-5, 1.0, 5e3, 1e10, 1e12, 1e100)] == [
-        "1e-12", "2e-5", "1e0", "5e3", "1e10", "1e12", "1e100",
+        "10⁻¹²", "2·10⁻⁵", "10⁰", "5·10³", "10¹⁰", "10¹²", "10¹⁰⁰",
     ]  # fmt: skip
 
 

@@ -285,7 +285,18 @@ def test_assumptions_are_below_a_heading_alone() -> None:
     assert not sheet.sheet_of(bare).note
     sheet.write_assumptions(titled, ["word " * 60])
     lines = sheet.sheet_of(titled).note.split("\n")
-    assert max(map(len, lines)) <= 8.0 * 72 / (0.58 * 8.0) and len(lines) == 3
+    assert [len(line.split()) for line in lines] == [20, 21, 20], "no word is alone in the last"
+    for word, count in (("ill ", 2), ("www ", 3)):
+        sheet.write_assumptions(titled, [word * 60])
+        assert len(sheet.sheet_of(titled).note.split("\n")) == count, "by the width of the letters"
+
+
+def test_lines_are_as_long_as_each_other_and_no_more_than_needed() -> None:
+    text = "one two three four five six seven eight"
+    assert sheet._even_lines(text, 100) == [text]
+    assert sheet._even_lines(text, 34) == ["one two three four", "five six seven eight"]
+    assert sheet._even_lines(text, 6) == ["one", "two", "three", "four", "five", "six", "seven", "eight"]
+    assert sheet._even_lines("", 6) == []
 
 
 def test_a_speed_above_a_panel_is_in_rpm_too() -> None:

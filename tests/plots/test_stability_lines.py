@@ -69,7 +69,7 @@ def test_a_dashed_line_begins_where_the_solid_one_ends() -> None:
     solid, dashed = axis.get_lines()
     assert (solid.get_label(), dashed.get_label(), dashed.get_linestyle()) == (
         "load",
-        "load, where no working point is stable",
+        "no stable working point",
         "--",
     )
     at = [np.flatnonzero(np.isfinite(np.asarray(line.get_ydata(), float))).tolist() for line in (solid, dashed)]

@@ -83,9 +83,7 @@ EXPECTED: dict[str, Figured] = {
             Line(0, "drive", "speed", "drive_torque"),
             Line(0, "load and bearings", "speed", "load_torque"),
             Line(0, "load and vibration", "speed", "load_torque + vibration_torque", part=True),
-            Line(
-                0, "load and vibration, where no working point is stable", "speed", "load_torque + vibration_torque", part=True
-            ),
+            Line(0, "no stable working point", "speed", "load_torque + vibration_torque", part=True),
             Line(0, "working point, stable", "point_speed[point_stable == 1]", "point_torque[point_stable == 1]"),
             Line(0, "working point, not stable", "point_speed[point_stable == 0]", "point_torque[point_stable == 0]"),
             Line(0, "natural frequency", "natural_frequency[:1]", None),

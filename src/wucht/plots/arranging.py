@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from wucht.plots.page import Page, current_page, page_context
+from wucht.plots.scales import SUPERSCRIPTS
 from wucht.plots.sheet import LETTER, LINE, TICKS, TITLE, LegendEntries, Sheet, figure_of, has_sheet, sheet_of
 from wucht.plots.style import GREY
 from wucht.results.formatting import units_in_print, wrap_text
@@ -25,9 +26,9 @@ if TYPE_CHECKING:
 
 # In sizes of the text: the numbers of a scale, the edge of the page, between panels over one abscissa, and about a name.
 _NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.4, 0.7
-_HANDLE, _BETWEEN = 3.2, 1.5  # of a legend: its line with the gap to the text, and the gap between columns
+_HANDLE, _BETWEEN = 3.2, 1.0  # of a legend: its line with the gap to the text, and the gap between columns
 _WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them are set in two columns
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_FEW_LINES, _AT_EDGE = 3.5, 0.3  # a legend above a panel is no wider than that up to this height; else, from the page's edge
 _ROOM = 1.15  # of a panel's height: greatest length of the name of its scale
 _AT_END, _SHARE = 0.02, 0.3  # of the panel: from a line's end to the right edge, at most; of the page: widest name there
 
@@ -70,8 +71,8 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         sides = margins[room]
         inner = (page.width - sum(map(sum, sides))) / room
         depth += max(
-            _place_above(axis, sheet, inner + (0.0 if axis in sheet.right else right_margin), height)
-            for axis, (_, right_margin) in zip(row, sides, strict=False)
+            _place_above(axis, sheet, (left_margin, inner, 0.0 if axis in sheet.right else right_margin), height)
+            for axis, (left_margin, right_margin) in zip(row, sides, strict=False)
         )
         lefts = [k * inner + sum(map(sum, sides[:k])) + left_margin for k, (left_margin, _) in enumerate(sides)]
         places += [_Place(axis, x, depth, inner, height) for axis, x in zip(row, lefts, strict=False)]
@@ -122,7 +123,7 @@ def name_power(scale: Any) -> None:
         return
     power = 3 * (int(exponent) // 3)
     formatter.set_powerlimits((power, power))  # the same however many ticks there will be
-    factor, (name, _, unit) = f"10{str(power).translate(_SUPERSCRIPTS)}", text.rpartition(" (")
+    factor, (name, _, unit) = f"10{str(power).translate(SUPERSCRIPTS)}", text.rpartition(" (")
     scale.set_label_text(f"{name} ({factor} {unit}" if name and unit.endswith(")") else f"{text} ({factor})")
 
 
@@ -141,16 +142,27 @@ def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, list[tuple[f
     return margins
 
 
-def _place_above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
-    """Place the second scale, the legend and the title above a panel. Return their height in inches."""
+def _place_above(axis: Axes, sheet: Sheet, widths: tuple[float, float, float], height: float) -> float:
+    """Place the second scale, the legend and the title above a panel. Return their height in inches.
+
+    widths: of the margin to its left, of the panel, and of the room to its right, in inches. A tall legend begins at the left
+    edge of the page, where that saves lines.
+    """
     em, scale = sheet.page.em, sheet.top.get(axis, 0.0) * sheet.page.em
     lines = axis.get_title().count("\n") + 1 if axis.get_title() else 0
     title = (LINE * lines + 2 * _ABOUT) * em if lines else 0.5 * em
     if axis not in sheet.above:
         _align_title_left(axis)
         return title + scale
-    legend = _legend(axis, sheet.above[axis], room)
-    legend.set_bbox_to_anchor((0.0, 1.0 + (0.2 * em + scale) / height), axis.transAxes)
+    (left, inner, right), entries, lead = widths, sheet.above[axis], 0.0
+    legend = _legend(axis, entries, inner + right)
+    columns, (width, tall) = legend._ncols, _size(legend)  # type: ignore[attr-defined]
+    if tall > _FEW_LINES * LINE * em:
+        lead = left - _AT_EDGE * em
+        legend = _legend(axis, entries, lead + inner + right)
+        if legend._ncols == columns and math.prod(_size(legend)) > width * tall:  # type: ignore[attr-defined]
+            legend, lead = _legend(axis, entries, inner + right), 0.0
+    legend.set_bbox_to_anchor((-lead / inner, 1.0 + (0.2 * em + scale) / height), axis.transAxes)
     lift = _size(legend)[1] + scale
     if lines:
         axis.set_title(axis.get_title(), pad=(lift + 0.6 * em) * 72)
@@ -249,8 +261,9 @@ def _legend(parent: Any, entries: LegendEntries, width: float) -> Legend:
 
 
 def _unbroken_units(text: str) -> str:
-    """A name in which numbers are not separated from their units where it is broken into lines."""
-    return re.sub(r"(?<=\d) (?=(?:[kMmµ]?[NWJVAmgs]|rad|rpm|%)(?:[·/²³]|\b))", "\N{NO-BREAK SPACE}", text)
+    """A name in which numbers are not separated from their units, nor from their uncertainty, where it is broken into lines."""
+    with_units = re.sub(r"(?<=\d) (?=(?:[kMmµ]?[NWJVAmgs]|rad|rpm)(?:[·/²³]|\b)|%)", "\N{NO-BREAK SPACE}", text)
+    return re.sub(r" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}", with_units)
 
 
 def _columns(figure: Figure, names: list[str], width: float) -> int:

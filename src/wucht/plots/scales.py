@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PARTS_OF_PI = (8, 4, 2, 1)  # ticks of an angle are multiples of pi over one of these, at most:
 _MOST_TICKS = 5
 _LEAST, _MOST = 0.05, 5000.0  # values between them are drawn without a prefix
@@ -61,7 +61,7 @@ def turn_scale(axis: Axes, name: str = "cam angle (°)") -> None:
 
 
 def plain_decades(axis: Axis, alone: bool = False) -> None:
-    """Write ticks of a logarithmic axis as 1e-9: typesetting powers in matplotlib takes as long as the rest of a figure.
+    """Write ticks of a logarithmic axis as 10⁻⁹, in letters: typesetting powers takes as long as the rest of a figure.
 
     alone: without numbers between the decades.
     """
@@ -71,8 +71,9 @@ def plain_decades(axis: Axis, alone: bool = False) -> None:
 
 
 def power_text(value: float) -> str:
-    """A number to one digit with a power of ten: ``2e-5``."""
-    return re.sub(r"e([+-])0*(\d)", lambda e: f"e{e[1].replace('+', '')}{e[2]}", f"{value:.0e}")
+    """A number to one digit with a power of ten: ``2·10⁻⁵``."""
+    digit, exponent = f"{value:.0e}".split("e")
+    return f"{'' if digit == '1' else f'{digit}·'}10{str(int(exponent)).translate(SUPERSCRIPTS)}"
 
 
 def decades_about(values: np.ndarray) -> tuple[float, float]:

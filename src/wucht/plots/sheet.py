@@ -25,6 +25,7 @@ SCALE, TICKS, LINE = 6.2, 1.8, 1.25  # in sizes of the text: a scale with its na
 _BAR = 1.0  # a bar of colours beside a panel
 LETTER, TITLE = 0.53, 10.0  # the mean width of a letter; the size of the title, in points
 _WIDE = 0.58  # mean width of a letter in a sentence with many numbers
+_LINE_SHARE = 0.92  # of the page: a line of a note, whose letters may be wider than those of the whole
 _MOST_LINES, _MOST_NOTE_LINES = 2, 4  # of a heading, and of a sentence below it
 
 
@@ -158,14 +159,33 @@ def _lines(text: str, page: Page, size: float, most: int = _MOST_LINES) -> list[
     if len(lines) > most or len(begin) < len(text):
         *first, last = lines[:most]
         lines = [*first, f"{last}\N{HORIZONTAL ELLIPSIS}"]
+    else:
+        lines = _even_lines(begin, letters)
     return [line if len(line) <= letters else f"{line[: letters - 1]}\N{HORIZONTAL ELLIPSIS}" for line in lines]
+
+
+def _even_lines(text: str, letters: int) -> list[str]:
+    """Break a text into as few lines as letters in a line allow, of nearly the same length: no word is alone in the last."""
+    fewest = wrap_text(text, letters) if text else []
+    widths = range(letters * (len(fewest) - 1) // max(len(fewest), 1), letters)
+    narrower = (wrap_text(text, width) for width in widths if width > 0 and len(fewest) > 1)
+    return next((lines for lines in narrower if len(lines) == len(fewest)), fewest)
 
 
 def write_assumptions(figure: Figure, statements: Sequence[str]) -> None:
     """Write the assumptions of a result in small type below the heading, if there is one."""
     if statements and has_sheet(figure) and (sheet := sheet_of(figure)).heading:
-        letters = int(sheet.page.width * 72 / (_WIDE * sheet.page.small))
-        sheet.note = "\n".join(wrap_text(f"assumed: {'; '.join(statements)}", letters))
+        text = f"assumed: {'; '.join(statements)}"
+        sheet.note = "\n".join(_even_lines(text, _letters_of_line(text, sheet.page)))
+
+
+def _letters_of_line(text: str, page: Page) -> int:
+    """Return how many letters of a text in small type fit on a line of the page, by the width that the whole text has."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    width, _, _ = text_to_path.get_text_width_height_descent(text, FontProperties(size=page.small), ismath=False)
+    return int(len(text) * _LINE_SHARE * page.width * 72 / width)
 
 
 def page_of(figure: Figure) -> Page:

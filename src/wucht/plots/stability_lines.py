@@ -113,7 +113,7 @@ def draw_by_stability(axis: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarr
         axis.plot(
             x,
             np.where(extend_both_ways(~stable), y, np.nan),
-            label=f"{name}, where no working point is stable",
+            label="no stable working point",
             **look | {"linestyle": "--"},
         )
 

@@ -162,4 +162,4 @@ def _line(file: WorkshopFile) -> str:
 
 
 def _deviation_text(deviation: float, unit: str) -> str:
-    return f"{1e6 * deviation:.2g} um" if unit == "m" else f"{math.degrees(deviation):.1e}°"
+    return f"{1e6 * deviation:.2g} µm" if unit == "m" else f"{math.degrees(deviation):.1e}°"

@@ -149,7 +149,7 @@ def test_each_file_for_the_workshop_is_a_line(tmp_path, monkeypatch):
     monkeypatch.setattr(export, "write_workshop", lambda result, folder: asked.append((result, folder)) or files)
     result = xr.Dataset(attrs={"study": "cam-contour"})
     assert export.export(result, tmp_path) == [
-        f"{tmp_path / 'cam.txt'}  points, 100: read back within 2.5 um; a follower on it deviates from its law by 1.2e-07",
+        f"{tmp_path / 'cam.txt'}  points, 100: read back within 2.5 µm; a follower on it deviates from its law by 1.2e-07",
         f"{tmp_path / 'law.csv'}  rows, 3600: read back within 1.0e-05°",
     ]
     assert asked == [(result, tmp_path)]

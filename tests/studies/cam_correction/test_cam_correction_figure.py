@@ -53,7 +53,7 @@ def test_panels_of_cams_with_a_measured_acceleration(whole):
         "measured (rad/s²)", "measured, amplitude (rad/s²)",
     ]  # fmt: skip
     assert set(legend(drawn)) == {
-        "original cam", "corrected cam", "corrected, from its points", "1e-6 of order 1, or less", "mean speed",
+        "original cam", "corrected cam", "corrected, from its points", "10⁻⁶ of order 1, or less", "mean speed",
         "left out, in the record", "base circle", "roller", "counter cam", "common limit", "measured, samples",
         "measured (orders fitted)",
     }  # fmt: skip
@@ -113,7 +113,7 @@ def test_a_law_alone_has_its_table_instead_of_a_contour(law):
         "motion in the cam (°)",
         "acceleration in the cam (°/rad²)",
     ]
-    assert set(legend(drawn)) == {"original cam", "corrected cam", "1e-6 of order 1, or less", "mean speed"}
+    assert set(legend(drawn)) == {"original cam", "corrected cam", "10⁻⁶ of order 1, or less", "mean speed"}
 
 
 @pytest.mark.slow

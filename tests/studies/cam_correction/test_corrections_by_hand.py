@@ -543,7 +543,7 @@ def test_the_orders_of_both_versions_stand_side_by_side_above_a_floor(axes: list
         assert [bar[2] / W2 for bar in mine] == pytest.approx(amplitudes[k])
         assert {bar[3] for bar in mine} == {to_hex(colour)} and [bar[1] for bar in mine] == pytest.approx([floor / 2] * 6)
     line = next(x for x in spectrum.get_lines() if x.get_linestyle() == "-.")
-    assert line.get_ydata()[0] == pytest.approx(floor) and line.get_label() == "1e-6 of order 1, or less"
+    assert line.get_ydata()[0] == pytest.approx(floor) and line.get_label() == "10⁻⁶ of order 1, or less"
     assert spectrum.get_ylim() == pytest.approx((floor / 2, 1.5 * W2)) and spectrum.get_xlim() == (0.3, 7.7)
     ticks = spectrum.get_yticks()
     assert ticks[1] / ticks[0] == pytest.approx(1e3) and floor <= ticks[0] < 10 * floor

@@ -18,6 +18,7 @@ from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.branches.steady_states import Labels
 from wucht.dynamics.work import Work
 from wucht.files.user_system import equations_from
+from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.studies.orbit_branch import computation
 from wucht.studies.orbit_branch import dataset as orbit_dataset
 from wucht.studies.orbit_branch import figure as orbit_figure
@@ -178,7 +179,7 @@ def entry_of(stable: list[int], end: str = "range", backward: bool = True, last:
         onward=SimpleNamespace(end=SimpleNamespace(parameter=last, kind=end)),
         backward=SimpleNamespace(end=SimpleNamespace(parameter=0.5)) if backward else None,
     )  # fmt: skip
-    plan: Any = SimpleNamespace(problem=SimpleNamespace(turns=lambda winding: {}))
+    plan: Any = SimpleNamespace(problem=SimpleNamespace(turns=lambda winding: {}, bounds=(0.0, 6.0)))
     (entry,) = orbit_dataset._branch_entries(plan, SimpleNamespace(branches=[branch]))  # type: ignore[arg-type]
     return entry
 
@@ -244,9 +245,9 @@ def end_at(value: float, kind: str = "range") -> Any:
 
 
 SYSTEM: Any = SimpleNamespace(
-    along=SimpleNamespace(sentence_name="mu", path="mu"), case=SimpleNamespace(no_steady_reason=""),
-    problem=SimpleNamespace(turns=lambda winding: {}, embedding=None, shows_rotor_speed=False, system=SimpleNamespace(
-        state_names=("x", "y"))),
+    along=SimpleNamespace(sentence_name="mu", path="mu", unit="N m"), case=SimpleNamespace(no_steady_reason=""),
+    problem=SimpleNamespace(turns=lambda winding: {}, embedding=None, shows_rotor_speed=False, bounds=(-9.0, 4.0),
+        system=SimpleNamespace(state_names=("x", "y"))),
 )  # fmt: skip
 
 
@@ -272,8 +273,24 @@ def test_the_sentence_goes_from_the_lower_end_to_the_upper_one(backwards: bool) 
     findings: Any = SimpleNamespace(branches=[branch], complete=True)
     sentence = orbit_dataset._sentence(SYSTEM, findings, [(0, ends[0]), (0, ends[1]), (1, end_at(-9.0))])
     assert sentence == (
-        "periodic orbits at mu from 0.5 to 3.25, stable from 0.5 to 3.25; it ends at a Hopf point and at a saddle connection"
+        "periodic orbits at mu from 0.5 to 3.25 N m, stable from 0.5 to 3.25 N m; it ends at a Hopf point and at a saddle "
+        "connection"
     )
+
+
+def test_a_rounding_error_is_no_value_of_the_parameter() -> None:
+    """In the sentence, in the report and of an end: 0, where it is below 1e-12 of the range; a greater number is a value."""
+    branch = of_branch([1e-6, 2.0], [1, 1], ["", ""], (end_at(-8e-55, "hopf"), end_at(3.0)))
+    findings: Any = SimpleNamespace(branches=[branch], complete=True)
+    sentence = orbit_dataset._sentence(SYSTEM, findings, [(0, branch.backward.end), (0, branch.onward.end)])
+    assert sentence.startswith("periodic orbits at mu from 0 to 3 N m, stable from 0 to 3 N m;")
+    (entry,) = orbit_dataset._branch_entries(SYSTEM, SimpleNamespace(branches=[branch]))  # type: ignore[arg-type]
+    assert (entry["range"], entry["stable"]) == ([1e-6, 2.0], [[0.0, 3.0]])
+    lines = STUDY.report(with_answer(result(), branches=[entry], along_unit="N m"))
+    assert "mu from 1e-06 to 2 N m, stable at mu from 0 to 3 N m" in lines[2]
+    values = [significant_value(value, (-9.0, 4.0)) for value in (-8e-55, -8e-12, 1e-11, -8.76543)]
+    assert values == [0.0, 0.0, 1e-11, -8.76543]
+    assert significant_value(-8e-55, (-np.inf, np.inf)) == -8e-55, "without a range no number is small"
 
 
 def test_the_law_of_a_saddle_connection_has_the_rate_of_the_saddle() -> None:

@@ -17,6 +17,7 @@ from wucht.numerics.continuation.equilibria import HOPF
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
@@ -186,7 +187,7 @@ def orbits_of_hopf_points(
             pair = exponents[exponents.imag > 0]
             period = 2 * np.pi / float(pair[np.abs(pair.real).argmin()].imag)
             cycles = _first_cycles(subject, np.zeros(len(unknowns) - 1, int), sizes, period, longest)
-            place = f"the Hopf point at {subject.path} = {unknowns[-1]:.6g}"
+            place = f"the Hopf point at {subject.path} = {significant_value(float(unknowns[-1]), subject.bounds):.6g}"
             equilibria = equilibria_of(cycles.equations)
             try:
                 hopf = equilibria.evaluate(equilibria.start(unknowns[:-1], float(unknowns[-1])))

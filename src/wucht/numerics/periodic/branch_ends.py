@@ -43,6 +43,7 @@ _FINE = 20  # places of an interval, by which the time near a saddle is measured
 _AT_A_BOUND = 1e-9  # relative
 _ERRORS = 10.0  # times the error of the fit: smaller differences do not count
 _IN_A_SUBSPACE = 1e-6  # relative: smaller components do not count
+_ROUNDING = 1e-12  # of the range: smaller values of the parameter are the rounding errors of 0
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,12 @@ class _Saddle:
     decaying: float
 
 
+def significant_value(value: float, bounds: tuple[float, float]) -> float:
+    """Return a value of the parameter, but 0 where it is a rounding error of that, for a parameter within the bounds."""
+    size = max((abs(end) for end in bounds if math.isfinite(end)), default=0.0)
+    return 0.0 if abs(value) < _ROUNDING * size else value
+
+
 def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], reason: str) -> BranchEnd:
     """Identify the end of a branch of periodic orbits.
 
@@ -112,12 +119,13 @@ def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Se
     value, period = here.parameter, here.period
     if reason == CURVE_CLOSED:
         return BranchEnd(CLOSED_BRANCH, value, 0.0, period, "the branch is closed")
+    clean = partial(significant_value, bounds=cycles.bounds)
     if reason == SHRINKS and (hopf := hopf_point(cycles.equations, last)) is not None:
-        sentence = f"at {name} = {hopf.parameter:.9g} the orbit shrinks to an equilibrium: a Hopf point"
+        sentence = f"at {name} = {clean(hopf.parameter):.9g} the orbit shrinks to an equilibrium: a Hopf point"
         return BranchEnd(HOPF, hopf.parameter, 0.0, period, sentence, hopf.x, hopf.eigenvalues)
     range_end = next((b for b in cycles.bounds if abs(value - b) <= _AT_A_BOUND * max(1.0, abs(b))), None)
     if range_end is not None and "leaves the range" in reason:
-        return BranchEnd(RANGE, value, 0.0, period, f"the range ends at {name} = {value:.9g}")
+        return BranchEnd(RANGE, value, 0.0, period, f"the range ends at {name} = {clean(value):.9g}")
     return _lengthening_end(cycles, values, periods, last, reason)
 
 
@@ -125,6 +133,7 @@ def _lengthening_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, la
     """Return the end of a branch whose period may grow without bound: see ``branch_end``."""
     here, name = last[-1], cycles.equations.parameter_names[-1]
     value, period = here.parameter, here.period
+    value_text = f"{significant_value(value, cycles.bounds):.9g}"
     grown = growth(values, periods) if period >= _GROWN * periods.min() else None
     by_law = None if grown is None else _end_from_growth(cycles, here, grown, reason)
     if by_law is not None and by_law.kind != NOT_IDENTIFIED:
@@ -132,9 +141,9 @@ def _lengthening_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, la
     if (connection := _unresolved_connection(cycles, values, periods, last)) is not None:
         return connection
     if by_law is None and abs(period - cycles.periods[1]) <= _AT_A_BOUND * period:
-        sentence = f"at {name} = {value:.9g} the period passes {period:.6g}, up to which orbits are followed"
+        sentence = f"at {name} = {value_text} the period passes {period:.6g}, up to which orbits are followed"
         return BranchEnd(PERIOD_LIMIT, value, math.nan, period, sentence)
-    unknown = BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value:.9g} it is not identified: {reason}")
+    unknown = BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value_text} it is not identified: {reason}")
     return by_law or unknown
 
 
@@ -143,13 +152,14 @@ def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) ->
     name, law = cycles.equations.parameter_names[-1], grown.better
     other_law = grown.connection if law is grown.saddle_node else grown.saddle_node
     make_end = partial(BranchEnd, saddle_node=grown.saddle_node, connection=grown.connection)
+    clean = partial(significant_value, bounds=cycles.bounds)
     places, beyond = _slow_places(cycles, here), "the period grows beyond all bounds, as"
     holds = law.residual < _FITS[law.name] and other_law.residual > _BETTER * law.residual and law.factor > 0
     if holds and law is grown.saddle_node:
         fold = _fold(cycles, here, places)
         if fold is not None and _agree(fold.parameter, law, here.parameter):
             description = f"{law.factor:.5g}/sqrt|{name} - {name}*|: equilibria appear on the orbit, a saddle-node"
-            sentence = f"at {name} = {fold.parameter:.9g} {beyond} {description}"
+            sentence = f"at {name} = {clean(fold.parameter):.9g} {beyond} {description}"
             equilibrium = fold.x, fold.eigenvalues
             return make_end(SADDLE_NODE_ON_ORBIT, fold.parameter, 0.0, here.period, sentence, *equilibrium)
     elif holds:
@@ -158,13 +168,12 @@ def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) ->
             first, count = saddles[0].point, "a saddle" if len(saddles) == 1 else f"{len(saddles)} saddles"
             description = f"-ln|{name} - {name}*|/{1 / law.factor:.5g}: the orbit runs into {count}"
             equilibrium = first.x, first.eigenvalues
-            sentence = f"at {name} = {law.critical:.9g} {beyond} {description}"
+            sentence = f"at {name} = {clean(law.critical):.9g} {beyond} {description}"
             return make_end(SADDLE_CONNECTION, law.critical, law.error, here.period, sentence, *equilibrium)
     diagnosis = "no law of the period fits" if not holds else f"the period follows the law of a {law.name.replace('-', ' ')}"
     missing = "" if not holds else ", but no matching equilibrium was found where the orbit is slowest"
-    sentence = (
-        f"near {name} = {here.parameter:.9g} the period grows; the end is not identified: {diagnosis}{missing} ({reason})"
-    )
+    explanation = f"the end is not identified: {diagnosis}{missing} ({reason})"
+    sentence = f"near {name} = {clean(here.parameter):.9g} the period grows; {explanation}"
     return make_end(NOT_IDENTIFIED, here.parameter, math.nan, here.period, sentence)
 
 
@@ -188,8 +197,8 @@ def _unresolved_connection(cycles: Cycles, values: np.ndarray, periods: np.ndarr
         return None
     count = "a saddle" if len(saddles) == 1 else f"{len(saddles)} saddles"
     sentence = (
-        f"at {name} = {here.parameter:.9g} the period grows beyond all bounds: {name} no longer changes, and all that the "
-        f"period still gains is time near {count}"
+        f"at {name} = {significant_value(here.parameter, cycles.bounds):.9g} the period grows beyond all bounds: {name} no "
+        f"longer changes, and all that the period still gains is time near {count}"
     )
     equilibrium = saddles[0].point.x, saddles[0].point.eigenvalues
     return BranchEnd(SADDLE_CONNECTION, here.parameter, resolution, here.period, sentence, *equilibrium)

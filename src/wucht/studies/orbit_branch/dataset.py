@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings, ReportedOrbit
-from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, BranchEnd
+from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, BranchEnd, significant_value
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.orbit_branch.computation import Plan
@@ -97,7 +98,7 @@ def _end_entry(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
 
 
 def _special_entries(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
-    entries = []
+    entries, bounds = [], plan.problem.bounds
     for k, branch in enumerate(findings.branches):
         values, periods = branch.whole_array("values"), branch.whole_array("periods")
         mean, low, high = (branch.whole_array(name) for name in ("mean", "low", "high"))
@@ -108,7 +109,7 @@ def _special_entries(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]
                 **phi, **dict(zip(range_keys(plan), (float(low[i]), float(high[i])), strict=True)),
                 **({} if (hidden := branch.hidden_points[i]) is None else {"hidden": hidden.kind,
                 "between": list(hidden.interval)}),
-            }, [plan.along.path], [float(values[i])], ["hidden", "between"]))  # fmt: skip
+            }, [plan.along.path], [significant_value(float(values[i]), bounds)], ["hidden", "between"]))  # fmt: skip
     return entries
 
 
@@ -127,8 +128,8 @@ def _branch_entries(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]
             first, last = limits[0], limits.pop()  # one stretch, on either side of the first orbit
             limits[0] = [min(first[0], last[0]), max(first[1], last[1])]
         entries.append({
-            "begun": branch.seed.origin, "range": [float(values.min()), float(values.max())],
-            "winding": plan.problem.turns(branch.seed.winding), "stable": limits,
+            "begun": branch.seed.origin, "range": _significant_range(plan, values.min(), values.max()),
+            "winding": plan.problem.turns(branch.seed.winding), "stable": [_significant_range(plan, *pair) for pair in limits],
         })  # fmt: skip
     return entries
 
@@ -208,12 +209,12 @@ def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchE
         )
     values = findings.branches[0].whole_array("values")
     first_ends = sorted((e for k, e in ends if k == 0), key=lambda e: e.parameter)
-    low, high = min(values.min(), first_ends[0].parameter), max(values.max(), first_ends[-1].parameter)
+    extent = _significant_range(plan, min(values.min(), first_ends[0].parameter), max(values.max(), first_ends[-1].parameter))
     names = [_ENDS.get(e.kind, e.kind.replace("-", " ")) for e in first_ends]
     ending = f"both ends are {names[0]}" if len(set(names)) == 1 and len(names) > 1 else f"it ends at {' and at '.join(names)}"
     ending = "it is closed" if first_ends[0].kind == CLOSED_BRANCH else ending
     stretches = _branch_entries(plan, findings)[0]["stable"]
-    stable = ", ".join(f"{a:.7g} to {b:.7g}" for a, b in stretches)
+    stable = ", ".join(_range_text(ends, plan.along.unit) for ends in stretches)
     within = " within their section" if plan.problem.embedding is not None else ""
     stability = f"stable{within} from {stable}" if stable else "nowhere stable"
     further_branches = len(findings.branches) - 1
@@ -223,7 +224,16 @@ def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchE
         else f"; {'one more branch' if further_branches == 1 else f'{further_branches} more branches'}"
     )
     motions = "modulated motions" if plan.problem.shows_rotor_speed else "periodic orbits"
-    return f"{motions} at {path} from {low:.7g} to {high:.7g}, {stability}; {ending}{more}"
+    return f"{motions} at {path} from {_range_text(extent, plan.along.unit)}, {stability}; {ending}{more}"
+
+
+def _range_text(ends: Sequence[float], unit: str) -> str:
+    return f"{ends[0]:.7g} to {ends[1]:.7g} {unit}".rstrip()
+
+
+def _significant_range(plan: Plan, low: float, high: float) -> list[float]:
+    """Return the ends of a part of the parameter's range, without rounding errors of 0."""
+    return [significant_value(float(end), plan.problem.bounds) for end in (low, high)]
 
 
 def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
@@ -259,13 +269,11 @@ def report(result: xr.Dataset) -> list[str]:
     s = result.wucht.summary
     lines, along, unit = [result.attrs["title"], f"verdict: {s['sentence']}"], s["along"], f" {s['along_unit']}".rstrip()
     for k, branch in enumerate(s["branches"]):
-        (low, high), stretches = branch["range"], ", ".join(f"{a:.7g} to {b:.7g}" for a, b in branch["stable"])
+        extent, *stable_stretches = (_range_text(ends, s["along_unit"]) for ends in (branch["range"], *branch["stable"]))
         winding = ", ".join(f"{name} {turns:+d}" for name, turns in branch["winding"].items())
         rotation = f"; turns a period: {winding}" if winding else "; all angles return" if result.attrs["angles"] else ""
-        stable = f"stable at {along} from {stretches}" if stretches else "nowhere stable"
-        lines.append(
-            f"  branch {k + 1}     from {branch['begun']}: {along} from {low:.7g} to {high:.7g}{unit}, {stable}{rotation}"
-        )
+        stable = f"stable at {along} from {', '.join(stable_stretches)}" if stable_stretches else "nowhere stable"
+        lines.append(f"  branch {k + 1}     from {branch['begun']}: {along} from {extent}, {stable}{rotation}")
         lines += [f"    end        {end['sentence']}" for end in s["ends"] if end["branch"] == k]
     for p in s["special_points"][:_MOST]:
         location = f"{along} = {p['value']:.8g}{unit}"
