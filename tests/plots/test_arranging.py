@@ -193,6 +193,20 @@ def test_a_tall_legend_in_a_column_begins_at_the_edge_of_the_page(count: int, co
     assert left == pytest.approx(0.3 * JOURNAL.em if columns == 2 else inches(figure, axis)[0], abs=0.01)
 
 
+def test_a_legend_at_the_edge_of_the_page_is_above_the_name_of_the_scale() -> None:
+    """That is longer than the panel is high, as wide letters are."""
+    with page_context(JOURNAL):
+        figure, (axis,) = column(1, heights=1.2)
+        lines = [axis.plot([0, 1], [k, 1], label=f"{k} without any vibration")[0] for k in range(8)]
+        axis.set_ylabel("mmmmm wwwww")
+        sheet.legend_beside(axis, lines)
+        arranging.arrange(figure)
+        figure.draw_without_rendering()
+        name, legend = axis.yaxis.label.get_window_extent(), axis.get_legend().get_window_extent()
+    assert name.y1 > axis.get_window_extent().y1, "it is longer"
+    assert legend.y0 >= name.y1 and legend.x0 < name.x1
+
+
 def test_a_share_and_its_uncertainty_are_not_parted() -> None:
     assert arranging._unbroken_units("compensated: 18.8 % ± 4.4 % of all").split(" ") == [
         "compensated:", "18.8\N{NO-BREAK SPACE}%\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}4.4\N{NO-BREAK SPACE}%", "of", "all",

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
+    from matplotlib.text import Text
 
 # In sizes of the text: the numbers of a scale, the edge of the page, between panels over one abscissa, and about a name.
 _NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.4, 0.7
@@ -160,14 +161,23 @@ def _place_above(axis: Axes, sheet: Sheet, widths: tuple[float, float, float], h
     if tall > _FEW_LINES * LINE * em:
         lead = left - _AT_EDGE * em
         legend = _legend(axis, entries, lead + inner + right)
-        if legend._ncols == columns and math.prod(_size(legend)) > width * tall:  # type: ignore[attr-defined]
+        if legend._ncols == columns and math.prod(_size(legend)) >= width * tall:  # type: ignore[attr-defined]
             legend, lead = _legend(axis, entries, inner + right), 0.0
-    legend.set_bbox_to_anchor((-lead / inner, 1.0 + (0.2 * em + scale) / height), axis.transAxes)
-    lift = _size(legend)[1] + scale
+    base = max(scale, _height_over(axis.yaxis.label, height)) if lead else scale
+    legend.set_bbox_to_anchor((-lead / inner, 1.0 + (0.2 * em + base) / height), axis.transAxes)
+    lift = _size(legend)[1] + base
     if lines:
         axis.set_title(axis.get_title(), pad=(lift + 0.6 * em) * 72)
         _align_title_left(axis)
     return title + lift + 0.3 * em
+
+
+def _height_over(name: Text, height: float) -> float:
+    """Return by how much the name of a scale is higher than its panel, in inches: no legend may lie on it."""
+    figure = name.get_figure(root=True)
+    assert figure is not None
+    length = name.get_window_extent(cast("Any", figure.canvas).get_renderer()).height / figure.dpi
+    return max(0.0, (float(length) - height) / 2)
 
 
 def _align_title_left(axis: Axes) -> None:

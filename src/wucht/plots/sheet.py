@@ -26,6 +26,7 @@ _BAR = 1.0  # a bar of colours beside a panel
 LETTER, TITLE = 0.53, 10.0  # the mean width of a letter; the size of the title, in points
 _WIDE = 0.58  # mean width of a letter in a sentence with many numbers
 _LINE_SHARE = 0.92  # of the page: a line of a note, whose letters may be wider than those of the whole
+_MEASURED_LETTERS = 500  # of a note: its first ones, as a title may be very long
 _MOST_LINES, _MOST_NOTE_LINES = 2, 4  # of a heading, and of a sentence below it
 
 
@@ -153,7 +154,7 @@ def _heading(title: str, subtitle: str, page: Page) -> tuple[str, str]:
 
 def _lines(text: str, page: Page, size: float, most: int = _MOST_LINES) -> list[str]:
     """Break a text in letters of a size into lines that fit on the page, at most so many; the rest of it is left out."""
-    letters = int(page.width * 72 / (_WIDE * size))
+    letters = _letters_of_line(text, page) if text and size == page.small else int(page.width * 72 / (_WIDE * size))
     begin = text[: (most + 1) * letters]  # of more no line is printed
     lines = wrap_text(begin, letters) if text else []
     if len(lines) > most or len(begin) < len(text):
@@ -180,12 +181,13 @@ def write_assumptions(figure: Figure, statements: Sequence[str]) -> None:
 
 
 def _letters_of_line(text: str, page: Page) -> int:
-    """Return how many letters of a text in small type fit on a line of the page, by the width that the whole text has."""
+    """Return how many letters of a text in small type fit on a line of the page, by the width of its first letters."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    width, _, _ = text_to_path.get_text_width_height_descent(text, FontProperties(size=page.small), ismath=False)
-    return int(len(text) * _LINE_SHARE * page.width * 72 / width)
+    begin = text[:_MEASURED_LETTERS]
+    width, _, _ = text_to_path.get_text_width_height_descent(begin, FontProperties(size=page.small), ismath=False)
+    return int(len(begin) * _LINE_SHARE * page.width * 72 / width)
 
 
 def page_of(figure: Figure) -> Page:

@@ -219,7 +219,7 @@ def test_what_each_panel_shows() -> None:
     assert heights == [1.0, 1.25, 1.0, 1.25, 1.5, 0.5, 1.5, 0.5], "before, and after"
     assert [str(x.get_text()) for x in torques.get_legend().get_texts()] == ["before the failure", "after it"]
     assert [x.get_text() for x in torques.get_xticklabels()] == [
-        f"{drive}\n{failing} fails" for failing in ("e1", "e2") for drive in ("e1", "e2")
+        f"{drive}\nif {failing}\nfails" for failing in ("e1", "e2") for drive in ("e1", "e2")
     ]
     places = [patch.get_x() + patch.get_width() for patch in torques.patches[:4]]
     assert places == pytest.approx(torques.get_xticks().tolist()) and np.diff(places) == pytest.approx([1.0, 1.5, 1.0])

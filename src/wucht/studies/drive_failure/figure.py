@@ -89,7 +89,7 @@ def _torques(axis: Axes, result: xr.Dataset) -> None:
     places = (np.arange(cases)[:, None] * (drives + 0.5) + np.arange(drives)).ravel()
     for side, (torques, name) in enumerate(((before, "before the failure"), (after, "after it"))):
         axis.bar(places + 0.4 * side - 0.2, torques.ravel(), 0.4, color=COLOURS[4 * (1 - side)], label=name, **BAR_STYLES[side])
-    names = [f"{drive}\n{_case(result, k)} fails" for k in range(cases) for drive in map(str, result.drive.values)]
+    names = [f"{drive}\nif {_case(result, k)}\nfails" for k in range(cases) for drive in map(str, result.drive.values)]
     axis.set_xticks(places, names)
     axis.set(xlabel="drive", ylabel=label(result, "drive_torque"))
 

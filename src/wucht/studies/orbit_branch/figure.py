@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wucht.plots.scales import parameter_label
-from wucht.plots.sheet import legend_below, new_grid, rpm_axis
+from wucht.plots.sheet import legend_below, new_grid, rpm_axis, sheet_of
 from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretches, kind_entries
 from wucht.plots.style import COLOURS, line_style
 from wucht.results.formatting import label, printed_unit, with_unit
@@ -48,6 +48,8 @@ def figure(result: xr.Dataset) -> Figure:
         _runs(axes[1], result, drawn_orbits, course)
         vibrates = "orbit_amplitude" in result and bool(np.isfinite(result.orbit_amplitude.values).any())
         _runs(axes[3], result, drawn_orbits, "orbit_amplitude" if vibrates else course, share=not vibrates)
+        if len(rows := sheet_of(fig).rows) == len(axes):  # in one column: what is over the parameter, then orbits
+            rows[1], rows[2] = rows[2], rows[1]
     legend_below(fig, _legend(result, drawn_orbits))
     return fig
 
