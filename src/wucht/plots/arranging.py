@@ -30,6 +30,7 @@ _NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.4, 0.7
 _HANDLE, _BETWEEN = 3.2, 1.0  # of a legend: its line with the gap to the text, and the gap between columns
 _WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them are set in two columns
 _FEW_LINES, _AT_EDGE = 3.5, 0.3  # a legend above a panel is no wider than that up to this height; else, from the page's edge
+_HALF_NUMBER = 0.6  # of the height of a number at the upper end of a scale: it is higher than its panel
 _ROOM = 1.15  # of a panel's height: greatest length of the name of its scale
 _AT_END, _SHARE = 0.02, 0.3  # of the panel: from a line's end to the right edge, at most; of the page: widest name there
 
@@ -163,7 +164,7 @@ def _place_above(axis: Axes, sheet: Sheet, widths: tuple[float, float, float], h
         legend = _legend(axis, entries, lead + inner + right)
         if legend._ncols == columns and math.prod(_size(legend)) >= width * tall:  # type: ignore[attr-defined]
             legend, lead = _legend(axis, entries, inner + right), 0.0
-    base = max(scale, _height_over(axis.yaxis.label, height)) if lead else scale
+    base = max(scale, _height_over(axis.yaxis.label, height), _HALF_NUMBER * em) if lead else scale
     legend.set_bbox_to_anchor((-lead / inner, 1.0 + (0.2 * em + base) / height), axis.transAxes)
     lift = _size(legend)[1] + base
     if lines:

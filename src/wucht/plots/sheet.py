@@ -185,7 +185,7 @@ def _letters_of_line(text: str, page: Page) -> int:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    begin = text[:_MEASURED_LETTERS]
+    begin = text[:_MEASURED_LETTERS].replace("\n", " ")
     width, _, _ = text_to_path.get_text_width_height_descent(begin, FontProperties(size=page.small), ismath=False)
     return int(len(begin) * _LINE_SHARE * page.width * 72 / width)
 
