@@ -1,4 +1,4 @@
-"""Where heyoka is absent (Windows and macOS from PyPI), everything runs on SciPy and gives the same."""
+"""Where heyoka is absent (Windows and macOS from PyPI), everything runs in machine code, else on SciPy, and gives the same."""
 
 import importlib.util
 import sys
@@ -6,25 +6,29 @@ import sys
 import pytest
 
 from wucht.files.catalogue import load_machine
-from wucht.numerics.flow.compiled_system import available_engine
+from wucht.numerics.flow.compiled_system import available_engine, compile_system
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
 
-@pytest.fixture
-def no_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
+def hide(monkeypatch: pytest.MonkeyPatch, *packages: str) -> None:
     find = importlib.util.find_spec
-    monkeypatch.setattr("wucht.numerics.flow.compiled_system.find_spec", lambda name: None if name == "heyoka" else find(name))
-    monkeypatch.setitem(sys.modules, "heyoka", None)  # an import would fail
+    monkeypatch.setattr("wucht.numerics.flow.compiled_system.find_spec", lambda name: None if name in packages else find(name))
+    compile_system.cache_clear()  # of systems that another engine was chosen for
+    for package in packages:
+        monkeypatch.setitem(sys.modules, package, None)  # an import would fail
 
 
-@pytest.mark.usefixtures("no_heyoka")
-def test_a_run_up_on_scipy_alone() -> None:
-    assert available_engine() == "scipy"
+@pytest.mark.parametrize(("hidden", "engine"), [(("heyoka",), "compiled"), (("heyoka", "llvmlite"), "scipy")])
+def test_a_run_up_without_heyoka(monkeypatch: pytest.MonkeyPatch, hidden: tuple[str, ...], engine: str) -> None:
+    if engine == "compiled":
+        pytest.importorskip("llvmlite")
+    hide(monkeypatch, *hidden)
+    assert available_engine() == engine
     machine = load_machine("drozdetskaya-2020/r1-u80")
     question = {"until": 5.0, "start": {"p1": 0.3, "p2": -0.5}, "tolerance": 1e-11}
     result = run(RunUp(**question), machine)
-    assert result.attrs["engine"] == "scipy"
+    assert result.attrs["engine"] == engine
     assert result.attrs["outcome"] == "compensated"
     # Phases of cases.md; after 5 s 1e-4 rad of the way is left.
     phases = result.wucht.summary["final_phases"]

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 import wucht as package
-from wucht.numerics.flow import heyoka_engine
+from wucht.numerics.flow import step_sizes
 from wucht.results.formatting import units_in_print
 from wucht.results.output_folder import claim_folder
 
@@ -431,6 +431,7 @@ def test_too_short_says_how_long(wucht: Command, study: Study) -> None:
 
 FAILURES = {
     "heyoka": ('p1 = "0.3 rad"', "carrier = { x = 1e29 }"),
+    "compiled": ('p1 = "0.3 rad"', "carrier = { x = 1e29 }", 'until = "0.5 s"', 'until = 0.5\nengine = "compiled"'),
     "scipy": ('p1 = "0.3 rad"', "carrier = { x = 1e29 }", 'until = "0.5 s"', 'until = 0.5\nengine = "scipy"'),
 }
 
@@ -443,7 +444,7 @@ FAILURES = {
 def test_a_run_that_fails_says_when_where_and_what_to_do(
     wucht: Command, study: Study, changes: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(heyoka_engine, "MAX_STEPS", 5000)
+    monkeypatch.setattr(step_sizes, "MAX_STEPS", 5000)
     completed = wucht("run", study(*changes), "-o", "out", "--json")
     assert completed.code == 1
     assert "t = " in completed.err

@@ -198,7 +198,8 @@ Tolerance = Annotated[
     Field(ge=1e-16, le=1e-2, description="tolerance of the integration"),
 ]
 Engine = Annotated[
-    Literal["heyoka", "scipy", "scipy-radau"], Field(description="engine of the integration, by default the best installed")
+    Literal["heyoka", "compiled", "scipy", "scipy-radau"],
+    Field(description="engine of the integration, by default the best installed"),
 ]
 
 __all__ = [

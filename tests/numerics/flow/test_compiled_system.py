@@ -53,8 +53,9 @@ def test_other_events_tolerance_or_engine_get_another_flow():
         compile_system(SPRING, 1e-6, engine="scipy"),
         compile_system(SPRING, events=(Event("middle", x),), engine="scipy"),
         compile_system(SPRING, engine="scipy-radau"),
+        compile_system(SPRING, engine="compiled"),
     ]
-    assert len({id(f) for f in flows}) == 4
+    assert len({id(f) for f in flows}) == 5
 
 
 def test_one_flow_many_values(any_engine):
@@ -67,7 +68,7 @@ def test_one_flow_many_values(any_engine):
 
 def test_without_a_choice_the_best_engine_is_taken():
     assert compile_system(SPRING).engine.name == available_engine()
-    assert available_engine() == ("heyoka" if find_spec("heyoka") else "scipy")
+    assert available_engine() == ("heyoka" if find_spec("heyoka") else "compiled" if find_spec("llvmlite") else "scipy")
 
 
 def test_an_unknown_engine_is_refused():

@@ -1,4 +1,4 @@
-"""System -> motion: compiled once per structure, integrated any number of times, by heyoka or SciPy.
+"""System -> motion: compiled once per structure, integrated any number of times: by heyoka, in machine code, or by SciPy.
 
 A pendulum of frequency w, with the times at which it swings through its lowest position to the right:
 

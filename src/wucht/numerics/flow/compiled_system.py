@@ -22,7 +22,8 @@ from wucht.piecewise import PiecewiseCubic
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 DEFAULT_TOLERANCE = 1e-12
-ENGINES = ("heyoka", "scipy", "scipy-radau")
+ENGINES = ("heyoka", "compiled", "scipy", "scipy-radau")
+_PACKAGES = (("heyoka", "heyoka"), ("compiled", "llvmlite"))  # needed by engines, the fastest first
 # heyoka's steps are accurate relative to the largest state: a work of microjoules is accumulated in a unit of that size.
 _PER_UNIT = sp.Symbol("_per_unit", real=True)
 _POINTS = 8192  # at once: they stay in the processor's cache
@@ -100,9 +101,9 @@ def available_engine() -> str:
     Returns
     -------
     str
-        ``"heyoka"`` where it is installed, else ``"scipy"``.
+        ``"heyoka"`` where it is installed, else ``"compiled"`` where LLVM is, else ``"scipy"``.
     """
-    return "heyoka" if find_spec("heyoka") else "scipy"
+    return next((engine for engine, package in _PACKAGES if find_spec(package)), "scipy")
 
 
 @lru_cache(maxsize=64)
@@ -118,8 +119,9 @@ def compile_system(
     tolerance : float
         Relative and absolute error allowed per step (heyoka: compiled in).
     events : tuple of Event
-    engine : {"heyoka", "scipy", "scipy-radau"}, optional
-        Taylor's method, Dormand-Prince 8(5,3), or Radau (stiff); None for the best one installed.
+    engine : {"heyoka", "compiled", "scipy", "scipy-radau"}, optional
+        Taylor's method, Dormand-Prince 8(5,3) in machine code or interpreted, or Radau (stiff); None for the best one
+        installed.
 
     Returns
     -------
@@ -145,6 +147,10 @@ def compile_system(
         from wucht.numerics.flow.heyoka_engine import HeyokaEngine, state_units
 
         code = HeyokaEngine(program, state_units(smooth), all_events, event_program, tolerance)
+    elif chosen == "compiled":
+        from wucht.numerics.flow.compiled_engine import CompiledEngine
+
+        code = CompiledEngine(program, all_events, event_program, tolerance, smooth)
     else:
         from wucht.numerics.flow.scipy_engine import ScipyEngine
 

@@ -10,6 +10,7 @@ import sympy as sp
 
 from wucht.errors import RunError
 
+NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
 Action = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 

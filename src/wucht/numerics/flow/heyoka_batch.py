@@ -15,18 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from wucht.numerics.flow.events import LegError
+from wucht.numerics.flow import step_sizes
+from wucht.numerics.flow.events import NOT_FINITE, LegError
 from wucht.numerics.flow.heyoka_engine import (
     COMPACT_ABOVE,
-    MAX_STEPS,
-    NOT_FINITE,
     state_units,
-    step_limit_error,
     taylor_equations,
     translation,
 )
 from wucht.numerics.flow.program import lower
-from wucht.numerics.flow.step_sizes import ignore_event, sentinels
+from wucht.numerics.flow.step_sizes import ignore_event, sentinels, step_limit_error
 from wucht.system import System
 
 _IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
@@ -169,7 +167,7 @@ class BatchIntegrator:
     def _propagate(self, states: np.ndarray, constants: np.ndarray, grid: np.ndarray) -> np.ndarray:
         self._state[:], self._pars[:] = states / self._units, constants
         self._adaptive.set_time(float(grid[0, 0]))
-        samples: np.ndarray = self._adaptive.propagate_grid(grid, max_steps=MAX_STEPS)[1]
+        samples: np.ndarray = self._adaptive.propagate_grid(grid, max_steps=step_sizes.MAX_STEPS)[1]
         samples *= self._units
         return samples
 

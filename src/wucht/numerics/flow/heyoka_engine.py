@@ -17,21 +17,20 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import RunError
-from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
+from wucht.numerics.flow import step_sizes
+from wucht.numerics.flow.events import NOT_FINITE, Event, Hit, LegError, LegResult
 from wucht.numerics.flow.program import Assignments, Numbers, Program
-from wucht.numerics.flow.step_sizes import UNKNOWN, ignore_event, sentinels
+from wucht.numerics.flow.step_sizes import ignore_event, sentinels, step_limit_error
 from wucht.system import TIME, System
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
 # five times faster to compile and half as fast to run.
 COMPACT_ABOVE = 80
 _IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
-MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
 _ROUNDING = 1e-12  # of an event function: the sign of a smaller value is rounding
 _JUST_BEFORE = 1e-3  # of a step
 _SHORTER, _OTHER_STEPS = 0.37, 6  # times the longest step: so that its middle is elsewhere; number of attempts
 _OTHER_ENGINE = 'Try study.engine = "scipy"'
-NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
 
 
 # heyoka's steps are accurate relative to the largest state. An angle that integrates a speed is no measure of the size of a
@@ -62,12 +61,6 @@ def state_units(system: System) -> np.ndarray:
         s in system.angles and integrates_a_speed(sp.sympify(r)) for s, r in zip(system.states, system.derivatives, strict=True)
     ]
     return np.where(large, _ANGLE_UNIT, 1.0)
-
-
-def step_limit_error(samples: np.ndarray, begin: float, time: float) -> LegError:
-    """Return the error of a leg that exhausted its steps between two times."""
-    step = (time - begin) / MAX_STEPS
-    return LegError(f"{MAX_STEPS} steps were not enough for one leg (of {step:.2g} on average)", UNKNOWN, samples, step)
 
 
 class Translator:
@@ -332,7 +325,7 @@ class HeyokaIntegrator:
             recorder.ways.clear()
         begin, ahead = float(ta.time), grid[0] > ta.time  # heyoka's grids begin at the integrator's time
         times = np.concatenate([[ta.time], grid]) if ahead else grid
-        result = ta.propagate_grid(times, max_steps=MAX_STEPS, max_delta_t=longest)
+        result = ta.propagate_grid(times, max_steps=step_sizes.MAX_STEPS, max_delta_t=longest)
         outcome, samples = result[0], units[:, None] * np.asarray(result[-1][int(ahead) :]).T.reshape(len(units), -1)
         hits = sorted((h for recorder in self._recorders for h in recorder.hits), key=lambda h: h.time)
         state = self.state

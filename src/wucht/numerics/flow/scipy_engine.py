@@ -1,6 +1,6 @@
 """The engine SciPy: Dormand-Prince 8(5,3) or Radau on an interpreted right-hand side.
 
-It serves where heyoka is absent, and as the independent witness in tests.
+It serves where heyoka and LLVM are absent, and as the independent witness in tests.
 E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, section II.10.
 """
 
@@ -10,14 +10,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
+from wucht.numerics.flow.cool_downs import CoolDowns
+from wucht.numerics.flow.events import NOT_FINITE, Event, Hit, LegError, LegResult
 from wucht.numerics.flow.program import Numbers, Program
 
-_COOL_DOWN = 1e-9
 _NOT_ZERO = 1e-300
-_AT_BREAKPOINT = 1e-12
 _SMALLEST_TOLERANCE = 1e-13  # solve_ivp refuses less than 100 units of rounding
-_NOT_FINITE = "the state ceases to be finite"
 _REMEDY = "Look for a parameter that is off by a factor of thousands, or try another engine"
 
 
@@ -48,30 +46,25 @@ class ScipyIntegrator:
     def __init__(self, engine: ScipyEngine) -> None:
         self._engine, self._rhs, self._event_values, self._events = engine, engine.rhs, engine.event_values, engine.events
         self.time, self.state = 0.0, np.zeros(len(engine.program.states))
-        self._cooldowns: dict[int, tuple[float, float]] = {}
+        self._cool_downs = CoolDowns(engine.rhs, engine.event_values, engine.events)
 
     def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None:
         """Place the integrator."""
         self.time, self.state = time, np.array(state, dtype=float)
         self._constants = self._engine.program.constant_values(parameter_values).tolist()
         self._event_constants = self._engine.event_program.constant_values(parameter_values).tolist()
-        # Only those that have just happened: an earlier one may be about to happen again at this place. But the other end of a
-        # segment that has just begun lies within rounding of zero: its sign is that towards which the argument moves.
-        if self._cooldowns:
-            values = self._event_values(self.state.tolist(), time, self._event_constants)
-            near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT}
-            self._cooldowns = {i: self._cool(i) for i in near | {i for i, (end, _) in self._cooldowns.items() if end >= time}}
+        self._cool_downs.start(time, self.state, self._constants, self._event_constants)
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""
-        self._cooldowns.clear()
+        self._cool_downs.clear()
 
     def _event_function(self, index: int) -> Callable[[float, np.ndarray], float]:
         event, event_values = self._events[index], self._event_values
 
         def function(t: float, y: np.ndarray) -> float:
             value = float(event_values(y.tolist(), t, self._event_constants)[index])
-            end, sign = self._cooldowns.get(index, (-np.inf, 0.0))
+            end, sign = self._cool_downs.by_event.get(index, (-np.inf, 0.0))
             # Just after an event its function is rounding noise around zero, which must not count as another event.
             if t <= end:
                 return (sign or -event.direction) * (abs(value) + _NOT_ZERO)
@@ -82,18 +75,11 @@ class ScipyIntegrator:
         function.direction = event.direction  # type: ignore[attr-defined]
         return function
 
-    def _cool(self, index: int) -> tuple[float, float]:
-        """Return the end of an event's cool-down, and the sign that its function takes thereafter."""
-        soon = _COOL_DOWN * max(1.0, abs(self.time))
-        state = self.state + soon * np.array(self._rhs(self.state.tolist(), self.time, self._constants))
-        value = float(self._event_values(state.tolist(), self.time + soon, self._event_constants)[index])
-        return self.time + soon, float(np.sign(value))
-
     def _rates(self, t: float, y: np.ndarray) -> Sequence[float]:
         try:
             rates: Sequence[float] = self._rhs(y.tolist(), t, self._constants)
         except (OverflowError, ValueError, ZeroDivisionError):  # with NaN SciPy would search for a step forever
-            raise LegError(_NOT_FINITE, _REMEDY, np.empty((len(y), 0))) from None
+            raise LegError(NOT_FINITE[0], _REMEDY, np.empty((len(y), 0))) from None
         return rates
 
     def leg(self, grid: np.ndarray) -> LegResult:
@@ -119,7 +105,7 @@ class ScipyIntegrator:
         if solution.status < 0 or not np.isfinite(samples).all():
             self.time = float(solution.t[-1]) if len(solution.t) else self.time
             self.state = samples[:, -1] if samples.size else self.state
-            reason = str(solution.message).rstrip(".") if solution.status < 0 else _NOT_FINITE
+            reason = str(solution.message).rstrip(".") if solution.status < 0 else NOT_FINITE[0]
             raise LegError(reason, _REMEDY, samples[:, np.isfinite(samples).all(axis=0)])
         hits, stopped_by = [], None
         for i, event in enumerate(self._events):
@@ -132,5 +118,5 @@ class ScipyIntegrator:
             self.time, self.state = end, samples[:, -1]
         else:
             self.time, self.state = hits[-1].time, hits[-1].state
-            self._cooldowns[stopped_by] = self._cool(stopped_by)
+            self._cool_downs.add(stopped_by, self.time, self.state)
         return LegResult(samples, self.time, np.array(self.state), tuple(hits), stopped_by)

@@ -18,7 +18,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from wucht.numerics.flow.events import LegError
 from wucht.numerics.flow.program import Program
+
+MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
 
 # The function stays below the states' size up to abs(u) of 1e6, so that it does not lower their accuracy; at any tolerance in
 # use it is large enough to have an effect.
@@ -37,6 +40,12 @@ UNKNOWN = (
     "If a turn or a vibration takes much longer than such a step, the machine is stiff: try engine = 'scipy-radau', or look "
     "for a parameter that is off by a factor of thousands; otherwise the run is long: ask for a shorter one"
 )
+
+
+def step_limit_error(samples: np.ndarray, begin: float, time: float) -> LegError:
+    """Return the error of a leg that exhausted its steps between two times."""
+    step = (time - begin) / MAX_STEPS
+    return LegError(f"{MAX_STEPS} steps were not enough for one leg (of {step:.2g} on average)", UNKNOWN, samples, step)
 
 
 def tanh_arguments(program: Program) -> tuple[sp.Expr, ...]:

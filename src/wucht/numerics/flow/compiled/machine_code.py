@@ -1,0 +1,90 @@
+"""Text for LLVM -> machine code, kept on disk for the next process, and its functions' addresses.
+
+The object files lie in the cache of derived results, whose files are read only where the user alone can have written them.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import version
+from typing import Any
+
+import llvmlite.binding as llvm
+
+from wucht.disk_cache import derived_once
+from wucht.numerics.flow.compiled.straight_line_code import LIBRARY, LIBRARY_PREFIX
+
+_OPTIMISATION = 2  # the third level takes much longer and gains nothing measurable
+
+
+@dataclass(frozen=True)
+class MachineCode:
+    """Machine code in this process: the addresses of functions, valid as long as it lives."""
+
+    addresses: dict[str, int]
+    _engine: Any = field(repr=False)
+
+    @classmethod
+    def of(cls, text: str, names: tuple[str, ...]) -> MachineCode:
+        """Compile a module, or read what an earlier process made of it."""
+        return cls.of_file(object_file(text, names, target_description()), names)
+
+    @classmethod
+    def of_file(cls, content: bytes, names: tuple[str, ...]) -> MachineCode:
+        """Load an object file."""
+        _register_library()
+        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine())
+        engine.add_object_file(llvm.ObjectFileRef.from_data(content))
+        engine.finalize_object()
+        return cls({name: engine.get_function_address(name) for name in names}, engine)
+
+
+@derived_once
+def object_file(text: str, names: tuple[str, ...], target: tuple[str, ...]) -> bytes:
+    """Compile a module to an object file with the functions of these names. target: for which processor, by which LLVM."""
+    return compiled_object(text, names)
+
+
+def compiled_object(text: str, names: tuple[str, ...]) -> bytes:
+    """Compile a module to an object file; names: of its functions that are called from outside."""
+    module, machine = llvm.parse_assembly(text), _target_machine()
+    for function in module.functions:
+        if function.name not in names and not function.is_declaration:
+            function.linkage = "internal"
+    options = llvm.create_pipeline_tuning_options(_OPTIMISATION)
+    options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = True, True, False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    contents: list[bytes] = []
+    engine = llvm.create_mcjit_compiler(module, machine)
+    engine.set_object_cache(notify_func=lambda _module, content: contents.append(content))
+    engine.finalize_object()
+    return contents[0]
+
+
+def target_description() -> tuple[str, ...]:
+    """Describe what an object file depends on: LLVM and the processor."""
+    _initialise()
+    return version("llvmlite"), llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+def _target_machine() -> Any:
+    _, triple, processor, features = target_description()
+    return llvm.Target.from_triple(triple).create_target_machine(processor, features, _OPTIMISATION, jit=True)
+
+
+@cache
+def _initialise() -> None:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+
+
+@cache
+def _register_library() -> None:
+    """Tell LLVM where the C library's functions are."""
+    library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
+    for name in LIBRARY:
+        llvm.add_symbol(LIBRARY_PREFIX + name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)

@@ -1,0 +1,184 @@
+"""A Program as text for LLVM: a function of time, states and constants that stores its results, without a loop or a branch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import reduce
+from typing import Any
+
+import sympy as sp
+from llvmlite import ir
+
+from wucht.errors import RunError
+from wucht.numerics.flow.program import TIME, Program
+
+# The names under which a module calls functions of the C library, so that no platform has to export them by another name.
+LIBRARY_PREFIX = "wucht_"
+FUNCTIONS = {
+    sp.tan: "tan", sp.exp: "exp", sp.log: "log", sp.sinh: "sinh", sp.cosh: "cosh", sp.tanh: "tanh",
+    sp.atan: "atan", sp.asin: "asin", sp.acos: "acos", sp.atan2: "atan2",
+}  # fmt: skip
+POWER = "pow"
+# A quarter of a turn in three parts, of 159 bits; the polynomials for an eighth of a turn are those of Sun's fdlibm (k_sin.c,
+# k_cos.c).
+_QUARTER_TURN = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33)
+_SINE = (
+    -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04, 2.75573137070700676789e-06,
+    -2.50507602534068634195e-08, 1.58969099521155010221e-10,
+)  # fmt: skip
+_COSINE = (
+    4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05, -2.75573143513906633035e-07,
+    2.08757232129817482790e-09, -1.13596475577881948265e-11,
+)  # fmt: skip
+LIBRARY = {**dict.fromkeys(FUNCTIONS.values(), 1), "atan2": 2, POWER: 2}  # names and numbers of arguments
+_DOUBLE, _INTEGER = ir.DoubleType(), ir.IntType(64)
+CONTRACT = ("contract",)  # a product and a sum may be one instruction
+
+
+def module_text(programs: Sequence[tuple[str, Program]]) -> str:
+    """Return the text of a module with a function for each program, by these names.
+
+    Raises ``RunError`` for a function that the C library does not have.
+    """
+    module = ir.Module(name="wucht")
+    pointer = _DOUBLE.as_pointer()
+    for name, program in programs:
+        function = ir.Function(module, ir.FunctionType(ir.VoidType(), [_DOUBLE, pointer, pointer, pointer]), name)
+        time, states, constants, results = function.args
+        for argument in (states, constants, results):
+            argument.add_attribute("noalias")
+        builder = ir.IRBuilder(function.append_basic_block())
+        printer = _Printer(module, builder)
+        printer.memo[TIME] = time
+        printer.memo |= {s: printer.load(states, i) for i, s in enumerate(program.states)}
+        printer.memo |= {s: printer.load(constants, i) for i, (s, _) in enumerate(program.constants)}
+        for symbol, expression in program.lines:
+            printer.memo[symbol] = printer(expression)
+        for i, result in enumerate(program.results):
+            builder.store(printer(result), printer.place(results, i))
+        builder.ret_void()
+    return str(module)
+
+
+def _real(value: float) -> ir.Constant:
+    return ir.Constant(_DOUBLE, value)
+
+
+class _Printer:
+    """SymPy expressions to LLVM's instructions; equal expressions are computed once."""
+
+    def __init__(self, module: ir.Module, builder: ir.IRBuilder) -> None:
+        self.module, self.builder = module, builder
+        self.memo: dict[sp.Basic, Any] = {}
+
+    def place(self, array: Any, index: int) -> Any:
+        return self.builder.gep(array, [ir.Constant(ir.IntType(64), index)])
+
+    def load(self, array: Any, index: int) -> Any:
+        return self.builder.load(self.place(array, index))
+
+    def __call__(self, e: sp.Expr) -> Any:
+        if e not in self.memo:
+            self.memo[e] = self._print(e)
+        return self.memo[e]
+
+    def _print(self, e: sp.Expr) -> Any:
+        if e.is_number:
+            return _real(float(e))
+        if isinstance(e, sp.Add):
+            return self._sum(e)
+        if isinstance(e, sp.Mul):
+            return self._product(e)
+        if isinstance(e, sp.Pow):
+            return self._power(e)
+        if isinstance(e, sp.sin | sp.cos):
+            return self._wave(e)
+        if e.func in FUNCTIONS:
+            return self._call(FUNCTIONS[e.func], [self(a) for a in e.args])
+        raise RunError(f"the compiled engine has no function {e.func.__name__!r}; use the SciPy engine", code="no-function")
+
+    def _sum(self, e: sp.Add) -> Any:
+        """Sum the terms; those with a minus sign are subtracted."""
+        negative = [a.could_extract_minus_sign() for a in e.args]
+        terms = sorted(zip(negative, e.args, strict=True), key=lambda pair: pair[0])
+        (first_negative, first), *rest = terms
+        total = self.builder.fneg(self(-first)) if first_negative else self(first)
+        for is_negative, term in rest:
+            combine = self.builder.fsub if is_negative else self.builder.fadd
+            total = combine(total, self(-term if is_negative else term), flags=CONTRACT)
+        return total
+
+    def _product(self, e: sp.Mul) -> Any:
+        above, below = e.as_numer_denom() if any(a.is_Pow and a.exp.is_negative for a in e.args) else (e, sp.S.One)
+        if below is not sp.S.One:
+            return self.builder.fdiv(self(above), self(below))
+        factors = [a for a in e.args if a is not sp.S.NegativeOne]
+        product = reduce(self._times, map(self, factors))
+        return product if len(factors) == len(e.args) else self.builder.fneg(product)
+
+    def _times(self, a: Any, b: Any) -> Any:
+        return self.builder.fmul(a, b, flags=CONTRACT)
+
+    def _power(self, e: sp.Pow) -> Any:
+        base, exponent = self(e.base), e.exp
+        if exponent.is_Integer:
+            product, square, n = None, base, int(abs(exponent))
+            while n:
+                if n & 1:
+                    product = square if product is None else self._times(product, square)
+                n >>= 1
+                square = self._times(square, square) if n else square
+            return product if exponent.is_positive else self.builder.fdiv(_real(1.0), product)
+        if abs(exponent) == sp.Rational(1, 2):
+            root = self._intrinsic("llvm.sqrt", base)
+            return root if exponent.is_positive else self.builder.fdiv(_real(1.0), root)
+        return self._call(POWER, [base, self(exponent)])
+
+    def _wave(self, e: sp.Expr) -> Any:
+        """Return a sine or cosine; both are computed together."""
+        sine, cosine = self._waves(self(e.args[0]))
+        self.memo[sp.sin(e.args[0])], self.memo[sp.cos(e.args[0])] = sine, cosine
+        return self.memo[e]
+
+    def _waves(self, x: Any) -> tuple[Any, Any]:
+        """Return sine and cosine of a value, to a unit of rounding, in as many instructions whatever it is."""
+        builder = self.builder
+        quarters = self._intrinsic("llvm.rint", self._times(x, _real(2 / math.pi)))
+        rest = x
+        for part in _QUARTER_TURN:
+            rest = self._intrinsic("llvm.fma", quarters, _real(-part), rest)
+        square = self._times(rest, rest)
+        sine = self._polynomial(square, _SINE)
+        sine = self._plus(rest, self._times(self._times(rest, square), sine))
+        cosine = self._polynomial(square, _COSINE)
+        cosine = self._plus(_real(1.0), self._times(square, self._plus(_real(-0.5), self._times(square, cosine))))
+        count = builder.fptosi(quarters, _INTEGER)
+        is_odd = builder.trunc(count, ir.IntType(1))
+        results = []
+        for first, second, ahead in ((sine, cosine, 0), (cosine, sine, 1)):
+            value = builder.select(is_odd, second, first)
+            is_negative = builder.trunc(
+                builder.lshr(builder.add(count, ir.Constant(_INTEGER, ahead)), ir.Constant(_INTEGER, 1)), ir.IntType(1)
+            )
+            results.append(builder.select(is_negative, builder.fneg(value), value))
+        return results[0], results[1]
+
+    def _polynomial(self, x: Any, coefficients: Sequence[float]) -> Any:
+        return reduce(
+            lambda value, c: self._plus(_real(c), self._times(x, value)), coefficients[:-1][::-1], _real(coefficients[-1])
+        )
+
+    def _plus(self, a: Any, b: Any) -> Any:
+        return self.builder.fadd(a, b, flags=CONTRACT)
+
+    def _intrinsic(self, name: str, *values: Any) -> Any:
+        kind = ir.FunctionType(_DOUBLE, [_DOUBLE] * len(values))
+        return self.builder.call(self.module.declare_intrinsic(name, [_DOUBLE], kind), values)
+
+    def _call(self, name: str, values: Sequence[Any]) -> Any:
+        full_name = LIBRARY_PREFIX + name
+        function = self.module.globals.get(full_name)
+        if function is None:
+            function = ir.Function(self.module, ir.FunctionType(_DOUBLE, [_DOUBLE] * LIBRARY[name]), full_name)
+        return self.builder.call(function, values)

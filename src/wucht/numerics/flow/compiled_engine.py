@@ -1,0 +1,188 @@
+"""The engine compiled: Dormand-Prince 8(5,3) in machine code, where heyoka is absent.
+
+The stepper is the same for all systems and compiled once (``compiled.stepper``); of a system its rates and event functions are
+compiled, in straight-line code (``compiled.straight_line_code``). Both are kept on disk, and a later process needs no compiler.
+E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, section II.10.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections import deque
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from functools import cache
+from inspect import getsource
+from typing import Any, get_type_hints
+
+import numpy as np
+
+from wucht.disk_cache import derived_once
+from wucht.numerics.flow import step_sizes
+from wucht.numerics.flow.compiled import stepper
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, TABLE
+from wucht.numerics.flow.compiled.kernel_translation import kernel_text
+from wucht.numerics.flow.compiled.machine_code import MachineCode, compiled_object, target_description
+from wucht.numerics.flow.compiled.stepper import LegMemory
+from wucht.numerics.flow.compiled.straight_line_code import module_text
+from wucht.numerics.flow.cool_downs import CoolDowns
+from wucht.numerics.flow.events import NOT_FINITE, Event, Hit, LegError, LegResult
+from wucht.numerics.flow.program import Numbers, Program
+from wucht.numerics.flow.step_sizes import step_limit_error
+from wucht.system import System
+
+_IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
+_SMALLEST_TOLERANCE = 1e-13  # below it, errors are rounding
+_ROOM = 64  # for the hits of a leg, to begin with
+RATES, EVENT_VALUES, _STEPPER = "rates", "event_values", "advance"
+
+
+class Ending(IntEnum):
+    """How a leg of the stepper ended."""
+
+    END, EVENT, NO_STEPS_LEFT, NOT_FINITE, NO_ROOM = (
+        stepper.END, stepper.EVENT, stepper.NO_STEPS_LEFT, stepper.NOT_FINITE, stepper.NO_ROOM
+    )  # fmt: skip
+
+
+@derived_once
+def _stepper_file(text: str, target: tuple[str, ...]) -> bytes:
+    """Compile the stepper from its text in Python to an object file. target: for which processor, by which LLVM."""
+    return compiled_object(kernel_text(text, vars(stepper)), (_STEPPER,))
+
+
+@cache
+def _stepper() -> tuple[Any, MachineCode]:
+    """Return the stepper as a function, called without the interpreter's lock, and the code that must live as long."""
+    code = MachineCode.of_file(_stepper_file(getsource(stepper), target_description()), (_STEPPER,))
+    kinds: dict[type, Any] = {int: ctypes.c_int64, float: ctypes.c_double}  # all else are addresses
+    arguments = [kinds.get(kind, ctypes.c_void_p) for kind in get_type_hints(LegMemory).values()]
+    return ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(code.addresses[_STEPPER]), code
+
+
+def _python_function(address: int, count: int) -> Callable[[Sequence[float], float, Sequence[float]], list[float]]:
+    """Return machine code as a function of state, time and constants that returns a list."""
+    double = ctypes.POINTER(ctypes.c_double)
+    code = ctypes.CFUNCTYPE(None, ctypes.c_double, double, double, double)(address)
+
+    def function(state: Sequence[float], time: float, constants: Sequence[float]) -> list[float]:
+        values = (ctypes.c_double * count)()
+        code(time, (ctypes.c_double * len(state))(*state), (ctypes.c_double * len(constants))(*constants), values)
+        return list(values)
+
+    return function
+
+
+class CompiledEngine:
+    """Machine code of a system, with the interface of the engine heyoka."""
+
+    name = "compiled"
+
+    def __init__(
+        self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float, system: System
+    ) -> None:
+        self.program, self.event_program, self.events = program, event_program, tuple(events)
+        self.code = MachineCode.of(module_text([(RATES, program), (EVENT_VALUES, event_program)]), (RATES, EVENT_VALUES))
+        self.rates = _python_function(self.code.addresses[RATES], len(program.results))
+        self.event_values = _python_function(self.code.addresses[EVENT_VALUES], len(event_program.results))
+        self.is_angle = np.array([float(s in system.angles) for s in system.states])
+        self.tolerance = max(tolerance, _SMALLEST_TOLERANCE)
+        self.event_kinds = np.array([[e.direction for e in events], [e.interrupts for e in events]], np.int64)
+        self.advance, _ = _stepper()
+        self._idle: deque[CompiledIntegrator] = deque(maxlen=_IDLE)
+
+    def lend(self) -> CompiledIntegrator:
+        """Lend an integrator to one run alone."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return CompiledIntegrator(self)
+
+    def give_back(self, integrator: CompiledIntegrator) -> None:
+        """Take an integrator back for the next run. ``start`` and ``forget_events`` clear the previous run."""
+        self._idle.append(integrator)
+
+
+class CompiledIntegrator:
+    """An integrator of one run: the memory in which the stepper works."""
+
+    def __init__(self, engine: CompiledEngine) -> None:
+        n, m = len(engine.program.states), len(engine.events)
+        width = -(-n // stepper.BLOCK) * stepper.BLOCK
+        self._engine, self._cool_downs = engine, CoolDowns(engine.rates, engine.event_values, engine.events)
+        self._parameters, self._constants, self._event_constants = np.empty(0), np.empty(0), np.empty(0)
+        self._state, self._clock, self._counts = np.zeros(width), np.zeros(1), np.zeros(4, np.int64)
+        self._cool_ends, self._cool_signs = np.empty(m), np.empty(m)
+        rows = {"k": ALL_STAGES, "dense": DENSE_ROWS + 3, "point": 1, "later": 1, "errors": 1, "zero": 1}
+        self._memory: dict[str, np.ndarray] = {name: np.zeros(count * width) for name, count in rows.items()}
+        self._memory |= {
+            "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(stepper.VALUE_ROWS * m),
+            "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "table": TABLE, "is_angle": engine.is_angle,
+            "event_kinds": engine.event_kinds,
+        }  # fmt: skip
+        self._fields: dict[str, float] = {name: array.ctypes.data for name, array in self._memory.items()} | {
+            "n": n, "width": width, "m": m, "tolerance": engine.tolerance,
+            "rates": engine.code.addresses[RATES], "functions": engine.code.addresses[EVENT_VALUES],
+        }  # fmt: skip
+
+    @property
+    def time(self) -> float:
+        """Time reached."""
+        return float(self._clock[0])
+
+    @property
+    def state(self) -> np.ndarray:
+        """State reached, (n,)."""
+        return self._state[: len(self._engine.program.states)].copy()
+
+    def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None:
+        """Place the integrator."""
+        self._place(time, state)
+        if not np.array_equal(parameter_values, self._parameters):
+            self._constants = self._engine.program.constant_values(parameter_values)
+            self._event_constants = self._engine.event_program.constant_values(parameter_values)
+            self._parameters = np.array(parameter_values, float)
+        self._cool_downs.start(time, np.asarray(state), self._constants.tolist(), self._event_constants.tolist())
+
+    def forget_events(self) -> None:
+        """Clear the cool-downs: another part of the run begins."""
+        self._cool_downs.clear()
+
+    def _place(self, time: float, state: np.ndarray) -> None:
+        self._clock[0], self._state[: len(state)] = time, state
+
+    def leg(self, grid: np.ndarray) -> LegResult:
+        """Advance over the grid (m,). Raises ``LegError`` when the state ceases to be finite or steps run out."""
+        begin, state, room, ending = self.time, self.state, _ROOM, Ending.NO_ROOM
+        samples, times = np.empty((len(grid), len(state))), np.ascontiguousarray(grid)
+        while ending is Ending.NO_ROOM:  # for the hits: so many are seldom in one leg, which is repeated
+            self._place(begin, state)
+            hit_events, hits, room = np.empty(room, np.int64), np.empty((room, 1 + len(state))), 16 * room
+            ending = self._advance(times, samples, hit_events, hits)
+        sample_count, hit_count, _, stopped_by = self._counts.tolist()
+        result = samples[:sample_count].T
+        if ending is Ending.NOT_FINITE:
+            raise LegError(*NOT_FINITE, result)
+        if ending is Ending.NO_STEPS_LEFT:
+            raise step_limit_error(result, begin, self.time)
+        events, time, state = self._engine.events, self.time, self.state
+        records = zip(hit_events[:hit_count].tolist(), hits[:hit_count], strict=True)
+        in_order = sorted((Hit(events[i].name, float(h[0]), h[1:].copy()) for i, h in records), key=lambda hit: hit.time)
+        if ending is Ending.END:
+            return LegResult(result, time, state, tuple(in_order), None)
+        self._cool_downs.add(stopped_by, time, state)
+        return LegResult(result, time, state, (*in_order, Hit(events[stopped_by].name, time, state)), stopped_by)
+
+    def _advance(self, grid: np.ndarray, samples: np.ndarray, hit_events: np.ndarray, hits: np.ndarray) -> Ending:
+        self._cool_ends[:] = -np.inf
+        for i, (end, sign) in self._cool_downs.by_event.items():
+            self._cool_ends[i], self._cool_signs[i] = end, sign
+        arrays = {
+            "constants": self._constants, "event_constants": self._event_constants, "grid": grid, "samples": samples,
+            "hit_events": hit_events, "hits": hits,
+        }  # fmt: skip
+        addresses = {name: array.ctypes.data for name, array in arrays.items()}
+        fields = (
+            self._fields | addresses | {"grid_count": len(grid), "room": len(hit_events), "most_steps": step_sizes.MAX_STEPS}
+        )
+        return Ending(self._engine.advance(*(fields[name] for name in LegMemory._fields)))

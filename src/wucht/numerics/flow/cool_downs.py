@@ -1,0 +1,54 @@
+"""Cool-downs: just after an event its function is rounding noise around zero, which must not count as another event."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from wucht.numerics.flow.events import Event
+
+Function = Callable[[Sequence[float], float, Sequence[float]], Sequence[float]]  # of state, time and constants
+
+_COOL_DOWN = 1e-9  # relative to the time
+_AT_BREAKPOINT = 1e-12
+
+
+class CoolDowns:
+    """The cool-downs of a run that has stopped at events: until when, and the sign that the event's function then takes.
+
+    by_event: (end, sign) by the index of the event.
+    """
+
+    def __init__(self, rates: Function, event_values: Function, events: Sequence[Event]) -> None:
+        self._rates, self._event_values, self._events = rates, event_values, events
+        self._constants: Sequence[float] = ()
+        self._event_constants: Sequence[float] = ()
+        self.by_event: dict[int, tuple[float, float]] = {}
+
+    def clear(self) -> None:
+        """Forget all: another part of the run begins."""
+        self.by_event.clear()
+
+    def start(self, time: float, state: np.ndarray, constants: Sequence[float], event_constants: Sequence[float]) -> None:
+        """Begin a leg at a place (n,). constants: of the programs.
+
+        Only those that have just happened: an earlier one may be about to happen again at this place. But the other end of a
+        segment that has just begun lies within rounding of zero: its sign is that towards which the argument moves.
+        """
+        self._constants, self._event_constants = constants, event_constants
+        if self.by_event:
+            values = self._event_values(state.tolist(), time, self._event_constants)
+            near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT}
+            recent = {i for i, (end, _) in self.by_event.items() if end >= time}
+            self.by_event = {i: self._cool_down(i, time, state) for i in near | recent}
+
+    def add(self, index: int, time: float, state: np.ndarray) -> None:
+        """Begin the cool-down of an event that has just stopped the run."""
+        self.by_event[index] = self._cool_down(index, time, state)
+
+    def _cool_down(self, index: int, time: float, state: np.ndarray) -> tuple[float, float]:
+        soon = _COOL_DOWN * max(1.0, abs(time))
+        later = state + soon * np.asarray(self._rates(state.tolist(), time, self._constants))
+        value = float(self._event_values(later.tolist(), time + soon, self._event_constants)[index])
+        return time + soon, float(np.sign(value))

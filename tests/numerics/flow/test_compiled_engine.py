@@ -1,0 +1,135 @@
+"""The engine compiled: its order, its numbers to the last bit, what is kept on disk, and the code as Python runs it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow.step_sizes import MAX_STEPS
+from wucht.system import TIME, System
+
+pytest.importorskip("llvmlite")
+
+from wucht.numerics.flow.compiled import stepper
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, TABLE
+
+x, v, k = sp.symbols("x v k", real=True)
+SPRING = System((x, v), (v, -k * x), (k,))
+
+
+def leg(grid: np.ndarray, most_steps: int = MAX_STEPS, tolerance: float = 1e-9) -> stepper.LegMemory:
+    """A leg of an oscillator from x = 1 at rest: it falls through 1/2, an event that passes, and stops at -1/2."""
+    n, width, m, room = 2, 4, 2, 8
+    return stepper.LegMemory(
+        lambda _t, y, c: np.array([y[1], -c[0] * y[0]]), lambda _t, y, _c: np.array([y[0] - 0.5, y[0] + 0.5]),
+        n, width, m, len(grid), room, most_steps, tolerance, np.zeros(n), np.array([1.0]), np.empty(0), TABLE,
+        np.array([-1, 0, 0, 1]), np.full(m, -np.inf), np.zeros(m), grid, np.zeros(1), np.array([1.0, 0.0, 0.0, 0.0]),
+        np.zeros(len(grid) * n), np.zeros(room, int), np.zeros(room * (n + 1)), np.zeros(ALL_STAGES * width),
+        np.zeros((DENSE_ROWS + 3) * width), np.zeros(width), np.zeros(width), np.zeros(width), np.zeros(width),
+        np.zeros(stepper.VALUE_ROWS * m), np.zeros(4, int),
+    )  # fmt: skip
+
+
+def test_python_runs_the_same_stepper() -> None:
+    """Interpreted, it takes the steps of the compiled one: its samples differ by rounding."""
+    grid = np.linspace(0.0, 3.0, 13)
+    by_python = leg(grid)
+    assert stepper.advance(by_python) == stepper.EVENT
+    events = (Event("half", x - sp.Rational(1, 2), -1), Event("there", x + sp.Rational(1, 2), terminal=True))
+    run = integrate(compile_system(SPRING, 1e-9, events, "compiled"), [1.0, 0.0], [1.0], grid)
+    samples = by_python.samples.reshape(-1, 2)[: by_python.counts[stepper.SAMPLE_COUNT]].T
+    assert np.abs(samples - run.states).max() < 1e-14
+    assert [h.time for h in run.hits] == pytest.approx([by_python.hits[0], by_python.clock[0]], abs=1e-14)
+    assert run.end_time == pytest.approx(2 * np.pi / 3, abs=1e-8)
+
+
+def test_the_error_of_one_step_is_of_order_nine() -> None:
+    """Of a step of size h the error is proportional to h^9: the slope of its logarithm, measured."""
+    sizes, errors = np.array([0.4, 0.6, 0.8, 1.2]), []
+    for size in sizes:
+        one = leg(np.array([0.0, size]), tolerance=1e6)
+        stepper.evaluate(one.rates, 0.0, one.state, one.constants, one.k, 0)
+        stepper._attempt(one, 0.0, size)
+        errors.append(abs(one.later[0] - np.cos(size)) + abs(one.later[1] + np.sin(size)))
+    assert 8.7 < np.polyfit(np.log(sizes), np.log(errors), 1)[0] < 9.6
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_the_same_run_has_the_same_bits(tolerance: float) -> None:
+    """Twice, and in parts that end where legs do."""
+    flow, grid = compile_system(SPRING, tolerance, engine="compiled"), np.linspace(0.0, 50.0, 2049)
+    once, again = (integrate(flow, [1.0, 0.0], [2.0], grid) for _ in range(2))
+    assert np.array_equal(once.states, again.states)
+    first = integrate(flow, [1.0, 0.0], [2.0], grid[:1025])
+    second = integrate(flow, first.end_state, [2.0], grid[1024:])
+    assert np.array_equal(first.join(second).states, once.states)
+
+
+def test_more_events_in_a_leg_than_there_was_room_for() -> None:
+    """Two thousand zeros between two samples."""
+    flow = compile_system(SPRING, events=(Event("zero", x),), engine="compiled")
+    run = integrate(flow, [0.0, 1.0], [1.0], np.array([0.0, 2000.5 * np.pi]))
+    assert [h.time for h in run.hits][-2000:] == pytest.approx(np.pi * np.arange(1, 2001), abs=1e-8)
+
+
+def test_an_event_function_that_dips_below_zero_within_a_part_of_a_step() -> None:
+    """t^2 - d^2 has the same sign at both ends of every step but one that ends between -d and d."""
+    clock = System((x,), (sp.S.One,))
+    for depth in (0.3, 0.1, 0.01):
+        flow = compile_system(clock, events=(Event("edge", TIME**2 - sp.Float(depth) ** 2),), engine="compiled")
+        run = integrate(flow, [0.0], [], np.array([-3.0, 3.0]))
+        assert [h.time for h in run.hits] == pytest.approx([-depth, depth], abs=1e-12)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3, 1e6, 1e9])
+def test_sines_and_cosines_are_those_of_the_library(size: float) -> None:
+    from wucht.numerics.flow.compiled_engine import CompiledEngine
+
+    system = System((x, v), (sp.sin(x), sp.cos(x)))
+    engine = compile_system(system, engine="compiled").engine
+    assert isinstance(engine, CompiledEngine)
+    for angle in np.random.default_rng(7).uniform(-size, size, 500):
+        sine, cosine = engine.rates([angle, 0.0], 0.0, [])
+        assert (sine, cosine) == pytest.approx((np.sin(angle), np.cos(angle)), abs=2.5e-16)
+
+
+CHILD = """
+import sys
+from time import perf_counter
+import sympy as sp
+from wucht.numerics.flow.compiled import machine_code
+from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.integration import integrate
+from wucht.system import System
+compiled, compile_object = [], machine_code.compiled_object
+def compiled_object(*arguments):
+    compiled.append(arguments[1])
+    return compile_object(*arguments)
+machine_code.compiled_object = compiled_object
+import wucht.numerics.flow.compiled_engine as engine
+engine.compiled_object = compiled_object
+x, v, k = sp.symbols("x v k", real=True)
+run = integrate(compile_system(System((x, v), (v, -k * x), (k,)), engine="compiled"), [1.0, 0.0], [1.0], [0.0, 1.0])
+print(len(compiled), run.states[:, -1].tobytes().hex(), "numba" in sys.modules)
+"""
+
+
+def test_a_second_process_compiles_nothing_and_gives_the_same_bits(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path))
+
+    def child() -> list[str]:
+        return subprocess.run([sys.executable, "-c", CHILD], capture_output=True, text=True, check=True).stdout.split()
+
+    first, second = child(), child()
+    assert (first[0], second[0]) == ("2", "0")
+    assert first[1:] == second[1:]
+    for path in tmp_path.rglob("*_file-*"):  # damaged files are not loaded
+        path.write_bytes(path.read_bytes()[:-1] + b"x")
+    assert child() == first
