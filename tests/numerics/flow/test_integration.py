@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from scipy.special import ellipj, ellipk
+from tests.numerics.conftest import COMPILED, HEYOKA
 from tests.refusals import failed
 
 from wucht.errors import RunError
@@ -89,18 +90,19 @@ FUNCTIONS = [
 
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=str)
-def test_functions_mean_the_same_to_heyoka_and_scipy(function):
+@pytest.mark.parametrize("other", [COMPILED, "scipy"])
+def test_functions_mean_the_same_to_heyoka_and_the_others(function, other):
     pytest.importorskip("heyoka")
     system, ends = System((x, y), (sp.S.One, function), (k,)), []
-    for engine in ("heyoka", "scipy"):
+    for engine in ("heyoka", other):
         ends.append(integrate(compile_system(system, engine=engine), [0.0, 0.0], [0.7], np.array([0.0, 0.9])).states[1, -1])
     assert ends[0] == pytest.approx(ends[1], rel=1e-11)
 
 
-def test_a_function_that_heyoka_lacks_names_the_way_out():
-    pytest.importorskip("heyoka")
+@pytest.mark.parametrize("lacking", [HEYOKA, COMPILED])
+def test_a_function_that_an_engine_lacks_names_the_way_out(lacking):
     with failed("no-function", "besselj"):
-        compile_system(System((x,), (sp.besselj(0, x),)), engine="heyoka")
+        compile_system(System((x,), (sp.besselj(0, x),)), engine=lacking)
 
 
 def test_quadratures_are_integrated_along(engine):
@@ -225,6 +227,7 @@ def test_times_must_be_numbers(engine):
         integrate(compile_system(PENDULUM, engine=engine), [1.0, 0.0], [], np.array([0.0, math.nan, 1.0]))
 
 
+@pytest.mark.parametrize("limited", [HEYOKA, COMPILED])
 @pytest.mark.parametrize(
     ("system", "start", "end", "says"),
     [
@@ -233,8 +236,8 @@ def test_times_must_be_numbers(engine):
         (System((x, v), (v, -1e9 * (v - sp.cos(x))), angles=frozenset({x})), [0.0, 1.0], 100.0, "The machine is stiff"),
     ],
 )
-def test_where_steps_run_out_it_says_whether_the_machine_is_stiff_or_the_run_only_long(system, start, end, says):
-    run = integrate(compile_system(system, engine="heyoka"), start, [], np.array([0.0, end]))
+def test_where_steps_run_out_it_says_whether_the_machine_is_stiff_or_the_run_only_long(system, start, end, says, limited):
+    run = integrate(compile_system(system, engine=limited), start, [], np.array([0.0, end]))
     if says is None:
         assert run.failure is None
     else:

@@ -10,10 +10,7 @@ from wucht.numerics.flow.integration import integrate
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_twice_and_paused_and_continued(engine: str) -> None:
-    if engine == "heyoka":
-        pytest.importorskip("heyoka")
     machine = load_machine("practice/angle-grinder")
     flow = compile_system(machine.system, engine=engine, tolerance=1e-10)
     initial, grid = initial_state(machine, {"b1": 0.1, "b2": 2.0}), np.linspace(0, 0.5, 3500)

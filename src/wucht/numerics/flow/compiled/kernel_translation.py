@@ -2,7 +2,7 @@
 
 The part: arguments of the types below, or records of them (``NamedTuple``), local variables that keep the type of their first
 value, arithmetic, comparisons, ``if``, ``while``, ``for`` over a ``range``, calls of each other. Python runs the same code on
-NumPy's arrays. Numba, which translates much more of Python, needed 26 s of processor time for the stepper, this one second.
+NumPy's arrays. Numba, which translates much more of Python, needed 26 s of processor time for the stepper, this half a second.
 """
 
 from __future__ import annotations
