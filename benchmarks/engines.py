@@ -1,7 +1,7 @@
 """Run-ups with verdict and Dataset by each engine: processor time of the first, of the next, and the ratios of these.
 
-Asked: compiled within 3 times heyoka's time, and at least 10 times faster than SciPy; the first below 5 s for R1. The first finds
-what an earlier process kept on disk: set WUCHT_CACHE_DIR to an empty folder to see it compile.
+Asked: compiled within 3 times heyoka's time, and at least 10 times faster than SciPy; the first below 5 s for R1. The first
+finds what an earlier process kept on disk: set WUCHT_CACHE_DIR to an empty folder to see it compile.
 """
 
 from __future__ import annotations

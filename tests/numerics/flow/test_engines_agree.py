@@ -1,4 +1,4 @@
-"""heyoka (Taylor), the compiled stepper and SciPy (Dormand-Prince) share no line below the Program: they agree over 50 turns."""
+"""heyoka (Taylor), the compiled stepper and SciPy (Dormand-Prince) share no line below the Program: 50 turns agree."""
 
 import math
 
