@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import sympy as sp
+from tests.numerics.conftest import COMPILED, HEYOKA
 
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
@@ -91,8 +92,9 @@ def test_what_is_compiled_is_hashable_and_cannot_be_changed(engine: str) -> None
         compiled.tolerance = 1.0  # type: ignore[misc]
 
 
-def test_an_integrator_is_lent_to_one_run_at_a_time_and_used_again() -> None:
-    engine = compile_system(SPRING, 1e-9, (PASSING,), "heyoka").engine
+@pytest.mark.parametrize("lender", [HEYOKA, COMPILED])
+def test_an_integrator_is_lent_to_one_run_at_a_time_and_used_again(lender: str) -> None:
+    engine = compile_system(SPRING, 1e-9, (PASSING,), lender).engine
     lent = [engine.lend() for _ in range(3)]
     assert len({id(i) for i in lent}) == 3
     for integrator in lent:
