@@ -54,10 +54,11 @@ def test_every_study_proposes_something_but_those_whose_answers_lead_to_no_other
 
 
 def test_outcomes_are_ones_that_there_are() -> None:
+    from wucht.dynamics.limit_sets.limit_set import MotionKind
     from wucht.dynamics.verdicts.outcomes import Outcome
 
     named = {o for study in studies().values() for question in study.spec.next_questions for o in question.outcomes}
-    assert named <= {outcome.value for outcome in Outcome}
+    assert named <= {outcome.value for outcome in (*Outcome, *MotionKind)}
 
 
 @pytest.mark.usefixtures("no_figures")

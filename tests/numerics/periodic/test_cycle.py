@@ -180,7 +180,7 @@ def test_a_connection_so_near_that_the_parameter_stays(
     monkeypatch.setattr(branch_ends, "_slow_places", lambda *_: [])
     monkeypatch.setattr(branch_ends, "_sizes", lambda *_: np.ones(2))
     monkeypatch.setattr(branch_ends, "_time_near", lambda orbit, *_: 4.0 + (gained / 2 if orbit is last else 0.0))
-    cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameter_names=("T", "p")))
+    cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameter_names=("T", "p")), bounds=(0.0, 1.0))
     orbits: Any = [first, last]
     end = branch_ends._unresolved_connection(cycles, np.array(values), np.array(periods), orbits)
     assert (end is not None) is ends

@@ -81,7 +81,13 @@ def test_the_wanted_probability_is_searched_for(monkeypatch: pytest.MonkeyPatch)
     sentence = f"with 95 % confidence at least 0.6 of the starts end as compensated or passed from u = {at[k]:.5g} on"
     assert report(result)[1] == f"verdict: {sentence}"
     lines = [text.get_text() for text in draw(result).axes[0].get_legend().get_texts()]  # type: ignore[union-attr]
-    assert lines == ["95 % confidence", "estimate", "of the search", "target: 0.6", f"reached at u = {at[k]:.4g}"]
+    assert lines == [
+        "95\N{NO-BREAK SPACE}% confidence",
+        "estimate",
+        "of the search",
+        "target: 0.6",
+        f"reached at u = {at[k]:.4g}",
+    ]
 
 
 def test_the_same_random_numbers_at_all_values(monkeypatch: pytest.MonkeyPatch) -> None:

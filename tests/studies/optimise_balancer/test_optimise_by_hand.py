@@ -399,4 +399,4 @@ def test_the_curve_shows_where_all_pass_and_when_small_deviations_have_decayed()
     assert axis.get_ylim() == pytest.approx((1 / 1.5, 6.0))
     assert (axis.get_xscale(), axis.get_yscale()) == ("log", "log")
     words = axis.xaxis.get_major_formatter()
-    assert [words(x, 0) for x in (0.002, 0.01, 0.5, 20.0)] == ["2e-3", "0.01", "0.5", "20"]
+    assert [words(x, 0) for x in (0.002, 0.01, 0.5, 20.0)] == ["2·10⁻³", "0.01", "0.5", "20"]
