@@ -305,5 +305,9 @@ def test_what_a_machine_in_a_comparison_cannot_be(study: Study) -> None:
         package.compare([machine, machine], {"drive.slop": 0.1})
     with refusals.refused("study.of", "wucht.Machine"):
         package.compare([machine, package.RunUp(until=1.0)])  # type: ignore[list-item]
+    with refusals.refused("study.set", "are a list", given=machine.title):
+        package.compare(machine, machine)  # type: ignore[arg-type]
+    with refusals.refused("study.vary", "values by their paths", given=["drive.slope"]):
+        package.compare(machine, {}, ["drive.slope"])  # type: ignore[arg-type]
     with refusals.refused("study.of", "1"):
         package.compare(machine)
