@@ -95,7 +95,7 @@ def _page(chapters: Sequence[Chapter], title: str) -> str:
     if title or len(chapters) > 1:
         body = f"<nav>\n<h1>{html_text(heading, 160)}</h1>\n{origin}\n{_contents(chapters)}\n</nav>\n{body}"
     else:
-        body = f"{body}\n{origin}"
+        body = f"{origin}\n{body}"  # above: below, it may be alone on a last sheet
     return page(heading, body)
 
 
