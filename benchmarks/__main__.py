@@ -1,14 +1,23 @@
-"""``python -m benchmarks``: all benchmarks, a table each."""
+"""``python -m benchmarks [NAME...]``: all benchmarks, or those named, a table each."""
 
 from __future__ import annotations
 
+import sys
+
 from benchmarks import build, cams, continuation, engines, ensembles, repeated, run_up, slow, start_up
+
+ALL = {
+    b.__name__.rpartition(".")[2]: b for b in (run_up, repeated, engines, ensembles, slow, cams, continuation, build, start_up)
+}
 
 
 def main() -> None:
-    for benchmark in (run_up, repeated, engines, ensembles, slow, cams, continuation, build, start_up):
-        print(f"\n{benchmark.__doc__.strip().splitlines()[0]}")
-        for label, value in benchmark.measure():
+    named = sys.argv[1:]
+    if unknown := [name for name in named if name not in ALL]:
+        sys.exit(f"benchmarks: there is no {unknown[0]!r}; known: {', '.join(ALL)}")
+    for name in named or ALL:
+        print(f"\n{ALL[name].__doc__.strip().splitlines()[0]}")
+        for label, value in ALL[name].measure():
             print(f"  {label:66} {value}")
 
 

@@ -38,16 +38,16 @@ def measure() -> Iterator[tuple[str, str]]:
 def _legs(motion: Motion, plan: Plan) -> None:
     model, watched = plan.cases[0].run.models[0], motion.integration
     leg = watched.begin(model.initial, model.parameter_values)
-    for grid, _, _ in plan.cases[0].run.horizon.legs():
-        leg = watched.leg(leg, grid)
+    for grid in plan.cases[0].run.horizon.legs():
+        leg = watched.leg(leg, grid.samples)
     watched.observation(leg)
 
 
 def _unwatched(motion: Motion, plan: Plan) -> None:
     model, horizon = plan.cases[0].run.models[0], plan.cases[0].run.horizon
     state, values = model.initial, model.parameter_values
-    for grid, _, _ in horizon.legs():
-        leg = integrate(motion.compiled_system, state, values, grid, None, horizon.energy)
+    for grid in horizon.legs():
+        leg = integrate(motion.compiled_system, state, values, grid.samples, None, horizon.energy)
         state, values = leg.end_state, leg.final_parameter_values
 
 

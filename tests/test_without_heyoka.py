@@ -4,11 +4,14 @@ import importlib.util
 import sys
 
 import pytest
+from tests import refusals
 
+from wucht.errors import WuchtError
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import available_engine, compile_system
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
+from wucht.studies.study_file import read_study
 
 
 def hide(monkeypatch: pytest.MonkeyPatch, *packages: str) -> None:
@@ -35,3 +38,12 @@ def test_a_run_up_without_heyoka(monkeypatch: pytest.MonkeyPatch, hidden: tuple[
     assert phases["p1"] == pytest.approx(4.327992, abs=1e-3)
     assert phases["p2"] == pytest.approx(1.955193, abs=1e-3)
     assert result.wucht.summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.parametrize(("engine", "package"), [("heyoka", "heyoka"), ("compiled", "llvmlite")])
+def test_an_engine_that_is_not_installed_is_refused(monkeypatch: pytest.MonkeyPatch, engine: str, package: str) -> None:
+    hide(monkeypatch, package)
+    with refusals.refused("study.engine", f"needs the package {package}, which is not installed", given=engine):
+        read_study("drozdetskaya-2020/r1", {"study.engine": engine})
+    with pytest.raises(WuchtError, match=f"needs the package {package}"):
+        compile_system(load_machine("drozdetskaya-2020/r1").system, engine=engine)

@@ -106,6 +106,12 @@ def available_engine() -> str:
     return next((engine for engine, package in _PACKAGES if find_spec(package)), "scipy")
 
 
+def missing_package(engine: str) -> str | None:
+    """Return the name of the package that an engine needs, if it is not installed."""
+    package = dict(_PACKAGES).get(engine)
+    return package if package is not None and find_spec(package) is None else None
+
+
 @lru_cache(maxsize=64)
 def compile_system(
     system: System, tolerance: float = DEFAULT_TOLERANCE, events: tuple[Event, ...] = (), engine: str | None = None
@@ -130,11 +136,13 @@ def compile_system(
     Raises
     ------
     WuchtError
-        For an unknown engine.
+        For an unknown engine, or one whose package is not installed.
     """
     chosen = engine or available_engine()
     if chosen not in ENGINES:
         raise WuchtError(f"unknown engine {chosen!r}; known: {', '.join(ENGINES)}", code="unknown-engine")
+    if (package := missing_package(chosen)) is not None:
+        raise WuchtError(f"the engine {chosen!r} needs the package {package}, which is not installed", code="unknown-engine")
     expressions = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
     expressions += [e for q in system.quadratures for e in (q.expression, q.jump)]
     segmentations = Segmentations.of([sp.sympify(e) for e in expressions])
