@@ -77,10 +77,10 @@ def read_comparison(
     vary: Mapping[str, Sequence[Any]] | None = None,
 ) -> StudyFile:
     """Build the question that compares several studies, without a study file: see ``compare``. Raises ``InputError``."""
-    for key, given in (("study.set", settings), ("study.vary", vary)):
-        if given is not None and not isinstance(given, Mapping):
+    for key, value in (("study.set", settings), ("study.vary", vary)):
+        if value is not None and not isinstance(value, Mapping):
             requirement = "must be values by their paths; several files or machines are a list: compare([first, second])"
-            raise InputError(key, getattr(given, "title", given), requirement)
+            raise InputError(key, getattr(value, "title", value), requirement)
     names, machines = list[str](), dict[str, Machine]()
     for one in of:
         if isinstance(one, Machine):
