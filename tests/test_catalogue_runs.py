@@ -196,16 +196,11 @@ def test_every_file_is_listed() -> None:
     assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *NO_ORBIT, *MAPS, *SEARCHES, *SWITCHABLE, *practice}) == names()
 
 
-# How many runs enclose a limit is decided by rounding.
-BY_ROUNDING = ("sperling-vibration/lock-limits",)
-
-
 def run_and_compare(name: str, settings: Mapping[str, Any] | None = None) -> xr.Dataset:
     """The result of a catalogue name, which is compared with all that is stated of it."""
     study = read_study(name, settings)
     result = run(study.spec, study.subject)
-    if name not in BY_ROUNDING:
-        stated.check(name, result)
+    stated.check(name, result)
     return result
 
 

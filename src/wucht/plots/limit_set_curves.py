@@ -34,7 +34,7 @@ def draw_limit_set(
     kind : str
         ``"equilibrium"``, ``"periodic"``, ``"quasi-periodic"`` or ``"chaotic"``.
     begin : pair of float
-        Where the turn begins in which density angle is drawn.
+        Where the turn begins in which each angle is drawn.
     **look
         Of the lines and points.
     """

@@ -67,14 +67,12 @@ def reported_quantities(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
         ("time", times), ("turned", [o.rotor_angle for o in orbits]), ("shown", [o.ordinate for o in orbits]),
         ("amplitude", [o.amplitude for o in orbits]),
     )}  # fmt: skip
-    name, of_machine = (
-        ordinate_name(plan),
-        [
-            Quantity("orbit_period_phi", [o.period_phi for o in orbits], f"period in the {_ANGLE}", "", "orbit"),
-            Quantity("orbit_turned", table["turned"], _ANGLE, "rad" if s.time else "", "orbit place"),
-            Quantity("orbit_amplitude", table["amplitude"], "amplitude of the axis", s.length, "orbit place"),
-        ],
-    )
+    name = ordinate_name(plan)
+    of_machine = [
+        Quantity("orbit_period_phi", [o.period_phi for o in orbits], f"period in the {_ANGLE}", "", "orbit"),
+        Quantity("orbit_turned", table["turned"], _ANGLE, "rad" if s.time else "", "orbit place"),
+        Quantity("orbit_amplitude", table["amplitude"], "amplitude of the axis", s.length, "orbit place"),
+    ]
     return [
         Quantity("orbit_value", [o.value for o in orbits], plan.along.full_name, plan.along.unit, "orbit"),
         Quantity("orbit_period", [o.period for o in orbits], "period", s.time, "orbit"),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _MOST_PANELS = 6
 _PANEL, _PLANE = 1.1, 2.6  # inches
 _MOST_TURNING_POINTS = 250  # of a curve that is drawn as a line
-_FEW_PERIODS, _FEWER_PERIODS = 40, 12  # of a motion that has settled, alone and beside others
+_FEW_PERIODS, _FEWER_PERIODS = 40, 12  # drawn of a motion that has settled: of one run, and of each of many
 _SETTLED_SHARE = 1.5  # times the settling time: until then a run is drawn
 _IRREGULAR = ("chaotic", "quasi-periodic")
 _MOST_NAMED = 14  # of many runs

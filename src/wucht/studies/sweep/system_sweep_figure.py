@@ -17,7 +17,7 @@ _MOST_PANELS = 4
 _PANEL = 1.9  # inches
 _WORDS = {"up": "maxima, rising", "down": "maxima, falling"}
 _SIZES, _SIZE_OF_ALL = (1.5, 5.0), 240.0  # points: of a marker, and of the markers of all values together
-_INNER = 0.6  # times as large: the markers of the way back, within the others
+_INNER = 0.6  # size of the markers of the falling sweep over that of the rising one, upon which they lie
 
 
 def system_sweep_figure(result: Any) -> Figure:

@@ -122,7 +122,7 @@ class _Translator:
             case ast.Break():
                 self.builder.branch(self.loops[-1][1])
             case _:
-                raise NotImplementedError(ast.unparse(statement))
+                raise TypeError(f"this statement is outside the part of Python that is translated: {ast.unparse(statement)}")
 
     def _branch(self, test: ast.expr, first: Callable[[], None], second: Callable[[], None]) -> None:
         blocks = [self.function.append_basic_block() for _ in range(3)]
@@ -214,7 +214,7 @@ class _Translator:
             case ast.Call(func=function, args=arguments):
                 values = [value for argument in arguments for value in self._argument_values(argument)]
                 return self._call(ast.unparse(function).removeprefix("math."), values)
-        raise NotImplementedError(ast.unparse(node))
+        raise TypeError(f"this expression is outside the part of Python that is translated: {ast.unparse(node)}")
 
     def _argument_values(self, node: ast.expr) -> list[Any]:
         """Return the value of an argument, of a record those of its fields."""

@@ -142,7 +142,7 @@ class _Printer:
         return self.memo[e]
 
     def _waves(self, x: Any) -> tuple[Any, Any]:
-        """Return sine and cosine of a value, to a unit of rounding, in as many instructions whatever it is."""
+        """Return sine and cosine of a value, to a unit in the last place, without a branch."""
         builder = self.builder
         quarters = self._intrinsic("llvm.rint", self._times(x, _real(2 / math.pi)))
         rest = x
