@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from wucht.cams.laws import synthesis
 from wucht.cams.laws.cone_programme import InfeasibleError
 from wucht.cams.laws.synthesis import Band, Cap, equiripple, maximally_flat, single_relaxations, synthesise
+from wucht.errors import RunError
 from wucht.numerics.fourier_series import FourierSeries
 
 TURN = 2 * math.pi
@@ -184,7 +186,22 @@ def test_where_more_than_one_must_give_way_there_is_no_way_out():
     assert single_relaxations(4, points) == ()
 
 
+def test_a_motion_that_the_solver_cannot_compute_is_not_called_infeasible(monkeypatch):
+    """A point that is met to rounding contradicts nothing: the error is the solver's."""
+    exchange = synthesis._solve_by_exchange
+
+    def without_dwell(count, restrictions, weights):
+        if any(r.name == "dwell" for r in restrictions):
+            raise RunError("no motion law could be computed")
+        return exchange(count, restrictions, weights)
+
+    monkeypatch.setattr(synthesis, "_solve_by_exchange", without_dwell)
+    with pytest.raises(RunError, match="no motion law could be computed"):
+        synthesise(7, [dwell(1.26), TOP])
+
+
 @settings(max_examples=25, deadline=None)
+@example(7, 1.261116602935225, 0.0, 1.0)  # with BLAS kernels for Haswell it was not computed
 @given(st.integers(3, 8), st.floats(1.2, 2.2), st.floats(-3, 3), st.floats(0.01, 100))
 def test_turning_and_scaling_the_task_turns_and_scales_the_motion(count, half, turned, scale):
     """Where the ripple is far above rounding."""

@@ -12,6 +12,7 @@ from wucht.errors import RunError
 
 REMEDY = "its restrictions leave hardly any admissible motion; widen them, or request fewer harmonics"
 _TOLERANCE = 1e-10  # of the interior point method, relative
+_ROUNDING, _MOST_REFINEMENTS = 1e-16, 50
 _VIOLATION = 1e-7  # of the bounds: restrictions may be violated by so much in a solution
 _LARGE = 0.1  # units: a widening of so many is exact enough; a smaller one is computed in a smaller unit
 _SMALLER = 1e-4  # times at most
@@ -105,6 +106,9 @@ def _interior_point(p: Programme, basis: np.ndarray, unit: float) -> tuple[np.nd
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
+    # The solver regularises its linear systems; refined to rounding, they are solved where a ripple is 1e-7 of the stroke.
+    settings.iterative_refinement_reltol = settings.iterative_refinement_abstol = _ROUNDING
+    settings.iterative_refinement_max_iter = _MOST_REFINEMENTS
     whole, right_side = np.vstack(blocks), np.concatenate(sides)
     result = clarabel.DefaultSolver(csc_matrix(np.triu(square)), linear, csc_matrix(whole), right_side, cones, settings).solve()
     if "Infeasible" in str(result.status):

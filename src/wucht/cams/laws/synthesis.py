@@ -177,9 +177,14 @@ def synthesise(
     except RunError:
         # Some contradictions leave the solver undecided: widened together by a small amount, restrictions have a motion.
         together = [replace(r, is_widened=True) for r in restrictions if not r.is_widened]
-        if together and _solve_by_exchange(count, together, None).widening > _VIOLATION * max(r.size for r in together):
+        if together and _solve_by_exchange(count, together, None).widening > _VIOLATION * _largest_bound(together):
             raise InfeasibleError from None
         raise
+
+
+def _largest_bound(restrictions: Sequence[Restriction]) -> float:
+    bounds = [limit for r in restrictions for limit in ((r.low, r.high) if isinstance(r, Band) else (r.size,))]
+    return max((abs(limit) for limit in bounds if math.isfinite(limit)), default=0.0)
 
 
 def _with_fewest_harmonics(count: int, restrictions: Sequence[Restriction]) -> Synthesis | None:
@@ -187,8 +192,7 @@ def _with_fewest_harmonics(count: int, restrictions: Sequence[Restriction]) -> S
 
     With more harmonics rounding would hide the widening, and some admissible motions oscillate strongly elsewhere.
     """
-    bounds = [limit for r in restrictions for limit in ((r.low, r.high) if isinstance(r, Band) else (r.size,))]
-    enough = _ENOUGH * max((abs(limit) for limit in bounds if math.isfinite(limit)), default=0.0)
+    enough = _ENOUGH * _largest_bound(restrictions)
 
     def attempt(trial_count: int) -> Synthesis | None:
         applicable = [r for r in restrictions if isinstance(r, Band) or r.harmonic <= trial_count]
