@@ -26,7 +26,6 @@ from wucht.dynamics.sampling.ensemble_equations import Variants, member_equation
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.ensembles.ensemble import compile_ensemble
 from wucht.numerics.flow.heyoka_engine import translation
 from wucht.numerics.flow.program import lower
 from wucht.studies.basin.computation import prepare
@@ -129,7 +128,7 @@ def _by_hand(case: Case, times: np.ndarray) -> Callable[[], object]:
     begun, _ = plan.starts(0, np.arange(case.cells**2))
     equations, variants = member_equations(plan.question, begun[:, 0]), Variants.from_values(case.machine, {}, begun.shape[1])
     system, starts = equations.system, equations.starts(begun, variants)
-    program, width = lower(system, system.derivatives), compile_ensemble(system, _TOLERANCE).width
+    program, width = lower(system, system.derivatives), 2 * hy.recommended_simd_size()
     variables, translate = translation(program)
     right = list(zip(variables, translate.program(program.lines, program.results), strict=True))
     original = hy.taylor_adaptive_batch(right, np.zeros((len(variables), width)), tol=_TOLERANCE)

@@ -373,7 +373,7 @@ def test_a_study_without_tiles() -> None:
 @pytest.mark.slow
 def test_a_map_of_basins_is_the_same(two: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the engine, tiles of a few cells, by two processes and by one."""
-    monkeypatch.setattr("wucht.studies.basin.computation._TILE", 30)
+    monkeypatch.setattr("wucht.studies.basin.computation._TILE", {"full": 30, "slow": 30})
     asked = read_study("drozdetskaya-2020/figure-5.10")
     axes = {name: (*ends, 10) for name, (*ends, _) in asked.spec.axes.items()}
     spec = asked.spec.model_copy(update={"axes": axes, "refine": 1})

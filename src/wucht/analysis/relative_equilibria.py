@@ -99,6 +99,14 @@ class RelativeEquilibria:
         pairs = [[row(s) for s in (c.position, c.velocity)] for c in turning.plane] or [[], []]
         return pairs[0], pairs[1], [row(c.position) for c in turning.angles[1:]], row(turning.angles[0].position)
 
+    @property
+    def frame_symbols(self) -> dict[sp.Symbol, sp.Expr]:
+        """What the symbols of the machine's equations are in the turning frame, where they are not the same: the main rotor's
+        angle is zero there, and gravity, if it is left out."""
+        turning, parameters = turning_of(self.machine.structure), set(self.system.parameters)
+        left_out = [p for p in self.machine.system.parameters if p not in parameters]
+        return {**turning.frame_symbols, **dict.fromkeys([turning.angles[0].position, *left_out], sp.S.Zero)}
+
     def to_turning_frame(self, states: np.ndarray) -> np.ndarray:
         """States (n-1,) or (n-1, N) in the turning frame, from those of the machine's equations (n,) or (n, N)."""
         x, y, angles, main = self._rows

@@ -1,4 +1,4 @@
-"""System -> its right-hand side together with the exact Jacobian, as one program, compiled by heyoka where that is installed.
+"""System -> its right-hand side together with the exact Jacobian, as one program in machine code.
 
 Forward differentiation through the System's definitions: each definition is differentiated once by each symbol in it
 (``p``), and the chain rule adds products of symbols (``d``), so that no expression grows: A. Griewank, A. Walther, "Evaluating
@@ -19,8 +19,9 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.flow.compiled_system import heyoka_function
+from wucht.numerics.flow.point_function import PointFunction, point_function
 from wucht.numerics.flow.program import Numbers, Program, lower
+from wucht.piecewise import PiecewiseCubic
 from wucht.system import System, needed_definitions
 
 
@@ -75,8 +76,10 @@ class Jacobian:
         return cls(system, tuple(parameter_names), lower(tangent_system, (*rates, *entries.values())), tuple(entries))
 
     @cached_property
-    def _heyoka_function(self) -> Any | None:
-        return heyoka_function(self.program)
+    def _machine_code(self) -> PointFunction | None:
+        """The program in machine code; None where it has piecewise functions."""
+        expressions = [*(e for _, e in self.program.lines), *self.program.results]
+        return None if any(e.has(PiecewiseCubic) for e in expressions) else point_function(self.program)
 
     @cached_property
     def _python_function(self) -> Callable[..., Any]:
@@ -103,13 +106,13 @@ class Jacobian:
         """
         x, constants = np.ascontiguousarray(states, float), self.program.constant_values(parameter_values)
         shape = x.shape[1:]  # empty for one state, as from ``values_at``
-        if self._heyoka_function is not None:
-            constant_columns = np.tile(constants[:, None], shape) if shape else constants
-            values = self._heyoka_function(x, pars=constant_columns, time=np.full(shape, time) if shape else time)
+        if self._machine_code is not None:
+            numbers = self._machine_code(x, constants, time)
         else:
             with np.errstate(all="ignore"):
                 values = self._python_function(tuple(x), time, constants)
-        n, numbers = len(self.system.states), np.array([np.broadcast_to(np.asarray(v, float), shape) for v in values])
+            numbers = np.array([np.broadcast_to(np.asarray(v, float), shape) for v in values])
+        n = len(self.system.states)
         numbers[~np.isfinite(numbers)] = np.nan
         whole = np.zeros((n, n + len(self.parameter_names), *shape))
         for (i, j), value in zip(self.places, numbers[n:], strict=True):
@@ -121,23 +124,14 @@ class Jacobian:
 
         Raises ``RunError`` where the equations cannot be evaluated at these parameters.
         """
-        n, function = len(self.system.states), self._heyoka_function
+        n, function = len(self.system.states), self._machine_code
         if function is None:
             return lambda x: self(x, parameter_values)[:2]
         constants = self.program.constant_values(parameter_values)
         flat = np.array([i * n + j for i, j in self.places], int)
 
-        @lru_cache(maxsize=4)
-        def repeat_constants(count: int) -> tuple[np.ndarray, np.ndarray]:
-            return np.repeat(constants[:, None], count, 1), np.zeros(count)
-
         def values(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            shape = x.shape[1:]
-            if shape:
-                constant_columns, time = repeat_constants(shape[0])
-                numbers = function(np.ascontiguousarray(x), pars=constant_columns, time=time)
-            else:
-                numbers = function(x, pars=constants, time=0.0)
+            shape, numbers = x.shape[1:], function(x, constants)
             matrix = np.zeros((n * n, *shape))
             matrix[flat] = numbers[n:]
             return numbers[:n], matrix.reshape(n, n, *shape)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 import sympy as sp
 
 from wucht.dynamics.sampling import attractors as module
-from wucht.dynamics.sampling.attractors import Attractor, _attractor, _motion, _starts
+from wucht.dynamics.sampling.attractors import Attractor, _attractor, _motion, _starts, _with_candidate
 from wucht.dynamics.sampling.ensemble_equations import embedded_states
 from wucht.files.building import machine_from
 
@@ -83,6 +84,36 @@ def test_near_in_all_of_its_states() -> None:
     assert attractor().is_near(at).tolist() == [True, False]
 
 
+def test_the_same_modulation_is_one_attractor_with_the_points_of_both() -> None:
+    one = attractor()
+    again = replace(one, points=one.points[:40] * 1.5, reach=3 * one.reach, low=one.low - 1e-3, square=one.square + 1.0)
+    (merged,) = _with_candidate([one], again)
+    assert merged.points.shape == (len(one.points) + 40, one.points.shape[1])
+    assert (merged.reach, merged.low, merged.high, merged.square) == (again.reach, again.low, one.high, again.square)
+    assert merged.is_near(one.embedded_points).all() and merged.is_near(again.embedded_points).all()
+
+
+def far(one: Attractor) -> Attractor:
+    """Points elsewhere."""
+    return replace(one, points=one.points + 5.0)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_how_much_modulations_may_differ_to_be_the_same(share: float) -> None:
+    """By 1 % of the period, and of the range of the speed."""
+    one = attractor()
+    width, is_same = one.high - one.low, share < 1
+    for changes in ({"period": one.period * (1 + 0.01 * share)}, {"low": one.low - 0.01 * share * width}):
+        candidate = replace(far(one), **changes)
+        assert one.has_modulation_of(candidate) == is_same
+        assert len(_with_candidate([one], candidate)) == (1 if is_same else 2)
+    for changes in ({"sense": -one.sense}, {"outcome": one.outcome + 1}):
+        assert len(_with_candidate([one], replace(far(one), **changes))) == 2
+    steady = replace(one, period=0.0)
+    assert len(_with_candidate([steady], far(steady))) == 2
+    assert len(_with_candidate([steady], replace(steady, square=9.0))) == 1, "it is near in all of its points"
+
+
 def test_starts_are_spread_evenly_about_the_rotor() -> None:
     rotor = {"kind": "rotor", "name": "d", "mass": 1.0, "unbalance": 1e-3, "inertia": 1e-2}
     ball = {"kind": "pendulum", "about": "d", "mass": 0.05, "length": 0.1, "damping": 0.01}
@@ -107,7 +138,7 @@ def test_a_motion_that_breaks_off_is_none(stops: dict[int, str]) -> None:
     def lanes() -> Any:
         def advance(states: np.ndarray, numbers: Any, grid: np.ndarray, report: Any) -> Any:
             grids.append(grid)
-            return SimpleNamespace(stops=stops, samples="samples")
+            return SimpleNamespace(stops=stops, chunk="samples")
 
         yield SimpleNamespace(numbers=lambda parameters: (parameters, None), advance=advance)
 

@@ -167,12 +167,10 @@ def test_why_members_are_run_up_one_by_one_is_said(changed: dict[str, Any], mode
 
 
 @pytest.mark.parametrize("changed", [{}, {"drive": SERIES, "load": {"kind": "viscous", "coefficient": 0.02}}])
-def test_a_machine_of_smooth_laws_is_integrated_in_batches(changed: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """A series motor too; but not without heyoka."""
+def test_a_machine_of_smooth_laws_is_integrated_in_batches(changed: dict[str, Any]) -> None:
+    """A series motor too."""
     question = EnsembleQuestion(machine_from(SMOOTH | changed))
     assert integration_note(question) == "members are integrated in batches"
-    monkeypatch.setattr(ensemble_run, "available_engine", lambda: "scipy")
-    assert integration_note(question) == "members are integrated one by one, which is slower: the engine scipy has no batches"
 
 
 def test_exciters_at_the_resonance_have_the_label_of_their_run_up() -> None:

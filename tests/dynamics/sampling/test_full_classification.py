@@ -18,7 +18,7 @@ from wucht.dynamics.sampling.full_classification import (
 )
 from wucht.dynamics.sampling.screening_observer import DoublingSchedule
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.numerics.ensembles.members import Pace, Status
+from wucht.numerics.ensembles.members import Chunk, Pace, Status
 
 
 def horizon(monkeypatch: pytest.MonkeyPatch, free: dict[str, float | None], starts: list[float]) -> Any:
@@ -94,6 +94,6 @@ def test_each_member_is_judged_as_a_motion_of_its_machine(monkeypatch: pytest.Mo
     observer = ClassifyingObserver(models, np.array([0, 1, 0, 1]), 1.0, None, Pace(2.0, 4, 2.0), True)  # type: ignore[arg-type]
     numbers, none = np.array([3, 0]), np.full(2, np.nan)
     record = ObserverState(numbers, np.array(["three", "zero"], object), np.zeros(2, np.int8), none)
-    later, has_ended = observer.update(record, np.array([1.0, 2.0]), np.zeros((2, 1, 2)))
+    later, has_ended = observer.update(record, Chunk(np.array([1.0, 2.0]), np.zeros((2, 1, 2)), np.zeros((0, 2))))
     assert [OUTCOMES[k] for k in later.outcome] == [Outcome.STOPPED, Outcome.COMPENSATED]
     assert later.settling.tolist() == pytest.approx([np.nan, 4.0], nan_ok=True) and has_ended.tolist() == [True, False]

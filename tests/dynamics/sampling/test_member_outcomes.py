@@ -17,7 +17,6 @@ from wucht.dynamics.sampling.screening_observer import (
     SAMPLES,
     _arrival,
     _extend_course,
-    _peaks,
     _settling_time,
 )
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Outcome
@@ -172,16 +171,3 @@ def test_a_course_in_half_as_many_parts_has_the_extremes_of_two() -> None:
     assert [row[:2, 0].tolist() for row in longer] == [[0.0, 2.0], [1.0, 3.0], [0.0, 20.0], [10.0, 30.0]]
     assert [row[:2, 1].tolist() for row in longer] == [[-1.0, -3.0], [0.0, -2.0], [-10.0, -30.0], [0.0, -20.0]]
     assert [row[SAMPLES:].tolist() for row in longer] == [new.tolist()] * 2 + [(2 * new).tolist()] * 2
-
-
-@pytest.mark.parametrize("periods", [1.0, 2.0])
-def test_peaks_between_samples_that_resolve_them(periods: float) -> None:
-    """A wave of 8 or 16 samples has its peaks between them; one of two samples a period is taken at its samples."""
-    time = np.arange(33.0)[:, None]
-    rate = 2 * math.pi * periods / 16
-    wave, slope = np.cos(rate * (time - 8.5)), -rate * np.sin(rate * (time - 8.5))
-    assert _peaks(time, wave, slope, 16) == pytest.approx([1.0], abs=2e-3)
-    assert wave.max() < 0.99
-    fast = math.pi * 0.99
-    coarse, steep = np.cos(fast * time + 0.3), -fast * np.sin(fast * time + 0.3)
-    assert _peaks(time, coarse, steep, 16) == pytest.approx(coarse.max(axis=0))

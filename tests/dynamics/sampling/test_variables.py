@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.sampling import searches
-from wucht.dynamics.sampling.member_views import SlowView, member_residual_unbalance
 from wucht.dynamics.sampling.searches import Variable, values_at
 
 
@@ -44,32 +43,3 @@ def test_the_inertia_of_a_pendulum_follows_its_mass_and_the_square_of_its_length
     assert inertia(q_length=1.5) == {"q.inertia": pytest.approx(3.6)}
     assert inertia(p_mass=1.0, p_length=1.0) == {"p.inertia": pytest.approx(0.8)}
     assert inertia(p_mass=1.0, p_inertia=0.7) == {"p.inertia": 0.7}
-
-
-def test_the_residual_unbalance_of_members() -> None:
-    """Of two variants, whose unbalances have directions of their own: |u + u1 e^(i a1) + u2 e^(i a2)|."""
-    weights = np.array([[1.0 + 0.5j, 0.25 - 0.75j, -0.5 + 0.25j], [2.0, 1j, 0.125]])
-    of, rng = member_residual_unbalance(weights), np.random.default_rng(1)
-    phases, variants = rng.uniform(-4.0, 4.0, (2, 5, 3)), np.array([1, 0, 1])
-    expected = np.abs(weights[variants, 0] + (weights[variants, 1:].T[:, None] * np.exp(1j * phases)).sum(axis=0))
-    assert of(phases, variants)[0] == pytest.approx(expected)
-
-
-@pytest.mark.parametrize("sense", [1, -1])
-def test_the_averaged_view_of_members(sense: int) -> None:
-    """The amplitude is x^2 + 3, of a state that grows by 5 each second; the phase is the second state."""
-
-    def rates(states: np.ndarray, _: np.ndarray) -> np.ndarray:
-        return np.array([5 + 0 * states[0], 0 * states[1]])
-
-    def outputs(states: np.ndarray, _: np.ndarray) -> np.ndarray:
-        return np.array([40 + states[0], states[0] ** 2 + 3])
-
-    samples = np.array([[[1.0, 2.0], [0.25, -0.5]]])
-    view = SlowView(sense, (1,), rates, outputs)  # type: ignore[arg-type]
-    found = view.view(samples, np.zeros(2, int))
-    assert found.speed == pytest.approx(sense * np.array([[41.0, 42.0]])) and found.rate is None
-    assert found.phases == pytest.approx(sense * np.array([[[0.25, -0.5]]]))
-    assert found.square == pytest.approx(np.array([[16.0, 49.0]]))
-    expected = 2 * np.array([4.0, 7.0]) * 2 * np.array([1.0, 2.0]) * 5
-    assert view.rate(samples, np.zeros(2, int)) == pytest.approx(expected[None], rel=1e-6)

@@ -16,10 +16,9 @@ from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
-from wucht.numerics.ensembles.members import EnsembleResult, Members, Pace, Status
+from wucht.numerics.ensembles.members import Chunk, EnsembleResult, Members, Pace, Status
 from wucht.system import System
 
-pytest.importorskip("heyoka")
 PACE = Pace(250.0, 25, 5000.0)
 
 
@@ -40,8 +39,8 @@ class Balanced:
     def begin(self, members: Members) -> Left:
         return Left(np.full(len(members), np.inf))
 
-    def update(self, record: Left, times: np.ndarray, samples: np.ndarray) -> tuple[Left, np.ndarray]:
-        bodies = sum(np.exp(1j * samples[:, row]) for row in self.rows)
+    def update(self, record: Left, chunk: Chunk) -> tuple[Left, np.ndarray]:
+        bodies = sum(np.exp(1j * chunk.samples[:, row]) for row in self.rows)
         share = (np.abs(self.s + bodies) / self.s).max(axis=0)
         return Left(share), share < 0.01
 

@@ -19,14 +19,15 @@ from tests.refusals import rejected
 
 from wucht.errors import RunError
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble, tiles
-from wucht.numerics.ensembles.members import EnsembleResult, Members, Pace, Status
+from wucht.numerics.ensembles.members import Chunk, EnsembleResult, Members, Pace, Status
 from wucht.numerics.ensembles.tile import Tile
+from wucht.numerics.flow.compiled_batch import Quantities
 from wucht.numerics.flow.events import Event
 from wucht.piecewise import PiecewiseCubic, interpolated_pieces
 from wucht.system import TIME, Output, System
 
 needs_heyoka = pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed")
-WAYS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
+WAYS = ["compiled", "scipy"]
 
 x, v, w, d, q = sp.symbols("x v w d q", real=True)
 # A damped pendulum that is pushed; with q it runs away.
@@ -59,7 +60,8 @@ class Watch:
         zero = np.zeros(len(members))
         return Seen(np.abs(members.starts[:, 0]), np.cos(members.starts.T), zero, members.parameter_values[:, 0])
 
-    def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+    def update(self, record: Seen, chunk: Chunk) -> tuple[Seen, np.ndarray]:
+        samples = chunk.samples
         top = np.maximum(record.top, np.abs(samples[:, 0]).max(axis=0))
         total = record.total + np.cos(samples).sum(axis=0) + np.sin(samples[:, 0]).sum(axis=0)
         settled = np.abs(samples).max(axis=(0, 1)) < self.below
@@ -87,7 +89,7 @@ def settling(count: int = 203) -> tuple[Members, Callable[..., EnsembleResult[Se
     members = drawn(count)
     starts, parameters = members.starts.copy(), members.parameter_values.copy()
     starts[count // 2], parameters[count // 2] = [2.0, 0.0], [0.0, 0.0, 3.0]
-    compiled = compile_ensemble(PENDULUM, 1e-9, engine="heyoka")
+    compiled = compile_ensemble(PENDULUM, 1e-9)
 
     def run(of: Members, size: int, threads: int) -> EnsembleResult[Seen]:
         found = tiles(compiled, of, Watch(0.06), PACE, size, threads)
@@ -99,11 +101,11 @@ def settling(count: int = 203) -> tuple[Members, Callable[..., EnsembleResult[Se
 @pytest.mark.parametrize("engine", WAYS)
 def test_decay_in_closed_form(engine: str) -> None:
     """x = exp(-w t): times of settling, ends and records of members with rates of their own."""
-    count = 30 if engine == "heyoka" else 6
+    count = 30 if engine == "compiled" else 6
     rates, tolerance = np.linspace(0.1, 2.0, count), 1e-10
     members = Members.of(np.ones((count, 1)), rates[:, None])
     compiled = compile_ensemble(DECAY, tolerance, engine=engine)
-    assert compiled.is_batched == (engine == "heyoka")
+    assert compiled.is_batched == (engine == "compiled")
     ends = run_ensemble(compiled, members, Watch(0.1), Pace(1.0, 4, 10.0), threads=2)
     # A chunk that begins at k is below 0.1 from its first sample on: exp(-w (k + 1/4)) < 0.1.
     chunks = np.ceil(np.log(10) / rates - 0.25) + 1
@@ -134,15 +136,14 @@ def test_chunks_of_another_pace(engine: str) -> None:
     assert ends.states[:, 0] == pytest.approx(np.exp(-rates[:, 0] * ends.times), abs=1e-9)
 
 
-@needs_heyoka
-@pytest.mark.parametrize("engine", ["scipy", "heyoka"])
+@pytest.mark.parametrize("engine", ["scipy", "compiled", pytest.param("heyoka", marks=needs_heyoka)])
 def test_one_by_one_gives_the_same(engine: str) -> None:
-    """With a right-hand side that depends on time. heyoka goes one by one where an event is watched."""
-    members, events = drawn(5), (Event("middle", x, +1),) if engine == "heyoka" else ()
+    """With a right-hand side that depends on time. The engine compiled goes one by one where an event is watched."""
+    members, events = drawn(5), (Event("middle", x, +1),) if engine == "compiled" else ()
     batched, single = compile_ensemble(PENDULUM, 1e-11), compile_ensemble(PENDULUM, 1e-11, events, engine)
     assert batched.is_batched
     assert not single.is_batched
-    assert ("middle" if events else "scipy") in single.batching_obstacle
+    assert ("middle" if events else engine) in single.batching_obstacle
     a, b = (run_ensemble(c, members, Watch(0.1), PACE, 2) for c in (batched, single))
     assert a.times.tolist() == b.times.tolist()
     assert len(set(a.times)) > 1
@@ -151,7 +152,6 @@ def test_one_by_one_gives_the_same(engine: str) -> None:
     assert np.abs(a.record.top - b.record.top).max() < 1e-9
 
 
-@needs_heyoka
 def test_bits_do_not_depend_on_tiles_or_threads() -> None:
     members, run = settling()
     first = run(members, 512, 1)
@@ -163,7 +163,6 @@ def test_bits_do_not_depend_on_tiles_or_threads() -> None:
     assert same(whole, first)
 
 
-@needs_heyoka
 def test_bits_do_not_depend_on_the_order() -> None:
     members, run = settling()
     order = np.random.default_rng(4).permutation(len(members))
@@ -174,7 +173,6 @@ def test_bits_do_not_depend_on_the_order() -> None:
     assert {int(order[i]): s for i, s in mixed.sentences.items()} == first.sentences
 
 
-@needs_heyoka
 def test_one_that_runs_away_is_told_and_the_others_do_not_feel_it() -> None:
     members, run = settling(40)
     ends, clean = run(members, 40, 1), run(drawn(40), 40, 1)
@@ -191,7 +189,6 @@ def test_one_that_runs_away_is_told_and_the_others_do_not_feel_it() -> None:
     assert np.array_equal(ends.record.total[:, others], clean.record.total[:, others])
 
 
-@needs_heyoka
 def test_one_that_runs_away_ends_where_it_was_sampled_last() -> None:
     """x' = x^2: x = 1/(1/x(0) - t). Sampled each quarter: before 5.1 at 5, before 1.6 at 1.5, before 0.2 at the start alone."""
     poles = np.array([5.1, 1.6, 0.2])
@@ -234,7 +231,9 @@ def test_events_and_piecewise_functions_go_one_by_one(engine: str) -> None:
     assert ends.states[2:, 0] == pytest.approx([3.4, 3.4], rel=1e-8)
     assert ends.record.count.tolist() == [2, 2, 1, 1]
     alone = compile_ensemble(system, 1e-10, (), engine)
-    assert "piecewise" in alone.batching_obstacle or engine != "heyoka"
+    assert ("piecewise" if engine == "compiled" else engine) in alone.batching_obstacle
+    with rejected("one-by-one", alone.batching_obstacle):
+        compile_ensemble(system, 1e-10, (), engine, Quantities((x,)))
 
 
 def test_tiles_that_are_wanted() -> None:
@@ -267,10 +266,10 @@ class Slow(Watch):
 
     asked: list[int] | None = None
 
-    def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
-        self.asked.append(samples.shape[-1])
+    def update(self, record: Seen, chunk: Chunk) -> tuple[Seen, np.ndarray]:
+        self.asked.append(chunk.samples.shape[-1])
         time.sleep(0.02)
-        return super().update(record, times, samples)
+        return super().update(record, chunk)
 
 
 def test_an_interrupt_stops_all_threads_and_loses_no_tile() -> None:
@@ -297,10 +296,10 @@ def test_ctrl_c_while_the_threads_work() -> None:
     """A signal to the main thread, sent by a thread at work."""
 
     class Interrupting(Slow):
-        def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+        def update(self, record: Seen, chunk: Chunk) -> tuple[Seen, np.ndarray]:
             if len(self.asked) == 9:
                 signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-            return super().update(record, times, samples)
+            return super().update(record, chunk)
 
     members, asked, kept = Members.of(np.ones((1000, 1)), [0.1]), list[int](), list[Tile[Seen]]()
     compiled = compile_ensemble(DECAY, 1e-8)
@@ -320,11 +319,11 @@ def test_reports_rise_to_one() -> None:
 
 def test_an_error_of_the_observer_comes_out() -> None:
     class Wrong(Watch):
-        def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+        def update(self, record: Seen, chunk: Chunk) -> tuple[Seen, np.ndarray]:
             raise ZeroDivisionError
 
     class Unsaid(Watch):
-        def update(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+        def update(self, record: Seen, chunk: Chunk) -> tuple[Seen, np.ndarray]:
             return record, np.array(False)
 
     members = Members.of(np.ones((40, 1)), [0.1])
@@ -343,7 +342,6 @@ def test_threads_stay_for_the_next_ensemble() -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka
 def test_memory_does_not_grow_with_the_count() -> None:
     """20,000 members, made tile by tile and let go: few tiles live at once, and less memory than a third of all samples."""
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from wucht.errors import RunError
-from wucht.numerics.ensembles.members import Members, Pace, Status
+from wucht.numerics.ensembles.members import Chunk, Members, Pace, Status
 from wucht.numerics.ensembles.tile import ChunkResult, Stop, run_tile
 
 
@@ -36,7 +36,8 @@ class Adding:
         self.lanes.append(numbers[0].tolist())
         samples = states[None] + (times[1:] - times[0])[:, None, None] * numbers
         ended = {i: self.stops[float(times[-1]), n] for i, n in enumerate(numbers[0]) if (float(times[-1]), n) in self.stops}
-        return ChunkResult(samples, samples[-1], numbers, ended)
+        chunk = Chunk(times[1:], samples, -samples[-1])
+        return ChunkResult(chunk, samples[-1], numbers, ended)
 
 
 class Observing:
@@ -48,8 +49,10 @@ class Observing:
     def begin(self, members: Members) -> Watched:
         return Watched(members.parameter_values[:, 0].copy(), np.zeros(len(members)))
 
-    def update(self, record: Watched, times: np.ndarray, samples: np.ndarray) -> tuple[Watched, np.ndarray]:
+    def update(self, record: Watched, chunk: Chunk) -> tuple[Watched, np.ndarray]:
+        times, samples = chunk.times, chunk.samples
         self.counts.append(samples.shape[-1])
+        assert np.array_equal(chunk.peaks, -samples[-1])
         assert samples.shape[:2] == (3, 1) and len(times) == 3 and len(record.number) == samples.shape[-1]
         assert samples[0, 0] == pytest.approx(times[0] * record.number)
         return Watched(record.number, record.chunks + 1), samples[-1, 0] > 10
@@ -104,6 +107,6 @@ def test_a_start_that_is_not_finite_fails_at_once() -> None:
 
 
 def test_an_observer_decides_for_each_member(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Observing, "update", lambda _, record, times, samples: (record, np.zeros(3, bool)))
+    monkeypatch.setattr(Observing, "update", lambda _, record, chunk: (record, np.zeros(3, bool)))
     with pytest.raises(RunError, match="for each of 2 members"):
         run([1.0, 2.0])

@@ -17,23 +17,23 @@ from wucht.system import TIME, System
 
 pytest.importorskip("llvmlite")
 
-from wucht.numerics.flow.compiled import stepper
+from wucht.numerics.flow.compiled import leg_stepper
 from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, TABLE
 
 x, v, k = sp.symbols("x v k", real=True)
 SPRING = System((x, v), (v, -k * x), (k,))
 
 
-def leg(grid: np.ndarray, most_steps: int = MAX_STEPS, tolerance: float = 1e-9) -> stepper.LegMemory:
+def leg(grid: np.ndarray, most_steps: int = MAX_STEPS, tolerance: float = 1e-9) -> leg_stepper.LegMemory:
     """A leg of an oscillator from x = 1 at rest: it falls through 1/2, an event that passes, and stops at -1/2."""
     n, width, m, room = 2, 4, 2, 8
-    return stepper.LegMemory(
+    return leg_stepper.LegMemory(
         lambda _t, y, c: np.array([y[1], -c[0] * y[0]]), lambda _t, y, _c: np.array([y[0] - 0.5, y[0] + 0.5]),
         n, width, m, len(grid), room, most_steps, tolerance, np.zeros(n), np.array([1.0]), np.empty(0), TABLE,
         np.array([-1, 0, 0, 1]), np.full(m, -np.inf), np.zeros(m), grid, np.zeros(1), np.array([1.0, 0.0, 0.0, 0.0]),
         np.zeros(len(grid) * n), np.zeros(room, int), np.zeros(room * (n + 1)), np.zeros(ALL_STAGES * width),
         np.zeros((DENSE_ROWS + 3) * width), np.zeros(width), np.zeros(width), np.zeros(width), np.zeros(width),
-        np.zeros(stepper.VALUE_ROWS * m), np.zeros(4, int),
+        np.zeros(leg_stepper.VALUE_ROWS * m), np.zeros(4, int),
     )  # fmt: skip
 
 
@@ -41,10 +41,10 @@ def test_python_runs_the_same_stepper() -> None:
     """Interpreted, it takes the steps of the compiled one: its samples differ by rounding."""
     grid = np.linspace(0.0, 3.0, 13)
     by_python = leg(grid)
-    assert stepper.advance(by_python) == stepper.EVENT
+    assert leg_stepper.advance(by_python) == leg_stepper.EVENT
     events = (Event("half", x - sp.Rational(1, 2), -1), Event("there", x + sp.Rational(1, 2), terminal=True))
     run = integrate(compile_system(SPRING, 1e-9, events, "compiled"), [1.0, 0.0], [1.0], grid)
-    samples = by_python.samples.reshape(-1, 2)[: by_python.counts[stepper.SAMPLE_COUNT]].T
+    samples = by_python.samples.reshape(-1, 2)[: by_python.counts[leg_stepper.SAMPLE_COUNT]].T
     assert np.abs(samples - run.states).max() < 1e-14
     assert [h.time for h in run.hits] == pytest.approx([by_python.hits[0], by_python.clock[0]], abs=1e-14)
     assert run.end_time == pytest.approx(2 * np.pi / 3, abs=1e-8)
@@ -55,8 +55,8 @@ def test_the_error_of_one_step_is_of_order_nine() -> None:
     sizes, errors = np.array([0.4, 0.6, 0.8, 1.2]), []
     for size in sizes:
         one = leg(np.array([0.0, size]), tolerance=1e6)
-        stepper.evaluate(one.rates, 0.0, one.state, one.constants, one.k, 0)
-        stepper._attempt(one, 0.0, size)
+        leg_stepper.evaluate(one.rates, 0.0, one.state, one.constants, one.k, 0)
+        leg_stepper._attempt(one, 0.0, size)
         errors.append(abs(one.later[0] - np.cos(size)) + abs(one.later[1] + np.sin(size)))
     assert 8.7 < np.polyfit(np.log(sizes), np.log(errors), 1)[0] < 9.6
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht.numerics.flow.compiled_batch import compile_batch
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.heyoka_batch import compile_batch
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import lower
 from wucht.numerics.flow.step_sizes import LONG, STIFF, UNKNOWN, advice, tanh_arguments
@@ -62,12 +62,10 @@ def test_two_passages_within_what_would_be_one_step(engine):
 
 
 def test_in_batches_each_as_if_it_were_alone():
-    pytest.importorskip("heyoka")
-    program, widths = lower(PASSING, PASSING.derivatives), np.array([*WIDTHS, *WIDTHS[::-1]])
-    integrator = compile_batch(PASSING, 1e-6).lend()
-    constants = np.array([program.constant_values([w, 1.0]) for w in widths]).T
+    batch, widths = compile_batch(PASSING, 1e-6), np.array([*WIDTHS, *WIDTHS[::-1]])
+    constants = np.array([batch.constant_values([w, 1.0]) for w in widths]).T
     starts = np.tile([[1.0], [0.0], [1e4]], len(widths))
-    got = integrator.advance(starts, constants, np.linspace(0.0, 3.0, 4)).states[1]
+    got = batch.lend().advance(starts, constants, np.linspace(0.0, 3.0, 4)).states[1]
     assert got == pytest.approx([passed(w) for w in widths], abs=1e-3)
     assert (got == got[::-1]).all()
 

@@ -84,7 +84,7 @@ def test_stopped_before_the_first_tile(tmp_path: Path, starts: list[bytes]) -> N
 
 def test_tiles_do_not_matter(monkeypatch: pytest.MonkeyPatch, starts: list[bytes]) -> None:
     whole = ask(QUESTION, MACHINE)
-    monkeypatch.setattr(running, "_TILE", 33)
+    monkeypatch.setattr(running, "_TILE", {"slow": 33})
     assert_same(whole, ask(QUESTION, MACHINE))
 
 
@@ -101,7 +101,8 @@ known = engine(spiral)
 def slowly(*given):
     time.sleep(0.05)
     return known(*given[:3])
-running.outcomes_of, running._TILE, memory._EVERY_S, runner._SAVE_EVERY_S = lambda *a, report: slowly(*a), 20, 0.0, 0.1
+running.outcomes_of, memory._EVERY_S, runner._SAVE_EVERY_S = lambda *a, report: slowly(*a), 0.0, 0.1
+running._TILE = {"slow": 20}
 runner.run(Basin(axes=TURN, model="slow", refine=1), MACHINE, folder=Path(sys.argv[2]))
 """
 
@@ -134,6 +135,6 @@ def test_killed_and_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         return known(question, states, values, report)
 
     monkeypatch.setattr(running, "outcomes_of", counted)
-    monkeypatch.setattr(running, "_TILE", 20)
+    monkeypatch.setattr(running, "_TILE", {"slow": 20})
     assert_same(whole, ask(question, MACHINE, folder=tmp_path, resume=True))
     assert 0 < sum(members) < whole.wucht.summary["runs"]

@@ -22,7 +22,7 @@ from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble
-from wucht.numerics.ensembles.members import Members, Pace, Status
+from wucht.numerics.ensembles.members import Chunk, Members, Pace, Status
 
 NOT_SETTLED, DIVERGES, FAILED = -1, -2, -3  # members that tend to no known set
 _SURVEY = 6  # starts that are followed alone first
@@ -169,8 +169,9 @@ class _SetObserver:
         """See ``Observer``."""
         return _Nearness(np.full(len(members), NOT_SETTLED), np.zeros(len(members), int))
 
-    def update(self, record: _Nearness, times: np.ndarray, samples: np.ndarray) -> tuple[_Nearness, np.ndarray]:
+    def update(self, record: _Nearness, chunk: Chunk) -> tuple[_Nearness, np.ndarray]:
         """See ``Observer``."""
+        times, samples = chunk.times, chunk.samples
         states = np.moveaxis(samples, 1, 0)
         nearest = np.full(samples.shape[-1], NOT_SETTLED)
         settles = np.zeros(samples.shape[-1], bool)

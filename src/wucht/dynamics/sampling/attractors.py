@@ -15,7 +15,7 @@ import numpy as np
 
 from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, embedded_states, parameters_of
+from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, embedded_states
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.dynamics.sampling.full_classification import observe_members
 from wucht.dynamics.verdicts.observation import Observation
@@ -24,7 +24,7 @@ from wucht.dynamics.verdicts.verdict import judge
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.ensemble import CompiledEnsemble, compile_ensemble
-from wucht.numerics.ensembles.members import Status
+from wucht.numerics.ensembles.members import Chunk, Status
 from wucht.numerics.zeros_and_peaks import extremes
 
 if TYPE_CHECKING:
@@ -34,8 +34,10 @@ _POINTS = 16_384  # on a motion
 _CYCLES, _TURNS = 6, 200  # of a modulation, or turns, over which they are spread
 _REACH, _MARGIN = 0.05, 2.0  # shares of the states' sizes: how near a motion must come to itself; times that others must
 _LEAST = 1e-3  # reach
-_PLACES, _FIRST_PLACES = 20, 4  # of a member, at which it must be near; those that are checked first
+_PLACES = 20  # of a member, at which it must be near
+_ROUNDS = (0, 4, 2, 1, 3)  # in which every fifth place is checked, from this one on: most that are not near fail early
 _HALF, _WHOLE = 0.5, 0.9  # of the range of the speed, that a member must go through in less than a period, in more
+_SAME = 1e-2  # of periods and ranges of speeds: smaller differences of modulations are none
 _OUTSIDE = 0.1  # of that range: by so much its speed may leave it
 _SURVEY_SIZE = 16  # starts
 _MOST_CACHED = 64  # questions
@@ -86,11 +88,30 @@ class Attractor:
         within = (low >= self.low - _OUTSIDE * full) & (high <= self.high + _OUTSIDE * full) & (high - low >= share * full)
         members: np.ndarray = among[within]
         at = np.linspace(0, len(samples) - 1, _PLACES).astype(int)
-        few = at[:: _PLACES // _FIRST_PLACES]
-        for rows in (few, np.setdiff1d(at, few)):
+        for first in _ROUNDS:
+            rows = at[first :: len(_ROUNDS)]
             if len(members):
                 members = members[self.is_near(embedded_states(equations.system, samples[rows][:, :, members]))]
         return members
+
+    def has_modulation_of(self, candidate: Attractor) -> bool:
+        """True if both have a modulation, of the same period and between the same speeds."""
+        margin = _SAME * (self.high - self.low)
+        return (
+            (self.outcome, self.sense) == (candidate.outcome, candidate.sense)
+            and self.period > 0
+            and abs(self.period - candidate.period) <= _SAME * self.period
+            and max(abs(self.low - candidate.low), abs(self.high - candidate.high)) <= margin
+        )
+
+    def merge(self, candidate: Attractor) -> Attractor:
+        """Return the attractor with a candidate's points."""
+        sizes = np.maximum(self.sizes, candidate.sizes)
+        points = np.concatenate([self.points * self.sizes, candidate.points * candidate.sizes]) / sizes
+        return replace(
+            self, points=points, sizes=sizes, reach=max(self.reach, candidate.reach), low=min(self.low, candidate.low),
+            high=max(self.high, candidate.high), square=max(self.square, candidate.square),
+        )  # fmt: skip
 
     @property
     def embedded_points(self) -> np.ndarray:
@@ -142,11 +163,19 @@ def _survey_attractors(question: EnsembleQuestion, equations: Equations, horizon
     for ends in observe_members(question, starts, variants, horizon, lambda _share: None):
         for state, status, observation in zip(ends.states, ends.status, ends.record.observations, strict=True):
             candidate = None if status == Status.FAILED else _reached_attractor(question, equations, state, observation)
-            if candidate is not None and not any(
-                k.outcome == candidate.outcome and k.is_near(candidate.embedded_points).all() for k in attractors
-            ):
-                attractors.append(candidate)
+            if candidate is not None:
+                attractors = _with_candidate(attractors, candidate)
     return tuple(attractors)
+
+
+def _with_candidate(attractors: list[Attractor], candidate: Attractor) -> list[Attractor]:
+    """Add an attractor, or its points to those of the same modulation: from another run they lie between them."""
+    for k, one in enumerate(attractors):
+        if one.has_modulation_of(candidate):
+            return [*attractors[:k], one.merge(candidate), *attractors[k + 1 :]]
+        if one.outcome == candidate.outcome and one.is_near(candidate.embedded_points).all():
+            return attractors
+    return [*attractors, candidate]
 
 
 def _reached_attractor(
@@ -164,13 +193,14 @@ def _reached_attractor(
     initial = (
         equations.starts(state[: len(machine.state_names), None], variants)[:, 0] if question.model == "full" else state[:-1]
     )
-    ensemble = compile_ensemble(equations.system, question.tolerance)
-    motion = _motion(ensemble, initial, parameters_of(equations.system, variants)[0], duration)
+    quantities = equations.quantities(variants, with_states=True)
+    ensemble = compile_ensemble(quantities.system, question.tolerance, quantities=quantities.expressions)
+    motion = _motion(ensemble, initial, quantities.parameter_values[0], duration)
     if motion is None:
         return None
-    view = equations.view(variants).view(motion, np.zeros(1, int))
-    numbers = sense, *extremes(sense * view.speed[:, 0]), period, float(view.square.max())
-    return _attractor(OUTCOMES.index(verdict.outcome), embedded_states(equations.system, motion)[:, 0], numbers)
+    numbers = sense, *extremes(sense * quantities.speed(motion.samples)[:, 0]), period, float(motion.peaks[0, 0])
+    points = embedded_states(equations.system, quantities.states(motion.samples))
+    return _attractor(OUTCOMES.index(verdict.outcome), points[:, 0], numbers)
 
 
 def _starts(machine: Machine) -> np.ndarray:
@@ -187,12 +217,12 @@ def _starts(machine: Machine) -> np.ndarray:
     return starts
 
 
-def _motion(ensemble: CompiledEnsemble, state: np.ndarray, parameter_values: np.ndarray, duration: float) -> np.ndarray | None:
-    """Return samples (K, k, 1) from a state (k,) on; None if it cannot be continued."""
+def _motion(ensemble: CompiledEnsemble, state: np.ndarray, parameter_values: np.ndarray, duration: float) -> Chunk | None:
+    """Return what is observed from a state (k,) on; None if it cannot be continued."""
     with ensemble.lanes() as lanes:
         numbers, _ = lanes.numbers(parameter_values[None])
         advance = lanes.advance(state[:, None], numbers, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
-    return None if advance.stops else advance.samples
+    return None if advance.stops else advance.chunk
 
 
 def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, float, float, float]) -> Attractor | None:

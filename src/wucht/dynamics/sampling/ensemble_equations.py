@@ -1,25 +1,26 @@
-"""Equations of the members of an ensemble, and views of their states: in the frame that turns with the main rotor
+"""Equations of the members of an ensemble, and what is observed of them: in the frame that turns with the main rotor
 where the machine allows it, else in the fixed one; or the averaged equations."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
+import sympy as sp
 
 from wucht.analysis.averaged_equations import AveragedEquations
 from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.analysis.time_constants import runaway_limit
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
-from wucht.dynamics.sampling.member_views import FullView, SlowView, VariantFunction
+from wucht.dynamics.sampling.member_quantities import MemberMotion, MemberQuantities, full_motion
 from wucht.dynamics.verdicts.locking import is_locking
+from wucht.dynamics.verdicts.observation import weights_of
 from wucht.errors import InputError
 from wucht.machines.changes import laws_in_pieces, release_events
 from wucht.machines.machine import Machine
-from wucht.machines.operation import axis_at_rest, free_speed, sense_of
+from wucht.machines.operation import free_speed, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.ensembles.members import Members
 from wucht.system import System
@@ -127,31 +128,15 @@ class FullEquations:
         """The integrated System."""
         return self.machine.system if self.turning is None else self.turning.system
 
-    @property
-    def isotropic(self) -> bool:
-        """True if the machine is invariant under rotation: its vibration torque then has one shape, whatever the phases."""
-        return self.turning is not None
-
     def starts(self, states: np.ndarray, variants: Variants) -> np.ndarray:
         """Convert states (n, M) of the machine's System into those (k, M) to start from."""
         return states if self.turning is None else self.turning.to_turning_frame(states)
 
-    def view(self, variants: Variants) -> FullView:
-        """Return the view of their states."""
-        machine, rotor, count = self.machine, self.machine.rotor.coordinate, len(self.machine.state_names)
-        rows: tuple[int | None, ...] = tuple(range(count))
-        if self.turning is not None:
-            main = machine.row(rotor.position)
-            rows = (*range(main), None, *range(main, count - 1))
-        prescribed_speed = None
-        if rotor.prescribed_velocity is not None:
-            prescribed_speed = np.array([m.prescribed_speed(rotor, 0.0)[0] for m in variants.machines])
-        rests = [axis_at_rest(m) for m in variants.machines]
-        at_rest = np.array([[rest[n] for rest in rests] for n in machine.orbit]).reshape(len(machine.orbit), len(rests))
-        names = [f"orbit.{v}{n}" for n in machine.orbit for v in ("", "v")]
-        expressions = [machine.system.output(n).expression for n in names]
-        orbit = VariantFunction.of(machine.system, expressions, (machine.system.values(m.values) for m in variants.machines))
-        return FullView(machine, rows, prescribed_speed, at_rest, orbit)
+    def quantities(self, variants: Variants, with_states: bool = False) -> MemberQuantities:
+        """Return the equations with what is observed; with_states: states, too."""
+        frame = {} if self.turning is None else self.turning.frame_symbols
+        motion, further = full_motion(self.machine, frame, variants.machines)
+        return _member_quantities(self.machine, self.system, variants, motion, further, with_states)
 
 
 @dataclass(frozen=True)
@@ -165,11 +150,6 @@ class SlowEquations:
         """The integrated System."""
         return self.averaged_equations.system
 
-    @cached_property
-    def isotropic(self) -> bool:
-        """True if the machine is invariant under rotation: see ``FullEquations``."""
-        return FullEquations.of(self.averaged_equations.machine).isotropic
-
     def starts(self, states: np.ndarray, variants: Variants) -> np.ndarray:
         """Convert states (n, M) of the machine's System into those (k, M) to start from."""
         initial = np.empty((len(self.system.states), states.shape[1]))
@@ -179,15 +159,14 @@ class SlowEquations:
             initial[:, members] = one.state(angles, {b.name: _speeds(machine, b, states[:, members]) for b in machine.bodies})
         return initial
 
-    def view(self, variants: Variants) -> SlowView:
-        """Return the view of their states."""
-        s, machine = self.system, self.averaged_equations.machine
-        main = machine.rotor.name
-        about = tuple(s.state_names.index(f"{b.name}.phase") for b in machine.group(machine.rotor)[1:])
-        names = (f"speed[{main}]", "amplitude")
-        values = [replace(self.averaged_equations, machine=m).values() for m in variants.machines]
-        rates, outputs = (VariantFunction.of(s, e, values) for e in (s.derivatives, [s.output(n).expression for n in names]))
-        return SlowView(self.averaged_equations.senses[main], about, rates, outputs)
+    def quantities(self, variants: Variants, with_states: bool = False) -> MemberQuantities:
+        """Return the equations with what is observed; with_states: states, too."""
+        system, machine = self.system, self.averaged_equations.machine
+        main, states = machine.rotor.name, {s.name: s for s in self.system.states}
+        sense = sp.Integer(self.averaged_equations.senses[main])
+        phases = tuple(sense * states[f"{b.name}.phase"] for b in machine.group(machine.rotor)[1:])
+        speed, amplitude = (system.output(name).expression for name in (f"speed[{main}]", "amplitude"))
+        return _member_quantities(machine, system, variants, MemberMotion(sense * speed, phases, amplitude**2), [], with_states)
 
 
 Equations = FullEquations | SlowEquations
@@ -201,6 +180,24 @@ def member_equations(question: EnsembleQuestion, state: np.ndarray) -> Equations
     return SlowEquations(slow_model(question.machine, state, question.inertia, question.order).averaged_equations)
 
 
+def _member_quantities(
+    machine: Machine,
+    system: System,
+    variants: Variants,
+    motion: MemberMotion,
+    further: Sequence[tuple[sp.Symbol, np.ndarray]],
+    with_states: bool,
+) -> MemberQuantities:
+    weights = np.array([_weights(m) for m in variants.machines])
+    return MemberQuantities.of(system, _variant_values(system, variants), motion, weights, further, with_states)
+
+
+def _weights(machine: Machine) -> tuple[complex, ...]:
+    """Return the unbalances of the main rotor and of the bodies about it, as shares of the rotor's."""
+    weights, other_bodies = weights_of(machine, machine.rotor), [b for b in machine.bodies if b is not machine.rotor]
+    return (weights[0], *(weights[1 + other_bodies.index(b)] for b in machine.group(machine.rotor)[1:]))
+
+
 def embedded_states(system: System, samples: np.ndarray) -> np.ndarray:
     """Embed samples (K, k, M) as (K, M, d): the states, with cosine and sine in place of each angle."""
     columns = list[np.ndarray]()
@@ -211,8 +208,12 @@ def embedded_states(system: System, samples: np.ndarray) -> np.ndarray:
 
 def parameters_of(system: System, variants: Variants) -> np.ndarray:
     """Return the parameters (M, p) of members, in a System's order."""
-    rows = [system.values({name: m.values[name] for name in system.parameter_names}) for m in variants.machines]
-    return np.asarray(np.array(rows)[variants.machine_index])
+    return np.asarray(_variant_values(system, variants)[variants.machine_index])
+
+
+def _variant_values(system: System, variants: Variants) -> np.ndarray:
+    """Return the parameters (V, p) of each machine, in a System's order."""
+    return np.array([system.values({name: m.values[name] for name in system.parameter_names}) for m in variants.machines])
 
 
 def _speeds(machine: Machine, body: RotatingBody, states: np.ndarray) -> np.ndarray:

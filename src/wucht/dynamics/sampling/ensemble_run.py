@@ -19,7 +19,6 @@ from wucht.dynamics.sampling.ensemble_equations import (
     batching_obstacle,
     member_equations,
     needs_scalar_run,
-    parameters_of,
 )
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, subprogress
 from wucht.dynamics.sampling.full_classification import begins_fast, classify_members
@@ -30,7 +29,6 @@ from wucht.dynamics.work import Work
 from wucht.machines.machine import Machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Status
-from wucht.numerics.flow.compiled_system import available_engine
 
 
 def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
@@ -88,8 +86,6 @@ def integration_note(question: EnsembleQuestion) -> str:
     reason = batching_obstacle(question)
     if reason is not None:
         return f"members are run up one by one, which is slower: {reason}"
-    if (engine := available_engine()) != "heyoka":
-        return f"members are integrated one by one, which is slower: the engine {engine} has no batches"
     return "members are integrated in batches"
 
 
@@ -154,13 +150,15 @@ def _screen_members(
     first, until = horizon.first, question.until
     pace = DoublingSchedule(first, 1 + _MOST_DOUBLINGS) if until is None else DoublingSchedule.from_end(until, first)
     attractors = attractors_of(question, equations, horizon)
-    observer = ScreeningObserver(equations, variants, attractors, pace, until is not None, Noise.of(question.tolerance))
+    quantities = equations.quantities(variants, with_states=bool(attractors))
+    noise = Noise.of(question.tolerance)
+    observer = ScreeningObserver(equations, quantities, variants, attractors, pace, until is not None, noise)
     members = NumberedMembers(
         np.ascontiguousarray(equations.starts(starts, variants).T),
-        parameters_of(equations.system, variants),
+        quantities.parameter_values[variants.machine_index],
         np.arange(starts.shape[1]),
     )
-    ensemble = compile_ensemble(equations.system, question.tolerance)
+    ensemble = compile_ensemble(quantities.system, question.tolerance, quantities=quantities.expressions)
     parts, numbers, failures = [], [np.zeros(0, int)], dict[int, str]()
     for tile in tiles(ensemble, members, observer, pace, report=report):
         record, ends = tile.result.record, tile.result

@@ -20,7 +20,7 @@ from wucht.dynamics.verdicts.verdict import judge
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
-from wucht.numerics.ensembles.members import EnsembleResult, Members, Pace, Status
+from wucht.numerics.ensembles.members import Chunk, EnsembleResult, Members, Pace, Status
 from wucht.numerics.flow.trajectory import Trajectory
 
 _PER_TURN, _TURNS = 16, 200  # samples a turn of the fastest motion that is expected, and turns a chunk
@@ -138,8 +138,9 @@ class ClassifyingObserver:
         return replace(record, observations=self._observe(record, np.zeros(1), members.starts.T[None]))
 
     @np.errstate(all="ignore")  # see ``ScreeningObserver.update``
-    def update(self, record: ObserverState, times: np.ndarray, samples: np.ndarray) -> tuple[ObserverState, np.ndarray]:
+    def update(self, record: ObserverState, chunk: Chunk) -> tuple[ObserverState, np.ndarray]:
         """Return the record after a chunk, and which members have ended: see ``Observer``."""
+        times, samples = chunk.times, chunk.samples
         record = replace(record, observations=self._observe(record, times, samples))
         outcome, settling, has_ended = record.outcome.copy(), record.settling.copy(), np.zeros(len(record.number), bool)
         chunks = round(times[-1] / self.pace.chunk)

@@ -21,9 +21,9 @@ import sympy as sp
 from wucht.errors import WuchtError
 from wucht.numerics.ensembles.members import EnsembleResult, Members, Observer, Pacing, Source
 from wucht.numerics.ensembles.tile import BatchLanes, Lanes, SequentialLanes, Tick, Tile, run_tile
-from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, available_engine, compile_system
+from wucht.numerics.flow.compiled_batch import CompiledBatch, Quantities, compile_batch
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.heyoka_batch import HeyokaBatch, compile_batch
 from wucht.piecewise import PiecewiseCubic
 from wucht.system import System, needed_definitions
 
@@ -54,7 +54,7 @@ class CompiledEnsemble:
     tolerance: float
     batching_obstacle: str
     width: int
-    _code: HeyokaBatch | CompiledSystem = field(compare=False, repr=False)
+    _code: CompiledBatch | CompiledSystem = field(compare=False, repr=False)
 
     @property
     def is_batched(self) -> bool:
@@ -68,31 +68,47 @@ class CompiledEnsemble:
             yield SequentialLanes(self._code)
             return
         integrator = self._code.lend()
-        yield BatchLanes(integrator, self._code.program, self.system.state_names)
+        yield BatchLanes(self._code, integrator, self.system.state_names)
         self._code.give_back(integrator)
 
 
 @lru_cache(maxsize=64)
 def compile_ensemble(
-    system: System, tolerance: float = DEFAULT_TOLERANCE, events: tuple[Event, ...] = (), engine: str | None = None
+    system: System,
+    tolerance: float = DEFAULT_TOLERANCE,
+    events: tuple[Event, ...] = (),
+    engine: str | None = None,
+    quantities: Quantities | None = None,
 ) -> CompiledEnsemble:
     """Compile a System for ensembles: in batches where that can be, else one by one with the same interface.
 
-    Batches are impossible with events, with piecewise functions, whose breakpoints are events, and without heyoka. Parameters
-    and errors are those of ``compile_system``.
+    Batches are those of the engine ``compiled``; they are impossible with events, and with piecewise functions, whose
+    breakpoints are events. Other parameters and errors are those of ``compile_system``.
+
+    Parameters
+    ----------
+    quantities : Quantities, optional
+        Observed instead of the states.
+
+    Raises
+    ------
+    WuchtError
+        For quantities of members that are integrated one by one: these are observed by their states.
     """
     bare = replace(system, outputs=(), quadratures=())
     expressions = [*bare.derivatives, *(e for _, e in needed_definitions(bare.definitions, bare.derivatives))]
     obstacle = ""
-    if (engine or available_engine()) != "heyoka":
-        obstacle = f"the engine is {engine or available_engine()}"
+    if engine not in (None, "compiled"):
+        obstacle = f"the engine {engine} has no batches"
     elif events:
         obstacle = f"there are events ({', '.join(e.name for e in events)})"
     elif any(sp.sympify(e).has(PiecewiseCubic) for e in expressions):
         obstacle = "the equations have piecewise functions"
+    if obstacle and quantities is not None:
+        raise WuchtError(f"quantities of members can be observed in batches alone: {obstacle}", code="one-by-one")
     if obstacle:
         return CompiledEnsemble(bare, tolerance, obstacle, 1, compile_system(bare, tolerance, events, engine))
-    batch = compile_batch(bare, tolerance)
+    batch = compile_batch(bare, tolerance, quantities)
     return CompiledEnsemble(bare, tolerance, "", batch.width, batch)
 
 

@@ -66,6 +66,28 @@ class Source(Protocol):
     def part(self, first: int, last: int) -> Members: ...  # noqa: D102
 
 
+@dataclass(frozen=True)
+class Chunk:
+    """What is observed of L members in a chunk of time: quantities, which are the states where no others are requested.
+
+    Attributes
+    ----------
+    times : ndarray, (K,)
+        Of the samples, of each member since its start; the last is the end.
+    samples : ndarray, (K, v, L)
+    peaks : ndarray, (p, L)
+        The largest values of others.
+    """
+
+    times: np.ndarray
+    samples: np.ndarray
+    peaks: np.ndarray
+
+    def select(self, lanes: np.ndarray) -> Chunk:
+        """Select some of the members, by their numbers."""
+        return Chunk(self.times, np.take(self.samples, lanes, axis=-1), np.take(self.peaks, lanes, axis=-1))
+
+
 class Observer(Protocol[R]):
     """Observer of members: its record is a frozen dataclass of arrays whose last axis is the member.
 
@@ -78,12 +100,8 @@ class Observer(Protocol[R]):
         """Return the record before any sample."""
         ...
 
-    def update(self, record: R, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
-        """Update the record by a chunk, and decide which members have settled.
-
-        record: of L members. times: (K,), of each member since its start. samples: (K, n, L). Returns the record, and (L,) of
-        bool.
-        """
+    def update(self, record: R, chunk: Chunk) -> tuple[R, np.ndarray]:
+        """Update the record of L members by a chunk, and decide which have settled: the record, and (L,) of bool."""
         ...
 
     def final_record(self, record: R) -> R:

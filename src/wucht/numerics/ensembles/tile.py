@@ -15,6 +15,7 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.ensembles.members import (
+    Chunk,
     EnsembleResult,
     Members,
     Observer,
@@ -24,10 +25,9 @@ from wucht.numerics.ensembles.members import (
     joined_records,
     select_members,
 )
+from wucht.numerics.flow.compiled_batch import BatchIntegrator, CompiledBatch
 from wucht.numerics.flow.compiled_system import CompiledSystem
-from wucht.numerics.flow.heyoka_batch import BatchIntegrator
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.flow.program import Program
 
 Check = Callable[[], None]  # raises if the work is to be stopped
 R = TypeVar("R")
@@ -46,13 +46,12 @@ class Stop:
 
 @dataclass(frozen=True)
 class ChunkResult:
-    """State of L members after a chunk.
+    """State of L members after a chunk, and what was observed in it.
 
-    samples: (K, n, L). states: (n, L). numbers: (k, L), which actions of events may have changed. stops: by lane; the arrays
-    are undefined for these.
+    states: (n, L). numbers: (k, L), which actions of events may have changed. stops: by lane; arrays are undefined for these.
     """
 
-    samples: np.ndarray
+    chunk: Chunk
     states: np.ndarray
     numbers: np.ndarray
     stops: Mapping[int, Stop]
@@ -74,19 +73,19 @@ class Lanes(Protocol):
 class BatchLanes:
     """Lanes that advance many members at once. names: of the states."""
 
+    batch: CompiledBatch
     integrator: BatchIntegrator
-    program: Program
     names: tuple[str, ...]
 
     def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """Return the program's constants, computed once for equal parameters."""
+        """Return the constants of the code, computed once for equal parameters."""
         values_by_key, refusals = dict[bytes, np.ndarray](), dict[int, str]()
-        values = np.empty((len(self.program.constants), len(parameter_values)))
+        values = np.empty((self.batch.constant_count, len(parameter_values)))
         for lane, row in enumerate(parameter_values):
             key = row.tobytes()
             try:
                 if key not in values_by_key:
-                    values_by_key[key] = self.program.constant_values(row)
+                    values_by_key[key] = self.batch.constant_values(row)
                 values[:, lane] = values_by_key[key]
             except RunError as error:
                 values[:, lane], refusals[lane] = np.nan, str(error)
@@ -95,18 +94,16 @@ class BatchLanes:
     def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance the states in batches: see ``Lanes``."""
         result = self.integrator.advance(states, numbers, times, check)
-        stops = dict[int, Stop]()
-        for lane, failure in result.failures.items():
-            before = failure.error.samples
-            last = before[:, -1] if before.shape[1] else states[:, lane]
-            sentence = failure.error.sentence(failure.time, self.names, last)
-            stops[lane] = Stop(float(times[before.shape[1]]), last, Status.FAILED, sentence)
-        return ChunkResult(result.samples, result.states, numbers, stops)
+        stops = {
+            lane: Stop(f.sample_time, f.state, Status.FAILED, f.error.sentence(f.time, self.names, f.state))
+            for lane, f in result.failures.items()
+        }
+        return ChunkResult(Chunk(times[1:], result.values, result.peaks), result.states, numbers, stops)
 
 
 @dataclass(frozen=True)
 class SequentialLanes:
-    """Lanes that advance one member after the other, with events and piecewise functions."""
+    """Lanes that advance one member after the other, with events and piecewise functions; states are observed."""
 
     compiled_system: CompiledSystem
 
@@ -132,7 +129,7 @@ class SequentialLanes:
                 stops[lane] = Stop(run.end_time, end, Status.STOPPED, run.stopped_by)
             else:
                 samples[:, :, lane], end_states[:, lane] = run.states[:, 1:].T, end
-        return ChunkResult(samples, end_states, after, stops)
+        return ChunkResult(Chunk(times[1:], samples, np.empty((0, states.shape[1]))), end_states, after, stops)
 
 
 @dataclass(frozen=True)
@@ -176,28 +173,28 @@ class _Course(Generic[R]):
         """Advance the members by a chunk, observe them, and remove those that have ended."""
         lane_count = len(self.ids)
         result = self._lanes.advance(self.states, self.numbers, times, check)
-        self.states, self.numbers, samples = result.states, result.numbers, result.samples
+        self.states, self.numbers, chunk = result.states, result.numbers, result.chunk
         self._stop(result.stops)
         if result.stops:
-            going = np.setdiff1d(np.arange(lane_count), list(result.stops))
-            samples = np.take(samples, going, axis=-1)
+            chunk = chunk.select(np.setdiff1d(np.arange(lane_count), list(result.stops)))
         if not len(self.ids):
             return
-        self.record, has_settled = self._observe(times[1:], samples)
+        self.record, has_settled = self._observe(chunk)
         self._times[self.ids], self._ends[self.ids] = times[-1], self.states.T
         self._status[self.ids[has_settled]] = Status.SETTLED
         self._leave(has_settled)
 
-    def _observe(self, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
+    def _observe(self, chunk: Chunk) -> tuple[R, np.ndarray]:
         """Update the observer's record by a chunk, and return which members have settled."""
         count, record = len(self.ids), self.record
         if count == 1:
             twice = np.zeros(2, int)
-            record, samples = select_members(record, twice), np.take(samples, twice, axis=-1)
-        record, has_settled = self._observer.update(record, times, samples)
-        record, has_settled = checked_record(record, samples.shape[-1]), np.asarray(has_settled, bool)
-        if has_settled.shape != samples.shape[-1:]:
-            raise RunError(f"an observer must decide for each of {samples.shape[-1]} members whether it has settled")
+            record, chunk = select_members(record, twice), chunk.select(twice)
+        record, has_settled = self._observer.update(record, chunk)
+        observed_count = chunk.samples.shape[-1]
+        record, has_settled = checked_record(record, observed_count), np.asarray(has_settled, bool)
+        if has_settled.shape != (observed_count,):
+            raise RunError(f"an observer must decide for each of {observed_count} members whether it has settled")
         return (select_members(record, np.zeros(1, int)), has_settled[:1]) if count == 1 else (record, has_settled)
 
     def _stop(self, stops: Mapping[int, Stop]) -> None:

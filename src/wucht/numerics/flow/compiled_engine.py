@@ -1,7 +1,8 @@
 """The engine compiled: Dormand-Prince 8(5,3) in machine code, where heyoka is absent.
 
-The stepper is the same for all systems and compiled once (``compiled.stepper``); of a system its rates and event functions are
-compiled, in straight-line code (``compiled.straight_line_code``). Both are kept on disk, and a later process needs no compiler.
+The stepper is the same for all systems and compiled once (``compiled.leg_stepper``); of a system its rates and event functions
+are compiled, in straight-line code (``compiled.straight_line_code``). Both are kept on disk, and a later process needs no
+compiler.
 E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, section II.10.
 """
 
@@ -11,19 +12,14 @@ import ctypes
 from collections import deque
 from collections.abc import Callable, Sequence
 from enum import IntEnum
-from functools import cache
-from inspect import getsource
-from typing import Any, get_type_hints
 
 import numpy as np
 
-from wucht.disk_cache import derived_once
 from wucht.numerics.flow import step_sizes
-from wucht.numerics.flow.compiled import stepper
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, TABLE
-from wucht.numerics.flow.compiled.kernel_translation import kernel_text
-from wucht.numerics.flow.compiled.machine_code import MachineCode, compiled_object, target_description
-from wucht.numerics.flow.compiled.stepper import LegMemory
+from wucht.numerics.flow.compiled import leg_stepper
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, SMALLEST_TOLERANCE, TABLE
+from wucht.numerics.flow.compiled.leg_stepper import LegMemory
+from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepper
 from wucht.numerics.flow.compiled.straight_line_code import module_text
 from wucht.numerics.flow.cool_downs import CoolDowns
 from wucht.numerics.flow.events import NOT_FINITE, Event, Hit, LegError, LegResult
@@ -32,32 +28,16 @@ from wucht.numerics.flow.step_sizes import step_limit_error
 from wucht.system import System
 
 _IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
-_SMALLEST_TOLERANCE = 1e-13  # below it, errors are rounding
 _ROOM = 64  # for the hits of a leg, to begin with
-RATES, EVENT_VALUES, _STEPPER = "rates", "event_values", "advance"
+RATES, EVENT_VALUES = "rates", "event_values"
 
 
 class Ending(IntEnum):
     """How a leg of the stepper ended."""
 
     END, EVENT, NO_STEPS_LEFT, NOT_FINITE, NO_ROOM = (
-        stepper.END, stepper.EVENT, stepper.NO_STEPS_LEFT, stepper.NOT_FINITE, stepper.NO_ROOM
+        leg_stepper.END, leg_stepper.EVENT, leg_stepper.NO_STEPS_LEFT, leg_stepper.NOT_FINITE, leg_stepper.NO_ROOM
     )  # fmt: skip
-
-
-@derived_once
-def _stepper_file(text: str, target: tuple[str, ...]) -> bytes:
-    """Compile the stepper from its text in Python to an object file. target: for which processor, by which LLVM."""
-    return compiled_object(kernel_text(text, vars(stepper)), (_STEPPER,))
-
-
-@cache
-def _stepper() -> tuple[Any, MachineCode]:
-    """Return the stepper as a function, called without the interpreter's lock, and the code that must live as long."""
-    code = MachineCode.of_file(_stepper_file(getsource(stepper), target_description()), (_STEPPER,))
-    kinds: dict[type, Any] = {int: ctypes.c_int64, float: ctypes.c_double}  # all else are addresses
-    arguments = [kinds.get(kind, ctypes.c_void_p) for kind in get_type_hints(LegMemory).values()]
-    return ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(code.addresses[_STEPPER]), code
 
 
 def _python_function(address: int, count: int) -> Callable[[Sequence[float], float, Sequence[float]], list[float]]:
@@ -86,9 +66,9 @@ class CompiledEngine:
         self.rates = _python_function(self.code.addresses[RATES], len(program.results))
         self.event_values = _python_function(self.code.addresses[EVENT_VALUES], len(event_program.results))
         self.is_angle = np.array([float(s in system.angles) for s in system.states])
-        self.tolerance = max(tolerance, _SMALLEST_TOLERANCE)
+        self.tolerance = max(tolerance, SMALLEST_TOLERANCE)
         self.event_kinds = np.array([[e.direction for e in events], [e.interrupts for e in events]], np.int64)
-        self.advance, _ = _stepper()
+        self.advance = compile_stepper(leg_stepper.advance)
         self._idle: deque[CompiledIntegrator] = deque(maxlen=_IDLE)
 
     def lend(self) -> CompiledIntegrator:
@@ -108,7 +88,7 @@ class CompiledIntegrator:
 
     def __init__(self, engine: CompiledEngine) -> None:
         n, m = len(engine.program.states), len(engine.events)
-        width = -(-n // stepper.BLOCK) * stepper.BLOCK
+        width = -(-n // leg_stepper.BLOCK) * leg_stepper.BLOCK
         self._engine, self._cool_downs = engine, CoolDowns(engine.rates, engine.event_values, engine.events)
         self._parameters, self._constants, self._event_constants = np.empty(0), np.empty(0), np.empty(0)
         self._state, self._clock, self._counts = np.zeros(width), np.zeros(1), np.zeros(4, np.int64)
@@ -116,7 +96,7 @@ class CompiledIntegrator:
         rows = {"k": ALL_STAGES, "dense": DENSE_ROWS + 3, "point": 1, "later": 1, "errors": 1, "zero": 1}
         self._memory: dict[str, np.ndarray] = {name: np.zeros(count * width) for name, count in rows.items()}
         self._memory |= {
-            "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(stepper.VALUE_ROWS * m),
+            "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(leg_stepper.VALUE_ROWS * m),
             "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "table": TABLE, "is_angle": engine.is_angle,
             "event_kinds": engine.event_kinds,
         }  # fmt: skip

@@ -1,13 +1,9 @@
-"""System -> compiled System: immutable, made once per structure and shared; each run has a separate integrator.
-
-A Program is also compiled as a function of many points at once.
-"""
+"""System -> compiled System: immutable, made once per structure and shared; each run has a separate integrator."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from importlib.util import find_spec
 from typing import Any, Protocol
 
@@ -18,7 +14,6 @@ from wucht.errors import WuchtError
 from wucht.numerics.flow.events import Event, LegResult
 from wucht.numerics.flow.program import Evaluator, Numbers, Program, lower
 from wucht.numerics.flow.segments import Lookahead, Segmentations, SegmentLocator, compile_lookahead
-from wucht.piecewise import PiecewiseCubic
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 DEFAULT_TOLERANCE = 1e-12
@@ -26,8 +21,6 @@ ENGINES = ("heyoka", "compiled", "scipy", "scipy-radau")
 _PACKAGES = (("heyoka", "heyoka"), ("compiled", "llvmlite"))  # needed by engines, the fastest first
 # heyoka's steps are accurate relative to the largest state: a work of microjoules is accumulated in a unit of that size.
 _PER_UNIT = sp.Symbol("_per_unit", real=True)
-_POINTS = 8192  # at once: they stay in the processor's cache
-_REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 
 
 class Integrator(Protocol):
@@ -192,75 +185,3 @@ def _smooth(system: System, segmentations: Segmentations) -> System:
         tuple((s, segmentations.smooth(e)) for s, e in system.definitions),
         angles=system.angles,
     )
-
-
-@lru_cache(maxsize=256)
-def heyoka_function(program: Program) -> Any | None:
-    """Compile heyoka's function of states, constants and time; None where heyoka is absent or lacks a function."""
-    expressions = [*(e for _, e in program.lines), *program.results]
-    if available_engine() != "heyoka" or any(e.has(PiecewiseCubic) for e in expressions):
-        return None
-    from wucht.numerics.flow.heyoka_engine import compiled_function
-
-    return compiled_function(program)
-
-
-@dataclass(frozen=True)
-class ArrayFunction:
-    """The results of a program that does not depend on time, at many points."""
-
-    program: Program
-
-    def __call__(self, states: Sequence[np.ndarray] | np.ndarray, constants: np.ndarray) -> np.ndarray:
-        """Evaluate.
-
-        Parameters
-        ----------
-        states : sequence of ndarray, (K, M)
-            An array a state; without states an ndarray (0, K, M).
-        constants : ndarray, (c, M) or (c, 1)
-            The program's, of each column.
-
-        Returns
-        -------
-        values : ndarray, (r, K, M)
-            Not finite where the results cannot be evaluated.
-        """
-        if self._states is not None:  # nothing has to be computed
-            return np.array([states[i] for i in self._states])
-        shape = states.shape[1:] if isinstance(states, np.ndarray) else states[0].shape
-        if self._heyoka_function is None:
-            with np.errstate(all="ignore"):
-                values = self._python_function(tuple(states), 0.0, constants)
-            return np.array([np.broadcast_to(np.asarray(v, float), shape) for v in values])
-        (count, members), results = shape, len(self.program.results)
-        values, rows, buffer_points = np.empty((results, count, members)), max(1, _POINTS // members), 0
-        for first in range(0, count, rows):
-            part = slice(first, min(first + rows, count))
-            block = (part.stop - part.start, members)
-            points = block[0] * members
-            if points != buffer_points:
-                buffer_points, width = points, -(-points // _REGISTERS) * _REGISTERS
-                x, constant_rows, outputs = (np.empty((n, width)) for n in (len(states), len(constants), results))
-                x[:, points:] = constant_rows[:, points:] = 1.0
-                constant_rows[:, :points].reshape(-1, *block)[:] = constants[:, None]
-            for row, state in zip(x, states, strict=True):
-                row[:points].reshape(block)[:] = state[part]
-            # By one thread: blocks are small, and there are as many calling threads, each with its members, as processors.
-            self._heyoka_function(x, pars=constant_rows, outputs=outputs, batch_parallel=False)
-            values[:, part] = outputs[:, :points].reshape(results, *block)
-        return values
-
-    @cached_property
-    def _states(self) -> list[int] | None:
-        """Indices of the states that the results are; None where one is no state."""
-        places = {s: i for i, s in enumerate(self.program.states)}
-        return [places[r] for r in self.program.results] if set(self.program.results) <= places.keys() else None
-
-    @cached_property
-    def _heyoka_function(self) -> Any | None:
-        return heyoka_function(self.program) if self.program.states else None
-
-    @cached_property
-    def _python_function(self) -> Callable[..., Any]:
-        return self.program.function()

@@ -141,16 +141,6 @@ def taylor_equations(
     return [(v, r if unit == 1 else r / unit) for v, r, unit in zip(variables, rates, units.tolist(), strict=True)]
 
 
-def compiled_function(program: Program) -> Any:
-    """Compile a program as heyoka's ``cfunc``: inputs are the states, parameters the constants; safe in any thread."""
-    import heyoka as hy
-
-    variables, translate = translation(program)
-    return hy.cfunc(
-        translate.program(program.lines, program.results), variables, compact_mode=len(program.lines) > COMPACT_ABOVE
-    )
-
-
 @dataclass
 class _Recorder:
     """Recorder of an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared.

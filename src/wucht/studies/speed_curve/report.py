@@ -216,7 +216,9 @@ def point_quantities(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[
     words, n = steady_states.labels, len(steady_states.names)
     ordinates = [states_by_second_value[b.second].ordinates(b.unknowns) for b in branches]
     exponents = join_arrays([b.exponents for b in branches], n)
-    growing = [(b.exponents.real > NEUTRAL * np.nanmax(np.abs(b.exponents), axis=0)).sum(axis=0) for b in branches]
+    # Against the fastest of the branch: at a fold of equations of one state there is no other exponent than the one that is zero.
+    fastest = [np.nanmax(np.abs(b.exponents), initial=0.0) for b in branches]
+    growing = [(b.exponents.real > NEUTRAL * rate).sum(axis=0) for b, rate in zip(branches, fastest, strict=True)]
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.unknowns.shape[1], np.nan) for b in branches]
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
     return [

@@ -12,6 +12,7 @@ import numpy as np
 
 STAGES = 12  # of a step
 ALL_STAGES = 16  # with the rates at its end, which are the next step's first, and three stages for the dense output
+SMALLEST_TOLERANCE = 1e-13  # below it, errors are rounding
 DENSE_ROWS = 4  # of the seven coefficients of the dense output, those that are sums over stages
 
 # By stage: the coefficients of the stages before it. Those of stage 12 are the weights of the step.
@@ -86,3 +87,10 @@ ERROR_3 = WEIGHTS - _weights_3
 DENSE = _filled_table(_DENSE, (DENSE_ROWS, ALL_STAGES))
 # As the compiled stepper reads them, one after the other.
 TABLE = np.concatenate([A.ravel(), NODES, ERROR_5, ERROR_3, DENSE.ravel()])
+# The same without zeros, for the stepper of ensembles: weights and stages of all rows one after the other, and where each
+# begins: the stages, of which ``A[STAGES]`` is the step itself, the errors, the rows of the dense output.
+_ROWS = [*A, np.append(ERROR_5, np.zeros(4)), np.append(ERROR_3, np.zeros(4)), *DENSE]
+ROW_STAGES = np.concatenate([np.flatnonzero(row) for row in _ROWS])
+ROW_WEIGHTS = np.concatenate([row[row != 0] for row in _ROWS])
+ROW_BEGINS = np.cumsum([0, *(np.count_nonzero(row) for row in _ROWS)])
+ERROR_ROWS, DENSE_ROW = ALL_STAGES, ALL_STAGES + 2  # the first of the errors, of the dense output

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import ctypes
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import version
-from typing import Any
+from inspect import getsource
+from typing import Any, cast, get_type_hints
 
 import llvmlite.binding as llvm
 
 from wucht.disk_cache import derived_once
+from wucht.numerics.flow.compiled.kernel_translation import kernel_text
 from wucht.numerics.flow.compiled.straight_line_code import LIBRARY, LIBRARY_PREFIX
 
 _OPTIMISATION = 2  # the third level takes much longer and gains nothing measurable
@@ -40,6 +43,30 @@ class MachineCode:
         engine.add_object_file(llvm.ObjectFileRef.from_data(content))
         engine.finalize_object()
         return cls({name: engine.get_function_address(name) for name in names}, engine)
+
+
+@cache
+def compile_stepper(function: Callable[[Any], int], width: int = 1) -> Callable[..., int]:
+    """Compile a function of a record of memory with its module, or read what an earlier process made of it.
+
+    What is returned does not hold the interpreter's lock; its arguments are the fields of the record: numbers, else addresses.
+    width: of vectors.
+    """
+    name, module = function.__name__, sys.modules[function.__module__]
+    numbers = tuple((key, value) for key, value in vars(module).items() if isinstance(value, int | float))
+    code = MachineCode.of_file(_stepper_file(getsource(module), name, numbers, width, target_description()), (name,))
+    record, _ = get_type_hints(function).values()
+    kinds: dict[type, Any] = {int: ctypes.c_int64, float: ctypes.c_double}
+    arguments = [kinds.get(kind, ctypes.c_void_p) for kind in get_type_hints(record).values()]
+    machine_code: Any = ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(code.addresses[name])
+    machine_code.code = code  # which must live as long
+    return cast(Callable[..., int], machine_code)
+
+
+@derived_once
+def _stepper_file(text: str, name: str, numbers: tuple[tuple[str, float], ...], width: int, target: tuple[str, ...]) -> bytes:
+    """Compile a stepper from its text in Python to an object file. target: for which processor, by which LLVM."""
+    return compiled_object(kernel_text(text, dict(numbers), width), (name,))
 
 
 @derived_once

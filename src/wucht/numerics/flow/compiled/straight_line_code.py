@@ -1,4 +1,7 @@
-"""A Program as text for LLVM: a function of time, states and constants that stores its results, without a loop or a branch."""
+"""A Program as text for LLVM: a function of time, states and constants that stores its results, without a loop or a branch.
+
+On numbers, or on vectors of them: then each lane has its time, states and constants.
+"""
 
 from __future__ import annotations
 
@@ -32,25 +35,29 @@ _COSINE = (
     2.08757232129817482790e-09, -1.13596475577881948265e-11,
 )  # fmt: skip
 LIBRARY = {**dict.fromkeys(FUNCTIONS.values(), 1), "atan2": 2, POWER: 2}  # names and numbers of arguments
-_DOUBLE, _INTEGER = ir.DoubleType(), ir.IntType(64)
+_DOUBLE, _INTEGER, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 CONTRACT = ("contract",)  # a product and a sum may be one instruction
+_LAST_BITS = 1.5 * 2.0**52  # added to a number, it leaves the integer nearest to it in the last bits
 
 
-def module_text(programs: Sequence[tuple[str, Program]]) -> str:
+def module_text(programs: Sequence[tuple[str, Program]], width: int = 1) -> str:
     """Return the text of a module with a function for each program, by these names.
 
-    Raises ``RunError`` for a function that the C library does not have.
+    width: numbers in each vector; for 1 the functions have numbers, and their first argument, the time, is one; else all
+    arguments are addresses. Raises ``RunError`` for a function that the C library does not have.
     """
     module = ir.Module(name="wucht")
-    pointer = _DOUBLE.as_pointer()
+    pointer = lanes_of(_DOUBLE, width).as_pointer()
     for name, program in programs:
-        function = ir.Function(module, ir.FunctionType(ir.VoidType(), [_DOUBLE, pointer, pointer, pointer]), name)
+        time_kind = _DOUBLE if width == 1 else pointer
+        function = ir.Function(module, ir.FunctionType(ir.VoidType(), [time_kind, pointer, pointer, pointer]), name)
         time, states, constants, results = function.args
-        for argument in (states, constants, results):
-            argument.add_attribute("noalias")
+        for argument in function.args:
+            if argument.type.is_pointer:
+                argument.add_attribute("noalias")
         builder = ir.IRBuilder(function.append_basic_block())
-        printer = _Printer(module, builder)
-        printer.memo[TIME] = time
+        printer = _Printer(module, builder, width)
+        printer.memo[TIME] = time if width == 1 else printer.load(time, 0)
         printer.memo |= {s: printer.load(states, i) for i, s in enumerate(program.states)}
         printer.memo |= {s: printer.load(constants, i) for i, (s, _) in enumerate(program.constants)}
         for symbol, expression in program.lines:
@@ -61,16 +68,33 @@ def module_text(programs: Sequence[tuple[str, Program]]) -> str:
     return str(module)
 
 
-def _real(value: float) -> ir.Constant:
-    return ir.Constant(_DOUBLE, value)
+def lanes_of(kind: Any, width: int) -> Any:
+    """Return the type of a vector of so many, of a single one where the width is 1."""
+    return kind if width == 1 else ir.VectorType(kind, width)
+
+
+def constant_lanes(kind: Any, value: float, width: int) -> ir.Constant:
+    """Return a constant of this type, in a vector alike on all lanes."""
+    number = ir.Constant(kind, value)
+    return number if width == 1 else ir.Constant(ir.VectorType(kind, width), [number] * width)
+
+
+def intrinsic(module: ir.Module, name: str, values: Sequence[Any]) -> Any:
+    """Return one of LLVM's functions of numbers, or of vectors alike, for values of this type."""
+    kind = values[0].type
+    suffix = "f64" if kind == _DOUBLE else f"v{kind.count}f64"
+    return module.declare_intrinsic(f"{name}.{suffix}", (), ir.FunctionType(kind, [kind] * len(values)))
 
 
 class _Printer:
     """SymPy expressions to LLVM's instructions; equal expressions are computed once."""
 
-    def __init__(self, module: ir.Module, builder: ir.IRBuilder) -> None:
-        self.module, self.builder = module, builder
+    def __init__(self, module: ir.Module, builder: ir.IRBuilder, width: int) -> None:
+        self.module, self.builder, self.width = module, builder, width
         self.memo: dict[sp.Basic, Any] = {}
+
+    def real(self, value: float) -> ir.Constant:
+        return constant_lanes(_DOUBLE, value, self.width)
 
     def place(self, array: Any, index: int) -> Any:
         return self.builder.gep(array, [ir.Constant(ir.IntType(64), index)])
@@ -85,7 +109,7 @@ class _Printer:
 
     def _print(self, e: sp.Expr) -> Any:
         if e.is_number:
-            return _real(float(e))
+            return self.real(float(e))
         if isinstance(e, sp.Add):
             return self._sum(e)
         if isinstance(e, sp.Mul):
@@ -129,10 +153,10 @@ class _Printer:
                     product = square if product is None else self._times(product, square)
                 n >>= 1
                 square = self._times(square, square) if n else square
-            return product if exponent.is_positive else self.builder.fdiv(_real(1.0), product)
+            return product if exponent.is_positive else self.builder.fdiv(self.real(1.0), product)
         if abs(exponent) == sp.Rational(1, 2):
             root = self._intrinsic("llvm.sqrt", base)
-            return root if exponent.is_positive else self.builder.fdiv(_real(1.0), root)
+            return root if exponent.is_positive else self.builder.fdiv(self.real(1.0), root)
         return self._call(POWER, [base, self(exponent)])
 
     def _wave(self, e: sp.Expr) -> Any:
@@ -144,41 +168,45 @@ class _Printer:
     def _waves(self, x: Any) -> tuple[Any, Any]:
         """Return sine and cosine of a value, to a unit in the last place, without a branch."""
         builder = self.builder
-        quarters = self._intrinsic("llvm.rint", self._times(x, _real(2 / math.pi)))
-        rest = x
+        sum_of_bits = self._plus(self._times(x, self.real(2 / math.pi)), self.real(_LAST_BITS))
+        quarters, rest = builder.fsub(sum_of_bits, self.real(_LAST_BITS)), x
         for part in _QUARTER_TURN:
-            rest = self._intrinsic("llvm.fma", quarters, _real(-part), rest)
+            rest = self._intrinsic("llvm.fma", quarters, self.real(-part), rest)
         square = self._times(rest, rest)
         sine = self._polynomial(square, _SINE)
         sine = self._plus(rest, self._times(self._times(rest, square), sine))
         cosine = self._polynomial(square, _COSINE)
-        cosine = self._plus(_real(1.0), self._times(square, self._plus(_real(-0.5), self._times(square, cosine))))
-        count = builder.fptosi(quarters, _INTEGER)
-        is_odd = builder.trunc(count, ir.IntType(1))
+        cosine = self._plus(self.real(1.0), self._times(square, self._plus(self.real(-0.5), self._times(square, cosine))))
+        flag, one = lanes_of(_BIT, self.width), constant_lanes(_INTEGER, 1, self.width)
+        count = builder.bitcast(sum_of_bits, lanes_of(_INTEGER, self.width))
+        is_odd = builder.trunc(count, flag)
         results = []
         for first, second, ahead in ((sine, cosine, 0), (cosine, sine, 1)):
             value = builder.select(is_odd, second, first)
-            is_negative = builder.trunc(
-                builder.lshr(builder.add(count, ir.Constant(_INTEGER, ahead)), ir.Constant(_INTEGER, 1)), ir.IntType(1)
-            )
+            quadrant = builder.add(count, constant_lanes(_INTEGER, ahead, self.width))
+            is_negative = builder.trunc(builder.lshr(quadrant, one), flag)
             results.append(builder.select(is_negative, builder.fneg(value), value))
         return results[0], results[1]
 
     def _polynomial(self, x: Any, coefficients: Sequence[float]) -> Any:
-        return reduce(
-            lambda value, c: self._plus(_real(c), self._times(x, value)), coefficients[:-1][::-1], _real(coefficients[-1])
-        )
+        highest, *lower = map(self.real, coefficients[::-1])
+        return reduce(lambda value, c: self._plus(c, self._times(x, value)), lower, highest)
 
     def _plus(self, a: Any, b: Any) -> Any:
         return self.builder.fadd(a, b, flags=CONTRACT)
 
     def _intrinsic(self, name: str, *values: Any) -> Any:
-        kind = ir.FunctionType(_DOUBLE, [_DOUBLE] * len(values))
-        return self.builder.call(self.module.declare_intrinsic(name, [_DOUBLE], kind), values)
+        return self.builder.call(intrinsic(self.module, name, values), values)
 
     def _call(self, name: str, values: Sequence[Any]) -> Any:
         full_name = LIBRARY_PREFIX + name
         function = self.module.globals.get(full_name)
         if function is None:
             function = ir.Function(self.module, ir.FunctionType(_DOUBLE, [_DOUBLE] * LIBRARY[name]), full_name)
-        return self.builder.call(function, values)
+        if self.width == 1:
+            return self.builder.call(function, values)
+        result, places = self.real(0.0), [ir.Constant(ir.IntType(32), lane) for lane in range(self.width)]
+        for place in places:  # the C library has no function of vectors
+            number = self.builder.call(function, [self.builder.extract_element(v, place) for v in values])
+            result = self.builder.insert_element(result, number, place)
+        return result

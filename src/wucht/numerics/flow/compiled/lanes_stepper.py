@@ -1,0 +1,423 @@
+"""The stepper of ensembles: many motions at once by Dormand and Prince's method, one on each lane of vectors.
+
+Each lane has its own time, step size, state and constants, and takes the next member when its member has come to the end: the
+numbers of a member depend on nothing else. While it steps, quantities are observed: their values at the times of a grid, and
+the largest values of some, located between the places of a step at which they are computed.
+E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, sections II.4 (step sizes),
+II.6 (dense output) and II.10 (error). All is in the part of Python that ``kernel_translation`` translates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, DENSE_ROWS, ERROR_ROWS, STAGES
+
+Reals = np.ndarray
+Integers = np.ndarray
+Lanes = np.ndarray  # (width,)
+Marks = np.ndarray  # (width,) of bool
+LaneArray = np.ndarray  # (count, width)
+Function = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray] | int  # of times, states, constants; or its address
+
+PLACES = 4  # of a step, at which quantities with a largest value are computed
+_WORTHWHILE = 1.0 + 1e-4  # times as large as the largest so far: else a place is not located more closely
+_STEEP = 1.3  # times what a parabola's vertex promises may be there
+_EPS = 2.0**-52
+_NOT_ZERO = 1e-300
+_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0  # of step sizes
+_ABSOLUTE = 1e-2  # of the relative tolerance
+_NEVER = np.inf
+_REFILL_SHARE = 8  # lanes are given new members when one in so many is idle
+
+END, NO_STEPS_LEFT, NOT_FINITE = range(3)  # how a member ends
+NEXT, ACTIVE = range(2)  # places in the counts: the next member, and how many lanes have one
+NONE_BEGUN = -1  # in the counts
+IDLE = -1  # member of a lane that has none
+
+
+class LanesMemory(NamedTuple):
+    """M members that are advanced over a grid of times, and the memory for it."""
+
+    # Code of the system, of quantities that are sampled, and of those whose largest values are sought.
+    rates: Function
+    samplers: Function
+    heights: Function
+    width: int  # of vectors
+    n: int  # states
+    rate_count: int  # constants of each code
+    sampler_count: int
+    height_count: int
+    value_count: int  # quantities
+    peak_count: int
+    height_state_count: int
+    member_count: int  # M
+    grid_count: int  # times, the first of which is the beginning
+    most_steps: int  # of a member
+    rounds: int  # steps of all lanes in one call
+    tolerance: float
+    height_states: Integers  # (height_state_count,): on which the heights depend
+    is_angle: Reals  # (n,): 1 for states whose size is no measure of a motion
+    constants: Reals  # (constants of all codes, M)
+    nodes: Reals  # (16,), and the rows of coefficients without zeros: see ``dormand_prince``
+    row_weights: Reals
+    row_places: Integers  # of stages in k
+    row_begins: Integers
+    grid: Reals  # (grid_count,)
+    states: Reals  # (n, M): at the beginning, then at the end; of one that fails, at its last sample
+    samples: Reals  # (grid_count - 1, value_count, M)
+    peaks: Reals  # (peak_count, M)
+    times: Reals  # (M,): when each ended
+    sample_times: Reals  # (M,): of its last sample
+    endings: Integers  # (M,): how each ended
+    members: Integers  # (width,): of lanes
+    rows: Integers  # (width,): their next samples
+    counts: Integers  # (2,)
+    # A number for each lane: of ``clock`` to ``last_sample_time`` one vector.
+    clock: LaneArray
+    size: LaneArray  # of the step
+    busy: LaneArray  # 0 or 1, as the next three
+    is_new: LaneArray
+    is_shortened: LaneArray
+    mark: LaneArray
+    steps: LaneArray  # so far
+    due: LaneArray  # time of the next sample
+    moment: LaneArray  # a time to evaluate at
+    last_sample_time: LaneArray
+    state: LaneArray  # (n,), as the others but k and dense
+    later: LaneArray  # at the end of the step
+    point: LaneArray  # within the step
+    last_sample: LaneArray
+    error_5: LaneArray
+    error_3: LaneArray
+    k: LaneArray  # (16 n,): rates of the stages
+    dense: LaneArray  # (7 n,): coefficients of the dense output
+    rate_constants: LaneArray
+    sampler_constants: LaneArray
+    height_constants: LaneArray
+    values: LaneArray  # (value_count,): of a sample
+    height: LaneArray  # (peak_count,): at a place of a step
+    places: LaneArray  # (5 peak_count,): at all of them
+    best: LaneArray  # (peak_count,): the largest so far
+
+
+def evaluate_lanes(
+    function: Function, time: LaneArray, state: LaneArray, constants: LaneArray, values: LaneArray, first: int
+) -> None:
+    """Store the values of a function from a place on."""
+    assert callable(function)
+    results = function(time, state, constants)
+    values[first : first + len(results)] = results
+
+
+def select(marks: Marks, first: Lanes | float, second: Lanes | float) -> Lanes:
+    """Select the first where marked, else the second."""
+    return np.where(marks, first, second)
+
+
+def larger(first: Lanes | float, second: Lanes | float) -> Lanes:
+    """Return the larger of two, lane by lane."""
+    return np.maximum(first, second)
+
+
+def smaller(first: Lanes | float, second: Lanes | float) -> Lanes:
+    """Return the smaller of two, lane by lane."""
+    return np.minimum(first, second)
+
+
+def root(x: Lanes) -> Lanes:
+    """Return the square root."""
+    return np.asarray(np.sqrt(x))
+
+
+def any_lane(marks: Marks) -> bool:
+    """Return whether a lane is marked."""
+    return bool(np.any(marks))
+
+
+def _add_stages(m: LanesMemory, row: int, step: Lanes, end: LaneArray) -> None:
+    """Add the rates of stages, times the step and the weights of a row, to the states."""
+    _sum_stages(m, row, end, 0)
+    for i in range(m.n):
+        end[i] = m.state[i] + step * end[i]
+
+
+def _sum_stages(m: LanesMemory, row: int, sums: LaneArray, first: int) -> None:
+    """Sum the rates of stages with the weights of a row: of two states at once, which keeps more of the processor busy."""
+    for i in range(0, m.n - 1, 2):
+        one = 0.0 * m.k[i]
+        two = 0.0 * m.k[i]
+        for j in range(m.row_begins[row], m.row_begins[row + 1]):
+            weight, place = m.row_weights[j], m.row_places[j] + i
+            one += weight * m.k[place]
+            two += weight * m.k[place + 1]
+        sums[first + i], sums[first + i + 1] = one, two
+    if m.n % 2 == 1:
+        last = 0.0 * m.k[m.n - 1]
+        for j in range(m.row_begins[row], m.row_begins[row + 1]):
+            last += m.row_weights[j] * m.k[m.row_places[j] + m.n - 1]
+        sums[first + m.n - 1] = last
+
+
+def _dense_value(m: LanesMemory, i: int, x: Lanes, y: Lanes) -> Lanes:
+    """Return a state at parts x = 1 - y of the steps."""
+    value = m.dense[6 * m.n + i] * x
+    value = (value + m.dense[5 * m.n + i]) * y
+    value = (value + m.dense[4 * m.n + i]) * x
+    value = (value + m.dense[3 * m.n + i]) * y
+    value = (value + m.dense[2 * m.n + i]) * x
+    value = (value + m.dense[m.n + i]) * y
+    result: Lanes = m.state[i] + (value + m.dense[i]) * x
+    return result
+
+
+def _finite_lanes(values: LaneArray, first: int, count: int) -> Marks:
+    total = 0.0 * values[first]
+    for i in range(1, count):
+        total += 0.0 * values[first + i]
+    finite: Marks = total == 0.0
+    return finite
+
+
+def _allowed_error(m: LanesMemory, i: int, value: Lanes, later: Lanes) -> Lanes:
+    if m.is_angle[i] != 0.0:
+        return m.tolerance + 0.0 * value
+    return m.tolerance * (_ABSOLUTE + larger(abs(value), abs(later)))
+
+
+def _root_8(x: Lanes) -> Lanes:
+    return root(root(root(x)))
+
+
+def _first_steps(m: LanesMemory, span: Lanes) -> Lanes:
+    """Return first step sizes, from the rates at the beginning and after a small step: section II.4."""
+    size = 0.0 * span
+    speed = 0.0 * span
+    for i in range(m.n):
+        scale = _allowed_error(m, i, m.state[i], m.state[i])
+        size += (m.state[i] / scale) ** 2
+        speed += (m.k[i] / scale) ** 2
+    size, speed = root(size / m.n), root(speed / m.n)
+    small = smaller(select((size < 1e-5) | (speed < 1e-5), 1e-6, 0.01 * size / speed), span)
+    for i in range(m.n):
+        m.point[i] = m.state[i] + small * m.k[i]
+    m.moment[0] = m.clock[0] + small
+    evaluate_lanes(m.rates, m.moment, m.point, m.rate_constants, m.later, 0)
+    change = 0.0 * span
+    for i in range(m.n):
+        scale = _allowed_error(m, i, m.state[i], m.state[i])
+        change += ((m.later[i] - m.k[i]) / scale) ** 2
+    largest = larger(speed, root(change / m.n) / small)
+    step = select(largest <= 1e-15, larger(1e-6, small * 1e-3), _root_8(0.01 / largest))
+    step = select(step > 0.0, step, small)  # the rates are not finite there
+    return smaller(smaller(100.0 * small, step), span)
+
+
+def _compute_stage(m: LanesMemory, stage: int, time: Lanes, step: Lanes) -> None:
+    _add_stages(m, stage, step, m.point)
+    m.moment[0] = time + m.nodes[stage] * step
+    evaluate_lanes(m.rates, m.moment, m.point, m.rate_constants, m.k, stage * m.n)
+
+
+def _attempt(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
+    """Attempt steps from states whose rates are known; return their errors, at most 1 where accepted: section II.10."""
+    for stage in range(1, STAGES):
+        _compute_stage(m, stage, time, step)
+    _add_stages(m, STAGES, step, m.later)
+    _sum_stages(m, ERROR_ROWS, m.error_5, 0)
+    _sum_stages(m, ERROR_ROWS + 1, m.error_3, 0)
+    of_order_5 = 0.0 * step
+    of_order_3 = 0.0 * step
+    for i in range(m.n):
+        inverse = 1.0 / _allowed_error(m, i, m.state[i], m.later[i])
+        of_order_5 += (m.error_5[i] * inverse) ** 2
+        of_order_3 += (m.error_3[i] * inverse) ** 2
+    return select(of_order_5 == 0.0, 0.0, step * of_order_5 / root((of_order_5 + 0.01 * of_order_3) * m.n))
+
+
+def _compute_dense(m: LanesMemory, time: Lanes, step: Lanes) -> None:
+    """Compute the coefficients of the dense output of steps: section II.6."""
+    for stage in range(STAGES + 1, ALL_STAGES):
+        _compute_stage(m, stage, time, step)
+    for i in range(m.n):
+        gain = m.later[i] - m.state[i]
+        m.dense[i] = gain
+        m.dense[m.n + i] = step * m.k[i] - gain
+        m.dense[2 * m.n + i] = 2.0 * gain - step * (m.k[STAGES * m.n + i] + m.k[i])
+    for row in range(DENSE_ROWS):
+        _sum_stages(m, DENSE_ROW + row, m.dense, (3 + row) * m.n)
+        for i in range(m.n):
+            m.dense[(3 + row) * m.n + i] = step * m.dense[(3 + row) * m.n + i]
+
+
+def _compute_heights(m: LanesMemory, time: Lanes, step: Lanes, x: Lanes) -> None:
+    """Compute the quantities whose largest values are sought, from the states that they depend on, at parts x of the steps."""
+    y = 1.0 - x
+    for j in range(m.height_state_count):
+        m.point[m.height_states[j]] = _dense_value(m, m.height_states[j], x, y)
+    m.moment[0] = time + x * step
+    evaluate_lanes(m.heights, m.moment, m.point, m.height_constants, m.height, 0)
+
+
+def _record_samples(m: LanesMemory, time: Lanes, step: Lanes, later_time: Lanes, success: Marks) -> None:
+    """Record the samples of accepted steps."""
+    waiting = success & (m.due[0] <= later_time)
+    while any_lane(waiting):
+        x = smaller((m.due[0] - time) / step, 1.0)
+        y = 1.0 - x
+        for i in range(m.n):
+            m.point[i] = _dense_value(m, i, x, y)
+        m.moment[0] = time + x * step
+        evaluate_lanes(m.samplers, m.moment, m.point, m.sampler_constants, m.values, 0)
+        m.last_sample_time[0] = select(waiting, m.due[0], m.last_sample_time[0])
+        for i in range(m.n):
+            m.last_sample[i] = select(waiting, m.point[i], m.last_sample[i])
+        m.mark[0] = select(waiting, 1.0, 0.0)
+        for lane in range(m.width):
+            if m.mark[0][lane] != 0.0:
+                row = m.rows[lane]
+                for j in range(m.value_count):
+                    m.samples[(row * m.value_count + j) * m.member_count + m.members[lane]] = m.values[j][lane]
+                m.rows[lane] = row + 1
+                m.due[0][lane] = m.grid[row + 2] if row + 2 < m.grid_count else _NEVER
+        waiting = success & (m.due[0] <= later_time)
+
+
+def _seek_largest(m: LanesMemory, time: Lanes, step: Lanes, success: Marks) -> None:
+    """Compute quantities at the places of accepted steps, and locate those that are larger than all before."""
+    for place in range(1, PLACES + 1):
+        _compute_heights(m, time, step, place / PLACES + 0.0 * step)
+        for j in range(m.peak_count):
+            value = m.height[j]
+            m.places[place * m.peak_count + j] = value
+            m.best[j] = select(success & (value > m.best[j]), value, m.best[j])
+    for j in range(m.peak_count):
+        for place in range(1, PLACES):
+            _locate(m, j, place, time, step, success)
+        m.places[j] = select(success, m.places[PLACES * m.peak_count + j], m.places[j])
+
+
+def _locate(m: LanesMemory, j: int, place: int, time: Lanes, step: Lanes, success: Marks) -> None:
+    """Compute a quantity at the vertex of the parabola through three places, if it may be larger there than all before."""
+    low = m.places[(place - 1) * m.peak_count + j]
+    value = m.places[place * m.peak_count + j]
+    high = m.places[(place + 1) * m.peak_count + j]
+    bend, slope = 2.0 * value - low - high, high - low
+    shift = 0.5 * slope / bend
+    gain = 0.125 * slope * slope / bend
+    promising = success & (bend > 0.0) & (abs(shift) <= 1.0) & (value + _STEEP * gain > _WORTHWHILE * m.best[j])
+    if any_lane(promising):
+        _compute_heights(m, time, step, (place + shift) / PLACES)
+        m.best[j] = select(promising & (m.height[j] > m.best[j]), m.height[j], m.best[j])
+
+
+def _fill_lanes(m: LanesMemory) -> None:
+    """Give idle lanes the next members, and compute what their first steps need."""
+    for lane in range(m.width):
+        m.is_new[0][lane] = 0.0
+        if m.members[lane] == IDLE and m.counts[NEXT] < m.member_count:
+            member = m.counts[NEXT]
+            m.counts[NEXT] += 1
+            m.counts[ACTIVE] += 1
+            m.members[lane], m.rows[lane] = member, 0
+            for i in range(m.n):
+                m.state[i][lane] = m.last_sample[i][lane] = m.states[i * m.member_count + member]
+            for i in range(m.rate_count):
+                m.rate_constants[i][lane] = m.constants[i * m.member_count + member]
+            for i in range(m.sampler_count):
+                m.sampler_constants[i][lane] = m.constants[(m.rate_count + i) * m.member_count + member]
+            for i in range(m.height_count):
+                m.height_constants[i][lane] = m.constants[(m.rate_count + m.sampler_count + i) * m.member_count + member]
+            m.clock[0][lane] = m.last_sample_time[0][lane] = m.grid[0]
+            m.due[0][lane], m.steps[0][lane] = m.grid[1], 0.0
+            m.is_new[0][lane], m.busy[0][lane], m.is_shortened[0][lane] = 1.0, 1.0, 0.0
+    evaluate_lanes(m.rates, m.clock, m.state, m.rate_constants, m.k, 0)
+    is_new = m.is_new[0] != 0.0
+    m.size[0] = select(is_new, _first_steps(m, m.grid[m.grid_count - 1] - m.clock[0]), m.size[0])
+    if m.peak_count > 0:
+        evaluate_lanes(m.heights, m.clock, m.state, m.height_constants, m.height, 0)
+        for j in range(m.peak_count):
+            m.best[j] = select(is_new, m.height[j], m.best[j])
+            m.places[j] = select(is_new, m.height[j], m.places[j])
+
+
+def _leave_lanes(m: LanesMemory, ending: int, leaving: Marks) -> None:
+    """Store the ends of members, and make their lanes idle."""
+    m.mark[0] = select(leaving, 1.0, 0.0)
+    for lane in range(m.width):
+        if m.mark[0][lane] != 0.0:
+            member = m.members[lane]
+            is_whole = ending == END
+            for i in range(m.n):
+                m.states[i * m.member_count + member] = m.state[i][lane] if is_whole else m.last_sample[i][lane]
+            for j in range(m.peak_count):
+                m.peaks[j * m.member_count + member] = m.best[j][lane]
+            m.times[member], m.sample_times[member] = m.clock[0][lane], m.last_sample_time[0][lane]
+            m.endings[member] = ending
+            m.members[lane], m.busy[0][lane] = IDLE, 0.0
+            m.counts[ACTIVE] -= 1
+
+
+def _advance_once(m: LanesMemory, end: float) -> None:
+    """Attempt a step on each lane."""
+    time = m.clock[0]
+    is_last = time + 1.01 * m.size[0] >= end
+    step = select(is_last, end - time, m.size[0])
+    later_time = select(is_last, end, time + step)
+    error = _attempt(m, time, step)
+    m.moment[0] = later_time
+    evaluate_lanes(m.rates, m.moment, m.later, m.rate_constants, m.k, STAGES * m.n)
+    busy = m.busy[0] != 0.0
+    success = busy & (error <= 1.0) & _finite_lanes(m.k, STAGES * m.n, m.n)
+    if m.peak_count > 0 or any_lane(success & (m.due[0] <= later_time)):
+        _compute_dense(m, time, step)
+        if m.peak_count > 0:
+            _seek_largest(m, time, step, success)
+        _record_samples(m, time, step, later_time, success)
+    for i in range(m.n):
+        m.state[i] = select(success, m.later[i], m.state[i])
+        m.k[i] = select(success, m.k[STAGES * m.n + i], m.k[i])
+    m.clock[0] = select(success, later_time, time)
+    proposal = _SAFETY / _root_8(error)
+    grown = select(error == 0.0, _GROW, smaller(larger(proposal, _SHRINK), _GROW))
+    grown = select(m.is_shortened[0] != 0.0, smaller(grown, 1.0), grown)
+    shrunk = select(error > 1.0, larger(proposal, _SHRINK), _SHRINK)
+    m.size[0] = step * select(success, grown, shrunk)
+    m.is_shortened[0] = select(success, 0.0, 1.0)
+    m.steps[0] = m.steps[0] + 1.0
+    at_end = busy & (m.clock[0] >= end)
+    broken = busy & ~success & ((m.size[0] <= 4.0 * _EPS * abs(time)) | (m.size[0] < _NOT_ZERO))
+    out_of_steps = busy & ~at_end & ~broken & (m.steps[0] >= float(m.most_steps))
+    if any_lane(at_end | broken | out_of_steps):
+        _leave_lanes(m, END, at_end)
+        _leave_lanes(m, NOT_FINITE, broken)
+        _leave_lanes(m, NO_STEPS_LEFT, out_of_steps)
+
+
+def _begin(m: LanesMemory) -> None:
+    """Make all lanes idle, with states that are numbers."""
+    m.counts[NEXT], m.counts[ACTIVE] = 0, 0
+    for lane in range(m.width):
+        m.members[lane] = IDLE
+        m.busy[0][lane], m.size[0][lane], m.clock[0][lane], m.due[0][lane] = 0.0, 1.0, m.grid[0], _NEVER
+        for i in range(m.n):
+            m.state[i][lane] = 0.0
+
+
+def advance_lanes(m: LanesMemory) -> int:
+    """Advance members over the grid, for so many rounds; return how many lanes are still in use: to be called until none is."""
+    end = m.grid[m.grid_count - 1]
+    if m.counts[NEXT] == NONE_BEGUN:
+        _begin(m)
+        _fill_lanes(m)
+    for _ in range(m.rounds):
+        if m.counts[ACTIVE] == 0:
+            break
+        _advance_once(m, end)
+        if m.counts[NEXT] < m.member_count and (m.width - m.counts[ACTIVE]) * _REFILL_SHARE >= m.width:
+            _fill_lanes(m)
+    active: int = m.counts[ACTIVE]
+    return active
