@@ -73,7 +73,7 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         sides = margins[room]
         inner = (page.width - sum(map(sum, sides))) / room
         depth += max(
-            _place_above(axis, sheet, (left_margin, inner, 0.0 if axis in sheet.right else right_margin), height)
+            _place_above(axis, sheet, (left_margin, inner, right_margin), height)
             for axis, (left_margin, right_margin) in zip(row, sides, strict=False)
         )
         lefts = [k * inner + sum(map(sum, sides[:k])) + left_margin for k, (left_margin, _) in enumerate(sides)]
@@ -157,13 +157,14 @@ def _place_above(axis: Axes, sheet: Sheet, widths: tuple[float, float, float], h
         _align_title_left(axis)
         return title + scale
     (left, inner, right), entries, lead = widths, sheet.above[axis], 0.0
-    legend = _legend(axis, entries, inner + right)
+    usual = inner if axis in sheet.right else inner + right
+    legend = _legend(axis, entries, usual)
     columns, (width, tall) = legend._ncols, _size(legend)  # type: ignore[attr-defined]
     if tall > _FEW_LINES * LINE * em:
         lead = left - _AT_EDGE * em
         legend = _legend(axis, entries, lead + inner + right)
         if legend._ncols == columns and math.prod(_size(legend)) >= width * tall:  # type: ignore[attr-defined]
-            legend, lead = _legend(axis, entries, inner + right), 0.0
+            legend, lead = _legend(axis, entries, usual), 0.0
     base = max(scale, _height_over(axis.yaxis.label, height), _HALF_NUMBER * em) if lead else scale
     legend.set_bbox_to_anchor((-lead / inner, 1.0 + (0.2 * em + base) / height), axis.transAxes)
     lift = _size(legend)[1] + base

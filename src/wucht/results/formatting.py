@@ -144,8 +144,13 @@ def label(result: Any, name: str, factor_unit: str | None = None) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Text with its unit as it is printed: ``text (N·m)``; without brackets if there is no unit."""
-    return f"{text} ({units_in_print(unit)})" if unit else text
+    """Text with its unit as it is printed: ``text (N·m)``; without brackets if there is no unit. A formula is set as one."""
+    return f"{text} ({units_in_print(unit)})" if unit else formula_in_print(text)
+
+
+def formula_in_print(text: str) -> str:
+    """A name that ends in a formula, a ratio of products, with that set in italics: ``slope of the motor, U_M/(k M e^2)``."""
+    return _FORMULA.sub(lambda formula: f"${formula[0].replace('*', '^*').replace(' ', chr(92) + ',')}$", text)
 
 
 def units_in_print(text: str) -> str:
@@ -158,6 +163,8 @@ def units_in_print(text: str) -> str:
     return text
 
 
+# After a comma up to the end: symbols of one letter, each with an index, a power or an asterisk, and one stroke.
+_FORMULA = re.compile(r"(?<=, )(?=[^/]+/[^/]+$)(?:[ /()]|[2-9]|[A-Za-z](?:_[A-Za-z])?(?:\*|\^\d)?(?![a-z]))+$")
 _POWERS = {"^2": "²", "^3": "³"}
 _PRINTED_UNITS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
     (re.compile(r"\b(?:[kmM]?N|kg|g)(?: (?:mm|cm|m|s)\b(?:\^[23])?)+"), lambda unit: unit[0].replace(" ", "·")),
