@@ -105,7 +105,13 @@ def test_labels_have_their_unit_in_brackets_and_powers_raised() -> None:
         ("slope of the motor, U_M/(k M e^2)", "slope of the motor, $U_M/(k\\,M\\,e^2)$"),
         ("amplitude ratio, m r/(M* e)", "amplitude ratio, $m\\,r/(M^*\\,e)$"),
         ("damping of n pendulums on the rotor, n b_r/(k J_R)", "damping of n pendulums on the rotor, $n\\,b_r/(k\\,J_R)$"),
+        ("beta_p: damping of the pendulums, b_r/(k J_P)", "$\\beta_p$: damping of the pendulums, $b_r/(k\\,J_P)$"),
+        ("u: slope of the motor", "$u$: slope of the motor"),
+        ("psi: mean phase at the start", "$\\psi$: mean phase at the start"),
         ("no-load speed over natural frequency", "no-load speed over natural frequency"),
+        ("rotor: speed", "rotor: speed"),
+        ("sigma", "$\\sigma$"),
+        ("phase", "phase"),
         ("signal, either/or", "signal, either/or"),
     ],
 )  # fmt: skip

@@ -32,6 +32,8 @@ _WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and en
 _FEW_LINES, _AT_EDGE = 3.5, 0.3  # a legend above a panel is no wider than that up to this height; else, from the page's edge
 _HALF_NUMBER = 0.6  # of the height of a number at the upper end of a scale: it is higher than its panel
 _ROOM = 1.15  # of a panel's height: greatest length of the name of its scale
+_FORMULA, _COMMANDS = re.compile(r"\$[^$]*\$"), re.compile(r"(?<=\\\w)[a-z]+|[\\$_^{},]")
+_STAND_IN = "\0"  # of each letter of a formula, while the name around it is broken into lines
 _AT_END, _SHARE = 0.02, 0.3  # of the panel: from a line's end to the right edge, at most; of the page: widest name there
 
 
@@ -210,9 +212,17 @@ def _name_lines(scale: Any, room: float) -> int:
     """Break the name of a scale into lines that fit along it, and return their number. room: in sizes of the text."""
     text = scale.get_label_text()
     letters = max(int(room / LETTER), 8)
-    if "\n" not in text and "$" not in text and len(text) > letters:
-        scale.set_label_text("\n".join(wrap_text(text, letters)))
+    if "\n" not in text:
+        scale.set_label_text("\n".join(_wrapped_name(text, letters)))
     return int(scale.get_label_text().count("\n") + 1) if text else 0
+
+
+def _wrapped_name(text: str, letters: int) -> list[str]:
+    """Break a name into lines of this many letters, if possible; no formula in it is broken, nor are its commands counted."""
+    formulas = iter(_FORMULA.findall(text))
+    plain = _FORMULA.sub(lambda formula: _STAND_IN * max(len(_COMMANDS.sub("", formula[0])), 1), text)
+    lines = wrap_text(plain, letters) if len(plain) > letters else [plain]
+    return [re.sub(f"{_STAND_IN}+", lambda _: next(formulas), line) for line in lines]
 
 
 def _name_ends(figure: Figure, sheet: Sheet) -> None:

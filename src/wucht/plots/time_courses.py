@@ -217,13 +217,14 @@ def draw_course(axis: Axes, windows: TurnWindows, y: np.ndarray, band: str | Non
 
 
 def draw_mean_and_range(
-    axis: Axes, x: np.ndarray, mean: np.ndarray, limits: tuple[np.ndarray, np.ndarray], **look: Any
+    axis: Axes, x: np.ndarray, mean: np.ndarray | None, limits: tuple[np.ndarray, np.ndarray], **look: Any
 ) -> None:
     """Draw a signal whose mean (N,), least and greatest values (N,) over x (N,) are known, as ``draw_course`` does.
 
-    look: of the line.
+    look: of the line, which is left out without a mean.
     """
-    axis.plot(x, mean, label="mean", **look)
+    if mean is not None:
+        axis.plot(x, mean, label="mean", **look)
     axis.fill_between(x, *limits, color=look["color"], label=RANGE, **_BAND)
 
 

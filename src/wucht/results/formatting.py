@@ -149,8 +149,12 @@ def with_unit(text: str, unit: str) -> str:
 
 
 def formula_in_print(text: str) -> str:
-    """A name that ends in a formula, a ratio of products, with that set in italics: ``slope of the motor, U_M/(k M e^2)``."""
-    return _FORMULA.sub(lambda formula: f"${formula[0].replace('*', '^*').replace(' ', chr(92) + ',')}$", text)
+    """A name with its symbol before a colon, and the ratio of products at its end, set as mathematics.
+
+    ``beta_p: damping of the pendulums, b_r/(k J_P)``; a Greek letter also where it is the whole name.
+    """
+    with_symbol = _SYMBOL.sub(lambda symbol: f"${_BACKSLASH if symbol[1] else ''}{symbol[0]}$", text)
+    return _FORMULA.sub(lambda formula: f"${formula[0].replace('*', '^*').replace(' ', f'{_BACKSLASH},')}$", with_symbol)
 
 
 def units_in_print(text: str) -> str:
@@ -163,6 +167,9 @@ def units_in_print(text: str) -> str:
     return text
 
 
+_BACKSLASH = "\\"
+_GREEK = "alpha|beta|delta|epsilon|lambda|mu|omega|phi|psi|sigma|tau"
+_SYMBOL = re.compile(rf"^(?:({_GREEK})(?:_[A-Za-z0-9])?(?=: |$)|[A-Za-z](?:_[A-Za-z0-9])?(?=: ))")
 # After a comma up to the end: symbols of one letter, each with an index, a power or an asterisk, and one stroke.
 _FORMULA = re.compile(r"(?<=, )(?=[^/]+/[^/]+$)(?:[ /()]|[2-9]|[A-Za-z](?:_[A-Za-z])?(?:\*|\^\d)?(?![a-z]))+$")
 _POWERS = {"^2": "²", "^3": "³"}

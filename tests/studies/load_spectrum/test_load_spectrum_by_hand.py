@@ -263,6 +263,8 @@ def test_a_signal_of_many_cycles_is_drawn_as_its_mean_with_its_range(result: xr.
     assert np.asarray(mean.get_ydata()) == pytest.approx(3.0, abs=0.2)
     _, up = band.get_datalim(axis.transData).get_points().T
     assert up == pytest.approx([1.0, 5.0], abs=0.2) and band.get_alpha() < 0.5
+    former = drawn("load-spectrum", titled(made.drop_vars("average"))).axes[2]
+    assert former.collections[0].get_label() == "least to greatest", "of a result that was written without means"
 
 
 def test_crossings_are_drawn_over_levels_instead_of_bars(result: xr.Dataset) -> None:

@@ -93,7 +93,8 @@ def _course(axis: Axes, result: xr.Dataset) -> None:
     look: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.0}
     windows = TurnWindows.even(time, float(time[-1])).at_least(_WINDOW) if len(time) else None
     if not np.array_equal(low, high):
-        draw_mean_and_range(axis, time, scale * result["average"].values, (low, high), **look)
+        mean = scale * result["average"].values if "average" in result else None  # older results have none
+        draw_mean_and_range(axis, time, mean, (low, high), **look)
     elif windows is not None and windows.shares(high, float(np.ptp(high))).any():
         mean = windows.means(high)
         draw_mean_and_range(axis, windows.at, mean, windows.extremes(high, mean), **look)
