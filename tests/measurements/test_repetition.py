@@ -51,7 +51,7 @@ def test_a_unit_that_makes_a_multiple_of_the_speed(unit, said):
     """It is told, no more: it may be right, and a toothed wheel seen."""
     (text,) = suspicions(fit_orders(record(uneven(150, 15000), unit, said), ORDERS))
     assert text.startswith("The orders kept explain 0 % of the fluctuation. ")
-    assert re.search(rf"If the numbers were in {unit}, not in {said}, they would explain (9\d|100)%: check the unit\.$", text)
+    assert re.search(rf"If the numbers were in {unit}, not in {said}, they would explain (9\d|100) %: check the unit\.$", text)
 
 
 @pytest.mark.parametrize("turns", [7, 30, 60])
