@@ -340,3 +340,11 @@ def test_no_public_name_stands_for_two_things() -> None:
             if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_") and _floor(module) != "cli":
                 modules.setdefault(node.name, []).append(module)
     assert {name: places for name, places in modules.items() if len(places) > 1 and name not in _PROTOCOL} == {}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_share_is_printed_with_a_space_before_its_sign(module: str) -> None:
+    """Formats of Python print 1.28% without one. Fields of report lines, which print it, are no f-strings."""
+    formats = [node for node in ast.walk(ast.parse(_text(MODULES[module]))) if isinstance(node, ast.FormattedValue)]
+    specs = [ast.unparse(node.format_spec) for node in formats if node.format_spec is not None]
+    assert [spec for spec in specs if spec.rstrip("\"'").endswith("%")] == []

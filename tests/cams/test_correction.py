@@ -72,11 +72,11 @@ def test_what_is_left_where_the_shaft_turns_otherwise():
     assert found.pop("as measured") < 1e-13
     one, five = (found.pop(f"the phase of the speed, or the cam on its shaft, off by {d}°") for d in (1, 5))
     assert five == pytest.approx(5 * one, rel=0.05)
-    less, more = found.pop("90% of the fluctuation"), found.pop("110% of the fluctuation")
+    less, more = found.pop("90 % of the fluctuation"), found.pop("110 % of the fluctuation")
     assert more == pytest.approx(less, rel=0.05)
     even = found.pop("a shaft that turns evenly")
     assert even == pytest.approx(10 * more, rel=0.1)
-    assert found.pop("a mean speed off by 10%, the fluctuation the same in rad/s") > 1.05 * more
+    assert found.pop("a mean speed off by 10 %, the fluctuation the same in rad/s") > 1.05 * more
     assert set(found) == {f"order {j} left out of the correction" for j in (2, 3, 4, 5)}  # order 1 is none here
     assert max(found, key=found.get) == "order 2 left out of the correction"
 
@@ -100,10 +100,10 @@ def test_a_mean_speed_that_is_off_is_worse_below():
         share_above_order(orders(MotionOverTime(CorrectedLaw(LAW, shaft()), shaft(1 / by))), 5) for by in (0.9, 1.1)
     )
     assert slower > 1.2 * faster
-    assert said["a mean speed off by 10%, the fluctuation the same in rad/s"] == pytest.approx(slower, rel=1e-12)
+    assert said["a mean speed off by 10 %, the fluctuation the same in rad/s"] == pytest.approx(slower, rel=1e-12)
     # 92 % of the speed, of order 1: at 10 % less it would turn back.
     strong = [r.condition for r in residuals(LAW, 5, ShaftMotion(FourierSeries.of(OMEGA, [0.92 * OMEGA])))]
-    assert "a mean speed higher by 10%, the fluctuation the same in rad/s" in strong
+    assert "a mean speed higher by 10 %, the fluctuation the same in rad/s" in strong
 
 
 def test_what_an_order_leaves_that_nobody_corrects_for():

@@ -50,8 +50,8 @@ def test_another_unit_than_the_heading_says(turns, unit, said):
 def test_a_unit_that_makes_a_multiple_of_the_speed(unit, said):
     """It is told, no more: it may be right, and a toothed wheel seen."""
     (text,) = suspicions(fit_orders(record(uneven(150, 15000), unit, said), ORDERS))
-    assert text.startswith("The orders kept explain 0% of the fluctuation. ")
-    assert re.search(rf"If the numbers were in {unit}, not in {said}, they would explain (9\d|100)%: check the unit\.$", text)
+    assert text.startswith("The orders kept explain 0 % of the fluctuation. ")
+    assert re.search(rf"If the numbers were in {unit}, not in {said}, they would explain (9\d|100) %: check the unit\.$", text)
 
 
 @pytest.mark.parametrize("turns", [7, 30, 60])
@@ -92,7 +92,7 @@ def test_more_pulses_a_turn_than_there_are(wrong):
     """They may be right: then the shaft turns with even orders alone, of which some were left out."""
     times = pulse_record(20, 64, 1e-6).time
     (text,) = suspicions(fit_orders(pulse_signal(channel(times, times, "s", "pulses"), wrong), [1, 2, 3, 4, 5]))
-    assert f"If the encoder gave 64 pulses a turn, not {wrong}, they would explain 100%: check pulses_per_turn." in text
+    assert f"If the encoder gave 64 pulses a turn, not {wrong}, they would explain 100 %: check pulses_per_turn." in text
 
 
 def test_pulses_a_turn_that_are_a_little_wrong():

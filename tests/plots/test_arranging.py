@@ -119,7 +119,8 @@ def test_the_height_below_a_row() -> None:
         ("speed of the drum", 9.1, 1),  # 17 letters of 0.53
         ("speed of the drum", 8.9, 2),
         ("speed of the drum", 0.0, 2),  # eight letters at least
-        ("speed $v$ of the drum", 5.0, 1),
+        ("speed $v_m$ of the drum", 9.1, 2),  # 20 letters without those of the command
+        ("speed $\\,a\\,b\\,c\\,d\\,e$", 0.0, 2),  # a formula is not broken
         ("speed\nof the drum that turns", 5.0, 2),
     ],
 )

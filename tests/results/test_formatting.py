@@ -99,6 +99,26 @@ def test_labels_have_their_unit_in_brackets_and_powers_raised() -> None:
     assert (unit_in_print("m"), unit_in_print("m/s"), unit_in_print("")) == ((1e3, "mm"), (1.0, "m/s"), (1.0, ""))
 
 
+@pytest.mark.parametrize(
+    ("name", "printed"),
+    [
+        ("slope of the motor, U_M/(k M e^2)", "slope of the motor, $U_M/(k\\,M\\,e^2)$"),
+        ("amplitude ratio, m r/(M* e)", "amplitude ratio, $m\\,r/(M^*\\,e)$"),
+        ("damping of n pendulums on the rotor, n b_r/(k J_R)", "damping of n pendulums on the rotor, $n\\,b_r/(k\\,J_R)$"),
+        ("beta_p: damping of the pendulums, b_r/(k J_P)", "$\\beta_p$: damping of the pendulums, $b_r/(k\\,J_P)$"),
+        ("u: slope of the motor", "$u$: slope of the motor"),
+        ("psi: mean phase at the start", "$\\psi$: mean phase at the start"),
+        ("no-load speed over natural frequency", "no-load speed over natural frequency"),
+        ("rotor: speed", "rotor: speed"),
+        ("sigma", "$\\sigma$"),
+        ("phase", "phase"),
+        ("signal, either/or", "signal, either/or"),
+    ],
+)  # fmt: skip
+def test_a_formula_in_a_label_is_set_as_one(name: str, printed: str) -> None:
+    assert with_unit(name, "") == printed
+
+
 def test_an_abscissa_without_a_unit_has_a_symbol() -> None:
     data = xr.Dataset({n: (n, [1.0], {"long_name": f"the {n}", "units": ""}) for n in ("time", "speed", "course_time")})
     assert abscissa_label(data, "time") == "time $\\tau$" and abscissa_label(data, "speed") == "speed $\\omega$"

@@ -152,10 +152,10 @@ def _conditions(law: Law, shaft: ShaftMotion) -> Iterator[tuple[str, _Cases]]:
         misaligned_cams = [CorrectedLaw(law, shaft, math.radians(by)) for by in (degrees, -degrees)]
         yield f"the phase of the speed, or the cam on its shaft, off by {degrees:g}°", [(one, shaft) for one in misaligned_cams]
     for share in _SHARES:
-        yield f"{share:.0%} of the fluctuation", [(cam, scaled_shaft) for scaled_shaft in _scaled_shafts(shaft, share)]
+        yield f"{100 * share:.0f} % of the fluctuation", [(cam, scaled_shaft) for scaled_shaft in _scaled_shafts(shaft, share)]
     speeds = [(cam, scaled_shaft) for by in _SPEEDS for scaled_shaft in _scaled_shafts(shaft, 1 / by)]
     off = "off by" if len(speeds) == len(_SPEEDS) else "higher by"  # at the lower one a strong fluctuation would turn back
-    yield f"a mean speed {off} {_SPEEDS[0] - 1:.0%}, the fluctuation the same in rad/s", speeds
+    yield f"a mean speed {off} {100 * (_SPEEDS[0] - 1):.0f} %, the fluctuation the same in rad/s", speeds
     for j in (np.flatnonzero(shaft.speed.amplitudes) + 1).tolist():
         with suppress(InputError):
             yield f"order {j} left out of the correction", [(CorrectedLaw(law, shaft.without_order(j)), shaft)]

@@ -52,8 +52,8 @@ def check_repetition(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> tu
     if not multiple:
         raise InputError(shaft.location, None, _refusal(shaft, name))
     return (
-        f"The orders kept explain {1 - stated_share:.0%} of the fluctuation. {_condition(shaft, name)} they "
-        f"would explain {1 - alternative_share:.0%}: "
+        f"The orders kept explain {100 * (1 - stated_share):.0f} % of the fluctuation. {_condition(shaft, name)} they "
+        f"would explain {100 * (1 - alternative_share):.0f} %: "
         f"check {'pulses_per_turn' if shaft.per_turn is not None else 'the unit'}.",
     )
 

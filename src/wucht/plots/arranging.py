@@ -32,6 +32,8 @@ _WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and en
 _FEW_LINES, _AT_EDGE = 3.5, 0.3  # a legend above a panel is no wider than that up to this height; else, from the page's edge
 _HALF_NUMBER = 0.6  # of the height of a number at the upper end of a scale: it is higher than its panel
 _ROOM = 1.15  # of a panel's height: greatest length of the name of its scale
+_FORMULA, _COMMANDS = re.compile(r"\$[^$]*\$"), re.compile(r"(?<=\\\w)[a-z]+|[\\$_^{},]")
+_STAND_IN = "\0"  # of each letter of a formula, while the name around it is broken into lines
 _AT_END, _SHARE = 0.02, 0.3  # of the panel: from a line's end to the right edge, at most; of the page: widest name there
 
 
@@ -73,7 +75,7 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         sides = margins[room]
         inner = (page.width - sum(map(sum, sides))) / room
         depth += max(
-            _place_above(axis, sheet, (left_margin, inner, 0.0 if axis in sheet.right else right_margin), height)
+            _place_above(axis, sheet, (left_margin, inner, right_margin), height)
             for axis, (left_margin, right_margin) in zip(row, sides, strict=False)
         )
         lefts = [k * inner + sum(map(sum, sides[:k])) + left_margin for k, (left_margin, _) in enumerate(sides)]
@@ -157,13 +159,14 @@ def _place_above(axis: Axes, sheet: Sheet, widths: tuple[float, float, float], h
         _align_title_left(axis)
         return title + scale
     (left, inner, right), entries, lead = widths, sheet.above[axis], 0.0
-    legend = _legend(axis, entries, inner + right)
+    usual = inner if axis in sheet.right else inner + right
+    legend = _legend(axis, entries, usual)
     columns, (width, tall) = legend._ncols, _size(legend)  # type: ignore[attr-defined]
     if tall > _FEW_LINES * LINE * em:
         lead = left - _AT_EDGE * em
         legend = _legend(axis, entries, lead + inner + right)
         if legend._ncols == columns and math.prod(_size(legend)) >= width * tall:  # type: ignore[attr-defined]
-            legend, lead = _legend(axis, entries, inner + right), 0.0
+            legend, lead = _legend(axis, entries, usual), 0.0
     base = max(scale, _height_over(axis.yaxis.label, height), _HALF_NUMBER * em) if lead else scale
     legend.set_bbox_to_anchor((-lead / inner, 1.0 + (0.2 * em + base) / height), axis.transAxes)
     lift = _size(legend)[1] + base
@@ -209,9 +212,17 @@ def _name_lines(scale: Any, room: float) -> int:
     """Break the name of a scale into lines that fit along it, and return their number. room: in sizes of the text."""
     text = scale.get_label_text()
     letters = max(int(room / LETTER), 8)
-    if "\n" not in text and "$" not in text and len(text) > letters:
-        scale.set_label_text("\n".join(wrap_text(text, letters)))
+    if "\n" not in text:
+        scale.set_label_text("\n".join(_wrapped_name(text, letters)))
     return int(scale.get_label_text().count("\n") + 1) if text else 0
+
+
+def _wrapped_name(text: str, letters: int) -> list[str]:
+    """Break a name into lines of this many letters, if possible; no formula in it is broken, nor are its commands counted."""
+    formulas = iter(_FORMULA.findall(text))
+    plain = _FORMULA.sub(lambda formula: _STAND_IN * max(len(_COMMANDS.sub("", formula[0])), 1), text)
+    lines = wrap_text(plain, letters) if len(plain) > letters else [plain]
+    return [re.sub(f"{_STAND_IN}+", lambda _: next(formulas), line) for line in lines]
 
 
 def _name_ends(figure: Figure, sheet: Sheet) -> None:

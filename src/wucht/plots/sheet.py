@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.page import PRINT, Page, current_page, page_context
-from wucht.results.formatting import round_numbers, wrap_text
+from wucht.results.formatting import round_numbers, units_in_print, wrap_text
 from wucht.results.store import replace_file
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def new_grid(
     rows = [[axis] for axis in axes[:wide]] + middle_rows + [[axis] for axis in end]
     row_heights = [page.height * h for h in ([heights] if isinstance(heights, int | float) else heights)]
     row_heights = (row_heights + row_heights[-1:] * len(rows))[: len(rows)]
-    heading, sentence = _heading(title, round_numbers(subtitle), page) if page.has_title else ("", "")
+    heading, sentence = _heading(title, units_in_print(round_numbers(subtitle)), page) if page.has_title else ("", "")
     row_columns = [1] * wide + [columns] * len(middle_rows) + [1] * last
     setattr(figure, _SHEET, Sheet(page, heading, rows, row_columns, row_heights, sentence=sentence))
     if heading:

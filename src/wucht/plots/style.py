@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.sheet import legend_beside, rpm_axis
+from wucht.plots.sheet import legend_above, legend_beside, rpm_axis
 from wucht.results.formatting import abscissa_label
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ def mark_speeds(
 ) -> None:
     """Finish panels over the speed: mark speeds that lie in the range, set the range, write legends and the abscissa's name.
 
-    A line that has the same look and name in several panels is in the legend of the first of them.
+    A line that has the same look and name in several panels is in the legend of the first of them. The legend of a single panel
+    is above it, in columns, so that the panel has the width of the page.
 
     natural: name of a natural frequency, singular and plural; they are marked for both senses of rotation. free: the speed that
     the drive reaches, and its name. legend_panel: the panel whose legend has these.
@@ -73,14 +74,14 @@ def mark_speeds(
         (f, ":", natural[len(visible_frequencies) > 1] if k == 0 else None) for k, f in enumerate(visible_frequencies)
     ]
     marks += [(free[0], FREE["linestyle"], free[1])] if low <= free[0] <= high else []
-    earlier_looks = set[tuple[str, ...]]()
+    earlier_looks, place_legend = set[tuple[str, ...]](), legend_beside if len(axes) > 1 else legend_above
     for axis in axes:
         for speed, dashes, name in marks:
             shown_name = name if axis is axes[legend_panel] else None
             axis.axvline(speed, color=GREY, linestyle=dashes, linewidth=0.9, label=shown_name, zorder=1)
         axis.set_xlim(low, high)
         looks = {_legend_key(handle): handle for handle in axis.get_legend_handles_labels()[0]}
-        legend_beside(axis, [handle for look, handle in looks.items() if look not in earlier_looks])
+        place_legend(axis, [handle for look, handle in looks.items() if look not in earlier_looks])
         earlier_looks |= set(looks)
     rpm_axis(axes[0], str(result.speed.attrs["units"]), "x")
     axes[-1].set_xlabel(abscissa_label(result, "speed"))

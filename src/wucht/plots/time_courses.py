@@ -216,6 +216,18 @@ def draw_course(axis: Axes, windows: TurnWindows, y: np.ndarray, band: str | Non
         axis.fill_between(windows.at, low, high, color=look["color"], label=band or None, **_BAND)
 
 
+def draw_mean_and_range(
+    axis: Axes, x: np.ndarray, mean: np.ndarray | None, limits: tuple[np.ndarray, np.ndarray], **look: Any
+) -> None:
+    """Draw a signal whose mean (N,), least and greatest values (N,) over x (N,) are known, as ``draw_course`` does.
+
+    look: of the line, which is left out without a mean.
+    """
+    if mean is not None:
+        axis.plot(x, mean, label="mean", **look)
+    axis.fill_between(x, *limits, color=look["color"], label=RANGE, **_BAND)
+
+
 def draw_greatest(axis: Axes, windows: TurnWindows, y: np.ndarray, **look: Any) -> None:
     """Draw the greatest value of a signal (N,) in the windows; the signal itself where it does not swing in them.
 

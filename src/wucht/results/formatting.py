@@ -144,8 +144,17 @@ def label(result: Any, name: str, factor_unit: str | None = None) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Text with its unit as it is printed: ``text (N·m)``; without brackets if there is no unit."""
-    return f"{text} ({units_in_print(unit)})" if unit else text
+    """Text with its unit as it is printed: ``text (N·m)``; without brackets if there is no unit. A formula is set as one."""
+    return f"{text} ({units_in_print(unit)})" if unit else formula_in_print(text)
+
+
+def formula_in_print(text: str) -> str:
+    """A name with its symbol before a colon, and the ratio of products at its end, set as mathematics.
+
+    ``beta_p: damping of the pendulums, b_r/(k J_P)``; a Greek letter also where it is the whole name.
+    """
+    with_symbol = _SYMBOL.sub(lambda symbol: f"${_BACKSLASH if symbol[1] else ''}{symbol[0]}$", text)
+    return _FORMULA.sub(lambda formula: f"${formula[0].replace('*', '^*').replace(' ', f'{_BACKSLASH},')}$", with_symbol)
 
 
 def units_in_print(text: str) -> str:
@@ -158,6 +167,11 @@ def units_in_print(text: str) -> str:
     return text
 
 
+_BACKSLASH = "\\"
+_GREEK = "alpha|beta|delta|epsilon|lambda|mu|omega|phi|psi|sigma|tau"
+_SYMBOL = re.compile(rf"^(?:({_GREEK})(?:_[A-Za-z0-9])?(?=: |$)|[A-Za-z](?:_[A-Za-z0-9])?(?=: ))")
+# After a comma up to the end: symbols of one letter, each with an index, a power or an asterisk, and one stroke.
+_FORMULA = re.compile(r"(?<=, )(?=[^/]+/[^/]+$)(?:[ /()]|[2-9]|[A-Za-z](?:_[A-Za-z])?(?:\*|\^\d)?(?![a-z]))+$")
 _POWERS = {"^2": "²", "^3": "³"}
 _PRINTED_UNITS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
     (re.compile(r"\b(?:[kmM]?N|kg|g)(?: (?:mm|cm|m|s)\b(?:\^[23])?)+"), lambda unit: unit[0].replace(" ", "·")),

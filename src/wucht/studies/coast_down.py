@@ -506,6 +506,15 @@ def _draw_other_runs(axes: Sequence[Axes], result: xr.Dataset, moves: bool) -> N
                 axes[1].plot(result.run_time, printed_values(result, "run_amplitude")[0][k], **style)
 
 
+def _draw_oscillation(axis: Axes, result: xr.Dataset, windows: TurnWindows, begin: float) -> None:
+    """Draw the speed from the last whole turn on, or its mean where it swings too fast to be drawn: its range is there."""
+    speed, after, late = result.speed.values, result.time.values >= begin, windows.at >= begin
+    if late.any() and windows.shares(speed, float(np.ptp(speed)))[late].all():
+        axis.plot(windows.at[late], windows.means(speed)[late], color=COLOURS[0], linewidth=1.3)
+    else:
+        axis.plot(result.time[after], result.speed[after], color=COLOURS[0], linewidth=0.5)
+
+
 def _speed(axis: Axes, result: xr.Dataset, windows: TurnWindows, start: str) -> None:
     """Draw the mean speed over each turn, the range of the speed, and the times of half speed and of the reversal.
 
@@ -531,6 +540,5 @@ def _speed(axis: Axes, result: xr.Dataset, windows: TurnWindows, start: str) -> 
     if reversal_time is not None:
         axis.plot([reversal_time], [0.0], "s", color=COLOURS[2], markersize=5, zorder=4, label="turns back")
         axis.axhline(0.0, color=GREY, linewidth=0.6)
-        after = time.values >= (at.values[-1] if turns else reversal_time)  # from the last whole turn on
-        axis.plot(time[after], result.speed[after], color=blue, linewidth=0.5)
+        _draw_oscillation(axis, result, windows, float(at[-1]) if turns else reversal_time)
     name_speeds(axis, result)

@@ -314,7 +314,7 @@ def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str) -
         over = result.point_overlapping.values.astype(bool)
         axis.plot(result.point_speed.values[over], points[over], "x", color=GREY, markersize=4, zorder=5)
     classes = (
-        (stable & ~over, "o", COLOURS[6], "working point, stable"), (~stable & ~over, "o", "white", "working point, not stable")
+        (stable & ~over, "o", COLOURS[6], "stable working point"), (~stable & ~over, "o", "white", "unstable working point")
     )  # fmt: skip
     draw_classes(axis, result.point_speed.values, points, classes, color=COLOURS[6], markersize=6, zorder=5)
 

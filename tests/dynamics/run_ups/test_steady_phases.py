@@ -81,7 +81,7 @@ def test_figure_and_report(r1: xr.Dataset) -> None:
     lines = {line.get_label(): line for line in axis.get_lines()}
     assert lines["compensating"].get_linestyle() == "-"
     assert lines["opposed"].get_linestyle() == "--"
-    assert {"together, heavy side", "working point, stable", "working point, not stable", "not stable"} <= set(lines)
+    assert {"together, heavy side", "stable working point", "unstable working point", "not stable"} <= set(lines)
     assert "stable       200 rad/s (1910 rpm), compensating: 0 N·m" in "\n".join(report(r1))
 
 

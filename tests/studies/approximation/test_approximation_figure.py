@@ -55,7 +55,7 @@ def test_four_panels(sigma: xr.Dataset) -> None:
     speed, amplitude, along, order = figure.axes
     assert speed.get_ylabel() == "speeds of the rotor differ by"
     assert amplitude.get_ylabel() == "amplitudes differ by"
-    assert (along.get_xlabel(), order.get_xlabel()) == ("sigma", "factor of $\\varepsilon$")
+    assert (along.get_xlabel(), order.get_xlabel()) == ("$\\sigma$", "factor of $\\varepsilon$")
     assert [a.get_yscale() for a in figure.axes] == ["log"] * 4
     assert along.get_xscale() == order.get_xscale() == "log"
     [legend] = figure.legends

@@ -95,8 +95,8 @@ def test_residuals_grow_with_what_is_wrong(template):
     assert 0.01 < one < 0.05
     assert five == pytest.approx(5 * one, rel=0.05)
     # The mean 10 % lower and the same rad/s is a fluctuation of 1/0.9: ten ninths of what 110 % leave.
-    slower = left["a mean speed off by 10%, the fluctuation the same in rad/s"]
-    assert slower == pytest.approx(left["110% of the fluctuation"] * 10 / 9, rel=0.02)
+    slower = left["a mean speed off by 10 %, the fluctuation the same in rad/s"]
+    assert slower == pytest.approx(left["110 % of the fluctuation"] * 10 / 9, rel=0.02)
     assert left["order 2 left out of the correction"] > 0.3
     assert template.share.values == pytest.approx([*left.values()])
 

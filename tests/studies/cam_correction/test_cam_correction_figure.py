@@ -151,8 +151,8 @@ def test_the_report_says_what_an_engineer_asks(whole):
     whole_text = "\n".join(text)
     for words in (
         "52.36 rad/s (500 rpm), a turn in 120 ms; it fluctuates by 15.2", "in orders 2, 3, 4, 5", "7.4 turns, 6000 samples",
-        "0.482 rpm rms left; the noise leaves about", "no order left out matters", "a mean speed off by 10%", "off by 1°",
-        "an order of the speed is left out: 52 % (2), 28 % (3)", "moved by 0.7", "50.47 of", "(100.0% of its 15 orders; ",
+        "0.482 rpm rms left; the noise leaves about", "no order left out matters", "a mean speed off by 10 %", "off by 1°",
+        "an order of the speed is left out: 52 % (2), 28 % (3)", "moved by 0.7", "50.47 of", "(100.0 % of its 15 orders; ",
         "pressure angle at most 26.1°", "counter ",
         "rounded to 5 decimals of a mm", "explained by the computed motion of the original cam",
     ):  # fmt: skip
@@ -199,7 +199,7 @@ def test_a_delay_is_told_and_taken_out(tmp_path):
     assert m["explained"] < 0.95
     assert m["explained_without_delay"] > 0.999
     assert np.degrees(m["delay"]) == pytest.approx(5, abs=0.1)
-    assert "it comes 4.99° (1.66 ms) later than computed; without it 100.0% of its orders" in "\n".join(wucht.report(result))
+    assert "it comes 4.99° (1.66 ms) later than computed; without it 100.0 % of its orders" in "\n".join(wucht.report(result))
     (said,) = (w for w in result.wucht.warnings if "later than" in w)
     better = acceleration(tmp_path, zero=said.split('zero = "')[1].split('"')[0])
     assert better.wucht.summary["measured"]["explained"] > 0.999

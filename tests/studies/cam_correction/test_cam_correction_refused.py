@@ -90,5 +90,5 @@ def test_a_fluctuation_near_standstill_leaves_out_what_would_turn_back(wucht, he
     command = wucht("run", "drive.toml", "--json")
     assert command.code == 0, command.err
     what = [r["what"] for r in command.document["summary"]["residuals"]]
-    assert "90% of the fluctuation" in what
-    assert "110% of the fluctuation" not in what
+    assert "90 % of the fluctuation" in what
+    assert "110 % of the fluctuation" not in what

@@ -269,9 +269,9 @@ def test_the_lines_of_the_report(result: xr.Dataset) -> None:
     s, d = result.wucht.summary, math.degrees
     rpm = 30 / math.pi
     told = report(result)[2:]
-    explained, share = f"{FIT.explained_share:.2%}", f"{0.8 * 1500 / 1600:.1%}"
+    explained, share = f"{100 * FIT.explained_share:.2f} %", f"{100 * 0.8 * 1500 / 1600:.1f} %"
     three, six = (f"{_rounded(100 * x / SHAFT.mean)} %" for x in (0.75, 0.25))
-    assert told[0].endswith(f"a turn in 120 ms; it fluctuates by {s['fluctuation']:.2%} in orders 2, 3, 4, 5")
+    assert told[0].endswith(f"a turn in 120 ms; it fluctuates by {100 * s['fluctuation']:.2f} % in orders 2, 3, 4, 5")
     assert told[1].startswith(
         f"  record       7.5 turns, 6000 samples, orders explain {explained}, {0.05 * rpm:.3g} rpm rms left"
     )
@@ -289,11 +289,11 @@ def test_the_lines_of_the_report(result: xr.Dataset) -> None:
     assert told[8] == "               moved by 2 mm at most, not undercut, largest roller 22 mm, largest grinding wheel 72 mm"
     assert told[9].startswith(f"  counter cam  pressure angle at most {d(0.53):.3g}° at {d(6):.4g}° (original {d(0.51):.3g}°)")
     assert told[11].startswith(
-        f"  measured     6.5 turns: {share} explained by the computed motion of the corrected cam (80.0% of"
+        f"  measured     6.5 turns: {share} explained by the computed motion of the corrected cam (80.0 % of"
     )
-    assert told[11].endswith("(80.0% of its 3 orders; 10 of 40 rad/s^2 rms lie outside these)")
+    assert told[11].endswith("(80.0 % of its 3 orders; 10 of 40 rad/s^2 rms lie outside these)")
     late = f"it comes {d(0.05):.3g}° ({50 / SHAFT.mean:.3g} ms) later than computed"
-    assert told[12].endswith(f"{late}; without it 95.0% of its orders would be explained")
+    assert told[12].endswith(f"{late}; without it 95.0 % of its orders would be explained")
 
 
 def _rounded(value: float) -> str:
@@ -340,7 +340,7 @@ def test_notes_on_contours(bare: Plan) -> None:
     tight = replace(bare, spec=bare.spec.model_copy(update={"chord_tolerance": 2.9e-6}))
     cut, chords = running._notes(tight, {"cam": contour(0), "counter": contour(50)}, cams)
     share = 0.5 / (2 * math.pi)
-    assert cut == f"The follower cuts {share:.1%} of the original contour (counter) away; the corrected one is intact."
+    assert cut == f"The follower cuts {100 * share:.1f} % of the original contour (counter) away; the corrected one is intact."
     assert chords.startswith(
         "Chords between 36 points leave the contour by 3 um, more than the tolerance of 2.9 um: take points = 37"
     )
@@ -370,8 +370,8 @@ def test_what_removes_a_delay(by: float, words: str) -> None:
 
 
 @pytest.mark.parametrize(("share", "ratio", "begins"), [
-    (0.5, 1.0, []), (0.49, 1.0, ["The motion computed for the original cam explains 49%"]),
-    (-0.2, 1.0, ["The motion computed for the original cam explains 0%"]),
+    (0.5, 1.0, []), (0.49, 1.0, ["The motion computed for the original cam explains 49 %"]),
+    (-0.2, 1.0, ["The motion computed for the original cam explains 0 %"]),
     (0.9, 1.0009, []), (0.9, 0.9989, ["The measured acceleration repeats at 0.9989 times"]),
 ])  # fmt: skip
 def test_notes_on_a_measured_acceleration(share: float, ratio: float, begins: list[str]) -> None:
@@ -390,8 +390,8 @@ def test_orders_that_a_record_holds_are_warned_of_where_they_are_significant_and
     )  # fmt: skip
     assert preparing._record_notes(drive, fit) == (
         "a doubt",
-        "Order 3 is left out, but the record holds 0.12% of the speed in it.",
-        "Order 6 is left out, but the record holds 1.00% of the speed in it.",
+        "Order 3 is left out, but the record holds 0.12 % of the speed in it.",
+        "Order 6 is left out, but the record holds 1.00 % of the speed in it.",
     )
 
 

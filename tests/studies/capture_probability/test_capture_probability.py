@@ -181,7 +181,7 @@ def test_which_quantity_matters(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) 
     lines = "\n".join(report(result))
     assert "at u = 2.5, share of the variance of the outcome" in lines
     drawn = draw(result)
-    assert [t.get_text() for t in drawn.axes[1].get_yticklabels()] == ["psi", "delta"]
+    assert [t.get_text() for t in drawn.axes[1].get_yticklabels()] == ["$\\psi$", "$\\delta$"]
     nothing = asked(monkeypatch, sensitivity=True, at=5.0, samples=64)
     assert nothing.wucht.summary["sensitivity"]["indices"] is None
     assert any("all runs with a verdict have one outcome" in w for w in nothing.wucht.warnings)

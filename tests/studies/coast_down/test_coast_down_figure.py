@@ -32,6 +32,22 @@ def test_a_coast_down_on_a_fixed_axis_has_one_panel(coasted: xr.Dataset) -> None
     assert "turns back" in _labels(speed)
 
 
+def test_the_oscillation_after_the_reversal_is_a_band_and_no_dark_block() -> None:
+    """A mean speed falls, then there are hundreds of swings in less than half of the panel."""
+    start = {"disc": {"angle": math.pi / 2, "speed": 1.6}, "s1": 0.0, "s2": 0.0}
+    result = run(CoastDown(until=3000.0, start=start), load_machine(FIGURE_7))
+    begin = result.wucht.summary["reversal_time"]
+    (axis,) = draw(result).axes
+    (late,) = (line for line in axis.get_lines() if len(line.get_xdata()) > 5 and min(line.get_xdata()) > 0.9 * begin)
+    at, mean = (np.asarray(v, float) for v in late.get_data())
+    after = at > 1.1 * begin  # windows before that reach back to the last turns
+    assert after.any() and np.abs(mean[after]).max() < 0.1 * np.ptp(result.speed.values[result.time.values > begin])
+    (band,) = axis.collections
+    corners = band.get_paths()[0].vertices
+    speed = result.speed.values[result.time.values > 1.1 * begin]
+    assert np.ptp(corners[corners[:, 0] > 1.1 * begin, 1]) == pytest.approx(np.ptp(speed), rel=0.1)
+
+
 def test_a_coast_down_on_a_carrier_has_two() -> None:
     result = run(CoastDown(until=100.0), load_machine("drozdetskaya-2020/table-3.1-laval"))
     speed, amplitude = draw(result).axes

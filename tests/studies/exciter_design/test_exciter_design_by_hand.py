@@ -91,19 +91,19 @@ def test_the_lines_of_a_design(plan: Any) -> None:
     made = with_answer(made, **values)
     assert STUDY.report(made) == [
         "A machine",
-        "verdict: the spectrum is met within 12.50% of its largest amplitude, on average, in the full equations",
+        "verdict: the spectrum is met within 12.50 % of its largest amplitude, on average, in the full equations",
         f"  signal       {made.attrs['signal']}",
         "  target       1e+06 cycles, amplitudes 1 mm to 2 mm",
         "  search       8 candidates with the averaged equations: 6 modulated, 2 steady",
-        "  reach        75% of the points beat; largest amplitudes 1 mm to 2 mm, the smallest 0.25 to 0.25 of it",
+        "  reach        75 % of the points beat; largest amplitudes 1 mm to 2 mm, the smallest 0.25 to 0.25 of it",
         "  design       drive.slope = 0.00125 N m s",
         "               p1.mass = 1.5 kg",
         "  beat         12.5 s, 40 cycles; all cycles of the target take 7200 s (2 h)",
-        "  amplitudes   mean deviation 12.50% of the largest (averaged equations 6.25%)",
-        "  counts       largest deviation 25.00% of all cycles (averaged equations 50.00%)",
+        "  amplitudes   mean deviation 12.50 % of the largest (averaged equations 6.25 %)",
+        "  counts       largest deviation 25.00 % of all cycles (averaged equations 50.00 %)",
         "  largest      2.5 mm; 123 cycles of the target are larger",
-        "  damage       0.988 times that of the target; off by up to 37.50% of it, counted from above",
-        "  tolerances   within 1.0% 88% beat; median distance 1.25%, 95 % quantile none",
+        "  damage       0.988 times that of the target; off by up to 37.50 % of it, counted from above",
+        "  tolerances   within 1.0 % 88 % beat; median distance 1.25 %, 95 % quantile none",
     ]
     bare = STUDY.report(with_answer(made.assign_attrs(dimensionless=1), unit="N", tolerances=None, reach=None))
     assert bare[3] == "  target       1e+06 cycles, amplitudes 0.001 N to 0.002 N"
@@ -140,7 +140,8 @@ def test_a_design_that_is_farther_off_in_the_full_equations(plan: Any) -> None:
     slow = result(plan, design(plan)).wucht.summary["distances"]["slow"]["amplitude"]
     far = [w for w in warnings_of(result(plan, design(plan, 1.51 * slow))) if "farther" in w]
     assert far == [
-        f"the full equations are farther from the target than the averaged ones, {1.51 * slow:.2%} and {slow:.2%}: more "
+        f"the full equations are farther from the target than the averaged ones, "
+        f"{100 * 1.51 * slow:.2f} % and {100 * slow:.2f} %: more "
         "corrections, or smaller unbalances, may help"
     ]
     assert not any("farther" in w for w in warnings_of(result(plan, design(plan, 1.49 * slow))))
@@ -160,7 +161,7 @@ def test_exciters_within_tolerances_that_do_not_beat(plan: Any) -> None:
     made = result(plan, design(plan, 1e-9), tolerances=(some,))
     t = made.wucht.summary["tolerances"]
     assert (t["modulated"], t["q05"], t["median"], t["q95"]) == (0.75, 0.2, 0.3, None)
-    assert warnings_of(made)[-1] == f"25% of the exciters within tolerances of {plan.spec.spread:.1%} do not beat"
+    assert warnings_of(made)[-1] == f"25 % of the exciters within tolerances of {100 * plan.spec.spread:.1f} % do not beat"
     most = tried([0.1] * 9 + [np.nan])
     assert not any("tolerances" in w for w in warnings_of(result(plan, design(plan, 1e-9), tolerances=(most,))))
 

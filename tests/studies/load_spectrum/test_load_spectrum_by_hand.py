@@ -116,6 +116,9 @@ def test_a_long_signal_is_drawn_with_the_least_and_greatest_value_of_each_of_200
     assert result.course_time.values == pytest.approx(middles[kept])
     assert result.lowest.values == pytest.approx([inside[k].min() for k in kept])
     assert result.highest.values == pytest.approx([inside[k].max() for k in kept])
+    fine = 5.0 + 20.0 * (np.arange(400_000) + 0.5) / 400_000
+    means = np.interp(fine, time, values).reshape(200, -1).mean(axis=1)
+    assert result.average.values == pytest.approx(means[kept], abs=2e-3), "of straight lines through the turning points"
 
 
 @pytest.mark.parametrize(
@@ -132,7 +135,7 @@ def test_a_run_up_is_not_converged_where_its_second_half_changes_more_than_five_
     assert [w for w in told if "not converged" in w] == told[2:] and len(told[2:]) == doubted
     assert told[:2] == ["a doubt", "run longer"]
     if doubted and damage:
-        assert f"change by {spectrum:.1%} of all cycles, and the damage by 6.0%" in told[-1]
+        assert f"change by {100 * spectrum:.1f} % of all cycles, and the damage by 6.0 %" in told[-1]
     assert dataset._warnings(plan(), LoadHistory(TIME, VALUES, 12.0), load, convergence) == ["a doubt"]
 
 
@@ -172,7 +175,7 @@ def test_the_lines_of_the_report() -> None:
         "               and 2 smaller ones",
         "  damage       0.25",
         "  life         4 repetitions, 7200 s (2 h)",
-        "  convergence  doubling the first half changes the counts by 12.50% of all cycles, and the damage by 25.00%",
+        "  convergence  doubling the first half changes the counts by 12.50 % of all cycles, and the damage by 25.00 %",
     ]
     bare = told(
         True, unit="", outcome=None, spectrum=rows[:6], damage=None, life=7200.0, convergence={"spectrum": 0.5, "damage": None}
@@ -243,6 +246,25 @@ def test_a_histogram_has_no_holes_beside_classes_that_have_cycles(width: float) 
     assert len(set(bars[:-1])) == 1, "each has as many classes"
     assert edges[0] == pytest.approx(3.0 - width / 2)
     assert len(load_figure._amplitude_classes(counted, None)) == 41
+
+
+@pytest.mark.parametrize("cycles", [200, 2000])
+def test_a_signal_of_many_cycles_is_drawn_as_its_mean_with_its_range(result: xr.Dataset, cycles: int) -> None:
+    """Whether all turning points are known, or the least and greatest value of intervals: no dark block, and a line in it."""
+    time = np.linspace(0.0, 10.0, 2 * cycles + 1)
+    values = 3.0 + np.where(np.arange(len(time)) % 2, 2.0, -2.0)
+    quantities = dataset._signal_quantities(plan(), LoadHistory(time, values, 10.0), values)
+    course = {q.name: (q.dimensions, q.value) for q in quantities if q.dimensions}
+    of_signal = {name: (dims, value, result[name].attrs) for name, (dims, value) in course.items()}
+    made = result.drop_dims("part").assign(of_signal).assign_coords(course_time=of_signal.pop("course_time"))
+    axis = drawn("load-spectrum", titled(made)).axes[2]
+    mean, band = axis.lines[0], axis.collections[0]
+    assert (mean.get_label(), band.get_label()) == ("mean", "least to greatest")
+    assert np.asarray(mean.get_ydata()) == pytest.approx(3.0, abs=0.2)
+    _, up = band.get_datalim(axis.transData).get_points().T
+    assert up == pytest.approx([1.0, 5.0], abs=0.2) and band.get_alpha() < 0.5
+    former = drawn("load-spectrum", titled(made.drop_vars("average"))).axes[2]
+    assert former.collections[0].get_label() == "least to greatest", "of a result that was written without means"
 
 
 def test_crossings_are_drawn_over_levels_instead_of_bars(result: xr.Dataset) -> None:

@@ -13,10 +13,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
+from tests.figure_checks import beyond, overlapping
 from tests.refusals import refused
 
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
+from wucht.plots.page import JOURNAL
 from wucht.studies.runner import draw, run
 from wucht.studies.synchronous_states.dataset import select_states
 from wucht.studies.synchronous_states.figure import _MOST, _appearance, _arrows_overlap
@@ -202,6 +204,8 @@ def test_exciters_at_different_places_are_drawn_on_their_deck() -> None:
         assert abs(farthest.imag) < 0.02 * abs(farthest.real)
         assert f"stroke {1e3 * state['stroke']:.4g} mm" in axis.get_title()
     assert "path of the centre of mass" in legends(figure)
+    column = draw(result, JOURNAL)
+    assert (overlapping(column), beyond(column)) == ([], []), "titles beside each other, in a column of a journal, too"
 
 
 def test_exciters_that_turn_against_each_other() -> None:

@@ -86,8 +86,8 @@ def test_working_points_are_drawn_at_the_torque_of_the_drive() -> None:
     points = ((12.5, 9.0, 1), (110.0, 3.0, 0))
     (axis,) = drawn("torque-balance", balanced([10, 8, 6, 4, 2], [0, 4, 2, 1, 1], 2.0, points)).axes
     of_name = {str(x.get_label()): x for x in axis.get_lines()}
-    for name, point in zip(("stable", "not stable"), points, strict=True):
-        line = of_name[f"working point, {name}"]
+    for name, point in zip(("stable", "unstable"), points, strict=True):
+        line = of_name[f"{name} working point"]
         assert (np.asarray(line.get_xdata()).tolist(), np.asarray(line.get_ydata()).tolist()) == ([point[0]], [point[1]])
     heights = {name: np.asarray(x.get_ydata(), float) for name, x in of_name.items()}
     assert heights["load and vibration"] == pytest.approx([2.0, 6.0, np.nan, np.nan, 3.0], nan_ok=True)
@@ -104,7 +104,7 @@ def test_points_of_overlapping_bodies_are_crosses() -> None:
     at = {x.get_marker(): np.asarray(x.get_xdata()).tolist() for x in axis.get_lines() if x.get_marker() == "x"}
     circles = {str(x.get_label()): np.asarray(x.get_xdata()).tolist() for x in axis.get_lines() if x.get_marker() == "o"}
     assert at == {"x": [20.0]}
-    assert circles == {"working point, stable": [10.0], "working point, not stable": [30.0]}
+    assert circles == {"stable working point": [10.0], "unstable working point": [30.0]}
     assert "drive" in {str(x.get_label()) for x in axis.get_lines()}
 
 

@@ -39,7 +39,7 @@ def balance() -> xr.Dataset:
 
 def test_torque_balance_marks_the_working_points(balance: xr.Dataset) -> None:
     (axis,) = draw(balance).axes
-    stable, other = line(axis, "working point, stable"), line(axis, "working point, not stable")
+    stable, other = line(axis, "stable working point"), line(axis, "unstable working point")
     assert list(stable.get_xdata()) == pytest.approx([0.9686444, 1.8176384], abs=1e-7)
     assert list(other.get_xdata()) == pytest.approx([1.0937039], abs=1e-7)
     assert stable.get_markerfacecolor() != other.get_markerfacecolor() == "white"
@@ -61,7 +61,7 @@ def test_torque_balance_with_a_load() -> None:
     assert axis.get_ylabel() == "torque (N·m)"
     assert [" ".join(text.split()) for text in labels(axis)] == [
         "drive", "load and bearings", "load and vibration", "no stable working point",
-        "working point, stable", "working point, not stable", "natural frequencies", "speed without vibration",
+        "stable working point", "unstable working point", "natural frequencies", "speed without vibration",
     ]  # fmt: skip
 
 
@@ -77,7 +77,7 @@ def test_every_format_of_the_torque_balance_figure(balance: xr.Dataset, ending: 
 @pytest.mark.filterwarnings("error")
 def test_a_torque_balance_without_vibration_or_points_can_be_drawn() -> None:
     m = machine_from({"carrier": CARRIER, "bodies": [ROTOR | {"eccentricity": 0.0}], "drive": LINEAR})
-    marks = ["working point, stable", "natural frequencies", "speed without vibration"]
+    marks = ["stable working point", "natural frequencies", "speed without vibration"]
     for question, beside in ((TorqueBalance(), marks), (TorqueBalance((1.0, 2.0)), [])):
         result = run(question, m)
         drawn: Figure = draw(result)

@@ -255,8 +255,10 @@ class InductionNameplate(Nameplate):
             fields = f"{self.pole_pairs * 2:g} poles at {self.frequency:g} Hz"
             raise ValueError("speed", f"must be less than the synchronous speed {rpm:.6g} rpm of {fields}: this motor slips")
         if self.slip > _MOST_SLIP:
-            with_poles = f"with {2 * self.pole_pairs:g} poles the rated slip would be {self.slip:.0%}"
-            raise ValueError("speed" if self.poles is None else "poles", f"{with_poles}: must be at most {_MOST_SLIP:.0%}")
+            with_poles = f"with {2 * self.pole_pairs:g} poles the rated slip would be {100 * self.slip:.0f} %"
+            raise ValueError(
+                "speed" if self.poles is None else "poles", f"{with_poles}: must be at most {100 * _MOST_SLIP:.0f} %"
+            )
         if self.other_losses is not None and self.input_power is not None and self.other_losses <= 0:
             key = "efficiency" if self.efficiency is not None else "power_factor"
             limit = (

@@ -142,7 +142,8 @@ def _notes(comparison: AccelerationComparison, cam: str, ratio: float) -> tuple[
         notes.append(f"The measured acceleration repeats at {ratio:.5g} times the mean speed of the shaft: check the speed.")
     if comparison.share < _LITTLE:
         notes.append(
-            f"The motion computed for the {cam} cam explains {max(comparison.share, 0.0):.0%} of the measured acceleration: "
+            f"The motion computed for the {cam} cam explains {100 * max(comparison.share, 0.0):.0f} % of the measured "
+            "acceleration: "
             "check its sign and unit (keys scale and unit), and that both records have one clock, or give "
             "study.acceleration.zero."
         )
@@ -265,7 +266,7 @@ def _delay_notes(record: MeasuredAcceleration, delay: tuple[float, float] | None
     delay_text = f"{abs(math.degrees(by)):.3g}° ({abs(1e3 * by / omega):.3g} ms) {'later' if by > 0 else 'earlier'}"
     return [
         f"The measured acceleration comes {delay_text} than that computed for the {record.cam} cam; without "
-        f"it {share:.1%} of its "
+        f"it {100 * share:.1f} % of its "
         "orders would be explained. Check the delay of the sensor's filter, the cam's angle on its shaft, and the clocks of "
         f'the records; study.acceleration.zero = "{zero + by / omega:.6g} s" removes it.'
     ]
@@ -279,7 +280,7 @@ def _order_count_notes(record: MeasuredAcceleration, law: Law, shaft: ShaftMotio
         return []
     enough = int(np.argmax(above <= _ABOVE**2))
     return [
-        f"Only {count} orders are fitted to the measured acceleration; the computed motion has {above[count]:.0%} of "
+        f"Only {count} orders are fitted to the measured acceleration; the computed motion has {100 * above[count]:.0f} % of "
         f"its root mean square above them. The residual is not noise, and the speed of repetition is uncertain: "
         f"take study.acceleration.orders = {enough}."
     ]
@@ -301,5 +302,7 @@ def _record_notes(drive: CamDrive, fit: OrderFit | None) -> tuple[str, ...]:
             _ERRORS * left_out_order.error, _MATTERS * fit.speed.mean
         ):
             share = left_out_order.amplitude / fit.speed.mean
-            notes.append(f"Order {left_out_order.order} is left out, but the record holds {share:.2%} of the speed in it.")
+            notes.append(
+                f"Order {left_out_order.order} is left out, but the record holds {100 * share:.2f} % of the speed in it."
+            )
     return tuple(notes)

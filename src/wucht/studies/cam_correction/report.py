@@ -28,7 +28,7 @@ def report(result: xr.Dataset) -> list[str]:
 def _shaft_lines(result: xr.Dataset, s: dict[str, Any]) -> list[tuple[str, str]]:
     speed, _ = formats(result)
     there = [int(j) for j, a in zip(result.speed_order.values, result.speed_amplitude.values, strict=True) if a > 0]
-    fluctuates = f"fluctuates by {s['fluctuation']:.2%} in orders {_orders_text(there)}" if there else "turns evenly"
+    fluctuates = f"fluctuates by {100 * s['fluctuation']:.2f} % in orders {_orders_text(there)}" if there else "turns evenly"
     lines = [("shaft", f"{speed(s['mean_speed'])}, a turn in {1e3 * s['period']:.5g} ms; it {fluctuates}")]
     if (r := s["record"]) is not None:
         lines += _record_lines(r, s["mean_speed"])
@@ -38,7 +38,7 @@ def _shaft_lines(result: xr.Dataset, s: dict[str, Any]) -> list[tuple[str, str]]
 def _record_lines(r: dict[str, Any], mean: float) -> list[tuple[str, str]]:
     """Return lines on the residual of the record of the speed, and its effect on the motion."""
     rest = f"{math.degrees(r['residual_rms']):.3g}° rms" if r["unit"] == "rad" else f"{_RPM * r['residual_rms']:.3g} rpm rms"
-    fit_clause = f"orders explain {r['explained']:.2%}, {rest} left"
+    fit_clause = f"orders explain {100 * r['explained']:.2f} %, {rest} left"
     noise = f"the noise leaves {_about(r['left_by_errors'])}"
     if not r["left_out"]:
         return [("record", f"{r['turns']:.3g} turns, {r['samples']} samples, {fit_clause}; {noise}, no order left out matters")]
@@ -57,14 +57,16 @@ def _record_lines(r: dict[str, Any], mean: float) -> list[tuple[str, str]]:
 def _measurement_lines(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, str]]:
     """Return lines on the measured acceleration beside the computed one."""
     unit, orders = f"{s['unit']}/s^2", f"{m['orders']} orders" if m["orders"] > 1 else "1 order"
-    explained_clause = f"{max(m['explained'], 0.0):.1%} explained by the computed motion of the {m['cam']} cam"
-    of_orders = f"{max(m['explained_orders'], 0.0):.1%} of its {orders}"
+    explained_clause = f"{100 * max(m['explained'], 0.0):.1f} % explained by the computed motion of the {m['cam']} cam"
+    of_orders = f"{100 * max(m['explained_orders'], 0.0):.1f} % of its {orders}"
     beside = f"{m['noise_rms']:.4g} of {m['rms']:.4g} {unit} rms lie outside these"
     lines = [("measured", f"{m['turns']:.3g} turns: {explained_clause} ({of_orders}; {beside})")]
     if m["delay"] is not None:
         by = f"{abs(math.degrees(m['delay'])):.3g}° ({abs(1e3 * m['delay'] / s['mean_speed']):.3g} ms)"
         late = f"{by} {'later' if m['delay'] > 0 else 'earlier'} than computed"
-        lines.append(("", f"it comes {late}; without it {m['explained_without_delay']:.1%} of its orders would be explained"))
+        lines.append(
+            ("", f"it comes {late}; without it {100 * m['explained_without_delay']:.1f} % of its orders would be explained")
+        )
     return lines
 
 

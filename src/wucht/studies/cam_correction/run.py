@@ -253,7 +253,9 @@ def _notes(plan: Plan, before: Mapping[str, Contour], after: Mapping[str, Contou
     for name, contour in before.items():
         missing = sum(end - begin for begin, end in contour.shape.missing) / TURN
         if missing > 0:
-            notes.append(f"The follower cuts {missing:.1%} of the original contour ({name}) away; the corrected one is intact.")
+            notes.append(
+                f"The follower cuts {100 * missing:.1f} % of the original contour ({name}) away; the corrected one is intact."
+            )
     worst = max((contour.chord for contour in after.values()), default=0.0)
     if worst > plan.spec.chord_tolerance:
         required_points = math.ceil(1.01 * plan.spec.points * math.sqrt(worst / plan.spec.chord_tolerance))

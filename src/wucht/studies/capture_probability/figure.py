@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from wucht.plots.sheet import leading_clauses, legend_above, legend_beside, new_grid
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY
-from wucht.results.formatting import parameter_in_words, with_unit
+from wucht.results.formatting import formula_in_print, parameter_in_words, with_unit
 
 _BAR = 0.36
 _RIM = 0.015  # of the range of the parameter: at its ends, and the bar of a single value
@@ -81,7 +81,7 @@ def _draw_indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
             hatch=hatch, edgecolor=GREY, linewidth=0.6, error_kw={"linewidth": 0.9, "capsize": 3}, label=words, zorder=2,
         )  # fmt: skip
     axis.axvline(0.0, color=GREY, linewidth=0.7)
-    axis.set_yticks(at, [str(result.quantity.values[k]) for k in order])
+    axis.set_yticks(at, [formula_in_print(str(result.quantity.values[k])) for k in order])
     axis.grid(visible=False, axis="y")
     axis.set(ylim=(len(order) - 0.4, -0.6), xlabel="Sobol' index")
     axis.set_title(f"sensitivity at {s['sensitivity']['at']:.4g} {s['unit']}".rstrip())

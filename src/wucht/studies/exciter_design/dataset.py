@@ -33,7 +33,7 @@ _DISTANCE_MEANINGS = {
 _BEATING = {"modulated": ("share of the exciters that beat", "")}
 _TOLERANCES = {
     "spread": ("spread of the parameters", ""),
-    **{name: (f"distance that {share:.0%} of the exciters have at most", "") for name, share in _QUANTILES.items()},
+    **{name: (f"distance that {100 * share:.0f} % of the exciters have at most", "") for name, share in _QUANTILES.items()},
 }
 _BEATING_SHARE = 0.9  # share of exciters within tolerances that beat: a smaller one is warned of
 _DISTANCE_RATIO = 1.5  # of the distances in the full and the averaged equations: a larger ratio is warned of
@@ -285,7 +285,7 @@ def _sentence(plan: Plan, findings: Findings, design: CheckedCandidate | None) -
     if design is None:
         return "no exciter that beats so far" if not findings.complete else "none of the candidates beats"
     distance = design.distances[plan.trials.metric]
-    return f"the spectrum is met within {distance:.2%} {_DISTANCE_MEANINGS[plan.spec.metric]}, in the full equations"
+    return f"the spectrum is met within {100 * distance:.2f} % {_DISTANCE_MEANINGS[plan.spec.metric]}, in the full equations"
 
 
 def _warnings(plan: Plan, findings: Findings, design: CheckedCandidate | None, tolerances: dict[str, Any] | None) -> list[str]:
@@ -306,7 +306,9 @@ def _warnings(plan: Plan, findings: Findings, design: CheckedCandidate | None, t
     slow = spectrum_distances(design.slow.cycles, plan.target, plan.spec.slope)[metric]
     full = design.distances[metric]
     if full > _DISTANCE_RATIO * slow:
-        apart = f"the full equations are farther from the target than the averaged ones, {full:.2%} and {slow:.2%}"
+        apart = (
+            f"the full equations are farther from the target than the averaged ones, {100 * full:.2f} % and {100 * slow:.2f} %"
+        )
         warnings.append(f"{apart}: more corrections, or smaller unbalances, may help")
     missed_count = _missed_cycles(plan, design)
     if missed_count > _MISSED_SHARE * plan.target.total:
@@ -319,5 +321,7 @@ def _warnings(plan: Plan, findings: Findings, design: CheckedCandidate | None, t
         )
     if tolerances is not None and tolerances["modulated"] < _BEATING_SHARE:
         share = 1 - tolerances["modulated"]
-        warnings.append(f"{share:.0%} of the exciters within tolerances of {tolerances['spread']:.1%} do not beat")
+        warnings.append(
+            f"{100 * share:.0f} % of the exciters within tolerances of {100 * tolerances['spread']:.1f} % do not beat"
+        )
     return warnings

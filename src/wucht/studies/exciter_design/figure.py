@@ -102,7 +102,7 @@ def _tolerances(axis: Axes, result: xr.Dataset) -> None:
     s, far = result.wucht.summary, result["tolerance_distance"].values
     near = np.sort(far[np.isfinite(far)])
     if len(near):
-        name = f"all that is varied, ±{s['tolerances']['spread']:.1%}"
+        name = f"all that is varied, ±{100 * s['tolerances']['spread']:.1f} %"
         axis.step(near, np.arange(1, len(near) + 1) / len(far), where="post", label=name, **line_style(0))
     if s["distance"] is not None:
         axis.locator_params(axis="x", nbins=_TICKS)

@@ -33,8 +33,8 @@ def report(result: xr.Dataset) -> list[str]:
         r = s["reach"]
         lines.append((
             "reach",
-            f"{r['modulated']:.0%} of the points beat; largest amplitudes {size(r['upper'][0])} to {size(r['upper'][1])}, the "
-            f"smallest {r['ratio'][0]:.2f} to {r['ratio'][1]:.2f} of it",
+            f"{100 * r['modulated']:.0f} % of the points beat; largest amplitudes {size(r['upper'][0])} to "
+            f"{size(r['upper'][1])}, the smallest {r['ratio'][0]:.2f} to {r['ratio'][1]:.2f} of it",
         ))  # fmt: skip
     if s["distance"] is not None:
         for k, (name, value) in enumerate(s["parameters"].items()):
@@ -51,22 +51,29 @@ def _design_lines(s: dict[str, Any], size: Callable[[float], str], dimensionless
         ("beat", f"{beat}; all cycles of the target take {s['duration']:.4g}{time}{hours}"),
         (
             "amplitudes",
-            f"mean deviation {full['amplitude']:.2%} of the largest (averaged equations {slow['amplitude']:.2%})",
+            f"mean deviation {100 * full['amplitude']:.2f} % of the largest "
+            f"(averaged equations {100 * slow['amplitude']:.2f} %)",
         ),
-        ("counts", f"largest deviation {full['cumulative']:.2%} of all cycles (averaged equations {slow['cumulative']:.2%})"),
+        (
+            "counts",
+            f"largest deviation {100 * full['cumulative']:.2f} % of all cycles "
+            f"(averaged equations {100 * slow['cumulative']:.2f} %)",
+        ),
         ("largest", f"{size(s['upper'])}; {s['beyond']:.3g} cycles of the target are larger"),
         (
             "damage",
-            f"{s['damage_ratio']:.3f} times that of the target; off by up to {full['damage']:.2%} of it, counted from above",
+            f"{s['damage_ratio']:.3f} times that of the target; off by up to {100 * full['damage']:.2f} % of it, "
+            "counted from above",
         ),
     ]
     t = s["tolerances"]
     if t is not None:
-        middle, worst = ("none" if t[q] is None else f"{t[q]:.2%}" for q in ("median", "q95"))
+        middle, worst = ("none" if t[q] is None else f"{100 * t[q]:.2f} %" for q in ("median", "q95"))
         lines.append(
             (
                 "tolerances",
-                f"within {t['spread']:.1%} {t['modulated']:.0%} beat; median distance {middle}, 95 % quantile {worst}",
+                f"within {100 * t['spread']:.1f} % {100 * t['modulated']:.0f} % beat; "
+                f"median distance {middle}, 95 % quantile {worst}",
             )
         )
     return lines

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import draw_panels
 from wucht.plots.style import COLOURS, line_style
+from wucht.plots.time_courses import draw_mean_and_range
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
 _MOST_MARKED = 60  # readings drawn with a mark each
@@ -45,9 +46,7 @@ def _load(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = printed_unit(result, "highest")
     time, high, low = result["reading_time"].values, scale * result["highest"].values, scale * result["lowest"].values
     is_finite = np.isfinite(high) & np.isfinite(low)
-    axis.fill_between(
-        time[is_finite], low[is_finite], high[is_finite], color=COLOURS[4], linewidth=0.6, label="between its extremes"
-    )
+    draw_mean_and_range(axis, time[is_finite], None, (low[is_finite], high[is_finite]), color=COLOURS[0])
     _mark_failure(axis, result, "reading_time")
     axis.set(title="load of the specimen", ylabel=with_unit(result.attrs["signal"], unit))
 

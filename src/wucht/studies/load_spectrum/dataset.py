@@ -143,9 +143,12 @@ def _damage_overflow(plan: Plan, whole: CountedLoad, damages: list[float] | None
 
 
 def _signal_quantities(plan: Plan, findings: LoadHistory, counted_values: np.ndarray) -> list[Quantity]:
-    """Return the signal with its least and greatest value in intervals of time; all turning points where they are few."""
+    """Return the signal with its mean, least and greatest value in intervals of time; all turning points where they are few.
+
+    The mean is that of straight lines through the turning points, as only these are kept.
+    """
     time, values, unit = findings.time, findings.values, plan.signal.unit
-    low, high = values, values
+    low, high, mean = values, values, values
     if len(values) > _COURSE * _IN_A_PART:
         edges = np.linspace(time[0], findings.end_time, _COURSE + 1)
         part = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, _COURSE - 1)
@@ -153,7 +156,11 @@ def _signal_quantities(plan: Plan, findings: LoadHistory, counted_values: np.nda
         np.minimum.at(low, part, values)
         np.maximum.at(high, part, values)
         nonempty = np.isfinite(low)
-        time, low, high = ((edges[1:] + edges[:-1])[nonempty] / 2, low[nonempty], high[nonempty])
+        knots = np.union1d(time, edges)
+        heights = np.interp(knots, time, values)
+        integral = np.append(0.0, np.cumsum((heights[1:] + heights[:-1]) / 2 * np.diff(knots)))
+        mean = np.diff(integral[np.searchsorted(knots, edges)]) / np.diff(edges)
+        time, low, high, mean = (x[nonempty] for x in ((edges[1:] + edges[:-1]) / 2, low, high, mean))
     least, greatest = (float(f(counted_values)) if len(counted_values) else None for f in (np.min, np.max))
     return [
         Quantity("signal", plan.signal.name, "signal that is counted"),
@@ -164,6 +171,7 @@ def _signal_quantities(plan: Plan, findings: LoadHistory, counted_values: np.nda
         Quantity("course_time", time, "time", _time(plan), "part", coordinate=True),
         Quantity("lowest", low, "lowest value", unit, "part"),
         Quantity("highest", high, "highest value", unit, "part"),
+        Quantity("average", mean, "mean value", unit, "part"),
         Quantity("counted_from", plan.spec.after, "time from which counting starts", _time(plan), ""),
     ]
 
@@ -197,10 +205,10 @@ def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, convergence
         warnings.append(f"{classes}; the damage is that of the single cycles")
     change, damage = convergence["spectrum"], convergence["damage"]
     if findings.verdict is not None and max(change, abs(damage or 0.0)) > _CONVERGENCE_LIMIT:
-        damage_change = "" if damage is None else f", and the damage by {abs(damage):.1%}"
+        damage_change = "" if damage is None else f", and the damage by {100 * abs(damage):.1f} %"
         warnings.append(
-            f"the spectrum is not converged: from half the time to the whole the cumulative counts change by {change:.1%} of "
-            f"all cycles{damage_change}; run longer, or leave out more of the run-up with study.after"
+            f"the spectrum is not converged: from half the time to the whole the cumulative counts change by "
+            f"{100 * change:.1f} % of all cycles{damage_change}; run longer, or leave out more of the run-up with study.after"
         )
     return warnings
 
@@ -238,8 +246,11 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(("bearing life", life))
     if s["cycles"]:
         c = s["convergence"]
-        damage = "" if c["damage"] is None else f", and the damage by {abs(c['damage']):.2%}"
+        damage = "" if c["damage"] is None else f", and the damage by {100 * abs(c['damage']):.2f} %"
         lines.append(
-            ("convergence", f"doubling the first half changes the counts by {c['spectrum']:.2%} of all cycles{damage}")
+            (
+                "convergence",
+                f"doubling the first half changes the counts by {100 * c['spectrum']:.2f} % of all cycles{damage}",
+            )
         )
     return report_lines(result, result.attrs["sentence"], lines)

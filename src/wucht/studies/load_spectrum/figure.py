@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from wucht.plots.curves import draw_swings
 from wucht.plots.scales import plain_decades
 from wucht.plots.sheet import colour_bar, draw_panels
 from wucht.plots.style import COLOURS, GREY, line_style
+from wucht.plots.time_courses import TurnWindows, draw_mean_and_range
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
 _BARS, _RIM = 40, 1.5  # classes of the histogram, at most; classes from the middle of the last with cycles to the frame
 _ROUNDING = 1e-6  # of a class
+_WINDOW = 0.01  # of the panel: the least width over which a mean is taken
 _KNEE = 10.0  # times the cycles at the knee: the S-N curve is drawn up to there
 
 
@@ -82,15 +85,21 @@ def _range_with_rim(middles: np.ndarray, has_cycles: np.ndarray) -> tuple[float,
 
 
 def _course(axis: Axes, result: xr.Dataset) -> None:
-    """Draw the envelope of the signal over time."""
+    """Draw the signal over time, or its mean and range where it swings too fast to be drawn."""
     (scale, unit), time = printed_unit(result, "range"), result["course_time"].values
     axis.set(title="course of the signal", xlabel=abscissa_label(result, "course_time", "time"))
     axis.set_ylabel(with_unit("signal", unit))
     low, high = scale * result["lowest"].values, scale * result["highest"].values
-    if np.array_equal(low, high):
-        draw_swings(axis, time, high, color=COLOURS[0], linewidth=0.6, label="turning points")
+    look: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.0}
+    windows = TurnWindows.even(time, float(time[-1])).at_least(_WINDOW) if len(time) else None
+    if not np.array_equal(low, high):
+        mean = scale * result["average"].values if "average" in result else None  # older results have none
+        draw_mean_and_range(axis, time, mean, (low, high), **look)
+    elif windows is not None and windows.shares(high, float(np.ptp(high))).any():
+        mean = windows.means(high)
+        draw_mean_and_range(axis, windows.at, mean, windows.extremes(high, mean), **look)
     else:
-        axis.fill_between(time, low, high, color=COLOURS[4], linewidth=0.6, label="range of the signal")
+        axis.plot(time, high, label="turning points", **look)
     if np.isfinite(float(result["counted_from"])):
         axis.axvline(float(result["counted_from"]), color="black", linestyle="--", linewidth=0.9, label="start of counting")
 

@@ -13,7 +13,7 @@ from wucht.plots.scales import parameter_label
 from wucht.plots.sheet import legend_below, new_grid, rpm_axis, sheet_of
 from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretches, kind_entries
 from wucht.plots.style import COLOURS, line_style
-from wucht.results.formatting import label, printed_unit, with_unit
+from wucht.results.formatting import formula_in_print, label, printed_unit, with_unit
 
 _STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.8, "zorder": 3}
 _UNSTABLE: dict[str, Any] = {"linestyle": (0, (4, 2)), "linewidth": 1.1, "zorder": 3}
@@ -165,7 +165,7 @@ def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
     if drawn_orbits and ends:
         handles.append(entry("end of the orbits", **_END))
     path, unit = str(result.attrs["along"]), result.attrs["along_unit"]
-    before = f"{path} = " if len(path) <= _SHORT else "at "
+    before = f"{formula_in_print(path)} = " if len(path) <= _SHORT else "at "
     for i, k in enumerate(drawn_orbits):
         handles.append(entry(f"{before}{result.orbit_value.values[k]:.4g} {unit}".rstrip(), **_orbit_style(result, i)))
     return handles

@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.page import small
+from wucht.plots.page import current_page, small
 from wucht.plots.scales import parameter_label
-from wucht.plots.sheet import legend_beside, new_figure
+from wucht.plots.sheet import LETTER, legend_beside, new_figure
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import COLOURS, GREY
 
@@ -23,7 +23,7 @@ _HEIGHT = 4.2  # inches
 _DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 3)))
 _MARKERS = ("*", "D", "P", "X", "v", "h")
 _LABEL_SHARE = 0.036  # of the plane: least size of a region for its name
-_LABEL_WIDTH, _CHARACTERS = 20, 65  # characters of a region's name in a line at most, and in the whole width of the plane
+_LABEL_WIDTH, _WIDTH_SHARE = 20, 0.48  # characters of a region's name in a line at most; of the page: width of the plane
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -53,7 +53,9 @@ def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
         if (index == k).mean() >= _LABEL_SHARE:
             at = float(result.region_x[k]), float(result.region_y[k])
             row = index[np.abs(y - at[1]).argmin()] == k
-            text = textwrap.fill(label, int(np.clip(_CHARACTERS * row.mean(), 9, _LABEL_WIDTH)))
+            page = current_page()
+            characters = _WIDTH_SHARE * page.width * 72 / (LETTER * page.small)  # in the whole width of the plane
+            text = textwrap.fill(label, int(np.clip(characters * row.mean(), 9, _LABEL_WIDTH)))
             box = {"facecolor": "white", "alpha": 0.82, "edgecolor": "none", "pad": 1.5}
             axis.text(*at, text, ha="center", va="center", fontsize=small(), bbox=box, zorder=6)
     return list(handles.values())

@@ -123,7 +123,7 @@ def _draw_deck(axis: Axes, result: xr.Dataset, k: int, shape: MachineShape) -> N
     if direction is not None:
         ellipse = np.exp(1j * direction) * (np.cos(_TURN) + 1j * state["throw_ratio"] * np.sin(_TURN))
         axis.plot(*(_THROW * shape.size / 2 * np.array([ellipse.real, ellipse.imag])), color=_RESIDUAL_COLOUR, linewidth=2.0)
-        throw = f"; stroke {1e3 * state['stroke']:.4g} mm at {math.degrees(direction):.1f}°"
+        throw = f"\nstroke {1e3 * state['stroke']:.4g} mm at {math.degrees(direction):.1f}°"
     room = _ROOM * shape.size
     axis.set(xlim=(left - room, right + room), ylim=(bottom - room, top + room), aspect="equal", xticks=[], yticks=[])
     _draw_frame(axis, result, k)
