@@ -79,3 +79,18 @@ def test_maxima_are_those_of_the_orbit() -> None:
 def test_keys_of_machines_do_not_fit(key: dict[str, float]) -> None:
     with pytest.raises(InputError, match="allowed for a machine only"):
         wucht.run(wucht.Sweep(along="mu", range=(0.0, 1.0), **key), hysteresis())
+
+
+LORENZ = {
+    "states": {"x": "10*(y - x)", "y": "x*(r - z) - y", "z": "x*y - 8*z/3"}, "parameters": {"r": 0.5},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("x", "is_warned"), [(0.0, True), (0.1, False)])
+def test_a_motion_that_rests_on_an_unstable_equilibrium_is_warned_of(x: float, is_warned: bool) -> None:
+    """Lorenz' equations: zero is unstable beyond r = 1. A start on it stays there, another one leaves for one of two states."""
+    study = wucht.Sweep(along="r", range=(0.5, 20.0), points=14, start={"x": x, "y": 0.0, "z": 0.0}, direction="up")
+    result = wucht.run(study, equations_from(LORENZ))
+    warnings = result.wucht.summary["warnings"]
+    assert [("for r between 2 and 20" in w and "unstable equilibrium" in w) for w in warnings] == [True] * is_warned
+    assert (result.high.values[0, 0, -1] == 0.0) == is_warned

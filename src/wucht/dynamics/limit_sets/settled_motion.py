@@ -84,11 +84,17 @@ def _equilibrium(subject: UserSystem, leg: RunSegment, metric: StateMetric) -> L
         return None
     eigenvalues = np.linalg.eigvals(jacobian(x)[1])
     eigenvalues = eigenvalues[np.lexsort((-eigenvalues.imag, -eigenvalues.real))]
-    attracts = _decays(eigenvalues.real, _NEUTRAL * float(np.abs(eigenvalues).max(initial=0.0)))
+    attracts = decays(eigenvalues)
     return LimitSet(MotionKind.EQUILIBRIUM, leg.time[-1:], x[:, None], metric, attracts, eigenvalues=eigenvalues)
 
 
-def _decays(growth: np.ndarray, neutral: float) -> bool | None:
+def decays(eigenvalues: np.ndarray) -> bool | None:
+    """Return whether all disturbances of an equilibrium with these eigenvalues decay; None if the slowest neither grows nor
+    decays."""
+    return _sign_of_growth(eigenvalues.real, _NEUTRAL * float(np.abs(eigenvalues).max(initial=0.0)))
+
+
+def _sign_of_growth(growth: np.ndarray, neutral: float) -> bool | None:
     """True if all disturbances decay, False if one grows, None if the slowest does neither."""
     largest = float(growth.max(initial=-np.inf))
     return True if largest < -neutral else False if largest > neutral else None
@@ -125,7 +131,7 @@ def _orbit(
     except WuchtError:  # the run has not settled yet
         return None
     multipliers = orbit.nontrivial(0 if has_forcing else 1)
-    attracts = _decays(np.abs(multipliers) - 1, _NEUTRAL)
+    attracts = _sign_of_growth(np.abs(multipliers) - 1, _NEUTRAL)
     turns = np.round(orbit.advance / (2 * np.pi)).astype(int)
     gap = float(np.linalg.norm(np.diff(metric.points(times, states), axis=0), axis=1).max()) / 2
     limit_set = LimitSet(MotionKind.PERIODIC, times, states, metric, attracts, orbit.period, turns, multipliers, gap=gap)

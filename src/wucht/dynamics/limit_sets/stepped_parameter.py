@@ -14,11 +14,14 @@ import numpy as np
 
 from wucht.dynamics.limit_sets.limit_set import whole_periods
 from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
+from wucht.dynamics.limit_sets.settled_motion import decays
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
+from wucht.numerics.jacobian import Jacobian
 
+_AT_REST = 1e-9  # of the size of a state: it changes less in the recorded half of a step where the motion rests
 _SAMPLES = 4000  # in the recorded half of a step
 _MOST_MAXIMA = 60  # of a state at a value
 _DIFFERENT = 0.01  # of the range of a state over the whole sweep: more is another state
@@ -80,6 +83,23 @@ def step_through(
             peaks = _peaks(x)[-_MOST_MAXIMA:]
             maxima[i, k, : len(peaks)] = peaks
     return Way(values, low, high, mean, maxima), state
+
+
+def unstable_values(subject: UserSystem, path: str, way: Way) -> np.ndarray:
+    """Return the values of the parameter at which the motion rests on an equilibrium that a disturbance leaves.
+
+    It stays there only because it is computed without a disturbance: from a start exactly on it, or by a symmetry.
+    """
+    if subject.system.depends_on_time:
+        return np.empty(0)
+    is_rest = (way.high - way.low <= _AT_REST * np.maximum(np.abs(way.low), np.abs(way.high))).all(axis=0)
+    jacobian, unstable = Jacobian.of(subject.system), list[float]()
+    for k in np.flatnonzero(is_rest).tolist():
+        values = subject.system.values({**subject.values, path: float(way.values[k])})
+        matrix = jacobian.values_at(way.mean[:, k], values)[1]
+        if np.isfinite(matrix).all() and decays(np.linalg.eigvals(matrix)) is False:
+            unstable.append(float(way.values[k]))
+    return np.array(unstable)
 
 
 def _peaks(x: np.ndarray) -> np.ndarray:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.stepped_parameter import range_of_history, state_jumps
+from wucht.dynamics.limit_sets.stepped_parameter import Way, range_of_history, state_jumps, unstable_values
 from wucht.results.formatting import report_lines
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.sweep.system_sweep import SystemSweepFindings, SystemSweepPlan
@@ -46,10 +47,22 @@ def system_sweep_dataset(findings: SystemSweepFindings) -> xr.Dataset:
         Quantity("maxima", arrays["maxima"], "maximum of the state", "", "direction state step peak"),
     ]
     failures = [w.failure for w in ways.values() if w.failure]
+    warnings = [*failures, *_unstable_rests(plan, ways)]
     return result_dataset(
-        quantities, _sentence_of_jumps(plan, rows, history), failures, (), failures[0] if failures else None,
+        quantities, _sentence_of_jumps(plan, rows, history), warnings, (), failures[0] if failures else None,
         along=plan.path, subject="system",
     )  # fmt: skip
+
+
+def _unstable_rests(plan: SystemSweepPlan, ways: Mapping[str, Way]) -> Iterator[str]:
+    """Yield a warning for each direction in which the motion rests on an unstable equilibrium."""
+    for name, way in ways.items():
+        values = unstable_values(plan.subject, plan.path, way)
+        if len(values):
+            yield (
+                f"{name}: for {plan.path} {_range_in_words(values.min(), values.max())} the motion rests on an unstable "
+                "equilibrium, which any disturbance leaves; jumps do not show there. Begin beside it (study.start)"
+            )
 
 
 def _range_in_words(low: float, high: float) -> str:
