@@ -91,6 +91,6 @@ def test_a_motion_that_rests_on_an_unstable_equilibrium_is_warned_of(x: float, i
     """Lorenz' equations: zero is unstable beyond r = 1. A start on it stays there, another one leaves for one of two states."""
     study = wucht.Sweep(along="r", range=(0.5, 20.0), points=14, start={"x": x, "y": 0.0, "z": 0.0}, direction="up")
     result = wucht.run(study, equations_from(LORENZ))
-    warnings = result.wucht.summary["warnings"]
+    warnings = result.wucht.warnings
     assert [("for r between 2 and 20" in w and "unstable equilibrium" in w) for w in warnings] == [True] * is_warned
     assert (result.high.values[0, 0, -1] == 0.0) == is_warned
