@@ -79,17 +79,16 @@ class BatchLanes:
 
     def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         """Return the constants of the code, computed once for equal parameters."""
-        values_by_key, refusals = dict[bytes, np.ndarray](), dict[int, str]()
-        values = np.empty((self.batch.constant_count, len(parameter_values)))
-        for lane, row in enumerate(parameter_values):
-            key = row.tobytes()
+        keys = [row.tobytes() for row in parameter_values]
+        column_by_key = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+        columns, reasons = np.full((self.batch.constant_count, len(column_by_key)), np.nan), dict[bytes, str]()
+        for key, k in column_by_key.items():
             try:
-                if key not in values_by_key:
-                    values_by_key[key] = self.batch.constant_values(row)
-                values[:, lane] = values_by_key[key]
+                columns[:, k] = self.batch.constant_values(np.frombuffer(key))
             except RunError as error:
-                values[:, lane], refusals[lane] = np.nan, str(error)
-        return values, refusals
+                reasons[key] = str(error)
+        refusals = {lane: reasons[key] for lane, key in enumerate(keys) if key in reasons} if reasons else {}
+        return np.take(columns, [column_by_key[key] for key in keys], axis=1), refusals
 
     def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance the states in batches: see ``Lanes``."""

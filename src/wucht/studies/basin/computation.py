@@ -141,7 +141,7 @@ def _omission_warnings(plan: Plan) -> tuple[str, ...]:
 
 
 MISSING = -1  # label of a cell that has not been run yet
-_TILE, _ALONE = {"full": 3968, "slow": 15_872}, 256  # runs in a unit of work, integrated in batches and one by one
+_TILE, _ALONE = {"full": 4096, "slow": 16_384}, 256  # runs in a unit of work, integrated in batches and one by one
 _FIRST_ROUND = 0.9  # estimated share of the first round in the runs on one level
 
 
@@ -276,7 +276,8 @@ def _compute_tiles(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
     remaining = level.requested_cells[level.runs :]
     label = f"borders, level {level.halvings} of {plan.spec.refine}" if level.halvings else "all cells"
     size = _TILE[plan.question.model] if batching_obstacle(plan.question) is None else _ALONE
-    cells = {f"tile {number}": remaining[begin : begin + size] for number, begin in enumerate(range(0, len(remaining), size))}
+    # The size is in the name: another version may choose another one, and must not read these units as its own.
+    cells = {f"tile {k} of {size}": remaining[k * size : (k + 1) * size] for k in range(-(-len(remaining) // size))}
     tasks = {name: partial(run_cells, plan, level.halvings, tile_cells) for name, tile_cells in cells.items()}
     tiles: dict[str, TileOutcomes] = {}
     for name, members in work.units(tasks, label):
