@@ -70,7 +70,7 @@ def counted(
         run.extend(column.tobytes() + value for column in states.T)
         return made
 
-    monkeypatch.setattr(running, "_TILE", {"full": tile, "slow": tile})
+    monkeypatch.setattr(running, "_TILE", dict.fromkeys(running._TILE, tile) if isinstance(running._TILE, dict) else tile)
     monkeypatch.setattr(running, "outcomes_of", outcomes_of)
     return run
 
