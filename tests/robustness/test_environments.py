@@ -143,6 +143,22 @@ def test_a_working_directory_that_is_gone(study: Study, tmp_path: Path) -> None:
     assert {p.name for p in (tmp_path / "out").iterdir()} == FILES
 
 
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3"), ({"OMP_NUM_THREADS": "4"}, None)],
+)
+def test_one_thread_unless_the_user_sets_another_number(
+    given: dict[str, str], expected: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
+    for name, number in given.items():
+        monkeypatch.setenv(name, number)
+    surroundings.use_one_thread()
+    assert os.environ.get("OPENBLAS_NUM_THREADS") == expected
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")  # so that the end of the test removes what it has set
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
 def test_an_address_space_that_is_too_small(study: Study) -> None:
     """OpenBLAS would try for ever to get its memory, and no signal but SIGKILL would end it."""

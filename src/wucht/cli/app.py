@@ -12,7 +12,7 @@ from typing import Any, cast
 import typer
 
 import wucht
-from wucht.cli.surroundings import check_environment, fit_address_space
+from wucht.cli.surroundings import check_environment, fit_address_space, use_one_thread
 from wucht.errors import InputError, WuchtError
 from wucht.file_names import printable
 
@@ -83,6 +83,7 @@ def _with_exit_errors(command: Callable[..., None], *, loads_libraries: bool) ->
     def guarded_command(*arguments: Any, **options: Any) -> None:
         try:
             if loads_libraries:
+                use_one_thread()
                 fit_address_space()
             command(*arguments, **options)
         except KeyboardInterrupt:

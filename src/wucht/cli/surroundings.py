@@ -60,6 +60,15 @@ def check_environment() -> None:
     date_of_files()
 
 
+def use_one_thread() -> None:
+    """Let OpenBLAS use one thread, unless the user sets another number. To be called before NumPy is loaded.
+
+    The matrices are small: threads take longer to begin and to wait for each other than the equations take.
+    """
+    if not any(name in os.environ for name in _THREADS):
+        os.environ[_THREADS[0]] = "1"
+
+
 def fit_address_space() -> None:
     """Limit the threads of OpenBLAS to the address space, where that is limited (``ulimit -v``).
 

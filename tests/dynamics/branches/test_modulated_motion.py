@@ -276,7 +276,7 @@ def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPa
     def lost(*_: Any) -> None:
         raise RunError("lost on its way")
 
-    monkeypatch.setattr(state_rows, "follow_to_end", lost)
+    monkeypatch.setattr(state_rows, "branch_to_end", lost)
     case = RowCase(leaf_row()[0], "a", 3.0, lambda: None)
     assert case.row_through(SEED) == NoOrbit(3.0, "lost on its way")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -180,7 +180,7 @@ def end_of(
 ) -> tuple[str, float, float, list[float]]:  # fmt: skip
     """Kind and value of the end, the last orbit's period, and the periods at which an end was looked for."""
     start, *others = orbits
-    looked = list[float]()
+    backwards, looked = replace(start), list[float]()
 
     class Walk:
         end = "it is lost"
@@ -189,7 +189,7 @@ def end_of(
             return iter(others)
 
     cycles = SimpleNamespace(
-        walk=lambda first: Walk() if first == (start if way > 0 else "back") else 1 / 0, backwards=lambda _: "back"
+        walk=lambda first: Walk() if first is (start if way > 0 else backwards) else 1 / 0, backwards=lambda _: backwards
     )
 
     def slow_places(_: Any, cycle: Orbit) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +12,7 @@ import pytest
 from wucht.dynamics.branches import state_rows
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.first_orbits import SeedOrbit
-from wucht.dynamics.branches.orbit_endings import NO_MOTION, OrbitEnd
+from wucht.dynamics.branches.orbit_endings import NO_MOTION, BranchToEnd, OrbitEnd
 from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, steady_row
 from wucht.errors import RunError
 from wucht.numerics.collocation.mesh import Mesh
@@ -28,28 +28,32 @@ class Subject:
     embedding: np.ndarray
 
 
-def orbit(value: float, kind: str = "", unstable: int = 0, is_trusted: bool = True) -> Any:
+def orbit(value: float, kind: str = "", unstable: int = 0, is_trusted: bool = True, period: float = 4.0) -> Any:
     return SimpleNamespace(
-        parameter=value, kind=kind, unstable=unstable, is_trusted=is_trusted, period=4.0, states=np.full((2, 3), value),
+        parameter=value, kind=kind, unstable=unstable, is_trusted=is_trusted, period=period, states=np.full((2, 3), value),
         problem=SimpleNamespace(mesh=SEED.mesh),
     )  # fmt: skip
 
 
 @pytest.fixture
 def row(monkeypatch: pytest.MonkeyPatch) -> OrbitRow:
-    """Orbits from 0.1 to 0.6, walked from 0.3 both ways, unstable in the section beyond 0.5; the exponent is p - 0.23.
+    """Orbits from 0.1 to 0.6, unstable in the section beyond 0.5; the exponent is p - 0.23.
+
+    Those from 0.2 to 0.5 were followed both ways from 0.3; the next ones follow up to the longest period, which is 40.
 
     The multipliers at 0.1 are not accurate: there the exponent alone counts.
     """
-    sides = {way: OrbitEnd(NO_MOTION, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
-    walks = {
-        1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)],
-        -1: [orbit(0.2), orbit(0.1, unstable=1, is_trusted=False)],
+    sides = {way: OrbitEnd(NO_MOTION, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.05), (1, 0.65))}
+    walked = {1: [orbit(0.3), orbit(0.4), orbit(0.5)], -1: [orbit(0.3), orbit(0.2)]}
+    further = {
+        0.5: [orbit(0.55, "fold"), orbit(0.6, unstable=1), orbit(0.62, period=41.0), orbit(0.64)],
+        0.2: [orbit(0.1, unstable=1, is_trusted=False)],
     }
-    cycles = SimpleNamespace(backwards=lambda c: -1, walk=lambda c: walks[c if c == -1 else 1])
-    monkeypatch.setattr(state_rows, "follow_to_end", lambda _motion, _seed, way, _watch: sides[way])
-    monkeypatch.setattr(RowCase, "_orbit_within", lambda _self, _seed, _value: SEED)
-    monkeypatch.setattr(state_rows, "cycles_through", lambda *_: (cycles, orbit(0.3)))
+    cycles: Any = SimpleNamespace(walk=lambda c: further[c.parameter])
+    monkeypatch.setattr(
+        state_rows, "branch_to_end", lambda _motion, _seed, way, _watch: BranchToEnd(cycles, tuple(walked[way]), sides[way])
+    )
+    monkeypatch.setattr(RowCase, "_orbit_within", lambda _self, _seed, _half, _value: replace(SEED, period=SEED.longest / 3))
     monkeypatch.setattr(state_rows, "transverse_exponent", lambda _motion: lambda cycle: cycle.parameter - 0.23)
     motion: Any = SimpleNamespace(subject=Subject(1.0, np.zeros((3, 2))), lift=lambda seed: seed)
     made = RowCase(motion, "s", 7.0, lambda: None).row_through(SEED)
@@ -85,6 +89,7 @@ def test_the_last_orbit_of_a_branch_is_a_regular_one() -> None:
     cycles: Any = SimpleNamespace(backwards=lambda _: -1, walk=lambda c: walks[-1 if c == -1 else 1])
     assert state_rows._last_of(cycles, first, True).parameter == 0.5
     assert state_rows._last_of(cycles, first, False).parameter == 0.2
+    assert state_rows._last_of(cycles, first, True, 1).parameter == 0.4
     none: Any = SimpleNamespace(walk=lambda _: walks[0])
     assert state_rows._last_of(none, first, True) is first
 

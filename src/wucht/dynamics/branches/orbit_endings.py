@@ -121,9 +121,35 @@ def orbit_beyond_loss(motion: ModulatedMotion, fold: LostState, sentences: list[
     return None
 
 
+@dataclass(frozen=True, eq=False)
+class BranchToEnd:
+    """Branch of orbits that was followed one way to its end.
+
+    cycles: the problem that they solve. orbits: the regular ones, from the first on; each has the direction of the way.
+    """
+
+    cycles: Cycles
+    orbits: tuple[Cycle, ...]
+    end: OrbitEnd
+
+
 def follow_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, report: Heartbeat) -> OrbitEnd:
+    """Return the end of the branch through an orbit, for growing values of the parameter (way 1) or the other way."""
+    return branch_to_end(motion, seed, way, report).end
+
+
+def branch_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, report: Heartbeat) -> BranchToEnd:
     """Follow the branch through an orbit to its end, for growing values of the parameter (way 1) or the other way."""
     cycles, start = cycles_through(motion.subject, seed)
+    orbits = [start if way > 0 else cycles.backwards(start)]
+    end = _end_of_branch(motion, cycles, orbits, way, report)
+    return BranchToEnd(cycles, tuple(orbits), end)
+
+
+def _end_of_branch(
+    motion: ModulatedMotion, cycles: Cycles, orbits: list[Cycle], way: int, report: Heartbeat
+) -> OrbitEnd:  # fmt: skip
+    """Follow the branch from the first of the orbits, to which the next ones are added, and return its end."""
     path, size = motion.subject.path, motion.subject.width
 
     def orbit_end(kind: str, value: float, sentence: str, last: Cycle, at: np.ndarray) -> OrbitEnd:
@@ -133,8 +159,8 @@ def follow_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, report: He
         sentence = f"at {path} = {value:.7g} steady states appear on the orbit, a saddle-node"
         return orbit_end(SADDLE_NODE_ON_ORBIT, value, sentence, last, at)
 
-    walk = cycles.walk(start if way > 0 else cycles.backwards(start))
-    orbits, least, next_growth, law, still = [start], start.period, _GROWN, math.nan, 0
+    walk = cycles.walk(orbits[0])
+    least, next_growth, law, still = orbits[0].period, _GROWN, math.nan, 0
     fold: tuple[np.ndarray, float] | None = None
     nearly = False
     for cycle in walk:

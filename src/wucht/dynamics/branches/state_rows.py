@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, pairwise, takewhile
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, Stab
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, lost_states
 from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through, half_branch, stored_orbit
-from wucht.dynamics.branches.orbit_endings import OrbitEnd, connections_at, follow_to_end, orbit_beyond_loss
+from wucht.dynamics.branches.orbit_endings import BranchToEnd, OrbitEnd, branch_to_end, connections_at, orbit_beyond_loss
 from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.branches.steady_states import Heartbeat
@@ -34,6 +34,7 @@ _LONGEST = 3.0  # times the period of the first orbit: up to there stability is 
 _LONGER = 8.0  # times the period of the orbit with which a curve begins
 _POINTS = 401  # of a curve, each way
 _SAME = 1e-3  # of the range
+_ORBITS_BETWEEN = 150  # of neighbouring rows: a branch with more of them has stopped at an end on the way
 
 
 @dataclass(frozen=True)
@@ -130,17 +131,25 @@ class RowCase:
     def row_through(self, seed: SeedOrbit) -> OrbitRow | NoOrbit:
         """Follow the branch through an orbit both ways."""
         try:
-            ends = (follow_to_end(self.motion, seed, way, self.report) for way in (-1, 1))
-            low, high = sorted(ends, key=lambda end: end.value)
-            middle = self._orbit_within(seed, (low.value + high.value) / 2)
+            back, onward = (branch_to_end(self.motion, seed, way, self.report) for way in (-1, 1))
+            low, high = sorted((back.end, onward.end), key=lambda end: end.value)
+            value = (low.value + high.value) / 2
+            middle = self._orbit_within(seed, onward if value > seed.value else back, value)
             e = self.motion.subject.embedding
-            has_section = e is not None and e.shape[0] == e.shape[1] + 1
-            return (self._row_in_section if has_section else self._row_by_collocation)((low, high), middle)
+            if e is not None and e.shape[0] == e.shape[1] + 1:
+                return self._row_in_section((low, high), middle, (back, onward))
+            return self._row_by_collocation((low, high), middle)
         except WuchtError as error:
             return NoOrbit(self.second, str(error))
 
-    def _orbit_within(self, seed: SeedOrbit, value: float) -> SeedOrbit:
-        """Return the orbit of a branch at a value, or as near to it as the branch is followed."""
+    def _orbit_within(self, seed: SeedOrbit, half: BranchToEnd, value: float) -> SeedOrbit:
+        """Return the orbit of a branch at a value, or as near to it as the branch is followed.
+
+        half: the branch from the seed on, towards that value.
+        """
+        passages = (a for a, b in pairwise(half.orbits) if (a.parameter - value) * (b.parameter - value) <= 0)
+        near = next(passages, half.orbits[0])
+        seed = replace(SeedOrbit.from_cycle(half.cycles, near, "within a branch", both_ways=True), longest=seed.longest)
         low, high = sorted((seed.value, value))
         if high - low < 1e-6 * self.motion.subject.width:
             return seed
@@ -160,15 +169,16 @@ class RowCase:
         usable = is_trusted if is_trusted.any() else np.ones(len(values), bool)
         return OrbitRow(self.second, sides, values[order][usable], stable[usable], special, middle, whole_seed)
 
-    def _row_in_section(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
-        """Compute the row where one direction leads out of the section: its exponent is a mean, accurate for any period."""
+    def _row_in_section(
+        self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit, halves: tuple[BranchToEnd, BranchToEnd]
+    ) -> OrbitRow:  # fmt: skip
+        """Compute the row where one direction leads out of the section: its exponent is a mean, accurate for any period.
+
+        halves: the branch as it was followed, both from its first orbit.
+        """
         seed = replace(middle, longest=_LONGEST * middle.period)
-        cycles, start = cycles_through(self.motion.subject, seed)
-        exponent, orbits = transverse_exponent(self.motion), [start]
-        for first in (start, cycles.backwards(start)):
-            for cycle in cycles.walk(first):
-                self.report()
-                orbits += [] if cycle.kind else [cycle]
+        exponent = transverse_exponent(self.motion)
+        orbits = self._orbits_around(seed, *halves)
         orbits.sort(key=lambda c: c.parameter)
         values, out = np.array([c.parameter for c in orbits]), np.array([exponent(c) for c in orbits])
         inside = np.array([not c.is_trusted or c.unstable == 0 for c in orbits])
@@ -180,6 +190,23 @@ class RowCase:
         )
         return OrbitRow(self.second, sides, values, inside & (out < 0), special, middle, self.motion.lift(seed))
 
+    def _orbits_around(self, middle: SeedOrbit, back: BranchToEnd, onward: BranchToEnd) -> list[Cycle]:
+        """Return the regular orbits of a branch around its middle one, both ways up to the longest period of that seed.
+
+        Where an end was reached before, the branch is followed on.
+        """
+        orbits, width = [*back.orbits[:0:-1], *onward.orbits], self.motion.subject.width
+        away = [abs(c.parameter - middle.value) / width + abs(c.period / middle.period - 1) for c in orbits]
+        k, short = int(np.argmin(away)), list[Cycle]()
+        for half, way in ((back, orbits[k::-1]), (onward, orbits[k + 1 :])):
+            within = list(takewhile(lambda c: c.period <= middle.longest, way))
+            beyond = half.cycles.walk(half.orbits[-1]) if len(within) == len(way) else ()
+            short += within
+            for cycle in takewhile(lambda c: c.period <= middle.longest, beyond):
+                self.report()
+                short += [] if cycle.kind else [cycle]
+        return short
+
     def seed_from_neighbour(self, near: OrbitRow | NoOrbit | None) -> SeedOrbit | None:
         """Follow the middle orbit of a neighbouring branch to the value of the second parameter; None where that fails."""
         if not isinstance(near, OrbitRow) or near.second == self.second:
@@ -190,7 +217,7 @@ class RowCase:
         begin = replace(seed, value=near.second, scale=np.append(seed.scale[:-1], high - low))
         try:
             cycles, start = cycles_through(replace(here, path=self.path, bounds=(low, high)), begin)
-            last = _last_of(cycles, start, self.second > near.second)
+            last = _last_of(cycles, start, self.second > near.second, _ORBITS_BETWEEN)
             if not math.isclose(last.parameter, self.second, rel_tol=1e-9):
                 return None
             orbit = SeedOrbit.from_cycle(cycles, last, "a neighbouring branch", both_ways=True)
@@ -214,10 +241,10 @@ def transverse_exponent(motion: ModulatedMotion) -> Callable[[Cycle], float]:
     return exponent
 
 
-def _last_of(cycles: Cycles, start: Cycle, onward: bool) -> Cycle:
-    """Return the last regular orbit of a branch, one way from its first."""
+def _last_of(cycles: Cycles, start: Cycle, onward: bool, most: int | None = None) -> Cycle:
+    """Return the last regular orbit of a branch, one way from its first. most: orbits after which it is left."""
     last = start
-    for cycle in cycles.walk(start if onward else cycles.backwards(start)):
+    for cycle in islice(cycles.walk(start if onward else cycles.backwards(start)), most):
         last = last if cycle.kind else cycle
     return last
 

@@ -13,7 +13,7 @@ import numpy as np
 from wucht.errors import RunError
 
 _GROUP_SIZE = 4  # intervals merged into one
-_DENSE = 110  # values at mesh points above which merging pays
+_DENSE = 99  # unknowns of the last equations: OpenBLAS begins threads at 100, which take longer than the equations
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class CollocationJacobian:
         identity = np.broadcast_to(np.eye(n), (intervals, n, n))
         system = CondensedSystem(last[..., :n], identity, last[..., n : n + q], last[..., n + q :], rows, by_parameters, right)
         levels = []
-        while system.segments * n > _DENSE and system.segments >= 2 * _GROUP_SIZE:
+        while (system.segments + 1) * n + q > _DENSE and system.segments >= 2 * _GROUP_SIZE:
             system, inner = system.merge_segments()
             levels.append(inner)
         z, parameters = system.solve(self.begin, self.end, self.ends_by_parameters, condition_sides[: len(self.begin)])
