@@ -216,7 +216,7 @@ def point_quantities(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[
     words, n = steady_states.labels, len(steady_states.names)
     ordinates = [states_by_second_value[b.second].ordinates(b.unknowns) for b in branches]
     exponents = join_arrays([b.exponents for b in branches], n)
-    # Against the fastest of the branch: at a fold of equations of one state there is no other exponent than the one that is zero.
+    # Against the fastest of the branch: at a fold of equations of one state there is no exponent but the one that is zero.
     fastest = [np.nanmax(np.abs(b.exponents), initial=0.0) for b in branches]
     growing = [(b.exponents.real > NEUTRAL * rate).sum(axis=0) for b, rate in zip(branches, fastest, strict=True)]
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.unknowns.shape[1], np.nan) for b in branches]
