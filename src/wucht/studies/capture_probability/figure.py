@@ -66,7 +66,8 @@ def _draw_probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None
 
 def _share_of_panel(x: np.ndarray, height: np.ndarray, ends: list[float]) -> float:
     """Return the area of a band over values (N,) of the parameter, as ``_fill`` draws it, over that of the panel."""
-    return float(_RIM * height[0] if len(x) == 1 else np.trapezoid(height, x) / (ends[1] - ends[0]))
+    area = ((height[1:] + height[:-1]) / 2 * np.diff(x)).sum() / (ends[1] - ends[0])
+    return float(_RIM * height[0] if len(x) == 1 else area)
 
 
 def _fill(axis: Axes, x: np.ndarray, low: np.ndarray, high: np.ndarray, ends: list[float], **look: Any) -> None:
