@@ -29,9 +29,9 @@ _ENDS = {
 _END: dict[str, Any] = {"color": "black", "linestyle": ":", "linewidth": 0.9}
 _STEADY, _MOST_DRAWN = COLOURS[6], 6  # number of orbits that are drawn
 _TICKS = 5
-_ORBIT_WIDTH = 1.2
+_ORBIT_WIDTH, _SHORT_DASHES = 1.2, (0, (2, 1))
 _PALE = 0.12
-_SCALE = "plasma"  # of the drawn orbits, less its light end
+_SCALE = "cividis"  # of the drawn orbits, less its light end: even steps in grey, too
 _SHORT = 6  # characters of a parameter's path: a longer one is not repeated for each orbit
 _SHOWN_GROWTH = 8.0  # times the shortest period: longer ones are beyond the panel
 
@@ -115,7 +115,7 @@ def _orbit_styles(result: xr.Dataset, drawn_orbits: list[int]) -> list[dict[str,
     """The styles of orbits: from dark to light over the parameter, solid where stable, dashed where not."""
     stable = (result.orbit_exponent_re.values[:, drawn_orbits] < 0).all(axis=0)
     return [
-        (_STABLE if s else _UNSTABLE) | {"color": c, "linewidth": _ORBIT_WIDTH}
+        {"color": c, "linestyle": "-" if s else _SHORT_DASHES, "linewidth": _ORBIT_WIDTH, "zorder": 3}
         for s, c in zip(stable, shades(len(drawn_orbits) + 1, _SCALE)[:-1], strict=True)
     ]
 
