@@ -317,3 +317,15 @@ def test_a_title_has_the_clauses_that_fit_on_a_line() -> None:
         assert sheet.leading_clauses(f"{clause}; short") == f"{clause}; short"
         assert sheet.leading_clauses(f"{clause}; {clause}; {clause}") == f"{clause}; {clause}"[: 2 * len(clause) + 2]
         assert sheet.leading_clauses(f"{4 * clause}; short") == 4 * clause, "at least one"
+
+
+@PAGES
+def test_a_colour_bar_has_room_for_all_lines_of_its_name(page: Page) -> None:
+    with page_context(page):
+        figure, (left, right) = sheet.new_grid(2, "title", narrow=2)
+        left.plot([0.0, 1.0], [0.0, 1.0])
+        image = right.scatter([0.0, 1.0], [0.0, 1.0], c=[0.333, 0.444])
+        bar = sheet.colour_bar(right, image, "fullness of a\nspectrum, in\nthree lines")
+    arrange(figure)
+    figure.draw_without_rendering()
+    assert bar.ax.yaxis.label.get_window_extent().x1 <= figure.bbox.x1

@@ -291,12 +291,12 @@ def rpm_axis(axis: Axes, unit: str, of: str = "y") -> None:
 
 
 def colour_bar(axis: Axes, image: Any, name: str) -> Colorbar:
-    """Add the colour scale of an image beside its panel."""
+    """Add the colour scale of an image beside its panel. name: in one or several lines."""
     figure = figure_of(axis)
     bar = figure.colorbar(image, cax=axis.inset_axes((1.03, 0.0, 0.045, 1.0)))
     bar.set_label(name)
     bar.ax.tick_params(labelsize=current_page().small)
-    sheet_of(figure).right[axis] = SCALE + _BAR
+    sheet_of(figure).right[axis] = SCALE + _BAR + LINE * name.count("\n")
     return bar
 
 

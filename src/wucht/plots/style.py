@@ -42,12 +42,12 @@ def line_style(index: int) -> dict[str, Any]:
     return look | {"marker": _MARKS[again - 1], "markersize": 3.5, "markerfacecolor": "white", "markevery": every}
 
 
-def shades(count: int) -> list[str]:
-    """Colours of many ordered lines: from dark to the lightest visible on white."""
+def shades(count: int, scale: str = "viridis") -> list[str]:
+    """Colours of many ordered lines, of a scale of matplotlib: from dark to the lightest visible on white."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
-    return [str(to_hex(colormaps["viridis"](_BRIGHTEST * k / max(count - 1, 1)))) for k in range(count)]
+    return [str(to_hex(colormaps[scale](_BRIGHTEST * k / max(count - 1, 1)))) for k in range(count)]
 
 
 def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:

@@ -60,7 +60,7 @@ def test_four_panels(sigma: xr.Dataset) -> None:
     assert along.get_xscale() == order.get_xscale() == "log"
     [legend] = figure.legends
     assert [t.get_text() for t in legend.get_texts()] == [
-        "0.01", "0.05", "0.2", "nominal", "trusted: 5\N{NO-BREAK SPACE}% of the largest speed, "
+        "0.01", "0.05", "0.2", "nominal", "limits of agreement: 5\N{NO-BREAK SPACE}% of the largest speed, "
         "25\N{NO-BREAK SPACE}% of the largest amplitude",
     ]  # fmt: skip
 

@@ -66,7 +66,8 @@ def test_what_is_not_decided(plan: Any) -> None:
     result = STUDY.dataset(plan, Findings((compared(), compared(1.0), compared(2.0, failure="no more"))))
     assert warnings_of(result) == [f"{result.value.attrs['long_name']} = 2: no more", "2 of 3 values are compared"]
     assert result.attrs["sentence"] == (
-        "it is not decided whether the averaged equations may be trusted: the study was interrupted before this was decided"
+        "it is not decided whether full and averaged equations agree for this machine: the study was interrupted before this "
+        "was decided"
     )
     result = STUDY.dataset(plan, Findings((compared(failure="own"),), None, "it fails"))
     assert warnings_of(result) == ["own", "the order of the error could not be measured: it fails"]
@@ -79,8 +80,8 @@ def test_the_lines_of_the_report(plan: Any) -> None:
     until = result.wucht.summary["until_phi"]
     assert STUDY.report(result) == [
         "A machine",
-        "verdict: NOT TRUSTED",
-        "  because      the speeds of the rotor differ by 6 % of the largest",
+        "verdict: full and averaged equations do not agree for this machine: the speeds of the rotor differ by 6 % of the "
+        "largest",
         f"  this machine {both}both captured",
         "  order        the error falls with epsilon to the power 1.00",
         f"  along u, up to {until:.4g} rad of the rotor's angle",
@@ -98,7 +99,7 @@ def test_the_lines_of_several_parameters_and_of_units(plan: Any) -> None:
     several = with_answer(result, {"own": turning}, along=["a.b", "c"], deviations=[factor], disagreement=[[2.5, 2.5]])
     until = result.wucht.summary["until_phi"]
     assert STUDY.report(several)[1:] == [
-        "verdict: TRUSTED",
+        "verdict: full and averaged equations agree for this machine; the outcomes differ at u = 2.5",
         f"  this machine speeds of the rotor differ by 0.02 rad/s (0.191 rpm) at most, amplitudes by {math.degrees(0.3):.4g}°; "
         "both captured",
         "  order        the error falls with epsilon to the power 1.00",
@@ -109,7 +110,7 @@ def test_the_lines_of_several_parameters_and_of_units(plan: Any) -> None:
     one = with_answer(result, {"deviations": shaking}, along_unit="N m s", trusted=None, own=None, order_of_error=None)
     assert STUDY.report(one) == [
         "A machine",
-        "verdict: NOT DECIDED",
+        "verdict: full and averaged equations agree for this machine; the outcomes differ at u = 2.5",
         f"  along u, up to {until:.4g} rad of the rotor's angle",
         "    2.5 N m s      speeds of the rotor differ by 0.02 rad/s (0.191 rpm) at most, amplitudes by 300 mm; "
         "captured, averaged equations passed",

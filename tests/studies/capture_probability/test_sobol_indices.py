@@ -130,4 +130,9 @@ def test_the_curve_of_a_probability_its_band_and_where_it_is_reached() -> None:
     lines = {str(line.get_label()): line.get_xydata() for line in axis.get_lines()}
     assert lines["target: 0.8"][:, 1].tolist() == [0.8, 0.8] and lines["reached at 2.5 W"][:, 0].tolist() == [2.5, 2.5]
     assert lines["estimate"].tolist() == [[1.0, 0.1], [2.0, 0.5]] and lines["of the search"].tolist() == [[3.0, 0.9]]
+    narrow = result.assign(not_identified=("parameter", [0.0, 1e-3, 0.0]))
+    _, (beside,) = new_grid(1, "title")
+    probability_figure._draw_probability(beside, narrow, summary)
+    names = [axis.get_legend_handles_labels()[1] for axis in (axis, beside)]
+    assert set(names[0]) - set(names[1]) == {"no verdict"}, "what cannot be seen has no name"
     assert axis.get_xlim() == pytest.approx((0.455, 3.545)) and axis.get_legend_handles_labels()[1][0] == "95 % confidence"

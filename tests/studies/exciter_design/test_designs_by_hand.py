@@ -220,7 +220,9 @@ def test_the_figure(plan: Any, result: xr.Dataset) -> None:
     assert shown[5]["design"].get_xdata()[0] == result.wucht.summary["distance"]
     decades = np.log10(search.get_ylim())
     assert decades == pytest.approx(np.round(decades)), "the scale begins and ends with a number"
-    assert reach.child_axes[0].get_ylabel() == "fullness (mean amplitude)", "it is said what that is"
+    assert reach.child_axes[0].get_ylabel() == "fullness: mean amplitude, 0 as\nthe smallest, 1 as the largest", (
+        "it is said what that is"
+    )
     assert search.get_ylabel() == f"distance, {plan.spec.metric}" and tolerances.get_ylim() == (0.0, 1.02)
 
 

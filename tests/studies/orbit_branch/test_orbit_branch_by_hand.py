@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -329,6 +330,37 @@ def test_values_at_the_ends_of_the_range_are_in_it(monkeypatch: pytest.MonkeyPat
     assert computation._values_in_range(subject, subject, (1.0, 2.0), (2.0, 1.0, 2.0), "at") == (2.0, 1.0)
     with refused("study.at[1]", given=2.1):
         computation._values_in_range(subject, subject, (1.0, 2.0), (1.0, 2.1), "at")
+
+
+def test_orbits_are_drawn_in_the_space_of_two_states() -> None:
+    """Circles of radius sqrt mu, solid as they are stable, and dashed if they were not; their states are in the result."""
+    made = result()
+    assert made.orbit_states.dims == ("orbit", "state", "place") and made.state.values.tolist() == ["x", "y"]
+    assert np.array_equal(made.orbit_states.sel(state="x").values, made.orbit_state.values)
+    for show in ("x", "y"):
+        for unstable in (False, True):
+            shown = made.assign_attrs(state=show)
+            shown["orbit_exponent_re"] = shown.orbit_exponent_re * (-1 if unstable else 1)
+            axis = Figure().add_subplot()
+            orbit_figure._phase_space(axis, shown, [0, 1])
+            assert (axis.get_xlabel(), axis.get_ylabel()) == (show, {"x": "y", "y": "x"}[show])
+            for line, mu, states in zip(axis.get_lines(), (0.5, 1.5), made.orbit_states.values, strict=True):
+                x, y = (np.asarray(v, float) for v in line.get_data())
+                assert np.array_equal(x, states[0 if show == "x" else 1])
+                assert np.hypot(x, y) == pytest.approx(math.sqrt(mu), rel=1e-6)
+                assert (line.get_linestyle() == "--") == unstable
+    phase_space = STUDY.figure(made).axes[3]
+    assert (phase_space.get_xlabel(), phase_space.get_ylabel()) == ("x", "y")
+
+
+def test_the_second_state_is_one_that_is_no_angle() -> None:
+    made = result()
+    third = xr.concat([made.orbit_states, made.orbit_states.isel(state=[1])], "state").assign_coords(state=["x", "a", "z"])
+    turned = made.drop_vars(["orbit_states", "turning", "state"])
+    turned = turned.assign(orbit_states=third, turning=("state", np.array([0, 1, 0])))
+    axis = Figure().add_subplot()
+    orbit_figure._phase_space(axis, turned, [0])
+    assert axis.get_ylabel() == "z"
 
 
 def test_orbits_are_drawn_from_their_least_speed_over_one_period() -> None:

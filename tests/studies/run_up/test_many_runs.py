@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.hand_made import with_answer
 from tests.refusals import refused
 
 from wucht.errors import InputError
@@ -52,6 +53,25 @@ def test_the_figure_has_a_line_a_case(over: str, name: str) -> None:
     speed, amplitude = drawn.axes
     assert len([line for line in speed.get_lines() if not str(line.get_label()).startswith("no-load")]) == 4
     assert name in amplitude.get_xlabel()
+
+
+def test_amplitudes_that_are_small_early_have_a_shorter_time() -> None:
+    """The speeds settle in 100 s, amplitudes are small after 4 s: drawn until 6 s, and the whole runs below."""
+    result = run(asked(until=50.0, values=(1.0, 5.0), starts=(), start=STARTS[0]), load_machine(MACHINE))
+    time = np.linspace(0.0, 400.0, result.sizes["sample"])
+    made = result.copy()
+    made["time"] = (result.time.dims, np.broadcast_to(time, result.time.shape).copy(), result.time.attrs)
+    at = made.time.values
+    made["amplitude"] = (result.amplitude.dims, np.where(at <= 4.0, 1.0, 0.04), result.amplitude.attrs)
+    last = float(time[time <= 4.0][-1])
+    cases = [case | {"settling_time": 100.0, "amplitude_settling_time": None} for case in made.wucht.summary["cases"]]
+    figure = draw(with_answer(made, cases=cases))
+    speed, amplitude, strip = figure.axes
+    assert [axis.get_xlim()[1] for axis in (speed, amplitude, strip)] == pytest.approx([150.0, 1.5 * last, 400.0], rel=0.2)
+    assert speed.get_xlabel() == amplitude.get_xlabel() != "" and strip.get_xlabel().startswith("whole runs, ")
+    made["amplitude"] = (result.amplitude.dims, np.where(at <= 60.0, 1.0, 0.04), result.amplitude.attrs)
+    speed, amplitude, _ = draw(with_answer(made, cases=cases)).axes
+    assert speed.get_xlim() == amplitude.get_xlim(), "not where they are large for long"
 
 
 def _stop_within_the_third(share: float, _what: str) -> None:

@@ -265,7 +265,7 @@ def _values_to_report(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[flo
 class ReportedOrbit:
     """Orbit as reported.
 
-    ordinate, amplitude (P,): over a period, at even times; rotor_angle (P,): by then, nan for user equations.
+    ordinate, amplitude (P,), states (n, P): over a period, at even times; rotor_angle (P,): by then, nan for user equations.
     period_phi: the rotor's angle in a period. low, high: of the ordinate, least, largest: of the amplitude. exponents (n-1,):
     per unit of time, without the trivial one, the largest first. along: ln mu of the trivial one, as computed. kind: of a
     special orbit.
@@ -283,6 +283,7 @@ class ReportedOrbit:
     ordinate: np.ndarray
     amplitude: np.ndarray
     rotor_angle: np.ndarray
+    states: np.ndarray
     kind: str
 
 
@@ -301,7 +302,8 @@ def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[Stor
     orbit = beside[0] if beside[0].kind else stored_orbit(_orbit_at(cycles, beside, value))
     values, along = _exponents(subject, orbit, value)
     mesh, tau, fine = orbit.mesh, np.linspace(0.0, 1.0, _PLACES), np.linspace(0.0, 1.0, _FINE)
-    ordinate, amplitude = subject.observables(mesh.interpolate(orbit.states, tau).T, value)
+    states = mesh.interpolate(orbit.states, tau).T
+    ordinate, amplitude = subject.observables(states, value)
     low, high, least, largest = (
         side * peak(fine, side * x)
         for x in subject.observables(mesh.interpolate(orbit.states, fine).T, value)
@@ -317,8 +319,9 @@ def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[Stor
         else np.nan
     )
     return ReportedOrbit(
-        value, orbit.period, whole, low, high, least, largest, values, along, ordinate, amplitude, rotor_angle, orbit.kind
-    )
+        value, orbit.period, whole, low, high, least, largest, values, along, ordinate, amplitude, rotor_angle, states,
+        orbit.kind,
+    )  # fmt: skip
 
 
 def _orbit_at(cycles: Cycles, beside: Sequence[StoredOrbit], value: float) -> Cycle:

@@ -26,9 +26,9 @@ LEAST_ORDER = 0.7  # of the nominal order: below, epsilon is too large for the e
 _DEVIATIONS = ("speed", "amplitude")
 _AS_NUMBER = {True: 1, False: 0, None: -1}
 _ANSWERS = {
-    True: "the averaged equations may be trusted for this machine",
-    False: "the averaged equations are not to be trusted for this machine",
-    None: "it is not decided whether the averaged equations may be trusted",
+    True: "full and averaged equations agree for this machine",
+    False: "full and averaged equations do not agree for this machine",
+    None: "it is not decided whether full and averaged equations agree for this machine",
 }
 
 
@@ -45,7 +45,16 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         _exceptions(plan, findings) if is_trusted else ""
     )
     warnings = _warnings(plan, findings)
-    return result_dataset(quantities, sentence, warnings, trusted_speed=SPEED_TOLERANCE, trusted_amplitude=AMPLITUDE_TOLERANCE)
+    return result_dataset(
+        quantities, sentence, warnings, trusted_speed=SPEED_TOLERANCE, trusted_amplitude=AMPLITUDE_TOLERANCE,
+        **_nominal_value(plan),
+    )  # fmt: skip
+
+
+def _nominal_value(plan: Plan) -> dict[str, Any]:
+    """The machine's value of the varied parameter, or of the factor of several."""
+    along = plan.spec.along
+    return {"nominal": plan.machine.values[along[0]] if len(along) == 1 else 1.0} if along else {}
 
 
 def _exceptions(plan: Plan, findings: Findings) -> str:
@@ -182,14 +191,9 @@ def _trust_verdict(plan: Plan, findings: Findings) -> tuple[bool | None, list[st
     return None if reasons else True, reasons
 
 
-_VERDICTS = {True: "TRUSTED", False: "NOT TRUSTED", None: "NOT DECIDED"}
-
-
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for an approximation."""
     s, lines = result.wucht.summary, ReportLines(result)
-    for reason in s["reasons"]:
-        lines.add("because", reason)
     if s["own"] is not None:
         lines.add("this machine", _comparison_text(s["own"], s["speeds_of"]), s["own"], "own")
     lines.add("order", "the error falls with epsilon to the power {order_of_error:.2f}")
@@ -203,7 +207,7 @@ def report(result: xr.Dataset) -> list[str]:
     for low, high in s["disagreement"]:
         place = f"at {low:.6g}{unit}" if low == high else f"from {low:.6g} to {high:.6g}{unit}"
         lines.add(f"the models have different outcomes {place}", "")
-    return lines.report(_VERDICTS[s["trusted"]])
+    return lines.report(s["sentence"])
 
 
 def _comparison_text(d: dict[str, Any], bodies_text: str) -> str:

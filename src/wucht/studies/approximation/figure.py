@@ -41,6 +41,8 @@ def _draw_over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
     scale, unit = printed_unit(result, name)
     values, nominal_index = scale * result[name].values, len(result.value) - 1
     for k, value in enumerate(result.value.values):
+        if value == result.attrs.get("nominal"):  # it is drawn as such
+            continue
         value_text = f"{value:.4g} {result.value.attrs['units']}".rstrip() if np.isfinite(value) else "nominal"
         appearance = {"color": "#000000", "linewidth": 1.4} if k == nominal_index else line_style(k)
         axis.plot(
@@ -61,7 +63,7 @@ def _draw_criterion(axis: Axes, result: xr.Dataset, of: str) -> None:
     for limit in shares[of] * _largest(result, of)[-1:]:  # none before the first run
         if limit > 0:
             # In the legend both criteria have one line.
-            name = f"trusted: {', '.join(_share_in_words(share, of) for of, share in shares.items() if share)}"
+            name = f"limits of agreement: {', '.join(_share_in_words(share, of) for of, share in shares.items() if share)}"
             axis.axhline(printed_unit(result, f"{of}_deviation")[0] * limit, **_LIMIT, label=name)
 
 

@@ -15,6 +15,7 @@ from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import formula_in_print, parameter_in_words, with_unit
 
 _BAR = 0.36
+_VISIBLE = 5e-4  # of the panel: a smaller area is a dot, which needs no name
 _RIM = 0.015  # of the range of the parameter: at its ends, and the bar of a single value
 _LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("total", 0.5, COLOURS[5], "", "with interactions"))
 
@@ -39,7 +40,7 @@ def _draw_probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None
     is_from_search, blue = result.searched.values.astype(bool), COLOURS[0]
     band = f"{100 * s['confidence']:g} % confidence"
     _fill(axis, x, result.low.values, result.high.values, s["range"], color=blue, alpha=0.25, linewidth=0, label=band)
-    if open_.any():
+    if _share_of_panel(x, open_, s["range"]) >= _VISIBLE:
         look: dict[str, Any] = {"hatch": "xxx", "linewidth": 0}
         counted_share = np.nan_to_num(estimate) * (1 - open_)
         look |= {"facecolor": "none", "edgecolor": GREY, "label": "no verdict"}
@@ -61,6 +62,12 @@ def _draw_probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None
     rim = _RIM * (high - low)  # points at the ends are shown whole
     axis.set(ylim=(-0.03, 1.03), ylabel="probability of\n" + " or ".join(s["outcome"]), xlim=(low - rim, high + rim))
     axis.set_xlabel(with_unit(parameter_in_words(s["along"], str(result.parameter.attrs["long_name"])), s["unit"]))
+
+
+def _share_of_panel(x: np.ndarray, height: np.ndarray, ends: list[float]) -> float:
+    """Return the area of a band over values (N,) of the parameter, as ``_fill`` draws it, over that of the panel."""
+    area = ((height[1:] + height[:-1]) / 2 * np.diff(x)).sum() / (ends[1] - ends[0])
+    return float(_RIM * height[0] if len(x) == 1 else area)
 
 
 def _fill(axis: Axes, x: np.ndarray, low: np.ndarray, high: np.ndarray, ends: list[float], **look: Any) -> None:

@@ -17,7 +17,7 @@ from wucht.plots.style import COLOURS, GUIDE, line_style
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
 _TICKS = 5
-_FULLNESS = "fullness (mean amplitude)"  # 0 of the least one of the target, 1 of the largest
+_FULLNESS = "fullness: mean amplitude, 0 as\nthe smallest, 1 as the largest"
 _MARK: dict[str, Any] = {"markeredgecolor": "black", "linestyle": ""}
 _TARGET_MARK: dict[str, Any] = _MARK | {"marker": "*", "color": COLOURS[1], "markersize": 14, "label": "target"}
 _DESIGN_MARK: dict[str, Any] = _MARK | {"marker": "X", "color": "white", "markersize": 9, "label": "design, averaged equations"}

@@ -9,10 +9,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wucht.plots.limit_set_curves import wrapped_curve
 from wucht.plots.scales import parameter_label
 from wucht.plots.sheet import legend_below, new_grid, rpm_axis, sheet_of
 from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretches, kind_entries
-from wucht.plots.style import COLOURS, line_style
+from wucht.plots.style import COLOURS, shades
 from wucht.results.formatting import formula_in_print, label, printed_unit, with_unit
 
 _STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.8, "zorder": 3}
@@ -28,7 +29,9 @@ _ENDS = {
 _END: dict[str, Any] = {"color": "black", "linestyle": ":", "linewidth": 0.9}
 _STEADY, _MOST_DRAWN = COLOURS[6], 6  # number of orbits that are drawn
 _TICKS = 5
+_ORBIT_WIDTH, _SHORT_DASHES = 1.2, (0, (2, 1))
 _PALE = 0.12
+_SCALE = "cividis"  # of the drawn orbits, less its light end: even steps in grey, too
 _SHORT = 6  # characters of a parameter's path: a longer one is not repeated for each orbit
 _SHOWN_GROWTH = 8.0  # times the shortest period: longer ones are beyond the panel
 
@@ -47,7 +50,10 @@ def figure(result: xr.Dataset) -> Figure:
         course = "orbit_state" if result.attrs["state"] else "orbit_speed"
         _runs(axes[1], result, drawn_orbits, course)
         vibrates = "orbit_amplitude" in result and bool(np.isfinite(result.orbit_amplitude.values).any())
-        _runs(axes[3], result, drawn_orbits, "orbit_amplitude" if vibrates else course, share=not vibrates)
+        if result.sizes.get("state", 0) > 1:
+            _phase_space(axes[3], result, drawn_orbits)
+        else:
+            _runs(axes[3], result, drawn_orbits, "orbit_amplitude" if vibrates else course, share=not vibrates)
         if len(rows := sheet_of(fig).rows) == len(axes):  # in one column: what is over the parameter, then orbits
             rows[1], rows[2] = rows[2], rows[1]
     legend_below(fig, _legend(result, drawn_orbits))
@@ -105,9 +111,13 @@ def _colour(branch: int) -> str:
     return COLOURS[branch % len(COLOURS)]
 
 
-def _orbit_style(result: xr.Dataset, number: int) -> dict[str, Any]:
-    """The style of an orbit, which has the colour of no branch."""
-    return line_style(number + int(result.branch.values.max(initial=-1)) + 1)
+def _orbit_styles(result: xr.Dataset, drawn_orbits: list[int]) -> list[dict[str, Any]]:
+    """The styles of orbits: from dark to light over the parameter, solid where stable, dashed where not."""
+    stable = (result.orbit_exponent_re.values[:, drawn_orbits] < 0).all(axis=0)
+    return [
+        {"color": c, "linestyle": "-" if s else _SHORT_DASHES, "linewidth": _ORBIT_WIDTH, "zorder": 3}
+        for s, c in zip(stable, shades(len(drawn_orbits) + 1, _SCALE)[:-1], strict=True)
+    ]
 
 
 def _pieces(axis: Axes, x: np.ndarray, curves: list[np.ndarray], stable: np.ndarray, colour: str) -> None:
@@ -135,17 +145,28 @@ def _runs(axis: Axes, result: xr.Dataset, drawn_orbits: list[int], name: str, sh
     """Draw orbits over the rotor's angle, or time, or the share of their period."""
     abscissa = "orbit_turned" if result.attrs["rotor"] else "orbit_time"
     factor, unit = printed_unit(result, name)
-    for i, k in enumerate(drawn_orbits):
+    for k, look in zip(drawn_orbits, _orbit_styles(result, drawn_orbits), strict=True):
         x, y = result[abscissa].values[k], factor * result[name].values[k]
         ordinate = result["orbit_state" if result.attrs["state"] else "orbit_speed"].values[k, :-1]
         begin = int(ordinate.argmin())  # at the least value
         x = np.concatenate([x[begin:-1], x[-1] + x[: begin + 1]]) - x[begin]
         y = np.concatenate([y[begin:-1], y[: begin + 1]])
-        axis.plot(x / x[-1] if share else x, y, **_orbit_style(result, i))
+        axis.plot(x / x[-1] if share else x, y, **look)
     axis.set(
         xlabel="share of the period" if share else label(result, abscissa),
         ylabel=result.attrs["state"] or label(result, name, unit),
     )
+
+
+def _phase_space(axis: Axes, result: xr.Dataset, drawn_orbits: list[int]) -> None:
+    """Draw orbits projected on the state of the other panels and on the first other one, if possible one that is no angle."""
+    names, turning = result.state.values.astype(str).tolist(), result.turning.values > 0
+    first = names.index(str(result.attrs["state"]))
+    second = min((k for k in range(len(names)) if k != first), key=lambda k: bool(turning[k]))
+    for k, look in zip(drawn_orbits, _orbit_styles(result, drawn_orbits), strict=True):
+        states = result.orbit_states.values[k, [first, second]]
+        axis.plot(*wrapped_curve(states, turning[[first, second]], (0.0, 0.0)), **look)
+    axis.set(xlabel=names[first], ylabel=names[second])
 
 
 def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
@@ -166,6 +187,6 @@ def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
         handles.append(entry("end of the orbits", **_END))
     path, unit = str(result.attrs["along"]), result.attrs["along_unit"]
     before = f"{formula_in_print(path)} = " if len(path) <= _SHORT else "at "
-    for i, k in enumerate(drawn_orbits):
-        handles.append(entry(f"{before}{result.orbit_value.values[k]:.4g} {unit}".rstrip(), **_orbit_style(result, i)))
+    for k, look in zip(drawn_orbits, _orbit_styles(result, drawn_orbits), strict=True):
+        handles.append(entry(f"{before}{result.orbit_value.values[k]:.4g} {unit}".rstrip(), **look))
     return handles

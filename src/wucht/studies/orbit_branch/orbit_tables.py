@@ -68,6 +68,14 @@ def reported_quantities(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
         ("amplitude", [o.amplitude for o in orbits]),
     )}  # fmt: skip
     name = ordinate_name(plan)
+    of_equations = [
+        Quantity("state", plan.problem.system.state_names, "state", "", "state"),
+        Quantity("turning", plan.problem.turning.astype(np.int8), "whether it is an angle", "", "state"),
+        Quantity(
+            "orbit_states", np.array([o.states for o in orbits], float).reshape(shape[0], n, shape[1]), "states", "",
+            "orbit state place",
+        ),
+    ]  # fmt: skip
     of_machine = [
         Quantity("orbit_period_phi", [o.period_phi for o in orbits], f"period in the {_ANGLE}", "", "orbit"),
         Quantity("orbit_turned", table["turned"], _ANGLE, "rad" if s.time else "", "orbit place"),
@@ -84,7 +92,7 @@ def reported_quantities(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
         Quantity("orbit_exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", rate, "exponent orbit"),
         Quantity("orbit_time", table["time"], "time", s.time, "orbit place", coordinate=True),
         Quantity("orbit_state" if s.of_equations else "orbit_speed", table["shown"], s.ordinate, s.unit, "orbit place"),
-        *(of_machine if not s.of_equations else []),
+        *(of_equations if s.of_equations else of_machine),
     ]  # fmt: skip
 
 

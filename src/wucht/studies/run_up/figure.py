@@ -14,6 +14,7 @@ from wucht.plots.curves import thin_curve
 from wucht.plots.scales import name_speeds, prefixed_unit
 from wucht.plots.time_courses import (
     RANGE,
+    SETTLED_SHARE,
     Phases,
     TurnWindows,
     angles_in_turn,
@@ -35,7 +36,9 @@ _SPEED, _PANEL, _STRIP, _ORBIT = 2.0, 1.55, 0.6, 1.7  # inches: heights of panel
 _LOW = 0.8  # times these heights, where bearing forces are drawn too
 _ROUND = 2e-2  # of the largest amplitude: an orbit whose radius varies less is a circle
 _FEW_BODIES = 2  # bodies about a rotor that are named one by one
-_ORBIT_TURNS = 5  # at the end of the run
+_ORBIT_POINTS = 200
+_SMALL = 0.05  # of the largest amplitude: it is small
+_SOON = 0.25  # of the time that is drawn: amplitudes that are small before have a panel with a shorter time
 _MOST_NAMED, _HEIGHT = 14, 2.3  # of many runs
 
 
@@ -354,12 +357,13 @@ def _bearing_forces(axis: Axes, view: _View) -> None:
 
 
 def _orbit(axis: Axes, view: _View) -> None:
-    """Draw the orbits of the carrier's centre of mass and of its mounts over the last turns of the run."""
+    """Draw the orbits of the carrier's centre of mass and of its mounts over the last turn of the run.
+
+    Dashed lines of several turns would run together.
+    """
     result = view.result
-    turn_counts = np.abs(result.angle.values[0] - result.angle.values[0, -1]) / (2 * np.pi)
-    last = np.arange(len(turn_counts)) >= np.flatnonzero(turn_counts >= _ORBIT_TURNS).max(initial=0)
     scale, unit = printed_unit(result, "amplitude")
-    x, y, turn = (result.displacement.sel(direction=d).values[last] for d in ("x", "y", "r"))
+    x, y, turn = _last_turn(result)
     places = [("centre of mass", 0.0, 0.0)]
     if "mount_x" in result:
         at = zip(result.mount_x.values, result.mount_y.values, strict=True)
@@ -370,6 +374,19 @@ def _orbit(axis: Axes, view: _View) -> None:
         axis.plot(scale * (dx - dx.mean()), scale * (dy - dy.mean()), **style.line_style(k) | {"label": name, "linewidth": 0.9})
     axis.set_aspect("equal", adjustable="datalim")
     axis.set(xlabel=f"orbit of the deck, x ({unit})", ylabel=f"y ({unit})")
+
+
+def _last_turn(result: xr.Dataset) -> np.ndarray:
+    """Return x, y and the angle of the carrier (3, N) over the last turn of the main rotor, or over a shorter run."""
+    from scipy.interpolate import CubicSpline
+
+    time, first = np.unique(result.time.values, return_index=True)
+    turns = np.abs(result.angle.values[0, first] - result.angle.values[0, -1]) / (2 * np.pi)
+    k = int(np.flatnonzero(turns >= 1).max(initial=0))
+    begin = time[k] + (turns[k] - 1) / (turns[k] - turns[k + 1]) * (time[k + 1] - time[k]) if turns[k] >= 1 else time[0]
+    course = np.array([result.displacement.sel(direction=d).values[first] for d in ("x", "y", "r")])
+    before = max(k - 3, 0)
+    return np.asarray(CubicSpline(time[before:], course[:, before:], axis=1)(np.linspace(begin, time[-1], _ORBIT_POINTS)))
 
 
 def _whole_run(axis: Axes, view: _View) -> None:
@@ -388,14 +405,26 @@ def _whole_run(axis: Axes, view: _View) -> None:
     axis.set(xlabel=f"whole run, {view.name}", ylabel=with_unit("amplitude", unit))
 
 
+def _last_large_amplitude(result: xr.Dataset) -> float:
+    """Return the last time at which the amplitude of one of many run-ups is not small beside the largest of all."""
+    amplitude = result.amplitude.values
+    with np.errstate(invalid="ignore"):
+        large = amplitude > _SMALL * np.nanmax(amplitude, initial=0.0)
+    return float(np.broadcast_to(result.time.values, amplitude.shape)[large].max(initial=0.0))
+
+
 def _figure_of_many(result: xr.Dataset) -> Figure:
     """Draw speed and amplitude of each of many run-ups, named at the ends of lines where there is room."""
     cases, over, (scale, unit) = result.wucht.summary["cases"], "abscissa" in result, printed_unit(result, "amplitude")
     end = float(np.nanmax(result.time.values))
     until = shown_until(cases, end)
-    fig, axes = sheet.new_figure(
-        2, result.attrs["title"], result.attrs["sentence"], [_HEIGHT, _HEIGHT, _STRIP], apart=int(until < end)
-    )
+    large = _last_large_amplitude(result)
+    vibrating = SETTLED_SHARE * large if SETTLED_SHARE * large < _SOON * until else until
+    heights, words = [_HEIGHT, _HEIGHT, _STRIP], (result.attrs["title"], result.attrs["sentence"])
+    if vibrating < until:
+        fig, axes = sheet.new_grid(2 + (until < end), *words, columns=1, heights=heights)
+    else:
+        fig, axes = sheet.new_figure(2, *words, heights, apart=int(until < end))
     speed, amplitude, *strips = axes
     few, tones = len(cases) <= style.MOST_LOOKS, style.shades(len(cases))
     name = label(result, "abscissa") if over else abscissa_label(result, "time")
@@ -404,22 +433,24 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
         text = f"{case['label']}: {case['outcome']}" if few or k < _MOST_NAMED else None
         look = style.line_style(k) if few else {"color": tones[k], "linewidth": 0.7}
         inside, every = run.time.values <= until, np.isfinite(run.time.values)
+        shaking = run.time.values <= vibrating
         at = run["abscissa" if over else "time"].values
         speed.plot(*thin_curve(at[inside], run.speed.values[0][inside]), **look)
-        amplitude.plot(*thin_curve(at[inside], scale * run.amplitude.values[inside]), label=text, **look)
+        amplitude.plot(*thin_curve(at[shaking], scale * run.amplitude.values[shaking]), label=text, **look)
         for strip in strips:
             strip.plot(*thin_curve(at[every], scale * run.amplitude.values[every]), **look)
         if "slow_speed" in result:
-            slow = run["slow_abscissa" if over else "time"].values[inside]
+            slow = run["slow_abscissa" if over else "time"].values
             line_label = "averaged equations" if k == 0 else None
-            speed.plot(*thin_curve(slow, run.slow_speed.values[0][inside]), label=line_label, **style.SLOW)
-            amplitude.plot(*thin_curve(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
+            speed.plot(*thin_curve(slow[inside], run.slow_speed.values[0][inside]), label=line_label, **style.SLOW)
+            amplitude.plot(*thin_curve(slow[shaking], scale * run.slow_amplitude.values[shaking]), **style.SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
     style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
     name_speeds(speed, result)
-    amplitude.set_xlabel(name)
-    amplitude.set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
-    for axis in (amplitude, *strips):
+    if vibrating < until:
+        speed.set_xlabel(name)
+    amplitude.set(xlabel=name, ylabel=label(result, "amplitude", unit), ylim=(0, None))
+    for axis in ((speed,) if vibrating < until else ()) + (amplitude, *strips):
         ends = [np.asarray(line.get_xdata())[[0, -1]] for line in axis.get_lines() if np.size(line.get_xdata())]
         if ends and np.ptp(ends) > 0:
             axis.set_xlim(np.min(ends), np.max(ends))
