@@ -205,7 +205,7 @@ def end_of(
         assert values.tolist() == [o.parameter for o in orbits if not o.kind][: len(values)]
         return SimpleNamespace(kind="other", parameter=float(values[-1]), sentence="", equilibrium=np.empty(0))
 
-    monkeypatch.setattr(orbit_endings, "cycles_through", lambda *_: (cycles, start))
+    monkeypatch.setattr(orbit_endings, "cycles_through", lambda *_, **__: (cycles, start))
     monkeypatch.setattr(orbit_endings, "_slow_places", slow_places)
     monkeypatch.setattr(orbit_endings, "_connection", lambda _m, _c, cycle, place, stays: met and met(cycle, place, stays))
     monkeypatch.setattr(orbit_endings, "_fold_ahead", ahead)

@@ -38,6 +38,17 @@ def test_a_point_is_taken_when_its_convergence_foretells_what_is_left() -> None:
     assert counts[1] < 0.9 * counts[0]
 
 
+@pytest.mark.parametrize(("share", "is_used"), [(1.0, True), (0.91, True), (1.09, True), (0.89, False), (1.11, False)])
+def test_a_prediction_that_leads_along_the_tangent_is_used(share: float, is_used: bool) -> None:
+    """It is moved into the plane that is a step away; one that is too short or too long counts for nothing."""
+    here = CurvePoint(np.array([1.0, 0.0]), np.array([0.0, 1.0]), None, 0.0, 1, np.array([-1.0, 0.0]))
+    problem = FunctionProblem(lambda x: (np.array([x @ x - 1]), 2 * x[None]), np.ones(2))
+    curve = Curve(problem, predict=lambda _, point, step: point.unknowns + np.array([0.007, share * step]))
+    expected = [1.007, 0.1] if is_used else [1 - 0.1**2 / 2, 0.1]
+    assert curve._guess(here, 0.1).tolist() == pytest.approx(expected, abs=1e-15)
+    assert curve._guess(replace(here, bend=None), 0.1).tolist() == [1.0, 0.1]  # after a step that was too long
+
+
 def test_the_bend_of_the_curve_is_known_at_the_second_point() -> None:
     """On a circle of radius 1 it points to the centre."""
     bends = []

@@ -165,9 +165,14 @@ def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bo
     )  # fmt: skip
 
 
-def cycles_through(problem: OrbitProblem, seed: SeedOrbit) -> tuple[Cycles, Cycle]:
-    """Return the branches of an orbit's winding, and the orbit as the first of its branch. Raises ``RunError``."""
+def cycles_through(problem: OrbitProblem, seed: SeedOrbit, *, draws: bool = True) -> tuple[Cycles, Cycle]:
+    """Return the branches of an orbit's winding, and the orbit as the first of its branch. Raises ``RunError``.
+
+    draws: True for orbits so many that their curves look smooth; else those are followed that lead to the ends soonest.
+    """
     cycles = cycles_of(problem, seed.winding, seed.scale, seed.longest)
+    if not draws:
+        cycles = replace(cycles, predicts_shifts=True, steps=replace(cycles.steps, predicts_correction=True))
     unknowns = np.concatenate([seed.states.ravel(), [seed.period, seed.value]])
     on_mesh = cycles.problem(seed.mesh, seed.period)
     on_mesh = replace(on_mesh, reference=on_mesh.reference_from(unknowns))

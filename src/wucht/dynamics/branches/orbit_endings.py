@@ -140,7 +140,7 @@ def follow_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, report: He
 
 def branch_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, report: Heartbeat) -> BranchToEnd:
     """Follow the branch through an orbit to its end, for growing values of the parameter (way 1) or the other way."""
-    cycles, start = cycles_through(motion.subject, seed)
+    cycles, start = cycles_through(motion.subject, seed, draws=False)
     orbits = [start if way > 0 else cycles.backwards(start)]
     end = _end_of_branch(motion, cycles, orbits, way, report)
     return BranchToEnd(cycles, tuple(orbits), end)

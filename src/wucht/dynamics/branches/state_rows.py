@@ -153,7 +153,7 @@ class RowCase:
         low, high = sorted((seed.value, value))
         if high - low < 1e-6 * self.motion.subject.width:
             return seed
-        cycles, start = cycles_through(replace(self.motion.subject, bounds=(low, high)), seed)
+        cycles, start = cycles_through(replace(self.motion.subject, bounds=(low, high)), seed, draws=False)
         last = _last_of(cycles, start, value > seed.value)
         return replace(SeedOrbit.from_cycle(cycles, last, "within a branch", both_ways=True), longest=seed.longest)
 
@@ -216,7 +216,7 @@ class RowCase:
         here = self.motion.with_values({self.motion.subject.path: seed.value}).subject
         begin = replace(seed, value=near.second, scale=np.append(seed.scale[:-1], high - low))
         try:
-            cycles, start = cycles_through(replace(here, path=self.path, bounds=(low, high)), begin)
+            cycles, start = cycles_through(replace(here, path=self.path, bounds=(low, high)), begin, draws=False)
             last = _last_of(cycles, start, self.second > near.second, _ORBITS_BETWEEN)
             if not math.isclose(last.parameter, self.second, rel_tol=1e-9):
                 return None

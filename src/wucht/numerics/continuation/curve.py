@@ -30,6 +30,7 @@ _ON_A_BOUND = 1e-6  # in units of scale: a point beyond a bound by less is on it
 _FAR = 100.0  # in units of scale: an unknown that has changed by more has run away
 _BOUND_TOLERANCE = 1e-12  # in units of scale: nearer to a bound a point is on it
 _SAME = 1e-3  # of the way between two points: how near it the curve passes its first one where it is closed
+_ASTRAY = 0.1  # of a step: a prediction that is so much shorter or longer along the tangent is not used
 _NEARER = 5  # tries to come so near
 _BESIDE = 0.3  # of that way: how far from a straight line between them the first point lies at most
 _SAME_WAY = 0.7  # cosine between both directions there at least: steps turn by less
@@ -109,6 +110,9 @@ class Curve:
         decide; else a shorter step is made.
     names : sequence of str
         Names of the unknowns, for sentences.
+    predict : callable, optional
+        Function of the problem, a point and a step: a guess of the unknowns that far from the point; by default along its
+        tangent and bend.
 
     Examples
     --------
@@ -129,6 +133,7 @@ class Curve:
     steps: Steps = Steps()
     continues: Callable[[Problem, CurvePoint, CurvePoint], bool] | None = None
     names: Sequence[str] = ()
+    predict: Callable[[Problem, CurvePoint, float], np.ndarray] | None = None
 
     def start(self, unknowns: np.ndarray, towards: np.ndarray) -> CurvePoint:
         """Solve for the point near given unknowns in the plane across a direction (n+1,), which its tangent follows.
@@ -152,9 +157,7 @@ class Curve:
         before, count, first_direction, is_reformulated = first, 0, first, False
         while count < self.steps.points:
             try:
-                guess = here.unknowns + step * here.tangent
-                if here.bend is not None:
-                    guess += step**2 / 2 * here.bend
+                guess = curve._guess(here, step)
                 there, corrections = curve.correct(guess, here.tangent, here.length + step, self.steps.predicts_correction)
                 # Where Newton's method went farther than the step, that is another curve's point.
                 turn_angle = (
@@ -198,6 +201,18 @@ class Curve:
                 curve = replace(curve, problem=problem)
         runaway_note = self._runaway_note(start.unknowns, here.unknowns)
         return f"it has reached the maximum number of points, {self.steps.points}{runaway_note}"
+
+    def _guess(self, here: CurvePoint, step: float) -> np.ndarray:
+        """Return unknowns a step farther: as predicted where that leads along the tangent, else along tangent and bend."""
+        guess = here.unknowns + step * here.tangent
+        if here.bend is None:  # at a first point, or after a step that was too long
+            return guess
+        if self.predict is not None:
+            prediction = self.predict(self.problem, here, step)
+            missing = step - float((prediction - here.unknowns) @ (here.tangent / self.problem.scale**2))
+            if abs(missing) < _ASTRAY * step:
+                return np.asarray(prediction + missing * here.tangent)
+        return np.asarray(guess + step**2 / 2 * here.bend)
 
     def correct(
         self, unknowns: np.ndarray, tangent: np.ndarray, length: float, predicts_correction: bool = False

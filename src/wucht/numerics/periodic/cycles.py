@@ -41,6 +41,7 @@ from wucht.numerics.periodic.cycle import (
 from wucht.numerics.periodic.floquet import collocated_multipliers
 from wucht.numerics.periodic.hopf_ends import SHRINKS, VANISHES, hopf_point
 from wucht.numerics.periodic.orbit_branch_points import orbit_branch_point
+from wucht.numerics.periodic.orbit_prediction import predicted_orbit
 from wucht.numerics.periodic.periods import PERIOD, refuse_empty, turns_of, with_period_unit
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
@@ -76,6 +77,8 @@ class Cycles:
         Required between mesh points, in units of scale: see ``BoundaryValueProblem``.
     degree : int
         Degree of the polynomials of an interval.
+    predicts_shifts : bool
+        True to predict how the fast parts of an orbit move within its period, by ``predicted_orbit``: fewer corrections.
     """
 
     equations: EquilibriumEquations
@@ -85,6 +88,7 @@ class Cycles:
     steps: Steps
     accuracy: float = 1e-7
     degree: int = 6
+    predicts_shifts: bool = False
 
     @classmethod
     def of(
@@ -151,7 +155,8 @@ class Cycles:
 
     def curve(self, problem: BoundaryValueProblem) -> Curve:
         """Return the continuation problem, within the bounds of parameter and period."""
-        return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps, is_orbit)
+        predict = predicted_orbit if self.predicts_shifts else None
+        return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps, is_orbit, predict=predict)
 
     def cycle_from_point(self, curve: Curve, point: CurvePoint, near: np.ndarray | None = None) -> Cycle:
         """Return the orbit at a point of the curve with its multipliers. near: the basis of a neighbour."""
