@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib.util import find_spec
 from typing import Any, Protocol
@@ -178,10 +178,12 @@ def compile_system(
 def _smooth(system: System, segmentations: Segmentations) -> System:
     """Build the System that is integrated: quadratures are states, piecewise functions the polynomials of segments in use."""
     rates = [_PER_UNIT * sp.sympify(q.expression) for q in system.quadratures]
-    return System(
-        (*system.states, *(sp.Symbol(f"integral of {q.name}", real=True) for q in system.quadratures)),
-        tuple(segmentations.smooth(sp.sympify(e)) for e in (*system.derivatives, *rates)),
-        (*system.parameters, _PER_UNIT, *segmentations.symbols),
-        tuple((s, segmentations.smooth(e)) for s, e in system.definitions),
-        angles=system.angles,
+    states = (*system.states, *(sp.Symbol(f"integral of {q.name}", real=True) for q in system.quadratures))
+    extended = replace(
+        system,
+        states=states,
+        derivatives=(*system.derivatives, *rates),
+        parameters=(*system.parameters, _PER_UNIT),
+        quadratures=(),
     )
+    return segmentations.smooth_system(extended)

@@ -53,9 +53,14 @@ class Segmentation:
             names += [f"_segment{index}.{k}.origin", *(f"_segment{index}.{k}.c{d}" for d in range(f.degree + 1))]
         return cls(argument, tuple(functions), breakpoints, tuple(sp.Symbol(n, real=True) for n in names))
 
+    @property
+    def polynomial_symbols(self) -> tuple[sp.Symbol, ...]:
+        """Those of origins and coefficients."""
+        return self.symbols[_ENDS:]
+
     def polynomials(self) -> list[sp.Expr]:
         """Return each function as the polynomial of the segment in use, in the argument."""
-        polynomials, symbols = [], iter(self.symbols[_ENDS:])
+        polynomials, symbols = [], iter(self.polynomial_symbols)
         for f in self.functions:
             origin, *c, value = itertools.islice(symbols, 2 + f.degree)
             for coefficient in reversed(c):
@@ -95,6 +100,10 @@ class Segmentation:
         low, high, has_low, has_high = self.symbols[:_ENDS]
         above = has_high * (self.argument - high) / self.scale - (1 - has_high)
         return above, has_low * (self.argument - low) / self.scale + (1 - has_low)
+
+    def polynomial_values(self, index: int) -> list[float]:
+        """Return the values of origins and coefficients on a segment."""
+        return list(self._rows[index][_ENDS:])
 
     def segment(self, index: int, value: float | None = None, size: float = 1.0) -> list[float]:
         """Return the values of the symbols on a segment; segment i begins at breakpoint i - 1. value: of the argument.
@@ -149,6 +158,16 @@ class Segmentations:
         """Replace piecewise functions in an expression by the polynomials of the segments in use."""
         return expression.xreplace(self.polynomials) if self.polynomials else expression
 
+    def smooth_system(self, system: System) -> System:
+        """Build the System that is integrated: the symbols of the segments are additional parameters."""
+        return System(
+            system.states,
+            tuple(self.smooth(sp.sympify(e)) for e in system.derivatives),
+            (*system.parameters, *self.symbols),
+            tuple((s, self.smooth(e)) for s, e in system.definitions),
+            angles=system.angles,
+        )
+
     def events(self) -> tuple[Event, ...]:
         """Return two events for each segmentation: the argument leaves its segment upwards, downwards."""
         return tuple(
@@ -171,11 +190,12 @@ class SegmentLocator:
     @classmethod
     def of(cls, segmentations: Segmentations, smooth: System) -> SegmentLocator:
         """Compile the locator from the smooth System."""
-        arguments, numbers = [s.argument for s in segmentations.segmentations], (*smooth.states, TIME)
-        explicit = [smooth.explicit(argument) for argument in arguments]
-        state_indices = tuple(tuple(i for i, s in enumerate(numbers) if s in e.free_symbols) for e in explicit)
+        arguments = [s.argument for s in segmentations.segmentations]
         return cls(
-            segmentations.segmentations, compile_place(smooth, arguments), compile_lookahead(smooth, arguments), state_indices
+            segmentations.segmentations,
+            compile_place(smooth, arguments),
+            compile_lookahead(smooth, arguments),
+            indices_in(arguments, smooth),
         )
 
     def start(self, time: float, state: np.ndarray, parameter_values: np.ndarray) -> np.ndarray:
@@ -244,6 +264,12 @@ class SegmentLocator:
             segments.append(int(np.abs(segmentation.breakpoints - low).argmin()) + 1 if has_low else 0)
             at += len(segmentation.symbols)
         return segments
+
+
+def indices_in(expressions: Sequence[sp.Expr], system: System) -> tuple[tuple[int, ...], ...]:
+    """Return, for each expression, the indices of the states (the time last) from which it is computed."""
+    explicit, numbers = [system.explicit(e) for e in expressions], (*system.states, TIME)
+    return tuple(tuple(i for i, s in enumerate(numbers) if s in e.free_symbols) for e in explicit)
 
 
 def compile_place(smooth: System, expressions: Sequence[sp.Expr]) -> Place:

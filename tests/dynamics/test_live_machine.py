@@ -1,0 +1,231 @@
+"""Machines in JavaScript: their equations and their motion are those of Python."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import wucht
+from wucht import Machine, load_machine
+from wucht.dynamics.live_machine import export_obstacles, machine_description, machine_script
+from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
+from wucht.errors import WuchtError
+from wucht.files.catalogue import load_document, names
+from wucht.machines.schedules import Schedule
+from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow.program import lower
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.piecewise import interpolated_pieces
+from wucht.system import Output
+
+NODE = shutil.which("node")
+ENGINE, JOBS = Path(wucht.__file__).parent / "web", Path(__file__).with_name("live_machine_jobs.mjs")
+needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs JavaScript, is not installed")
+POINTS = 100
+SIZES = {"rad": 10.0, "rad/s": 100.0, "m": 0.01, "m/s": 1.0}
+FAMILIES = [
+    "drozdetskaya-2020/r1", "drozdetskaya-2020/figure-6.5", "drozdetskaya-2020/table-5.1", "practice/fan-on-belt",
+    "practice/fan-on-inverter", "practice/laundry-drum", "practice/laundry-drum-friction", "practice/screen",
+    "sperling-vibration/figure-2a",
+]  # fmt: skip
+RELEASES = {"sperling-vibration/figure-4", "sperling-vibration/figure-4-y-blocked", "sperling-vibration/table-1"}
+
+
+def catalogue_machines() -> dict[str, tuple[Machine, np.ndarray]]:
+    """All machines of the catalogue; the rest are equations and cams."""
+    return {name: catalogue_machine(name) for name in names() if "machine" in load_document(name)[0]}
+
+
+@cache
+def catalogue_machine(name: str) -> tuple[Machine, np.ndarray]:
+    """A machine as its run-up starts it."""
+    study = load_document(name)[0].get("study", {})
+    return in_start(load_machine(name), study.get("start", {}) if study.get("kind") == "run-up" else {})
+
+
+def in_start(machine: Machine, start: Mapping[str, Any]) -> tuple[Machine, np.ndarray]:
+    state = initial_state(machine, start)
+    return machine_in_state(machine, state), state
+
+
+def answers(folder: Path, jobs: Sequence[tuple[str, Mapping[str, Any]]]) -> list[Any]:
+    """Results of jobs, each of a machine's script, in one process."""
+    entries = []
+    for i, (script, job) in enumerate(jobs):
+        path = folder / f"machine-{i}.mjs"
+        path.write_text(script, encoding="utf-8")
+        entries.append({"script": str(path), **job})
+    (folder / "jobs.json").write_text(json.dumps(entries), encoding="utf-8")
+    command = [str(NODE), str(JOBS), str(ENGINE), str(folder / "jobs.json"), str(folder / "results.json")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    results: list[Any] = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    return results
+
+
+def random_points(machine: Machine, description: Mapping[str, Any], generator: np.random.Generator) -> list[dict[str, Any]]:
+    """Random states and values of parameters, at times before, within and after schedules."""
+    sizes = np.array([SIZES.get(state["unit"], 1.0) for state in description["states"]])
+    values = np.array([parameter["value"] for parameter in description["parameters"]])
+    return [
+        {
+            "time": generator.uniform(0.0, 1.2) * max(machine.breakpoints[-1], 1.0),
+            "state": (sizes * generator.uniform(-1.0, 1.0, len(sizes))).tolist(),
+            "parameters": (values * generator.uniform(0.8, 1.2, len(values))).tolist(),
+        }
+        for _ in range(POINTS)
+    ]
+
+
+def evaluated(machine: Machine, outputs: Sequence[Output], points: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    """Python's rates and outputs at the points, (POINTS, k)."""
+    system = machine.system
+    program = lower(system, [*system.derivatives, *(o.expression for o in outputs)])
+    constants = np.array([program.constant_values(p["parameters"]) for p in points]).T
+    states, time = np.array([p["state"] for p in points]).T, np.array([p["time"] for p in points])
+    values = program.function()(tuple(states), time, tuple(constants))
+    return np.array([np.broadcast_to(v, time.shape) for v in values]).T
+
+
+def check_equations(folder: Path, machines: Mapping[str, tuple[Machine, np.ndarray]]) -> None:
+    """Compare rates and outputs with Python's at random states and values of parameters, each number to 1e-12 of itself."""
+    generator, jobs, expected = np.random.default_rng(38), [], []
+    for name, (machine, state) in machines.items():
+        description = machine_description(machine, state)
+        points, shown = random_points(machine, description, generator), [o["name"] for o in description["outputs"]]
+        outputs = [o for o in machine.system.outputs if o.name in shown]
+        places = [shown.index(o.name) for o in outputs]
+        jobs.append((machine_script(machine, state), {"points": points}))
+        expected.append((name, places, evaluated(machine, outputs, points)))
+    differences = {}
+    for (name, places, reference), answer in zip(expected, answers(folder, jobs), strict=True):
+        values = np.array([[*a["rates"], *(a["outputs"][i] for i in places)] for a in answer], float)
+        assert np.isfinite(reference).all()
+        # Where terms cancel to less than a hundredth of the usual number, Python's rounding is as large as the difference.
+        size = np.maximum(np.abs(reference), 0.01 * np.median(np.abs(reference), axis=0)) + 1e-300
+        differences[name] = float((np.abs(values - reference) / size).max())
+    assert {name: d for name, d in differences.items() if not d <= 1e-12} == {}
+
+
+@needs_node
+def test_equations_of_a_machine_of_each_family_are_those_of_python(tmp_path: Path) -> None:
+    """Contacts, friction, motors with states, a law within a law, schedules, quantities without units, a shaken carrier."""
+    check_equations(tmp_path, {name: catalogue_machine(name) for name in FAMILIES})
+
+
+@needs_node
+@pytest.mark.slow
+def test_equations_of_the_whole_catalogue_are_those_of_python(tmp_path: Path) -> None:
+    machines = {name: m for name, m in catalogue_machines().items() if name not in RELEASES}
+    assert len(machines) == 92
+    check_equations(tmp_path, machines)
+
+
+def test_each_machine_of_the_catalogue_can_be_exported_or_says_why() -> None:
+    """All that are not equations or cams, which have no table [machine]."""
+    obstacles = {name: export_obstacles(machine) for name, (machine, _) in catalogue_machines().items()}
+    assert len(obstacles) == 95
+    lock = "is locked until its release: a live machine has no releases"
+    assert {name: o for name, o in obstacles.items() if o} == dict.fromkeys(RELEASES, (f"'b1' {lock}", f"'b2' {lock}"))
+    with pytest.raises(WuchtError, match="cannot be exported: 'b1' is locked until its release"):
+        machine_script(*catalogue_machines()["sperling-vibration/table-1"])
+
+
+def motion_in_python(machine: Machine, state: np.ndarray, end: float, count: int, tolerance: float = 1e-13) -> Trajectory:
+    return integrate(
+        compile_system(machine.system, tolerance), state, machine.system.values(machine.values), np.linspace(0, end, count)
+    )
+
+
+def motion_in_node(answer: Mapping[str, Any], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """States and outputs of a run, (n, count) and (m, count)."""
+    assert (answer["ending"], answer["samples"]) == ("end", count)
+    states, outputs = (np.array(answer[key], float).reshape(count, -1).T for key in ("states", "outputs"))
+    return states, outputs
+
+
+def place_of(entries: Sequence[Mapping[str, Any]], name: str) -> int:
+    return [entry["name"] for entry in entries].index(name)
+
+
+@needs_node
+def test_r1_runs_up_as_in_python(tmp_path: Path) -> None:
+    """Over 320 turns of the no-load speed; the error falls with the tolerance."""
+    machine, state = catalogue_machine("drozdetskaya-2020/r1")
+    end, count, job = 20.0, 2001, {"end": 20.0, "count": 2001}
+    reference = motion_in_python(machine, state, end, count)
+    script, description = machine_script(machine, state), machine_description(machine, state)
+    fine, coarse = answers(tmp_path, [(script, job | {"tolerance": tolerance}) for tolerance in (1e-8, 1e-6)])
+    states, outputs = motion_in_node(fine, count)
+    angles = description["angles"]
+    phase_errors = np.abs(states - reference.states)[angles, -1]
+    assert phase_errors.max() < 1e-5
+    assert phase_errors.max() < 0.1 * np.abs(motion_in_node(coarse, count)[0] - reference.states)[angles, -1].max()
+    speed = place_of(description["outputs"], "speed[drum]")
+    assert outputs[speed, -1] == pytest.approx(reference.states[machine.row(machine.rotor.coordinate.velocity), -1], rel=1e-6)
+    amplitude = outputs[place_of(description["outputs"], "amplitude")]
+    assert amplitude[-1] == pytest.approx(np.hypot(*reference.states[:2, -1]), rel=1e-6)
+    assert amplitude.max() == pytest.approx(np.hypot(*reference.states[:2]).max(), rel=1e-6)
+
+
+@needs_node
+def test_balls_of_a_washing_machine_push_each_other_as_in_python(tmp_path: Path) -> None:
+    """The balls leave the bottom of the ring and collide: each contact is a spring that is switched on and off."""
+    machine, state = catalogue_machine("practice/laundry-drum")
+    end, count = 8.0, 4001
+    reference = motion_in_python(machine, state, end, count).states
+    description = machine_description(machine, state)
+    (answer,) = answers(tmp_path, [(machine_script(machine, state), {"end": end, "count": count, "tolerance": 1e-12})])
+    states, _ = motion_in_node(answer, count)
+    switches = 0
+    for k, contact in enumerate(description["contacts"]):
+        a, b = (reference[machine.row(machine.body(name).coordinate.position)] for name in contact["bodies"])
+        in_contact = b - a + machine.values[f"tracks.ring.offset_{k + 1}"] < 0
+        switches += int(np.count_nonzero(np.diff(in_contact)))
+    assert switches >= 10
+    assert answer["switches"] >= switches
+    assert np.abs(states - reference).max() < 1e-6
+
+
+def r1_on_a_schedule(times: np.ndarray, speeds: np.ndarray) -> tuple[Machine, np.ndarray]:
+    machine, state = catalogue_machine("drozdetskaya-2020/r1")
+    path = "drive.no_load_speed"
+    schedule = Schedule(path, interpolated_pieces(path, times.tolist(), speeds.tolist(), "linear"))
+    return machine.with_fields(schedules=(schedule,)), state
+
+
+@needs_node
+def test_a_schedule_of_20000_points(tmp_path: Path) -> None:
+    """All points are met; Python, which is slower, runs over the first ones."""
+    count, seconds, part = 20_000, 20.0, 400
+    times = np.linspace(0.0, seconds, count)
+    speeds = 100.0 + np.cumsum(np.random.default_rng(38).normal(0.0, 3.0, count))
+    machine, state = r1_on_a_schedule(times, speeds)
+    beginning, _ = r1_on_a_schedule(times[: part + 1], speeds[: part + 1])
+    reference = motion_in_python(beginning, state, times[part], part + 1)
+    script, job = machine_script(machine, state), {"tolerance": 1e-10}
+    whole, first = answers(
+        tmp_path,
+        [(script, job | {"end": seconds, "count": 11}), (script, job | {"end": times[part], "count": part + 1})],
+    )
+    assert (whole["ending"], whole["switches"]) == ("end", count - 1)  # the run begins at a point
+    states, _ = motion_in_node(first, part + 1)
+    size = np.abs(reference.states).max(axis=1, keepdims=True)
+    assert (np.abs(states - reference.states) / size).max() < 1e-8
+
+
+def test_a_title_cannot_end_the_script() -> None:
+    machine, state = catalogue_machine("drozdetskaya-2020/r1")
+    title = '</script><script>"'
+    script = machine_script(machine.with_fields(title=title), state)
+    assert "<" not in script
+    assert machine_description(machine.with_fields(title=title), state)["title"] == title
