@@ -181,8 +181,8 @@ def _rest(machine: Machine) -> dict[sp.Symbol, sp.Expr]:
     """
     linear = machine.linear_carrier
     try:
-        solved = list(linear.stiffness.LUsolve(linear.load)) if any(linear.load) else [sp.S.Zero] * len(linear.load)
-        free = iter(solved)
+        position = list(linear.stiffness.LUsolve(linear.load)) if any(linear.load) else [sp.S.Zero] * len(linear.load)
+        free = iter(position)
         return {c.position: sp.S.Zero if c.prescribed_velocity is not None else next(free) for c in machine.carrier}
     except (sp.matrices.exceptions.NonInvertibleMatrixError, ZeroDivisionError):
         return {c.position: sp.Float(x) for c, x in zip(machine.carrier, machine.rest.tolist(), strict=True)}

@@ -179,11 +179,11 @@ def _smooth(system: System, segmentations: Segmentations) -> System:
     """Build the System that is integrated: quadratures are states, piecewise functions the polynomials of segments in use."""
     rates = [_PER_UNIT * sp.sympify(q.expression) for q in system.quadratures]
     states = (*system.states, *(sp.Symbol(f"integral of {q.name}", real=True) for q in system.quadratures))
-    extended = replace(
+    with_integrals = replace(
         system,
         states=states,
         derivatives=(*system.derivatives, *rates),
         parameters=(*system.parameters, _PER_UNIT),
         quadratures=(),
     )
-    return segmentations.smooth_system(extended)
+    return segmentations.smooth_system(with_integrals)

@@ -106,13 +106,13 @@ def _statements(
 
 
 class _Printer:
-    """SymPy expressions to text. ``shared`` ones become constants in the code, in ``statements`` that come before.
+    """SymPy expressions to text. ``repetitions`` become constants in the code, in ``statements`` that come before.
 
     counts: how often the text of each expression was needed.
     """
 
-    def __init__(self, arguments: Mapping[sp.Symbol, str], shared: set[sp.Basic]) -> None:
-        self._shared = shared
+    def __init__(self, arguments: Mapping[sp.Symbol, str], repetitions: set[sp.Basic]) -> None:
+        self._repetitions = repetitions
         self._arguments, self._texts = arguments, dict[sp.Basic, str]()
         self.counts, self.statements = Counter[sp.Basic](), list[str]()
 
@@ -127,7 +127,7 @@ class _Printer:
         self.counts[e] += 1
         if e not in self._texts:
             text = self._print(e)
-            self._texts[e] = self._constant(text) if e in self._shared and e != TIME else text
+            self._texts[e] = self._constant(text) if e in self._repetitions and e != TIME else text
         return self._texts[e]
 
     def _constant(self, text: str) -> str:
