@@ -12,7 +12,7 @@
 const EPSILON = Number.EPSILON;
 /** Of the largest number that occurs: a nearer argument is on its breakpoint. */
 const ROUNDING = 1000 * EPSILON;
-/** Relative to the time: how far ahead it is seen where an argument on a breakpoint moves; the second from rest. */
+/** Relative to the time: so much later arguments on a breakpoint are evaluated, to know to which side they move; the second from rest. */
 const LOOKAHEAD = [1e-9, 1e-5];
 
 /** Number of breakpoints up to a value, by bisection. @param {readonly number[]} breakpoints @param {number} value */

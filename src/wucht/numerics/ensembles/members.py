@@ -68,7 +68,7 @@ class Source(Protocol):
 
 @dataclass(frozen=True)
 class Chunk:
-    """What is observed of L members in a chunk of time: quantities, which are the states where no others are requested.
+    """What is observed of L members in a chunk of time: the requested ``Quantities``, or the states where none are requested.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Chunk:
         Of the samples, of each member since its start; the last is the end.
     samples : ndarray, (K, v, L)
     peaks : ndarray, (p, L)
-        The largest values of others.
+        The largest values of the quantities in ``Quantities.peaks``.
     """
 
     times: np.ndarray

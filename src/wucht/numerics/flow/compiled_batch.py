@@ -50,7 +50,7 @@ class Quantities:
     values : tuple of sympy.Expr, v
         Sampled at given times.
     peaks : tuple of sympy.Expr, p
-        Of each the largest value is located while a motion is integrated.
+        Their largest values are located while a motion is integrated.
     """
 
     values: tuple[sp.Expr, ...]
