@@ -144,7 +144,7 @@ def _told(name: str, told: Iterable[str]) -> bool:
 
 def _look(line: Line2D) -> tuple[Any, ...]:
     dashes: Any = line._unscaled_dash_pattern  # type: ignore[attr-defined]
-    face = str(line.get_markerfacecolor()) if line.get_marker() not in ("None", None, "") else ""
+    face = f"{line.get_fillstyle()} {line.get_markerfacecolor()}" if line.get_marker() not in ("None", None, "") else ""
     return str(dashes), str(line.get_linestyle()), str(line.get_marker()), face, round(float(line.get_linewidth()))
 
 

@@ -18,6 +18,7 @@ from wucht.plots.arranging import arrange
 from wucht.plots.page import JOURNAL, PRINT, Page, page_context
 from wucht.plots.style import line_style
 
+BOTH_COLUMNS = JOURNAL.fallback_pages[1]
 PAGES = pytest.mark.parametrize("page", [PRINT, JOURNAL], ids=["print", "journal"])
 
 
@@ -205,6 +206,7 @@ def test_a_lone_right_edge_and_a_second_scale_narrow_a_panel_by_their_widths() -
         (PRINT, {"columns": 3, "wide": 1, "last": 1}, [[0], [1, 2, 3], [4, 5], [6]]),
         (JOURNAL, {"columns": 3, "wide": 1, "last": 1}, [[0], [1], [2], [3], [4], [5], [6]]),
         (PRINT, {"columns": 5, "narrow": 2}, [[0, 1], [2, 3], [4, 5], [6]]),
+        (BOTH_COLUMNS, {"columns": 3}, [[0, 1], [2, 3], [4, 5], [6]]),
         (PRINT, {}, [[0, 1], [2, 3], [4, 5], [6]]),
     ],
 )
@@ -215,7 +217,7 @@ def test_rows_of_a_grid(page: Page, keys: dict[str, int], rows: list[list[int]])
     of = sheet.sheet_of(figure)
     assert [[axes.index(axis) for axis in row] for row in of.rows] == rows
     assert of.heights == [page.height * h for h in (2.0, *(1.0,) * (len(rows) - 1))]
-    room = {PRINT: keys.get("columns", 2), JOURNAL: 1}[page] if "narrow" not in keys else 2
+    room = {PRINT: keys.get("columns", 2), JOURNAL: 1, BOTH_COLUMNS: 2}[page] if "narrow" not in keys else 2
     wide, last = keys.get("wide", 0), keys.get("last", 0)
     assert of.columns == [1] * wide + [room] * (len(rows) - wide - last) + [1] * last
 

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from docs.site import gallery
 
 import figure_checks
+from wucht.files.catalogue import names
 from wucht.plots.page import JOURNAL, PRINT
 from wucht.results.output_folder import load_result
 from wucht.studies.registry import studies
@@ -54,3 +56,12 @@ def test_the_figure_of_its_template(kind: str, wucht: Callable[..., Any]) -> Non
     figure_checks.check(column)
     assert column.get_suptitle() == ""
     assert figure_checks.sizes(column) == {8.0}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", names())
+def test_the_figure_of_a_file_of_the_catalogue(name: str) -> None:
+    """Of the result that the gallery keeps, or that is computed now."""
+    result = gallery.entry(name).result
+    for page in (PRINT, JOURNAL):
+        figure_checks.check(draw(result, page))

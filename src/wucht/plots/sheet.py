@@ -96,15 +96,16 @@ def new_grid(
     subtitle: str = "",
     *,
     columns: int = 2,
-    narrow: int = 1,
+    narrow: int = 0,
     heights: float | Sequence[float] = 2.1,
     wide: int = 0,
     last: int = 0,
 ) -> tuple[Figure, list[Axes]]:
     """Make a figure with panels that have separate abscissae, row by row.
 
-    columns: panels in a row; narrow: in a column of a journal. wide, last: numbers of panels at the beginning and at the end
-    with a row each. heights: of the rows, in inches; the last one holds for all further rows.
+    columns: panels in a row; narrow: where the page has room for fewer, 0: as many as it has room for. wide, last: numbers of
+    panels at the beginning and at the end with a row each. heights: of the rows, in inches; the last one holds for all further
+    rows.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -112,7 +113,7 @@ def new_grid(
     page = current_page()
     figure = Figure(figsize=(page.width, 3.0), dpi=page.dpi)
     FigureCanvasAgg(figure)
-    columns = columns if columns <= page.columns else narrow
+    columns = columns if columns <= page.columns else (narrow or page.columns)
     axes = [_add_panel(figure) for _ in range(panels)]
     rest, end = axes[wide : panels - last], axes[panels - last :]
     middle_rows = [rest[k : k + columns] for k in range(0, len(rest), columns)]

@@ -86,6 +86,14 @@ def test_values_at_both_ends_and_on_edges() -> None:
     assert mesh.shares.sum() == pytest.approx(1.0) and (mesh.shares > 0).all()
 
 
+def test_places_for_drawing_are_denser_where_intervals_are_short() -> None:
+    """Half of them as even ones, half in equal numbers in all intervals."""
+    places = Mesh(np.array([0.0, 0.01, 0.02, 0.03, 1.0]), 4).spread(401)
+    assert (places[0], places[-1]) == (0.0, 1.0) and (np.diff(places) > 0).all()
+    assert np.count_nonzero(places <= 0.03 + 1e-12) == pytest.approx(400 * (0.75 + 0.03) / 2 + 1, abs=1)
+    np.testing.assert_allclose(Mesh.even(5, 4).spread(11), np.linspace(0.0, 1.0, 11), atol=1e-15)
+
+
 def test_a_mesh_of_samples_is_finer_where_they_change_faster() -> None:
     """In units of the sizes: where a small state of a small size is steep, not where its size is large; values by splines."""
     times = np.linspace(2.0, 6.0, 401)

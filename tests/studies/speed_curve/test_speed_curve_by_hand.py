@@ -203,11 +203,12 @@ def second(*values: float) -> xr.Dataset:
     return result(*branches, of=made)
 
 
-def test_values_of_a_second_parameter_are_told_apart() -> None:
+def test_values_of_a_second_parameter_have_the_colours_of_a_scale() -> None:
+    """Which differ in grey, too; in the legend they are samples, wider than the lines that show what is stable."""
     (axis, *_) = drawn("speed-curve", second(0.5, 2.0)).axes
     solid = [line for line in axis.lines if line.get_linestyle() == "-"]
-    assert list(dict.fromkeys(line.get_color() for line in solid)) == list(COLOURS[:2])
-    assert [(t.get_text(), t.xy) for t in axis.texts] == [("0.5", (5.0, 10.5)), ("2", (5.0, 12.0))]
+    assert list(dict.fromkeys(line.get_color() for line in solid)) == ["#440154", to_hex(colormaps["viridis"](0.9))]
+    assert [line.get_linewidth() for line in axis.get_legend().legend_handles[:2]] == [4.0, 4.0]
     names = [t.get_text() for t in axis.get_legend().get_texts()]
     assert names == ["$shift$ = 0.5", "$shift$ = 2", "stable", "fold"]
     assert " ".join(axis.get_xlabel().split()) == "$\\mu$"
@@ -217,6 +218,12 @@ def test_values_of_a_second_parameter_are_told_apart() -> None:
 def test_a_value_of_the_second_parameter_has_its_unit_in_the_legend() -> None:
     made = second(0.5, 2.0).assign_attrs(along_unit="m", second_unit="N")
     assert [figure_module._key(made, k) for k in range(2)] == [f"$shift$ = {v}\N{NO-BREAK SPACE}N" for v in ("0.5", "2")]
+
+
+def test_values_of_the_second_parameter_have_four_digits_or_six_where_those_are_alike() -> None:
+    for values, words in (((0.0672888, 0.1), ("0.06729", "0.1")), ((0.0672888, 0.0672911), ("0.0672888", "0.0672911"))):
+        made = second(*values)
+        assert [figure_module._key(made, k) for k in range(2)] == [f"$shift$ = {v}" for v in words]
 
 
 def test_many_values_have_the_colours_of_a_scale_and_some_names() -> None:

@@ -265,7 +265,8 @@ def _values_to_report(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[flo
 class ReportedOrbit:
     """Orbit as reported.
 
-    ordinate, amplitude (P,), states (n, P): over a period, at even times; rotor_angle (P,): by then, nan for user equations.
+    ordinate, amplitude (P,), states (n, P): over a period, at the shares (P,) of it, which are dense where the orbit is fast;
+    rotor_angle (P,): by then, nan for user equations.
     period_phi: the rotor's angle in a period. low, high: of the ordinate, least, largest: of the amplitude. exponents (n-1,):
     per unit of time, without the trivial one, the largest first. along: ln mu of the trivial one, as computed. kind: of a
     special orbit.
@@ -280,6 +281,7 @@ class ReportedOrbit:
     largest: float
     exponents: np.ndarray
     along: float
+    shares: np.ndarray
     ordinate: np.ndarray
     amplitude: np.ndarray
     rotor_angle: np.ndarray
@@ -301,7 +303,8 @@ def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[Stor
     # At a special orbit the equations are singular, and it was located as well as it can be.
     orbit = beside[0] if beside[0].kind else stored_orbit(_orbit_at(cycles, beside, value))
     values, along = _exponents(subject, orbit, value)
-    mesh, tau, fine = orbit.mesh, np.linspace(0.0, 1.0, _PLACES), np.linspace(0.0, 1.0, _FINE)
+    mesh, fine = orbit.mesh, np.linspace(0.0, 1.0, _FINE)
+    tau = mesh.spread(_PLACES)
     states = mesh.interpolate(orbit.states, tau).T
     ordinate, amplitude = subject.observables(states, value)
     low, high, least, largest = (
@@ -319,8 +322,8 @@ def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[Stor
         else np.nan
     )
     return ReportedOrbit(
-        value, orbit.period, whole, low, high, least, largest, values, along, ordinate, amplitude, rotor_angle, states,
-        orbit.kind,
+        value, orbit.period, whole, low, high, least, largest, values, along, tau, ordinate, amplitude, rotor_angle,
+        states, orbit.kind,
     )  # fmt: skip
 
 

@@ -93,6 +93,11 @@ class Mesh:
         """Number N of intervals."""
         return len(self.edges) - 1
 
+    def spread(self, count: int) -> np.ndarray:
+        """Return places (count,) from 0 to 1 for drawing a curve: denser where intervals are short."""
+        density = (self.edges + np.linspace(0.0, 1.0, len(self.edges))) / 2
+        return np.asarray(np.interp(np.linspace(0.0, 1.0, count), density, self.edges))
+
     @property
     def basis(self) -> Basis:
         """Polynomial basis of each interval."""

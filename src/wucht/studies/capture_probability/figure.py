@@ -90,6 +90,6 @@ def _draw_indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     axis.axvline(0.0, color=GREY, linewidth=0.7)
     axis.set_yticks(at, [formula_in_print(str(result.quantity.values[k])) for k in order])
     axis.grid(visible=False, axis="y")
-    axis.set(ylim=(len(order) - 0.4, -0.6), xlabel="Sobol' index")
+    axis.set(ylim=(len(order) - 0.4, -0.6), xlabel="Sobol' index", ylabel="random quantity")
     axis.set_title(f"sensitivity at {s['sensitivity']['at']:.4g} {s['unit']}".rstrip())
     legend_above(axis)

@@ -62,7 +62,7 @@ def reported_quantities(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
     orbits = [one for _, one in findings.orbits]
     exponents, rate = join_arrays([o.exponents[:, None] for o in orbits], n - 1), s.rate
     shape = (len(orbits), len(orbits[0].ordinate) if orbits else 0)
-    times = [np.linspace(0.0, o.period, shape[1]) for o in orbits]
+    times = [o.shares * o.period for o in orbits]
     table = {name: np.array(rows, float).reshape(shape) for name, rows in (
         ("time", times), ("turned", [o.rotor_angle for o in orbits]), ("shown", [o.ordinate for o in orbits]),
         ("amplitude", [o.amplitude for o in orbits]),

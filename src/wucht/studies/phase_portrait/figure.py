@@ -42,7 +42,7 @@ def figure(result: xr.Dataset) -> Figure:
         return draw_projection(result)
     cases, model = result.sizes.get("case", 1), result.attrs["model"]
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
-    subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else model
+    subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else ""
     height = 4.2 if cases == 1 else 2.4 if columns == 2 else 1.9
     fig, axes = new_grid(cases, result.attrs["title"], subtitle, columns=columns, heights=height)
     for k, (axis, one) in enumerate(zip(axes, _portraits(result), strict=True)):

@@ -39,6 +39,7 @@ _SECOND_MARKS = ("P", "X", "*", "v", "h")
 _DECADES = 100.0  # a range over which the abscissa is logarithmic
 _ROOM = 0.06
 _NO_NAME = "steady states"
+_SAMPLE = 4.0  # width of a colour's sample in a legend, whose thin lines show the kinds of line
 _WIDEST = 23  # characters of a line of a legend
 _MOST_NAMED = 7  # values of the second parameter in the legend, if a colour scale is needed
 _SMALLEST_DIVISOR = 1e-3  # of the largest value: a ratio to a smaller one is not drawn
@@ -206,13 +207,20 @@ def _key(result: xr.Dataset, branch: int) -> str:
         return str(result.branch_label.values[branch])
     path = str(result.attrs["second"])
     name = parameter_in_words(path, str(result.attrs["second_what"])) if "." in path else result.attrs["second_symbol"]
-    return f"{name} = {_with_its_unit(f'{second:.6g}', result.attrs['second_unit'])}"
+    return f"{name} = {_with_its_unit(_second_text(result, second), result.attrs['second_unit'])}"
+
+
+def _second_text(result: xr.Dataset, second: float) -> str:
+    """Return a value of the second parameter with four digits, or with six where four do not distinguish the values."""
+    values = np.unique(result.second_value.values)
+    digits = 4 if len({f"{v:.4g}" for v in values.tolist()}) == len(values) else 6
+    return f"{second:.{digits}g}"
 
 
 def _colours(result: xr.Dataset) -> dict[str, str]:
-    """Return colours by key: fixed ones for named states, where a name has a single key; a scale for many values."""
+    """Return colours by key: fixed ones for named states, where a name has a single key; a scale for values."""
     values = {_key(result, k): float(result.second_value[k]) for k in range(result.sizes["branch"])}
-    if len(values) > len(COLOURS) and np.isfinite(list(values.values())).all():
+    if np.isfinite(list(values.values())).all():
         return dict(zip(sorted(values, key=lambda key: values[key]), shades(len(values)), strict=True))
     keys = {_key(result, k): str(result.branch_name.values[k]) for k in range(result.sizes["branch"])}
     by_name = bool(np.isnan(result.second_value.values).all()) and any(keys.values())
@@ -245,16 +253,10 @@ def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, in
 
 
 def _special_points(axis: Axes, result: xr.Dataset, name: str, ordinate: Transform) -> None:
-    """Draw special points; with a second parameter, its value is written at each fold to distinguish curves without colours."""
+    """Draw special points."""
     kinds = result.special_kind.values.astype(str)
     x, y = result.special_value.values, ordinate(result.special_value.values, _ordinates(result, "special_", name))
     draw_kinds(axis, x, y, kinds, _MARKS)
-    many = len(np.unique(result.second_value.values)) > len(COLOURS)  # then the values would overlap
-    for i in [] if many else np.flatnonzero(kinds == "fold").tolist():
-        branch = int(result.special_branch[i])
-        if np.isfinite(second := float(result.second_value[branch])) and result.attrs["low"] < x[i] < result.attrs["high"]:
-            place: dict[str, Any] = {"xytext": (4, 3), "textcoords": "offset points", "zorder": 6}
-            axis.annotate(f"{second:.4g}", (x[i], y[i]), fontsize=small(), **place)
 
 
 def _legend(colours: dict[str, str], line_codes: set[int], result: xr.Dataset) -> list[Any]:
@@ -263,7 +265,7 @@ def _legend(colours: dict[str, str], line_codes: set[int], result: xr.Dataset) -
     if np.isfinite(result.second_value.values).all() and len(colour_entries) > len(COLOURS):
         indices = np.linspace(0, len(colour_entries) - 1, _MOST_NAMED).round().astype(int).tolist()
         colour_entries = {key: colour_entries[key] for key in [list(colour_entries)[i] for i in indices]}
-    handles = [entry(_wrap_label(key), color=colour, linewidth=1.8) for key, colour in colour_entries.items()]
+    handles = [entry(_wrap_label(key), color=colour, linewidth=_SAMPLE) for key, colour in colour_entries.items()]
     handles += [entry(_WORDS[code], color=single, **_LINES[code]) for code in sorted(line_codes)]
     handles += kind_entries(result.special_kind.values, _MARKS)
     if result.sizes["own"]:
