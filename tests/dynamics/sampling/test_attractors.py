@@ -71,12 +71,15 @@ def test_members_that_stay_near_it_and_move_along_it(sense: int) -> None:
     speeds = sense * np.array([[9.0, 8.85, 9.0, 9.2, 9.0, 8.81, 9.9], [11.0, 11.0, 11.15, 11.01, 11.0, 11.19, 10.0]])
     equations: Any = SimpleNamespace(system=SYSTEM)
     everyone = np.arange(7)
-    assert attractor(sense).resident_members(equations, samples, speeds, 2.0, everyone).tolist() == [0, 1, 2, 3, 5]
-    assert attractor(sense).resident_members(equations, samples, speeds, 2.0, np.array([5, 4, 2])).tolist() == [5, 2]
+    assert attractor(sense).resident_members(equations, np.asarray, samples, speeds, 2.0, everyone).tolist() == [0, 1, 2, 3, 5]
+    assert attractor(sense).resident_members(equations, np.asarray, samples, speeds, 2.0, np.array([5, 4, 2])).tolist() == [
+        5,
+        2,
+    ]
     speeds[:, 1], speeds[:, 2] = sense * np.array([8.79, 11.0]), sense * np.array([9.0, 11.21])
     speeds[:, 3] = sense * np.array([9.3, 11.0])
-    assert attractor(sense).resident_members(equations, samples, speeds, 2.0, everyone).tolist() == [0, 5]
-    assert attractor(sense).resident_members(equations, samples, speeds, 1.9, everyone).tolist() == [0, 3, 5]
+    assert attractor(sense).resident_members(equations, np.asarray, samples, speeds, 2.0, everyone).tolist() == [0, 5]
+    assert attractor(sense).resident_members(equations, np.asarray, samples, speeds, 1.9, everyone).tolist() == [0, 3, 5]
 
 
 def test_near_in_all_of_its_states() -> None:
@@ -88,9 +91,12 @@ def test_the_same_modulation_is_one_attractor_with_the_points_of_both() -> None:
     one = attractor()
     again = replace(one, points=one.points[:40] * 1.5, reach=3 * one.reach, low=one.low - 1e-3, square=one.square + 1.0)
     (merged,) = _with_candidate([one], again)
-    assert merged.points.shape == (len(one.points) + 40, one.points.shape[1])
     assert (merged.reach, merged.low, merged.high, merged.square) == (again.reach, again.low, one.high, again.square)
     assert merged.is_near(one.embedded_points).all() and merged.is_near(again.embedded_points).all()
+    everything = np.concatenate([one.points, again.points])
+    distances = np.linalg.norm(everything[:, None] - merged.points, axis=-1).min(axis=1)
+    assert 200 < len(merged.points) < len(everything), "of points that are near to each other one is kept"
+    assert 0 < distances.max() <= math.sqrt(3) * merged.reach / 16
 
 
 def far(one: Attractor) -> Attractor:

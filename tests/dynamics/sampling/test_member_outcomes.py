@@ -158,7 +158,7 @@ def test_who_goes_through_the_range_of_its_speed_stays_near_it(
     samples = np.tile(np.array([[5.0, 10.5, 0.0], [0.0, 0.0, 0.5]]), (40, 1, 1))
     speeds = np.sort(sense * np.array([low, high]))[:, None] * np.ones(3)
     equations: Any = SimpleNamespace(system=None)
-    found = attractor(sense=sense).resident_members(equations, samples, speeds, duration, np.array([1, 2, 0]))
+    found = attractor(sense=sense).resident_members(equations, np.asarray, samples, speeds, duration, np.array([1, 2, 0]))
     assert found.tolist() == ([1] if stays else []), "the second is 0.05 of its sizes away, the others half and a quarter"
 
 

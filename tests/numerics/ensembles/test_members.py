@@ -102,7 +102,7 @@ def test_each_array_of_a_record_has_its_members() -> None:
 @pytest.mark.parametrize(
     ("count", "threads", "width", "states", "size"),
     [(100, 2, 4, 2, 28), (96, 2, 4, 2, 24), (97, 2, 4, 2, 28), (3, 2, 4, 2, 4), (100, 1, 4, 2, 52), (100, 0, 4, 2, 52),
-     (100_000, 2, 4, 2, 1488), (100_000, 2, 8, 62, 48), (100_000, 2, 8, 9999, 8)],
+     (100_000, 2, 4, 2, 2976), (100_000, 2, 8, 62, 96), (100_000, 2, 8, 9999, 8)],
 )  # fmt: skip
 def test_a_tile_has_whole_batches(count: int, threads: int, width: int, states: int, size: int) -> None:
     """Two tiles for each thread, of no more than 2976 numbers unless a batch alone has more."""

@@ -64,7 +64,7 @@ def test_the_closed_form_with_parameters_and_starts_of_each() -> None:
     exact = np.array([closed_form(s, p[0], p[1], TIMES) for s, p in zip(starts, parameters, strict=True)]).T
     assert result.values.shape == (5, 2, 21)
     assert np.abs(result.values[:, 0] - exact[1:]).max() < 1e-11
-    assert np.abs(result.states - result.values[-1]).max() < 1e-12  # the end is sampled off the last step's polynomial
+    assert np.array_equal(result.states, result.values[-1])
     assert not result.failures
 
 
@@ -222,6 +222,29 @@ def test_largest_values_lie_between_samples_and_steps(tolerance: float) -> None:
     assert (peaks < expected * (1 + 1e-4)).all()
 
 
+def test_motions_are_continued_with_their_progress() -> None:
+    """The largest values are those of the whole, and the steps go on as long as they were."""
+    starts, parameters = drawn(40, seed=5)
+    batch = compile_batch(FORCED, 1e-9, Quantities((x, v), (x**2, -v)))
+    constants = np.array([batch.constant_values(p) for p in parameters]).T
+    whole = batch.lend().advance(starts.T, constants, TIMES)
+    first = batch.lend().advance(starts.T, constants, TIMES[:3])
+    assert (first.progress[0] > 0.05).all() and (first.peaks <= whole.peaks + 1e-9).all()
+    second = batch.lend().advance(first.states, constants, TIMES[2:], progress=first.progress)
+    assert second.values == pytest.approx(whole.values[2:], abs=1e-7) and second.peaks == pytest.approx(whole.peaks, abs=1e-3)
+    assert (second.peaks >= first.peaks).all() and (second.peaks[0] > first.peaks[0]).any()
+
+
+@pytest.mark.parametrize("spacing", [0.02, 0.3, 0.45, 1.0, 3.0])
+def test_samples_within_steps_and_at_their_ends(spacing: float) -> None:
+    """Of times that are nearer to each other than steps (of half a unit of time) and farther: by closed form."""
+    starts, parameters = drawn(20, seed=7)
+    times = 3.0 + spacing * np.arange(25)
+    values = advance(starts, parameters, times).values[:, 0]
+    expected = [closed_form(s, *p[:2], times)[1:] for s, p in zip(starts, parameters, strict=True)]
+    assert values == pytest.approx(np.array(expected).T, abs=1e-9)
+
+
 def test_the_beginning_counts_among_the_largest_values() -> None:
     decay = System((x,), (-w * x,), (w,))
     rates = np.linspace(0.5, 1.5, 40)[:, None]
@@ -232,7 +255,8 @@ def test_the_beginning_counts_among_the_largest_values() -> None:
 
 def test_python_runs_the_same_stepper() -> None:
     """Interpreted, on NumPy's arrays, it takes the steps of the compiled one: its numbers differ by rounding."""
-    starts, parameters = drawn(WIDTH + 2)
+    count = WIDTH + 2
+    starts, parameters = drawn(count)
     system, quantities = System((x, v), (v, -(w**2) * x - 2 * d * v), (w, d, q)), Quantities((x, v), (x**2,))
     compiled = advance(starts, parameters, system=system, quantities=quantities)
     batch = CompiledBatch(system, TOLERANCE, quantities)
@@ -241,7 +265,9 @@ def test_python_runs_the_same_stepper() -> None:
     assert memory.endings.tolist() == [lanes_stepper.END] * len(starts)
     assert memory.samples.reshape(compiled.values.shape) == pytest.approx(compiled.values, abs=1e-13)
     assert memory.states.reshape(compiled.states.shape) == pytest.approx(compiled.states, abs=1e-13)
-    assert memory.peaks == pytest.approx(compiled.peaks[0], rel=1e-8)  # their places are differences of nearly equal numbers
+    assert memory.progress[count:] == pytest.approx(
+        compiled.peaks[0], rel=1e-8
+    )  # their places are differences of nearly equal numbers
 
 
 def interpreted(batch: CompiledBatch, starts: np.ndarray, parameters: np.ndarray) -> lanes_stepper.LanesMemory:
@@ -260,10 +286,10 @@ def interpreted(batch: CompiledBatch, starts: np.ndarray, parameters: np.ndarray
         "height_states": batch.height_states, "is_angle": np.zeros(n), "constants": constants.ravel(), "nodes": NODES,
         "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * n, "row_begins": ROW_BEGINS,
         "grid": TIMES, "states": starts.T.ravel(),
-        "samples": np.zeros((len(TIMES) - 1) * 2 * count), "peaks": np.zeros(count), "times": np.zeros(count),
+        "samples": np.zeros((len(TIMES) - 1) * 2 * count), "progress": batch.begin(count).ravel(), "times": np.zeros(count),
         "sample_times": np.zeros(count), "endings": np.zeros(count, int),
-        "members": np.zeros(WIDTH, int), "rows": np.zeros(WIDTH, int),
-        "counts": np.array([lanes_stepper.NONE_BEGUN, 0]),
+        "counts": np.array([lanes_stepper.NONE_BEGUN, 0, 0]),
+        **{name: np.zeros(WIDTH, int) for name in ("members", "rows", "queue_members", "queue_rows")},
     }  # fmt: skip
     rest = set(lanes_stepper.LanesMemory._fields) - set(functions) - set(numbers) - set(arrays)
     return lanes_stepper.LanesMemory(**functions, **numbers, **arrays, **{name: np.zeros((64, WIDTH)) for name in rest})

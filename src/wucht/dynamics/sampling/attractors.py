@@ -7,6 +7,7 @@ basins of attraction", Chaos 32 (2022) 023104.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -34,6 +35,7 @@ _POINTS = 16_384  # on a motion
 _CYCLES, _TURNS = 6, 200  # of a modulation, or turns, over which they are spread
 _REACH, _MARGIN = 0.05, 2.0  # shares of the states' sizes: how near a motion must come to itself; times that others must
 _LEAST = 1e-3  # reach
+_CELL = 1 / 16  # of the reach: of the points of an attractor that are as near to each other one is kept
 _PLACES = 20  # of a member, at which it must be near
 _ROUNDS = (0, 4, 2, 1, 3)  # in which every fifth place is checked, from this one on: most that are not near fail early
 _HALF, _WHOLE = 0.5, 0.9  # of the range of the speed, that a member must go through in less than a period, in more
@@ -78,10 +80,17 @@ class Attractor:
     square: float
 
     def resident_members(
-        self, equations: Equations, samples: np.ndarray, speeds: np.ndarray, duration: float, among: np.ndarray
+        self,
+        equations: Equations,
+        states: Callable[[np.ndarray], np.ndarray],
+        samples: np.ndarray,
+        speeds: np.ndarray,
+        duration: float,
+        among: np.ndarray,
     ) -> np.ndarray:
-        """Return those of some members (m,), by their numbers, that stay near it and move along it: by samples (K, k, M) over
-        a duration, and the least and the largest speed (2, M) in it. A member that merely rests near a point of it does not.
+        """Return those of some members (m,), by their numbers, that stay near it and move along it: by samples (K, v, M) over
+        a duration, of which ``states`` makes states (K, k, M), and the least and the largest speed (2, M) in it. A member that
+        merely rests near a point of it does not.
         """
         low, high = np.sort(self.sense * speeds[:, among], axis=0)
         full, share = self.high - self.low, _WHOLE if duration >= self.period else _HALF
@@ -91,7 +100,7 @@ class Attractor:
         for first in _ROUNDS:
             rows = at[first :: len(_ROUNDS)]
             if len(members):
-                members = members[self.is_near(embedded_states(equations.system, samples[rows][:, :, members]))]
+                members = members[self.is_near(embedded_states(equations.system, states(samples[rows][:, :, members])))]
         return members
 
     def has_modulation_of(self, candidate: Attractor) -> bool:
@@ -108,8 +117,9 @@ class Attractor:
         """Return the attractor with a candidate's points."""
         sizes = np.maximum(self.sizes, candidate.sizes)
         points = np.concatenate([self.points * self.sizes, candidate.points * candidate.sizes]) / sizes
+        reach = max(self.reach, candidate.reach)
         return replace(
-            self, points=points, sizes=sizes, reach=max(self.reach, candidate.reach), low=min(self.low, candidate.low),
+            self, points=_sparse_points(points, reach), sizes=sizes, reach=reach, low=min(self.low, candidate.low),
             high=max(self.high, candidate.high), square=max(self.square, candidate.square),
         )  # fmt: skip
 
@@ -237,4 +247,11 @@ def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, floa
     )
     if gap > _REACH:
         return None
-    return Attractor(outcome, points / sizes, sizes, max(_MARGIN * gap, _LEAST), *numbers)
+    reach = max(_MARGIN * gap, _LEAST)
+    return Attractor(outcome, _sparse_points(points / sizes, reach), sizes, reach, *numbers)
+
+
+def _sparse_points(points: np.ndarray, reach: float) -> np.ndarray:
+    """Return one of the points (P, d) in each cell: the nearest of few points is determined several times faster."""
+    _, first = np.unique(np.round(points / (_CELL * reach)), axis=0, return_index=True)
+    return np.asarray(points[np.sort(first)])

@@ -24,24 +24,27 @@ class MemberQuantities:
         The integrated one, with further parameters: numbers of the machine that are no parameters of its equations.
     expressions : Quantities
         Sampled: the speed of the main rotor, the phases of the bodies about it, as they turn, the share of the rotor's
-        unbalance that is left, then the states if requested. Largest: the square of the distance of the rotor's axis from its
-        rest position.
+        unbalance that is left, then, if requested, the states that are not among these. Largest: the square of the distance of
+        the rotor's axis from its rest position.
     parameter_values : ndarray, (V, p)
         Of the system, for each of the machines that differ.
     body_count : int
         b, of the bodies about the main rotor.
+    state_columns : tuple of int
+        Which of the sampled quantities are the states, where these are requested.
     """
 
     system: System
     expressions: Quantities
     parameter_values: np.ndarray
     body_count: int
+    state_columns: tuple[int, ...] = ()
 
     @classmethod
     def of(
         cls,
         system: System,
-        values: np.ndarray,
+        parameters: np.ndarray,
         motion: MemberMotion,
         weights: np.ndarray,
         further: Sequence[tuple[sp.Symbol, np.ndarray]] = (),
@@ -53,8 +56,8 @@ class MemberQuantities:
         ----------
         system : System
             The integrated one.
-        values : ndarray, (V, p)
-            Of its parameters, for each variant.
+        parameters : ndarray, (V, p)
+            Values of its parameters, for each variant.
         motion : MemberMotion
         weights : ndarray of complex, (V, 1 + b)
             Unbalances of the rotor and of the bodies about it, as shares of the rotor's.
@@ -65,12 +68,13 @@ class MemberQuantities:
         """
         residual, parts = _residual_unbalance(motion.phases)
         additions = [*further, *((symbol, column) for symbol, column in zip(parts, weights.view(float).T, strict=True))]
-        expressions = Quantities(
-            (motion.speed, *motion.phases, residual, *(system.states if with_states else ())), (motion.square_distance,)
-        )
+        states = system.states if with_states else ()
+        rotor_quantities = (motion.speed, *motion.phases, residual)
+        values = (*rotor_quantities, *(state for state in states if state not in rotor_quantities))
+        expressions, columns = Quantities(values, (motion.square_distance,)), tuple(map(values.index, states))
         whole_system = replace(system, parameters=(*system.parameters, *(symbol for symbol, _ in additions)))
-        columns = [values, *(np.asarray(column, float)[:, None] for _, column in additions)]
-        return cls(whole_system, expressions, np.concatenate(columns, axis=1), len(motion.phases))
+        parameter_columns = [parameters, *(np.asarray(column, float)[:, None] for _, column in additions)]
+        return cls(whole_system, expressions, np.concatenate(parameter_columns, axis=1), len(motion.phases), columns)
 
     def speed(self, samples: np.ndarray) -> np.ndarray:
         """Return the speed (K, M) from samples (K, v, M) of quantities."""
@@ -86,7 +90,7 @@ class MemberQuantities:
 
     def states(self, samples: np.ndarray) -> np.ndarray:
         """Return the states (K, k, M) from samples (K, v, M) of quantities, where these are sampled."""
-        return samples[:, 2 + self.body_count :]
+        return np.take(samples, self.state_columns, axis=1)
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,7 @@ def _times(first: float, index: int) -> np.ndarray:
     return np.asarray(times)
 
 
+_SINGLE = np.float32  # of the course, of which half a per cent matters: half of the memory that is read and written
 SETTLED_WIDTH = 1e-4  # of speed and unbalance: a member has settled whose bounds are as near
 UNDECIDED_OUTCOME = -1
 _LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest are classified fully; to an attractor either
@@ -114,7 +115,8 @@ class ScreeningObserver:
         assert isinstance(members, NumberedMembers)
         m = len(members)
         outcome, nothing = np.full(m, UNDECIDED_OUTCOME, np.int8), np.full(m, np.nan)
-        return MemberRecord(members.numbers, outcome, np.zeros(m, bool), np.zeros(m), nothing, np.empty((4, PARTS, m)))
+        course = np.empty((4, PARTS, m), _SINGLE)
+        return MemberRecord(members.numbers, outcome, np.zeros(m, bool), np.zeros(m), nothing, course)
 
     @np.errstate(all="ignore")  # shares of nothing; it is called in threads, which know no other state
     def update(self, record: MemberRecord, chunk: Chunk) -> tuple[MemberRecord, np.ndarray]:
@@ -136,7 +138,8 @@ class ScreeningObserver:
         is_final = last and self.final
         outcome = self._outcome(rest, last_half, variants)
         outcome = np.where(is_final | rest.still | (rest.width <= SETTLED_WIDTH), outcome, UNDECIDED_OUTCOME)
-        settling = np.where(outcome != UNDECIDED_OUTCOME, _settling_time(course, times[-1], free), np.nan)
+        settling, endings = np.full(len(outcome), np.nan), np.flatnonzero(outcome != UNDECIDED_OUTCOME)
+        settling[endings] = _settling_time(np.take(course, endings, axis=-1), times[-1], free[endings])
         if index:
             self._arrive((outcome, settling, square), samples, course, times[-1], free)
         if is_final:
@@ -174,7 +177,7 @@ class ScreeningObserver:
             open_ = np.flatnonzero(outcome == UNDECIDED_OUTCOME)
             if not len(open_):
                 return
-            arriving = one.resident_members(self.equations, self.quantities.states(samples), speeds, end / 2, open_)
+            arriving = one.resident_members(self.equations, self.quantities.states, samples, speeds, end / 2, open_)
             outcome[arriving] = one.outcome
             settling_time = _arrival(course[..., arriving], end, one, free[arriving])
             settling[arriving] = np.where(settling_time <= end + time_left, settling_time, np.nan)
@@ -249,7 +252,7 @@ def _of_one_shape(vibration: Vibration) -> Vibration:
 
 def _extend_course(course: np.ndarray | None, speed: np.ndarray, residual: np.ndarray) -> np.ndarray:
     """Extend the course (4, K, M) of a ``MemberRecord`` by a chunk of samples (K, M), as long as all of it before."""
-    new = np.array([speed, speed, residual, residual])
+    new = np.array([speed, speed, residual, residual], _SINGLE)
     if course is None:
         return new
     longer = np.empty_like(course)

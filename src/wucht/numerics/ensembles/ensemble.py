@@ -30,7 +30,7 @@ from wucht.system import System, needed_definitions
 R = TypeVar("R")
 # States of all members of a tile: enough for NumPy to observe them together at little cost, few enough to store some hundred
 # samples of each; no power of two, so that successive samples of a member do not fall into the same few lines of the cache.
-_STATES = 2976
+_STATES = 5952
 _TILES_A_THREAD = 2  # that are in progress, or done and not yet yielded
 _TICK_S = 0.1  # between two reports
 Report = Callable[[float], None]  # the share that is done, 0 to 1

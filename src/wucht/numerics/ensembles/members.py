@@ -76,7 +76,7 @@ class Chunk:
         Of the samples, of each member since its start; the last is the end.
     samples : ndarray, (K, v, L)
     peaks : ndarray, (p, L)
-        The largest values of the quantities in ``Quantities.peaks``.
+        The largest values of the quantities in ``Quantities.peaks`` since the start.
     """
 
     times: np.ndarray

@@ -78,7 +78,7 @@ class BatchLanes:
     names: tuple[str, ...]
 
     def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """Return the constants of the code, computed once for equal parameters."""
+        """Return the constants of the code, computed once for equal parameters, and the progress of motions that begin."""
         keys = [row.tobytes() for row in parameter_values]
         column_by_key = {key: k for k, key in enumerate(dict.fromkeys(keys))}
         columns, reasons = np.full((self.batch.constant_count, len(column_by_key)), np.nan), dict[bytes, str]()
@@ -88,16 +88,19 @@ class BatchLanes:
             except RunError as error:
                 reasons[key] = str(error)
         refusals = {lane: reasons[key] for lane, key in enumerate(keys) if key in reasons} if reasons else {}
-        return np.take(columns, [column_by_key[key] for key in keys], axis=1), refusals
+        columns = np.take(columns, [column_by_key[key] for key in keys], axis=1)
+        return np.concatenate([columns, self.batch.begin(len(keys))]), refusals
 
     def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance the states in batches: see ``Lanes``."""
-        result = self.integrator.advance(states, numbers, times, check)
+        constants, progress = np.split(numbers, [self.batch.constant_count])
+        result = self.integrator.advance(states, constants, times, check, progress)
         stops = {
             lane: Stop(f.sample_time, f.state, Status.FAILED, f.error.sentence(f.time, self.names, f.state))
             for lane, f in result.failures.items()
         }
-        return ChunkResult(Chunk(times[1:], result.values, result.peaks), result.states, numbers, stops)
+        chunk, after = Chunk(times[1:], result.values, result.peaks), np.concatenate([constants, result.progress])
+        return ChunkResult(chunk, result.states, after, stops)
 
 
 @dataclass(frozen=True)

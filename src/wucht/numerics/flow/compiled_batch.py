@@ -71,14 +71,19 @@ class LaneFailure:
 class LanesResult:
     """Result of motions on lanes.
 
-    values: (K, v, L). peaks: (p, L), of the beginning and all that follows. states: (n, L), at the end. failures: by lane; the
-    arrays are undefined for these.
+    values: (K, v, L). states: (n, L), at the end. progress: (1 + p, L), with which the motions are continued. failures: by
+    lane; the arrays are undefined for these.
     """
 
     values: np.ndarray
-    peaks: np.ndarray
     states: np.ndarray
+    progress: np.ndarray
     failures: Mapping[int, LaneFailure]
+
+    @property
+    def peaks(self) -> np.ndarray:
+        """The largest values (p, L), of the beginning and all that follows."""
+        return self.progress[1:]
 
 
 @lru_cache(maxsize=64)
@@ -115,6 +120,10 @@ class CompiledBatch:
         """Compute the constants (k,) of a motion. Raises ``RunError`` where they are not finite."""
         return np.concatenate([program.constant_values(parameter_values) for program in self.programs])
 
+    def begin(self, count: int) -> np.ndarray:
+        """Return the progress (1 + p, L) of motions that begin: sizes of their next steps, 0 where not known, and peaks."""
+        return np.append(np.zeros((1, count)), np.full((self.peak_count, count), -np.inf), axis=0)
+
     def lend(self) -> BatchIntegrator:
         """Lend an integrator to one user alone."""
         try:
@@ -135,20 +144,35 @@ class BatchIntegrator:
         n, p = len(batch.is_angle), batch.peak_count
         rows = {
             "k": ALL_STAGES * n, "dense": (DENSE_ROWS + 3) * n, "values": batch.value_count, "height": p, "best": p,
-            "places": (lanes_stepper.PLACES + 1) * p,
+            "highest": p, "lowest": p, "places": (lanes_stepper.PLACES + 1) * p,
         }  # fmt: skip
         counts = [len(program.constants) for program in batch.programs]
         rows |= {f"{code.removesuffix('s')}_constants": count for code, count in zip(_CODES, counts, strict=True)}
-        rows |= dict.fromkeys(("state", "last_sample", "later", "point", "error_5", "error_3"), n)
-        rows |= dict.fromkeys(
-            ("clock", "size", "busy", "is_new", "is_shortened", "mark", "steps", "due", "moment", "last_sample_time"), 1
+        rows |= {"queue_constants": counts[1]} | dict.fromkeys(
+            ("state", "queue_states", "last_sample", "later", "point", "error_5", "error_3"), n
         )
-        self._counts = np.zeros(2, np.int64)
+        rows |= dict.fromkeys(
+            (
+                "clock",
+                "size",
+                "busy",
+                "is_new",
+                "is_shortened",
+                "mark",
+                "steps",
+                "due",
+                "moment",
+                "last_sample_time",
+                "queue_time",
+            ),
+            1,
+        )
+        self._counts = np.zeros(3, np.int64)
         self._memory = {name: vectors(count, WIDTH) for name, count in rows.items()} | {
             "height_states": batch.height_states, "is_angle": batch.is_angle, "nodes": NODES,
             "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * n, "row_begins": ROW_BEGINS,
-            "members": np.zeros(WIDTH, np.int64), "rows": np.zeros(WIDTH, np.int64),
             "counts": self._counts,
+            **{name: np.zeros(WIDTH, np.int64) for name in ("members", "rows", "queue_members", "queue_rows")},
         }  # fmt: skip
         self._fields: dict[str, float] = {name: array.ctypes.data for name, array in self._memory.items()}
         self._fields |= batch.code.addresses
@@ -158,7 +182,12 @@ class BatchIntegrator:
         self._fields["tolerance"] = batch.tolerance
 
     def advance(
-        self, states: np.ndarray, constants: np.ndarray, times: np.ndarray, check: Callable[[], None] | None = None
+        self,
+        states: np.ndarray,
+        constants: np.ndarray,
+        times: np.ndarray,
+        check: Callable[[], None] | None = None,
+        progress: np.ndarray | None = None,
     ) -> LanesResult:
         """Advance any number L of motions together over the same span of time.
 
@@ -172,13 +201,16 @@ class BatchIntegrator:
             Increasing: the beginning, and where to sample; the last is the end.
         check : callable, optional
             Called now and then; an exception that it raises ends the work.
+        progress : ndarray, (1 + p, L), optional
+            Of motions that are continued: that of the ``LanesResult`` before. Of those that begin if not given.
         """
         batch, count = self._batch, states.shape[1]
         ends, grid = np.array(states, float, order="C"), np.ascontiguousarray(times, float)
-        values, peaks = np.empty((len(grid) - 1, batch.value_count, count)), np.empty((batch.peak_count, count))
+        values = np.empty((len(grid) - 1, batch.value_count, count))
+        progress = batch.begin(count) if progress is None else np.array(progress, float, order="C")
         (times_reached, sample_times), endings = np.empty((2, count)), np.empty(count, np.int64)
         arrays = {
-            "constants": np.ascontiguousarray(constants), "grid": grid, "states": ends, "samples": values, "peaks": peaks,
+            "constants": np.ascontiguousarray(constants), "grid": grid, "states": ends, "samples": values, "progress": progress,
             "times": times_reached, "sample_times": sample_times, "endings": endings,
         }  # fmt: skip
         fields = self._fields | {name: array.ctypes.data for name, array in arrays.items()}
@@ -196,7 +228,7 @@ class BatchIntegrator:
             is_broken = endings[lane] == lanes_stepper.NOT_FINITE
             error = LegError(*NOT_FINITE, nothing) if is_broken else step_limit_error(nothing, float(grid[0]), time)
             failures[lane] = LaneFailure(time, float(sample_times[lane]), ends[:, lane].copy(), error)
-        return LanesResult(values, peaks, ends, failures)
+        return LanesResult(values, ends, progress, failures)
 
 
 def _states_of(program: Program) -> np.ndarray:

@@ -22,7 +22,7 @@ _INTEGER, _REAL, _FLAG = ir.IntType(64), ir.DoubleType(), ir.IntType(1)
 _OPERATORS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div"}
 _MARK_OPERATORS = {ast.BitAnd: "and_", ast.BitOr: "or_"}
 _COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-_INTRINSICS = {"abs": "llvm.fabs", "sqrt": "llvm.sqrt", "copysign": "llvm.copysign"}
+_INTRINSICS = {"abs": "llvm.fabs", "sqrt": "llvm.sqrt", "ceil": "llvm.ceil", "copysign": "llvm.copysign"}
 EVALUATE = "evaluate"  # (function, time, state, constants, values, first): machine code of a system is called by its address
 _INSTRUCTIONS = {
     EVALUATE,
@@ -32,6 +32,7 @@ _INSTRUCTIONS = {
     "larger",
     "smaller",
     "root",
+    "ceiling",
 }  # not translated, but instructions
 
 
@@ -355,6 +356,9 @@ class _Translator:
 
     def _root(self, value: Any) -> Any:
         return self._call("sqrt", (value,))
+
+    def _ceiling(self, value: Any) -> Any:
+        return self._call("ceil", (value,))
 
     def _any_lane(self, marks: Any) -> Any:
         bits = self.builder.bitcast(marks, ir.IntType(self.width))

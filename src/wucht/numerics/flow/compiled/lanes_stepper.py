@@ -2,7 +2,8 @@
 
 Each lane has its own time, step size, state and constants, and takes the next member when its member has come to the end: the
 numbers of a member depend on nothing else. While it steps, quantities are observed: their values at the times of a grid, and
-the largest values of some, located between the places of a step at which they are computed.
+the largest values of some. Steps end at the times of a grid whose times are farther from each other than half a step; within a
+longer step, and to locate a largest value, states come from the dense output, which costs half as much as a step.
 E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, sections II.4 (step sizes),
 II.6 (dense output) and II.10 (error). All is in the part of Python that ``kernel_translation`` translates.
 """
@@ -23,7 +24,12 @@ Marks = np.ndarray  # (width,) of bool
 LaneArray = np.ndarray  # (count, width)
 Function = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray] | int  # of times, states, constants; or its address
 
-PLACES = 4  # of a step, at which quantities with a largest value are computed
+PLACES = 4  # of a step, at which quantities with a largest value are computed where one may be
+_BETWEEN = 0.25  # of the range of five places of a step: so much larger a quantity may be between two of them
+# First and last of the stages whose states are those at 0.31, 0.65 and 0.6 of a step: to 1e-3, where that is a third of a turn.
+_SIGHTED_FIRST, _SIGHTED_LAST = 7, 9
+# Parts of a step: a way to the next time of the grid that is shorter is no step, and one that is as long is one.
+_SHORT_WAY, _STRETCH = 0.6, 1.05
 _WORTHWHILE = 1.0 + 1e-4  # times as large as the largest so far: else a place is not located more closely
 _STEEP = 1.3  # times what a parabola's vertex promises may be there
 _EPS = 2.0**-52
@@ -34,7 +40,7 @@ _NEVER = np.inf
 _REFILL_SHARE = 8  # lanes are given new members when one in so many is idle
 
 END, NO_STEPS_LEFT, NOT_FINITE = range(3)  # how a member ends
-NEXT, ACTIVE = range(2)  # places in the counts: the next member, and how many lanes have one
+NEXT, ACTIVE, WAITING = range(3)  # places in the counts: the next member, how many lanes have one, samples in the queue
 NONE_BEGUN = -1  # in the counts
 IDLE = -1  # member of a lane that has none
 
@@ -69,13 +75,15 @@ class LanesMemory(NamedTuple):
     grid: Reals  # (grid_count,)
     states: Reals  # (n, M): at the beginning, then at the end; of one that fails, at its last sample
     samples: Reals  # (grid_count - 1, value_count, M)
-    peaks: Reals  # (peak_count, M)
+    progress: Reals  # (1 + peak_count, M): sizes of the next steps, 0 where not known, and the largest values so far
     times: Reals  # (M,): when each ended
     sample_times: Reals  # (M,): of its last sample
     endings: Integers  # (M,): how each ended
     members: Integers  # (width,): of lanes
     rows: Integers  # (width,): their next samples
-    counts: Integers  # (2,)
+    counts: Integers  # (3,)
+    queue_members: Integers  # (width,): of the samples that wait until they fill a vector
+    queue_rows: Integers
     # A number for each lane: of ``clock`` to ``last_sample_time`` one vector.
     clock: LaneArray
     size: LaneArray  # of the step
@@ -99,7 +107,12 @@ class LanesMemory(NamedTuple):
     sampler_constants: LaneArray
     height_constants: LaneArray
     values: LaneArray  # (value_count,): of a sample
+    queue_time: LaneArray
+    queue_states: LaneArray  # (n,)
+    queue_constants: LaneArray
     height: LaneArray  # (peak_count,): at a place of a step
+    highest: LaneArray  # (peak_count,): at its beginning and some stages
+    lowest: LaneArray
     places: LaneArray  # (5 peak_count,): at all of them
     best: LaneArray  # (peak_count,): the largest so far
 
@@ -131,6 +144,11 @@ def smaller(first: Lanes | float, second: Lanes | float) -> Lanes:
 def root(x: Lanes) -> Lanes:
     """Return the square root."""
     return np.asarray(np.sqrt(x))
+
+
+def ceiling(x: Lanes) -> Lanes:
+    """Return the next whole number."""
+    return np.asarray(np.ceil(x))
 
 
 def any_lane(marks: Marks) -> bool:
@@ -224,8 +242,15 @@ def _compute_stage(m: LanesMemory, stage: int, time: Lanes, step: Lanes) -> None
 
 def _attempt(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
     """Attempt steps from states whose rates are known; return their errors, at most 1 where accepted: section II.10."""
+    for j in range(m.peak_count):
+        m.highest[j] = m.lowest[j] = m.places[j]
     for stage in range(1, STAGES):
         _compute_stage(m, stage, time, step)
+        if m.peak_count > 0 and _SIGHTED_FIRST <= stage <= _SIGHTED_LAST:
+            evaluate_lanes(m.heights, m.moment, m.point, m.height_constants, m.height, 0)
+            for j in range(m.peak_count):
+                m.highest[j] = larger(m.highest[j], m.height[j])
+                m.lowest[j] = smaller(m.lowest[j], m.height[j])
     _add_stages(m, STAGES, step, m.later)
     _sum_stages(m, ERROR_ROWS, m.error_5, 0)
     _sum_stages(m, ERROR_ROWS + 1, m.error_3, 0)
@@ -263,41 +288,59 @@ def _compute_heights(m: LanesMemory, time: Lanes, step: Lanes, x: Lanes) -> None
 
 
 def _record_samples(m: LanesMemory, time: Lanes, step: Lanes, later_time: Lanes, success: Marks) -> None:
-    """Record the samples of accepted steps."""
+    """Put the samples of accepted steps into the queue; those within a step come from its dense output."""
     waiting = success & (m.due[0] <= later_time)
     while any_lane(waiting):
-        x = smaller((m.due[0] - time) / step, 1.0)
-        y = 1.0 - x
-        for i in range(m.n):
-            m.point[i] = _dense_value(m, i, x, y)
-        m.moment[0] = time + x * step
-        evaluate_lanes(m.samplers, m.moment, m.point, m.sampler_constants, m.values, 0)
+        is_inside = m.due[0] < later_time
+        if any_lane(waiting & is_inside):
+            x = smaller((m.due[0] - time) / step, 1.0)
+            y = 1.0 - x
+            for i in range(m.n):
+                m.point[i] = select(is_inside, _dense_value(m, i, x, y), m.later[i])
+        else:
+            for i in range(m.n):
+                m.point[i] = m.later[i]
         m.last_sample_time[0] = select(waiting, m.due[0], m.last_sample_time[0])
         for i in range(m.n):
             m.last_sample[i] = select(waiting, m.point[i], m.last_sample[i])
         m.mark[0] = select(waiting, 1.0, 0.0)
         for lane in range(m.width):
             if m.mark[0][lane] != 0.0:
-                row = m.rows[lane]
-                for j in range(m.value_count):
-                    m.samples[(row * m.value_count + j) * m.member_count + m.members[lane]] = m.values[j][lane]
+                row, slot = m.rows[lane], m.counts[WAITING]
+                m.queue_members[slot], m.queue_rows[slot] = m.members[lane], row
+                m.queue_time[0][slot] = m.due[0][lane]
+                for i in range(m.n):
+                    m.queue_states[i][slot] = m.point[i][lane]
+                for i in range(m.sampler_count):
+                    m.queue_constants[i][slot] = m.sampler_constants[i][lane]
+                m.counts[WAITING] = slot + 1
+                if slot + 1 == m.width:  # as many as a vector has numbers are computed together
+                    _empty_queue(m)
                 m.rows[lane] = row + 1
                 m.due[0][lane] = m.grid[row + 2] if row + 2 < m.grid_count else _NEVER
         waiting = success & (m.due[0] <= later_time)
 
 
-def _seek_largest(m: LanesMemory, time: Lanes, step: Lanes, success: Marks) -> None:
-    """Compute quantities at the places of accepted steps, and locate those that are larger than all before."""
-    for place in range(1, PLACES + 1):
+def _empty_queue(m: LanesMemory) -> None:
+    """Compute the quantities of the samples in the queue, and store them."""
+    evaluate_lanes(m.samplers, m.queue_time, m.queue_states, m.queue_constants, m.values, 0)
+    for slot in range(m.counts[WAITING]):
+        for j in range(m.value_count):
+            m.samples[(m.queue_rows[slot] * m.value_count + j) * m.member_count + m.queue_members[slot]] = m.values[j][slot]
+    m.counts[WAITING] = 0
+
+
+def _seek_largest(m: LanesMemory, time: Lanes, step: Lanes, promising: Marks) -> None:
+    """Compute quantities at the places within steps, and locate those that are larger than all before."""
+    for place in range(1, PLACES):
         _compute_heights(m, time, step, place / PLACES + 0.0 * step)
         for j in range(m.peak_count):
             value = m.height[j]
             m.places[place * m.peak_count + j] = value
-            m.best[j] = select(success & (value > m.best[j]), value, m.best[j])
+            m.best[j] = select(promising & (value > m.best[j]), value, m.best[j])
     for j in range(m.peak_count):
         for place in range(1, PLACES):
-            _locate(m, j, place, time, step, success)
-        m.places[j] = select(success, m.places[PLACES * m.peak_count + j], m.places[j])
+            _locate(m, j, place, time, step, promising)
 
 
 def _locate(m: LanesMemory, j: int, place: int, time: Lanes, step: Lanes, success: Marks) -> None:
@@ -331,16 +374,21 @@ def _fill_lanes(m: LanesMemory) -> None:
                 m.sampler_constants[i][lane] = m.constants[(m.rate_count + i) * m.member_count + member]
             for i in range(m.height_count):
                 m.height_constants[i][lane] = m.constants[(m.rate_count + m.sampler_count + i) * m.member_count + member]
+            m.size[0][lane] = m.progress[member]
+            for j in range(m.peak_count):
+                m.best[j][lane] = m.progress[(1 + j) * m.member_count + member]
             m.clock[0][lane] = m.last_sample_time[0][lane] = m.grid[0]
             m.due[0][lane], m.steps[0][lane] = m.grid[1], 0.0
             m.is_new[0][lane], m.busy[0][lane], m.is_shortened[0][lane] = 1.0, 1.0, 0.0
     evaluate_lanes(m.rates, m.clock, m.state, m.rate_constants, m.k, 0)
     is_new = m.is_new[0] != 0.0
-    m.size[0] = select(is_new, _first_steps(m, m.grid[m.grid_count - 1] - m.clock[0]), m.size[0])
+    begins = is_new & (m.size[0] <= 0.0)
+    if any_lane(begins):
+        m.size[0] = select(begins, _first_steps(m, m.grid[m.grid_count - 1] - m.clock[0]), m.size[0])
     if m.peak_count > 0:
         evaluate_lanes(m.heights, m.clock, m.state, m.height_constants, m.height, 0)
         for j in range(m.peak_count):
-            m.best[j] = select(is_new, m.height[j], m.best[j])
+            m.best[j] = select(is_new & (m.height[j] > m.best[j]), m.height[j], m.best[j])
             m.places[j] = select(is_new, m.height[j], m.places[j])
 
 
@@ -353,8 +401,9 @@ def _leave_lanes(m: LanesMemory, ending: int, leaving: Marks) -> None:
             is_whole = ending == END
             for i in range(m.n):
                 m.states[i * m.member_count + member] = m.state[i][lane] if is_whole else m.last_sample[i][lane]
+            m.progress[member] = m.size[0][lane]
             for j in range(m.peak_count):
-                m.peaks[j * m.member_count + member] = m.best[j][lane]
+                m.progress[(1 + j) * m.member_count + member] = m.best[j][lane]
             m.times[member], m.sample_times[member] = m.clock[0][lane], m.last_sample_time[0][lane]
             m.endings[member] = ending
             m.members[lane], m.busy[0][lane] = IDLE, 0.0
@@ -364,19 +413,34 @@ def _leave_lanes(m: LanesMemory, ending: int, leaving: Marks) -> None:
 def _advance_once(m: LanesMemory, end: float) -> None:
     """Attempt a step on each lane."""
     time = m.clock[0]
-    is_last = time + 1.01 * m.size[0] >= end
-    step = select(is_last, end - time, m.size[0])
-    later_time = select(is_last, end, time + step)
+    way = smaller(m.due[0], end) - time
+    parts = ceiling(way / (_STRETCH * m.size[0]))
+    divides = way >= _SHORT_WAY * m.size[0]
+    step = smaller(select(divides, way / larger(parts, 1.0), m.size[0]), end - time)
+    later_time = select(divides & (parts <= 1.0), time + way, time + step)
+    is_last = later_time + 0.01 * step >= end
+    step, later_time = select(is_last, end - time, step), select(is_last, end, later_time)
     error = _attempt(m, time, step)
     m.moment[0] = later_time
     evaluate_lanes(m.rates, m.moment, m.later, m.rate_constants, m.k, STAGES * m.n)
     busy = m.busy[0] != 0.0
     success = busy & (error <= 1.0) & _finite_lanes(m.k, STAGES * m.n, m.n)
-    if m.peak_count > 0 or any_lane(success & (m.due[0] <= later_time)):
+    promising = busy & ~busy
+    if m.peak_count > 0:
+        evaluate_lanes(m.heights, m.moment, m.later, m.height_constants, m.height, 0)
+        for j in range(m.peak_count):
+            high, low = larger(m.highest[j], m.height[j]), smaller(m.lowest[j], m.height[j])
+            promising = promising | (success & (high + _BETWEEN * (high - low) > _WORTHWHILE * m.best[j]))
+            m.places[PLACES * m.peak_count + j] = m.height[j]
+            m.best[j] = select(success & (m.height[j] > m.best[j]), m.height[j], m.best[j])
+    seeks = any_lane(promising)
+    if seeks or any_lane(success & (m.due[0] < later_time)):
         _compute_dense(m, time, step)
-        if m.peak_count > 0:
-            _seek_largest(m, time, step, success)
-        _record_samples(m, time, step, later_time, success)
+    if seeks:
+        _seek_largest(m, time, step, promising)
+    for j in range(m.peak_count):
+        m.places[j] = select(success, m.places[PLACES * m.peak_count + j], m.places[j])
+    _record_samples(m, time, step, later_time, success)
     for i in range(m.n):
         m.state[i] = select(success, m.later[i], m.state[i])
         m.k[i] = select(success, m.k[STAGES * m.n + i], m.k[i])
@@ -385,7 +449,8 @@ def _advance_once(m: LanesMemory, end: float) -> None:
     grown = select(error == 0.0, _GROW, smaller(larger(proposal, _SHRINK), _GROW))
     grown = select(m.is_shortened[0] != 0.0, smaller(grown, 1.0), grown)
     shrunk = select(error > 1.0, larger(proposal, _SHRINK), _SHRINK)
-    m.size[0] = step * select(success, grown, shrunk)
+    size = step * select(success, grown, shrunk)
+    m.size[0] = select(success & (grown >= _GROW), larger(size, m.size[0]), size)
     m.is_shortened[0] = select(success, 0.0, 1.0)
     m.steps[0] = m.steps[0] + 1.0
     at_end = busy & (m.clock[0] >= end)
@@ -399,7 +464,7 @@ def _advance_once(m: LanesMemory, end: float) -> None:
 
 def _begin(m: LanesMemory) -> None:
     """Make all lanes idle, with states that are numbers."""
-    m.counts[NEXT], m.counts[ACTIVE] = 0, 0
+    m.counts[NEXT], m.counts[ACTIVE], m.counts[WAITING] = 0, 0, 0
     for lane in range(m.width):
         m.members[lane] = IDLE
         m.busy[0][lane], m.size[0][lane], m.clock[0][lane], m.due[0][lane] = 0.0, 1.0, m.grid[0], _NEVER
@@ -419,5 +484,7 @@ def advance_lanes(m: LanesMemory) -> int:
         _advance_once(m, end)
         if m.counts[NEXT] < m.member_count and (m.width - m.counts[ACTIVE]) * _REFILL_SHARE >= m.width:
             _fill_lanes(m)
+    if m.counts[ACTIVE] == 0:
+        _empty_queue(m)
     active: int = m.counts[ACTIVE]
     return active
