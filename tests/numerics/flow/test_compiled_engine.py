@@ -18,7 +18,7 @@ from wucht.system import TIME, System
 pytest.importorskip("llvmlite")
 
 from wucht.numerics.flow.compiled import leg_stepper
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, TABLE
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, NODES, ROW_BEGINS, ROW_STAGES, ROW_WEIGHTS
 
 x, v, k = sp.symbols("x v k", real=True)
 SPRING = System((x, v), (v, -k * x), (k,))
@@ -29,7 +29,8 @@ def leg(grid: np.ndarray, most_steps: int = MAX_STEPS, tolerance: float = 1e-9) 
     n, width, m, room = 2, 4, 2, 8
     return leg_stepper.LegMemory(
         lambda _t, y, c: np.array([y[1], -c[0] * y[0]]), lambda _t, y, _c: np.array([y[0] - 0.5, y[0] + 0.5]),
-        n, width, m, len(grid), room, most_steps, tolerance, np.zeros(n), np.array([1.0]), np.empty(0), TABLE,
+        n, width, m, len(grid), room, most_steps, tolerance, np.zeros(n), np.array([1.0]), np.empty(0), NODES, ROW_WEIGHTS,
+        ROW_STAGES * width, ROW_BEGINS,
         np.array([-1, 0, 0, 1]), np.full(m, -np.inf), np.zeros(m), grid, np.zeros(1), np.array([1.0, 0.0, 0.0, 0.0]),
         np.zeros(len(grid) * n), np.zeros(room, int), np.zeros(room * (n + 1)), np.zeros(ALL_STAGES * width),
         np.zeros((DENSE_ROWS + 3) * width), np.zeros(width), np.zeros(width), np.zeros(width), np.zeros(width),

@@ -17,7 +17,15 @@ import numpy as np
 
 from wucht.numerics.flow import step_sizes
 from wucht.numerics.flow.compiled import leg_stepper
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, SMALLEST_TOLERANCE, TABLE
+from wucht.numerics.flow.compiled.dormand_prince import (
+    ALL_STAGES,
+    DENSE_ROWS,
+    NODES,
+    ROW_BEGINS,
+    ROW_STAGES,
+    ROW_WEIGHTS,
+    SMALLEST_TOLERANCE,
+)
 from wucht.numerics.flow.compiled.leg_stepper import LegMemory
 from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepper
 from wucht.numerics.flow.compiled.straight_line_code import module_text
@@ -97,7 +105,8 @@ class CompiledIntegrator:
         self._memory: dict[str, np.ndarray] = {name: np.zeros(count * width) for name, count in rows.items()}
         self._memory |= {
             "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(leg_stepper.VALUE_ROWS * m),
-            "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "table": TABLE, "is_angle": engine.is_angle,
+            "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "nodes": NODES,
+            "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "is_angle": engine.is_angle,
             "event_kinds": engine.event_kinds,
         }  # fmt: skip
         self._fields: dict[str, float] = {name: array.ctypes.data for name, array in self._memory.items()} | {

@@ -85,10 +85,8 @@ WEIGHTS = A[STAGES, :STAGES]
 ERROR_5, _weights_3 = _filled_table({0: _ERROR_5, 1: _WEIGHTS_3}, (2, STAGES))
 ERROR_3 = WEIGHTS - _weights_3
 DENSE = _filled_table(_DENSE, (DENSE_ROWS, ALL_STAGES))
-# As the compiled stepper reads them, one after the other.
-TABLE = np.concatenate([A.ravel(), NODES, ERROR_5, ERROR_3, DENSE.ravel()])
-# The same without zeros, for the stepper of ensembles: weights and stages of all rows one after the other, and where each
-# begins: the stages, of which ``A[STAGES]`` is the step itself, the errors, the rows of the dense output.
+# As the compiled steppers read them, without zeros: weights and stages of all rows one after the other, and where each begins:
+# the stages, of which ``A[STAGES]`` is the step itself, the errors, the rows of the dense output.
 _ROWS = [*A, np.append(ERROR_5, np.zeros(4)), np.append(ERROR_3, np.zeros(4)), *DENSE]
 ROW_STAGES = np.concatenate([np.flatnonzero(row) for row in _ROWS])
 ROW_WEIGHTS = np.concatenate([row[row != 0] for row in _ROWS])

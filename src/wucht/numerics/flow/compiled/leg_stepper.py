@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, STAGES
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, DENSE_ROWS, ERROR_ROWS, STAGES
 
 Reals = np.ndarray
 Integers = np.ndarray
@@ -23,11 +23,6 @@ Function = (
     Callable[[float, np.ndarray, np.ndarray], np.ndarray] | int
 )  # of time, state and constants; machine code: its address
 
-# Places in the table of coefficients.
-_NODES = ALL_STAGES * ALL_STAGES
-_ERROR_5 = _NODES + ALL_STAGES
-_ERROR_3 = _ERROR_5 + STAGES
-_DENSE = _ERROR_3 + STAGES
 _ROWS = DENSE_ROWS + 3  # of the dense output
 
 BLOCK = 4  # states are summed together, in registers
@@ -51,7 +46,8 @@ class LegMemory(NamedTuple):
 
     rates, functions: code of the system and of its events. n, m: numbers of states and events. width: n, filled up to whole
     blocks. grid_count: samples. room: for hits. is_angle (n,): 1 for states whose size is no measure of a motion. constants,
-    event_constants: of both codes. table: of coefficients. event_kinds (2, m): directions; 1 where events interrupt.
+    event_constants: of both codes. nodes (16,), row_weights, row_places, row_begins: the
+    coefficients without zeros, see ``dormand_prince``. event_kinds (2, m): directions; 1 where events interrupt.
     cool_ends, cool_signs (m,): cool-downs. grid (grid_count,). clock (1,): the time. state (width,). samples (grid_count, n).
     hit_events (room,), hits (room, 1 + n): events, times, states. k (16, width): rates of the stages. dense (7, width):
     coefficients of the dense output. point, later, errors, zero (width,): a state within the step, that at its end, and memory.
@@ -70,7 +66,10 @@ class LegMemory(NamedTuple):
     is_angle: Reals
     constants: Reals
     event_constants: Reals
-    table: Reals
+    nodes: Reals
+    row_weights: Reals
+    row_places: Integers  # of stages in k
+    row_begins: Integers
     event_kinds: Integers
     cool_ends: Reals
     cool_signs: Reals
@@ -97,16 +96,16 @@ def evaluate(function: Function, time: float, state: Reals, constants: Reals, va
     values[first : first + len(results)] = results
 
 
-def _add_stages(table: Reals, row: int, count: int, k: Reals, width: int, step: float, begin: Reals, end: Reals) -> None:
-    """Add the rates of stages, times the step and the weights of a row of the table, to a state."""
-    for i in range(0, width, BLOCK):
+def _add_stages(leg: LegMemory, row: int, step: float, begin: Reals, end: Reals) -> None:
+    """Add the rates of stages, times the step and the weights of a row, to a state."""
+    for i in range(0, leg.width, BLOCK):
         a = b = c = d = 0.0
-        for j in range(count):
-            weight, place = table[row + j], j * width + i
-            a += weight * k[place]
-            b += weight * k[place + 1]
-            c += weight * k[place + 2]
-            d += weight * k[place + 3]
+        for j in range(leg.row_begins[row], leg.row_begins[row + 1]):
+            weight, place = leg.row_weights[j], leg.row_places[j] + i
+            a += weight * leg.k[place]
+            b += weight * leg.k[place + 1]
+            c += weight * leg.k[place + 2]
+            d += weight * leg.k[place + 3]
         end[i], end[i + 1] = begin[i] + step * a, begin[i + 1] + step * b
         end[i + 2], end[i + 3] = begin[i + 2] + step * c, begin[i + 3] + step * d
 
@@ -163,17 +162,17 @@ def _first_step(leg: LegMemory, time: float, span: float) -> float:
 
 
 def _compute_stage(leg: LegMemory, stage: int, time: float, step: float) -> None:
-    _add_stages(leg.table, stage * ALL_STAGES, stage, leg.k, leg.width, step, leg.state, leg.point)
-    evaluate(leg.rates, time + leg.table[_NODES + stage] * step, leg.point, leg.constants, leg.k, stage * leg.width)
+    _add_stages(leg, stage, step, leg.state, leg.point)
+    evaluate(leg.rates, time + leg.nodes[stage] * step, leg.point, leg.constants, leg.k, stage * leg.width)
 
 
 def _attempt(leg: LegMemory, time: float, step: float) -> float:
     """Attempt a step from a state whose rates are known; return its error, at most 1 where it is accepted: section II.10."""
     for stage in range(1, STAGES):
         _compute_stage(leg, stage, time, step)
-    _add_stages(leg.table, STAGES * ALL_STAGES, STAGES, leg.k, leg.width, step, leg.state, leg.later)
-    _add_stages(leg.table, _ERROR_5, STAGES, leg.k, leg.width, 1.0, leg.zero, leg.errors)
-    _add_stages(leg.table, _ERROR_3, STAGES, leg.k, leg.width, 1.0, leg.zero, leg.point)
+    _add_stages(leg, STAGES, step, leg.state, leg.later)
+    _add_stages(leg, ERROR_ROWS, 1.0, leg.zero, leg.errors)
+    _add_stages(leg, ERROR_ROWS + 1, 1.0, leg.zero, leg.point)
     of_order_5 = of_order_3 = 0.0
     for i in range(leg.n):
         inverse = 1.0 / _allowed_error(leg, i, leg.state[i], leg.later[i])
@@ -194,7 +193,7 @@ def _compute_dense(leg: LegMemory, time: float, step: float) -> None:
         leg.dense[leg.width + i] = step * leg.k[i] - gain
         leg.dense[2 * leg.width + i] = 2.0 * gain - step * (leg.k[STAGES * leg.width + i] + leg.k[i])
     for row in range(DENSE_ROWS):
-        _add_stages(leg.table, _DENSE + row * ALL_STAGES, ALL_STAGES, leg.k, leg.width, step, leg.zero, leg.point)
+        _add_stages(leg, DENSE_ROW + row, step, leg.zero, leg.point)
         for i in range(leg.n):
             leg.dense[(3 + row) * leg.width + i] = leg.point[i]
 
