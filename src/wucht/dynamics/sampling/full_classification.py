@@ -25,7 +25,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 
 _PER_TURN, _TURNS = 16, 200  # samples a turn of the fastest motion that is expected, and turns a chunk
 _FASTER, _MOST = 1.5, 10  # times as fast as expected: still sampled densely enough; doublings
-_TILE = 32  # members: their samples are held at once
+_TILE = 8  # members: their samples are held at once
 _REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 _SETTLED_WIDTH = 1e-3  # see ``Verdict.settled_within``
 _FINAL_OUTCOMES = (Outcome.STOPPED, Outcome.OSCILLATING)
