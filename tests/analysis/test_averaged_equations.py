@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -318,6 +319,7 @@ def test_without_dampers_the_inertia_stays() -> None:
 
 
 def test_held_at_a_speed_the_drive_does_not_matter() -> None:
+    """Without the work of the drive, which does depend on it, and which has a say in the sizes of the steps."""
     machine = load_machine("drozdetskaya-2020/r1", {})
     states = []
     for slope in (1e-3, 1.0):
@@ -326,11 +328,8 @@ def test_held_at_a_speed_the_drive_does_not_matter() -> None:
         )
         assert averaged_equations.system.state_names == ("p1.phase", "p2.phase", "p1.speed", "p2.speed")
         start = np.array([0.5, -0.4, 150.0, 150.0])
-        states.append(
-            integrate(
-                compile_system(averaged_equations.system), start, averaged_equations.values(150.0), np.linspace(0, 1, 20)
-            ).states
-        )
+        motion = compile_system(replace(averaged_equations.system, quadratures=()))
+        states.append(integrate(motion, start, averaged_equations.values(150.0), np.linspace(0, 1, 20)).states)
     assert np.array_equal(states[0], states[1])
 
 

@@ -22,11 +22,16 @@ def test_of_a_linear_system_it_is_the_largest_real_part() -> None:
 
 
 def test_of_lorenz_equations_its_interval_holds_the_published_value() -> None:
-    """J. C. Sprott, "Chaos and Time-Series Analysis", Oxford 2003, appendix A: 0.9056 at sigma = 10, rho = 28, beta = 8/3."""
+    """J. C. Sprott, "Chaos and Time-Series Analysis", Oxford 2003, appendix A: 0.9056 at sigma = 10, rho = 28, beta = 8/3.
+
+    Which motion is followed is decided by rounding, differently by each engine: the width of its interval scatters about 0.035
+    by 0.008 (30 starts). The mean of four is below 0.05 but for one in ten thousand, and at least three hold the value.
+    """
     system = System((x, y, z), (10 * (y - x), x * (28 - z) - y, x * y - sp.Rational(8, 3) * z))
-    exponent, _, _ = largest_lyapunov_exponent(system, (), np.array([1.0, 1.0, 20.0]), 1000.0)
-    assert exponent.low < 0.9056 < exponent.high
-    assert exponent.high - exponent.low < 0.05
+    starts = [np.array([1.0 + k, 1.0, 20.0]) for k in range(4)]
+    exponents = [largest_lyapunov_exponent(system, (), start, 1000.0)[0] for start in starts]
+    assert sum(e.low < 0.9056 < e.high for e in exponents) >= 3
+    assert np.mean([e.high - e.low for e in exponents]) < 0.05
 
 
 @pytest.mark.slow

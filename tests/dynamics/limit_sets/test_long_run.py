@@ -11,6 +11,7 @@ from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, forcing_pe
 from wucht.dynamics.limit_sets.long_run import LongRun, LongRunSettings, long_run
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem, equations_from
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.numerics.lyapunov import LyapunovExponent
 
 
@@ -18,8 +19,14 @@ def equations(states: dict[str, str], angles: tuple[str, ...] = (), **parameters
     return equations_from({"states": states, "angles": list(angles), "parameters": parameters})
 
 
-def run_of(states: dict[str, str], start: list[float], angles: tuple[str, ...] = (), until: float | None = None) -> LongRun:
-    return long_run(equations(states, angles), np.array(start), LongRunSettings(until))
+def run_of(
+    states: dict[str, str],
+    start: list[float],
+    angles: tuple[str, ...] = (),
+    until: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+) -> LongRun:
+    return long_run(equations(states, angles), np.array(start), LongRunSettings(until, tolerance))
 
 
 def limit_of(run: LongRun) -> LimitSet:
@@ -105,6 +112,21 @@ def test_a_chaotic_motion_has_an_exponent_with_its_interval() -> None:
     assert run.kind is MotionKind.CHAOTIC
     assert exponent is not None
     assert 0 < exponent.low < 0.9056 < exponent.high
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-9])
+def test_the_noise_of_an_integration_is_rest_at_every_tolerance(tolerance: float) -> None:
+    """Steps become as long at rest as they are barely stable, and the noise a multiple of the tolerance."""
+    run = run_of({"x": "10*(y - x)", "y": "x*(10 - z) - y", "z": "x*y - 8/3*z"}, [-17.5, -17.5, 0.0], tolerance=tolerance)
+    assert run.kind is MotionKind.EQUILIBRIUM
+    assert limit_of(run).states[:, 0] == pytest.approx([np.sqrt(24), np.sqrt(24), 9.0])
+
+
+def test_an_oscillation_of_ten_times_the_noise_is_no_rest() -> None:
+    """r' = 5e-4 - r from 1: a circle whose diameter is 1e-3 of the run's extent."""
+    grow = "(5e-4/sqrt(x^2 + y^2) - 1)"
+    run = run_of({"x": f"-y + x*{grow}", "y": f"x + y*{grow}"}, [1.0, 0.0], tolerance=1e-6)
+    assert (run.kind, limit_of(run).period) == (MotionKind.PERIODIC, pytest.approx(2 * np.pi, rel=1e-4))
 
 
 def test_two_frequencies_without_common_period_cover_a_torus() -> None:

@@ -87,6 +87,11 @@ class CompiledSystem:
     interrupting: tuple[int, ...] = field(default=(), compare=False)
     lookahead: Lookahead | None = field(default=None, compare=False)
 
+    @property
+    def is_error_by_largest_state(self) -> bool:
+        """True if a step's allowed error is a share of the largest state, as heyoka's; else of each state, at least of 0.01."""
+        return self.engine_name == "heyoka"
+
 
 def available_engine() -> str:
     """Choose the engine that a System is compiled for by default.

@@ -11,7 +11,7 @@ from wucht.numerics.flow.events import Event
 Function = Callable[[Sequence[float], float, Sequence[float]], Sequence[float]]  # of state, time and constants
 
 _COOL_DOWN = 1e-9  # relative to the time
-_AT_BREAKPOINT = 1e-12
+_AT_BREAKPOINT = 1e-12  # for arguments, and relative to the time
 
 
 class CoolDowns:
@@ -33,22 +33,28 @@ class CoolDowns:
     def start(self, time: float, state: np.ndarray, constants: Sequence[float], event_constants: Sequence[float]) -> None:
         """Begin a leg at a place (n,). constants: of the programs.
 
-        Only those that have just happened: an earlier one may be about to happen again at this place. But the other end of a
-        segment that has just begun lies within rounding of zero: its sign is that towards which the argument moves.
+        Only those that have just happened: an earlier one may be about to happen again at this place. But the end of a segment
+        that has just begun lies within rounding of zero: its argument counts as inside until the cool-down is over, and may then
+        be outside, as where the motion slides along a jump, which drives it back from either side.
         """
         self._constants, self._event_constants = constants, event_constants
         if self.by_event:
             values = self._event_values(state.tolist(), time, self._event_constants)
-            near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT}
-            recent = {i for i, (end, _) in self.by_event.items() if end >= time}
-            self.by_event = {i: self._cool_down(i, time, state) for i in near | recent}
+            recent = [i for i, (end, _) in self.by_event.items() if end >= time and self._events[i].switch is None]
+            near = [i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT]
+            self.by_event = {i: self._cool_down(i, time, state) for i in recent}
+            self.by_event |= {i: (_end(time, _AT_BREAKPOINT), -float(self._events[i].direction)) for i in near}
 
     def add(self, index: int, time: float, state: np.ndarray) -> None:
         """Begin the cool-down of an event that has just stopped the run."""
         self.by_event[index] = self._cool_down(index, time, state)
 
     def _cool_down(self, index: int, time: float, state: np.ndarray) -> tuple[float, float]:
-        soon = _COOL_DOWN * max(1.0, abs(time))
-        later = state + soon * np.asarray(self._rates(state.tolist(), time, self._constants))
-        value = float(self._event_values(later.tolist(), time + soon, self._event_constants)[index])
-        return time + soon, float(np.sign(value))
+        end = _end(time)
+        later = state + (end - time) * np.asarray(self._rates(state.tolist(), time, self._constants))
+        value = float(self._event_values(later.tolist(), end, self._event_constants)[index])
+        return end, float(np.sign(value))
+
+
+def _end(time: float, relative: float = _COOL_DOWN) -> float:
+    return time + relative * max(1.0, abs(time))

@@ -31,6 +31,9 @@ _RESOLUTION, _MOST_PARTS, _REFINEMENTS = 4.0, 64, 2  # change of ln of a volume 
 _MOST_INTERVALS = 600  # decay by more than about e^-2000 in a period is not resolved
 _ALIKE = 1e-5  # of ln mu: change on a finer mesh below which it is accurate
 _INTEGRATION = 1e-15  # tolerance
+# Largest states in the unit of changes, which may be as large as one likes: an engine that allows each state an error relative
+# to itself, or to a hundredth, would lose changes of states of 1e-6 beside those of 1.
+_LARGE = 2.0**20
 
 
 def logarithms(maps: np.ndarray, basis: np.ndarray | None = None, tolerance: float = 1e-12) -> tuple[np.ndarray, np.ndarray]:
@@ -238,7 +241,9 @@ def integrated_legs(
     n, legs = states.shape
     ends, maps = np.empty_like(states), np.empty((legs, n, n))
     for j, state in enumerate(states.T):
-        size = float(np.abs(state).max()) or 1.0  # the engines' errors are relative to the largest state
+        size = float(np.abs(state).max()) or 1.0
+        if not linear.is_error_by_largest_state:
+            size *= _LARGE
         start = np.concatenate([state, (size * np.eye(n)).ravel()])
         run = integrate(linear, start, parameter_values, np.array([begin[j], end[j]])).reraise_interrupt()
         if run.failure is not None:
