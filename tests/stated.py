@@ -25,6 +25,7 @@ from wucht.studies.runner import report
 FOLDER = Path(__file__).with_name("stated")
 # Another processor or another version of a library changes the last bits, which the longest runs raise to 1e-5.
 TOLERANCE, SMALLEST = 2e-4, 1e-9
+_ANGLES = ("direction", "phase")  # in keys of angles: of the size of a radian, however near to zero they are
 _IN_WORDS = 2e-3  # numbers of a sentence have four digits
 _HEADING = 15  # characters of a line of a report before its text
 _LONGEST = 12  # of a list that is stated whole
@@ -118,7 +119,8 @@ def _differences(actual: Any, stated: Any, path: str) -> Iterator[str]:
             if not (_is_number(a) and _is_number(b) and abs(a - b) <= 1e-3 * TOLERANCE * scale):
                 yield from _differences(a, b, f"{path}/{k}")
     elif _is_number(actual) and _is_number(stated):
-        if abs(actual - stated) > TOLERANCE * abs(stated) + SMALLEST:
+        smallest = 1e-3 * TOLERANCE if path.endswith(_ANGLES) else SMALLEST
+        if abs(actual - stated) > TOLERANCE * abs(stated) + smallest:
             yield f"{path}: {actual}, stated {stated}"
     elif isinstance(actual, str) and isinstance(stated, str):
         if not _same_words(actual, stated):

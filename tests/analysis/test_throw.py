@@ -63,7 +63,20 @@ def test_a_line_a_circle_and_rest() -> None:
     assert line.throw_number(0.0) == pytest.approx(line.machine_number)
     assert Throw.from_harmonic(np.array([1e-3, -1e-3j]), 100.0).ratio == pytest.approx(1.0)
     rest = Throw.from_samples(np.arange(5.0), np.zeros((2, 5)), np.zeros((2, 5)))
-    assert (rest.stroke, rest.ratio, rest.acceleration) == (0.0, 0.0, 0.0)
+    assert (rest.stroke, rest.ratio, rest.acceleration) == (0.0, None, 0.0)
+
+
+@pytest.mark.parametrize(("noise", "stroke", "ratio", "direction"), [
+    (0.9e-3, 4e-3, 0.25, 0.4), (1.1e-3, 4e-3, 0.0, 0.4), (2.9e-3, 4e-3, 0.0, 0.4), (3.1e-3, 4e-3, 0.0, None),
+    (4.1e-3, 0.0, None, None),
+])  # fmt: skip
+def test_what_is_below_the_noise_is_no_throw(noise: float, stroke: float, ratio: float | None, direction: float | None) -> None:
+    """First the motion across, then the direction, of which the circle is none, then all."""
+    throw = Throw(stroke=4e-3, across=1e-3, direction=0.4, acceleration=40.0, normal=30.0).beyond(noise)
+    assert (throw.stroke, throw.ratio, throw.direction) == (stroke, ratio, direction)
+    assert (throw.acceleration, throw.normal) == ((40.0, 30.0) if stroke else (0.0, 0.0))
+    circle = Throw(stroke=4e-3, across=3.9e-3, direction=0.4, acceleration=40.0)
+    assert (circle.beyond(0.9e-4).direction, circle.beyond(1.1e-4).direction) == (0.4, None)
 
 
 @pytest.mark.parametrize("deck", [0.3, -0.4])

@@ -72,11 +72,21 @@ def test_a_matrix_of_ranges_and_means() -> None:
 
 @pytest.mark.parametrize("mean", [4.0, -4.0, 0.0])
 def test_a_matrix_of_one_mean_has_classes_above_it(mean: float) -> None:
-    """Edges must differ: by a billionth of the mean in all, or by 1 about zero."""
+    """As wide as those of ranges: a scale of rounding errors would tell nothing."""
     matrix = RangeMeanMatrix.of(cycles((2.0, mean, 3.0), (1.0, mean, 1.0)), 2)
     assert matrix.counts.tolist() == [[0, 0], [4, 0]]
     assert matrix.mean_edges[0] == mean
-    assert np.ptp(matrix.mean_edges) == pytest.approx(4e-9 if mean else 1.0, rel=1e-5)
+    assert np.diff(matrix.mean_edges) == pytest.approx(np.diff(matrix.range_edges))
+
+
+@pytest.mark.parametrize(("mean", "noise"), [(0.1, 2e-6), (1e4, 1e-5)])
+def test_means_that_differ_by_noise_alone_are_of_one_class(mean: float, noise: float) -> None:
+    """A millionth of the largest range, 2, or a billionth of the mean."""
+    same, different = (
+        RangeMeanMatrix.of(cycles((2.0, mean, 3.0), (1.0, mean + share * noise, 1.0)), 2) for share in (0.9, 1.1)
+    )
+    assert same.counts.tolist() == [[0, 0], [4, 0]]
+    assert different.counts.tolist() == [[0, 0], [3, 1]]
 
 
 def test_the_distance_of_spectra_is_a_share_of_the_reference() -> None:

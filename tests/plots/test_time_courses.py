@@ -103,6 +103,15 @@ def test_windows_are_whole_turns_of_at_least_a_hundredth_of_the_panel() -> None:
     assert (few.end - few.begin).max() <= END / 8 + 1e-9, "a longer turn is resolved"
 
 
+def test_even_windows_are_a_hundredth_of_the_panel_whatever_rounding_makes_of_it() -> None:
+    """At irregular times, as of turning points, whose turns are a hundredth of the panel but for rounding."""
+    x = np.append(0.0, np.cumsum(np.random.default_rng(0).uniform(0.05, 0.15, 1400)))
+    windows = TurnWindows.even(x, float(x[-1]))
+    inner = slice(100, -100)  # at the ends they are shorter
+    widths = (windows.end - windows.begin)[inner]
+    assert widths == pytest.approx(np.full(len(widths), x[-1] / 100), rel=1e-6)
+
+
 @pytest.mark.parametrize("per_turn", [12.01, 23.98, 24.0, 31.3])
 def test_the_range_does_not_show_how_the_samples_meet_the_swings(per_turn: float) -> None:
     x, angle = run(TURNS, per_turn)

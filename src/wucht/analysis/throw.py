@@ -7,7 +7,7 @@ the deck, over the component of gravity normal to it: where it exceeds 1, loose 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,12 +33,13 @@ class Throw:
     """The motion of a point in its plane. SI.
 
     stroke: peak to peak in the direction of the largest motion; direction: its angle from +x, counter-clockwise, in (-pi/2,
-    pi/2]; across: peak to peak normal to it. acceleration: the largest. normal: the largest normal to a deck, or None.
+    pi/2], None on a circle; across: peak to peak normal to it. acceleration: the largest. normal: the largest normal to a deck,
+    or None.
     """
 
     stroke: float
     across: float
-    direction: float
+    direction: float | None
     acceleration: float
     normal: float | None = None
 
@@ -68,15 +69,24 @@ class Throw:
         stroke, across = (_span(time, way @ place, way @ velocity) for way in (along, np.array([-along[1], along[0]])))
         return cls(stroke, across, _line(math.atan2(along[1], along[0])), largest, normal)
 
+    def beyond(self, noise: float) -> Throw:
+        """The throw without what is noise: strokes that are no longer than it. At rest all is zero; a circle within the noise
+        has no direction."""
+        if self.stroke <= noise:
+            return Throw(0.0, 0.0, None, 0.0, None if self.normal is None else 0.0)
+        is_circle = abs(self.stroke - self.across) <= noise
+        across = self.across if self.across > noise else 0.0
+        return replace(self, across=across, direction=None if is_circle else self.direction)
+
     @property
     def machine_number(self) -> float:
         """K, the largest acceleration over that of gravity."""
         return self.acceleration / GRAVITY
 
     @property
-    def ratio(self) -> float:
-        """The motion across over that along: 0 on a line, 1 on a circle."""
-        return self.across / self.stroke if self.stroke else 0.0
+    def ratio(self) -> float | None:
+        """The motion across over that along: 0 on a line, 1 on a circle, None at rest."""
+        return self.across / self.stroke if self.stroke else None
 
     @property
     def numbers(self) -> dict[str, float | None]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 _SAME = 1e-9  # of the largest range: ranges nearer to each other than that are one
+_ROUNDING, _NOISE = 1e-9, 1e-6  # of the largest mean, of the largest range: a smaller spread of means is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +96,11 @@ class RangeMeanMatrix:
 
     @classmethod
     def of(cls, cycles: LoadCycles, classes: int) -> RangeMeanMatrix:
-        """Sort cycles into so many classes, ranges from zero on."""
+        """Sort cycles into so many classes, ranges from zero on. Means that differ by less than 1e-6 of the largest range are
+        of one class, as wide as those of ranges."""
         low, high = (float(f(cycles.means)) if len(cycles.means) else 0.0 for f in (np.min, np.max))
-        widest = max(high - low, 1e-9 * max(abs(low), abs(high))) or 1.0
+        noise = max(_ROUNDING * max(abs(low), abs(high)), _NOISE * cycles.largest)
+        widest = high - low if high - low > noise else cycles.largest or 1.0  # a scale of noise would tell nothing
         edges = np.linspace(0.0, cycles.largest or 1.0, classes + 1), np.linspace(low, low + widest, classes + 1)
         # By number, so that rounding at the outer edges loses none.
         pairs = zip((cycles.ranges, cycles.means), edges, strict=True)

@@ -26,6 +26,7 @@ _VISIBLE, _TINY = 0.01, 1e-300  # of the range of a signal: smaller swings are d
 _BAND: dict[str, Any] = {"alpha": 0.25, "linewidth": 0, "zorder": 1.5}
 _SYNCHRONOUS, _SLOW = 0.5, math.pi / 2  # length of the mean of exp(i phase), and change of a phase within a window
 _LATE = 0.1  # of the panel
+_ROUNDING = 1e-6  # of a turn
 RANGE = "least to greatest"
 
 
@@ -103,7 +104,8 @@ class TurnWindows:
         middle, last = np.interp(at, x, turn_counts), turn_counts[-1]
         inner = np.clip(middle, 0.5, max(last - 0.5, 0.5))
         turn = np.interp(inner + 0.5, turn_counts, x) - np.interp(inner - 0.5, turn_counts, x)
-        count = np.ceil(span / _FEWEST_WINDOWS / np.maximum(turn, 1e-9 * span)) if span > 0 else np.ones(len(at))
+        needed = span / _FEWEST_WINDOWS / np.maximum(turn, 1e-9 * span) if span > 0 else np.ones(len(at))
+        count = np.ceil(needed - _ROUNDING)  # else a turn of just this width would be one or two
         half = np.minimum(np.maximum(count, 1.0) / 2, middle)
         middle = np.maximum(np.minimum(middle, last - half), half)
         shortest = np.maximum(at - span / 2 / _LONGEST, x[0]), np.minimum(at + span / 2 / _LONGEST, x[-1])

@@ -29,6 +29,7 @@ from wucht.dynamics.run_ups.coasting import (
 from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state
 from wucht.dynamics.run_ups.operating_state import states_in_configurations
 from wucht.dynamics.run_ups.steady_phases import HELD_HINT, BodyPhases
+from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -293,6 +294,9 @@ class _RunResult:
         if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
             first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
             rows["amplitude"] = np.append(rows["amplitude"][first].max(), rows["amplitude"][1:])
+        work, noise = rows["dissipated_work"], Noise.of(plan.spec.tolerance).angle * record.balance.scale
+        if np.abs(work).max(initial=0.0) <= noise:  # of a rotor that nothing brakes, whose speed drifts by rounding
+            rows["dissipated_work"] = np.zeros_like(work)
         return cls(plan, record, rows, *_ending(record, plan.machine.units.speed))
 
     @property

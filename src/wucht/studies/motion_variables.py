@@ -14,6 +14,7 @@ from wucht.dynamics.verdicts.observation import AxisMotion, Rows, advance_balanc
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed_from, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
+from wucht.numerics.angles import wrap_angle
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.records import Spans
@@ -132,7 +133,7 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> list[Quantity]:
 
     def phases(name: str, phase: Mapping[str, np.ndarray], long_name: str) -> Quantity:
         """Phases of some bodies in [0, 2 pi), NaN for the others."""
-        rows = [np.mod(phase[n], 2 * math.pi) if n in phase else np.full(len(time), np.nan) for n in names]
+        rows = [wrap_angle(phase[n]) if n in phase else np.full(len(time), np.nan) for n in names]
         return Quantity(name, rows, long_name, "rad", "body time")
 
     quantities = [

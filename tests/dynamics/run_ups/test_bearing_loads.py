@@ -11,6 +11,7 @@ import pytest
 from wucht import Machine, parts
 from wucht.dynamics.run_ups.bearing_loads import (
     BearingLife,
+    BearingLoad,
     has_bearing_forces,
     heavy_load_warnings,
     lives_at_end,
@@ -20,6 +21,7 @@ from wucht.dynamics.run_ups.bearing_loads import (
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import load_histories, rotor_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase, run_to_end
+from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 
@@ -139,3 +141,10 @@ def test_machines_without_forces_in_the_plane() -> None:
     time = motion.machine_motion.time
     assert len(loads_at_end(shaft(), motion.machine_motion, (time[-8], time[-1]))) == 1
     assert loads_at_end(shaft(), motion.machine_motion, (time[-7], time[-1])) == {}
+
+
+def test_forces_below_the_noise_of_the_largest_are_zero() -> None:
+    """1e-7 of the largest of the run, 100 N: of a mean vector its magnitude counts."""
+    load = BearingLoad(steady=0.9e-5, vector=(0.9e-5, 0.8e-5), largest=1.1e-5, peak=100.0).beyond(Noise.of(1e-12))
+    assert load == BearingLoad(steady=0.0, vector=(0.9e-5, 0.8e-5), largest=1.1e-5, peak=100.0)
+    assert BearingLoad(steady=2e-5, vector=(0.9e-5, 0.1e-5), largest=3e-5, peak=100.0).beyond(Noise.of(1e-12)).vector == (0, 0)

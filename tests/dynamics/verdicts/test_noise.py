@@ -19,6 +19,13 @@ def test_the_noise_follows_the_tolerance(tolerance):
     assert noise.angle == pytest.approx(max(10 * tolerance, 1e-7))
 
 
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+def test_a_force_below_the_noise_is_zero(tolerance):
+    noise = Noise.of(tolerance)
+    assert noise.without(-0.9 * noise.angle * 500.0, 500.0) == 0.0
+    assert noise.without(-1.1 * noise.angle * 500.0, 500.0) == -1.1 * noise.angle * 500.0
+
+
 @pytest.mark.parametrize("tolerance", [1e-9, 1e-6, 1e-3])
 def test_a_growth_within_the_noise_is_none_and_one_of_ten_times_that_is(tolerance):
     """Changes of the residual unbalance that grow from window to window; beside the ball's phase."""

@@ -16,6 +16,7 @@ from wucht.dynamics.run_ups.coasting import CarrierStart, Record
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.studies import coast_down as module
 from wucht.studies.coast_down import CoastDown, Plan, SingleCoastDown, dataset, prepare, report
 
@@ -178,6 +179,14 @@ def test_every_quantity_of_a_clockwise_coast_down(plan: SingleCoastDown) -> None
     expected = "the rotor still turns, at 22.5 % of its speed at the start; the speed has halved after 5 s"
     assert result.attrs["sentence"] == expected and result.end_state.values.tolist() == record.end.end_state.tolist()
     assert warnings_of(result) == [] and result.wucht.assumed == ["the carrier starts in the steady vibration of its speed"]
+
+
+@pytest.mark.parametrize(("size", "is_noise"), [(0.9, True), (1.1, False)])
+def test_work_below_the_noise_of_the_energy_is_none(plan: SingleCoastDown, size: float, is_noise: bool) -> None:
+    """1e-7 of the largest energy, 50 J."""
+    work = np.linspace(0.0, size * 1e-7 * 50.0, 17)
+    s = answered(plan, recorded(plan, rows={"dissipated_work": work}, balance=EnergyBalance(50.0, 50.0)))
+    np.testing.assert_array_equal(s.dissipated_work, 0.0 if is_noise else work)
 
 
 def test_before_the_first_turn_a_steady_vibration_is_as_large_as_in_it(plan: SingleCoastDown) -> None:

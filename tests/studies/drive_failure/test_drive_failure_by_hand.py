@@ -327,7 +327,10 @@ def test_the_mean_torque_of_a_clockwise_drive_behind_a_gear() -> None:
 
 
 def running(
-    locking: Any = None, outcome: Outcome = Outcome.SYNCHRONISED, window: tuple[float, float] = (2.0, 3.0)
+    locking: Any = None,
+    outcome: Outcome = Outcome.SYNCHRONISED,
+    window: tuple[float, float] = (2.0, 3.0),
+    tolerance: float = 1e-12,
 ) -> RunningState:
     """e1 turns clockwise with 40 rad/s until 2 s, then with 20; the carrier swings by 1 mm in x until 2 s, then by 2 mm."""
     time = np.linspace(0.0, 4.0, 401)
@@ -343,7 +346,8 @@ def running(
     made: Any = SimpleNamespace(
         case=SimpleNamespace(machine=SCREEN), verdict=verdict,
         trajectory=SimpleNamespace(time=time, states=states, final_parameter_values=values),
-        observation=SimpleNamespace(main=SimpleNamespace(last=lambda share: spans)),
+        observation=SimpleNamespace(main=SimpleNamespace(last=lambda share: spans), largest=9e-3),
+        compiled_system=SimpleNamespace(tolerance=tolerance),
     )  # fmt: skip
     return RunningState.of(made, SCREEN.drives)
 
@@ -359,6 +363,8 @@ def test_a_machine_runs_as_in_the_window_of_its_verdict() -> None:
     few = running(outcome=Outcome.NOT_SYNCHRONISED, window=(5.0, 6.0))
     assert few.speeds["e1"] == pytest.approx(-20.0), "else the last samples"
     assert set(told.torques) == {"e1", "e2"}
+    coarse = running(tolerance=0.05).throw
+    assert coarse is not None and (coarse.stroke, coarse.direction) == (0.0, None), "ten times that of 9 mm are noise"
 
 
 def test_locked_rotors_have_the_phases_of_rotors_and_bodies() -> None:

@@ -116,3 +116,20 @@ def test_one_bearing_on_an_ellipse() -> None:
     assert list(actual["bearing_forces"].values()) == pytest.approx([actual["bearing_force"]], rel=1e-3)
     assert list(actual["steady_bearing_forces"].values()) == pytest.approx([mean], rel=1e-3)
     assert "bearing_life" not in actual
+
+
+@pytest.mark.parametrize(("unbalance", "is_noise"), [(1e-10, True), (1e-5, False)])
+def test_what_is_below_the_noise_is_rest(unbalance: float, is_noise: bool) -> None:
+    """A rotor that is released from 1 mm and balanced but for a share of what would hold it there: U w^2 / k of 1 mm."""
+    carrier = parts.Carrier(mass=CARRIER, stiffness=STIFFNESS, damping=(2000.0, 2000.0))
+    drum = parts.Rotor(name="drum", mass=DRUM, unbalance=unbalance, inertia=0.01)
+    m = Machine(carrier, [drum], [parts.ConstantSpeed(speed=SPEED)], title="M")
+    summary = ended(m, start={"carrier": {"x": 1e-3}})
+    assert summary["peak_amplitude"] == pytest.approx(1e-3, rel=0.05)
+    numbers = [summary[key] for key in ("final_amplitude", "stroke", "acceleration", "machine_number")]
+    directions = [summary[key] for key in ("throw_direction", "throw_ratio")]
+    if is_noise:
+        assert (numbers, directions) == ([0.0] * 4, [None] * 2)
+    else:
+        assert all(number > 0 for number in numbers)
+        assert None not in directions

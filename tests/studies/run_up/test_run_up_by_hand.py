@@ -14,6 +14,7 @@ from tests.refusals import refused
 
 from wucht.dynamics.run_ups.deviations import ComparedMotion
 from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.results.quantities import Quantity, StudyResult
@@ -29,7 +30,9 @@ TIME = np.linspace(0.0, 10.0, 11)
 # --- the numbers at the end ---
 
 
-def ended(speed: Any, monkeypatch: pytest.MonkeyPatch, limits: _MotionLimits | None = None, **verdict: Any) -> dict[str, Any]:
+def ended(
+    speed: Any, monkeypatch: pytest.MonkeyPatch, limits: _MotionLimits | None = None, largest: float = 1e-2, **verdict: Any
+) -> dict[str, Any]:
     """The summary of a run whose final window is from 8 to 10 s; natural_frequencies: the time at which the machine is."""
     monkeypatch.setattr(dataset, "natural_frequencies", lambda machine: {"x": machine})
     monkeypatch.setattr(dataset, "dimensionless_numbers", lambda machine: {})
@@ -47,7 +50,10 @@ def ended(speed: Any, monkeypatch: pytest.MonkeyPatch, limits: _MotionLimits | N
         "needed_time": None, "locking": None, "rotors": {}, "outcome": Outcome.PASSED,
     }  # fmt: skip
     some: Any = SimpleNamespace(**numbers_of_verdict | verdict)
-    return {q.name: q.value for q in dataset._summary(machine, result, some, limits)}
+    motion: Any = SimpleNamespace(
+        case=SimpleNamespace(machine=machine), verdict=some, observation=SimpleNamespace(largest=largest)
+    )
+    return {q.name: q.value for q in dataset._summary(motion, result, limits, Noise.of(1e-9))}
 
 
 class _Timed(float):
@@ -78,6 +84,15 @@ def test_limits_of_the_motion_take_the_place_of_few_samples(monkeypatch: pytest.
     assert (s["final_amplitude"], s["min_amplitude"], s["max_amplitude"]) == (2e-3, 1e-3, 3e-3)
     s = ended(np.full(11, 5.0), monkeypatch, limits, amplitudes=(5e-3, 4e-3, 6e-3))
     assert (s["final_amplitude"], s["min_amplitude"], s["max_amplitude"]) == (5e-3, 4e-3, 6e-3)
+
+
+def test_an_amplitude_or_a_residual_below_the_noise_is_zero(monkeypatch: pytest.MonkeyPatch) -> None:
+    """1e-7 of the largest amplitude, and of the rotor's unbalance."""
+    limits = _MotionLimits((4.0, 7.0), (1.1e-8, 0.9e-8, 3e-8))
+    s = ended(np.full(11, 5.0), monkeypatch, limits, largest=0.1, residual=0.9e-7)
+    assert (s["final_amplitude"], s["min_amplitude"], s["max_amplitude"]) == (1.1e-8, 0.0, 3e-8)
+    assert s["final_residual_unbalance"] == 0.0
+    assert ended(np.full(11, 5.0), monkeypatch, residual=1.1e-7)["final_residual_unbalance"] == 1.1e-7
 
 
 def test_a_rotor_that_swings_has_the_mean_of_its_speed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from wucht.analysis.bearing_forces import BearingForces, RatedBearing, rated_bearings
 from wucht.analysis.throw import largest_of
+from wucht.dynamics.verdicts.noise import Noise
 from wucht.fatigue.bearing_life import HEAVY, BearingDuty, mean_over_time
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.trajectory import Trajectory
@@ -30,6 +31,11 @@ class BearingLoad:
     vector: tuple[float, float]
     largest: float
     peak: float
+
+    def beyond(self, noise: Noise) -> BearingLoad:
+        """The load, its numbers zero where they are noise beside the largest force of the run."""
+        steady, mean, largest = (noise.without(f, self.peak) for f in (self.steady, math.hypot(*self.vector), self.largest))
+        return BearingLoad(steady, self.vector if mean else (0.0, 0.0), largest, self.peak)
 
 
 @dataclass(frozen=True)

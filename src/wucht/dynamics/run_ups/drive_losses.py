@@ -13,6 +13,7 @@ from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.operating_state import transfer_state
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase
+from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -95,8 +96,10 @@ class RunningState:
         torques = mean_torques(
             machine, drives, trajectory.time[late], trajectory.states[:, late], trajectory.final_parameter_values
         )
+        throw = _throw(machine, time, states)
+        noise = Noise.of(motion.compiled_system.tolerance).angle * motion.observation.largest
         return cls(
-            outcome, sentence, speeds, phases, _throw(machine, time, states),
+            outcome, sentence, speeds, phases, throw and throw.beyond(noise),
             float(spans.greatest_distance[spans.time >= time[0]].max(initial=0.0)),
             torques,
         )  # fmt: skip

@@ -33,6 +33,13 @@ class Noise:
         """Return the noise of an integration with a tolerance: its steps are accurate to that share of the largest speed."""
         return cls(max(_SPEED_ROUNDING, _SPEED * tolerance), max(_ANGLE_ROUNDING, _ANGLE * tolerance))
 
+    def without(self, value: float, largest: float) -> float:
+        """Return an amplitude or a force of an unbalance, zero where it is noise beside the largest of the run.
+
+        Both are in proportion to the unbalance, of whose residual ``angle`` is the noise.
+        """
+        return value if abs(value) > self.angle * largest else 0.0
+
     def widen(self, bounds: np.ndarray) -> np.ndarray:
         """Widen bounds (2, ...) of a residual unbalance by their distance if that is no larger than the noise."""
         low, high = bounds

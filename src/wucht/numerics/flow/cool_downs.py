@@ -34,7 +34,7 @@ class CoolDowns:
         """Begin a leg at a place (n,). constants: of the programs.
 
         Only those that have just happened: an earlier one may be about to happen again at this place. But the end of a segment
-        that has just begun lies within rounding of zero: its argument counts as inside until the cool-down is over, and may then
+        that has just begun lies within rounding of zero: its argument counts as inside until the cool-down is over. It may then
         be outside, as where the motion slides along a jump, which drives it back from either side.
         """
         self._constants, self._event_constants = constants, event_constants

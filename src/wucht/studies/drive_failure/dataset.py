@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.analysis.throw import Throw
 from wucht.dynamics.run_ups.drive_losses import RunningState
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
 from wucht.dynamics.run_ups.run_up import Motion
@@ -81,7 +80,7 @@ def _row(operation: OperationRun, state: RunningState, after: Motion | None = No
         "outcome": str(state.outcome),
         "phases": state.phases,
         "throw": None if throw is None else throw.stroke,
-        "throw_direction": _direction(throw),
+        "throw_direction": None if throw is None else throw.numbers["throw_direction"],
         "amplitude": state.amplitude,
         "torques": state.torques,
         "speed": abs(state.speeds[main]) if state.outcome is Outcome.SYNCHRONISED else None,
@@ -94,10 +93,6 @@ def _row(operation: OperationRun, state: RunningState, after: Motion | None = No
         "peak_amplitude": after.observation.largest, "sentence": state.sentence, "end_time": after.trajectory.end_time,
         "advice": verdict.advice, "advised_time": verdict.needed_time,
     }  # fmt: skip
-
-
-def _direction(throw: Throw | None) -> float | None:
-    return throw.direction if throw is not None and throw.stroke else None
 
 
 def _parts(machine: Machine) -> dict[str, tuple[str, str]]:

@@ -12,10 +12,11 @@ from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, heavy_load_warnings, lives_at_end, loads_at_end
 from wucht.dynamics.run_ups.run_up import Motion
+from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import motion_of
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
-from wucht.machines.machine import MISMATCH, Machine
+from wucht.machines.machine import MISMATCH
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
@@ -38,15 +39,16 @@ _FEWEST_A_TURN = 8
 _BALANCE_LIMIT = 1e-6  # an energy residual beyond it is reported as a warning
 
 
-def _vibration_at_the_end(machine: Machine, result: xr.Dataset, inside: np.ndarray, deck: float | None) -> list[Quantity]:
-    """Return quantities of the carrier's centre of mass, samples inside (N,); none without units, or if it only turns."""
+def _vibration_at_the_end(motion: Motion, result: xr.Dataset, noise: Noise, deck: float | None) -> list[Quantity]:
+    """Return quantities of the carrier's centre of mass in the last window; none without units, or if it only turns."""
+    machine, inside = motion.case.machine, _window(result, motion.verdict)
     ways = [d for d in "xy" if d in machine.labels]
     if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
         return []
     samples = result.isel(time=inside)
     place, velocity = (_plane(samples[name]) for name in ("displacement", "velocity"))
-    throw = Throw.from_samples(samples.time.values, place, velocity, deck)
-    force = largest_of(_plane(samples.bearing_force))
+    throw = Throw.from_samples(samples.time.values, place, velocity, deck).beyond(noise.angle * motion.observation.largest)
+    force = noise.without(largest_of(_plane(samples.bearing_force)), largest_of(_plane(result.bearing_force)))
     quantities = [
         Quantity("bearing_force", force, "largest force of all bodies together on the carrier", "N"),
         *(Quantity(n, x, *NUMBERS[n], headline=n == "machine_number") for n, x in throw.numbers.items()),
@@ -83,12 +85,14 @@ def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
     quantities += [] if limits is None else envelopes(machine, motion.observation.main.last(1.0))
     result = dataset_from_quantities(quantities)
     residual = float(result.energy_residual.max())
-    summary = _summary(machine, result, verdict, limits)
+    noise = Noise.of(motion.compiled_system.tolerance)
+    summary = _summary(motion, result, limits, noise)
     lives = dict[str, BearingLife]()
     if motion.model.name == "full":
         lives = lives_at_end(machine, motion.machine_motion, verdict.window)
-        summary += _vibration_at_the_end(machine, result, _window(result, verdict), deck)
-        summary += load_quantities(loads_at_end(machine, motion.machine_motion, verdict.window)) + life_quantities(lives)
+        loads = loads_at_end(machine, motion.machine_motion, verdict.window)
+        summary += _vibration_at_the_end(motion, result, noise, deck)
+        summary += load_quantities({name: load.beyond(noise) for name, load in loads.items()}) + life_quantities(lives)
     quantities = [replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in quantities]
     flow = {
         "engine": motion.compiled_system.engine.name,
@@ -168,13 +172,16 @@ def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
     return inside
 
 
-def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, limits: _MotionLimits | None) -> list[Quantity]:
+def _summary(motion: Motion, result: xr.Dataset, limits: _MotionLimits | None, noise: Noise) -> list[Quantity]:
     """Return the summary of the contract. limits: where the variables of the result are too few samples of the motion."""
+    verdict, machine = motion.verdict, motion.case.machine.at(float(result.time.values[-1]))
     evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(result, verdict)
-    machine, rotor = machine.at(float(result.time.values[-1])), result.speed.sel(body=machine.rotor.name).values[inside]
+    rotor = result.speed.sel(body=machine.rotor.name).values[inside]
     envelope, (low, high) = result.amplitude.values[inside], limits.speeds if limits else extremes(rotor)
     amplitudes = verdict.amplitudes or (limits.amplitudes if limits else None)
-    amplitude, least, greatest = amplitudes or (float(f(envelope)) for f in (np.mean, np.min, np.max))
+    values = amplitudes or [float(f(envelope)) for f in (np.mean, np.min, np.max)]
+    amplitude, least, greatest = (noise.without(a, motion.observation.largest) for a in values)
+    residual = None if verdict.residual is None else noise.without(verdict.residual, 1.0)
     if evidence.turning:
         mean = (float(np.sign(rotor.mean())) or 1.0) * verdict.speed
     else:
@@ -192,7 +199,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, limits: _Mo
         Quantity("max_amplitude", greatest, "greatest amplitude of the axis at the end", length),
         Quantity("amplitude_unit", length, "unit of amplitudes"),
         Quantity("final_phases", verdict.phases, "mean phases of the bodies relative to their rotor at the end", "rad"),
-        Quantity("final_residual_unbalance", verdict.residual, "residual share of the rotor's unbalance", headline=True),
+        Quantity("final_residual_unbalance", residual, "residual share of the rotor's unbalance", headline=True),
         Quantity("settling_time", verdict.settling_time, "time until the speed has settled", time, headline=True),
         Quantity(
             "amplitude_settling_time", verdict.amplitude_settling_time, "time after which the amplitude has settled", time
@@ -281,9 +288,10 @@ def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
     """Add lines on the vibration at the end: the load on the machine, and on the goods that it carries."""
     if s.get("stroke") is None or (s["machine_number"] < _GENTLE and "deck" not in s):
         return
-    across = lines.format_value(s["stroke"] * s["throw_ratio"], "m")
+    ratio = s["throw_ratio"] or 0.0
+    across = lines.format_value(s["stroke"] * ratio, "m")
     way = "" if s["throw_direction"] is None else f" at {math.degrees(s['throw_direction']):.1f}\u00b0"
-    shape = f"{way}, {across} across" if s["throw_ratio"] < _CIRCLE else " on a circle"
+    shape = f"{way}, {across} across" if ratio < _CIRCLE else " on a circle"
     throw_text = f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
     lines.add("stroke", f"{{stroke}} peak to peak{shape}")
     lines.add("acceleration", f"{s['acceleration']:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{throw_text}")

@@ -225,7 +225,8 @@ def _line(state: dict[str, Any], at: str, full: bool) -> str:
 
 def _throw(state: dict[str, Any]) -> str:
     """Return the stroke of the carrier and its machine number."""
-    way = f" at {math.degrees(state['throw_direction']):.1f}\u00b0" if state["throw_ratio"] < _LINE else ""
+    direction = state["throw_direction"]
+    way = "" if direction is None or state["throw_ratio"] >= _LINE else f" at {math.degrees(direction):.1f}\u00b0"
     return f"stroke {1e3 * state['stroke']:.4g} mm peak to peak{way}, machine number {state['machine_number']:.3g}"
 
 
