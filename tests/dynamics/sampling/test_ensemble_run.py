@@ -284,3 +284,19 @@ def test_motions_that_go_on_are_known_again_on_unequal_supports(monkeypatch: pyt
         motion = run_of(machine, starts[i], "full", settled=True)
         assert labels(found)[i] == motion.verdict.outcome.value
         assert found.peak_amplitude[i] == pytest.approx(motion.observation.largest, rel=2e-2)
+
+
+def test_a_modulation_of_two_cycles_is_not_classified_turn_by_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its speed has risen twice, both times in the last half: no verdict is possible. Of four cycles there is one."""
+    machine, calls, classify = pendulums(2.5), list[int](), ensemble_run.classify_members
+
+    def counted(question: EnsembleQuestion, starts: np.ndarray, *rest: Any) -> MemberOutcomes:
+        calls.append(starts.shape[1])
+        return classify(question, starts, *rest)
+
+    monkeypatch.setattr(ensemble_run, "classify_members", counted)
+    begins = states(machine, [{"p1": 5.2006, "p2": 5.8519}, {"p1": 0.6313, "p2": 4.2312}, {"p1": 0.565, "p2": 4.3018}])
+    short = outcomes_of(EnsembleQuestion(machine, model="slow", until=2000.0), begins, {})
+    assert labels(short) == ["unidentified"] * 3 and calls == []
+    long = outcomes_of(EnsembleQuestion(machine, model="slow", until=3400.0), begins, {})
+    assert labels(long) == ["captured-modulated"] * 3

@@ -21,7 +21,7 @@ from wucht.dynamics.verdicts.outcomes import (
     Outcome,
     classify_each,
 )
-from wucht.dynamics.verdicts.screening import LastHalf, Screening, screening_of
+from wucht.dynamics.verdicts.screening import LastHalf, Screening, rises_of, screening_of
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.members import Chunk, Members
 from wucht.numerics.observers.projection import WINDOWS
@@ -143,7 +143,7 @@ class ScreeningObserver:
         if index:
             self._arrive((outcome, settling, square), samples, course, times[-1], free)
         if is_final:
-            hopeless = (outcome == UNDECIDED_OUTCOME) & self._is_hopeless(rest, last_half, variants)
+            hopeless = (outcome == UNDECIDED_OUTCOME) & self._is_hopeless(rest, last_half, course, variants)
             outcome = np.where(hopeless, _UNIDENTIFIED_INDEX, outcome)
         needs_classification = (outcome == UNDECIDED_OUTCOME) & (last | (not self.final and self._stuck(rest, index)))
         record = MemberRecord(record.number, outcome.astype(np.int8), needs_classification, square, settling, course)
@@ -220,14 +220,19 @@ class ScreeningObserver:
         is_decided = (outcome == _COMPENSATED_INDEX) | (needs_resonance & (outcome != _UNIDENTIFIED_INDEX))
         return np.asarray(np.where(is_decided, outcome, UNDECIDED_OUTCOME), np.int8)
 
-    def _is_hopeless(self, rest: Screening, last_half: LastHalf, variants: Variants) -> np.ndarray:
-        """Mask (M,) of the members that no full classification decides: they are far from their end, or their speed rises and
-        falls too seldom yet. It is no run-up either: below the resonance, or while the bodies still move, but do not lag."""
+    def _is_hopeless(self, rest: Screening, last_half: LastHalf, course: np.ndarray, variants: Variants) -> np.ndarray:
+        """Mask (M,) of the members that no full classification decides: they are far from their end, or their speed has risen
+        and fallen too seldom. It is no run-up either: below the resonance, or while the bodies still move, but do not lag.
+        Of a modulation that has risen twice, all in the last half, there are two cycles at most."""
         sense = last_half.sense
         window = sense * last_half.speed.reshape(WINDOWS, -1, last_half.speed.shape[1])[-1]
         low, high = window.min(axis=0), window.max(axis=0)
-        restless = ~rest.has_settled & ~rest.early & (low > 0) & (high - low > MODULATION_THRESHOLD * high) & (rest.rises < 2)
+        restless = ~rest.has_settled & ~rest.early & (low > 0) & (high - low > MODULATION_THRESHOLD * high) & (rest.rises <= 2)
+        twice = np.flatnonzero(restless & (rest.rises == 2))
+        if len(twice):
+            restless[twice] = rises_of(sense[twice] * np.take(course[:2], twice, axis=-1).mean(axis=0)) <= 2
         moving = ~rest.quiet & (np.ptp(last_half.phases, axis=1) < 2 * math.pi).all(axis=0)
+        moving |= rest.rises == 2  # and lag in between
         hopeless, nothing = rest.early | (restless & moving), np.zeros(len(last_half.phases))
         for i in np.flatnonzero(restless & ~moving):
             variant = int(variants.machine_index[i])

@@ -100,7 +100,7 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     in_place = ((np.ptp(half.phases, axis=1) < LIBRATION) & ~grows(half.phases, axis=1)).all(axis=0)
     quiet = unrest(half.residual.min(axis=0), half.residual.max(axis=0)) <= UNREST
     has_settled = turning & (speed_range.converging | still) & is_steady & in_place
-    rises = _rises(speed)
+    rises = rises_of(speed)
     early = turning & nearing & (mean.width > tolerance) & ~quiet
     # For a rotor that still rises, with bodies at rest, the torques decide its end: ``verdict.rising_evidence``.
     changes = np.diff(means, axis=0)
@@ -120,7 +120,7 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     return Screening(evidence, quiet, ~has_settled & (rises >= _FEWEST_CYCLES), nearing, rises, early, still)
 
 
-def _rises(speed: np.ndarray) -> np.ndarray:
+def rises_of(speed: np.ndarray) -> np.ndarray:
     """Count the rises of the speed (K, M) through the middle of its range, from far below to far above (M,)."""
     low, high = speed.min(axis=0), speed.max(axis=0)
     s, reach = speed - (low + high) / 2, 0.25 * (high - low)
