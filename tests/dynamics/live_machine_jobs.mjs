@@ -3,8 +3,8 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
 const [engine, jobs, results] = process.argv.slice(2);
-const { Equations } = await import(pathToFileURL(`${engine}/equations.mjs`).href);
-const { Integrator } = await import(pathToFileURL(`${engine}/integrator.mjs`).href);
+const { Equations } = await import(pathToFileURL(`${engine}/equations.ts`).href);
+const { Integrator } = await import(pathToFileURL(`${engine}/integrator.ts`).href);
 
 /** Rates and outputs at times, in states, with values of the parameters. */
 function evaluate(machine, { points }) {

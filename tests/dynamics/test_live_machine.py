@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.node import run_in_node
 
 import wucht
 from wucht import Machine, load_machine
@@ -27,9 +26,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.piecewise import interpolated_pieces
 from wucht.system import Output
 
-NODE = shutil.which("node")
 ENGINE, JOBS = Path(wucht.__file__).parent / "web", Path(__file__).with_name("live_machine_jobs.mjs")
-needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs JavaScript, is not installed")
 POINTS = 100
 SIZES = {"rad": 10.0, "rad/s": 100.0, "m": 0.01, "m/s": 1.0}
 FAMILIES = [
@@ -65,9 +62,7 @@ def answers(folder: Path, jobs: Sequence[tuple[str, Mapping[str, Any]]]) -> list
         path.write_text(script, encoding="utf-8")
         entries.append({"script": str(path), **job})
     (folder / "jobs.json").write_text(json.dumps(entries), encoding="utf-8")
-    command = [str(NODE), str(JOBS), str(ENGINE), str(folder / "jobs.json"), str(folder / "results.json")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    run_in_node(JOBS, ENGINE, folder / "jobs.json", folder / "results.json")
     results: list[Any] = json.loads((folder / "results.json").read_text(encoding="utf-8"))
     return results
 
@@ -116,13 +111,11 @@ def check_equations(folder: Path, machines: Mapping[str, tuple[Machine, np.ndarr
     assert {name: d for name, d in differences.items() if not d <= 1e-12} == {}
 
 
-@needs_node
 def test_equations_of_a_machine_of_each_family_are_those_of_python(tmp_path: Path) -> None:
     """Contacts, friction, motors with states, a law within a law, schedules, quantities without units, a shaken carrier."""
     check_equations(tmp_path, {name: catalogue_machine(name) for name in FAMILIES})
 
 
-@needs_node
 @pytest.mark.slow
 def test_equations_of_the_whole_catalogue_are_those_of_python(tmp_path: Path) -> None:
     machines = {name: m for name, m in catalogue_machines().items() if name not in RELEASES}
@@ -157,7 +150,6 @@ def place_of(entries: Sequence[Mapping[str, Any]], name: str) -> int:
     return [entry["name"] for entry in entries].index(name)
 
 
-@needs_node
 def test_r1_runs_up_as_in_python(tmp_path: Path) -> None:
     """Over 320 turns of the no-load speed; the error falls with the tolerance."""
     machine, state = catalogue_machine("drozdetskaya-2020/r1")
@@ -177,7 +169,6 @@ def test_r1_runs_up_as_in_python(tmp_path: Path) -> None:
     assert amplitude.max() == pytest.approx(np.hypot(*reference.states[:2]).max(), rel=1e-6)
 
 
-@needs_node
 def test_balls_of_a_washing_machine_push_each_other_as_in_python(tmp_path: Path) -> None:
     """The balls leave the bottom of the ring and collide: each contact is a spring that is switched on and off."""
     machine, state = catalogue_machine("practice/laundry-drum")
@@ -203,7 +194,6 @@ def r1_on_a_schedule(times: np.ndarray, speeds: np.ndarray) -> tuple[Machine, np
     return machine.with_fields(schedules=(schedule,)), state
 
 
-@needs_node
 def test_a_schedule_of_20000_points(tmp_path: Path) -> None:
     """All points are met; Python, which is slower, runs over the first ones."""
     count, seconds, part = 20_000, 20.0, 400

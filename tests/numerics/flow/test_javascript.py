@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
 import sympy as sp
+from tests.node import run_in_node
 
 from wucht.errors import RunError
 from wucht.numerics.flow.javascript import javascript_code, missing_functions
@@ -17,7 +16,6 @@ from wucht.numerics.flow.program import lower
 from wucht.piecewise import ABSOLUTE, PiecewiseCubic
 from wucht.system import TIME, System
 
-NODE = shutil.which("node")
 x, y, k, m = sp.symbols("x y k m", real=True)
 EXPRESSIONS = [
     x, -x, 2 * x - y, -x - y, k * x / m, -k * x / (m * (y**2 + 1)), x**2 - y**3, (x + y) ** 5, 1 / x, 1 / (x + y) ** 2,
@@ -29,7 +27,6 @@ EXPRESSIONS = [
 ]  # fmt: skip
 
 
-@pytest.mark.skipif(NODE is None, reason="node, which runs JavaScript, is not installed")
 def test_numbers_are_those_of_python() -> None:
     program = lower(System((x, y), (y, x), (k, m)), EXPRESSIONS)
     generator = np.random.default_rng(38)
@@ -42,9 +39,9 @@ def test_numbers_are_those_of_python() -> None:
             return [...results];
         }});
         console.log(JSON.stringify(rows));"""
-    done = subprocess.run([str(NODE), "-e", script], capture_output=True, text=True, check=True)
+    rows = json.loads(run_in_node("-e", script))
     function = program.function("math")
-    for (time, *state, stiffness, mass), values in zip(points, json.loads(done.stdout), strict=True):
+    for (time, *state, stiffness, mass), values in zip(points, rows, strict=True):
         expected = function(state, time, program.constant_values([stiffness, mass]).tolist())
         assert values == pytest.approx(expected, rel=1e-12, abs=1e-300)
 
