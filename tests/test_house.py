@@ -20,7 +20,7 @@ SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
     "errors", "schema", "disk_cache", "file_names", "piecewise", "system", "kinds", "results", "numerics", "fatigue",
     "mechanics", "machines", "files", "analysis", "measurements", "cams", "dynamics", "plots", "studies", "reports",
-    "extending", "cli",
+    "web", "extending", "cli",
 ]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
@@ -111,7 +111,7 @@ def test_plots_know_datasets_alone(module: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "module", [m for m in MODULES if _floor(m) not in ("plots", "studies", "reports", "cli", "extending", "")]
+    "module", [m for m in MODULES if _floor(m) not in ("plots", "studies", "reports", "web", "cli", "extending", "")]
 )
 def test_what_lies_below_the_plots_draws_nothing(module: str) -> None:
     names = {a.name for node in _nodes(MODULES[module])[0] if isinstance(node, ast.Import) for a in node.names}

@@ -18,7 +18,7 @@ from wucht.file_names import printable
 
 # Typer brings its own click, so its base class of usage errors is reached through a subclass that Typer exports.
 _USAGE_ERROR = cast(type[Exception], typer.BadParameter.__base__)
-_WITH_LIBRARIES = ("run", "compare", "plot", "export", "report")  # of numbers: the other commands do not load them
+_WITH_LIBRARIES = ("run", "compare", "plot", "export", "report", "share")  # of numbers: the other commands do not load them
 
 app = typer.Typer(
     name="wucht",
@@ -59,11 +59,12 @@ def register() -> None:
     from wucht.cli.plot import plot
     from wucht.cli.report import report
     from wucht.cli.run import run
+    from wucht.cli.share import share
 
     app.registered_commands.clear()
     commands: dict[str, Callable[..., None]] = {
         "run": run, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
-        "report": report, "completion": completion,
+        "report": report, "share": share, "completion": completion,
     }  # fmt: skip
     for name, command in (commands | {"app": explorer}).items():
         app.command(name, hidden=command is explorer)(_with_exit_errors(command, loads_libraries=name in _WITH_LIBRARIES))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from wucht.dynamics.unbalance_left import unbalances_left
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import Coordinate
@@ -156,7 +157,7 @@ def _state_descriptions(machine: Machine) -> dict[str, tuple[str, str]]:
 
 
 def _outputs(machine: Machine) -> list[Output]:
-    """Return the quantities that a page shows: speeds, the orbit, the amplitude, and the torque and power of the motors."""
+    """Return the quantities of a page: speeds, the orbit, the amplitude, the unbalance left, torque and power of the motors."""
     u, system = machine.units, machine.system
     speeds = [
         Output(f"speed[{b.name}]", b.coordinate.velocity if p is None else p, u.speed, f"speed of {b.name}")
@@ -171,7 +172,8 @@ def _outputs(machine: Machine) -> list[Output]:
     amplitude = Output(
         "amplitude", sp.sqrt(sp.Add(*(d**2 for d in distances))), machine.orbit_unit, "distance of the axis from rest"
     )
-    return [*speeds, *orbit, amplitude, *(o for o in system.outputs if o.name in _POWER)]
+    power = (o for o in system.outputs if o.name in _POWER)
+    return [*speeds, *orbit, amplitude, *unbalances_left(machine), *power]
 
 
 def _rest(machine: Machine) -> dict[sp.Symbol, sp.Expr]:

@@ -244,12 +244,24 @@ _ENGINEERING: Mapping[str, tuple[tuple[str, float, float], ...]] = {
     "ohm": (("Ω", 0.0, 1.0),),
 }
 
+_TURNING: Mapping[str, tuple[str, float]] = {"rad/s": ("rpm", math.pi / 30), "rad": ("°", math.pi / 180)}
+
 
 def engineering_text(value: float, unit: str) -> str:
     """A number of an SI unit as a data sheet has it: ``10 N/mm``, ``29 mm``, ``1151.9 rad/s (11000 rpm)``."""
     if unit in ("rad/s", "rad"):
         return _FORMATTERS[unit](value)
-    as_it_is = ((unit, 0.0, 1.0),)
-    choices = _ENGINEERING.get(unit, as_it_is)
-    name, _, size = choices[0] if value == 0 else next(one for one in choices if abs(value) >= one[1])
+    name, size = engineering_unit(value, unit)
     return units_in_print(f"{value / size:.5g} {name}".rstrip())
+
+
+def engineering_unit(value: float, unit: str) -> tuple[str, float]:
+    """The unit in which engineers write a number of an SI unit, as it is written in files, and its size: ``("mm", 1e-3)``.
+
+    Angles are in degrees, speeds in rpm.
+    """
+    if unit in _TURNING:
+        return _TURNING[unit]
+    choices = _ENGINEERING.get(unit, ((unit, 0.0, 1.0),))
+    name, _, size = choices[0] if value == 0 else next(one for one in choices if abs(value) >= one[1])
+    return name, size

@@ -1,0 +1,116 @@
+"""What a page draws over time: panels of curves, and the speeds that are marked in the first of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import sympy as sp
+
+from wucht.dynamics.drive_switches import switch_path
+from wucht.errors import WuchtError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, operating_speed, sense_of, shaft_torques
+from wucht.machines.structure import SPEED
+from wucht.numerics.flow.javascript import javascript_code, missing_functions
+from wucht.numerics.flow.program import lower
+from wucht.piecewise import PiecewiseCubic
+from wucht.results.formatting import engineering_unit, units_in_print
+from wucht.system import System
+
+_OUTPUTS = {"amplitude": "amplitude", "unbalance_left": "unbalance left", "motor_power": "power of the motors"}
+
+
+def panels(machine: Machine, outputs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the panels: title, unit and its size, whether it is circular, and curves: name, and the outputs or states shown.
+
+    A curve is an output, ``{"output": i}``, or the difference of two states, ``{"state": i, "head": j, "sense": s}``: s times
+    state i less state j.
+    """
+    names = [str(o["name"]) for o in outputs]
+    unit, size = engineering_unit(1.0, machine.units.speed)
+    speeds = [{"name": r.name, "output": names.index(f"speed[{r.name}]")} for r in machine.rotors]
+    result = [_panel("speed", unit, size, speeds), *_phase_panels(machine)]
+    for key, title in _OUTPUTS.items():
+        curves = [
+            {"name": name.partition("[")[2].rstrip("]") or title, "output": i}
+            for i, name in enumerate(names)
+            if name.partition("[")[0] == key
+        ]
+        if curves:
+            result.append(_panel(title, *_unit(machine, key, str(outputs[names.index(_first(names, key))]["unit"])), curves))
+    order = ["speed", _OUTPUTS["amplitude"]]
+    return sorted(result, key=lambda p: order.index(p["title"]) if p["title"] in order else len(order))
+
+
+def _first(names: Sequence[str], key: str) -> str:
+    return next(name for name in names if name.partition("[")[0] == key)
+
+
+def _unit(machine: Machine, key: str, unit: str) -> tuple[str, float]:
+    if key == "unbalance_left":
+        return "%", 0.01
+    return engineering_unit(1e-3 if key == "amplitude" else 1.0, "" if machine.dimensionless else unit)
+
+
+def _panel(title: str, unit: str, size: float, curves: list[dict[str, Any]], circular: bool = False) -> dict[str, Any]:
+    return {"title": title, "unit": units_in_print(unit), "size": size, "circular": circular, "curves": curves}
+
+
+def _phase_panels(machine: Machine) -> list[dict[str, Any]]:
+    row = {b.name: machine.row(b.coordinate.position) for b in machine.bodies}
+    unit, size = engineering_unit(1.0, "rad")
+    bodies = [{"name": b.name, "state": row[b.name], "head": row[b.about], "sense": 1} for b in machine.bodies if b.about]
+    main, *further = machine.rotors
+    rotors = [
+        {"name": r.name, "state": row[r.name], "head": row[main.name], "sense": sense_of(machine, r) * sense_of(machine, main)}
+        for r in further
+    ]
+    result = [_panel("phases of the bodies", unit, size, bodies, circular=True)] if bodies else []
+    return [*result, _panel(f"phases of the rotors to {main.name}", unit, size, rotors, circular=True)] if rotors else result
+
+
+def levels(machine: Machine, names: Sequence[str]) -> dict[str, Any]:
+    """Return what is known of the speeds that are marked, as plain data; see ``level_code`` for the code.
+
+    names: of the parameters of the equations, in order. ``size``: of the carrier's matrices, 0 where it is not linear; ``top``:
+    the highest speed that is sought; ``rotors``: name, the speed without vibration at the file's values or None, and the
+    indices of the parameters on which it depends; ``final``: values of parameters at the end of their schedules.
+    """
+    last = machine.at(machine.breakpoints[-1])
+    final = [[names.index(s.parameter), last.values[s.parameter]] for s in machine.schedules if s.parameter in names]
+    rotors = [
+        {
+            "name": r.name, "speed": free_speed(last, r),
+            "depends": sorted(names.index(s.name) for s in _symbols(machine, r) if s.name in names),
+        }
+        for r in machine.rotors
+    ]  # fmt: skip
+    return {"size": _matrix_size(machine), "top": 3 * operating_speed(last), "rotors": rotors, "final": final}
+
+
+def level_code(machine: Machine, names: Sequence[str]) -> dict[str, str]:
+    """Return code of the carrier's mass and stiffness matrices, and of the rotors' net torques over the speed.
+
+    The net torques are left out where one of them is piecewise.
+    """
+    parameters = tuple(sp.Symbol(name, real=True) for name in names)
+    carrier = machine.linear_carrier if _matrix_size(machine) else None
+    entries = [] if carrier is None else [*carrier.mass, *carrier.stiffness]
+    code = {"matrices": javascript_code(lower(System((), (), parameters), entries))}
+    torques = [sp.sympify(drive - losses) for drive, losses in (shaft_torques(machine, r) for r in machine.rotors)]
+    if not any(t.has(PiecewiseCubic) for t in torques) and not missing_functions(torques):
+        code["torques"] = javascript_code(lower(System((SPEED,), (sp.S.Zero,), parameters), torques))
+    return code
+
+
+def _matrix_size(machine: Machine) -> int:
+    try:
+        return int(machine.linear_carrier.mass.rows)
+    except WuchtError:
+        return 0
+
+
+def _symbols(machine: Machine, rotor: Any) -> set[sp.Symbol]:
+    switches = {switch_path(d) for d in machine.drives}
+    return {s for e in shaft_torques(machine, rotor) for s in e.free_symbols if s.name not in switches}

@@ -1,0 +1,286 @@
+/** The page: one scenario, its course, the time that is shown, and what draws them. */
+
+import { Clock, suggestedSpeed } from "./clock.ts";
+import { Computer } from "./compute.ts";
+import { ControlColumn } from "./control_column.ts";
+import { Instant, sentenceOf, type Course } from "./course.ts";
+import { CurvePanel } from "./curves.ts";
+import { button, element } from "./dom.ts";
+import { MachineDrawing, type View } from "./drawing.ts";
+import { letGrab } from "./grabbing.ts";
+import { levelsAt } from "./levels.ts";
+import { LinkError, linkText, readLink } from "./link.ts";
+import type { MeasuredCurve } from "./measured.ts";
+import type { Contents, Panel, StartControl } from "./page_data.ts";
+import { paperOf } from "./paper.ts";
+import { paintedSheet, savePicture } from "./picture.ts";
+import {
+  areEqual, originalScenario, parametersAt, withStartValues, withStateAt, withValuesFrom, type Scenario,
+} from "./scenario.ts"; // prettier-ignore
+import { studyText } from "./study_text.ts";
+import { Toolbar } from "./toolbar.ts";
+import { TorqueHill } from "./torque_hill.ts";
+import { Trails } from "./trails.ts";
+import { Transport } from "./transport.ts";
+import { VerdictLine } from "./verdict_line.ts";
+
+/** Of the run: changes of one parameter that are nearer are one. */
+const MERGE = 1 / 500;
+
+export class LivePage {
+  readonly root: HTMLElement;
+  private readonly _contents: Contents;
+  private readonly _original: Scenario;
+  private readonly _clock: Clock;
+  private readonly _computer: Computer;
+  private readonly _instant: Instant;
+  private readonly _drawing: MachineDrawing;
+  private readonly _canvas: HTMLCanvasElement;
+  private readonly _hill: TorqueHill;
+  private readonly _trails: Trails;
+  private readonly _transport: Transport;
+  private readonly _verdict: VerdictLine;
+  private readonly _column: ControlColumn;
+  private readonly _toolbar: Toolbar;
+  private readonly _curves: HTMLElement;
+  private readonly _caption = element("figcaption");
+  private readonly _warning = element("p", { class: "warning", role: "status" });
+  private readonly _switches: HTMLButtonElement[];
+  private readonly _strobe = element("input", { type: "checkbox" });
+  private _panels: CurvePanel[] = [];
+  private _measured: readonly MeasuredCurve[] = [];
+  private _scenario: Scenario;
+  private _course: Course | null = null;
+  private _held: Float64Array | null = null;
+  private _magnification = 1;
+
+  constructor(contents: Contents) {
+    const { machine, page } = contents;
+    this._contents = contents;
+    this._original = this._scenario = originalScenario(machine, page.until);
+    this._clock = new Clock(() => this._draw());
+    this._clock.end = page.until;
+    this._clock.speed = suggestedSpeed(page.turn);
+    this._instant = new Instant(machine);
+    this._trails = new Trails(contents);
+    this._canvas = element("canvas", { class: "drawing", role: "img", "aria-label": "the machine, moving" });
+    this._drawing = new MachineDrawing(this._canvas, machine);
+    const hill = element("div", { class: "hill" });
+    this._hill = new TorqueHill(hill, machine);
+    this._transport = new Transport(this._clock, machine.time_unit);
+    this._verdict = new VerdictLine(page.text.verdict);
+    this._switches = page.switches.map((one) => button("", () => this._switch(one.index), { class: "switch" }));
+    this._strobe.addEventListener("change", () => this._draw());
+    this._curves = element("section", { class: "curves", "aria-label": "curves over time" });
+    this._column = new ControlColumn(page, this._scenario, machine.time_unit, {
+      parameter: (control, value) => this._set(control.indices, value),
+      start: (control, value) => this._start(control, value),
+      until: (value) => this._change({ ...this._scenario, until: value }),
+      reset: () => this._change(this._original),
+    });
+    this._toolbar = new Toolbar(
+      {
+        link: () => this._link(),
+        study: () => studyText(this._scenario, this._original, machine, page),
+        picture: () => this._picture(),
+        measured: (curves) => {
+          this._measured = curves;
+          this._showCourse();
+        },
+      },
+      page.panels,
+    );
+    this.root = this._layout(hill);
+    letGrab(this._canvas, this._drawing, {
+      state: () => this._instant.state,
+      take: () => this._clock.pause(),
+      hold: (state) => {
+        this._held = state;
+        this._draw();
+      },
+      release: (state) => this._release(state),
+    });
+    this._computer = new Computer((course) => this._receive(course));
+    this._buildCurves();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this._buildCurves());
+    new ResizeObserver(() => this._fit()).observe(this._curves);
+    new ResizeObserver(() => this._draw()).observe(this._canvas);
+    addEventListener("hashchange", () => this._readLink());
+    if (location.hash.length > 1) this._readLink();
+    else this._change(this._original);
+  }
+
+  private _layout(hill: HTMLElement): HTMLElement {
+    const { machine, page } = this._contents;
+    const card = page.text.card;
+    const note = card && element("section", { class: "card", "aria-label": "what this machine shows" });
+    note?.append(
+      element("h2", {}, card!.title),
+      element("p", {}, card!.text),
+      element("p", { class: "task" }, card!.task),
+      button("×", () => note.remove(), { class: "close", "aria-label": "close this card" }),
+    );
+    const view = element("label", { class: "check" }, this._strobe, "turn with the rotor");
+    const stage = element(
+      "section",
+      { class: "stage", "aria-label": "the machine" },
+      element("figure", {}, this._canvas, this._caption),
+      this._transport.root,
+      element("div", { class: "views" }, ...this._switches, view),
+      ...(this._hill.available ? [hill] : []),
+    );
+    return element(
+      "main",
+      {},
+      element("header", {}, element("h1", {}, machine.title), this._verdict.root, element("p", { class: "file" }, page.text.file)),
+      stage,
+      element("div", { class: "middle" }, ...(note ? [note] : []), this._warning, this._curves),
+      element("div", { class: "side" }, this._column.root, this._toolbar.root),
+      element(
+        "footer",
+        {},
+        `wucht ${page.version}. Computed here, to six digits a step, from the machine's own equations. A run is judged by wucht, not by this page; ` +
+          "what a part allows together with others is checked there, too.",
+      ),
+    );
+  }
+
+  private _buildCurves() {
+    for (const panel of this._panels) panel.destroy();
+    const { machine, page } = this._contents;
+    const timeName = machine.time_unit === "" ? "time τ" : `time (${machine.time_unit})`;
+    const last = page.panels.length - 1;
+    this._panels = page.panels.map((panel, i) => new CurvePanel(panel, timeName, i === last, (time) => this._clock.move(time)));
+    this._curves.replaceChildren(...this._panels.map((panel) => panel.root));
+    this._showCourse();
+    this._fit();
+  }
+
+  private _fit() {
+    for (const panel of this._panels) panel.fit();
+    this._draw();
+  }
+
+  /** A parameter gets a value, from the start or from now. */
+  private _set(indices: readonly number[], value: number) {
+    const { time } = this._clock;
+    const isFromNow = this._column.isFromNow && time > 0;
+    const merge = MERGE * this._scenario.until;
+    this._change(
+      isFromNow
+        ? withValuesFrom(this._scenario, time, indices, value, merge)
+        : withStartValues(this._scenario, indices, value),
+      false,
+    );
+  }
+
+  private _switch(index: number) {
+    const { time } = this._clock;
+    const value = parametersAt(this._scenario, time)[index] === 0 ? 1 : 0;
+    this._change(time > 0 ? withValuesFrom(this._scenario, time, [index], value, 0) : withStartValues(this._scenario, [index], value));
+  }
+
+  /** A start value; what is measured from this state moves with it. */
+  private _start(control: StartControl, value: number) {
+    const start = [...this._scenario.start];
+    const head = control.head === null ? 0 : start[control.head]!;
+    const before = start[control.index]!;
+    start[control.index] = value + control.offset + head;
+    const followers = this._contents.page.start.flatMap((group) => group.controls).filter((one) => one.head === control.index);
+    for (const one of followers) start[one.index] = start[one.index]! - before + start[control.index]!;
+    this._change({ ...this._scenario, start }, false);
+  }
+
+  private _release(state: Float64Array | null) {
+    this._held = null;
+    if (state === null) return this._draw();
+    const { time } = this._clock;
+    const values = Array.from(state, (x) => x + 0);
+    this._change(time > 0 ? withStateAt(this._scenario, time, values) : { ...this._scenario, start: values });
+  }
+
+  /** Another scenario. isShown: whether its values are to be shown by the controls, which did not give them. */
+  private _change(scenario: Scenario, isShown = true) {
+    this._scenario = scenario;
+    this._clock.end = scenario.until;
+    this._verdict.show(areEqual(scenario, this._original));
+    if (isShown) this._column.show(scenario, parametersAt(scenario, this._column.isFromNow ? this._clock.time : 0));
+    this._computer.compute(scenario);
+  }
+
+  private _receive(course: Course) {
+    this._course = course;
+    const place = this._contents.machine.outputs.findIndex((output) => output.name === "amplitude");
+    this._magnification = this._drawing.suggestedMagnification(this._trails.largest(course, place));
+    this._warning.textContent = sentenceOf(course, this._contents.machine.time_unit);
+    this._showCourse();
+    this._draw();
+    document.documentElement.dataset["courses"] = String(Number(document.documentElement.dataset["courses"] ?? 0) + 1);
+  }
+
+  private _showCourse() {
+    const { page, levelCode } = this._contents;
+    const course = this._course;
+    if (course === null) return;
+    const levels = levelsAt(page.levels, levelCode, parametersAt(course.scenario, course.scenario.until), this._original.parameters);
+    for (const [i, panel] of this._panels.entries()) {
+      panel.show(course, isSpeed(page.panels[i]!) ? levels : [], this._measured.filter((curve) => curve.panel === i));
+    }
+  }
+
+  private _draw() {
+    const course = this._course;
+    if (course === null) return;
+    const time = Math.min(this._clock.time, course.time[course.time.length - 1]!);
+    this._instant.move(course, time);
+    const { outputs, parameters } = this._instant;
+    const state = this._held ?? this._instant.state;
+    const view: View = { stroboscopic: this._strobe.checked, magnification: this._magnification };
+    this._trails.move(course, time, this._instant);
+    this._drawing.draw(time, state, this._held ? [] : outputs, parameters, view, this._held ? null : this._trails.orbit);
+    this._caption.textContent = this._drawing.description;
+    if (this._hill.available) this._hill.draw(parameters, this._trails.speeds, this._trails.torques, time);
+    for (const panel of this._panels) panel.move(time, state, outputs);
+    for (const [i, one] of this._contents.page.switches.entries()) {
+      const isOn = parameters[one.index] !== 0;
+      const key = this._switches[i]!;
+      key.setAttribute("aria-pressed", String(isOn));
+      key.textContent = `Motor of ${one.name} ${isOn ? "on" : "off"}`;
+    }
+    this._transport.show();
+  }
+
+  private _link(): string {
+    const shown = { scenario: this._scenario, time: this._clock.time, stroboscopic: this._strobe.checked };
+    const text = linkText(shown, this._original, this._contents.machine);
+    history.replaceState(null, "", `#${text}`);
+    return location.href;
+  }
+
+  private _readLink() {
+    try {
+      const shown = readLink(location.hash.slice(1), this._original, this._contents.machine);
+      this._strobe.checked = shown.stroboscopic;
+      this._clock.end = shown.scenario.until;
+      this._clock.move(shown.time);
+      this._change(shown.scenario);
+    } catch (error) {
+      if (!(error instanceof LinkError)) throw error;
+      this._toolbar.say(error.message);
+      this._change(this._original);
+    }
+  }
+
+  private _picture() {
+    const { machine, page } = this._contents;
+    const paper = paperOf(document.documentElement);
+    const curves = this._panels.map((panel, i) => ({ title: page.panels[i]!.title, canvas: panel.canvas }));
+    const surface = getComputedStyle(document.documentElement).getPropertyValue("--surface").trim();
+    const lines = [this._verdict.root.textContent ?? "", this._drawing.description];
+    savePicture(paintedSheet({ title: machine.title, lines, drawing: this._canvas, curves, surface, ink: paper.ink }), "machine.png");
+  }
+}
+
+function isSpeed(panel: Panel): boolean {
+  return panel.title === "speed";
+}

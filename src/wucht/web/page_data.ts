@@ -1,0 +1,100 @@
+/** What `wucht.web.live_page` writes beside the machine. Quantities in SI; indices begin at 0. */
+
+import type { Code, LiveMachine } from "./machine.ts";
+
+/** A number that can be moved; see `Control` in `wucht/web/sliders.py`. */
+export interface Control {
+  readonly name: string;
+  readonly indices: readonly number[];
+  readonly unit: string;
+  readonly size: number;
+  readonly low: number | null;
+  readonly high: number | null;
+  readonly open: boolean;
+  readonly whole: boolean;
+  readonly bottom: number;
+  readonly top: number;
+  readonly logarithmic: boolean;
+}
+
+/** A start value; see `StartControl` in `wucht/web/start_controls.py`. */
+export interface StartControl {
+  readonly name: string;
+  readonly index: number;
+  readonly head: number | null;
+  readonly offset: number;
+  readonly keys: readonly [string, string];
+  readonly unit: string;
+  readonly size: number;
+  readonly bottom: number;
+  readonly top: number;
+}
+
+export interface Group<T> {
+  readonly title: string;
+  readonly controls: readonly T[];
+}
+
+/** An output, or the difference of two states, the first with its sense. */
+export interface Curve {
+  readonly name: string;
+  readonly output?: number;
+  readonly state?: number;
+  readonly head?: number;
+  readonly sense?: number;
+}
+
+export interface Panel {
+  readonly title: string;
+  readonly unit: string;
+  readonly size: number;
+  readonly circular: boolean;
+  readonly curves: readonly Curve[];
+}
+
+export interface Card {
+  readonly title: string;
+  readonly text: string;
+  readonly task: string;
+}
+
+export interface LevelData {
+  readonly size: number;
+  readonly top: number;
+  readonly rotors: readonly { readonly name: string; readonly speed: number | null; readonly depends: readonly number[] }[];
+  readonly final: readonly (readonly [number, number])[];
+}
+
+export interface PageData {
+  readonly version: string;
+  readonly until: number;
+  readonly turn: number;
+  readonly text: {
+    readonly file: string;
+    readonly machine: string;
+    readonly study: string;
+    readonly start: string;
+    readonly start_of_parts: string;
+    readonly verdict: readonly [string, string] | null;
+    readonly card: Card | null;
+  };
+  readonly dimensionless: boolean;
+  readonly groups: readonly Group<Control>[];
+  readonly start: readonly Group<StartControl>[];
+  readonly switches: readonly { readonly name: string; readonly index: number }[];
+  readonly panels: readonly Panel[];
+  readonly levels: LevelData;
+}
+
+export interface LevelCode {
+  /** Entries of the carrier's mass matrix, then of its stiffness matrix. */
+  readonly matrices: Code;
+  /** The net torques of the rotors over the speed, where they are not piecewise. */
+  readonly torques?: Code;
+}
+
+export interface Contents {
+  readonly machine: LiveMachine;
+  readonly page: PageData;
+  readonly levelCode: LevelCode;
+}

@@ -1,0 +1,108 @@
+"""A study file or catalogue entry -> the page of its machine, with the verdict of Python's run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from wucht.dynamics.live_machine import export_obstacles
+from wucht.dynamics.run_ups.initial_state import owners
+from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.errors import InputError
+from wucht.files.catalogue import load_document, short_name
+from wucht.files.toml_text import toml_text
+from wucht.results.store import replace_file
+from wucht.studies.study_file import DEFAULT_KIND, StudyFile, read_study, run_study
+from wucht.web.cards import card_of
+from wucht.web.live_page import PageText, live_page
+
+_ENDINGS = (".html", ".htm")
+
+
+@dataclass(frozen=True)
+class _Judgement:
+    """label, sentence: of the verdict; end: of the run, in the machine's time."""
+
+    label: str
+    sentence: str
+    end: float
+
+
+def shared_page(name: str, settings: Mapping[str, Any] | None = None, verdict: bool | None = None) -> str:
+    """Return the page of the machine of a study file or catalogue entry.
+
+    Parameters
+    ----------
+    name : path of a study file, or a catalogue name
+    settings : mapping, optional
+        Values by path, as for ``read_study``.
+    verdict : bool, optional
+        Whether Python runs the machine up for a verdict; by default where that is the file's question.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputError
+        For a wrong name, file, key or value, and for a machine that cannot be exported.
+    WuchtError
+        Where the page was not built when this package was installed.
+    """
+    document, path = load_document(name)
+    if "machine" not in document:
+        raise InputError("machine", None, "a live machine needs a table [machine]: this file has none").with_file(path)
+    given_kind = document.get("study", {"kind": DEFAULT_KIND}).get("kind")
+    study_file = read_study(name, {"study.kind": DEFAULT_KIND, **(settings or {})})
+    machine, spec = study_file.subject, cast(Any, study_file.spec)  # that of a run-up
+    if obstacles := export_obstacles(machine):
+        raise InputError("machine", None, f"this machine cannot be exported: {'; '.join(obstacles)}").with_file(path)
+    try:
+        start = spec.start if not spec.starts else spec.starts[0]
+        run = RunUpCase.of(machine, start, spec.settings)
+    except InputError as error:
+        raise error.with_file(path) from None
+    needs_verdict = (given_kind == DEFAULT_KIND and not spec.starts and not spec.values) if verdict is None else verdict
+    judgement = _judgement(study_file) if needs_verdict else None
+    text = PageText(
+        file=str(short_name(path)),
+        machine=toml_text({"title": machine.title, "machine": study_file.document["machine"]}),
+        study=_study_text(study_file),
+        start=_start_text(start),
+        start_of_parts=_start_text({name: start[name] for name in owners(machine) if name in start}),
+        verdict=None if judgement is None else (judgement.label, judgement.sentence),
+        card=card_of(short_name(path).as_posix()),
+    )
+    end = run.horizon.first if judgement is None else judgement.end
+    return live_page(run.machine, run.models[0].initial, end, run.horizon.span, text)
+
+
+def write_page(name: str, file: Path, settings: Mapping[str, Any] | None = None, verdict: bool | None = None) -> Path:
+    """Write the page of a study file or catalogue entry; see ``shared_page``. An earlier file is replaced as a whole.
+
+    Raises ``InputError`` if the file is a folder or no page of HTML, ``RunError`` if it cannot be written.
+    """
+    if file.is_dir():
+        raise InputError("-o", str(file), f"this is a folder: give the file to write, such as {file / 'machine.html'}")
+    if file.suffix.lower() not in _ENDINGS:
+        raise InputError("-o", str(file), "must be a page of HTML, such as machine.html")
+    whole = shared_page(name, settings, verdict).encode("utf-8")
+    return replace_file(file, lambda beside: beside.write_bytes(whole))
+
+
+def _judgement(study_file: StudyFile) -> _Judgement:
+    result = run_study(study_file)
+    return _Judgement(str(result.wucht.summary["outcome"]), str(result.wucht.sentence), float(result["time"].values[-1]))
+
+
+def _start_text(start: Mapping[str, Any]) -> str:
+    return toml_text({"study": {"start": dict(start)}}).removeprefix("[study]\n").lstrip() if start else ""
+
+
+def _study_text(study_file: StudyFile) -> str:
+    """Return the table of the question, without its start and what makes several runs of it."""
+    table = {k: v for k, v in study_file.document["study"].items() if k not in ("start", "starts", "along", "values", "until")}
+    return toml_text({"study": table})

@@ -1,0 +1,181 @@
+"""Controls of a page: which numbers of a machine can be moved, in which unit, between which limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from wucht.machines.machine import Machine
+from wucht.machines.parts.base import Body, Drive, Load, Part
+from wucht.results.formatting import engineering_unit, units_in_print
+from wucht.schema import Parameter, TableModel
+from wucht.schema.checking import unit_of
+
+_WIDE, _REACH = 4.0, 3.0  # a slider reaches this many times the value; that of a quantity which may be negative
+_HALF_TURN = math.pi
+_INSIDE = 1e-3  # of its length: so far from an end that is not allowed a slider begins
+_FAR = 1e4  # between limits that are so far apart a slider would find nothing
+_POSITIVE = ("N/m", "N s/m", "N m s", "N m/rad")
+# Of quantities that are zero and that no other of the machine compares with: the largest value of the slider, in SI.
+_USUAL = {"kg": 1.0, "m": 0.01, "m/s^2": 20.0, "kg m": 0.1, "kg m^2": 0.1, "N m s": 0.1, "N s/m": 100.0, "N/m": 1e4, "N m": 1.0}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a field allows: low <= value <= high, the low end itself only if it is not open; whole numbers only."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    is_open: bool = False
+    is_whole: bool = False
+
+    @classmethod
+    def of(cls, field: FieldInfo) -> Limits:
+        """The limits of a field of a table."""
+        limits = {
+            name: [float(x) for m in field.metadata if (x := getattr(m, name, None)) is not None]
+            for name in ("gt", "ge", "lt", "le")
+        }
+        low = max([*limits["gt"], *limits["ge"]], default=-math.inf)
+        high = min([*limits["lt"], *limits["le"]], default=math.inf)
+        return cls(low, high, bool(limits["gt"]), "int" in str(field.annotation))
+
+
+@dataclass(frozen=True)
+class Control:
+    """A number that can be moved, shown as (value in SI) / size in a unit.
+
+    indices: of the parameters (of equal bodies, several). low, high: what is allowed, None where there is no limit; the low end
+    itself is not allowed if it is open. bottom, top: of the slider, on a logarithmic scale or not.
+    """
+
+    name: str
+    indices: tuple[int, ...]
+    unit: str
+    size: float
+    low: float | None
+    high: float | None
+    open: bool
+    whole: bool
+    bottom: float
+    top: float
+    logarithmic: bool
+
+
+def parameter_groups(machine: Machine, names: Sequence[str]) -> list[dict[str, Any]]:
+    """Return the controls of a machine's parameters by part, the drives first; equal bodies have theirs in common.
+
+    names: of the parameters of the equations, in order. Parameters that follow a schedule cannot be moved.
+    """
+    with_schedule = {s.parameter for s in machine.schedules}
+    largest = _largest_by_unit(machine)
+    groups: list[dict[str, Any]] = []
+    for parts in _equal_parts(machine):
+        tables = [dict(_fields(part, part.path)) for part in parts]
+        controls = []
+        for paths in zip(*tables, strict=True):
+            usable = all(p in machine.parameters and p in names for p in paths) and not with_schedule & set(paths)
+            if usable:
+                field = tables[0][paths[0]]
+                indices = tuple(names.index(p) for p in paths)
+                controls.append(_control(machine.parameters[paths[0]], indices, Limits.of(field), largest))
+        if controls:
+            groups.append({"title": _title(parts), "controls": [asdict(c) for c in controls]})
+    return groups
+
+
+def _equal_parts(machine: Machine) -> list[list[Part]]:
+    """Return the parts in the order in which a page shows them, bodies with equal numbers together."""
+    order = {Drive: 0, Load: 1, Body: 2}
+    parts = sorted(machine.parts, key=lambda p: next((k for kind, k in order.items() if isinstance(p, kind)), 3))
+    together: list[list[Part]] = []
+    for part in parts:
+        alike = next((group for group in together if _are_alike(group[0], part)), None)
+        if alike is None:
+            together.append([part])
+        else:
+            alike.append(part)
+    return together
+
+
+def _are_alike(first: Part, second: Part) -> bool:
+    if not (isinstance(first, Body) and isinstance(second, Body)) or first.kind != second.kind:
+        return False
+    if "about" not in type(first).model_fields:  # rotors differ in what they drive, even where their numbers are equal
+        return False
+    names = {"name", "start", "angle"}
+    return first.model_dump(exclude=names) == second.model_dump(exclude=names)
+
+
+def _title(parts: Sequence[Part]) -> str:
+    part = parts[0]
+    if isinstance(part, Body):
+        names = [p.name for p in parts if isinstance(p, Body)]
+        return f"{part.kind} {names[0]}" if len(names) == 1 else f"{part.kind}s {names[0]} to {names[-1]}, all alike"
+    if isinstance(part, Drive | Load):
+        return f"{part.group} of {part.on}"
+    return part.path.replace("s.", " ", 1) or "machine"
+
+
+def _fields(table: TableModel, path: str) -> Iterator[tuple[str, FieldInfo]]:
+    """Yield the path and field of each number of a part, as ``TableModel.parameters_at`` names them."""
+    for name, field in type(table).model_fields.items():
+        value, key = getattr(table, name), f"{path}.{field.alias or name}".removeprefix(".")
+        if isinstance(value, TableModel):
+            yield from _fields(value, key)
+        elif unit_of(field) is None:
+            for i, inner in enumerate(value if isinstance(value, tuple) else (), 1):
+                yield from _fields(inner, f"{key}.{i}") if isinstance(inner, TableModel) else ()
+        elif isinstance(value, tuple):
+            yield from ((f"{key}.{direction}", field) for direction in "xy")
+        elif value is not None:
+            yield key, field
+
+
+def _largest_by_unit(machine: Machine) -> dict[str, float]:
+    largest: dict[str, float] = {}
+    for p in machine.parameters.values():
+        largest[p.unit] = max(largest.get(p.unit, 0.0), abs(p.value))
+    return largest
+
+
+def _control(p: Parameter, indices: tuple[int, ...], limits: Limits, largest: Mapping[str, float]) -> Control:
+    bottom, top, logarithmic = slider_range(p.value, p.unit, limits, largest)
+    unit, size = engineering_unit(p.value or top, p.unit)
+    return Control(
+        p.long_name + _direction(p.path), indices, units_in_print(unit), size,
+        limits.low if math.isfinite(limits.low) else None, limits.high if math.isfinite(limits.high) else None,
+        limits.is_open, limits.is_whole, bottom, top, logarithmic,
+    )  # fmt: skip
+
+
+def _direction(path: str) -> str:
+    end = path.rpartition(".")[2]
+    return f" in {end}" if end in ("x", "y") and "." in path else ""
+
+
+def slider_range(value: float, unit: str, limits: Limits, largest: Mapping[str, float]) -> tuple[float, float, bool]:
+    """Return the ends of a slider in SI, and whether its scale is logarithmic: where a positive value has no upper limit."""
+    size = abs(value) or largest.get(unit, 0.0) or _USUAL.get(unit, 1.0)
+    if unit in _POSITIVE and not limits.low > 0:  # a negative one is allowed, and means little
+        limits = replace(limits, low=0.0)
+    if limits.is_whole:
+        low, high = max(limits.low, 1.0), max(_WIDE * size, 8.0)
+    elif unit == "rad" and not math.isfinite(limits.low):
+        low, high = -_HALF_TURN, _HALF_TURN
+    elif limits.high - limits.low < _FAR:
+        low, high = limits.low, limits.high
+    elif value > 0 and limits.low >= 0:
+        return max(value / _WIDE, limits.low), min(value * _WIDE, limits.high), True
+    elif limits.low >= 0:
+        low, high = limits.low, size
+    elif unit == "m" or (value == 0 and unit != "m/s^2"):
+        low, high = -_REACH * size, _REACH * size
+    else:
+        low, high = sorted((0.0, math.copysign(_REACH * size if value else size, value)))
+    high = min(high, limits.high)
+    return low + (_INSIDE * (high - low) if limits.is_open and low == limits.low else 0.0), high, False

@@ -1,0 +1,74 @@
+/** What lies behind the instant: the last turns of the axis, and the rotor's speeds and torques up to now. */
+
+import { sampleAt, type Course, type Instant } from "./course.ts";
+import { Integrator } from "./integrator.ts";
+import type { Contents } from "./page_data.ts";
+
+const TURN = 2 * Math.PI;
+/** Turns of the orbit that are drawn, and points of each. */
+const [TURNS, POINTS] = [2, 48];
+/** Times the fastest turn: a slower one is not waited for. */
+const SLOWEST = 20;
+/** Samples of the way over the torque hill. */
+const SAMPLES = 400;
+
+export class Trails {
+  orbit: Float64Array | null = null;
+  speeds: Float64Array | null = null;
+  torques: Float64Array | null = null;
+  private readonly _turn: number;
+  private readonly _places: { readonly x: number; readonly y: number; readonly speed: number; readonly torque: number };
+  private readonly _integrator: Integrator;
+  private readonly _states: Float64Array;
+  private readonly _outputs: Float64Array;
+  private readonly _size: { readonly n: number; readonly m: number };
+
+  constructor({ machine, page }: Contents) {
+    const place = (name: string) => machine.outputs.findIndex((output) => output.name === name);
+    this._turn = page.turn;
+    this._places = { x: place("orbit.x"), y: place("orbit.y"), speed: page.panels[0]?.curves[0]?.output ?? 0, torque: place("motor_torque") };
+    this._integrator = new Integrator(machine);
+    this._size = { n: machine.states.length, m: machine.outputs.length };
+    this._states = new Float64Array((TURNS * POINTS + 1) * this._size.n);
+    this._outputs = new Float64Array((TURNS * POINTS + 1) * this._size.m);
+  }
+
+  /** The largest value of an output in a course. */
+  largest(course: Course, place: number): number {
+    let largest = 0;
+    for (let k = place; place >= 0 && k < course.outputs.length; k += this._size.m) largest = Math.max(largest, Math.abs(course.outputs[k]!));
+    return largest;
+  }
+
+  /** Go to a time of a course, with what is known of that instant. */
+  move(course: Course, time: number, instant: Instant) {
+    this._moveOrbit(course, time, instant);
+    const { m } = this._size;
+    const last = sampleAt(course, time);
+    const first = Math.max(0, last - SAMPLES + 1);
+    const column = (place: number) =>
+      place < 0 ? null : Float64Array.from({ length: last - first + 1 }, (_, k) => course.outputs[(first + k) * m + place]!);
+    this.speeds = column(this._places.speed);
+    this.torques = column(this._places.torque);
+  }
+
+  private _moveOrbit(course: Course, time: number, instant: Instant) {
+    const { x, y, speed } = this._places;
+    if (x < 0 || y < 0) return;
+    const turn = Math.min(SLOWEST * this._turn, TURN / Math.max(Math.abs(instant.outputs[speed]!), 1e-9));
+    const change = course.scenario.changes.findLast((one) => one.time <= time);
+    const sample = sampleAt(course, Math.max(time - TURNS * turn, change?.time ?? 0));
+    const begin = course.time[sample]!;
+    const { n, m } = this._size;
+    const count = TURNS * POINTS + 1;
+    const grid = Float64Array.from({ length: count }, (_, k) => (k === count - 1 ? time : begin + ((time - begin) * k) / (count - 1)));
+    if (!(time > begin)) {
+      this.orbit = null;
+      return;
+    }
+    this._integrator.equations.setParameters(instant.parameters);
+    this._integrator.start(begin, course.states.subarray(sample * n, (sample + 1) * n));
+    const { count: reached } = this._integrator.advance(grid, this._states, this._outputs);
+    this.orbit = Float64Array.from({ length: 2 * reached }, (_, k) => this._outputs[(k >> 1) * m + (k % 2 === 0 ? x : y)]!);
+  }
+}
