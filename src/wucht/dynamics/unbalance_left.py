@@ -16,8 +16,8 @@ def unbalances_left(machine: Machine) -> list[Output]:
     It is |U_rotor + sum U_i exp(i (phi_i - phi_rotor))| / |U_rotor|, as ``final_residual_unbalance`` of a run has it.
     """
     moments = _moments(machine)
-    values = dict(zip(moments, machine.evaluate(*(abs(x) for x in moments.values())), strict=True))
-    rotors = [r for r in machine.rotors if len(machine.group(r)) > 1 and float(values[r.name]) > 0]
+    sizes = machine.evaluate(*(abs(moments[r.name]) for r in machine.rotors))
+    rotors = [r for r, size in zip(machine.rotors, sizes, strict=True) if len(machine.group(r)) > 1 and float(size) > 0]
     return [_left(machine, r, moments) for r in rotors]
 
 

@@ -162,6 +162,15 @@ def _addressable_parts(document: Document) -> dict[str, tuple[Document, type[Bas
     return parts | ({f"tracks.{n}": (tracks.setdefault(n, {}), None) for n in names} if isinstance(tracks, dict) else {})
 
 
+def given_keys(document: Document) -> frozenset[str]:
+    """Return the keys that a table ``[machine]`` gives, with the path of their part: ``p1.length``. Other numbers follow from them.
+
+    Raises ``InputError``.
+    """
+    single_bodies = with_equal_bodies(copy.deepcopy(document))
+    return frozenset(f"{path}.{key}" for path, (table, _) in _addressable_parts(single_bodies).items() for key in table)
+
+
 def machine_from(document: Document, title: str = "") -> Machine:
     """The machine described by a table ``[machine]`` (without ``use``, which the catalogue resolves).
 

@@ -22,7 +22,12 @@ export class Computer {
   /** receive: what is done with a course. */
   constructor(receive: (course: Course) => void) {
     const text = ["machine", "engine"].map((id) => document.getElementById(id)?.textContent ?? "");
-    const address = URL.createObjectURL(new Blob(text.map((part) => `${part};\n`), { type: "text/javascript" }));
+    const address = URL.createObjectURL(
+      new Blob(
+        text.map((part) => `${part};\n`),
+        { type: "text/javascript" },
+      ),
+    );
     this._worker = new Worker(address);
     this._worker.addEventListener("message", (event: MessageEvent<Course>) => {
       this._isBusy = false;

@@ -21,12 +21,22 @@ export class ControlColumn {
   private readonly _now: HTMLInputElement;
 
   constructor(page: PageData, scenario: Scenario, timeUnit: string, moves: Moves) {
-    const groups = page.groups.map((group, i) => this._group(group, i === 0, (control) => this._parameter(control, scenario, moves)));
+    const groups = page.groups.map((group, i) =>
+      this._group(group, i === 0, (control) => this._parameter(control, scenario, moves)),
+    );
     const start = page.start.map((group) => this._group(group, false, (control) => this._start(control, scenario, moves)));
     const until: Scale = {
-      name: "duration of the run", unit: timeUnit, size: 1, bottom: page.until / 10, top: 2 * page.until, logarithmic: true, low: 0,
-      high: 100 * page.until, open: true, whole: false,
-    }; // prettier-ignore
+      name: "duration of the run",
+      unit: timeUnit,
+      size: 1,
+      bottom: page.until / 10,
+      top: 2 * page.until,
+      logarithmic: true,
+      low: 0,
+      high: 100 * page.until,
+      open: true,
+      whole: false,
+    };
     this._until = new SliderField(until, scenario.until, moves.until);
     this._now = element("input", { type: "radio", name: "from", value: "now" });
     const begin = element("input", { type: "radio", name: "from", value: "start", checked: true });
@@ -61,7 +71,9 @@ export class ControlColumn {
 
   private _group<T>(group: Group<T>, isOpen: boolean, field: (control: T) => SliderField): HTMLElement {
     const fields = group.controls.map((control) => field(control).root);
-    return element("details", { open: isOpen }, element("summary", {}, group.title), ...fields);
+    const names = group.over_time ?? [];
+    const note = names.length > 0 ? [element("p", { class: "note" }, `${names.join(", ")}: over time, as the file says`)] : [];
+    return element("details", { open: isOpen }, element("summary", {}, group.title), ...fields, ...note);
   }
 
   private _parameter(control: Control, scenario: Scenario, moves: Moves): SliderField {

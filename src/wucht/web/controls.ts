@@ -46,7 +46,9 @@ export function valueAt(scale: Scale, place: number): number {
 /** The place of a value on the slider. */
 export function placeOf(scale: Scale, value: number): number {
   const { bottom, top, logarithmic } = scale;
-  const share = logarithmic ? Math.log(Math.max(value, bottom) / bottom) / Math.log(top / bottom) : (value - bottom) / (top - bottom);
+  const share = logarithmic
+    ? Math.log(Math.max(value, bottom) / bottom) / Math.log(top / bottom)
+    : (value - bottom) / (top - bottom);
   return Math.round(STEPS * Math.min(1, Math.max(0, share)));
 }
 

@@ -47,7 +47,13 @@ export function computeCourse(machine: LiveMachine, scenario: Scenario, turn: nu
     if (ending !== "end") break;
     state = integrator.state.slice();
   }
-  return { scenario, time: time.slice(0, place), states: states.slice(0, place * n), outputs: outputs.slice(0, place * m), ending };
+  return {
+    scenario,
+    time: time.slice(0, place),
+    states: states.slice(0, place * n),
+    outputs: outputs.slice(0, place * m),
+    ending,
+  };
 }
 
 /** The times of the samples, from each change to the next. */

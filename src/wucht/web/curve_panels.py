@@ -24,8 +24,8 @@ _OUTPUTS = {"amplitude": "amplitude", "unbalance_left": "unbalance left", "motor
 def panels(machine: Machine, outputs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the panels: title, unit and its size, whether it is circular, and curves: name, and the outputs or states shown.
 
-    A curve is an output, ``{"output": i}``, or the difference of two states, ``{"state": i, "head": j, "sense": s}``: s times
-    state i less state j.
+    A curve is an output, ``{"output": i}``, or the difference of two states, ``{"state": i, "head": j, "sense": s,
+    "head_sense": t}``: s times state i less t times state j, as phases of rotors are in results.
     """
     names = [str(o["name"]) for o in outputs]
     unit, size = engineering_unit(1.0, machine.units.speed)
@@ -60,10 +60,20 @@ def _panel(title: str, unit: str, size: float, curves: list[dict[str, Any]], cir
 def _phase_panels(machine: Machine) -> list[dict[str, Any]]:
     row = {b.name: machine.row(b.coordinate.position) for b in machine.bodies}
     unit, size = engineering_unit(1.0, "rad")
-    bodies = [{"name": b.name, "state": row[b.name], "head": row[b.about], "sense": 1} for b in machine.bodies if b.about]
+    bodies = [
+        {"name": b.name, "state": row[b.name], "head": row[b.about], "sense": 1, "head_sense": 1}
+        for b in machine.bodies
+        if b.about
+    ]
     main, *further = machine.rotors
     rotors = [
-        {"name": r.name, "state": row[r.name], "head": row[main.name], "sense": sense_of(machine, r) * sense_of(machine, main)}
+        {
+            "name": r.name,
+            "state": row[r.name],
+            "head": row[main.name],
+            "sense": sense_of(machine, r),
+            "head_sense": sense_of(machine, main),
+        }
         for r in further
     ]
     result = [_panel("phases of the bodies", unit, size, bodies, circular=True)] if bodies else []
@@ -75,10 +85,9 @@ def levels(machine: Machine, names: Sequence[str]) -> dict[str, Any]:
 
     names: of the parameters of the equations, in order. ``size``: of the carrier's matrices, 0 where it is not linear; ``top``:
     the highest speed that is sought; ``rotors``: name, the speed without vibration at the file's values or None, and the
-    indices of the parameters on which it depends; ``final``: values of parameters at the end of their schedules.
+    indices of the parameters on which it depends. All of them at the end of schedules.
     """
     last = machine.at(machine.breakpoints[-1])
-    final = [[names.index(s.parameter), last.values[s.parameter]] for s in machine.schedules if s.parameter in names]
     rotors = [
         {
             "name": r.name, "speed": free_speed(last, r),
@@ -86,7 +95,7 @@ def levels(machine: Machine, names: Sequence[str]) -> dict[str, Any]:
         }
         for r in machine.rotors
     ]  # fmt: skip
-    return {"size": _matrix_size(machine), "top": 3 * operating_speed(last), "rotors": rotors, "final": final}
+    return {"size": _matrix_size(machine), "top": 3 * operating_speed(last), "rotors": rotors}
 
 
 def level_code(machine: Machine, names: Sequence[str]) -> dict[str, str]:
@@ -94,11 +103,13 @@ def level_code(machine: Machine, names: Sequence[str]) -> dict[str, str]:
 
     The net torques are left out where one of them is piecewise.
     """
-    parameters = tuple(sp.Symbol(name, real=True) for name in names)
+    parameters, last = tuple(sp.Symbol(name, real=True) for name in names), machine.at(machine.breakpoints[-1])
+    final = {s.symbol: sp.Float(last.values[s.parameter]) for s in machine.schedules}
     carrier = machine.linear_carrier if _matrix_size(machine) else None
-    entries = [] if carrier is None else [*carrier.mass, *carrier.stiffness]
+    entries = [] if carrier is None else [e.xreplace(final) for e in (*carrier.mass, *carrier.stiffness)]
     code = {"matrices": javascript_code(lower(System((), (), parameters), entries))}
-    torques = [sp.sympify(drive - losses) for drive, losses in (shaft_torques(machine, r) for r in machine.rotors)]
+    shafts = (shaft_torques(machine, r) for r in machine.rotors)
+    torques = [sp.sympify(drive - losses).xreplace(final) for drive, losses in shafts]
     if not any(t.has(PiecewiseCubic) for t in torques) and not missing_functions(torques):
         code["torques"] = javascript_code(lower(System((SPEED,), (sp.S.Zero,), parameters), torques))
     return code

@@ -1,4 +1,4 @@
-/** Curves over time: one panel a quantity, the cursor of the drawing in all of them, and measured values above the computed ones. */
+/** Curves over time: a panel for each quantity, the drawing's time as cursor, measured values above the computed ones. */
 
 import uPlot from "uplot";
 import type { Course } from "./course.ts";
@@ -14,7 +14,12 @@ const TURN = 2 * Math.PI;
 const REACH = 2;
 const AXIS = 58;
 const TOP = 8;
-const DASHES: readonly number[][] = [[], [7, 3], [2, 3], [8, 3, 2, 3]];
+/** The height of letters. */
+const LETTER = 13;
+/** Neighbours differ in colour and dash; where two curves coincide, both are seen. */
+const DASHES: readonly number[][] = [[], [8, 5], [3, 3], [9, 3, 2, 3]];
+/** Names of more curves have no numbers beside them. */
+const FEW = 3;
 
 type Values = Float64Array | (number | null)[];
 
@@ -38,7 +43,8 @@ export function curveValues(course: Course, panel: Panel, curve: Curve): Values 
 
 /** The phase of a curve in a state that begins at a place, in [0, 2 pi). */
 export function phaseOf(states: ArrayLike<number>, begin: number, curve: Curve): number {
-  const difference = (curve.sense ?? 1) * states[begin + (curve.state ?? 0)]! - states[begin + (curve.head ?? 0)]!;
+  const [state, head] = [states[begin + (curve.state ?? 0)]!, states[begin + (curve.head ?? 0)]!];
+  const difference = (curve.sense ?? 1) * state - (curve.head_sense ?? 1) * head;
   return difference - TURN * Math.floor(difference / TURN);
 }
 
@@ -81,9 +87,10 @@ export class CurvePanel {
   }
 
   private _key(curve: Curve, index: number): HTMLElement {
-    const swatch = element("i", { class: `swatch accent-${(index % 5) + 1}`, "data-dash": String(Math.floor(index / 5) % 4) });
+    const swatch = element("i", { class: `swatch accent-${(index % 5) + 1}`, "data-dash": String(index % DASHES.length) });
     const name = this._panel.curves.length > 1 || this._panel.circular ? `${curve.name} ` : "";
-    return element("span", { class: "key" }, swatch, name, this._numbers[index]!);
+    const isFew = this._panel.curves.length <= FEW;
+    return element("span", { class: "key" }, swatch, name.trimEnd(), ...(isFew ? [" ", this._numbers[index]!] : []));
   }
 
   /** Draw a course. */
@@ -144,7 +151,7 @@ export class CurvePanel {
         ...this._panel.curves.map((_, i) => ({
           stroke: accents[i % accents.length]!,
           width: 1.4,
-          dash: DASHES[Math.floor(i / accents.length) % DASHES.length]!,
+          dash: [...DASHES[i % DASHES.length]!],
           points: { show: false },
           spanGaps: false,
         })),
@@ -153,9 +160,11 @@ export class CurvePanel {
         {
           ...axis,
           gap: 4,
-          ...(isLast ? { size: 20, label: timeName, labelFont: font, labelSize: 18, labelGap: 0 } : { size: 6, values: () => [] }),
+          ...(isLast
+            ? { size: 20, label: timeName, labelFont: font, labelSize: 18, labelGap: 0 }
+            : { size: 6, values: () => [] }),
         },
-        { ...axis, size: AXIS, gap: 6, space: 22, ...(circular ? { splits: () => [0, 180, 360] } : {}) },
+        { ...axis, size: AXIS, gap: 6, space: 19, ...(circular ? { splits: () => [0, 180, 360] } : {}) },
       ],
       hooks: { draw: [(plot) => this._drawAbove(plot)] },
     };
@@ -163,7 +172,9 @@ export class CurvePanel {
 
   private _range(low: number, high: number): [number, number] {
     if (this._panel.circular) return [0, TURN / this._panel.size];
-    const inside = this._levels.map((level) => level.speed / this._panel.size).filter((speed) => speed <= REACH * Math.max(high, 0));
+    const inside = this._levels
+      .map((level) => level.speed / this._panel.size)
+      .filter((speed) => speed <= REACH * Math.max(high, 0));
     const top = Math.max(high, ...inside);
     const bottom = Math.min(0, low);
     const margin = 0.06 * (top - bottom || 1);
@@ -178,27 +189,8 @@ export class CurvePanel {
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
-    ctx.font = this._paper.canvasFont(ratio);
-    ctx.lineWidth = ratio;
-    ctx.strokeStyle = ctx.fillStyle = this._paper.muted;
-    const high = plot.scales["y"]?.max ?? 0;
-    let lowest = Infinity;
-    for (const level of [...this._levels].sort((a, b) => b.speed - a.speed)) {
-      const speed = level.speed / this._panel.size;
-      if (speed > high) continue;
-      const y = Math.round(plot.valToPos(speed, "y", true)) + 0.5;
-      ctx.setLineDash((level.isNatural ? [2, 3] : [9, 3]).map((length) => length * ratio));
-      ctx.beginPath();
-      ctx.moveTo(bbox.left, y);
-      ctx.lineTo(bbox.left + bbox.width, y);
-      ctx.stroke();
-      ctx.textAlign = "right";
-      ctx.textBaseline = "bottom";
-      const isFree = lowest === Infinity || y - lowest > 14 * ratio;
-      if (isFree) ctx.fillText(level.name, bbox.left + bbox.width - 4 * ratio, y - 2 * ratio);
-      if (isFree) lowest = y;
-    }
-    ctx.setLineDash([]);
+    const places: number[] = [];
+    for (const level of this._levels.toSorted((a, b) => b.speed - a.speed)) this._drawLevel(plot, level, ratio, places);
     ctx.fillStyle = this._paper.ink;
     for (const curve of this._measured) {
       for (const [i, time] of curve.time.entries()) {
@@ -207,5 +199,35 @@ export class CurvePanel {
       }
     }
     ctx.restore();
+  }
+
+  /** A marked speed: a line, and its name where no other name is. names: their places so far. */
+  private _drawLevel(plot: uPlot, level: Level, ratio: number, names: number[]) {
+    const { ctx, bbox } = plot;
+    const y = Math.round(plot.valToPos(level.speed / this._panel.size, "y", true)) + 0.5;
+    if (y < bbox.top) return;
+    ctx.lineWidth = ratio;
+    ctx.strokeStyle = this._paper.muted;
+    ctx.setLineDash((level.isNatural ? [2, 3] : [9, 3]).map((length) => length * ratio));
+    ctx.beginPath();
+    ctx.moveTo(bbox.left, y);
+    ctx.lineTo(bbox.left + bbox.width, y);
+    ctx.stroke();
+    const line = LETTER * ratio;
+    const below = y - 1.4 * line < bbox.top;
+    const top = below ? y + 2 * ratio : y - 2 * ratio - line;
+    if (names.some((other) => Math.abs(other - top) < 1.1 * line)) return;
+    names.push(top);
+    const right = bbox.left + bbox.width - 6 * ratio;
+    ctx.font = this._paper.canvasFont(ratio);
+    ctx.textAlign = "right";
+    ctx.textBaseline = below ? "top" : "bottom";
+    const width = ctx.measureText(level.name).width;
+    ctx.fillStyle = this._paper.surface;
+    ctx.globalAlpha = 0.8;
+    ctx.fillRect(right - width - 3 * ratio, top, width + 6 * ratio, line);
+    ctx.globalAlpha = 1;
+    ctx.fillStyle = this._paper.ink;
+    ctx.fillText(level.name, right, below ? top : top + line);
   }
 }

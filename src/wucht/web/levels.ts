@@ -1,4 +1,4 @@
-/** Speeds that are marked: natural frequencies of the carrier, and what the motors reach without vibration. They move with the parameters. */
+/** Speeds that are marked: natural frequencies, and what the motors reach without vibration. They move with the parameters. */
 
 import type { Code } from "./machine.ts";
 import type { LevelCode, LevelData } from "./page_data.ts";
@@ -23,7 +23,6 @@ export function levelsAt(
   original: readonly number[],
 ): Level[] {
   const values = Float64Array.from(parameters);
-  for (const [index, value] of data.final) values[index] = value;
   const natural = distinct(naturalFrequencies(evaluated(code.matrices, values, [], 2 * data.size ** 2), data.size));
   const levels = natural.map((speed, i) => {
     return { name: `natural frequency${natural.length > 1 ? ` ${i + 1}` : ""}`, speed, isNatural: true };
@@ -80,7 +79,9 @@ function freeSpeed(code: Code, parameters: Float64Array, row: number, count: num
 export function naturalFrequencies(entries: ArrayLike<number>, size: number): number[] {
   const lower = cholesky(entries, size);
   if (lower === null) return [];
-  const matrix = Array.from({ length: size }, (_, i) => Array.from({ length: size }, (_, j) => entries[size * (size + i) + j]!));
+  const matrix = Array.from({ length: size }, (_, i) =>
+    Array.from({ length: size }, (_, j) => entries[size * (size + i) + j]!),
+  );
   for (const transposed of [false, true]) {
     for (let column = 0; column < size; column++) {
       for (let i = 0; i < size; i++) {
@@ -109,7 +110,7 @@ function cholesky(entries: ArrayLike<number>, size: number): number[][] | null {
   return lower;
 }
 
-/** Eigenvalues of a symmetric matrix, which is overwritten: Jacobi's rotations, each of which makes one pair of entries zero. */
+/** Eigenvalues of a symmetric matrix, which is overwritten: by Jacobi's rotations, each of which makes two entries zero. */
 function eigenvalues(a: number[][]): number[] {
   const n = a.length;
   for (let sweep = 0; sweep < SWEEPS; sweep++) {

@@ -1,4 +1,4 @@
-/** The state of the page after `#` of its address: only what differs from the file, numbers as shortest decimals, which are exact. */
+/** The page's state after `#` of its address: what differs from the file, in shortest decimals, which are exact. */
 
 import type { LiveMachine } from "./machine.ts";
 import type { Change, Scenario } from "./scenario.ts";
@@ -40,7 +40,11 @@ export function linkText(shown: Shown, original: Scenario, machine: LiveMachine)
 
 function storedChange(change: Change, machine: LiveMachine) {
   const parameters = Object.fromEntries(change.parameters.map(([index, value]) => [machine.parameters[index]!.path, value]));
-  return { time: change.time, ...(change.parameters.length > 0 ? { parameters } : {}), ...(change.state ? { state: change.state } : {}) };
+  return {
+    time: change.time,
+    ...(change.parameters.length > 0 ? { parameters } : {}),
+    ...(change.state ? { state: change.state } : {}),
+  };
 }
 
 function differing(values: readonly number[], original: readonly number[], name: (index: number) => string): Table {
@@ -58,7 +62,8 @@ export function readLink(text: string, original: Scenario, machine: LiveMachine)
   const paths = machine.parameters.map((parameter) => parameter.path);
   const names = machine.states.map((state) => state.name);
   const until = stored.until === undefined ? original.until : finite(stored.until, "until");
-  if (!(until > 0)) throw new LinkError("The address cannot be used: the run would have no duration. The machine is shown as in its file.");
+  if (!(until > 0))
+    throw new LinkError("The address cannot be used: the run would have no duration. The machine is shown as in its file.");
   return {
     scenario: {
       parameters: withTable(original.parameters, stored.parameters, paths),
@@ -66,7 +71,9 @@ export function readLink(text: string, original: Scenario, machine: LiveMachine)
       until,
       changes: (stored.changes ?? []).map(({ time, parameters, state }) => ({
         time: finite(time, "time"),
-        parameters: Object.entries(parameters ?? {}).map(([path, value]) => [indexOf(paths, path), finite(value, path)] as const),
+        parameters: Object.entries(parameters ?? {}).map(
+          ([path, value]) => [indexOf(paths, path), finite(value, path)] as const,
+        ),
         state: state === undefined ? null : whole(state, names.length),
       })),
     },

@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.reports.markup import html_text
 from wucht.web.cards import Card
 from wucht.web.curve_panels import level_code, levels, panels
-from wucht.web.sliders import parameter_groups
+from wucht.web.sliders import derived_parameters, parameter_groups
 from wucht.web.start_controls import start_groups
 
 # The page computes in a worker, whose script is part of the page.
@@ -33,6 +33,7 @@ class PageText:
 
     file: the name of the study file or catalogue entry. machine, study: TOML of the file's machine, and of the question without
     its start. start: of the file, as TOML; empty where it gives none; start_of_parts: what of it no control of the page sets.
+    given: keys of the file's machine, as ``given_keys`` returns them; None: all numbers are given.
     verdict: label and sentence of Python's run.
     """
 
@@ -41,6 +42,7 @@ class PageText:
     study: str
     start: str = ""
     start_of_parts: str = ""
+    given: frozenset[str] | None = None
     verdict: tuple[str, str] | None = None
     card: Card | None = None
 
@@ -77,9 +79,10 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
         "version": wucht.__version__,
         "until": until,
         "turn": turn,
-        "text": asdict(text),
+        "text": {k: v for k, v in asdict(text).items() if k != "given"},
         "dimensionless": machine.dimensionless,
-        "groups": parameter_groups(machine, names),
+        "groups": parameter_groups(machine, names, text.given),
+        "derived": derived_parameters(machine, names, text.given),
         "start": start_groups(machine, state),
         "switches": [{"name": d.on, "index": names.index(switch_path(d))} for d in switchable_drives(machine)],
         "panels": panels(machine, description["outputs"]),

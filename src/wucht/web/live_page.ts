@@ -15,8 +15,14 @@ import type { Contents, Panel, StartControl } from "./page_data.ts";
 import { paperOf } from "./paper.ts";
 import { paintedSheet, savePicture } from "./picture.ts";
 import {
-  areEqual, originalScenario, parametersAt, withStartValues, withStateAt, withValuesFrom, type Scenario,
-} from "./scenario.ts"; // prettier-ignore
+  areEqual,
+  originalScenario,
+  parametersAt,
+  withStartValues,
+  withStateAt,
+  withValuesFrom,
+  type Scenario,
+} from "./scenario.ts";
 import { studyText } from "./study_text.ts";
 import { Toolbar } from "./toolbar.ts";
 import { TorqueHill } from "./torque_hill.ts";
@@ -132,15 +138,21 @@ export class LivePage {
     return element(
       "main",
       {},
-      element("header", {}, element("h1", {}, machine.title), this._verdict.root, element("p", { class: "file" }, page.text.file)),
+      element(
+        "header",
+        {},
+        element("h1", {}, machine.title),
+        this._verdict.root,
+        element("p", { class: "file" }, page.text.file),
+      ),
       stage,
       element("div", { class: "middle" }, ...(note ? [note] : []), this._warning, this._curves),
       element("div", { class: "side" }, this._column.root, this._toolbar.root),
       element(
         "footer",
         {},
-        `wucht ${page.version}. Computed here, to six digits a step, from the machine's own equations. A run is judged by wucht, not by this page; ` +
-          "what a part allows together with others is checked there, too.",
+        `wucht ${page.version}. Computed here, to six digits a step, from the machine's own equations. A run is judged by wucht, ` +
+          "not by this page, which also does not check whether values fit together.",
       ),
     );
   }
@@ -167,9 +179,7 @@ export class LivePage {
     const isFromNow = this._column.isFromNow && time > 0;
     const merge = MERGE * this._scenario.until;
     this._change(
-      isFromNow
-        ? withValuesFrom(this._scenario, time, indices, value, merge)
-        : withStartValues(this._scenario, indices, value),
+      isFromNow ? withValuesFrom(this._scenario, time, indices, value, merge) : withStartValues(this._scenario, indices, value),
       false,
     );
   }
@@ -177,7 +187,9 @@ export class LivePage {
   private _switch(index: number) {
     const { time } = this._clock;
     const value = parametersAt(this._scenario, time)[index] === 0 ? 1 : 0;
-    this._change(time > 0 ? withValuesFrom(this._scenario, time, [index], value, 0) : withStartValues(this._scenario, [index], value));
+    this._change(
+      time > 0 ? withValuesFrom(this._scenario, time, [index], value, 0) : withStartValues(this._scenario, [index], value),
+    );
   }
 
   /** A start value; what is measured from this state moves with it. */
@@ -222,9 +234,18 @@ export class LivePage {
     const { page, levelCode } = this._contents;
     const course = this._course;
     if (course === null) return;
-    const levels = levelsAt(page.levels, levelCode, parametersAt(course.scenario, course.scenario.until), this._original.parameters);
+    const levels = levelsAt(
+      page.levels,
+      levelCode,
+      parametersAt(course.scenario, course.scenario.until),
+      this._original.parameters,
+    );
     for (const [i, panel] of this._panels.entries()) {
-      panel.show(course, isSpeed(page.panels[i]!) ? levels : [], this._measured.filter((curve) => curve.panel === i));
+      panel.show(
+        course,
+        isSpeed(page.panels[i]!) ? levels : [],
+        this._measured.filter((curve) => curve.panel === i),
+      );
     }
   }
 
@@ -275,9 +296,11 @@ export class LivePage {
     const { machine, page } = this._contents;
     const paper = paperOf(document.documentElement);
     const curves = this._panels.map((panel, i) => ({ title: page.panels[i]!.title, canvas: panel.canvas }));
-    const surface = getComputedStyle(document.documentElement).getPropertyValue("--surface").trim();
     const lines = [this._verdict.root.textContent ?? "", this._drawing.description];
-    savePicture(paintedSheet({ title: machine.title, lines, drawing: this._canvas, curves, surface, ink: paper.ink }), "machine.png");
+    savePicture(
+      paintedSheet({ title: machine.title, lines, drawing: this._canvas, curves, surface: paper.surface, ink: paper.ink }),
+      "machine.png",
+    );
   }
 }
 

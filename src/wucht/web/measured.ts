@@ -17,9 +17,26 @@ export class FileError extends Error {}
 
 const TURN = 2 * Math.PI;
 const SIZES: Readonly<Record<string, number>> = {
-  s: 1, ms: 1e-3, min: 60, "rad/s": 1, rpm: TURN / 60, "1/min": TURN / 60, "u/min": TURN / 60, hz: TURN, m: 1, mm: 1e-3, um: 1e-6,
-  µm: 1e-6, rad: 1, deg: TURN / 360, "°": TURN / 360, w: 1, kw: 1e3, "%": 0.01, "": 1,
-}; // prettier-ignore
+  s: 1,
+  ms: 1e-3,
+  min: 60,
+  "rad/s": 1,
+  rpm: TURN / 60,
+  "1/min": TURN / 60,
+  "u/min": TURN / 60,
+  hz: TURN,
+  m: 1,
+  mm: 1e-3,
+  um: 1e-6,
+  µm: 1e-6,
+  rad: 1,
+  deg: TURN / 360,
+  "°": TURN / 360,
+  w: 1,
+  kw: 1e3,
+  "%": 0.01,
+  "": 1,
+};
 const MOST_POINTS = 20_000;
 
 interface Column {
@@ -33,7 +50,9 @@ export function readMeasured(text: string, panels: readonly Panel[]): MeasuredCu
   const columns = readColumns(text);
   const times = columns.find((column) => /^(time|zeit|t)\b/i.test(column.name));
   if (times === undefined) {
-    throw new FileError(`The file has no column "time": its columns are ${columns.map((column) => `"${column.name}"`).join(", ")}.`);
+    throw new FileError(
+      `The file has no column "time": its columns are ${columns.map((column) => `"${column.name}"`).join(", ")}.`,
+    );
   }
   const curves: MeasuredCurve[] = [];
   for (const column of columns) {
@@ -64,7 +83,10 @@ function belongs(name: string, panel: Panel): boolean {
 }
 
 function readColumns(text: string): Column[] {
-  const lines = text.replace(/^\ufeff/, "").split(/\r?\n/).filter((line) => line.trim() !== "" && !line.startsWith("#"));
+  const lines = text
+    .replace(/^\ufeff/, "")
+    .split(/\r?\n/)
+    .filter((line) => line.trim() !== "" && !line.startsWith("#"));
   const [heading, ...rows] = lines;
   if (heading === undefined || rows.length === 0) throw new FileError("The file has no rows below a heading.");
   const separator = [";", "\t", ","].find((mark) => heading.includes(mark));

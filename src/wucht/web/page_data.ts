@@ -33,15 +33,18 @@ export interface StartControl {
 export interface Group<T> {
   readonly title: string;
   readonly controls: readonly T[];
+  /** Names of what follows a schedule. */
+  readonly over_time?: readonly string[];
 }
 
-/** An output, or the difference of two states, the first with its sense. */
+/** An output, or the difference of two states, each with its sense. */
 export interface Curve {
   readonly name: string;
   readonly output?: number;
   readonly state?: number;
   readonly head?: number;
   readonly sense?: number;
+  readonly head_sense?: number;
 }
 
 export interface Panel {
@@ -62,7 +65,6 @@ export interface LevelData {
   readonly size: number;
   readonly top: number;
   readonly rotors: readonly { readonly name: string; readonly speed: number | null; readonly depends: readonly number[] }[];
-  readonly final: readonly (readonly [number, number])[];
 }
 
 export interface PageData {
@@ -81,6 +83,8 @@ export interface PageData {
   readonly dimensionless: boolean;
   readonly groups: readonly Group<Control>[];
   readonly start: readonly Group<StartControl>[];
+  /** Indices of parameters that follow from others in the file. */
+  readonly derived: readonly number[];
   readonly switches: readonly { readonly name: string; readonly index: number }[];
   readonly panels: readonly Panel[];
   readonly levels: LevelData;

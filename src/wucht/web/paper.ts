@@ -4,6 +4,7 @@ export interface Paper {
   readonly ink: string;
   readonly muted: string;
   readonly grid: string;
+  readonly surface: string;
   readonly font: string;
   readonly accents: readonly string[];
   /** The font at a number of device pixels for a CSS pixel. */
@@ -19,6 +20,7 @@ export function paperOf(root: Element): Paper {
     ink: value("--ink"),
     muted: value("--muted"),
     grid: value("--grid"),
+    surface: value("--surface"),
     font: `12px ${family}`,
     accents: [1, 2, 3, 4, 5].map((i) => value(`--accent-${i}`)),
     canvasFont: (ratio) => `${12 * ratio}px ${family}`,

@@ -1,4 +1,4 @@
-/** A run as plain data: values, a start, and what the hand changes on the way. A scenario is never changed: others follow from it. */
+/** A run as plain data: values, a start, and what the hand changes on the way. It is never changed: others follow from it. */
 
 import type { LiveMachine } from "./machine.ts";
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,10 +11,12 @@ from wucht.dynamics.live_machine import export_obstacles
 from wucht.dynamics.run_ups.initial_state import owners
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
-from wucht.files.catalogue import load_document, short_name
+from wucht.files.building import given_keys
+from wucht.files.catalogue import load_document, machine_of, short_name
+from wucht.files.documents import Document
 from wucht.files.toml_text import toml_text
 from wucht.results.store import replace_file
-from wucht.studies.study_file import DEFAULT_KIND, StudyFile, read_study, run_study
+from wucht.studies.study_file import DEFAULT_KIND, StudyFile, machine_study, read_study, run_study
 from wucht.web.cards import card_of
 from wucht.web.live_page import PageText, live_page
 
@@ -55,25 +57,26 @@ def shared_page(name: str, settings: Mapping[str, Any] | None = None, verdict: b
     document, path = load_document(name)
     if "machine" not in document:
         raise InputError("machine", None, "a live machine needs a table [machine]: this file has none").with_file(path)
-    given_kind = document.get("study", {"kind": DEFAULT_KIND}).get("kind")
-    study_file = read_study(name, {"study.kind": DEFAULT_KIND, **(settings or {})})
-    machine, spec = study_file.subject, cast(Any, study_file.spec)  # that of a run-up
-    if obstacles := export_obstacles(machine):
-        raise InputError("machine", None, f"this machine cannot be exported: {'; '.join(obstacles)}").with_file(path)
     try:
+        study_file, is_question = _run_up_of(document, path, name, settings or {})
+        machine, spec = study_file.subject, cast(Any, study_file.spec)  # that of a run-up
+        if obstacles := export_obstacles(machine):
+            raise InputError("machine", None, f"this machine cannot be exported: {'; '.join(obstacles)}")
         start = spec.start if not spec.starts else spec.starts[0]
-        run = RunUpCase.of(machine, start, spec.settings)
+        run = RunUpCase.of(machine, start, replace(spec.settings, model="full", inertia=None))
+        description = study_file.document["machine"]
     except InputError as error:
         raise error.with_file(path) from None
-    needs_verdict = (given_kind == DEFAULT_KIND and not spec.starts and not spec.values) if verdict is None else verdict
+    needs_verdict = (is_question and not spec.starts and not spec.values) if verdict is None else verdict
     judgement = _judgement(study_file) if needs_verdict else None
     text = PageText(
         file=str(short_name(path)),
-        machine=toml_text({"title": machine.title, "machine": study_file.document["machine"]}),
+        machine=toml_text({"title": machine.title, "machine": description}),
         study=_study_text(study_file),
         start=_start_text(start),
         start_of_parts=_start_text({name: start[name] for name in owners(machine) if name in start}),
         verdict=None if judgement is None else (judgement.label, judgement.sentence),
+        given=None if machine.dimensionless else given_keys(description),
         card=card_of(short_name(path).as_posix()),
     )
     end = run.horizon.first if judgement is None else judgement.end
@@ -91,6 +94,18 @@ def write_page(name: str, file: Path, settings: Mapping[str, Any] | None = None,
         raise InputError("-o", str(file), "must be a page of HTML, such as machine.html")
     whole = shared_page(name, settings, verdict).encode("utf-8")
     return replace_file(file, lambda beside: beside.write_bytes(whole))
+
+
+def _run_up_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[StudyFile, bool]:
+    """Return the run-up of a file's machine, and whether the file asks for it. Of another question start and end are used."""
+    question = document.get("study", {})
+    if question.get("kind", DEFAULT_KIND) == DEFAULT_KIND:
+        return read_study(name, settings), True
+    usable = {f"study.{k}": question[k] for k in ("start", "until") if isinstance(question.get(k), dict | str | float | int)}
+    of_study = usable | {k: v for k, v in settings.items() if k.startswith("study.")}
+    machine, description = machine_of(document, path, name, {k: v for k, v in settings.items() if k not in of_study})
+    study_file = machine_study(name, machine, of_study)
+    return replace(study_file, path=path, document=study_file.document | {"machine": description}), False
 
 
 def _judgement(study_file: StudyFile) -> _Judgement:

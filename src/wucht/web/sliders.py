@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load, Part
+from wucht.machines.parts.track import TrackBody
 from wucht.results.formatting import engineering_unit, units_in_print
 from wucht.schema import Parameter, TableModel
 from wucht.schema.checking import unit_of
@@ -18,6 +19,7 @@ from wucht.schema.checking import unit_of
 _WIDE, _REACH = 4.0, 3.0  # a slider reaches this many times the value; that of a quantity which may be negative
 _HALF_TURN = math.pi
 _INSIDE = 1e-3  # of its length: so far from an end that is not allowed a slider begins
+_OF_CONTACTS = ("radius", "track_radius", "diameter", "length")  # of bodies on a track: where they touch follows from them
 _FAR = 1e4  # between limits that are so far apart a slider would find nothing
 _POSITIVE = ("N/m", "N s/m", "N m s", "N m/rad")
 # Of quantities that are zero and that no other of the machine compares with: the largest value of the slider, in SI.
@@ -42,7 +44,7 @@ class Limits:
         }
         low = max([*limits["gt"], *limits["ge"]], default=-math.inf)
         high = min([*limits["lt"], *limits["le"]], default=math.inf)
-        return cls(low, high, bool(limits["gt"]), "int" in str(field.annotation))
+        return cls(low, high, bool(limits["gt"]), str(field.title).startswith("number of"))
 
 
 @dataclass(frozen=True)
@@ -66,10 +68,11 @@ class Control:
     logarithmic: bool
 
 
-def parameter_groups(machine: Machine, names: Sequence[str]) -> list[dict[str, Any]]:
+def parameter_groups(machine: Machine, names: Sequence[str], given: frozenset[str] | None = None) -> list[dict[str, Any]]:
     """Return the controls of a machine's parameters by part, the drives first; equal bodies have theirs in common.
 
-    names: of the parameters of the equations, in order. Parameters that follow a schedule cannot be moved.
+    names: of the parameters of the equations, in order. Parameters that follow a schedule cannot be moved: ``over_time``. given: keys of the file's
+    machine, None for all; what follows from them cannot be moved, nor anything of a drive of which something does.
     """
     with_schedule = {s.parameter for s in machine.schedules}
     largest = _largest_by_unit(machine)
@@ -78,14 +81,40 @@ def parameter_groups(machine: Machine, names: Sequence[str]) -> list[dict[str, A
         tables = [dict(_fields(part, part.path)) for part in parts]
         controls = []
         for paths in zip(*tables, strict=True):
-            usable = all(p in machine.parameters and p in names for p in paths) and not with_schedule & set(paths)
-            if usable:
-                field = tables[0][paths[0]]
+            field = tables[0][paths[0]]
+            is_free = all(p in machine.parameters and p in names for p in paths) and not with_schedule & set(paths)
+            if is_free and _is_movable(machine, parts[0], paths[0], field, given):
                 indices = tuple(names.index(p) for p in paths)
                 controls.append(_control(machine.parameters[paths[0]], indices, Limits.of(field), largest))
         if controls:
-            groups.append({"title": _title(parts), "controls": [asdict(c) for c in controls]})
+            over_time = [machine.parameters[path].long_name for path in tables[0] if path in with_schedule]
+            groups.append({"title": _title(parts), "controls": [asdict(c) for c in controls], "over_time": over_time})
     return groups
+
+
+def derived_parameters(machine: Machine, names: Sequence[str], given: frozenset[str] | None) -> list[int]:
+    """Return the indices of numbers of bodies and tracks that follow from others in the file, and stay while those are moved."""
+    fields = {path: field for p in machine.parts if isinstance(p, Body) for path, field in _fields(p, p.path)}
+    bodies = [path for path, field in fields.items() if path in machine.parameters and _is_derived(machine, path, field, given)]
+    tracks = [p for p in machine.parameters if p.endswith(".contact_frequency") and given is not None and p not in given]
+    return [names.index(path) for path in (*bodies, *tracks) if path in names]
+
+
+def _is_movable(machine: Machine, part: Part, path: str, field: FieldInfo, given: frozenset[str] | None) -> bool:
+    if isinstance(part, TrackBody) and part.track is not None and path.rpartition(".")[2] in _OF_CONTACTS:
+        return False
+    if isinstance(part, Drive) and any(
+        _is_derived(machine, p, f, given) for p, f in _fields(part, part.path) if p in machine.parameters
+    ):
+        return False
+    return not _is_derived(machine, path, field, given)
+
+
+def _is_derived(machine: Machine, path: str, field: FieldInfo, given: frozenset[str] | None) -> bool:
+    """True if the file neither gives a number nor leaves it at its default."""
+    if given is None or any(path == key or path.startswith(f"{key}.") for key in given):
+        return False
+    return machine.values[path] != field.default
 
 
 def _equal_parts(machine: Machine) -> list[list[Part]]:

@@ -4,15 +4,22 @@ import type { LiveMachine } from "./machine.ts";
 import type { PageData, StartControl } from "./page_data.ts";
 import type { Scenario } from "./scenario.ts";
 
-/** TOML that `wucht run` reads. What is changed during the run, and switches, are comments: a study file has no place for them. */
+/** TOML that `wucht run` reads. A study file has no place for changes during the run, nor for switches: they are comments. */
 export function studyText(scenario: Scenario, original: Scenario, machine: LiveMachine, page: PageData): string {
   const paths = machine.parameters.map((parameter) => parameter.path);
   const switches = new Set(page.switches.map((one) => one.index));
+  const isChanged = scenario.parameters.some((value, i) => !Object.is(value, original.parameters[i]) && !switches.has(i));
+  // What follows from other numbers in the file would follow from the changed ones: it stays as it is here.
+  const pins = new Set(isChanged ? page.derived : []);
   const settings = scenario.parameters.flatMap((value, i) =>
-    Object.is(value, original.parameters[i]) || switches.has(i) ? [] : [`${JSON.stringify(paths[i])} = ${tomlNumber(value)}`],
+    (Object.is(value, original.parameters[i]) && !pins.has(i)) || switches.has(i)
+      ? []
+      : [`${JSON.stringify(paths[i])} = ${settingText(paths[i]!, value, machine.parameters[i]!.unit)}`],
   );
   const notes = [
-    ...page.switches.filter((one) => scenario.parameters[one.index] === 0).map((one) => `# the motor of ${one.name} was off from the start`),
+    ...page.switches
+      .filter((one) => scenario.parameters[one.index] === 0)
+      .map((one) => `# the motor of ${one.name} was off from the start`),
     ...scenario.changes.flatMap((change) => [
       ...change.parameters.map(([i, value]) => `# from t = ${change.time} on: ${paths[i]} = ${value}`),
       ...(change.state ? [`# at t = ${change.time} the machine was moved by hand`] : []),
@@ -48,6 +55,11 @@ function startText(state: readonly number[], page: PageData): string {
 /** The value of a start control in a state, in SI. */
 export function startValue(control: StartControl, state: ArrayLike<number>): number {
   return state[control.index]! - control.offset - (control.head === null ? 0 : state[control.head]!);
+}
+
+/** A frequency without a unit could be turns or radians: files refuse it. */
+function settingText(path: string, value: number, unit: string): string {
+  return path.endsWith("frequency") && unit === "rad/s" ? `"${value} rad/s"` : tomlNumber(value);
 }
 
 /** A number with all its digits; TOML wants a point or an exponent in one that is not whole. */

@@ -38,7 +38,10 @@ export class Toolbar {
         "div",
         { class: "buttons" },
         button("Copy link", () => void this._copy(takings.link(), "The link is copied: it shows what is seen here.")),
-        button("Copy study file", () => void this._copy(takings.study(), "The study file is copied: save it, and run it with wucht.")),
+        button(
+          "Copy study file",
+          () => void this._copy(takings.study(), "The study file is copied: save it, and run it with wucht."),
+        ),
         button("Picture", () => takings.picture(), { title: "Save a picture of what is seen" }),
         element("label", { for: "measured", class: "button", tabindex: 0, role: "button" }, "Measured values…"),
       ),

@@ -26,7 +26,12 @@ export class Trails {
   constructor({ machine, page }: Contents) {
     const place = (name: string) => machine.outputs.findIndex((output) => output.name === name);
     this._turn = page.turn;
-    this._places = { x: place("orbit.x"), y: place("orbit.y"), speed: page.panels[0]?.curves[0]?.output ?? 0, torque: place("motor_torque") };
+    this._places = {
+      x: place("orbit.x"),
+      y: place("orbit.y"),
+      speed: page.panels[0]?.curves[0]?.output ?? 0,
+      torque: place("motor_torque"),
+    };
     this._integrator = new Integrator(machine);
     this._size = { n: machine.states.length, m: machine.outputs.length };
     this._states = new Float64Array((TURNS * POINTS + 1) * this._size.n);
@@ -36,7 +41,8 @@ export class Trails {
   /** The largest value of an output in a course. */
   largest(course: Course, place: number): number {
     let largest = 0;
-    for (let k = place; place >= 0 && k < course.outputs.length; k += this._size.m) largest = Math.max(largest, Math.abs(course.outputs[k]!));
+    for (let k = place; place >= 0 && k < course.outputs.length; k += this._size.m)
+      largest = Math.max(largest, Math.abs(course.outputs[k]!));
     return largest;
   }
 
@@ -61,7 +67,9 @@ export class Trails {
     const begin = course.time[sample]!;
     const { n, m } = this._size;
     const count = TURNS * POINTS + 1;
-    const grid = Float64Array.from({ length: count }, (_, k) => (k === count - 1 ? time : begin + ((time - begin) * k) / (count - 1)));
+    const grid = Float64Array.from({ length: count }, (_, k) =>
+      k === count - 1 ? time : begin + ((time - begin) * k) / (count - 1),
+    );
     if (!(time > begin)) {
       this.orbit = null;
       return;

@@ -63,7 +63,7 @@ export class Transport {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const isSlider = target instanceof HTMLInputElement && target.type === "range" && target !== this._scrub;
     const onElement = target instanceof HTMLButtonElement || target.tagName === "SUMMARY" || target instanceof HTMLInputElement;
-    if (event.key === " " && (!onElement || target instanceof HTMLInputElement && target.type === "range")) {
+    if (event.key === " " && (!onElement || (target instanceof HTMLInputElement && target.type === "range"))) {
       event.preventDefault();
       this.toggle();
       return;

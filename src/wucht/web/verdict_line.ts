@@ -15,7 +15,8 @@ export class VerdictLine {
   /** isOriginal: whether the run is that of the file. */
   show(isOriginal: boolean) {
     const verdict = isOriginal ? this._verdict : null;
-    const words = verdict?.[1] ?? (isOriginal ? "wucht judges the run of a file: wucht run" : "the run is no longer that of the file");
+    const words =
+      verdict?.[1] ?? (isOriginal ? "wucht judges the run of a file: wucht run" : "the run is no longer that of the file");
     this.root.classList.toggle("judged", verdict !== null);
     this.root.replaceChildren(element("strong", {}, verdict?.[0] ?? "not judged"), ` ${words}`);
   }

@@ -1,0 +1,86 @@
+// What the page's modules answer: node page_jobs.mjs WEB PAGE.html JOB.json, prints JSON.
+import { readFileSync } from "node:fs";
+import { pathToFileURL } from "node:url";
+
+const [web, file, job] = process.argv.slice(2);
+const load = (name) => import(pathToFileURL(`${web}/${name}.ts`).href);
+const [script] = /(?<=<script id="machine">)[\s\S]*?(?=<\/script>)/.exec(readFileSync(file, "utf8"));
+const { machine, page, levelCode } = new Function(`${script}; return { machine, page, levelCode };`)();
+const { originalScenario } = await load("scenario");
+const original = originalScenario(machine, page.until);
+
+/** A scenario with parameters by path and start states by name. */
+function changed({ parameters = {}, start = {}, changes = [], until = page.until }) {
+  const pick = (values, entries, names) => values.map((value, i) => entries[names[i]] ?? value);
+  const paths = machine.parameters.map((parameter) => parameter.path);
+  return {
+    parameters: pick(original.parameters, parameters, paths),
+    start: pick(original.start, start, machine.states.map((state) => state.name)),
+    until,
+    changes: changes.map((change) => ({
+      time: change.time,
+      parameters: Object.entries(change.parameters ?? {}).map(([path, value]) => [paths.indexOf(path), value]),
+      state: change.state ?? null,
+    })),
+  };
+}
+
+const jobs = {
+  async levels({ values }) {
+    const { levelsAt } = await load("levels");
+    return values.map((parameters) => levelsAt(page.levels, levelCode, changed({ parameters }).parameters, original.parameters));
+  },
+  async study({ scenario }) {
+    const { studyText } = await load("study_text");
+    return studyText(changed(scenario), original, machine, page);
+  },
+  async link({ scenario, time }) {
+    const { linkText, readLink } = await load("link");
+    const shown = { scenario: changed(scenario), time, stroboscopic: true };
+    const text = linkText(shown, original, machine);
+    const again = readLink(text, original, machine);
+    const bits = (numbers) => [...new BigUint64Array(Float64Array.from(numbers).buffer)].map(String);
+    const every = ({ scenario: s, time: t }) =>
+      bits([...s.parameters, ...s.start, s.until, t, ...s.changes.flatMap((c) => [c.time, ...c.parameters.flat(), ...(c.state ?? [])])]);
+    return { text, before: every(shown), after: every(again), strobe: again.stroboscopic };
+  },
+  async badLinks({ texts }) {
+    const { readLink, LinkError } = await load("link");
+    return texts.map((text) => {
+      try {
+        readLink(text, original, machine);
+        return "no error";
+      } catch (error) {
+        return error instanceof LinkError ? error.message : `${error}`;
+      }
+    });
+  },
+  async course({ scenario }) {
+    const { computeCourse } = await load("course");
+    const course = computeCourse(machine, changed(scenario), page.turn);
+    const n = machine.states.length;
+    return { ending: course.ending, time: [...course.time], end: [...course.states.slice(-n)] };
+  },
+  async measured({ texts }) {
+    const { readMeasured, FileError } = await load("measured");
+    return texts.map((text) => {
+      try {
+        return readMeasured(text, page.panels).map((c) => ({ ...c, time: [...c.time], values: [...c.values] }));
+      } catch (error) {
+        return error instanceof FileError ? error.message : `${error}`;
+      }
+    });
+  },
+  async sliders() {
+    const { placeOf, refusal, valueAt } = await load("controls");
+    return page.groups.flatMap((group) =>
+      group.controls.map((control) => {
+        const values = [0, 250, 500, 750, 1000].map((place) => valueAt(control, place));
+        const value = original.parameters[control.indices[0]];
+        return { name: control.name, values, refusals: values.map((v) => refusal(control, v)), value, place: placeOf(control, value) };
+      }),
+    );
+  },
+};
+const { name, ...input } = JSON.parse(readFileSync(job, "utf8"));
+console.log(JSON.stringify(await jobs[name](input)));
