@@ -12,8 +12,9 @@ import pytest
 from matplotlib.patches import Circle
 
 from wucht.files.catalogue import load_document, load_machine, names
+from wucht.machine_shape import MachineShape
 from wucht.plots.inline_svg import inline_svg
-from wucht.plots.machine_drawing import MachineShape, draw_machine, machine_shape
+from wucht.plots.machine_drawing import draw_machine, shape_in_result
 from wucht.studies.subjects import MACHINE
 
 
@@ -25,7 +26,7 @@ def _result(name: str, **values: Any) -> Any:
 
 
 def _shape(name: str, **values: Any) -> MachineShape:
-    shape = machine_shape(_result(name, **values).wucht)
+    shape = shape_in_result(_result(name, **values).wucht)
     assert shape is not None
     return shape
 

@@ -19,6 +19,7 @@ from wucht.piecewise import PiecewiseCubic
 _FUNCTIONS = {
     sp.sin: "sin", sp.cos: "cos", sp.tan: "tan", sp.exp: "exp", sp.log: "log", sp.sinh: "sinh", sp.cosh: "cosh",
     sp.tanh: "tanh", sp.atan: "atan", sp.asin: "asin", sp.acos: "acos", sp.atan2: "atan2", sp.Abs: "abs",
+    sp.Max: "max", sp.Min: "min",
 }  # fmt: skip
 _MOST_FACTORS = 8  # higher powers are computed by the library
 _TIME, _STATES, _PARAMETERS, _CONSTANTS, _RESULTS = "txpcr"

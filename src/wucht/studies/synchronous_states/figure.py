@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import Stroke
 
-from wucht.plots.machine_drawing import MachineShape, machine_shape
+from wucht.plots.machine_drawing import MachineShape, shape_in_result
 from wucht.plots.page import current_page, small
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, legend_over, new_grid
@@ -97,7 +97,7 @@ def _deck_shape(result: xr.Dataset) -> MachineShape | None:
     """The shape of a carrier with exciters alone, each on another axis; else None, and where no throw was computed."""
     if all(state.get("throw_direction") is None for state in result.wucht.summary["states"]):
         return None
-    shape = machine_shape(result.wucht)
+    shape = shape_in_result(result.wucht)
     if shape is None or any(rotor.bodies for rotor in shape.rotors):
         return None
     return shape if len({(rotor.x, rotor.y) for rotor in shape.rotors}) == len(shape.rotors) else None
