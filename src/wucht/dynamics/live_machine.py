@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from wucht.dynamics.live_drawing import LiveDrawing
+from wucht.dynamics.torque_hills import TorqueHills, segment_table
 from wucht.dynamics.unbalance_left import unbalances_left
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
@@ -16,9 +18,9 @@ from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.javascript import javascript_code, missing_functions
 from wucht.numerics.flow.program import lower
 from wucht.numerics.flow.segments import Segmentation, Segmentations, indices_in
-from wucht.system import TIME, Output, System
+from wucht.system import Output, System
 
-_POWER = ("motor_torque", "motor_power")
+_POWER = ("motor_torque", "drive_torque", "motor_power")
 
 
 def export_obstacles(machine: Machine) -> tuple[str, ...]:
@@ -60,7 +62,11 @@ def machine_script(machine: Machine, state: np.ndarray) -> str:
     """
     description = machine_description(machine, state)
     texts = {key: json.dumps(value, allow_nan=False).replace("<", "\\u003c") for key, value in description.items()}
-    entries = [f"{name}: {text}," for name, text in (texts | _equations(machine)).items()]
+    code = _equations(machine) | {
+        "lengths": LiveDrawing.of(machine, _rest(machine)).lengths,
+        "hills": TorqueHills.of(machine).script(),
+    }
+    entries = [f"{name}: {text}," for name, text in (texts | code).items()]
     return "\n".join(["export const machine = {", *entries, "};", ""])
 
 
@@ -81,7 +87,7 @@ def machine_description(machine: Machine, state: np.ndarray) -> dict[str, Any]:
         unit, symbol, long name, value; ``outputs``: name, unit, long name; ``segmentations``, one for all piecewise functions
         of one argument: breakpoints, the origins and coefficients on each segment, the indices of the states (the time last)
         in the argument, and whether the argument is the time itself; ``contacts``: track, two neighbours, and the index of the
-        segmentation whose argument is their gap. Quantities in SI.
+        segmentation whose argument is their gap; ``drawing``: see ``LiveDrawing``. Quantities in SI.
 
     Raises
     ------
@@ -106,18 +112,9 @@ def machine_description(machine: Machine, state: np.ndarray) -> dict[str, Any]:
             {"path": p.path, "unit": p.unit, "symbol": p.symbol, "long_name": p.full_name, "value": p.value} for p in parameters
         ],
         "outputs": [{"name": o.name, "unit": o.unit, "long_name": o.long_name} for o in _outputs(machine)],
-        "segmentations": [_table(s, i) for s, i in zip(segmentations.segmentations, indices, strict=True)],
+        "segmentations": [segment_table(s, i) for s, i in zip(segmentations.segmentations, indices, strict=True)],
         "contacts": _contacts(machine, segmentations.segmentations),
-    }
-
-
-def _table(segmentation: Segmentation, indices: Sequence[int]) -> dict[str, Any]:
-    return {
-        "breakpoints": segmentation.breakpoints.tolist(),
-        "scale": segmentation.scale,
-        "rows": [segmentation.polynomial_values(k) for k in range(len(segmentation.breakpoints) + 1)],
-        "indices": list(indices),
-        "is_time": segmentation.argument == TIME,
+        "drawing": LiveDrawing.of(machine, _rest(machine)).data,
     }
 
 

@@ -1,5 +1,7 @@
 /** A machine as `wucht.dynamics.live_machine` writes it. Quantities in SI; indices begin at 0. */
 
+import type { DrawingData, HillData } from "./drawing_data.ts";
+
 /** Functions printed from a Program: constants from parameters, results from time, states and constants. */
 export interface Code {
   readonly constantCount: number;
@@ -33,6 +35,7 @@ export interface Contact {
   readonly segmentation: number;
 }
 
+/** `drawing` and `lengths`: how it is drawn; `hills`: its torques over the speed. */
 export interface LiveMachine {
   readonly title: string;
   readonly time_unit: string;
@@ -48,6 +51,9 @@ export interface LiveMachine {
   readonly outputs: readonly Quantity[];
   readonly segmentations: readonly SegmentationTable[];
   readonly contacts: readonly Contact[];
+  readonly drawing: DrawingData;
+  readonly lengths: Code;
+  readonly hills: HillData;
   /** The rates of the states. */
   readonly rates: Code;
   /** The arguments of the segmentations. */
