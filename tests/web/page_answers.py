@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-import wucht
 from tests.node import run_in_node
+
+import wucht
 from wucht.web import live_page
 from wucht.web.shared_study import shared_page
 

@@ -163,7 +163,7 @@ def _addressable_parts(document: Document) -> dict[str, tuple[Document, type[Bas
 
 
 def given_keys(document: Document) -> frozenset[str]:
-    """Return the keys that a table ``[machine]`` gives, with the path of their part: ``p1.length``. Other numbers follow from them.
+    """Return the keys that a table ``[machine]`` gives, with the path of their part: ``p1.length``; the rest follows from them.
 
     Raises ``InputError``.
     """

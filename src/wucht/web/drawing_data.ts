@@ -1,6 +1,6 @@
 /** The data of the moving drawing and of the torque hill, as `wucht.dynamics.live_drawing` and `.torque_hills` write them. */
 
-import type { Code, SegmentationTable } from "./machine.d.mts";
+import type { Code, SegmentationTable } from "./machine.ts";
 
 /** The index of a length among the results of `lengths`; those are computed from the parameters, in m. */
 export type Length = number;

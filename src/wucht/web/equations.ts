@@ -5,7 +5,7 @@
  * parameters; they change where its argument reaches an end of its segment.
  */
 
-import type { LiveMachine } from "./machine.ts";
+import type { MotionData } from "./machine.ts";
 
 const EPSILON = Number.EPSILON;
 /** Of the largest number that occurs: a nearer argument is on its breakpoint. */
@@ -29,7 +29,7 @@ function segmentOf(breakpoints: readonly number[], value: number) {
 }
 
 export class Equations {
-  readonly machine: LiveMachine;
+  readonly machine: MotionData;
   /** Number of states. */
   readonly size: number;
   /** Number of segmentations. */
@@ -49,7 +49,7 @@ export class Equations {
   private readonly _rate: Float64Array;
   private readonly _point: Float64Array;
 
-  constructor(machine: LiveMachine) {
+  constructor(machine: MotionData) {
     const count = machine.segmentations.length;
     this.machine = machine;
     this.size = machine.states.length;

@@ -7,7 +7,7 @@
  */
 
 import { Equations } from "./equations.ts";
-import type { LiveMachine } from "./machine.ts";
+import type { MotionData } from "./machine.ts";
 
 export type Ending = "end" | "steps exhausted" | "not finite";
 
@@ -70,7 +70,7 @@ export class Integrator {
    * @param tolerance the error allowed per step: relative, of an angle in radians
    * @param mostSteps in one call of `advance`
    */
-  constructor(machine: LiveMachine, tolerance = 1e-6, mostSteps = 2_000_000) {
+  constructor(machine: MotionData, tolerance = 1e-6, mostSteps = 2_000_000) {
     const n = machine.states.length;
     const m = machine.segmentations.length;
     this.equations = new Equations(machine);

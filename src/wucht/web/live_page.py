@@ -33,7 +33,7 @@ class PageText:
 
     file: the name of the study file or catalogue entry. machine, study: TOML of the file's machine, and of the question without
     its start. start: of the file, as TOML; empty where it gives none; start_of_parts: what of it no control of the page sets.
-    given: keys of the file's machine, as ``given_keys`` returns them; None: all numbers are given.
+    file_keys: keys of the file's machine, as ``given_keys`` returns them; None: all numbers are given.
     verdict: label and sentence of Python's run.
     """
 
@@ -42,7 +42,7 @@ class PageText:
     study: str
     start: str = ""
     start_of_parts: str = ""
-    given: frozenset[str] | None = None
+    file_keys: frozenset[str] | None = None
     verdict: tuple[str, str] | None = None
     card: Card | None = None
 
@@ -79,10 +79,10 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
         "version": wucht.__version__,
         "until": until,
         "turn": turn,
-        "text": {k: v for k, v in asdict(text).items() if k != "given"},
+        "text": {k: v for k, v in asdict(text).items() if k != "file_keys"},
         "dimensionless": machine.dimensionless,
-        "groups": parameter_groups(machine, names, text.given),
-        "derived": derived_parameters(machine, names, text.given),
+        "groups": parameter_groups(machine, names, text.file_keys),
+        "derived": derived_parameters(machine, names, text.file_keys),
         "start": start_groups(machine, state),
         "switches": [{"name": d.on, "index": names.index(switch_path(d))} for d in switchable_drives(machine)],
         "panels": panels(machine, description["outputs"]),

@@ -35,8 +35,8 @@ export interface Contact {
   readonly segmentation: number;
 }
 
-/** `drawing` and `lengths`: how it is drawn; `hills`: its torques over the speed. */
-export interface LiveMachine {
+/** What is integrated. */
+export interface MotionData {
   readonly title: string;
   readonly time_unit: string;
   readonly states: readonly (Quantity & { readonly start: number })[];
@@ -51,13 +51,17 @@ export interface LiveMachine {
   readonly outputs: readonly Quantity[];
   readonly segmentations: readonly SegmentationTable[];
   readonly contacts: readonly Contact[];
-  readonly drawing: DrawingData;
-  readonly lengths: Code;
-  readonly hills: HillData;
   /** The rates of the states. */
   readonly rates: Code;
   /** The arguments of the segmentations. */
   readonly places: Code;
   /** The outputs. */
   readonly shown: Code;
+}
+
+/** `drawing` and `lengths`: how it is drawn; `hills`: its torques over the speed. */
+export interface LiveMachine extends MotionData {
+  readonly drawing: DrawingData;
+  readonly lengths: Code;
+  readonly hills: HillData;
 }

@@ -76,7 +76,7 @@ def shared_page(name: str, settings: Mapping[str, Any] | None = None, verdict: b
         start=_start_text(start),
         start_of_parts=_start_text({name: start[name] for name in owners(machine) if name in start}),
         verdict=None if judgement is None else (judgement.label, judgement.sentence),
-        given=None if machine.dimensionless else given_keys(description),
+        file_keys=None if machine.dimensionless else given_keys(description),
         card=card_of(short_name(path).as_posix()),
     )
     end = run.horizon.first if judgement is None else judgement.end

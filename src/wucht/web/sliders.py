@@ -68,11 +68,11 @@ class Control:
     logarithmic: bool
 
 
-def parameter_groups(machine: Machine, names: Sequence[str], given: frozenset[str] | None = None) -> list[dict[str, Any]]:
+def parameter_groups(machine: Machine, names: Sequence[str], file_keys: frozenset[str] | None = None) -> list[dict[str, Any]]:
     """Return the controls of a machine's parameters by part, the drives first; equal bodies have theirs in common.
 
-    names: of the parameters of the equations, in order. Parameters that follow a schedule cannot be moved: ``over_time``. given: keys of the file's
-    machine, None for all; what follows from them cannot be moved, nor anything of a drive of which something does.
+    names: of the parameters of the equations, in order. Parameters that follow a schedule cannot be moved: ``over_time``.
+    file_keys: keys of the file's machine, None for all; what follows from them cannot be moved, nor what a nameplate gives.
     """
     with_schedule = {s.parameter for s in machine.schedules}
     largest = _largest_by_unit(machine)
@@ -83,7 +83,7 @@ def parameter_groups(machine: Machine, names: Sequence[str], given: frozenset[st
         for paths in zip(*tables, strict=True):
             field = tables[0][paths[0]]
             is_free = all(p in machine.parameters and p in names for p in paths) and not with_schedule & set(paths)
-            if is_free and _is_movable(machine, parts[0], paths[0], field, given):
+            if is_free and _is_movable(machine, parts[0], paths[0], field, file_keys):
                 indices = tuple(names.index(p) for p in paths)
                 controls.append(_control(machine.parameters[paths[0]], indices, Limits.of(field), largest))
         if controls:
@@ -92,29 +92,31 @@ def parameter_groups(machine: Machine, names: Sequence[str], given: frozenset[st
     return groups
 
 
-def derived_parameters(machine: Machine, names: Sequence[str], given: frozenset[str] | None) -> list[int]:
-    """Return the indices of numbers of bodies and tracks that follow from others in the file, and stay while those are moved."""
-    fields = {path: field for p in machine.parts if isinstance(p, Body) for path, field in _fields(p, p.path)}
-    bodies = [path for path, field in fields.items() if path in machine.parameters and _is_derived(machine, path, field, given)]
-    tracks = [p for p in machine.parameters if p.endswith(".contact_frequency") and given is not None and p not in given]
-    return [names.index(path) for path in (*bodies, *tracks) if path in names]
+def derived_parameters(machine: Machine, names: Sequence[str], file_keys: frozenset[str] | None) -> list[int]:
+    """Return the indices of numbers that follow from others in the file, and stay here; not those of nameplates."""
+    fields = {path: field for p in machine.parts if not _has_nameplate(p, file_keys) for path, field in _fields(p, p.path)}
+    derived = [p for p in machine.parameters if p in fields and _is_derived(machine, p, fields[p], file_keys)]
+    tracks = [p for p in machine.parameters if p.endswith(".contact_frequency") and p not in (file_keys or machine.parameters)]
+    return [names.index(path) for path in (*derived, *tracks) if path in names]
 
 
-def _is_movable(machine: Machine, part: Part, path: str, field: FieldInfo, given: frozenset[str] | None) -> bool:
+def _is_movable(machine: Machine, part: Part, path: str, field: FieldInfo, file_keys: frozenset[str] | None) -> bool:
     if isinstance(part, TrackBody) and part.track is not None and path.rpartition(".")[2] in _OF_CONTACTS:
         return False
-    if isinstance(part, Drive) and any(
-        _is_derived(machine, p, f, given) for p, f in _fields(part, part.path) if p in machine.parameters
-    ):
+    if _has_nameplate(part, file_keys) and not path.startswith(f"{part.path}.transmission."):
         return False
-    return not _is_derived(machine, path, field, given)
+    return not _is_derived(machine, path, field, file_keys)
 
 
-def _is_derived(machine: Machine, path: str, field: FieldInfo, given: frozenset[str] | None) -> bool:
+def _has_nameplate(part: Part, file_keys: frozenset[str] | None) -> bool:
+    return file_keys is not None and f"{part.path}.nameplate" in file_keys
+
+
+def _is_derived(machine: Machine, path: str, field: FieldInfo, file_keys: frozenset[str] | None) -> bool:
     """True if the file neither gives a number nor leaves it at its default."""
-    if given is None or any(path == key or path.startswith(f"{key}.") for key in given):
+    if file_keys is None or any(path == key or path.startswith(f"{key}.") for key in file_keys):
         return False
-    return machine.values[path] != field.default
+    return bool(machine.values[path] != field.default)
 
 
 def _equal_parts(machine: Machine) -> list[list[Part]]:

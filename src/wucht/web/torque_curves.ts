@@ -1,7 +1,7 @@
 /** Torques on the shafts of a machine over the speed, and the speeds at which they balance: 002 (3.51). */
 
 import type { AvailableHills, HillMachine } from "./drawing_data.ts";
-import { Equations } from "./equations.mjs";
+import { Equations } from "./equations.ts";
 import { VibrationTorque } from "./vibration_torque.ts";
 
 /** A steady speed, the torque of the drive there, and whether the resistance grows faster with the speed than that torque. */
