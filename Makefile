@@ -8,9 +8,9 @@ WORKERS ?= 2
 # What is compiled is kept for the next start, whatever the shell says: the tests start many processes.
 PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 
-.PHONY: demo test test-slow test-without-heyoka lint docs pictures bench errata clean
+.PHONY: demo test test-slow test-web test-without-heyoka lint docs pictures bench errata clean
 
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml constraints.txt hatch_build.py $(wildcard src/wucht/web/*.ts src/wucht/web/*.css src/wucht/web/*.json)
 	$(PYTHON) -c 'import sys; sys.exit("wucht needs Python 3.11 or newer; give one: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,lint]'
@@ -25,6 +25,11 @@ test: $(STAMP)
 
 test-slow: $(STAMP)
 	$(PYTEST)
+
+# The live machine's page in a browser: Chromium of the system, else of Playwright.
+test-web: $(STAMP)
+	$(BIN)/python -c 'import shutil, sys; sys.exit(not any(map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))))' || $(BIN)/playwright install chromium-headless-shell
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest tests/web tests/cli/test_share.py
 
 # As on Windows and macOS, where PyPI has no heyoka: another environment, from which it is uninstalled.
 WITHOUT := .venv-without-heyoka

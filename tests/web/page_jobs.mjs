@@ -15,7 +15,11 @@ function changed({ parameters = {}, start = {}, changes = [], until = page.until
   const paths = machine.parameters.map((parameter) => parameter.path);
   return {
     parameters: pick(original.parameters, parameters, paths),
-    start: pick(original.start, start, machine.states.map((state) => state.name)),
+    start: pick(
+      original.start,
+      start,
+      machine.states.map((state) => state.name),
+    ),
     until,
     changes: changes.map((change) => ({
       time: change.time,
@@ -27,8 +31,9 @@ function changed({ parameters = {}, start = {}, changes = [], until = page.until
 
 const jobs = {
   async levels({ values }) {
-    const { levelsAt } = await load("levels");
-    return values.map((parameters) => levelsAt(page.levels, levelCode, changed({ parameters }).parameters, original.parameters));
+    const { Levels } = await load("levels");
+    const levels = new Levels({ machine, page, levelCode });
+    return values.map((parameters) => levels.at(changed({ parameters }).parameters, 1e6));
   },
   async study({ scenario }) {
     const { studyText } = await load("study_text");
@@ -41,7 +46,13 @@ const jobs = {
     const again = readLink(text, original, machine);
     const bits = (numbers) => [...new BigUint64Array(Float64Array.from(numbers).buffer)].map(String);
     const every = ({ scenario: s, time: t }) =>
-      bits([...s.parameters, ...s.start, s.until, t, ...s.changes.flatMap((c) => [c.time, ...c.parameters.flat(), ...(c.state ?? [])])]);
+      bits([
+        ...s.parameters,
+        ...s.start,
+        s.until,
+        t,
+        ...s.changes.flatMap((c) => [c.time, ...c.parameters.flat(), ...(c.state ?? [])]),
+      ]);
     return { text, before: every(shown), after: every(again), strobe: again.stroboscopic };
   },
   async badLinks({ texts }) {
@@ -77,7 +88,13 @@ const jobs = {
       group.controls.map((control) => {
         const values = [0, 250, 500, 750, 1000].map((place) => valueAt(control, place));
         const value = original.parameters[control.indices[0]];
-        return { name: control.name, values, refusals: values.map((v) => refusal(control, v)), value, place: placeOf(control, value) };
+        return {
+          name: control.name,
+          values,
+          refusals: values.map((v) => refusal(control, v)),
+          value,
+          place: placeOf(control, value),
+        };
       }),
     );
   },

@@ -57,7 +57,7 @@ def write_report(places: Sequence[Path | str], file: Path | str, title: str = ""
     RunError
         If the page cannot be written.
     """
-    path = _checked_place(Path(file))
+    path = place_of_page(Path(file), "report.html")
     files = result_files(map(Path, places))
     if not files:
         raise InputError("RESULT", None, "give at least one result.nc, or a folder that has one")
@@ -66,14 +66,17 @@ def write_report(places: Sequence[Path | str], file: Path | str, title: str = ""
     return replace_file(path, lambda beside: beside.write_bytes(whole))
 
 
-def _checked_place(path: Path) -> Path:
-    """The path of a page that can be written; its folder is made if it is missing. Raises ``InputError``."""
+def place_of_page(path: Path, usual_name: str) -> Path:
+    """The path of a page that can be written; its folder is made if it is missing. Raises ``InputError``.
+
+    usual_name: of such a page, for the error.
+    """
     try:
         if path.is_dir():
-            example = path / "report.html"
+            example = path / usual_name
             raise InputError("-o", str(path), f"this is a folder: give the file to write, such as {example}", code="folder")
         if path.suffix.lower() not in _ENDINGS:
-            raise InputError("-o", str(path), "must be the name of a page of HTML, such as report.html")
+            raise InputError("-o", str(path), f"must be the name of a page of HTML, such as {usual_name}")
         prepare_folder(path.parent, [path.name])
     except (OSError, ValueError) as error:
         raise InputError("-o", str(path), f"this cannot be the name of a file: {error}") from None

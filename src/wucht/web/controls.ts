@@ -5,6 +5,8 @@ import { numberText, quantityText, readNumber } from "./numbers.ts";
 
 const STEPS = 1000;
 const DIGITS = 6;
+/** In SI, as in files. */
+const LARGEST = 1e30;
 /** Significant digits of a value that a slider gives. */
 const SLIDER_DIGITS = 3;
 
@@ -25,6 +27,7 @@ export interface Scale {
 /** The sentence that refuses a value in SI, or nothing. */
 export function refusal(scale: Scale, value: number): string {
   const shown = (x: number) => quantityText(x / scale.size, scale.unit, DIGITS);
+  if (!(Math.abs(value) <= LARGEST)) return `must be at most ${shown(LARGEST)}`;
   if (scale.whole && !Number.isInteger(value)) return "must be a whole number";
   if (scale.low !== null && (scale.open ? value <= scale.low : value < scale.low)) {
     return `must be ${scale.open ? "greater than" : "at least"} ${shown(scale.low)}`;

@@ -10,11 +10,10 @@ import sympy as sp
 from wucht.dynamics.drive_switches import switch_path
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, operating_speed, sense_of, shaft_torques
-from wucht.machines.structure import SPEED
-from wucht.numerics.flow.javascript import javascript_code, missing_functions
+from wucht.machines.operation import free_speed, sense_of, shaft_torques
+from wucht.machines.tree import RotatingBody
+from wucht.numerics.flow.javascript import javascript_code
 from wucht.numerics.flow.program import lower
-from wucht.piecewise import PiecewiseCubic
 from wucht.results.formatting import engineering_unit, units_in_print
 from wucht.system import System
 
@@ -81,11 +80,11 @@ def _phase_panels(machine: Machine) -> list[dict[str, Any]]:
 
 
 def levels(machine: Machine, names: Sequence[str]) -> dict[str, Any]:
-    """Return what is known of the speeds that are marked, as plain data; see ``level_code`` for the code.
+    """Return what is known of the speeds that are marked, as plain data.
 
-    names: of the parameters of the equations, in order. ``size``: of the carrier's matrices, 0 where it is not linear; ``top``:
-    the highest speed that is sought; ``rotors``: name, the speed without vibration at the file's values or None, and the
-    indices of the parameters on which it depends. All of them at the end of schedules.
+    names: of the parameters of the equations, in order. ``size``: of the carrier's matrices, 0 where it is not linear.
+    ``rotors``: name, the speed without vibration at the file's values or None, and the indices of the parameters on which it
+    depends. All at the end of schedules.
     """
     last = machine.at(machine.breakpoints[-1])
     rotors = [
@@ -95,24 +94,16 @@ def levels(machine: Machine, names: Sequence[str]) -> dict[str, Any]:
         }
         for r in machine.rotors
     ]  # fmt: skip
-    return {"size": _matrix_size(machine), "top": 3 * operating_speed(last), "rotors": rotors}
+    return {"size": _matrix_size(machine), "rotors": rotors}
 
 
-def level_code(machine: Machine, names: Sequence[str]) -> dict[str, str]:
-    """Return code of the carrier's mass and stiffness matrices, and of the rotors' net torques over the speed.
-
-    The net torques are left out where one of them is piecewise.
-    """
+def matrices_code(machine: Machine, names: Sequence[str]) -> str:
+    """Return code of the entries of the carrier's mass matrix, then of its stiffness matrix, at the end of schedules."""
     parameters, last = tuple(sp.Symbol(name, real=True) for name in names), machine.at(machine.breakpoints[-1])
     final = {s.symbol: sp.Float(last.values[s.parameter]) for s in machine.schedules}
     carrier = machine.linear_carrier if _matrix_size(machine) else None
     entries = [] if carrier is None else [e.xreplace(final) for e in (*carrier.mass, *carrier.stiffness)]
-    code = {"matrices": javascript_code(lower(System((), (), parameters), entries))}
-    shafts = (shaft_torques(machine, r) for r in machine.rotors)
-    torques = [sp.sympify(drive - losses).xreplace(final) for drive, losses in shafts]
-    if not any(t.has(PiecewiseCubic) for t in torques) and not missing_functions(torques):
-        code["torques"] = javascript_code(lower(System((SPEED,), (sp.S.Zero,), parameters), torques))
-    return code
+    return javascript_code(lower(System((), (), parameters), entries))
 
 
 def _matrix_size(machine: Machine) -> int:
@@ -122,6 +113,8 @@ def _matrix_size(machine: Machine) -> int:
         return 0
 
 
-def _symbols(machine: Machine, rotor: Any) -> set[sp.Symbol]:
+def _symbols(machine: Machine, rotor: RotatingBody) -> set[sp.Symbol]:
     switches = {switch_path(d) for d in machine.drives}
-    return {s for e in shaft_torques(machine, rotor) for s in e.free_symbols if s.name not in switches}
+    prescribed_speed = rotor.coordinate.prescribed_velocity
+    of_speed = shaft_torques(machine, rotor) if prescribed_speed is None else (sp.sympify(prescribed_speed),)
+    return {s for e in of_speed for s in e.free_symbols if s.name not in switches}

@@ -21,6 +21,13 @@ const DASHES: readonly number[][] = [[], [8, 5], [3, 3], [9, 3, 2, 3]];
 /** Names of more curves have no numbers beside them. */
 const FEW = 3;
 
+/** The place of a name, in pixels of the canvas. */
+interface Name {
+  readonly right: number;
+  readonly top: number;
+  readonly width: number;
+}
+
 type Values = Float64Array | (number | null)[];
 
 /** The values of a curve over the samples of a course, in the panel's unit; a circular one breaks where it wraps. */
@@ -189,7 +196,7 @@ export class CurvePanel {
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
-    const places: number[] = [];
+    const places: Name[] = [];
     for (const level of this._levels.toSorted((a, b) => b.speed - a.speed)) this._drawLevel(plot, level, ratio, places);
     ctx.fillStyle = this._paper.ink;
     for (const curve of this._measured) {
@@ -202,7 +209,7 @@ export class CurvePanel {
   }
 
   /** A marked speed: a line, and its name where no other name is. names: their places so far. */
-  private _drawLevel(plot: uPlot, level: Level, ratio: number, names: number[]) {
+  private _drawLevel(plot: uPlot, level: Level, ratio: number, names: Name[]) {
     const { ctx, bbox } = plot;
     const y = Math.round(plot.valToPos(level.speed / this._panel.size, "y", true)) + 0.5;
     if (y < bbox.top) return;
@@ -216,13 +223,18 @@ export class CurvePanel {
     const line = LETTER * ratio;
     const below = y - 1.4 * line < bbox.top;
     const top = below ? y + 2 * ratio : y - 2 * ratio - line;
-    if (names.some((other) => Math.abs(other - top) < 1.1 * line)) return;
-    names.push(top);
-    const right = bbox.left + bbox.width - 6 * ratio;
     ctx.font = this._paper.canvasFont(ratio);
+    const width = ctx.measureText(level.name).width;
+    const right = [bbox.left + bbox.width - 6 * ratio, bbox.left + 0.5 * bbox.width].find((place) =>
+      names.every(
+        (other) =>
+          other.right - other.width > place + line || other.right < place - width - line || Math.abs(other.top - top) > line,
+      ),
+    );
+    if (right === undefined) return;
+    names.push({ right, top, width });
     ctx.textAlign = "right";
     ctx.textBaseline = below ? "top" : "bottom";
-    const width = ctx.measureText(level.name).width;
     ctx.fillStyle = this._paper.surface;
     ctx.globalAlpha = 0.8;
     ctx.fillRect(right - width - 3 * ratio, top, width + 6 * ratio, line);

@@ -1,7 +1,7 @@
 /** Speeds that are marked: natural frequencies, and what the motors reach without vibration. They move with the parameters. */
 
-import type { Code } from "./machine.ts";
-import type { LevelCode, LevelData } from "./page_data.ts";
+import type { Contents } from "./page_data.ts";
+import { TorqueCurves } from "./torque_curves.ts";
 
 export interface Level {
   readonly name: string;
@@ -11,63 +11,58 @@ export interface Level {
 }
 
 const SWEEPS = 30;
-const NEARBY = 1e-3;
-const GROWTH = 1.5;
-const BISECTIONS = 200;
 
-/** The speeds at values of the parameters; original: the values of the file, for which Python knows the speeds. */
-export function levelsAt(
-  data: LevelData,
-  code: LevelCode,
-  parameters: readonly number[],
-  original: readonly number[],
-): Level[] {
-  const values = Float64Array.from(parameters);
-  const natural = distinct(naturalFrequencies(evaluated(code.matrices, values, [], 2 * data.size ** 2), data.size));
-  const levels = natural.map((speed, i) => {
-    return { name: `natural frequency${natural.length > 1 ? ` ${i + 1}` : ""}`, speed, isNatural: true };
-  });
-  for (const [row, rotor] of data.rotors.entries()) {
-    const isOriginal = rotor.depends.every((index) => parameters[index] === original[index]);
-    let speed: number | null = isOriginal ? rotor.speed : null;
-    if (!isOriginal && code.torques) speed = freeSpeed(code.torques, values, row, data.rotors.length);
-    const name = data.rotors.length > 1 ? `${rotor.name} without vibration` : "without vibration";
-    if (speed !== null && speed !== 0) levels.push({ name, speed, isNatural: false });
+export class Levels {
+  private readonly _contents: Contents;
+  private readonly _original: readonly number[];
+  private readonly _start: Float64Array;
+  private readonly _torques: TorqueCurves | null;
+
+  constructor(contents: Contents) {
+    const { hills, parameters, states } = contents.machine;
+    this._contents = contents;
+    this._original = parameters.map(({ value }) => value);
+    this._start = Float64Array.from(states, ({ start }) => start);
+    this._torques = hills.available ? new TorqueCurves(contents.machine, hills) : null;
   }
-  return levels;
+
+  /** The speeds at values of the parameters, and at the end of schedules; where they are those of the file, as Python has them. */
+  at(parameters: readonly number[], end: number): Level[] {
+    const { rotors } = this._contents.page.levels;
+    const natural = distinct(this._naturalFrequencies(parameters));
+    const levels = natural.map((speed, i) => {
+      return { name: `natural frequency${natural.length > 1 ? ` ${i + 1}` : ""}`, speed, isNatural: true };
+    });
+    for (const rotor of rotors) {
+      const isOriginal = rotor.depends.every((index) => parameters[index] === this._original[index]);
+      const speed = isOriginal ? rotor.speed : this._freeSpeed(rotor.name, parameters, end);
+      const name = rotors.length > 1 ? `${rotor.name} without vibration` : "without vibration";
+      if (speed !== null && speed !== 0) levels.push({ name, speed, isNatural: false });
+    }
+    return levels;
+  }
+
+  private _naturalFrequencies(parameters: readonly number[]): number[] {
+    const { page, levelCode } = this._contents;
+    const constants = new Float64Array(levelCode.matrices.constantCount);
+    const entries = new Float64Array(2 * page.levels.size ** 2);
+    levelCode.matrices.constants(Float64Array.from(parameters), constants);
+    levelCode.matrices.values(0, new Float64Array(0), constants, entries);
+    return naturalFrequencies(entries, page.levels.size);
+  }
+
+  /** The speed that a motor reaches without vibration; null where it is not known here. */
+  private _freeSpeed(name: string, parameters: readonly number[], end: number): number | null {
+    const row = this._torques?.hills.rotors.findIndex((rotor) => rotor.name === name) ?? -1;
+    if (this._torques === null || row < 0) return null;
+    this._torques.set(parameters, end, this._start, row);
+    return this._torques.freeSpeed();
+  }
 }
 
 /** Each frequency once: those of equal directions are one line. */
 function distinct(frequencies: readonly number[]): number[] {
   return frequencies.filter((f, i) => f > 0 && !frequencies.slice(0, i).some((other) => Math.abs(f - other) < 1e-9 * f));
-}
-
-/** Results of code at parameters and states. */
-function evaluated(code: Code, parameters: Float64Array, states: readonly number[], count: number): Float64Array {
-  const constants = new Float64Array(code.constantCount);
-  const results = new Float64Array(count);
-  code.constants(parameters, constants);
-  code.values(0, Float64Array.from(states), constants, results);
-  return results;
-}
-
-/** The speed at which a rotor's net torque first vanishes, from standstill in its sense, as `free_speed` in Python; or null. */
-function freeSpeed(code: Code, parameters: Float64Array, row: number, count: number): number | null {
-  const torque = (speed: number) => evaluated(code, parameters, [speed], count)[row]!;
-  const start = torque(0);
-  if (!(start !== 0)) return null;
-  let [low, high] = [0, Math.sign(start) * NEARBY];
-  while (torque(high) * start > 0) {
-    [low, high] = [high, GROWTH * high];
-    if (!(Math.abs(high) < 1e9)) return null;
-  }
-  for (let i = 0; i < BISECTIONS && high !== low; i++) {
-    const middle = 0.5 * (low + high);
-    if (middle === low || middle === high) break;
-    if (torque(middle) * start > 0) low = middle;
-    else high = middle;
-  }
-  return high;
 }
 
 /**

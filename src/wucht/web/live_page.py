@@ -18,7 +18,7 @@ from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
 from wucht.reports.markup import html_text
 from wucht.web.cards import Card
-from wucht.web.curve_panels import level_code, levels, panels
+from wucht.web.curve_panels import levels, matrices_code, panels
 from wucht.web.sliders import derived_parameters, parameter_groups
 from wucht.web.start_controls import start_groups
 
@@ -88,8 +88,8 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
         "panels": panels(machine, description["outputs"]),
         "levels": levels(machine, names),
     }
+    matrices = matrices_code(machine, names)
     data = machine_script(exported_machine, state).removeprefix("export ").rstrip()
-    code = "\n".join(f"{name}: {text}," for name, text in level_code(machine, names).items())
     return "\n".join(
         [
             "<!doctype html>",
@@ -104,7 +104,9 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
             "</head>",
             "<body>",
             "<noscript>This page computes the motion of a machine; it needs JavaScript.</noscript>",
-            f'<script id="machine">{data}\nconst page = {_json(contents)};\nconst levelCode = {{\n{code}\n}};</script>',
+            f'<script id="machine">{data}',
+            f"const page = {_json(contents)};",
+            f"const levelCode = {{ matrices: {matrices} }};</script>",
             f'<script id="engine">{script}</script>',
             "</body>",
             "</html>",

@@ -8,7 +8,7 @@ import { CurvePanel } from "./curves.ts";
 import { button, element } from "./dom.ts";
 import { MachineDrawing, type View } from "./drawing.ts";
 import { letGrab } from "./grabbing.ts";
-import { levelsAt } from "./levels.ts";
+import { Levels } from "./levels.ts";
 import { LinkError, linkText, readLink } from "./link.ts";
 import type { MeasuredCurve } from "./measured.ts";
 import type { Contents, Panel, StartControl } from "./page_data.ts";
@@ -44,6 +44,7 @@ export class LivePage {
   private readonly _canvas: HTMLCanvasElement;
   private readonly _hill: TorqueHill;
   private readonly _trails: Trails;
+  private readonly _levels: Levels;
   private readonly _transport: Transport;
   private readonly _verdict: VerdictLine;
   private readonly _column: ControlColumn;
@@ -69,6 +70,7 @@ export class LivePage {
     this._clock.speed = suggestedSpeed(page.turn);
     this._instant = new Instant(machine);
     this._trails = new Trails(contents);
+    this._levels = new Levels(contents);
     this._canvas = element("canvas", { class: "drawing", role: "img", "aria-label": "the machine, moving" });
     this._drawing = new MachineDrawing(this._canvas, machine);
     const hill = element("div", { class: "hill" });
@@ -231,15 +233,11 @@ export class LivePage {
   }
 
   private _showCourse() {
-    const { page, levelCode } = this._contents;
+    const { page } = this._contents;
     const course = this._course;
     if (course === null) return;
-    const levels = levelsAt(
-      page.levels,
-      levelCode,
-      parametersAt(course.scenario, course.scenario.until),
-      this._original.parameters,
-    );
+    const end = course.scenario.until;
+    const levels = this._levels.at(parametersAt(course.scenario, end), Math.max(end, page.until));
     for (const [i, panel] of this._panels.entries()) {
       panel.show(
         course,

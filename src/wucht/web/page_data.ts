@@ -63,7 +63,6 @@ export interface Card {
 
 export interface LevelData {
   readonly size: number;
-  readonly top: number;
   readonly rotors: readonly { readonly name: string; readonly speed: number | null; readonly depends: readonly number[] }[];
 }
 
@@ -93,8 +92,6 @@ export interface PageData {
 export interface LevelCode {
   /** Entries of the carrier's mass matrix, then of its stiffness matrix. */
   readonly matrices: Code;
-  /** The net torques of the rotors over the speed, where they are not piecewise. */
-  readonly torques?: Code;
 }
 
 export interface Contents {

@@ -15,12 +15,11 @@ from wucht.files.building import given_keys
 from wucht.files.catalogue import load_document, machine_of, short_name
 from wucht.files.documents import Document
 from wucht.files.toml_text import toml_text
+from wucht.reports.html_report import place_of_page
 from wucht.results.store import replace_file
 from wucht.studies.study_file import DEFAULT_KIND, StudyFile, machine_study, read_study, run_study
 from wucht.web.cards import card_of
 from wucht.web.live_page import PageText, live_page
-
-_ENDINGS = (".html", ".htm")
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ def shared_page(name: str, settings: Mapping[str, Any] | None = None, verdict: b
         run = RunUpCase.of(machine, start, replace(spec.settings, model="full", inertia=None))
         description = study_file.document["machine"]
     except InputError as error:
-        raise error.with_file(path) from None
+        raise error if error.file else error.with_file(path) from None
     needs_verdict = (is_question and not spec.starts and not spec.values) if verdict is None else verdict
     judgement = _judgement(study_file) if needs_verdict else None
     text = PageText(
@@ -88,12 +87,9 @@ def write_page(name: str, file: Path, settings: Mapping[str, Any] | None = None,
 
     Raises ``InputError`` if the file is a folder or no page of HTML, ``RunError`` if it cannot be written.
     """
-    if file.is_dir():
-        raise InputError("-o", str(file), f"this is a folder: give the file to write, such as {file / 'machine.html'}")
-    if file.suffix.lower() not in _ENDINGS:
-        raise InputError("-o", str(file), "must be a page of HTML, such as machine.html")
+    place = place_of_page(file, "machine.html")
     whole = shared_page(name, settings, verdict).encode("utf-8")
-    return replace_file(file, lambda beside: beside.write_bytes(whole))
+    return replace_file(place, lambda beside: beside.write_bytes(whole))
 
 
 def _run_up_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[StudyFile, bool]:

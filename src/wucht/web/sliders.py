@@ -95,9 +95,9 @@ def parameter_groups(machine: Machine, names: Sequence[str], file_keys: frozense
 def derived_parameters(machine: Machine, names: Sequence[str], file_keys: frozenset[str] | None) -> list[int]:
     """Return the indices of numbers that follow from others in the file, and stay here; not those of nameplates."""
     fields = {path: field for p in machine.parts if not _has_nameplate(p, file_keys) for path, field in _fields(p, p.path)}
-    derived = [p for p in machine.parameters if p in fields and _is_derived(machine, p, fields[p], file_keys)]
+    of_parts = [p for p in machine.parameters if p in fields and _is_derived(machine, p, fields[p], file_keys)]
     tracks = [p for p in machine.parameters if p.endswith(".contact_frequency") and p not in (file_keys or machine.parameters)]
-    return [names.index(path) for path in (*derived, *tracks) if path in names]
+    return [names.index(path) for path in (*of_parts, *tracks) if path in names]
 
 
 def _is_movable(machine: Machine, part: Part, path: str, field: FieldInfo, file_keys: frozenset[str] | None) -> bool:

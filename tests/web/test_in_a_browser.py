@@ -1,0 +1,237 @@
+"""The page in a real browser. One test is quick; `make test-web` runs all."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
+
+from tests.web.conftest import Browsing, OpenPage
+
+R1 = {"study.until": 6}
+SPEED = "section[aria-label='speed over time'] canvas"
+SLOPE = "input[type=text][aria-label^='slope']"
+
+
+def set_field(shown: OpenPage, selector: str, text: str) -> None:
+    before = shown.courses()
+    shown.page.fill(selector, text)
+    shown.page.press(selector, "Enter")
+    shown.wait_for_course(before)
+
+
+def test_first_page_shows_curves_and_a_slider_moves_them(browsing: Browsing) -> None:
+    """The verdict of the file is gone once anything has moved, and back with the file's values."""
+    shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
+    page = shown.page
+    assert page.inner_text("h1") == "R1, u = 20"
+    assert page.locator(".panel").count() == 5
+    verdict = page.inner_text(".verdict")
+    assert not verdict.startswith("not judged")
+    first, drawing = shown.pixels(SPEED), shown.pixels("canvas.drawing")
+    before = shown.courses()
+    page.locator("input[type=range][aria-label^='slope']").press("ArrowRight")
+    shown.wait_for_course(before)
+    assert page.inner_text(".verdict").startswith("not judged")
+    assert shown.pixels(SPEED) != first
+    before = shown.courses()
+    page.click("text=Back to the file")
+    shown.wait_for_course(before)
+    assert page.inner_text(".verdict") == verdict
+    assert shown.pixels(SPEED) == first
+    page.keyboard.press("End")
+    assert shown.pixels("canvas.drawing") != drawing
+
+
+@pytest.mark.slow
+def test_a_wrong_value_is_refused_by_a_sentence(browsing: Browsing) -> None:
+    shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
+    page, curves = shown.page, shown.pixels(SPEED)
+    for text, sentence in (
+        ("-1", "slope of the torque over speed must be at least 0"), ("fast", "must be a number in N·m·s; “fast” was given"),
+        ("1e999", "must be at most 1e+30 N·m·s"),
+    ):  # fmt: skip
+        page.fill(SLOPE, text)
+        page.press(SLOPE, "Enter")
+        refusal = page.locator(".refusal:not(:empty)").inner_text().replace("\u00a0", " ")
+        assert sentence in refusal.replace("Slope", "slope")
+        assert refusal.endswith("0.0195 N·m·s stays.")
+        assert page.get_attribute(SLOPE, "aria-invalid") == "true"
+    assert (shown.courses(), shown.pixels(SPEED)) == (1, curves)
+    set_field(shown, SLOPE, "0,03")
+    assert page.locator(".refusal:not(:empty)").count() == 0
+
+
+@pytest.mark.slow
+def test_the_keyboard_alone_plays_scrubs_and_moves(browsing: Browsing) -> None:
+    shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
+    page = shown.page
+    time = page.locator(".transport output")
+    page.keyboard.press("ArrowRight")
+    assert time.inner_text() == "0.06 s"
+    page.keyboard.press("Space")
+    page.wait_for_timeout(300)
+    page.keyboard.press("Space")
+    stopped = time.inner_text()
+    assert float(stopped.split()[0]) > 0.06
+    page.wait_for_timeout(100)
+    assert time.inner_text() == stopped
+    page.keyboard.press("Home")
+    assert time.inner_text() == "0 s"
+    labels = []
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        labels.append(page.evaluate("document.activeElement.getAttribute('aria-label') || document.activeElement.textContent"))
+        outline = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+        assert outline != "none"
+        if str(labels[-1]).startswith("slope"):
+            break
+    assert labels[0] == "play"
+    assert str(labels[-1]).startswith("slope")
+    before = shown.courses()
+    page.keyboard.press("ArrowRight")
+    shown.wait_for_course(before)
+    assert page.inner_text(".verdict").startswith("not judged")
+    assert page.input_value(SLOPE) != "0.0195"
+
+
+@pytest.mark.slow
+def test_a_link_restores_everything(browsing: Browsing) -> None:
+    path = browsing.file("drozdetskaya-2020/r1", **R1)
+    shown = browsing.open(path)
+    page = shown.page
+    set_field(shown, SLOPE, "0.0300000000000001")
+    page.keyboard.press("Home")
+    page.locator("body").click(position={"x": 700, "y": 8})
+    for _ in range(37):
+        page.keyboard.press("ArrowRight")
+    before = shown.courses()
+    page.click("button.switch")
+    shown.wait_for_course(before)
+    page.check("text=turn with the rotor")
+    page.click("text=Copy link")
+    link = page.evaluate("location.hash")
+    stored = json.loads(unquote(link[1:]))
+    assert stored["parameters"] == {"drive.slope": 0.0300000000000001}
+    assert stored["changes"] == [{"time": stored["time"], "parameters": {"drive.switch": 0}}]
+    pixels = [shown.pixels(SPEED), shown.pixels("canvas.drawing")]
+    again = browsing.open(path, link)
+    assert again.page.inner_text("button.switch") == "Motor of drum off"
+    again.page.click("text=Copy link")
+    assert again.page.evaluate("location.hash") == link
+    assert [again.pixels(SPEED), again.pixels("canvas.drawing")] == pixels
+
+
+@pytest.mark.slow
+def test_a_motor_slider_frees_a_captured_rotor_while_it_runs(browsing: Browsing) -> None:
+    """From now on: what was before stays as it was."""
+    shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
+    page = shown.page
+    speed = page.locator("section[aria-label='speed over time'] output")
+    page.keyboard.press("End")
+    captured = float(speed.inner_text().split()[0])
+    assert captured < 1300
+    for _ in range(60):
+        page.keyboard.press("ArrowLeft")
+    early = speed.inner_text()
+    page.check("text=from now")
+    set_field(shown, SLOPE, "0.078")
+    assert speed.inner_text() == early
+    page.locator("body").click(position={"x": 700, "y": 8})
+    page.keyboard.press("End")
+    assert float(speed.inner_text().split()[0]) > 1800
+
+
+@pytest.mark.slow
+def test_the_carrier_is_grabbed_and_let_go(browsing: Browsing) -> None:
+    shown = browsing.open(browsing.file("practice/screen", **{"study.until": 1}))
+    page = shown.page
+    box = page.locator("canvas.drawing").bounding_box()
+    assert box is not None
+    x, y = box["x"] + 0.35 * box["width"], box["y"] + 0.45 * box["height"]
+    before, still = shown.courses(), shown.pixels("canvas.drawing")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 10, y + 12, steps=4)
+    assert shown.pixels("canvas.drawing") != still
+    page.mouse.up()
+    shown.wait_for_course(before)
+    assert page.inner_text(".verdict").startswith("not judged")
+    page.click("text=Copy link")
+    start = json.loads(unquote(page.evaluate("location.hash")[1:]))["start"]
+    assert start["carrier.x"] > 1e-5
+
+
+@pytest.mark.slow
+def test_a_measured_file_is_laid_over_the_curves(browsing: Browsing, tmp_path: Path) -> None:
+    shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
+    page, curves = shown.page, shown.pixels(SPEED)
+    (tmp_path / "run.csv").write_text("time (s),speed (rpm)\n1,500\n2,900\n3,1200\n", encoding="utf-8")
+    (tmp_path / "bad.csv").write_text("name,age\na,b\n", encoding="utf-8")
+    page.set_input_files("#measured", tmp_path / "bad.csv")
+    page.wait_for_selector("text=bad.csv: The")
+    assert shown.pixels(SPEED) == curves
+    page.set_input_files("#measured", tmp_path / "run.csv")
+    page.wait_for_selector("text=run.csv: speed over the curves.")
+    assert shown.pixels(SPEED) != curves
+
+
+@pytest.mark.slow
+def test_picture_and_card(browsing: Browsing) -> None:
+    shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
+    page = shown.page
+    with page.expect_download() as download:
+        page.click("text=Picture")
+    assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")
+    assert page.inner_text(".card h2") == "Captured, and beating"
+    page.click(".card .close")
+    assert page.locator(".card").count() == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1280, 720), (390, 844)])
+def test_nothing_lies_outside_the_page(browsing: Browsing, size: tuple[int, int], scheme: str) -> None:
+    path = browsing.file("practice/laundry-drum", **{"study.until": 3})
+    viewport = {"width": size[0], "height": size[1]}
+    shown = browsing.open(path, viewport=viewport, color_scheme=scheme)
+    page = shown.page
+    assert page.evaluate("document.documentElement.scrollWidth") == size[0]
+    if size[0] > 1000:
+        assert page.evaluate("document.documentElement.scrollHeight") == size[1]
+    colours = page.evaluate("[getComputedStyle(document.documentElement)].map((s) => [s.color, s.backgroundColor])[0]")
+    ink, surface = (sum(map(int, re.findall(r"\d+", colour)[:3])) for colour in colours)
+    assert (ink > surface) == (scheme == "dark")
+
+
+@pytest.mark.slow
+def test_memory_stays_flat_over_many_changes(browsing: Browsing) -> None:
+    shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
+    page = shown.page
+    session = page.context.new_cdp_session(page)
+
+    def heap() -> float:
+        session.send("HeapProfiler.collectGarbage")
+        return float(session.send("Runtime.getHeapUsage")["usedSize"])
+
+    change = """async (count) => {
+      const slider = document.querySelector("input[type=range][aria-label^='slope']");
+      const root = document.documentElement;
+      for (let k = 0; k < count; k++) {
+        const drawn = new Promise((done) => {
+          new MutationObserver((_, observer) => (observer.disconnect(), done())).observe(root, { attributes: true });
+        });
+        slider.value = 300 + ((37 * k) % 400);
+        slider.dispatchEvent(new Event("input"));
+        await drawn;
+      }
+    }"""
+    page.evaluate(change, 50)
+    before = heap()
+    page.evaluate(change, 300)
+    assert heap() < before + 2e6
