@@ -72,12 +72,11 @@ export class CurvePanel {
     this._panel = panel;
     this._numbers = panel.curves.map(() => element("output", { class: "number" }));
     this._host = element("div", { class: "plot" });
-    const unit = panel.unit === "" ? "" : ` (${panel.unit})`;
     const keys = panel.curves.map((curve, i) => this._key(curve, i));
     this.root = element(
       "section",
       { class: "panel", "aria-label": `${panel.title} over time` },
-      element("h3", {}, `${panel.title}${unit}`, element("span", { class: "keys" }, ...keys)),
+      element("h3", {}, this.title, element("span", { class: "keys" }, ...keys)),
       this._host,
     );
     this._paper = paperOf(document.documentElement);
@@ -124,6 +123,11 @@ export class CurvePanel {
     if (width > 0 && height > 0) this._plot.setSize({ width, height });
   }
 
+  /** The quantity with its unit. */
+  get title(): string {
+    return `${this._panel.title}${this._panel.unit === "" ? "" : ` (${this._panel.unit})`}`;
+  }
+
   /** The canvas with the curves, for a picture. */
   get canvas(): HTMLCanvasElement {
     return this._plot.ctx.canvas;
@@ -148,7 +152,7 @@ export class CurvePanel {
       pxAlign: 1,
       cursor: { show: false },
       legend: { show: false },
-      padding: [TOP, 14, 0, 0],
+      padding: [TOP, 20, 0, 0],
       scales: {
         x: { time: false, range: () => [0, this._until] },
         y: { range: (_, low, high) => this._range(low ?? 0, high ?? 1) },

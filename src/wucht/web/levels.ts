@@ -26,7 +26,7 @@ export class Levels {
     this._torques = hills.available ? new TorqueCurves(contents.machine, hills) : null;
   }
 
-  /** The speeds at values of the parameters, and at the end of schedules; where they are those of the file, as Python has them. */
+  /** The speeds at values of the parameters, at the end of schedules; at those of the file, as Python has them. */
   at(parameters: readonly number[], end: number): Level[] {
     const { rotors } = this._contents.page.levels;
     const natural = distinct(this._naturalFrequencies(parameters));

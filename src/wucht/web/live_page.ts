@@ -1,5 +1,6 @@
 /** The page: one scenario, its course, the time that is shown, and what draws them. */
 
+import { ChangeList } from "./change_list.ts";
 import { Clock, suggestedSpeed } from "./clock.ts";
 import { Computer } from "./compute.ts";
 import { ControlColumn } from "./control_column.ts";
@@ -8,6 +9,7 @@ import { CurvePanel } from "./curves.ts";
 import { button, element } from "./dom.ts";
 import { MachineDrawing, type View } from "./drawing.ts";
 import { letGrab } from "./grabbing.ts";
+import { pageLayout } from "./layout.ts";
 import { Levels } from "./levels.ts";
 import { LinkError, linkText, readLink } from "./link.ts";
 import type { MeasuredCurve } from "./measured.ts";
@@ -49,6 +51,7 @@ export class LivePage {
   private readonly _verdict: VerdictLine;
   private readonly _column: ControlColumn;
   private readonly _toolbar: Toolbar;
+  private readonly _changes: ChangeList;
   private readonly _curves: HTMLElement;
   private readonly _caption = element("figcaption");
   private readonly _warning = element("p", { class: "warning", role: "status" });
@@ -86,6 +89,7 @@ export class LivePage {
       until: (value) => this._change({ ...this._scenario, until: value }),
       reset: () => this._change(this._original),
     });
+    this._changes = new ChangeList(contents, (scenario) => this._change(scenario));
     this._toolbar = new Toolbar(
       {
         link: () => this._link(),
@@ -120,43 +124,19 @@ export class LivePage {
 
   private _layout(hill: HTMLElement): HTMLElement {
     const { machine, page } = this._contents;
-    const card = page.text.card;
-    const note = card && element("section", { class: "card", "aria-label": "what this machine shows" });
-    note?.append(
-      element("h2", {}, card!.title),
-      element("p", {}, card!.text),
-      element("p", { class: "task" }, card!.task),
-      button("×", () => note.remove(), { class: "close", "aria-label": "close this card" }),
-    );
-    const view = element("label", { class: "check" }, this._strobe, "turn with the rotor");
-    const stage = element(
-      "section",
-      { class: "stage", "aria-label": "the machine" },
+    const stage = [
       element("figure", {}, this._canvas, this._caption),
       this._transport.root,
-      element("div", { class: "views" }, ...this._switches, view),
+      element(
+        "div",
+        { class: "views" },
+        ...this._switches,
+        element("label", { class: "check" }, this._strobe, "turn with the rotor"),
+      ),
       ...(this._hill.available ? [hill] : []),
-    );
-    return element(
-      "main",
-      {},
-      element(
-        "header",
-        {},
-        element("h1", {}, machine.title),
-        this._verdict.root,
-        element("p", { class: "file" }, page.text.file),
-      ),
-      stage,
-      element("div", { class: "middle" }, ...(note ? [note] : []), this._warning, this._curves),
-      element("div", { class: "side" }, this._column.root, this._toolbar.root),
-      element(
-        "footer",
-        {},
-        `wucht ${page.version}. Computed here, to six digits a step, from the machine's own equations. A run is judged by wucht, ` +
-          "not by this page, which also does not check whether values fit together.",
-      ),
-    );
+    ];
+    const middle = [this._warning, this._changes.root, this._curves];
+    return pageLayout(machine.title, page, this._verdict.root, stage, middle, [this._column.root, this._toolbar.root]);
   }
 
   private _buildCurves() {
@@ -218,6 +198,7 @@ export class LivePage {
     this._scenario = scenario;
     this._clock.end = scenario.until;
     this._verdict.show(areEqual(scenario, this._original));
+    this._changes.show(scenario);
     if (isShown) this._column.show(scenario, parametersAt(scenario, this._column.isFromNow ? this._clock.time : 0));
     this._computer.compute(scenario);
   }
@@ -291,12 +272,13 @@ export class LivePage {
   }
 
   private _picture() {
-    const { machine, page } = this._contents;
+    const { machine } = this._contents;
     const paper = paperOf(document.documentElement);
-    const curves = this._panels.map((panel, i) => ({ title: page.panels[i]!.title, canvas: panel.canvas }));
+    const curves = this._panels.map((panel) => ({ title: panel.title, canvas: panel.canvas }));
     const lines = [this._verdict.root.textContent ?? "", this._drawing.description];
+    const drawings = [...this.root.querySelectorAll<HTMLCanvasElement>(".stage canvas")];
     savePicture(
-      paintedSheet({ title: machine.title, lines, drawing: this._canvas, curves, surface: paper.surface, ink: paper.ink }),
+      paintedSheet({ title: machine.title, lines, drawings, curves, surface: paper.surface, ink: paper.ink }),
       "machine.png",
     );
   }

@@ -5,23 +5,24 @@ const [MARGIN, GAP, LINE] = [24, 16, 22];
 export interface Sheet {
   readonly title: string;
   readonly lines: readonly string[];
-  readonly drawing: HTMLCanvasElement;
+  readonly drawings: readonly HTMLCanvasElement[];
   readonly curves: readonly { readonly title: string; readonly canvas: HTMLCanvasElement }[];
   readonly surface: string;
   readonly ink: string;
 }
 
-/** Paint the sheet: the drawing on the left, the curves below each other on the right. */
+/** Paint the sheet: the machine on the left, the curves below each other on the right. */
 export function paintedSheet(sheet: Sheet): HTMLCanvasElement {
   const ratio = devicePixelRatio;
   const size = (canvas: HTMLCanvasElement) => ({ width: canvas.width / ratio, height: canvas.height / ratio });
-  const drawing = size(sheet.drawing);
+  const left = { width: Math.max(...sheet.drawings.map((one) => size(one).width), 0), height: 0 };
+  for (const one of sheet.drawings) left.height += size(one).height + GAP;
   const widest = Math.max(...sheet.curves.map(({ canvas }) => size(canvas).width), 0);
   const top = MARGIN + (sheet.lines.length + 1) * LINE + GAP;
   const right = sheet.curves.reduce((sum, { canvas }) => sum + size(canvas).height + LINE, 0);
   const made = document.createElement("canvas");
-  made.width = (2 * MARGIN + drawing.width + GAP + widest) * ratio;
-  made.height = (top + Math.max(drawing.height, right) + MARGIN) * ratio;
+  made.width = (2 * MARGIN + left.width + GAP + widest) * ratio;
+  made.height = (top + Math.max(left.height, right) + MARGIN) * ratio;
   const context = made.getContext("2d")!;
   context.scale(ratio, ratio);
   context.fillStyle = sheet.surface;
@@ -32,12 +33,16 @@ export function paintedSheet(sheet: Sheet): HTMLCanvasElement {
   context.fillText(sheet.title, MARGIN, MARGIN);
   context.font = "14px system-ui, sans-serif";
   sheet.lines.forEach((line, i) => context.fillText(line, MARGIN, MARGIN + (i + 1.2) * LINE));
-  context.drawImage(sheet.drawing, MARGIN, top, drawing.width, drawing.height);
   let y = top;
+  for (const one of sheet.drawings) {
+    context.drawImage(one, MARGIN, y, size(one).width, size(one).height);
+    y += size(one).height + GAP;
+  }
+  y = top;
   for (const { title, canvas } of sheet.curves) {
     const { width, height } = size(canvas);
-    context.fillText(title, MARGIN + drawing.width + GAP + 8, y);
-    context.drawImage(canvas, MARGIN + drawing.width + GAP, y + LINE, width, height);
+    context.fillText(title, MARGIN + left.width + GAP + 8, y);
+    context.drawImage(canvas, MARGIN + left.width + GAP, y + LINE, width, height);
     y += height + LINE;
   }
   return made;

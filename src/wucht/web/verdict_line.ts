@@ -18,6 +18,6 @@ export class VerdictLine {
     const words =
       verdict?.[1] ?? (isOriginal ? "wucht judges the run of a file: wucht run" : "the run is no longer that of the file");
     this.root.classList.toggle("judged", verdict !== null);
-    this.root.replaceChildren(element("strong", {}, verdict?.[0] ?? "not judged"), ` ${words}`);
+    this.root.replaceChildren(element("strong", {}, verdict?.[0] ?? "not judged"), ` – ${words}`);
   }
 }
