@@ -9,14 +9,14 @@ const { Pose } = await load("pose");
 const { TorqueCurves } = await load("torque_curves");
 const { TorqueHill } = await load("torque_hill");
 
-/** A context of a canvas that records the circles and the words, and does nothing else. */
+/** A context of a canvas that records circles and words, counts what is not finite, and does nothing else. */
 function recorder() {
-  const calls = { arcs: [], words: [], count: 0 };
+  const calls = { arcs: [], words: [], infinite: 0 };
   const context = new Proxy({ measureText: (words) => ({ width: 6 * words.length }) }, {
     get(target, name) {
       if (name in target) return target[name];
       return (...values) => {
-        calls.count += 1;
+        if (values.some((value) => typeof value === "number" && !Number.isFinite(value))) calls.infinite += 1;
         if (name === "arc") calls.arcs.push(values.slice(0, 3));
         if (name === "fillText") calls.words.push(values[0]);
       };

@@ -1,0 +1,370 @@
+"""The moving drawing: its data follow the parameters, what is drawn is where the state says, and grabbing is its inverse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.typescript_jobs import needs_typescript, run_jobs
+
+from wucht import Machine, load_machine
+from wucht.dynamics.live_machine import export_obstacles, machine_description, machine_script
+from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
+from wucht.files.catalogue import load_document, names
+from wucht.machine_shape import machine_shape
+from wucht.machines.operation import axis_at_rest
+from wucht.studies.subjects import MACHINE
+
+FAMILIES = [
+    "drozdetskaya-2020/r1", "drozdetskaya-2020/figure-6.5", "drozdetskaya-2020/table-5.1", "practice/fan-on-belt",
+    "practice/laundry-drum", "practice/laundry-drum-friction", "practice/screen-loaded", "sperling-vibration/figure-2a",
+    "sperling-vibration/lock-limits", "sperling-rollers/table-1",
+]  # fmt: skip
+RIGHT, UP = 320.0, 240.0
+PLAIN = {"stroboscopic": False, "magnification": 10.0}
+SEEN_TURNING = {"stroboscopic": True, "magnification": 10.0}
+
+
+@cache
+def machine_at_start(name: str) -> tuple[Machine, np.ndarray, dict[str, Any], str]:
+    """A machine in its initial state, its description, and its script."""
+    study = load_document(name)[0].get("study", {})
+    machine = load_machine(name)
+    state = initial_state(machine, study.get("start", {}) if study.get("kind") == "run-up" else {})
+    machine = machine_in_state(machine, state)
+    return machine, state, machine_description(machine, state), machine_script(machine, state)
+
+
+def exportable_machines() -> list[str]:
+    """Machines of the catalogue that can be exported."""
+    return [n for n in names() if "machine" in load_document(n)[0] and not export_obstacles(load_machine(n))]
+
+
+def state_name(description: Mapping[str, Any], row: int) -> str:
+    return str(description["states"][row]["name"])
+
+
+def test_the_data_name_the_states() -> None:
+    machine, _, description, _ = machine_at_start("practice/laundry-drum")
+    drawing = description["drawing"]
+    assert [(d["label"], state_name(description, d["position"])) for d in drawing["carrier"]] == [
+        ("x", "carrier.x"), ("y", "carrier.y"),
+    ]  # fmt: skip
+    assert [state_name(description, d["velocity"]) for d in drawing["carrier"]] == ["carrier.vx", "carrier.vy"]
+    for body, data in zip(machine.bodies, drawing["bodies"], strict=True):
+        assert data["name"] == body.name
+        assert [state_name(description, data[key]) for key in ("angle", "velocity")] == [
+            f"{body.name}.angle",
+            f"{body.name}.speed",
+        ]
+    assert [b["about"] for b in drawing["bodies"]] == [None, *[0] * 6]
+    assert [c["bodies"] for c in drawing["contacts"]] == [
+        [[b.name for b in machine.bodies].index(n) for n in c["bodies"]] for c in description["contacts"]
+    ]
+
+
+def test_prescribed_motions_have_no_velocity() -> None:
+    description = machine_at_start("sperling-vibration/entrainment-band")[2]
+    assert [(d["label"], d["velocity"]) for d in description["drawing"]["carrier"]] == [("x", -1)]
+    assert description["drawing"]["is_shaken"]
+    rollers = machine_at_start("sperling-rollers/table-1")[2]["drawing"]
+    assert rollers["bodies"][0]["velocity"] == -1
+    assert all(b["velocity"] >= 0 for b in rollers["bodies"][1:])
+
+
+def test_masses_in_guides_have_their_displacements() -> None:
+    description = machine_at_start("drozdetskaya-2020/figure-6.5")[2]
+    guides = [b["guide"] for b in description["drawing"]["bodies"]]
+    assert guides[0] is None
+    assert [state_name(description, g["displacement"]) for g in guides[1:]] == ["p1.displacement", "p2.displacement"]
+    disc = machine_at_start("sperling-vibration/figure-7")[2]
+    assert [(s["name"], s["about"], state_name(disc, s["displacement"])) for s in disc["drawing"]["sliders"]] == [
+        ("s1", 0, "s1.displacement"), ("s2", 0, "s2.displacement"),
+    ]  # fmt: skip
+
+
+def shape_numbers(machine: Machine) -> list[float]:
+    """The lengths of a machine's shape in numbers."""
+    description = MACHINE.describe(machine)
+    shape = machine_shape(
+        description.facts["bodies"], machine.values, description.parts, dimensionless=description.dimensionless
+    )
+    rotors = [x for r in shape.rotors for x in (r.x, r.y, r.radius, *(y for b in r.bodies for y in (b.arm, b.size, b.track)))]
+    return [*shape.box, *rotors, *(x for m in shape.mounts for x in (m.x, m.y))]
+
+
+def drawn_numbers(drawing: Mapping[str, Any], lengths: list[float]) -> list[float]:
+    """The same of the data of the moving drawing, with its lengths."""
+    indices = list(drawing["box"])
+    for k, rotor in enumerate(drawing["rotors"]):
+        indices += [rotor["x"], rotor["y"], rotor["radius"]]
+        indices += [
+            b[key] for b in drawing["bodies"] if b["rotor"] == k and b["about"] is not None for key in ("arm", "size", "track")
+        ]
+    indices += [x for m in drawing["mounts"] for x in (m["x"], m["y"])]
+    return [lengths[i] for i in indices]
+
+
+def check_lengths(folder: Path, chosen: Sequence[str]) -> None:
+    """Compare the lengths with those of the figure, at other values of all parameters."""
+    generator, jobs, expected = np.random.default_rng(7), [], []
+    for name in chosen:
+        machine, _, description, script = machine_at_start(name)
+        scheduled = {s.parameter for s in machine.schedules}
+        changes = {p: v * generator.uniform(0.9, 1.1) for p, v in machine.values.items() if p not in scheduled}
+        jobs.append((script, {"kind": "lengths", "parameters": changes}))
+        expected.append((description["drawing"], shape_numbers(machine.with_unchecked_values(changes))))
+    for (drawing, numbers), lengths in zip(expected, run_jobs(folder, jobs), strict=True):
+        assert drawn_numbers(drawing, lengths) == pytest.approx(numbers, rel=1e-12, abs=1e-15)
+
+
+@needs_typescript
+def test_lengths_are_those_of_the_figure_at_other_parameters_too(tmp_path: Path) -> None:
+    check_lengths(tmp_path, FAMILIES)
+
+
+@needs_typescript
+@pytest.mark.slow
+def test_lengths_of_the_whole_catalogue_are_those_of_the_figure(tmp_path: Path) -> None:
+    """But for a disc with masses in guides, which are no bodies that turn."""
+    chosen = [name for name in exportable_machines() if name != "sperling-vibration/figure-7"]
+    assert len(chosen) > 80
+    check_lengths(tmp_path, chosen)
+
+
+@needs_typescript
+def test_the_rest_is_where_the_carrier_sags(tmp_path: Path) -> None:
+    machine, _, description, script = machine_at_start("practice/laundry-drum")
+    (lengths,) = run_jobs(tmp_path, [(script, {"kind": "lengths"})])
+    rest = [lengths[d["rest"]] for d in description["drawing"]["carrier"]]
+    assert rest == pytest.approx(list(axis_at_rest(machine).values()))
+    assert rest[1] < 0
+
+
+def circles(answer: Mapping[str, Any], radius: float) -> np.ndarray:
+    """Centres of the circles of a radius in pixels."""
+    return np.array([arc[:2] for arc in answer["arcs"] if arc[2] == pytest.approx(radius, rel=1e-9)])
+
+
+def disc_radius(answer: Mapping[str, Any]) -> float:
+    """The radius of the largest rotor in pixels: the arrow around it, of its sense of rotation, is the largest circle."""
+    return float(max(arc[2] for arc in answer["arcs"]) - 7.0)
+
+
+def with_entries(machine: Machine, state: np.ndarray, entries: Mapping[str, float]) -> list[float]:
+    changed = state.copy()
+    for name, value in entries.items():
+        changed[machine.state_names.index(name)] = value
+    return [float(x) for x in changed]
+
+
+@needs_typescript
+def test_balls_are_drawn_to_scale_at_their_angles(tmp_path: Path) -> None:
+    """In a grinder whose carrier is displaced, and with larger balls."""
+    machine, state, _, script = machine_at_start("practice/grinder-4-balls")
+    angles = {f"b{k + 1}.angle": 0.3 + 1.4 * k for k in range(4)}
+    rest = axis_at_rest(machine)
+    moved = angles | {"carrier.x": rest["x"] + 1e-4, "carrier.y": rest["y"] - 2e-4}
+    larger = {f"b{k}.radius": 0.005 for k in range(1, 5)}
+    at_rest = angles | {"carrier.x": rest["x"], "carrier.y": rest["y"]}
+    job = {"kind": "draw", "view": PLAIN}
+    jobs = [
+        (script, job | {"state": with_entries(machine, state, at_rest)}),
+        (script, job | {"state": with_entries(machine, state, moved)}),
+        (script, job | {"state": with_entries(machine, state, at_rest), "parameters": larger}),
+    ]
+    still, displaced, large = run_jobs(tmp_path, jobs)
+    track = disc_radius(still) / 1.18
+    scale = track / 0.029
+    balls = circles(still, 0.004 * scale)
+    axis = circles(still, track)[0]
+    expected = [[0.025 * scale * math.cos(a), -0.025 * scale * math.sin(a)] for a in angles.values()]
+    assert balls - axis == pytest.approx(np.array(expected), rel=1e-9)
+    shift = np.array([10 * 1e-4 * scale, 10 * 2e-4 * scale])
+    assert circles(displaced, track)[0] - axis == pytest.approx(shift)
+    assert circles(displaced, 0.004 * scale) - balls == pytest.approx(np.tile(shift, (4, 1)))
+    assert circles(large, 0.005 * scale) - axis == pytest.approx(np.array(expected) * 0.024 / 0.025, rel=1e-9)
+
+
+@needs_typescript
+def test_the_stroboscopic_view_turns_with_the_rotor(tmp_path: Path) -> None:
+    """All angles alike turned on, nothing moves; the rotor's mark is on the right."""
+    machine, state, _, script = machine_at_start("practice/grinder-4-balls")
+    phases = [0.3 + 1.4 * k for k in range(4)]
+
+    rotor = machine.rotor.name
+    assert f"{rotor}.angle" in machine.state_names
+
+    def at(angle: float) -> dict[str, Any]:
+        entries = {f"{rotor}.angle": angle} | {f"b{k + 1}.angle": angle + p for k, p in enumerate(phases)}
+        return {"kind": "draw", "view": SEEN_TURNING, "state": with_entries(machine, state, entries)}
+
+    first, second = run_jobs(tmp_path, [(script, at(0.0)), (script, at(2.2))])
+    disc = disc_radius(first)
+    assert circles(first, disc)[0] == pytest.approx([RIGHT, UP])
+    balls = circles(first, disc / (1.18 * 0.029) * 0.004)
+    reach = disc / (1.18 * 0.029) * 0.025
+    assert balls == pytest.approx(np.array([[RIGHT + reach * math.cos(p), UP - reach * math.sin(p)] for p in phases]))
+    assert circles(second, disc / (1.18 * 0.029) * 0.004) == pytest.approx(balls)
+    assert f"seen turning with {rotor}" in second["description"]
+
+
+@needs_typescript
+def test_grabbing_the_carrier_moves_it_with_the_finger(tmp_path: Path) -> None:
+    """Magnification undone; the speeds of the carrier zero, all else as it was."""
+    machine, state, _, script = machine_at_start("practice/grinder-4-balls")
+    entries = {"carrier.x": 1e-4, "carrier.vx": 0.3, "carrier.vy": -0.2}
+    before = with_entries(machine, state, entries)
+    job = {"kind": "draw", "view": PLAIN, "state": before, "grabs": [{"from": [0.0, 0.0], "to": [0.0, 0.0]}]}
+    (answer,) = run_jobs(tmp_path, [(script, job)])
+    disc = disc_radius(answer)
+    scale = disc / (1.18 * 0.029)
+    axis = circles(answer, disc)[0].tolist()
+    corner = [axis[0] + 1.2 * disc, axis[1] + 1.2 * disc]
+    assert answer["parts"][0]["part"] is None
+    for start in (axis, corner):
+        grab = {"from": start, "to": [start[0] + 24.0, start[1] - 36.0]}
+        (again,) = run_jobs(tmp_path, [(script, job | {"grabs": [grab]})])
+        assert again["parts"][0]["part"] == {"kind": "carrier", "index": 0}
+        still = with_entries(machine, state, entries | {"carrier.vx": 0.0, "carrier.vy": 0.0})
+        assert again["parts"][0]["same"] == pytest.approx(still, abs=1e-12)
+        expected = {"carrier.x": 1e-4 + 24.0 / scale / 10, "carrier.y": before[1] + 36.0 / scale / 10}
+        moved = with_entries(machine, np.array(still), expected)
+        assert again["parts"][0]["moved"] == pytest.approx(moved, rel=1e-9, abs=1e-12)
+
+
+@needs_typescript
+@pytest.mark.parametrize("view", [PLAIN, SEEN_TURNING])
+def test_a_ball_follows_the_finger_up_to_its_neighbour(tmp_path: Path, view: Mapping[str, Any]) -> None:
+    """It goes on turning with its rotor; turns that it has made stay."""
+    machine, state, description, script = machine_at_start("practice/laundry-drum")
+    turns = 6 * 2 * math.pi
+    rotor = machine.rotor.name
+    entries = {f"{rotor}.angle": turns + 0.4, f"{rotor}.speed": 31.0}
+    balls = [b.name for b in machine.bodies if b.about is not None]
+    spread = {f"{name}.angle": turns + state[machine.state_names.index(f"{name}.angle")] for name in balls}
+    before = with_entries(machine, state, entries | spread)
+    gaps = [
+        state[machine.state_names.index(f"{b}.angle")] - state[machine.state_names.index(f"{a}.angle")]
+        + machine.values[f"tracks.ring.offset_{k + 1}"]
+        for k, (a, b) in enumerate(c["bodies"] for c in description["contacts"])
+    ]  # fmt: skip
+    k = int(np.argmin(gaps))
+    chosen, ahead = description["contacts"][k]["bodies"]
+    index = [b.name for b in machine.bodies].index(chosen)
+    job = {"kind": "draw", "view": view, "state": before}
+    (answer,) = run_jobs(tmp_path, [(script, job)])
+    disc = disc_radius(answer)
+    axis = circles(answer, disc)[0]
+    arm = (
+        disc
+        / (1.18 * machine.values[f"{chosen}.track_radius"])
+        * (machine.values[f"{chosen}.track_radius"] - machine.values[f"{chosen}.radius"])
+    )
+    frame = 0.4 if view["stroboscopic"] else 0.0
+
+    def pixel(angle: float) -> list[float]:
+        return [axis[0] + arm * math.cos(angle - frame), axis[1] - arm * math.sin(angle - frame)]
+
+    row, at = machine.state_names.index(f"{chosen}.angle"), before[machine.state_names.index(f"{chosen}.angle")]
+    neighbour = before[machine.state_names.index(f"{ahead}.angle")]
+    limit = neighbour + machine.values[f"tracks.ring.offset_{k + 1}"]
+    back = at - 0.02
+    grabs = [{"from": pixel(at), "to": pixel(back)}, {"from": pixel(at), "to": pixel(limit + 0.3)}]
+    (answer,) = run_jobs(tmp_path, [(script, job | {"grabs": grabs})])
+    free, blocked = answer["parts"]
+    assert free["part"] == blocked["part"] == {"kind": "body", "index": index}
+    speed = machine.state_names.index(f"{chosen}.speed")
+    assert free["same"][row] == pytest.approx(at, abs=1e-9)
+    assert free["moved"][row] == pytest.approx(back, abs=1e-9)
+    assert free["moved"][speed] == 31.0
+    assert blocked["moved"][row] == pytest.approx(limit, abs=1e-9)
+    changed = {row, speed}
+    assert [x for i, x in enumerate(free["moved"]) if i not in changed] == [x for i, x in enumerate(before) if i not in changed]
+
+
+@needs_typescript
+def test_rotors_on_a_deck_are_where_it_turns_them(tmp_path: Path) -> None:
+    """The screen, whose rotation is drawn magnified; a rotor that is held stands still."""
+    machine, state, _, script = machine_at_start("practice/screen")
+    rest = machine.rest
+    tilt, shift = 0.002, (5e-4, -3e-4)
+    entries = {
+        "carrier.x": rest[0] + shift[0],
+        "carrier.y": rest[1] + shift[1],
+        "carrier.r": rest[2] + tilt,
+        "e2.speed": -157.0,
+    }
+    base = with_entries(machine, state, {"carrier.x": rest[0], "carrier.y": rest[1], "carrier.r": rest[2]})
+    job = {"kind": "draw", "view": PLAIN}
+    still, moved = run_jobs(
+        tmp_path, [(script, job | {"state": base}), (script, job | {"state": with_entries(machine, state, entries)})]
+    )
+    disc = disc_radius(still)
+    axes, displaced = circles(still, disc), circles(moved, disc)
+    places = [(machine.values[f"{n}.position.x"], machine.values[f"{n}.position.y"]) for n in ("e1", "e2")]
+    scale = np.linalg.norm(axes[1] - axes[0]) / math.dist(*places)
+    chi = 0.6 * math.tanh(10 * tilt / 0.6)
+    expected = [
+        [
+            10 * shift[0] + (math.cos(chi) - 1) * a - math.sin(chi) * b,
+            10 * shift[1] + math.sin(chi) * a + (math.cos(chi) - 1) * b,
+        ]
+        for a, b in places
+    ]
+    assert displaced - axes == pytest.approx(scale * np.array(expected) * [1, -1], rel=1e-6)
+    second = displaced[1].tolist()
+    grab = {"from": [second[0] + 0.6 * disc, second[1]], "to": [second[0], second[1] - 0.7 * disc]}
+    (answer,) = run_jobs(tmp_path, [(script, job | {"state": with_entries(machine, state, entries), "grabs": [grab]})])
+    (part,) = answer["parts"]
+    assert part["part"] == {"kind": "body", "index": 1}
+    angle, before = part["moved"][machine.state_names.index("e2.angle")], state[machine.state_names.index("e2.angle")]
+    assert (math.cos(angle), math.sin(angle)) == pytest.approx((0.0, 1.0), abs=1e-9)
+    assert abs(angle - before) <= math.pi
+    assert part["moved"][machine.state_names.index("e2.speed")] == 0.0
+
+
+@needs_typescript
+def test_magnifications_are_round_and_stated(tmp_path: Path) -> None:
+    """The largest motion is at most a tenth of the carrier; a machine without lengths is not to scale."""
+    grinder, screen, plain = (machine_at_start(n)[3] for n in (
+        "practice/grinder-4-balls", "practice/screen", "drozdetskaya-2020/table-5.1"
+    ))  # fmt: skip
+    job = {"kind": "draw", "view": PLAIN}
+    amplitudes = (1e-6, 1e-4, 1e-3, 1.0)
+    answers = run_jobs(tmp_path, [(grinder, job | {"amplitude": a}) for a in amplitudes])
+    box = 2 * 1.3 * 1.18 * 0.029
+    assert [a["suggested"] for a in answers] == pytest.approx([5000, 50, 5, 1])
+    assert all(0.04 < m * a / box <= 0.1 for m, a in zip((5000, 50, 5), amplitudes, strict=False))
+    large, schematic = run_jobs(tmp_path, [(screen, job), (plain, job)])
+    assert large["description"] == "Places, tracks and arms drawn to scale; motion of the carrier magnified 10 times."
+    assert {"500 mm", "motion: 50 mm", "e1", "e2"} <= set(large["words"])
+    assert schematic["description"] == "Schematic, not to scale."
+    assert "not to scale" in schematic["words"]
+
+
+def check_drawings(folder: Path, chosen: Sequence[str]) -> None:
+    """All numbers that reach the canvas are finite, in both views."""
+    job = {"kind": "draw", "trace": [0.0, 0.0, 1e-4, 1e-4, 0.0, 1e-4]}
+    jobs = [(name, view) for name in chosen for view in (PLAIN, SEEN_TURNING)]
+    answers = run_jobs(folder, [(machine_at_start(name)[3], job | {"view": view}) for name, view in jobs])
+    for (name, _), answer in zip(jobs, answers, strict=True):
+        assert answer["arcs"], name
+        assert np.isfinite(np.array(answer["arcs"], float)).all(), name
+        assert answer["infinite"] == 0, name
+
+
+@needs_typescript
+def test_a_machine_of_each_family_is_drawn(tmp_path: Path) -> None:
+    check_drawings(tmp_path, [*FAMILIES, "sperling-vibration/figure-7"])
+
+
+@needs_typescript
+@pytest.mark.slow
+def test_every_machine_of_the_catalogue_is_drawn(tmp_path: Path) -> None:
+    check_drawings(tmp_path, exportable_machines())
