@@ -161,7 +161,7 @@ def machine_shape(
     has_lengths = any(arithmetic.number(body.arm) for rotor in rotors for body in rotor.bodies)
     return MachineShape(
         rotors, mounts, box,
-        to_scale=(has_lengths and not dimensionless) or bool(places),
+        to_scale=(has_lengths and not dimensionless) or bool(places) or _are_apart(rotors, arithmetic),
         pivot=directions == ["r"], is_fixed=not directions,
         is_shaken=any(path.startswith("carrier.motion.") for path in values),
         foundation=any(path.startswith("carrier.foundation.") for path in values), attachments=attachments,
@@ -216,6 +216,10 @@ def _apart(rotors: Sequence[RotorShape], arithmetic: Arithmetic) -> tuple[RotorS
         k = count[place] = count.get(place, -1) + 1
         shapes.append(replace(r, radius=r.radius * _SHRINK**k) if k and not r.bodies else r)
     return tuple(shapes)
+
+
+def _are_apart(rotors: Sequence[RotorShape], arithmetic: Arithmetic) -> bool:
+    return len({(arithmetic.number(r.x), arithmetic.number(r.y)) for r in rotors}) > 1
 
 
 def _sense(drive: Mapping[str, Any], values: Mapping[str, Length], arithmetic: Arithmetic) -> int:

@@ -116,6 +116,17 @@ def test_equations_of_a_machine_of_each_family_are_those_of_python(tmp_path: Pat
     check_equations(tmp_path, {name: catalogue_machine(name) for name in FAMILIES})
 
 
+def test_torques_on_several_rotors_are_those_of_all_drives(tmp_path: Path) -> None:
+    machine, state = catalogue_machine("practice/screen")
+    description = machine_description(machine, state)
+    points = random_points(machine, description, np.random.default_rng(1))
+    (answer,) = answers(tmp_path, [(machine_script(machine, state), {"points": points})])
+    whole, *each = (place_of(description["outputs"], f"drive_torque{rotor}") for rotor in ("", "[e1]", "[e2]"))
+    torques = np.array([a["outputs"] for a in answer])
+    assert np.abs(torques[:, each]).min() > 0
+    assert torques[:, each].sum(axis=1) == pytest.approx(torques[:, whole], rel=1e-9)
+
+
 @pytest.mark.slow
 def test_equations_of_the_whole_catalogue_are_those_of_python(tmp_path: Path) -> None:
     machines = {name: m for name, m in catalogue_machines().items() if name not in RELEASES}

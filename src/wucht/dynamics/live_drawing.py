@@ -38,21 +38,19 @@ class LiveDrawing:
     lengths: str
 
     @classmethod
-    def of(cls, machine: Machine, rest: Mapping[sp.Symbol, sp.Expr]) -> LiveDrawing:
+    def of(cls, machine: Machine) -> LiveDrawing:
         """Return the drawing of a machine.
 
         Parameters
         ----------
         machine : Machine
             In its initial state. Parameters that schedules change have their values at the start.
-        rest : mapping
-            Position of the carrier at rest, in parameters, by its symbol.
 
         Returns
         -------
         LiveDrawing
         """
-        table, parts = LengthTable(), {part.path: part for part in machine.parts}
+        table, rest, parts = LengthTable(), rest_position(machine), {part.path: part for part in machine.parts}
         start_values = {s.symbol: sp.Float(machine.values[s.parameter]) for s in machine.schedules}
         values = {path: sp.Symbol(path, real=True) for path in machine.values}
         values |= {symbol.name: value for symbol, value in start_values.items()}
@@ -96,6 +94,20 @@ class LiveDrawing:
         }  # fmt: skip
         program = lower(System((), (), machine.system.parameters), list(table.expressions))
         return cls({**data, "length_count": len(table.expressions)}, javascript_code(program))
+
+
+def rest_position(machine: Machine) -> dict[sp.Symbol, sp.Expr]:
+    """Return the carrier's position at rest, in parameters: K x = load, which is zero where the motion is prescribed.
+
+    Where K has no inverse, it is the position at the machine's values.
+    """
+    linear = machine.linear_carrier
+    try:
+        position = list(linear.stiffness.LUsolve(linear.load)) if any(linear.load) else [sp.S.Zero] * len(linear.load)
+        free = iter(position)
+        return {c.position: sp.S.Zero if c.prescribed_velocity is not None else next(free) for c in machine.carrier}
+    except (sp.matrices.exceptions.NonInvertibleMatrixError, ZeroDivisionError):
+        return {c.position: sp.Float(x) for c, x in zip(machine.carrier, machine.rest.tolist(), strict=True)}
 
 
 def _shape(machine: Machine, values: Mapping[str, sp.Expr]) -> MachineShape:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from wucht.dynamics.live_drawing import LiveDrawing
+from wucht.dynamics.live_drawing import LiveDrawing, rest_position
 from wucht.dynamics.torque_hills import TorqueHills, segment_table
 from wucht.dynamics.unbalance_left import unbalances_left
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
+from wucht.machines.structure import torques_on
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.javascript import javascript_code, missing_functions
 from wucht.numerics.flow.program import lower
@@ -53,19 +54,18 @@ def machine_script(machine: Machine, state: np.ndarray) -> str:
     Returns
     -------
     str
-        For a file, or for an element ``script``: names and titles cannot end it.
+        For a file, or for an element ``script``: names and titles cannot end it. Beside the description it has the ``drawing``
+        with its ``lengths``, and the torque ``hills``: see ``LiveDrawing`` and ``TorqueHills``.
 
     Raises
     ------
     WuchtError
         For a machine that cannot be exported; see ``export_obstacles``.
     """
-    description = machine_description(machine, state)
-    texts = {key: json.dumps(value, allow_nan=False).replace("<", "\\u003c") for key, value in description.items()}
-    code = _equations(machine) | {
-        "lengths": LiveDrawing.of(machine, _rest(machine)).lengths,
-        "hills": TorqueHills.of(machine).script(),
-    }
+    description, drawing = machine_description(machine, state), LiveDrawing.of(machine)
+    data = {**description, "drawing": drawing.data}
+    texts = {key: json.dumps(value, allow_nan=False).replace("<", "\\u003c") for key, value in data.items()}
+    code = _equations(machine) | {"lengths": drawing.lengths, "hills": TorqueHills.of(machine).script()}
     entries = [f"{name}: {text}," for name, text in (texts | code).items()]
     return "\n".join(["export const machine = {", *entries, "};", ""])
 
@@ -87,7 +87,7 @@ def machine_description(machine: Machine, state: np.ndarray) -> dict[str, Any]:
         unit, symbol, long name, value; ``outputs``: name, unit, long name; ``segmentations``, one for all piecewise functions
         of one argument: breakpoints, the origins and coefficients on each segment, the indices of the states (the time last)
         in the argument, and whether the argument is the time itself; ``contacts``: track, two neighbours, and the index of the
-        segmentation whose argument is their gap; ``drawing``: see ``LiveDrawing``. Quantities in SI.
+        segmentation whose argument is their gap. Quantities in SI.
 
     Raises
     ------
@@ -114,7 +114,6 @@ def machine_description(machine: Machine, state: np.ndarray) -> dict[str, Any]:
         "outputs": [{"name": o.name, "unit": o.unit, "long_name": o.long_name} for o in _outputs(machine)],
         "segmentations": [segment_table(s, i) for s, i in zip(segmentations.segmentations, indices, strict=True)],
         "contacts": _contacts(machine, segmentations.segmentations),
-        "drawing": LiveDrawing.of(machine, _rest(machine)).data,
     }
 
 
@@ -161,7 +160,7 @@ def _outputs(machine: Machine) -> list[Output]:
         for b in machine.bodies
         for p in (b.coordinate.prescribed_velocity,)
     ]
-    rest = _rest(machine)
+    rest = rest_position(machine)
     distances = [position - position.xreplace(rest) for position, _ in machine.orbit.values()]
     orbit = [
         Output(f"orbit.{n}", position, machine.orbit_unit, f"{n} of the axis") for n, (position, _) in machine.orbit.items()
@@ -169,22 +168,20 @@ def _outputs(machine: Machine) -> list[Output]:
     amplitude = Output(
         "amplitude", sp.sqrt(sp.Add(*(d**2 for d in distances))), machine.orbit_unit, "distance of the axis from rest"
     )
-    power = (o for o in system.outputs if o.name in _POWER)
-    return [*speeds, *orbit, amplitude, *unbalances_left(machine), *power]
+    return [*speeds, *orbit, amplitude, *unbalances_left(machine), *power, *_torques_of_rotors(machine)]
 
 
-def _rest(machine: Machine) -> dict[sp.Symbol, sp.Expr]:
-    """Return the carrier's position at rest, in parameters: K x = load, which is zero where the motion is prescribed.
-
-    Where K has no inverse, it is the position at the machine's values.
-    """
-    linear = machine.linear_carrier
-    try:
-        position = list(linear.stiffness.LUsolve(linear.load)) if any(linear.load) else [sp.S.Zero] * len(linear.load)
-        free = iter(position)
-        return {c.position: sp.S.Zero if c.prescribed_velocity is not None else next(free) for c in machine.carrier}
-    except (sp.matrices.exceptions.NonInvertibleMatrixError, ZeroDivisionError):
-        return {c.position: sp.Float(x) for c, x in zip(machine.carrier, machine.rest.tolist(), strict=True)}
+def _torques_of_rotors(machine: Machine) -> list[Output]:
+    """Return the torque of the drives on each of several rotors, whose sum is ``drive_torque``."""
+    free = [r for r in machine.rotors if r.coordinate.prescribed_velocity is None] if len(machine.rotors) > 1 else []
+    outputs = []
+    for rotor in free:
+        velocities = [b.coordinate.velocity for b in machine.group(rotor)]
+        torque = sp.Add(*(torques_on(machine.energies, v, arriving=True)[0] for v in velocities))
+        outputs.append(
+            Output(f"drive_torque[{rotor.name}]", torque, machine.units.torque, f"torque of the drive on {rotor.name}")
+        )
+    return outputs
 
 
 def _expressions(machine: Machine) -> list[sp.Expr]:

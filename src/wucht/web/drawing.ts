@@ -85,17 +85,19 @@ export class MachineDrawing {
     else {
       this.drawSupports();
       this.drawCarrier();
-      this.drawRotors(state, false);
+      this.drawRotors(state);
       if (trace !== null) this.drawTrace(trace);
       this.drawRuler();
     }
   }
 
-  /** The magnification, of 1, 2, 5, 10, ..., at which a motion of the carrier is easily seen. largestAmplitude: in m. */
+  /** The magnification, of 1, 2, 5, 10, ..., at which a motion of the carrier is easily seen: in m, in rad of one that only turns. */
   suggestedMagnification(largestAmplitude: number): number {
     this.measure();
-    const suggestion = largestAmplitude > 0 ? roundDown((ROOM * this.unit) / largestAmplitude) : 1;
-    return this.machine.drawing.to_scale ? Math.max(1, suggestion) : suggestion;
+    const { to_scale: toScale, carrier, turning } = this.machine.drawing;
+    const isAngle = turning !== "no" && carrier.length === 1;
+    const suggestion = largestAmplitude > 0 ? roundDown((isAngle ? ROOM : ROOM * this.unit) / largestAmplitude) : 1;
+    return toScale || isAngle ? Math.max(1, suggestion) : suggestion;
   }
 
   /**
@@ -208,10 +210,12 @@ export class MachineDrawing {
     context.restore();
   }
 
-  private drawRotors(state: ArrayLike<number>, onlyMain: boolean): void {
+  private drawRotors(state: ArrayLike<number>): void {
     const { pen, pose } = this;
+    const { stroboscopic } = this.view;
     const { rotors, bodies, sliders } = this.machine.drawing;
-    for (let i = 0; i < (onlyMain ? 1 : rotors.length); i++) {
+    const turn = stroboscopic ? pose.angles[rotors[0]!.body]! : 0;
+    for (let i = 0; i < (stroboscopic ? 1 : rotors.length); i++) {
       const rotor = rotors[i]!;
       drawDisc(pen, pose, rotor, i);
       for (const slider of sliders) if (bodies[slider.about]!.rotor === i) drawSlider(pen, pose, slider, state);
@@ -219,14 +223,14 @@ export class MachineDrawing {
         const body = bodies[k]!;
         if (body.rotor === i && body.about !== null) drawBody(pen, pose, body, k, this.orders[k]!);
       }
-      drawAxis(pen, pose, rotor, i, rotors.length > 1);
+      drawAxis(pen, pose, rotor, i, turn, rotors.length > 1);
     }
   }
 
   /** The rotor at rest, and an arrow from where its axis is at rest to where it is: so its phase to the unbalance is seen. */
   private drawRotating(state: ArrayLike<number>): void {
     const { pen, pose, context } = this;
-    this.drawRotors(state, true);
+    this.drawRotors(state);
     const rotor = this.machine.drawing.rotors[0]!;
     const [x0, y0] = [pose.length(rotor.x), pose.length(rotor.y)];
     const [x, y] = [pose.axisX(0), pose.axisY(0)];

@@ -52,8 +52,8 @@ function hasSliders(pose: Pose, body: number): boolean {
   return pose.machine.drawing.sliders.some(({ about }) => about === body);
 }
 
-/** The axis, the sense of rotation and, among several rotors, the name. */
-export function drawAxis(pen: Pen, pose: Pose, rotor: RotorData, index: number, isNamed: boolean): void {
+/** The axis, the sense of rotation and, among several rotors, the name. turn: of the view, in which the arrow stands still. */
+export function drawAxis(pen: Pen, pose: Pose, rotor: RotorData, index: number, turn: number, isNamed: boolean): void {
   const { ink, muted, surface } = pen.colours;
   const [x, y] = [pose.axisX(index), pose.axisY(index)];
   const radius = pose.length(rotor.radius) * pen.scale;
@@ -61,7 +61,7 @@ export function drawAxis(pen: Pen, pose: Pose, rotor: RotorData, index: number, 
   const sense = Math.abs(speed) > STANDSTILL ? Math.sign(speed) : rotor.sense;
   pen.circle(x, y, Math.max(2.5, 0.035 * radius), surface, ink, 1.4);
   if (sense !== 0) {
-    const middle = Math.PI / 4;
+    const middle = turn + Math.PI / 4;
     const half = 0.42 * sense;
     pen.arc(x, y, radius + 7, middle - half, middle + half, muted, 1.4);
   }
@@ -88,9 +88,11 @@ function drawBall(pen: Pen, pose: Pose, body: BodyData, index: number, order: nu
   const spin = (track * about - (track - size) * pose.angles[index]!) / size;
   const [ux, uy] = [Math.cos(spin) / pen.scale, Math.sin(spin) / pen.scale];
   pen.line(x + 0.55 * radius * ux, y + 0.55 * radius * uy, x + 0.95 * radius * ux, y + 0.95 * radius * uy, surface, 1.6);
-  if (radius >= 10) pen.text(NUMBERS[order % NUMBERS.length]!, pen.px(x, y), pen.py(x, y) + 0.5, surface, Math.min(14, radius), "center", null);
+  if (radius >= NUMBERED) pen.text(NUMBERS[order % NUMBERS.length]!, pen.px(x, y), pen.py(x, y) + 0.5, surface, Math.min(14, radius), "center", null);
 }
 
+/** Pixels: larger balls have their number. */
+const NUMBERED = 13;
 const NUMBERS = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12"] as const;
 
 function drawPendulum(pen: Pen, pose: Pose, body: BodyData, index: number, colour: string, halo: number): void {
