@@ -35,11 +35,12 @@ const values = (machine, changes = {}) => Float64Array.from(machine.parameters, 
 const startOf = (machine) => Float64Array.from(machine.states, ({ start }) => start);
 
 /** Circles drawn in a view, the part at each point, and the states that it has there and elsewhere. */
-function draw(machine, { view, state = startOf(machine), parameters, grabs = [], amplitude = 0, outputs = [], trace = null }) {
+function draw(machine, { view, state = startOf(machine), parameters, grabs = [], amplitude = 0, outputs = [], trace = null, held = false }) {
   const recording = recorder();
   const drawing = new MachineDrawing(canvasOf(recording), machine);
   const suggested = drawing.suggestedMagnification(amplitude);
   drawing.draw(0, state, outputs, values(machine, parameters), view, trace === null ? null : Float64Array.from(trace));
+  if (held) drawing.draw(0, state, [], values(machine, parameters), view, null);
   const parts = grabs.map(({ from, to }) => {
     const part = drawing.partAt(...from);
     return { part, same: part && [...drawing.moved(part, ...from, state)], moved: part && [...drawing.moved(part, ...to, state)] };

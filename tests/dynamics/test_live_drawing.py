@@ -291,6 +291,28 @@ def test_a_ball_follows_the_finger_up_to_its_neighbour(tmp_path: Path, view: Map
 
 
 @needs_typescript
+def test_a_roller_goes_on_with_a_rotor_whose_speed_is_prescribed(tmp_path: Path) -> None:
+    """Outputs have that speed; while a part is held there are none."""
+    machine, state, description, script = machine_at_start("sperling-rollers/table-1")
+    speed = machine.values["drive.speed"]
+    job = {"kind": "draw", "view": PLAIN, "state": state.tolist(), "outputs": [speed, 0.0, 0.0], "held": True}
+    (answer,) = run_jobs(tmp_path, [(script, job)])
+    index = 1
+    ball = description["drawing"]["bodies"][index]
+    arm = machine.values[f"{ball['name']}.track_radius"] - machine.values[f"{ball['name']}.radius"]
+    scale = disc_radius(answer) / (1.18 * machine.values[f"{ball['name']}.track_radius"])
+    axis, angle = circles(answer, disc_radius(answer))[0], state[ball["angle"]]
+    start = [axis[0] + arm * scale * math.cos(angle), axis[1] - arm * scale * math.sin(angle)]
+    (answer,) = run_jobs(tmp_path, [(script, job | {"grabs": [{"from": start, "to": [axis[0], axis[1] - 50.0]}]})])
+    (part,) = answer["parts"]
+    assert part["part"]["kind"] == "body"
+    taken = description["drawing"]["bodies"][part["part"]["index"]]
+    assert taken["about"] == 0
+    assert part["moved"][taken["velocity"]] == speed
+    assert math.sin(part["moved"][taken["angle"]]) == pytest.approx(1.0)
+
+
+@needs_typescript
 def test_rotors_on_a_deck_are_where_it_turns_them(tmp_path: Path) -> None:
     """The screen, whose rotation is drawn magnified; a rotor that is held stands still."""
     machine, state, _, script = machine_at_start("practice/screen")

@@ -70,7 +70,8 @@ export class Pose {
     }
     drawing.bodies.forEach((body, i) => {
       this.angles[i] = state[body.angle]!;
-      this.speeds[i] = outputs[i] ?? (body.velocity >= 0 ? state[body.velocity]! : 0);
+      // Without outputs, as while a part is held, a prescribed speed is what it was.
+      this.speeds[i] = outputs[i] ?? (body.velocity >= 0 ? state[body.velocity]! : this.speeds[i]!);
     });
     for (let i = 0; i < drawing.bodies.length; i++) this.placeBody(i, state);
   }
