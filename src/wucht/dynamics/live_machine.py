@@ -168,6 +168,7 @@ def _outputs(machine: Machine) -> list[Output]:
     amplitude = Output(
         "amplitude", sp.sqrt(sp.Add(*(d**2 for d in distances))), machine.orbit_unit, "distance of the axis from rest"
     )
+    power = (o for o in system.outputs if o.name in _POWER)
     return [*speeds, *orbit, amplitude, *unbalances_left(machine), *power, *_torques_of_rotors(machine)]
 
 

@@ -13,7 +13,7 @@ import { pageLayout } from "./layout.ts";
 import { Levels } from "./levels.ts";
 import { LinkError, linkText, readLink } from "./link.ts";
 import type { MeasuredCurve } from "./measured.ts";
-import type { Contents, Panel, StartControl } from "./page_data.ts";
+import type { Contents, StartControl } from "./page_data.ts";
 import { paperOf } from "./paper.ts";
 import { paintedSheet, savePicture } from "./picture.ts";
 import {
@@ -133,10 +133,25 @@ export class LivePage {
         ...this._switches,
         element("label", { class: "check" }, this._strobe, "turn with the rotor"),
       ),
-      ...(this._hill.available ? [hill] : []),
+      ...(this._hill.available ? [...this._hillChoice(), hill] : []),
     ];
     const middle = [this._warning, this._changes.root, this._curves];
     return pageLayout(machine.title, page, this._verdict.root, stage, middle, [this._column.root, this._toolbar.root]);
+  }
+
+  /** Of several driven rotors, that of the hill. */
+  private _hillChoice(): HTMLElement[] {
+    const { rotors } = this._hill;
+    const select = (name: string) => {
+      this._hill.select(name);
+      this._trails.select(name);
+      this._draw();
+    };
+    if (rotors[0] !== undefined) select(rotors[0]);
+    if (rotors.length < 2) return [];
+    const choice = element("select", {}, ...rotors.map((name) => element("option", {}, name)));
+    choice.addEventListener("change", () => select(choice.value));
+    return [element("label", { class: "check" }, "torques on", choice)];
   }
 
   private _buildCurves() {
@@ -222,7 +237,7 @@ export class LivePage {
     for (const [i, panel] of this._panels.entries()) {
       panel.show(
         course,
-        isSpeed(page.panels[i]!) ? levels : [],
+        page.panels[i]!.title === "speed" ? levels : [],
         this._measured.filter((curve) => curve.panel === i),
       );
     }
@@ -239,7 +254,7 @@ export class LivePage {
     this._trails.move(course, time, this._instant);
     this._drawing.draw(time, state, this._held ? [] : outputs, parameters, view, this._held ? null : this._trails.orbit);
     this._caption.textContent = this._drawing.description;
-    if (this._hill.available) this._hill.draw(parameters, this._trails.speeds, this._trails.torques, time);
+    if (this._hill.available) this._hill.draw(parameters, this._trails.speeds, this._trails.torques, time, state);
     for (const panel of this._panels) panel.move(time, state, outputs);
     for (const [i, one] of this._contents.page.switches.entries()) {
       const isOn = parameters[one.index] !== 0;
@@ -282,8 +297,4 @@ export class LivePage {
       "machine.png",
     );
   }
-}
-
-function isSpeed(panel: Panel): boolean {
-  return panel.title === "speed";
 }

@@ -17,25 +17,32 @@ export class Trails {
   speeds: Float64Array | null = null;
   torques: Float64Array | null = null;
   private readonly _turn: number;
-  private readonly _places: { readonly x: number; readonly y: number; readonly speed: number; readonly torque: number };
+  private readonly _names: readonly string[];
+  private readonly _places: { readonly x: number; readonly y: number; readonly speed: number };
+  private _hill = { speed: -1, torque: -1 };
   private readonly _integrator: Integrator;
   private readonly _states: Float64Array;
   private readonly _outputs: Float64Array;
   private readonly _size: { readonly n: number; readonly m: number };
 
   constructor({ machine, page }: Contents) {
-    const place = (name: string) => machine.outputs.findIndex((output) => output.name === name);
+    this._names = machine.outputs.map((output) => output.name);
+    const place = (name: string) => this._names.indexOf(name);
     this._turn = page.turn;
-    this._places = {
-      x: place("orbit.x"),
-      y: place("orbit.y"),
-      speed: page.panels[0]?.curves[0]?.output ?? 0,
-      torque: place("motor_torque"),
-    };
+    this._places = { x: place("orbit.x"), y: place("orbit.y"), speed: page.panels[0]?.curves[0]?.output ?? 0 };
     this._integrator = new Integrator(machine);
     this._size = { n: machine.states.length, m: machine.outputs.length };
     this._states = new Float64Array((TURNS * POINTS + 1) * this._size.n);
     this._outputs = new Float64Array((TURNS * POINTS + 1) * this._size.m);
+  }
+
+  /** Follow another rotor over the torque hill. */
+  select(rotor: string) {
+    const alone = this._names.indexOf(`drive_torque[${rotor}]`);
+    this._hill = {
+      speed: this._names.indexOf(`speed[${rotor}]`),
+      torque: alone < 0 ? this._names.indexOf("drive_torque") : alone,
+    };
   }
 
   /** The largest value of an output in a course. */
@@ -54,8 +61,8 @@ export class Trails {
     const first = Math.max(0, last - SAMPLES + 1);
     const column = (place: number) =>
       place < 0 ? null : Float64Array.from({ length: last - first + 1 }, (_, k) => course.outputs[(first + k) * m + place]!);
-    this.speeds = column(this._places.speed);
-    this.torques = column(this._places.torque);
+    this.speeds = column(this._hill.speed);
+    this.torques = column(this._hill.torque);
   }
 
   private _moveOrbit(course: Course, time: number, instant: Instant) {
