@@ -72,6 +72,10 @@ const jobs = {
     const n = machine.states.length;
     return { ending: course.ending, time: [...course.time], end: [...course.states.slice(-n)] };
   },
+  async overlaps({ starts }) {
+    const { overlapSentence } = await load("contacts");
+    return starts.map((start) => overlapSentence(machine, original.parameters, Float64Array.from(changed({ start }).start)));
+  },
   async measured({ texts }) {
     const { readMeasured, FileError } = await load("measured");
     return texts.map((text) => {

@@ -150,6 +150,16 @@ def test_a_slider_gives_values_that_are_allowed_and_shows_the_present_one(tmp_pa
         assert 0 <= control["place"] <= 1000
 
 
+def test_a_start_in_which_balls_overlap_is_refused(tmp_path: Path) -> None:
+    """On a ring whose balls lie beside each other, from the first one on clockwise; the last one is far from the first."""
+    radians = {f"b{k}.angle": -math.radians(71 + 7.6 * (k - 1)) for k in range(1, 7)}
+    starts = [{}, radians, {"b1.angle": radians["b1.angle"] + 0.5}, {"b1.angle": radians["b3.angle"]}, {"b2.angle": 1.0}]
+    fine, same, apart, inside, beyond = answer(tmp_path, page_of("practice/laundry-drum"), "overlaps", starts=starts)
+    assert (fine, same, apart) == ("", "", "")
+    assert "b1" in inside and inside.endswith("The start stays.")
+    assert "b2" in beyond
+
+
 def test_a_course_passes_through_its_changes(tmp_path: Path) -> None:
     """A change that changes nothing changes the course by rounding only; a state by hand is where the course goes on."""
     page = page_of("drozdetskaya-2020/r1")

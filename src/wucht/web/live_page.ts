@@ -3,6 +3,7 @@
 import { ChangeList } from "./change_list.ts";
 import { Clock, suggestedSpeed } from "./clock.ts";
 import { Computer } from "./compute.ts";
+import { overlapSentence } from "./contacts.ts";
 import { ControlColumn } from "./control_column.ts";
 import { Instant, sentenceOf, type Course } from "./course.ts";
 import { CurvePanel } from "./curves.ts";
@@ -63,6 +64,7 @@ export class LivePage {
   private _course: Course | null = null;
   private _held: Float64Array | null = null;
   private _magnification = 1;
+  private _overlap = "";
 
   constructor(contents: Contents) {
     const { machine, page } = contents;
@@ -103,14 +105,21 @@ export class LivePage {
       page.panels,
     );
     this.root = this._layout(hill);
+    let goesOn = false;
     letGrab(this._canvas, this._drawing, {
       state: () => this._instant.state,
-      take: () => this._clock.pause(),
+      take: () => {
+        goesOn = this._clock.isPlaying;
+        this._clock.pause();
+      },
       hold: (state) => {
         this._held = state;
         this._draw();
       },
-      release: (state) => this._release(state),
+      release: (state) => {
+        this._release(state);
+        if (goesOn) this._clock.play();
+      },
     });
     this._computer = new Computer((course) => this._receive(course));
     this._buildCurves();
@@ -124,16 +133,12 @@ export class LivePage {
 
   private _layout(hill: HTMLElement): HTMLElement {
     const { machine, page } = this._contents;
+    const turning = element("label", { class: "check" }, this._strobe, "turn with the rotor");
     const stage = [
       element("figure", {}, this._canvas, this._caption),
       this._transport.root,
-      element(
-        "div",
-        { class: "views" },
-        ...this._switches,
-        element("label", { class: "check" }, this._strobe, "turn with the rotor"),
-      ),
-      ...(this._hill.available ? [...this._hillChoice(), hill] : []),
+      element("div", { class: "views" }, ...this._switches, turning, ...this._hillChoice()),
+      ...(this._hill.available ? [hill] : []),
     ];
     const middle = [this._warning, this._changes.root, this._curves];
     return pageLayout(machine.title, page, this._verdict.root, stage, middle, [this._column.root, this._toolbar.root]);
@@ -197,7 +202,10 @@ export class LivePage {
     start[control.index] = value + control.offset + head;
     const followers = this._contents.page.start.flatMap((group) => group.controls).filter((one) => one.head === control.index);
     for (const one of followers) start[one.index] = start[one.index]! - before + start[control.index]!;
-    this._change({ ...this._scenario, start }, false);
+    const overlap = overlapSentence(this._contents.machine, this._scenario.parameters, Float64Array.from(start));
+    if (overlap === "") this._change({ ...this._scenario, start }, false);
+    else this._change(this._scenario);
+    this._overlap = overlap;
   }
 
   private _release(state: Float64Array | null) {
@@ -222,7 +230,8 @@ export class LivePage {
     this._course = course;
     const place = this._contents.machine.outputs.findIndex((output) => output.name === "amplitude");
     this._magnification = this._drawing.suggestedMagnification(this._trails.largest(course, place));
-    this._warning.textContent = sentenceOf(course, this._contents.machine.time_unit);
+    this._warning.textContent = this._overlap || sentenceOf(course, this._contents.machine.time_unit);
+    this._overlap = "";
     this._showCourse();
     this._draw();
     document.documentElement.dataset["courses"] = String(Number(document.documentElement.dataset["courses"] ?? 0) + 1);
