@@ -75,8 +75,8 @@ class Browsing:
             path.write_text(shared_page(name, settings), encoding="utf-8")
         return path
 
-    def open(self, path: Path, link: str = "", **context: Any) -> OpenPage:
-        """Open a file, and wait for its first course."""
+    def open(self, path: Path, link: str = "", script: str = "", **context: Any) -> OpenPage:
+        """Open a file, and wait for its first course. script: runs before the page's."""
         options = {"viewport": {"width": 1280, "height": 720}} | context
         page = self._browser.new_context(**options).new_page()
         shown = OpenPage(page)
@@ -85,6 +85,7 @@ class Browsing:
         page.on("pageerror", lambda error: shown.messages.append(str(error)))
         page.route("**/*", lambda route: route.continue_() if route.request.url.startswith("file:") else route.abort())
         page.on("request", lambda request: shown.requests.append(request.url))
+        page.add_init_script(script)
         page.goto(path.as_uri() + link)
         page.wait_for_selector("html[data-courses]", state="attached", timeout=20_000)
         return shown

@@ -182,6 +182,16 @@ def test_a_measured_file_is_laid_over_the_curves(browsing: Browsing, tmp_path: P
 
 
 @pytest.mark.slow
+def test_without_workers_the_page_computes_itself(browsing: Browsing) -> None:
+    path = browsing.file("drozdetskaya-2020/r1", **R1)
+    curves = browsing.open(path).pixels(SPEED)
+    shown = browsing.open(path, script="window.Worker = function () { throw new Error('not here'); };")
+    assert shown.pixels(SPEED) == curves
+    set_field(shown, SLOPE, "0.03")
+    assert shown.pixels(SPEED) != curves
+
+
+@pytest.mark.slow
 def test_picture_and_card(browsing: Browsing) -> None:
     shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
     page = shown.page

@@ -13,14 +13,19 @@ export function serve({ machine, page }: Contents) {
   });
 }
 
-/** The page's side of the worker. */
+/** The page's side of the worker. Where a browser runs none, as in some frames, the page computes itself. */
 export class Computer {
-  private readonly _worker: Worker;
+  private _worker: Worker | null = null;
+  private readonly _contents: Contents;
+  private readonly _receive: (course: Course) => void;
   private _isBusy = false;
+  private _latest: Scenario | null = null;
   private _next: Scenario | null = null;
 
   /** receive: what is done with a course. */
-  constructor(receive: (course: Course) => void) {
+  constructor(contents: Contents, receive: (course: Course) => void) {
+    this._contents = contents;
+    this._receive = receive;
     const text = ["machine", "engine"].map((id) => document.getElementById(id)?.textContent ?? "");
     const address = URL.createObjectURL(
       new Blob(
@@ -28,13 +33,15 @@ export class Computer {
         { type: "text/javascript" },
       ),
     );
-    this._worker = new Worker(address);
-    this._worker.addEventListener("message", (event: MessageEvent<Course>) => {
-      this._isBusy = false;
-      const next = this._next;
-      this._next = null;
-      if (next !== null) this.compute(next);
-      receive(event.data);
+    try {
+      this._worker = new Worker(address);
+    } catch {
+      return;
+    }
+    this._worker.addEventListener("message", (event: MessageEvent<Course>) => this._finish(event.data));
+    this._worker.addEventListener("error", () => {
+      this._worker = null;
+      if (this._latest !== null) this._computeHere(this._latest);
     });
   }
 
@@ -45,6 +52,21 @@ export class Computer {
       return;
     }
     this._isBusy = true;
-    this._worker.postMessage(scenario);
+    this._latest = scenario;
+    if (this._worker === null) this._computeHere(scenario);
+    else this._worker.postMessage(scenario);
+  }
+
+  private _computeHere(scenario: Scenario) {
+    const { machine, page } = this._contents;
+    setTimeout(() => this._finish(computeCourse(machine, scenario, page.turn)));
+  }
+
+  private _finish(course: Course) {
+    this._isBusy = false;
+    const next = this._next;
+    this._next = null;
+    if (next !== null) this.compute(next);
+    this._receive(course);
   }
 }

@@ -121,7 +121,7 @@ export class LivePage {
         if (goesOn) this._clock.play();
       },
     });
-    this._computer = new Computer((course) => this._receive(course));
+    this._computer = new Computer(contents, (course) => this._receive(course));
     this._buildCurves();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this._buildCurves());
     new ResizeObserver(() => this._fit()).observe(this._curves);
@@ -254,7 +254,7 @@ export class LivePage {
 
   private _draw() {
     const course = this._course;
-    if (course === null) return;
+    if (course === null) return this._drawStart();
     const time = Math.min(this._clock.time, course.time[course.time.length - 1]!);
     this._instant.move(course, time);
     const { outputs, parameters } = this._instant;
@@ -272,6 +272,12 @@ export class LivePage {
       key.textContent = `Motor of ${one.name} ${isOn ? "on" : "off"}`;
     }
     this._transport.show();
+  }
+
+  /** The machine before its first course is there. */
+  private _drawStart() {
+    const { start, parameters } = this._scenario;
+    this._drawing.draw(0, start, [], parameters, { stroboscopic: false, magnification: this._magnification }, null);
   }
 
   private _link(): string {

@@ -1,0 +1,76 @@
+"""The live page in Chromium: first picture (asked: 0.5 s), slider to picture (80 ms median, 150 ms at 95 %), memory."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wucht.web.shared_study import write_page
+
+_MACHINES = ("drozdetskaya-2020/r1", "practice/screen", "practice/laundry-drum")
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+_DRAWN = "html[data-courses]"
+# Until the frame in which the new curves are drawn has ended.
+_CHANGES = """async (count) => {
+  const slider = document.querySelector(".control input[type=range]");
+  const root = document.documentElement;
+  const times = [];
+  for (let k = 0; k < count; k++) {
+    const begin = performance.now();
+    const drawn = new Promise((done) => {
+      const observer = new MutationObserver(() => {
+        observer.disconnect();
+        requestAnimationFrame(() => {
+          const channel = new MessageChannel();
+          channel.port1.onmessage = done;
+          channel.port2.postMessage(0);
+        });
+      });
+      observer.observe(root, { attributes: true });
+    });
+    slider.value = String(300 + ((37 * k) % 400));
+    slider.dispatchEvent(new Event("input"));
+    await drawn;
+    times.push(performance.now() - begin);
+  }
+  return times;
+}"""
+
+
+def measure() -> Iterator[tuple[str, str]]:
+    from playwright.sync_api import sync_playwright
+
+    executable = next(filter(None, map(shutil.which, _BROWSERS)), None)
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
+        for name in _MACHINES:
+            file = write_page(name, Path(folder, "machine.html"), verdict=False)
+            yield f"{name}: the page", f"{file.stat().st_size / 1e3:8.0f} kB"
+            yield from _of_page(browser, file, name)
+        browser.close()
+
+
+def _of_page(browser: Any, file: Path, name: str) -> Iterator[tuple[str, str]]:
+    page = browser.new_page(viewport={"width": 1280, "height": 720})
+    begin = time.perf_counter()
+    page.goto(file.as_uri())
+    page.wait_for_selector(_DRAWN, state="attached")
+    yield f"{name}: first picture", f"{1e3 * (time.perf_counter() - begin):8.0f} ms"
+    times = np.array(page.evaluate(_CHANGES, 100))
+    yield f"{name}: slider to picture, median", f"{np.median(times):8.0f} ms"
+    yield f"{name}: slider to picture, 95 %", f"{np.percentile(times, 95):8.0f} ms"
+    if name == _MACHINES[0]:
+        session = page.context.new_cdp_session(page)
+        sizes = []
+        for count in (50, 1000):
+            page.evaluate(_CHANGES, count)
+            session.send("HeapProfiler.collectGarbage")
+            sizes.append(session.send("Runtime.getHeapUsage")["usedSize"])
+        yield f"{name}: memory gained in 1,000 changes", f"{(sizes[1] - sizes[0]) / 1e6:8.2f} MB"
+    page.close()
