@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.typescript_jobs import needs_typescript, run_jobs
+from tests.typescript_jobs import run_jobs
 
 from wucht import Machine, load_machine
 from wucht.dynamics.live_drawing import LiveDrawing
@@ -125,12 +125,10 @@ def check_lengths(folder: Path, chosen: Sequence[str]) -> None:
         assert drawn_numbers(drawing, lengths) == pytest.approx(numbers, rel=1e-12, abs=1e-15)
 
 
-@needs_typescript
 def test_lengths_are_those_of_the_figure_at_other_parameters_too(tmp_path: Path) -> None:
     check_lengths(tmp_path, FAMILIES)
 
 
-@needs_typescript
 @pytest.mark.slow
 def test_lengths_of_the_whole_catalogue_are_those_of_the_figure(tmp_path: Path) -> None:
     """But for a disc with masses in guides, which are no bodies that turn."""
@@ -139,7 +137,6 @@ def test_lengths_of_the_whole_catalogue_are_those_of_the_figure(tmp_path: Path) 
     check_lengths(tmp_path, chosen)
 
 
-@needs_typescript
 def test_the_rest_is_where_the_carrier_sags(tmp_path: Path) -> None:
     machine, _, description, script = machine_at_start("practice/laundry-drum")
     (lengths,) = run_jobs(tmp_path, [(script, {"kind": "lengths"})])
@@ -165,7 +162,6 @@ def with_entries(machine: Machine, state: np.ndarray, entries: Mapping[str, floa
     return [float(x) for x in changed]
 
 
-@needs_typescript
 def test_balls_are_drawn_to_scale_at_their_angles(tmp_path: Path) -> None:
     """In a grinder whose carrier is displaced, and with larger balls."""
     machine, state, _, script = machine_at_start("practice/grinder-4-balls")
@@ -193,7 +189,6 @@ def test_balls_are_drawn_to_scale_at_their_angles(tmp_path: Path) -> None:
     assert circles(large, 0.005 * scale) - axis == pytest.approx(np.array(expected) * 0.024 / 0.025, rel=1e-9)
 
 
-@needs_typescript
 def test_the_stroboscopic_view_turns_with_the_rotor(tmp_path: Path) -> None:
     """All angles alike turned on, nothing moves; the rotor's mark is on the right."""
     machine, state, _, script = machine_at_start("practice/grinder-4-balls")
@@ -216,7 +211,6 @@ def test_the_stroboscopic_view_turns_with_the_rotor(tmp_path: Path) -> None:
     assert f"seen turning with {rotor}" in second["description"]
 
 
-@needs_typescript
 def test_grabbing_the_carrier_moves_it_with_the_finger(tmp_path: Path) -> None:
     """Magnification undone; the speeds of the carrier zero, all else as it was."""
     machine, state, _, script = machine_at_start("practice/grinder-4-balls")
@@ -240,7 +234,6 @@ def test_grabbing_the_carrier_moves_it_with_the_finger(tmp_path: Path) -> None:
         assert again["parts"][0]["moved"] == pytest.approx(moved, rel=1e-9, abs=1e-12)
 
 
-@needs_typescript
 @pytest.mark.parametrize("view", [PLAIN, SEEN_TURNING])
 def test_a_ball_follows_the_finger_up_to_its_neighbour(tmp_path: Path, view: Mapping[str, Any]) -> None:
     """It goes on turning with its rotor; turns that it has made stay."""
@@ -290,7 +283,6 @@ def test_a_ball_follows_the_finger_up_to_its_neighbour(tmp_path: Path, view: Map
     assert [x for i, x in enumerate(free["moved"]) if i not in changed] == [x for i, x in enumerate(before) if i not in changed]
 
 
-@needs_typescript
 def test_a_roller_goes_on_with_a_rotor_whose_speed_is_prescribed(tmp_path: Path) -> None:
     """Outputs have that speed; while a part is held there are none."""
     machine, state, description, script = machine_at_start("sperling-rollers/table-1")
@@ -312,7 +304,6 @@ def test_a_roller_goes_on_with_a_rotor_whose_speed_is_prescribed(tmp_path: Path)
     assert math.sin(part["moved"][taken["angle"]]) == pytest.approx(1.0)
 
 
-@needs_typescript
 def test_rotors_on_a_deck_are_where_it_turns_them(tmp_path: Path) -> None:
     """The screen, whose rotation is drawn magnified; a rotor that is held stands still."""
     machine, state, _, script = machine_at_start("practice/screen")
@@ -353,7 +344,6 @@ def test_rotors_on_a_deck_are_where_it_turns_them(tmp_path: Path) -> None:
     assert part["moved"][machine.state_names.index("e2.speed")] == 0.0
 
 
-@needs_typescript
 def test_magnifications_are_round_and_stated(tmp_path: Path) -> None:
     """The largest motion is at most a tenth of the carrier; a machine without lengths is not to scale."""
     grinder, screen, plain = (machine_at_start(n)[3] for n in (
@@ -383,12 +373,10 @@ def check_drawings(folder: Path, chosen: Sequence[str]) -> None:
         assert answer["infinite"] == 0, name
 
 
-@needs_typescript
 def test_a_machine_of_each_family_is_drawn(tmp_path: Path) -> None:
     check_drawings(tmp_path, [*FAMILIES, "sperling-vibration/figure-7"])
 
 
-@needs_typescript
 @pytest.mark.slow
 def test_every_machine_of_the_catalogue_is_drawn(tmp_path: Path) -> None:
     check_drawings(tmp_path, exportable_machines())

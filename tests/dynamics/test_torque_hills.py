@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.typescript_jobs import needs_typescript, run_jobs
+from tests.typescript_jobs import run_jobs
 
 from wucht import Machine, load_machine
 from wucht.analysis.vibration import ForcedVibration
@@ -93,13 +93,11 @@ def check_torques(folder: Path, chosen: list[str]) -> int:
     return len(differences)
 
 
-@needs_typescript
 def test_torques_of_a_machine_of_each_family_are_those_of_python(tmp_path: Path) -> None:
     """Motors of all kinds, tables, schedules, several rotors, a shaken carrier, a machine without units."""
     assert check_torques(tmp_path, FAMILIES) == 11
 
 
-@needs_typescript
 @pytest.mark.slow
 def test_torques_of_the_whole_catalogue_are_those_of_python(tmp_path: Path) -> None:
     assert check_torques(tmp_path, machine_names()) > 80
@@ -125,7 +123,6 @@ def test_hills_are_there_where_the_study_has_its_balance() -> None:
     }
 
 
-@needs_typescript
 def test_working_points_and_their_stability_are_those_of_python(tmp_path: Path) -> None:
     """R1 with pendulums beside the unbalance: a slow, a middle and a fast speed balance."""
     machine, start = machine_at_start("drozdetskaya-2020/r1")
@@ -151,7 +148,6 @@ def test_working_points_and_their_stability_are_those_of_python(tmp_path: Path) 
     assert grid["range"] == pytest.approx([0.0, 1.2 * free], rel=1e-9)
 
 
-@needs_typescript
 def test_vibration_of_a_rotor_at_another_speed_is_left_out(tmp_path: Path) -> None:
     """Its phase goes round: the mean of its torque is zero. Python, with the other unbalance zero, is the witness."""
     name = "sperling-vibration/lock-limits"
@@ -171,7 +167,6 @@ def test_vibration_of_a_rotor_at_another_speed_is_left_out(tmp_path: Path) -> No
     assert np.abs(vibration - together).max() > 0.1 * np.abs(together).max()
 
 
-@needs_typescript
 def test_a_schedule_moves_the_hill(tmp_path: Path) -> None:
     """The characteristic is that of the voltage, frequency or speed at the time."""
     machine, state = machine_at_start("practice/fan-on-inverter")

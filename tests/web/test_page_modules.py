@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,10 +16,12 @@ from tests.web.page_answers import answer, page_text
 
 from wucht import load_machine
 from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.files.catalogue import load_document, names
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.studies.study_file import read_study
 
 page_of = cache(page_text)
+RELEASES = {"sperling-vibration/figure-4", "sperling-vibration/figure-4-y-blocked", "sperling-vibration/table-1"}
 
 
 @pytest.mark.parametrize(
@@ -65,7 +69,7 @@ def test_a_copied_study_file_is_the_machine_shown(tmp_path: Path) -> None:
     assert original.machine.values == machine.values
     parameters = {"drive.slope": 0.1 + 0.2, "drum.eccentricity": 1.1e-3, "drive.switch": 0}
     start = {"p1.angle": 1 / 3, "drum.speed": 12.3, "carrier.x": 1e-3}
-    names = [str(n) for n in machine.state_names]
+    states = [str(n) for n in machine.state_names]
     scenario = {
         "parameters": parameters,
         "start": start,
@@ -78,8 +82,8 @@ def test_a_copied_study_file_is_the_machine_shown(tmp_path: Path) -> None:
     assert run.settings.until == 5
     expected = machine.values | {k: v for k, v in parameters.items() if k in machine.values}
     assert run.machine.values == expected
-    state = dict(zip(names, original.models[0].initial.tolist(), strict=True)) | start
-    assert dict(zip(names, run.models[0].initial.tolist(), strict=True)) == pytest.approx(state, rel=1e-14)
+    state = dict(zip(states, original.models[0].initial.tolist(), strict=True)) | start
+    assert dict(zip(states, run.models[0].initial.tolist(), strict=True)) == pytest.approx(state, rel=1e-14)
 
 
 @pytest.mark.parametrize("name", ["practice/angle-grinder", "practice/screen", "sperling-vibration/figure-2a"])
@@ -92,6 +96,26 @@ def test_what_follows_from_other_numbers_stays_in_a_copied_study_file(tmp_path: 
     run = study_of(tmp_path, answer(tmp_path, page_of(name), "study", scenario={"parameters": parameters}))
     case = {k: v for k, v in run.machine.values.items() if ".offset_" not in k}
     assert case == pytest.approx({k: v for k, v in (machine.values | parameters).items() if k in case}, rel=1e-14)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [n for n in names() if "machine" in load_document(n)[0] and n not in RELEASES])
+def test_every_control_of_the_catalogue_is_a_key_of_its_file(tmp_path: Path, name: str) -> None:
+    """With all of them moved, the copied study file is the machine with these values, and with all others as they were."""
+    page = page_of(name)
+    contents = json.loads(re.findall(r"^const page = (.*);$", page, re.MULTILINE)[0])
+    entries = json.loads(re.findall(r"^parameters: (.*),$", page, re.MULTILINE)[0])
+    controls = [
+        (entries[i], control) for group in contents["groups"] for control in group["controls"] for i in control["indices"]
+    ]
+    # An inertia about the axis must be at least m e^2, whatever mass and eccentricity are.
+    factors = {p["path"]: 1.0 if c["whole"] else 1.2 if "inertia" in c["name"] else 1.03 for p, c in controls}
+    parameters = {p["path"]: p["value"] * factors[p["path"]] for p, _ in controls}
+    run = study_of(tmp_path, answer(tmp_path, page, "study", scenario={"parameters": parameters}))
+    expected = {p["path"]: p["value"] for p in entries if not p["path"].endswith(".switch")} | parameters
+    assert {p: run.machine.values[p] for p in expected if ".offset_" not in p} == pytest.approx(
+        {p: v for p, v in expected.items() if ".offset_" not in p}, rel=1e-12
+    )
 
 
 def test_a_link_restores_what_is_shown_bit_for_bit(tmp_path: Path) -> None:
