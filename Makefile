@@ -59,8 +59,9 @@ $(VENV)/.docs: $(STAMP)
 docs: $(VENV)/.docs
 	$(BIN)/python -m docs.site --gallery $(GALLERY)
 
-pictures: $(STAMP)  # docs/pictures from the gallery
+pictures: $(STAMP)  # docs/pictures from the gallery, and of the live machine in a browser
 	$(BIN)/python -m docs.site.pictures
+	$(BIN)/python -m docs.site.live_pictures
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks

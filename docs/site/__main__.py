@@ -17,6 +17,7 @@ from typing import Any
 from . import api_page, citing_page, gallery_pages, notebooks, reference_pages
 from .gallery import EXPENSIVE, ROOT, Entry, entry, names
 from .gallery_pages import COLLECTIONS
+from .live_machines import live_files, with_live_machines
 from .markdown import naturally
 from .page_figures import with_figures
 from .paper_links import with_paper_links
@@ -70,7 +71,8 @@ def write(entries: list[Entry], compute: bool = True) -> None:
     shutil.rmtree(PAGES, ignore_errors=True)
     shutil.copytree(HERE.parent, PAGES, ignore=shutil.ignore_patterns("site", "__pycache__"))
     shutil.copytree(HERE / "assets", PAGES / "assets", dirs_exist_ok=True)
-    pages = gallery_pages.pages(entries) | reference_pages.pages(entries)
+    live = live_files() if len(entries) == len(names()) else {}
+    pages = gallery_pages.pages(entries, live) | reference_pages.pages(entries)
     pages |= {"api.md": api_page.page(), "citing.md": citing_page.page()}
     pages["changes.md"] = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").replace("](docs/", "](")
     for name, text in pages.items():
@@ -81,9 +83,13 @@ def write(entries: list[Entry], compute: bool = True) -> None:
     for page in PAGES.rglob("*.md"):
         name = page.relative_to(PAGES).as_posix()
         text, pictures = with_figures(name, page.read_text(encoding="utf-8"), compute)
+        text, machines = with_live_machines(name, text)
+        live |= machines
         page.write_text(with_paper_links(name, with_equations(text)), encoding="utf-8")
         for file, picture in pictures.items():
             shutil.copy(picture, _file(file))
+    for name, machine in live.items():
+        shutil.copy(machine, _file(name))
 
 
 def _file(name: str) -> Path:

@@ -51,7 +51,7 @@ class Entry:
 
 
 @cache
-def _digest(numbers_alone: bool) -> str:
+def digest(numbers_alone: bool = False) -> str:
     """Of the code, or of that on which numbers depend."""
     made = sha256(wucht.__version__.encode())
     for file in sorted(_SOURCE.rglob("*.py")):
@@ -61,7 +61,8 @@ def _digest(numbers_alone: bool) -> str:
     return made.hexdigest()
 
 
-def _key(*told: str) -> str:
+def key(*told: str) -> str:
+    """A name of texts: the same ones have the same."""
     return sha256("\n".join(told).encode()).hexdigest()
 
 
@@ -77,9 +78,9 @@ def entry(name: str, compute: bool = True) -> Entry:
 
 def answer(study_file: StudyFile, folder: Path, compute: bool = True) -> tuple[Any | None, Path, Path]:
     """The result of a study with its figure and one panel of that, kept in a folder; None as result where it is not there."""
-    question = _key(repr(study_file.document), _digest(True))
+    question = key(repr(study_file.document), digest(True))
     figure, thumbnail = folder / f"{study_file.spec.kind}.png", folder / "thumbnail.png"
-    if _told(folder / "question") == question:
+    if text_of(folder / "question") == question:
         result = wucht.load(folder / "result.nc")
     elif compute:
         shutil.rmtree(folder, ignore_errors=True)
@@ -87,8 +88,8 @@ def answer(study_file: StudyFile, folder: Path, compute: bool = True) -> tuple[A
         (folder / "question").write_text(question, encoding="utf-8")
     else:
         return None, figure, thumbnail
-    drawn = _key(question, _digest(False))
-    if _told(folder / "drawn") != drawn:
+    drawn = key(question, digest(False))
+    if text_of(folder / "drawn") != drawn:
         whole = wucht.draw(result)
         save_figure(whole, figure)
         _save_panel(whole, thumbnail)
@@ -116,7 +117,7 @@ def _save_panel(figure: Figure, path: Path) -> None:
 _PANEL, _PANEL_SIZE, _DOTS_AN_INCH = (0.15, 0.2, 0.7, 0.7), (3.6, 2.4), 110  # of the figure; in; of a thumbnail
 
 
-def _told(file: Path) -> str:
+def text_of(file: Path) -> str:
     return file.read_text(encoding="utf-8") if file.is_file() else ""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import wucht
 from wucht.files.catalogue import FOLDER
 
 from .gallery import EXPENSIVE, Entry
+from .live_machines import FOLDER as FOLDER_OF_LIVE
 from .markdown import cell, table, toml_block
 from .published import Compared, compared, published
 
@@ -23,9 +24,9 @@ COLLECTIONS = {
 }
 
 
-def pages(entries: Sequence[Entry]) -> dict[str, str]:
-    """The pages of the gallery by file name."""
-    written = {f"gallery/{e.name}.md": _page(e) for e in entries}
+def pages(entries: Sequence[Entry], live: Collection[str] = ()) -> dict[str, str]:
+    """The pages of the gallery by file name. live: names in the site of the pages of live machines."""
+    written = {f"gallery/{e.name}.md": _page(e, f"{FOLDER_OF_LIVE}/{e.name}.html" in live) for e in entries}
     return written | {"gallery/index.md": _overview(entries)}
 
 
@@ -35,10 +36,13 @@ def figures(entries: Iterable[Entry]) -> dict[str, Path]:
     return {f"gallery/{e.name}.png": e.figure for e in shown} | {f"gallery/{e.name}-panel.png": e.thumbnail for e in shown}
 
 
-def _page(e: Entry) -> str:
+def _page(e: Entry, is_live: bool) -> str:
     kind = e.study_file.spec.kind
     lines = [f"# {e.about.get('title', e.name)}", "", f"`{e.name}`, study [{kind}]({_up(e)}studies/{kind}.md)", ""]
     lines += ["```sh", f"wucht run {e.name}", "```", ""]
+    if is_live:
+        address = f"{_up(e)}{FOLDER_OF_LIVE}/{e.name}.html"
+        lines += [f'<a class="md-button" href="{address}">The live machine: move it, change it, let go</a>', ""]
     if e.about.get("source"):
         lines += [f"**Source.** {e.about['source']}", ""]
     if e.about.get("notes"):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FOLDER = ROOT / "docs" / "pictures"
-LARGEST = 300_000
+LARGEST = 560_000
 PICTURES = {
     "run-up": "practice/laundry-drum",
     "speed-curve": "drozdetskaya-2020/figure-5.2",

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from docs.site import __main__ as site
-from docs.site import gallery, pictures, reference_pages
+from docs.site import gallery, live_pictures, pictures, reference_pages
 from docs.site.gallery import Entry
 from docs.site.published import at, compared, contradicted, published
 from page_blocks import PAGES
@@ -91,7 +91,8 @@ def test_published_numbers_are_met(name: str) -> None:
 
 def test_pictures_are_there_and_small() -> None:
     files = {p.name for p in pictures.FOLDER.iterdir()}
-    assert files == {f"{name}.png" for name in (*pictures.PICTURES, *pictures.DRAWINGS)}
+    screens = {f"{name}.webp" for name in live_pictures.SCREENS}
+    assert files == {f"{name}.png" for name in (*pictures.PICTURES, *pictures.DRAWINGS)} | screens
     assert sum((pictures.FOLDER / f).stat().st_size for f in files) < pictures.LARGEST
     shown = set(re.findall(r"docs/pictures/([\w-]+\.png)", PAGES["README.md"].read_text(encoding="utf-8")))
     assert shown == {f"{name}.png" for name in pictures.PICTURES}
@@ -112,7 +113,7 @@ def test_an_answer_is_kept_until_question_or_code_change(tmp_path: Path, monkeyp
     monkeypatch.setattr(gallery, "run_study", lambda *_, **__: pytest.fail("it is there already"))
     again = gallery.entry(name)
     assert again.result.attrs["created"] == first.result.attrs["created"]
-    monkeypatch.setattr(gallery, "_digest", lambda numbers_alone: "other code")
+    monkeypatch.setattr(gallery, "digest", lambda numbers_alone: "other code")
     assert gallery.entry(name, compute=False).result is None
 
 
