@@ -272,9 +272,11 @@ export class TorqueHill {
       context.fillText(words, at + 29, 10);
       at += 41 + context.measureText(words).width;
     }
-    if (this.rotors.length > 1) {
+    const name = this.rotors.length > 1 ? this.curves!.hills.rotors[this.rotor]!.name : "";
+    const end = this.canvas.clientWidth - RIGHT;
+    if (at + context.measureText(name).width < end) {
       context.textAlign = "right";
-      context.fillText(this.curves!.hills.rotors[this.rotor]!.name, this.canvas.clientWidth - RIGHT, 10);
+      context.fillText(name, end, 10);
     }
   }
 }
