@@ -20,6 +20,9 @@ WEB = Path("src", "wucht", "web")
 BUILT = "built"
 SOURCES = ("*.ts", "*.css", "*.json")
 NO_QUESTIONS = ("--no-audit", "--no-fund", "--no-update-notifier", "--loglevel=error")
+# A network that does not answer must not hold up an installation: one attempt of some seconds, and all of it.
+PATIENCE = ("--fetch-retries=1", "--fetch-timeout=20000")
+LONGEST_S = 180
 
 
 class LivePageHook(BuildHookInterface):
@@ -53,12 +56,17 @@ def build_page(web: Path) -> str:
 
     def run(*words: str, folder: str) -> subprocess.CompletedProcess[str]:
         command = [str(node), str(npm), *words]
-        return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+        try:
+            return subprocess.run(
+                command, cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=LONGEST_S
+            )
+        except subprocess.TimeoutExpired:
+            return subprocess.CompletedProcess(command, 1, "", f"no answer within {LONGEST_S} s")
 
     with tempfile.TemporaryDirectory() as folder:
         for path in (p for pattern in SOURCES for p in web.glob(pattern)):
             shutil.copy(path, folder)
-        installed = run("ci", *NO_QUESTIONS, "--fetch-retries=1", folder=folder)
+        installed = run("ci", *NO_QUESTIONS, *PATIENCE, folder=folder)
         if installed.returncode:
             lines = (installed.stderr or installed.stdout).strip().splitlines()
             return f"npm: {lines[0] if lines else 'no answer'}"
