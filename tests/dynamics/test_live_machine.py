@@ -15,7 +15,9 @@ from tests.node import run_in_node
 import wucht
 from wucht import Machine, load_machine
 from wucht.dynamics.live_machine import export_obstacles, machine_description, machine_script
+from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
+from wucht.dynamics.verdicts.observation import AxisMotion, rows_of
 from wucht.errors import WuchtError
 from wucht.files.catalogue import load_document, names
 from wucht.machines.schedules import Schedule
@@ -178,6 +180,35 @@ def test_r1_runs_up_as_in_python(tmp_path: Path) -> None:
     amplitude = outputs[place_of(description["outputs"], "amplitude")]
     assert amplitude[-1] == pytest.approx(np.hypot(*reference.states[:2, -1]), rel=1e-6)
     assert amplitude.max() == pytest.approx(np.hypot(*reference.states[:2]).max(), rel=1e-6)
+
+
+# Balls that collide during the whole run-up: differences of rounding grow. And machines of questions without a run-up: at their
+# values the motion leaves all bounds, in Python as well; nothing drives the disc.
+CHAOTIC, WITHOUT_RUN_UP = {"practice/fan-ball-ring"}, {"drozdetskaya-2020/figure-6.7a", "sperling-vibration/figure-7"}
+
+
+@pytest.mark.slow
+def test_each_machine_of_the_catalogue_ends_as_in_python(tmp_path: Path) -> None:
+    """After the first part of a run-up: the speed of its rotor, and the amplitude as a share of the largest."""
+    names = set(catalogue_machines()) - RELEASES - CHAOTIC - WITHOUT_RUN_UP
+    machines, count = {name: catalogue_machine(name) for name in sorted(names)}, 401
+    ends = [Horizon.of(machine, RunSettings(), state).first for machine, state in machines.values()]
+    jobs = [
+        (machine_script(machine, state), {"end": end, "count": count, "tolerance": 1e-11})
+        for (machine, state), end in zip(machines.values(), ends, strict=True)
+    ]
+    differences = {}
+    for (name, (machine, state)), end, answer in zip(machines.items(), ends, answers(tmp_path, jobs), strict=True):
+        reference, (_, outputs) = motion_in_python(machine, state, end, count, 1e-12), motion_in_node(answer, count)
+        description = machine_description(machine, state)
+        speed = outputs[place_of(description["outputs"], f"speed[{machine.rotor.name}]"), -1]
+        amplitude = outputs[place_of(description["outputs"], "amplitude")]
+        expected = AxisMotion.of(machine, reference.time, rows_of(compile_system(machine.system, 1e-12), reference)).distance
+        size, turning = max(expected.max(), 1e-300), machine.rotor.coordinate.prescribed_velocity is None
+        ending = reference.states[machine.row(machine.rotor.coordinate.velocity), -1] if turning else speed
+        differences[name] = max(abs(speed / ending - 1), abs(amplitude[-1] - expected[-1]) / size)
+    assert len(differences) == 89
+    assert {name: d for name, d in differences.items() if not d <= 1e-6} == {}
 
 
 def test_balls_of_a_washing_machine_push_each_other_as_in_python(tmp_path: Path) -> None:
