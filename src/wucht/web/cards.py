@@ -49,7 +49,7 @@ WASHING_MACHINE = Card(
 _BY_NAME: Mapping[str, Card] = {
     "sperling-vibration/figure-5": SOMMERFELD, "drozdetskaya-2020/figure-3.3": SOMMERFELD,
     "drozdetskaya-2020/table-3.1-carrier": SOMMERFELD, "drozdetskaya-2020/table-3.1-laval": SOMMERFELD,
-    "practice/fan-on-inverter": SOMMERFELD, "practice/fan-on-belt": SOMMERFELD, "drozdetskaya-2020/r1-u1": SOMMERFELD,
+    "drozdetskaya-2020/r1-u1": SOMMERFELD,
     "drozdetskaya-2020/r1-u40": SELF_BALANCING, "drozdetskaya-2020/r1-u80": SELF_BALANCING,
     "drozdetskaya-2020/r2-u80": SELF_BALANCING, "practice/laboratory-centrifuge": SELF_BALANCING,
     "practice/angle-grinder": SELF_BALANCING, "practice/fan-ball-ring": SELF_BALANCING,
