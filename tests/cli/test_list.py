@@ -71,6 +71,9 @@ def test_a_machine_of_the_catalogue(wucht: Command, here: Path) -> None:
     assert Path("my-grinder-4-balls.toml").is_file()
     document = wucht("list", "practice/grinder-4-balls", "--json").document
     assert document["run"] == lines["run"] == "wucht run practice/grinder-4-balls"
+    assert document["move"] == lines["move"] == "wucht share practice/grinder-4-balls"
+    for name in ("kaltofen-cam/dwell-and-return", "drozdetskaya-2020/figure-2.13", "sperling-vibration/table-1"):
+        assert wucht("list", name, "--json").document["move"] == "", "a cam, equations, bodies with releases"
     assert wucht("list", "kaltofen-cam/dwell-and-return", "--json").document["parts"][0] == "law (harmonic)"
     assert wucht("list", "drozdetskaya-2020/figure-2.13", "--json").document["parts"] == ["equations of r, theta"]
 

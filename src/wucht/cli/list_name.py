@@ -228,7 +228,7 @@ def _default(value: Any) -> str:
 
 
 def _catalogue_facts(name: str) -> dict[str, Any]:
-    """What a file of the catalogue is: title, source, notes, its study, its parts, and how it is run and copied."""
+    """What a file of the catalogue is: title, source, notes, its study, its parts, and how it is run, moved and copied."""
     from wucht.files.catalogue import load_document
     from wucht.studies.registry import requested_study
     from wucht.studies.study_file import DEFAULT_KIND
@@ -246,8 +246,19 @@ def _catalogue_facts(name: str) -> dict[str, Any]:
         "parts": _parts_in(document, path, name),
         "page": f"gallery/{name}.html",
         "run": f"wucht run {name}",
+        "move": f"wucht share {name}" if _can_be_shared(document, path, name) else "",
         "copy": f"wucht new {name} my-{copy}.toml",
     }
+
+
+def _can_be_shared(document: Mapping[str, Any], path: Path, name: str) -> bool:
+    """Whether a file has a machine, none of whose bodies is locked until its release."""
+    from wucht.files.catalogue import described_machine
+
+    if "machine" not in document:
+        return False
+    bodies = described_machine(dict(document), path, name, {}).get("bodies", [])
+    return not any("release" in body for body in bodies)
 
 
 def _parts_in(document: Mapping[str, Any], path: Path, name: str) -> list[str]:
@@ -284,7 +295,7 @@ def _catalogue_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     yield from wrap(facts["notes"], WIDTH, max_lines=_NOTES, placeholder=" ...")
     study = f"{facts['study']}: {facts['answers'].replace('``', '')}"
     values = {"source": facts["source"], "study": study, "parts": "; ".join(facts["parts"]), "page": f"{facts['page']} {_DOCS}"}
-    for label, text in (values | {"run": facts["run"], "copy": facts["copy"]}).items():
+    for label, text in (values | {key: facts[key] for key in ("run", "move", "copy")}).items():
         indent = " " * _LABEL
         yield from wrap(
             text, WIDTH, initial_indent=_labelled_line(label, ""), subsequent_indent=indent, max_lines=3, placeholder=" ..."
