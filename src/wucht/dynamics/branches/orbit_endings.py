@@ -55,7 +55,7 @@ _PAST = 1e-4  # of the range: distance beyond a fold at which the orbit is teste
 _LAW, _LOOSE = 0.02, 0.2  # relative: largest change of T sqrt|p - p*|; the same where the longest followed period is reached
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OrbitEnd:
     """End of a branch of orbits.
 
