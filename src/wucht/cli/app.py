@@ -43,11 +43,6 @@ def _common(
     """Machines in which rotation and vibration act on each other: from a machine file to a verdict."""
 
 
-def explorer() -> None:
-    """The explorer in the browser."""
-    raise InputError("app", None, "not available yet: the explorer comes with a later version")
-
-
 def register() -> None:
     """Give the app its commands."""
     from wucht.cli.compare import compare
@@ -55,6 +50,7 @@ def register() -> None:
     from wucht.cli.equations import equations
     from wucht.cli.export import export
     from wucht.cli.list import list_all
+    from wucht.cli.live_app import live_app
     from wucht.cli.new import new
     from wucht.cli.plot import plot
     from wucht.cli.report import report
@@ -64,10 +60,10 @@ def register() -> None:
     app.registered_commands.clear()
     commands: dict[str, Callable[..., None]] = {
         "run": run, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
-        "report": report, "share": share, "completion": completion,
+        "report": report, "share": share, "app": live_app, "completion": completion,
     }  # fmt: skip
-    for name, command in (commands | {"app": explorer}).items():
-        app.command(name, hidden=command is explorer)(_with_exit_errors(command, loads_libraries=name in _WITH_LIBRARIES))
+    for name, command in commands.items():
+        app.command(name)(_with_exit_errors(command, loads_libraries=name in _WITH_LIBRARIES))
 
 
 class _NobodyReadsError(Exception):

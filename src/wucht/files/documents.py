@@ -6,7 +6,9 @@ import hashlib
 import re
 import stat
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,17 @@ DEEPEST = 40  # nested tables and lists
 _LONG_NUMBER = re.compile(r"\d[\d_]{4000}")
 LARGEST = 1_000_000_000  # bytes of a text file: its rows then take several times that in memory
 _MOST = 3  # values named one by one
+_FOLDERS: ContextVar[tuple[Path, ...]] = ContextVar("folders", default=())
+
+
+@contextmanager
+def files_below(*folders: Path) -> Iterator[None]:
+    """Let ``read_text`` refuse files outside these folders, wherever links lead: for documents that are not the user's own."""
+    token = _FOLDERS.set(tuple(folder.resolve() for folder in folders))
+    try:
+        yield
+    finally:
+        _FOLDERS.reset(token)
 
 
 def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8-sig") -> str:
@@ -25,6 +38,8 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
     missing: the sentence for a missing file. Raises ``InputError`` for one that cannot be read.
     """
     try:
+        if (folders := _FOLDERS.get()) and not any(path.resolve().is_relative_to(folder) for folder in folders):
+            raise InputError.file_error(path, f"only files below {folders[0]} are read here", code="outside")
         about = path.stat()
         if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):  # a device may never end
             raise InputError.file_error(path, "this is not a file")
@@ -55,7 +70,11 @@ def read_toml(path: Path) -> Document:
     """The document in a TOML file. Raises ``InputError`` for an unreadable file or invalid TOML."""
     if path.is_dir():
         raise InputError.file_error(path, "this is a folder; a study file is needed")
-    text = read_text(path)
+    return document_of(read_text(path), path)
+
+
+def document_of(text: str, path: Path) -> Document:
+    """The document in a text of TOML. path: of the file in errors. Raises ``InputError`` for invalid TOML."""
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

@@ -19,11 +19,10 @@ from wucht.machines.machine import Machine
 from wucht.reports.markup import html_text
 from wucht.web.cards import Card
 from wucht.web.curve_panels import levels, matrices_code, panels
+from wucht.web.page_policy import page_policy
 from wucht.web.sliders import derived_parameters, parameter_groups
 from wucht.web.start_controls import start_groups
 
-# The page computes in a worker, whose script is part of the page.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:"
 _WEB = files("wucht").joinpath("web")
 
 
@@ -34,7 +33,8 @@ class PageText:
     file: the name of the study file or catalogue entry. machine, study: TOML of the file's machine, and of the question without
     its start. start: of the file, as TOML; empty where it gives none; start_of_parts: what of it no control of the page sets.
     file_keys: keys of the file's machine, as ``given_keys`` returns them; None: all numbers are given.
-    verdict: label and sentence of Python's run.
+    verdict: label and sentence of Python's run. server: the address at which a server judges other runs; None: none does.
+    embedded: whether the page tells the page around it what it shows.
     """
 
     file: str
@@ -45,6 +45,8 @@ class PageText:
     file_keys: frozenset[str] | None = None
     verdict: tuple[str, str] | None = None
     card: Card | None = None
+    server: str | None = None
+    embedded: bool = False
 
 
 def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, text: PageText) -> str:
@@ -96,7 +98,7 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
             '<html lang="en">',
             "<head>",
             '<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+            f'<meta http-equiv="Content-Security-Policy" content="{page_policy(text.server is not None)}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             '<meta name="color-scheme" content="light dark">',
             f"<title>{html_text(machine.title, 160)}</title>",

@@ -26,6 +26,7 @@ import {
   withValuesFrom,
   type Scenario,
 } from "./scenario.ts";
+import { Publishing } from "./publishing.ts";
 import { studyText } from "./study_text.ts";
 import { Toolbar } from "./toolbar.ts";
 import { TorqueHill } from "./torque_hill.ts";
@@ -50,6 +51,7 @@ export class LivePage {
   private readonly _levels: Levels;
   private readonly _transport: Transport;
   private readonly _verdict: VerdictLine;
+  private readonly _publishing: Publishing;
   private readonly _column: ControlColumn;
   private readonly _toolbar: Toolbar;
   private readonly _changes: ChangeList;
@@ -82,6 +84,7 @@ export class LivePage {
     this._hill = new TorqueHill(hill, machine);
     this._transport = new Transport(this._clock, machine.time_unit);
     this._verdict = new VerdictLine(page.text.verdict);
+    this._publishing = new Publishing(contents, this._original, this._verdict);
     this._switches = page.switches.map((one) => button("", () => this._switch(one.index), { class: "switch" }));
     this._strobe.addEventListener("change", () => this._draw());
     this._curves = element("section", { class: "curves", "aria-label": "curves over time" });
@@ -220,7 +223,9 @@ export class LivePage {
   private _change(scenario: Scenario, isShown = true) {
     this._scenario = scenario;
     this._clock.end = scenario.until;
-    this._verdict.show(areEqual(scenario, this._original));
+    const isOriginal = areEqual(scenario, this._original);
+    this._verdict.show(isOriginal);
+    this._publishing.show(scenario, isOriginal && this._contents.page.text.verdict !== null);
     this._changes.show(scenario);
     if (isShown) this._column.show(scenario, parametersAt(scenario, this._column.isFromNow ? this._clock.time : 0));
     this._computer.compute(scenario);

@@ -78,6 +78,10 @@ export interface PageData {
     readonly start_of_parts: string;
     readonly verdict: readonly [string, string] | null;
     readonly card: Card | null;
+    /** The address at which a server judges what is shown. */
+    readonly server: string | null;
+    /** Whether the page around this one is told what is shown. */
+    readonly embedded: boolean;
   };
   readonly dimensionless: boolean;
   readonly groups: readonly Group<Control>[];

@@ -31,7 +31,14 @@ class _Judgement:
     end: float
 
 
-def shared_page(name: str, settings: Mapping[str, Any] | None = None, verdict: bool | None = None) -> str:
+def shared_page(
+    name: str,
+    settings: Mapping[str, Any] | None = None,
+    verdict: bool | None = None,
+    *,
+    server: str | None = None,
+    embedded: bool = False,
+) -> str:
     """Return the page of the machine of a study file or catalogue entry.
 
     Parameters
@@ -41,6 +48,7 @@ def shared_page(name: str, settings: Mapping[str, Any] | None = None, verdict: b
         Values by path, as for ``read_study``.
     verdict : bool, optional
         Whether Python runs the machine up for a verdict; by default where that is the file's question.
+    server, embedded : see ``PageText``
 
     Returns
     -------
@@ -77,6 +85,8 @@ def shared_page(name: str, settings: Mapping[str, Any] | None = None, verdict: b
         verdict=None if judgement is None else (judgement.label, judgement.sentence),
         file_keys=None if machine.dimensionless else given_keys(description),
         card=card_of(short_name(path).as_posix()),
+        server=server,
+        embedded=embedded,
     )
     end = run.horizon.first if judgement is None else judgement.end
     return live_page(run.machine, run.models[0].initial, end, run.horizon.span, text)

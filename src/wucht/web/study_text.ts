@@ -39,6 +39,11 @@ export function studyText(scenario: Scenario, original: Scenario, machine: LiveM
   ].join("\n");
 }
 
+/** Whether a study file can say what is shown: without changes during the run, all motors on. */
+export function isStudy(scenario: Scenario, page: PageData): boolean {
+  return scenario.changes.length === 0 && page.switches.every((one) => scenario.parameters[one.index] !== 0);
+}
+
 /** The start of all bodies and of the carrier, as files have it: angles from the body turned about, displacements from rest. */
 function startText(state: readonly number[], page: PageData): string {
   const tables = new Map<string, string[]>();

@@ -17,7 +17,12 @@ export class VerdictLine {
     const verdict = isOriginal ? this._verdict : null;
     const words =
       verdict?.[1] ?? (isOriginal ? "wucht judges the run of a file: wucht run" : "the run is no longer that of the file");
-    this.root.classList.toggle("judged", verdict !== null);
-    this.root.replaceChildren(element("strong", {}, verdict?.[0] ?? "not judged"), ` – ${words}`);
+    this.tell(verdict?.[0] ?? null, words);
+  }
+
+  /** A label, null where nothing is judged, and a sentence. */
+  tell(label: string | null, sentence: string) {
+    this.root.classList.toggle("judged", label !== null);
+    this.root.replaceChildren(element("strong", {}, label ?? "not judged"), ` – ${sentence}`);
   }
 }

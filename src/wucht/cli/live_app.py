@@ -1,0 +1,86 @@
+"""``wucht app``: the live machine, served on the loopback interface, with verdicts on what it shows."""
+
+from __future__ import annotations
+
+import socket
+import sys
+import threading
+import webbrowser
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from wucht.errors import InputError, RunError
+
+if TYPE_CHECKING:
+    from wucht.web.worker_process import WorkerProcess
+
+DEFAULT_PORT = 8417
+_HOST = "127.0.0.1"
+
+
+def live_app(
+    study: Annotated[
+        str | None, typer.Argument(metavar="[FILE]", help="A study or machine file, or a name from `wucht list`.")
+    ] = None,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="The port; 0: any free one.")] = DEFAULT_PORT,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser, or not.")] = True,
+) -> None:
+    """Show machines in the browser: they move, and wucht judges what is shown. Served to this computer alone."""
+    try:
+        from wucht.web.live_server import live_server, serve
+    except ModuleNotFoundError as error:
+        if error.name not in ("fastapi", "uvicorn"):
+            raise
+        raise InputError("app", None, "this needs the extra: pip install wucht[web]", code="no-extra") from None
+    from wucht.web.worker_process import WorkerProcess
+
+    folder, name = _place(study)
+    with _bound_socket(port) as connection:
+        worker = WorkerProcess(folder)
+        try:
+            _check(worker, name)
+            address = f"http://{_HOST}:{connection.getsockname()[1]}/"
+            typer.echo(f"{address} shows {study or f'the machines below {folder}'}, to this computer alone; Ctrl-C ends it")
+            sys.stdout.flush()
+            if browser:
+                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+            with suppress(KeyboardInterrupt):
+                serve(live_server(folder, connection.getsockname()[1], worker, name), connection, worker.close)
+        finally:
+            worker.close()
+
+
+def _place(study: str | None) -> tuple[Path, str | None]:
+    """The folder below which files are shown, and the file or catalogue name: the present one, unless the file lies elsewhere."""
+    here = Path.cwd().resolve()
+    if study is None or not Path(study).is_file():
+        return here, study
+    path = Path(study).resolve()
+    return here if path.is_relative_to(here) else path.parent, str(path)
+
+
+def _bound_socket(port: int) -> socket.socket:
+    """A socket of the loopback interface. Raises ``InputError`` if the port is in use, or may not be used."""
+    connection = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    if sys.platform != "win32":  # there, another program could take the port away
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        connection.bind((_HOST, port))
+        connection.listen()
+    except OSError as error:
+        connection.close()
+        reason = f"this port cannot be used ({error.strerror or error}); give another one, or 0 for any that is free"
+        raise InputError("--port", port, reason, code="port") from None
+    return connection
+
+
+def _check(worker: WorkerProcess, name: str | None) -> None:
+    """Raises ``InputError`` for a file that cannot be read, ``RunError`` if the page was not built."""
+    answer = worker.check(name)
+    if "location" in answer:
+        raise InputError(answer["location"], None, answer["explanation"])
+    if "error" in answer:
+        raise RunError(str(answer["error"]))

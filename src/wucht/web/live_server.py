@@ -1,0 +1,150 @@
+"""The live machine on the loopback interface: pages of files and of the catalogue, and verdicts on what they show."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from pathlib import Path, PurePosixPath
+from types import FrameType
+
+import uvicorn
+from fastapi import FastAPI, Request
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import HTMLResponse, JSONResponse, Response
+
+from wucht.web.local_requests import LocalRequests
+from wucht.web.machine_list import machine_list, sentence_page
+from wucht.web.worker_process import WorkerProcess
+
+VERDICT = "/verdict"
+LARGEST = 1_000_000  # bytes of a study file
+
+
+def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None = None) -> LocalRequests:
+    """Return the application.
+
+    Parameters
+    ----------
+    folder : Path
+        Below which files are shown.
+    port : int
+        At which it is served: other hosts and origins are refused.
+    worker : WorkerProcess
+    file : str, optional
+        A file or catalogue name, whose page is the first one; by default that is a list.
+
+    Returns
+    -------
+    LocalRequests
+        An ASGI application.
+    """
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, title="wucht")
+    root = folder.resolve()
+
+    def shown_page(name: str) -> Response:
+        answer = worker.page(name, VERDICT)
+        if "page" in answer:
+            return HTMLResponse(answer["page"])
+        return _refusal(str(answer["error"]), int(answer.get("status", 422)))
+
+    @app.get("/")
+    def first_page() -> Response:
+        if file is not None:
+            return shown_page(file)
+        answer = worker.machines()
+        if "names" not in answer:
+            return _refusal(str(answer["error"]), 503)
+        return HTMLResponse(machine_list(root, answer["names"]))
+
+    @app.get("/machine/{name:path}")
+    def machine_page(name: str) -> Response:
+        path = file_below(root, name)
+        if path is None and not _is_catalogue_name(name):
+            return _refusal(f"{name}: this is no machine file below {root}, and no name of the catalogue", 404)
+        return shown_page(name if path is None else str(path))
+
+    @app.post(VERDICT)
+    async def verdict(request: Request) -> Response:
+        body = bytearray()
+        async for chunk in request.stream():
+            body += chunk
+            if len(body) > LARGEST:
+                return JSONResponse({"error": f"the study file is larger than {LARGEST // 1_000_000} MB"}, 413)
+        try:
+            text = body.decode("utf-8")
+        except UnicodeDecodeError:
+            return JSONResponse({"error": "the study file is not UTF-8 text"}, 422)
+        answer = await run_in_threadpool(worker.verdict, text)
+        return JSONResponse({key: answer[key] for key in ("label", "sentence", "error", "superseded") if key in answer})
+
+    return LocalRequests(app, port)
+
+
+class _Server(uvicorn.Server):  # type: ignore[misc]
+    """A server that ends what is being done when it is told to stop."""
+
+    def __init__(self, config: uvicorn.Config, stop: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._stop = stop
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """End the jobs, whose requests would be waited for."""
+        self._stop()
+        super().handle_exit(sig, frame)
+
+
+def serve(application: LocalRequests, connection: socket.socket, stop: Callable[[], None]) -> None:
+    """Serve an application until Ctrl-C.
+
+    Parameters
+    ----------
+    application : LocalRequests
+    connection : socket
+        On which the server listens.
+    stop : callable
+        Called when a signal ends the server.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C, once all connections are closed.
+    """
+    config = uvicorn.Config(
+        application, log_level="warning", access_log=False, lifespan="off", ws="none", server_header=False,
+        proxy_headers=False, timeout_graceful_shutdown=1,
+    )  # fmt: skip
+    _Server(config, stop).run(sockets=[connection])
+
+
+def file_below(root: Path, name: str) -> Path | None:
+    """Return the machine file of a name relative to a folder; None where there is none, or it lies elsewhere.
+
+    Parameters
+    ----------
+    root : Path
+        The folder, without links.
+    name : str
+        With ``/`` between folders.
+
+    Returns
+    -------
+    Path or None
+    """
+    parts = PurePosixPath(name)
+    if "\0" in name or "\\" in name or parts.is_absolute() or ".." in parts.parts:
+        return None
+    try:
+        path = (root / parts).resolve()
+        return path if path.is_relative_to(root) and path.suffix == ".toml" and path.is_file() else None
+    except (OSError, RuntimeError, ValueError):  # names too long for a file, links in a circle
+        return None
+
+
+def _is_catalogue_name(name: str) -> bool:
+    """True where a name can be one of the catalogue; whether it is one, the process knows that reads it."""
+    parts = PurePosixPath(name).parts
+    return bool(parts) and all(part.replace("-", "").replace("_", "").replace(".", "").isalnum() and part[0] != "." for part in parts)
+
+
+def _refusal(sentence: str, status: int) -> Response:
+    return HTMLResponse(sentence_page(sentence), status)

@@ -1,0 +1,158 @@
+"""The server's side of the process that makes pages and verdicts: one job at a time, bounded in time, the newest verdict wins."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+JUDGING_S = 20.0  # of a verdict, and of the one with which a page begins
+MAKING_S = 120.0  # of a page: the equations of many bodies take a minute
+_GRACE_S = 3.0  # after which a process that does not notice the end of its time is killed
+
+Answer = dict[str, Any]
+SUPERSEDED: Mapping[str, Any] = {"superseded": True}
+
+
+def late_sentence(limit: float) -> str:
+    """Why there is no verdict: the run took too long."""
+    return f"the run takes longer than {limit:g} s: save the study file, and use wucht run"
+
+
+class WorkerProcess:
+    """Does jobs in a process that is started when it is needed, and anew after it was killed.
+
+    Safe to use from several threads: jobs wait for each other. Of the verdicts that are asked for only the newest is given;
+    those before it are cancelled, and answered as superseded.
+
+    Parameters
+    ----------
+    folder : Path
+        Below which files may be read.
+    judging, making : float, optional
+        The longest time of a verdict, and of a page, in s.
+    """
+
+    def __init__(self, folder: Path, judging: float = JUDGING_S, making: float = MAKING_S) -> None:
+        self._folder, self._judging, self._making = folder, judging, making
+        self._turn = threading.Lock()  # of the job that is being done
+        self._state = threading.Lock()
+        self._pen = threading.Lock()  # of a line to the process
+        self._process: subprocess.Popen[str] | None = None
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._number = 0
+        self._newest = 0  # verdict
+        self._judged = 0  # the job of the verdict that is being made
+        self._is_closed = False
+
+    def verdict(self, text: str) -> Answer:
+        """Judge the study file of what is shown: ``label`` and ``sentence``, or ``error``, or ``superseded``."""
+        number = self._supersede()
+        with self._turn:
+            with self._state:
+                if self._newest != number:
+                    return dict(SUPERSEDED)
+                self._judged = number
+            answer = self._done({"job": "verdict", "text": text}, number, self._judging)
+            with self._state:
+                self._judged = 0
+            return answer if self._newest == number else dict(SUPERSEDED)
+
+    def page(self, name: str, server: str | None) -> Answer:
+        """Make the page of a file or catalogue name: ``page``, or ``error`` and ``status``. Without a verdict if that takes long.
+
+        A verdict that is being made, of a page before this one, is given up.
+        """
+        job = {"job": "page", "name": name, "server": server}
+        self._supersede()
+        with self._turn:
+            answer = self._done(job | {"judged": True}, self._next_number(), self._judging)
+            if "late" in answer:
+                answer = self._done(job | {"judged": False}, self._next_number(), self._making)
+        return answer | {"status": 503} if "late" in answer else answer
+
+    def machines(self) -> Answer:
+        """``names`` of the machines of the catalogue that a page can show."""
+        with self._turn:
+            return self._done({"job": "names"}, self._next_number(), self._making)
+
+    def check(self, name: str | None) -> Answer:
+        """Whether pages can be made, and the file can be read: ``error`` where not."""
+        with self._turn:
+            return self._done({"job": "check", "name": name}, self._next_number(), self._making)
+
+    def close(self) -> None:
+        """End the process; jobs that wait are answered at once. May be called in a signal handler."""
+        self._is_closed = True
+        if self._process is not None:
+            self._process.kill()
+
+    def _next_number(self) -> int:
+        with self._state:
+            self._number += 1
+            return self._number
+
+    def _supersede(self) -> int:
+        """Give up the verdict that is being made, and those that wait; return the number of the newest job."""
+        number = self._next_number()
+        with self._state:
+            self._newest = number
+            if self._judged:
+                self._write({"cancel": self._judged})
+        return number
+
+    def _done(self, job: Mapping[str, Any], number: int, limit: float) -> Answer:
+        """The answer to a job; ``late`` and ``error`` where it takes too long."""
+        if self._is_closed:
+            return {"error": "the server is being stopped", "status": 503}
+        process = self._running_process()
+        self._write({"id": number, "folder": str(self._folder), "limit": limit, **job})
+        try:
+            line = self._lines.get(timeout=limit + _GRACE_S)
+        except queue.Empty:
+            self._kill(process)
+            return {"late": True, "error": late_sentence(limit)}
+        if line is None:
+            self._kill(process)
+            return {"error": "the run was ended by the system: it needs too much memory, or the server is being stopped", "status": 422}
+        answer: Answer = {key: value for key, value in json.loads(line).items() if key != "id"}
+        return answer | {"error": late_sentence(limit)} if "late" in answer else answer
+
+    def _running_process(self) -> subprocess.Popen[str]:
+        if self._process is None:
+            threads = {"OPENBLAS_NUM_THREADS": "1"} if "OMP_NUM_THREADS" not in os.environ else {}
+            self._lines = queue.SimpleQueue()
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "wucht.web.live_worker"],  # -P: no module is imported from the folder
+                cwd=self._folder, env=threads | dict(os.environ), text=True, encoding="utf-8", bufsize=1,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            )  # fmt: skip
+            threading.Thread(target=_read_lines, args=(self._process, self._lines), daemon=True).start()
+        return self._process
+
+    def _write(self, message: Mapping[str, Any]) -> None:
+        process = self._process
+        if process is None or process.stdin is None:
+            return
+        with self._pen, suppress(OSError, ValueError):  # it may have ended: the reader of its answers says so
+            process.stdin.write(json.dumps(message) + "\n")
+
+    def _kill(self, process: subprocess.Popen[str]) -> None:
+        process.kill()
+        process.wait()
+        self._process = None
+
+
+def _read_lines(process: subprocess.Popen[str], lines: queue.SimpleQueue[str | None]) -> None:
+    """Pass on what a process answers, and that it has ended."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        lines.put(line)
+    lines.put(None)
