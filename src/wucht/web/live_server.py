@@ -143,7 +143,9 @@ def file_below(root: Path, name: str) -> Path | None:
 def _is_catalogue_name(name: str) -> bool:
     """True where a name can be one of the catalogue; whether it is one, the process knows that reads it."""
     parts = PurePosixPath(name).parts
-    return bool(parts) and all(part.replace("-", "").replace("_", "").replace(".", "").isalnum() and part[0] != "." for part in parts)
+    return bool(parts) and all(
+        part.replace("-", "").replace("_", "").replace(".", "").isalnum() and part[0] != "." for part in parts
+    )
 
 
 def _refusal(sentence: str, status: int) -> Response:

@@ -99,11 +99,8 @@ def _explanation(error: InputError) -> str:
 
 
 def _judge(job: dict[str, Any], check: Callable[[], None]) -> dict[str, Any]:
-    verdict = shown_verdict(job["text"], lambda _share, _label: check())
-    check()
-    if not verdict.complete:
-        raise KeyboardInterrupt
-    return {"label": verdict.label, "sentence": verdict.sentence}
+    label, sentence = shown_verdict(job["text"], lambda _share, _label: check())
+    return {"label": label, "sentence": sentence}
 
 
 def _make_page(job: dict[str, Any], _check: Callable[[], None]) -> dict[str, Any]:

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
-from wucht.dynamics.work import Report
+import numpy as np
+
+from wucht.dynamics.run_ups.horizon import numbers_per_sample
+from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
+from wucht.dynamics.work import Report, Work
 from wucht.errors import InputError
 from wucht.files.building import machine_from, with_settings
 from wucht.files.documents import document_of, refuse_bare_frequencies, settings_in
 from wucht.schema import refuse_unknown, require_table, text
-from wucht.studies.study_file import DEFAULT_KIND, StudyFile, machine_study, run_study
+from wucht.studies.resource_limits import refuse_numbers, refuse_turns
+from wucht.studies.study_file import DEFAULT_KIND, StudyFile, machine_study
 
 _NAME = "study"
-
-
-@dataclass(frozen=True)
-class ShownVerdict:
-    """label, sentence: as ``wucht run`` prints them; complete: whether the run went on to its end."""
-
-    label: str
-    sentence: str
-    complete: bool
 
 
 def shown_study(toml: str) -> StudyFile:
@@ -58,8 +54,8 @@ def shown_study(toml: str) -> StudyFile:
     return replace(question, document=dict(question.document) | {"machine": description})
 
 
-def shown_verdict(toml: str, progress: Report) -> ShownVerdict:
-    """Run the machine of a page up, and judge the run as ``wucht run`` does.
+def shown_verdict(toml: str, progress: Report) -> tuple[str, str]:
+    """Run the machine of a page up, and judge the run as ``wucht run`` does; nothing else of the run is worked out.
 
     Parameters
     ----------
@@ -70,24 +66,23 @@ def shown_verdict(toml: str, progress: Report) -> ShownVerdict:
 
     Returns
     -------
-    ShownVerdict
+    label, sentence : str
 
     Raises
     ------
     InputError
-        See ``shown_study``.
-    RunError
-        Where the memory does not suffice.
+        See ``shown_study``; for several runs, and for one that takes too long or too much memory.
     """
     question = shown_study(toml)
-    _refuse_several_runs(question.document["study"])
-    result = run_study(question, progress=progress)
-    failure = str(result.attrs["failure"])
-    label, sentence = str(result.wucht.summary["outcome"]), failure or str(result.wucht.sentence)
-    return ShownVerdict(label, sentence, bool(result.attrs["finished"] or failure))
-
-
-def _refuse_several_runs(study: Mapping[str, object]) -> None:
-    for key in ("starts", "along", "values"):
-        if key in study:
-            raise InputError(f"study.{key}", None, "not allowed here: one run is judged")
+    machine, spec = question.subject, cast(Any, question.spec)  # that of a run-up
+    if several := [key for key in ("starts", "along", "values") if key in question.document["study"]]:
+        raise InputError(f"study.{several[0]}", None, "not allowed here: one run is judged")
+    if machine.dimensionless:
+        spec.refuse_units()
+    refuse_turns(spec, machine)
+    settings = replace(spec.settings, model="full") if spec.settings.model == "both" else spec.settings
+    with np.errstate(all="ignore"):  # a failed run is reported by a sentence, not by warnings about overflow
+        case = RunUpCase.of(machine, spec.start, settings)
+        refuse_numbers(case.horizon.samples * numbers_per_sample(case.machine))
+        *_, (motion, *_) = run_up(case, Work(reporter=progress))
+        return str(motion.verdict.outcome), motion.trajectory.failure or motion.verdict.sentence

@@ -121,7 +121,10 @@ class WorkerProcess:
             return {"late": True, "error": late_sentence(limit)}
         if line is None:
             self._kill(process)
-            return {"error": "the run was ended by the system: it needs too much memory, or the server is being stopped", "status": 422}
+            return {
+                "error": "the run was ended by the system: it needs too much memory, or the server is being stopped",
+                "status": 422,
+            }
         answer: Answer = {key: value for key, value in json.loads(line).items() if key != "id"}
         return answer | {"error": late_sentence(limit)} if "late" in answer else answer
 
