@@ -50,6 +50,7 @@ from .studies.synchronous_states.spec import SynchronousStates as SynchronousSta
 from .studies.torque_balance import TorqueBalance as TorqueBalance
 from .studies.voltage_dip.spec import VoltageDip as VoltageDip
 from .system import System as System
+from .web.live_widget import live as live
 
 OwnEquations = UserSystem  # the earlier name, deprecated
 

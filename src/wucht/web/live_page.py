@@ -34,12 +34,12 @@ class PageText:
     its start. start: of the file, as TOML; empty where it gives none; start_of_parts: what of it no control of the page sets.
     file_keys: keys of the file's machine, as ``given_keys`` returns them; None: all numbers are given.
     verdict: label and sentence of Python's run. server: the address at which a server judges other runs; None: none does.
-    embedded: whether the page tells the page around it what it shows.
+    embedded: whether the page tells the page around it what it shows. reason: why there is no study file to copy.
     """
 
     file: str
-    machine: str
-    study: str
+    machine: str = ""
+    study: str = ""
     start: str = ""
     start_of_parts: str = ""
     file_keys: frozenset[str] | None = None
@@ -47,6 +47,7 @@ class PageText:
     card: Card | None = None
     server: str | None = None
     embedded: bool = False
+    reason: str = ""
 
 
 def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, text: PageText) -> str:

@@ -17,6 +17,7 @@ import type { MeasuredCurve } from "./measured.ts";
 import type { Contents, StartControl } from "./page_data.ts";
 import { paperOf } from "./paper.ts";
 import { paintedSheet, savePicture } from "./picture.ts";
+import { Publishing } from "./publishing.ts";
 import {
   areEqual,
   originalScenario,
@@ -26,7 +27,6 @@ import {
   withValuesFrom,
   type Scenario,
 } from "./scenario.ts";
-import { Publishing } from "./publishing.ts";
 import { studyText } from "./study_text.ts";
 import { Toolbar } from "./toolbar.ts";
 import { TorqueHill } from "./torque_hill.ts";
@@ -105,7 +105,7 @@ export class LivePage {
           this._showCourse();
         },
       },
-      page.panels,
+      page,
     );
     this.root = this._layout(hill);
     let goesOn = false;

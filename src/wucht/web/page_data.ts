@@ -82,6 +82,8 @@ export interface PageData {
     readonly server: string | null;
     /** Whether the page around this one is told what is shown. */
     readonly embedded: boolean;
+    /** Why there is no study file; empty where there is one. */
+    readonly reason: string;
   };
   readonly dimensionless: boolean;
   readonly groups: readonly Group<Control>[];

@@ -30,8 +30,8 @@ export class Publishing {
   /** Another scenario is shown. isJudged: whether its verdict is known. */
   show(scenario: Scenario, isJudged: boolean) {
     this._judge?.cancel();
-    if (this._judge === null && this._message === null) return;
     const { machine, page } = this._contents;
+    if ((this._judge === null && this._message === null) || page.text.reason !== "") return;
     const text = studyText(scenario, this._original, machine, page);
     this._message?.call(text);
     if (this._judge === null || isJudged) return;

@@ -66,27 +66,57 @@ def shared_page(
         raise InputError("machine", None, "a live machine needs a table [machine]: this file has none").with_file(path)
     try:
         study_file, is_question = _run_up_of(document, path, name, settings or {})
-        machine, spec = study_file.subject, cast(Any, study_file.spec)  # that of a run-up
-        if obstacles := export_obstacles(machine):
-            raise InputError("machine", None, f"this machine cannot be exported: {'; '.join(obstacles)}")
-        start = spec.start if not spec.starts else spec.starts[0]
-        run = RunUpCase.of(machine, start, replace(spec.settings, model="full", inertia=None))
-        description = study_file.document["machine"]
+        is_judged = is_question and is_one_run(study_file) if verdict is None else verdict
+        about = PageText(str(short_name(path)), card=card_of(short_name(path).as_posix()), server=server, embedded=embedded)
+        return study_page(study_file, about, is_judged)
     except InputError as error:
         raise error if error.file else error.with_file(path) from None
-    needs_verdict = (is_question and not spec.starts and not spec.values) if verdict is None else verdict
-    judgement = _judgement(study_file) if needs_verdict else None
-    text = PageText(
-        file=str(short_name(path)),
-        machine=toml_text({"title": machine.title, "machine": description}),
+
+
+def is_one_run(study_file: StudyFile) -> bool:
+    """Whether the question of a run-up is about one run."""
+    spec = cast(Any, study_file.spec)
+    return not spec.starts and not spec.values
+
+
+def study_page(study_file: StudyFile, about: PageText, is_judged: bool) -> str:
+    """Return the page of a run-up.
+
+    Parameters
+    ----------
+    study_file : StudyFile
+        Without a table ``[machine]`` in its document the page has no study file to copy.
+    about : PageText
+        With the texts that are not in the study file.
+    is_judged : bool
+        Whether Python runs the machine up for a verdict.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputError
+        For a start that does not fit the machine, and for a machine that cannot be exported.
+    WuchtError
+        Where the page was not built when this package was installed.
+    """
+    machine, spec = study_file.subject, cast(Any, study_file.spec)  # that of a run-up
+    if obstacles := export_obstacles(machine):
+        raise InputError("machine", None, f"this machine cannot be exported: {'; '.join(obstacles)}")
+    start = spec.start if not spec.starts else spec.starts[0]
+    run = RunUpCase.of(machine, start, replace(spec.settings, model="full", inertia=None))
+    description = study_file.document.get("machine")
+    judgement = _judgement(study_file) if is_judged else None
+    text = replace(
+        about,
+        machine="" if description is None else toml_text({"title": machine.title, "machine": description}),
         study=_study_text(study_file),
         start=_start_text(start),
         start_of_parts=_start_text({name: start[name] for name in owners(machine) if name in start}),
         verdict=None if judgement is None else (judgement.label, judgement.sentence),
-        file_keys=None if machine.dimensionless else given_keys(description),
-        card=card_of(short_name(path).as_posix()),
-        server=server,
-        embedded=embedded,
+        file_keys=None if machine.dimensionless or description is None else given_keys(description),
     )
     end = run.horizon.first if judgement is None else judgement.end
     return live_page(run.machine, run.models[0].initial, end, run.horizon.span, text)

@@ -2,7 +2,7 @@
 
 import { button, element } from "./dom.ts";
 import { FileError, readMeasured, type MeasuredCurve } from "./measured.ts";
-import type { Panel } from "./page_data.ts";
+import type { PageData } from "./page_data.ts";
 
 const LARGEST = 50e6;
 
@@ -17,12 +17,12 @@ export class Toolbar {
   readonly root: HTMLElement;
   private readonly _message: HTMLElement;
   private readonly _text: HTMLTextAreaElement;
-  private readonly _panels: readonly Panel[];
+  private readonly _page: PageData;
   private readonly _takings: Takings;
 
-  constructor(takings: Takings, panels: readonly Panel[]) {
+  constructor(takings: Takings, page: PageData) {
     this._takings = takings;
-    this._panels = panels;
+    this._page = page;
     this._message = element("p", { class: "message", role: "status" });
     this._text = element("textarea", { readonly: true, hidden: true, rows: 8, "aria-label": "text to copy" });
     const file = element("input", { type: "file", accept: ".csv,.txt,text/csv", id: "measured", class: "unseen" });
@@ -37,11 +37,11 @@ export class Toolbar {
       element(
         "div",
         { class: "buttons" },
-        button("Copy link", () => void this._copy(takings.link(), "The link is copied: it shows what is seen here.")),
-        button(
-          "Copy study file",
-          () => void this._copy(takings.study(), "The study file is copied: save it, and run it with wucht."),
-        ),
+        // A frame of another page has no address to which a link could lead.
+        ...(page.text.embedded
+          ? []
+          : [button("Copy link", () => void this._copy(takings.link(), "The link is copied: it shows what is seen here."))]),
+        button("Copy study file", () => this._copyStudy()),
         button("Picture", () => takings.picture(), { title: "Save a picture of what is seen" }),
         element("label", { for: "measured", class: "button", tabindex: 0, role: "button" }, "Measured values…"),
       ),
@@ -67,6 +67,12 @@ export class Toolbar {
     this._message.textContent = sentence;
   }
 
+  private _copyStudy() {
+    const { reason } = this._page.text;
+    if (reason !== "") this.say(reason);
+    else void this._copy(this._takings.study(), "The study file is copied: save it, and run it with wucht.");
+  }
+
   private async _copy(text: string, sentence: string) {
     this._text.hidden = true;
     try {
@@ -83,7 +89,7 @@ export class Toolbar {
   private async _read(file: File) {
     try {
       if (file.size > LARGEST) throw new FileError("it is larger than 50 MB.");
-      const curves = readMeasured(await file.text(), this._panels);
+      const curves = readMeasured(await file.text(), this._page.panels);
       this._takings.measured(curves);
       this.say(`${file.name}: ${curves.map((curve) => curve.name).join(", ")} over the curves.`);
     } catch (error) {
