@@ -54,7 +54,7 @@ def live_app(
 
 
 def _place(study: str | None) -> tuple[Path, str | None]:
-    """The folder below which files are shown, and the file or catalogue name: the present one, unless the file lies elsewhere."""
+    """The folder below which files are shown: the present one, or that of a file elsewhere; and the file or catalogue name."""
     here = Path.cwd().resolve()
     if study is None or not Path(study).is_file():
         return here, study

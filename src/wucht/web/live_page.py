@@ -34,7 +34,7 @@ class PageText:
     its start. start: of the file, as TOML; empty where it gives none; start_of_parts: what of it no control of the page sets.
     file_keys: keys of the file's machine, as ``given_keys`` returns them; None: all numbers are given.
     verdict: label and sentence of Python's run. server: the address at which a server judges other runs; None: none does.
-    embedded: whether the page tells the page around it what it shows. reason: why there is no study file to copy.
+    is_embedded: whether the page tells the page around it what it shows. reason: why there is no study file to copy.
     """
 
     file: str
@@ -46,7 +46,7 @@ class PageText:
     verdict: tuple[str, str] | None = None
     card: Card | None = None
     server: str | None = None
-    embedded: bool = False
+    is_embedded: bool = False
     reason: str = ""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import socket
 from collections.abc import Callable
 from pathlib import Path, PurePosixPath
@@ -17,7 +18,10 @@ from wucht.web.machine_list import machine_list, sentence_page
 from wucht.web.worker_process import WorkerProcess
 
 VERDICT = "/verdict"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 LARGEST = 1_000_000  # bytes of a study file
+# FastAPI can report requests to where variables of the environment say; versions that cannot ignore this.
+_NO_TELEMETRY = dict.fromkeys(("tracing", "metrics", "logs", "operation_spans", "auto_configure"), False)
 
 
 def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None = None) -> LocalRequests:
@@ -38,7 +42,7 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
     LocalRequests
         An ASGI application.
     """
-    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, title="wucht")
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, title="wucht", telemetry=_NO_TELEMETRY)
     root = folder.resolve()
 
     def shown_page(name: str) -> Response:
@@ -47,7 +51,6 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
             return HTMLResponse(answer["page"])
         return _refusal(str(answer["error"]), int(answer.get("status", 422)))
 
-    @app.get("/")
     def first_page() -> Response:
         if file is not None:
             return shown_page(file)
@@ -56,14 +59,12 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
             return _refusal(str(answer["error"]), 503)
         return HTMLResponse(machine_list(root, answer["names"]))
 
-    @app.get("/machine/{name:path}")
     def machine_page(name: str) -> Response:
         path = file_below(root, name)
         if path is None and not _is_catalogue_name(name):
             return _refusal(f"{name}: this is no machine file below {root}, and no name of the catalogue", 404)
         return shown_page(name if path is None else str(path))
 
-    @app.post(VERDICT)
     async def verdict(request: Request) -> Response:
         body = bytearray()
         async for chunk in request.stream():
@@ -77,6 +78,9 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
         answer = await run_in_threadpool(worker.verdict, text)
         return JSONResponse({key: answer[key] for key in ("label", "sentence", "error", "superseded") if key in answer})
 
+    app.add_api_route("/", first_page)
+    app.add_api_route("/machine/{name:path}", machine_page)
+    app.add_api_route(VERDICT, verdict, methods=["POST"])
     return LocalRequests(app, port)
 
 
@@ -142,10 +146,7 @@ def file_below(root: Path, name: str) -> Path | None:
 
 def _is_catalogue_name(name: str) -> bool:
     """True where a name can be one of the catalogue; whether it is one, the process knows that reads it."""
-    parts = PurePosixPath(name).parts
-    return bool(parts) and all(
-        part.replace("-", "").replace("_", "").replace(".", "").isalnum() and part[0] != "." for part in parts
-    )
+    return all(_NAME.fullmatch(part) for part in name.split("/"))
 
 
 def _refusal(sentence: str, status: int) -> Response:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from wucht.errors import InputError, WuchtError
-from wucht.files.building import given_keys
 from wucht.files.machine_tables import machine_table
 from wucht.machines.machine import Machine
 from wucht.studies.spec import Spec
@@ -48,12 +47,12 @@ def live(
         Where the page was not built when this package was installed.
     """
     widget = _widget_class()
-    given = {"study.start": start, "study.until": until}
-    settings = {key: value for key, value in given.items() if value is not None}
+    options = {"study.start": start, "study.until": until}
+    settings = {key: value for key, value in options.items() if value is not None}
     if isinstance(machine, Machine):
         page = _machine_page(machine, settings)
     elif isinstance(machine, str | Path):
-        page = shared_page(str(machine), settings, embedded=True)
+        page = shared_page(str(machine), settings, is_embedded=True)
     else:
         raise InputError("machine", machine, "must be a wucht.Machine, the path of a study file, or a catalogue name")
     return widget(page=page, height=height)
@@ -67,7 +66,7 @@ def _machine_page(machine: Machine, settings: Mapping[str, Any]) -> str:
         reason = ""
     except WuchtError as error:
         reason = str(error)
-    about = PageText(machine.title, embedded=True, reason=reason)
+    about = PageText(machine.title, is_embedded=True, reason=reason)
     return study_page(study_file, about, is_judged=True)
 
 
@@ -92,7 +91,7 @@ def _widget_class() -> Any:
             """Return the question and the machine that are shown. Raises ``InputError``."""
             if not self.study:
                 raise InputError("study", None, "the page has not told yet what it shows: it must be open in a notebook")
-            shown = shown_study(self.study)
-            return shown.spec, shown.subject
+            study_file = shown_study(self.study)
+            return study_file.spec, study_file.subject
 
     return LiveWidget

@@ -1,4 +1,4 @@
-"""A gate before an application on the loopback interface: requests of other hosts, and those that other pages send, are refused."""
+"""A gate before an application on the loopback interface: it refuses requests of other hosts, and those of other pages."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ def _with_headers(send: Send) -> Send:
 
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
-            fixed = [(name.encode(), value.encode()) for name, value in _HEADERS.items()]
-            message["headers"] = [*message.get("headers", []), *fixed]
+            headers = [(name.encode(), value.encode()) for name, value in _HEADERS.items()]
+            message["headers"] = [*message.get("headers", []), *headers]
         await send(message)
 
     return sending

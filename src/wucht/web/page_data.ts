@@ -81,7 +81,7 @@ export interface PageData {
     /** The address at which a server judges what is shown. */
     readonly server: string | null;
     /** Whether the page around this one is told what is shown. */
-    readonly embedded: boolean;
+    readonly is_embedded: boolean;
     /** Why there is no study file; empty where there is one. */
     readonly reason: string;
   };

@@ -19,12 +19,12 @@ export class Publishing {
   private readonly _message: Debounced<string> | null;
 
   constructor(contents: Contents, original: Scenario, verdict: VerdictLine) {
-    const { server, embedded } = contents.page.text;
+    const { server, is_embedded: isEmbedded } = contents.page.text;
     this._contents = contents;
     this._original = original;
     this._verdict = verdict;
     this._judge = server === null ? null : new Judge(server, (label, sentence) => verdict.tell(label, sentence));
-    this._message = embedded ? new Debounced(PAUSE, (study) => parent.postMessage({ wucht: "study", study }, "*")) : null;
+    this._message = isEmbedded ? new Debounced(PAUSE, (study) => parent.postMessage({ wucht: "study", study }, "*")) : null;
   }
 
   /** Another scenario is shown. isJudged: whether its verdict is known. */

@@ -37,7 +37,7 @@ def shared_page(
     verdict: bool | None = None,
     *,
     server: str | None = None,
-    embedded: bool = False,
+    is_embedded: bool = False,
 ) -> str:
     """Return the page of the machine of a study file or catalogue entry.
 
@@ -48,7 +48,7 @@ def shared_page(
         Values by path, as for ``read_study``.
     verdict : bool, optional
         Whether Python runs the machine up for a verdict; by default where that is the file's question.
-    server, embedded : see ``PageText``
+    server, is_embedded : see ``PageText``
 
     Returns
     -------
@@ -67,7 +67,9 @@ def shared_page(
     try:
         study_file, is_question = _run_up_of(document, path, name, settings or {})
         is_judged = is_question and is_one_run(study_file) if verdict is None else verdict
-        about = PageText(str(short_name(path)), card=card_of(short_name(path).as_posix()), server=server, embedded=embedded)
+        about = PageText(
+            str(short_name(path)), card=card_of(short_name(path).as_posix()), server=server, is_embedded=is_embedded
+        )
         return study_page(study_file, about, is_judged)
     except InputError as error:
         raise error if error.file else error.with_file(path) from None

@@ -38,7 +38,7 @@ export class Toolbar {
         "div",
         { class: "buttons" },
         // A frame of another page has no address to which a link could lead.
-        ...(page.text.embedded
+        ...(page.text.is_embedded
           ? []
           : [button("Copy link", () => void this._copy(takings.link(), "The link is copied: it shows what is seen here."))]),
         button("Copy study file", () => this._copyStudy()),

@@ -1,4 +1,4 @@
-"""The server's side of the process that makes pages and verdicts: one job at a time, bounded in time, the newest verdict wins."""
+"""The server's side of the process that makes pages and verdicts: one job at a time, each in limited time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ MAKING_S = 120.0  # of a page: the equations of many bodies take a minute
 _GRACE_S = 3.0  # after which a process that does not notice the end of its time is killed
 
 Answer = dict[str, Any]
-SUPERSEDED: Mapping[str, Any] = {"superseded": True}
+_END_SENTENCE = "the run was ended from outside: it needs more memory than there is, or the server is being stopped"
+SUPERSEDED_ANSWER: Mapping[str, Any] = {"superseded": True}
 
 
 def late_sentence(limit: float) -> str:
@@ -49,7 +50,7 @@ class WorkerProcess:
         self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._number = 0
         self._newest = 0  # verdict
-        self._judged = 0  # the job of the verdict that is being made
+        self._verdict_number = 0  # the job of the verdict that is being made
         self._is_closed = False
 
     def verdict(self, text: str) -> Answer:
@@ -58,35 +59,35 @@ class WorkerProcess:
         with self._turn:
             with self._state:
                 if self._newest != number:
-                    return dict(SUPERSEDED)
-                self._judged = number
-            answer = self._done({"job": "verdict", "text": text}, number, self._judging)
+                    return dict(SUPERSEDED_ANSWER)
+                self._verdict_number = number
+            answer = self._answer_to({"job": "verdict", "text": text}, number, self._judging)
             with self._state:
-                self._judged = 0
-            return answer if self._newest == number else dict(SUPERSEDED)
+                self._verdict_number = 0
+            return answer if self._newest == number else dict(SUPERSEDED_ANSWER)
 
     def page(self, name: str, server: str | None) -> Answer:
-        """Make the page of a file or catalogue name: ``page``, or ``error`` and ``status``. Without a verdict if that takes long.
+        """Make the page of a file or catalogue name: ``page``, or ``error`` and ``status``.
 
-        A verdict that is being made, of a page before this one, is given up.
+        A page has no verdict if that takes long. A verdict that is being made, of a page before this one, is given up.
         """
         job = {"job": "page", "name": name, "server": server}
         self._supersede()
         with self._turn:
-            answer = self._done(job | {"judged": True}, self._next_number(), self._judging)
+            answer = self._answer_to(job | {"judged": True}, self._next_number(), self._judging)
             if "late" in answer:
-                answer = self._done(job | {"judged": False}, self._next_number(), self._making)
+                answer = self._answer_to(job | {"judged": False}, self._next_number(), self._making)
         return answer | {"status": 503} if "late" in answer else answer
 
     def machines(self) -> Answer:
         """``names`` of the machines of the catalogue that a page can show."""
         with self._turn:
-            return self._done({"job": "names"}, self._next_number(), self._making)
+            return self._answer_to({"job": "names"}, self._next_number(), self._making)
 
     def check(self, name: str | None) -> Answer:
         """Whether pages can be made, and the file can be read: ``error`` where not."""
         with self._turn:
-            return self._done({"job": "check", "name": name}, self._next_number(), self._making)
+            return self._answer_to({"job": "check", "name": name}, self._next_number(), self._making)
 
     def close(self) -> None:
         """End the process; jobs that wait are answered at once. May be called in a signal handler."""
@@ -104,11 +105,11 @@ class WorkerProcess:
         number = self._next_number()
         with self._state:
             self._newest = number
-            if self._judged:
-                self._write({"cancel": self._judged})
+            if self._verdict_number:
+                self._write({"cancel": self._verdict_number})
         return number
 
-    def _done(self, job: Mapping[str, Any], number: int, limit: float) -> Answer:
+    def _answer_to(self, job: Mapping[str, Any], number: int, limit: float) -> Answer:
         """The answer to a job; ``late`` and ``error`` where it takes too long."""
         if self._is_closed:
             return {"error": "the server is being stopped", "status": 503}
@@ -121,10 +122,7 @@ class WorkerProcess:
             return {"late": True, "error": late_sentence(limit)}
         if line is None:
             self._kill(process)
-            return {
-                "error": "the run was ended by the system: it needs too much memory, or the server is being stopped",
-                "status": 422,
-            }
+            return {"error": _END_SENTENCE, "status": 503}
         answer: Answer = {key: value for key, value in json.loads(line).items() if key != "id"}
         return answer | {"error": late_sentence(limit)} if "late" in answer else answer
 
