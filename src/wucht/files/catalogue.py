@@ -48,11 +48,11 @@ def locate(name: str, beside: Path | None = None) -> Path:
         if name.removesuffix(".toml") in known_names:
             return FOLDER / f"{name.removesuffix('.toml')}.toml"
         if direct.exists():
-            raise InputError.file_error(direct, "this is not a file; a study file or a catalogue name is needed")
+            raise InputError.file_error(direct, "this is not a file; a study file or a catalogue name is needed", code="no-file")
     except (OSError, ValueError) as error:
         raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
     if direct.suffix == ".toml":
-        raise InputError.file_error(direct, "there is no such file")
+        raise InputError.file_error(direct, "there is no such file", code="no-file")
     raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known_names)}", code="unknown-name")
 
 

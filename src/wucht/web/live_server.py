@@ -18,7 +18,7 @@ from wucht.web.machine_list import machine_list, sentence_page
 from wucht.web.worker_process import WorkerProcess
 
 VERDICT = "/verdict"
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 LARGEST = 1_000_000  # bytes of a study file
 # FastAPI can report requests to where variables of the environment say; versions that cannot ignore this.
 _NO_TELEMETRY = dict.fromkeys(("tracing", "metrics", "logs", "operation_spans", "auto_configure"), False)

@@ -58,7 +58,7 @@ def _machine_files(folder: Path) -> Iterator[str]:
 def _toml_files(folder: Path) -> Iterator[Path]:
     for parent, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        for name in sorted(name for name in files if name.endswith(".toml")):
+        for name in sorted(name for name in files if name.endswith(".toml") and not name.startswith(".")):
             path = Path(parent, name)
             if not path.is_symlink():
                 yield path

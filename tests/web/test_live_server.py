@@ -1,0 +1,228 @@
+"""The server of `wucht app`: routes, refusals, and verdicts that are those of `wucht run`."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.conftest import STUDY
+
+pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
+
+from starlette.testclient import TestClient
+
+from wucht import run_file
+from wucht.web.live_page import built_file
+from wucht.web.live_server import LARGEST, file_below, live_server
+from wucht.web.worker_process import WorkerProcess
+
+PORT = 8417
+ORIGIN = f"http://127.0.0.1:{PORT}"
+PAGE = {"origin": ORIGIN}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Machine files, good and bad ones, and links that lead out."""
+    root = tmp_path_factory.mktemp("machines")
+    outside = tmp_path_factory.mktemp("outside")
+    (outside / "secret.toml").write_text(STUDY, encoding="utf-8")
+    (root / "inside").mkdir()
+    files = {
+        "drum.toml": STUDY, "inside/drum two.toml": STUDY, "bad.toml": "[machine]\nmass = [", "pyproject.toml": "[project]\n",
+        "wrong.toml": STUDY.replace('"1 kg"', '"-1 kg"'), "uses.toml": f'[machine]\nuse = "{outside / "secret.toml"}"\n',
+        ".hidden.toml": STUDY,
+    }  # fmt: skip
+    for name, text in files.items():
+        (root / name).write_text(text, encoding="utf-8")
+    (root / "link.toml").symlink_to(outside / "secret.toml")
+    (root / "linked").symlink_to(outside)
+    return root
+
+
+@pytest.fixture(scope="module")
+def worker(folder: Path) -> Iterator[WorkerProcess]:
+    """The process, which is started once."""
+    process = WorkerProcess(folder)
+    yield process
+    process.close()
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path, worker: WorkerProcess) -> TestClient:
+    return TestClient(live_server(folder, PORT, worker), base_url=ORIGIN)
+
+
+def has_page() -> bool:
+    try:
+        return bool(built_file("live.js"))
+    except Exception:
+        return False
+
+
+needs_page = pytest.mark.skipif(not has_page(), reason="the page was not built: npm had no network")
+
+
+def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestClient) -> None:
+    page = client.get("/")
+    assert page.status_code == 200
+    links = re.findall(r'href="/machine/([^"]+)"', page.text)
+    assert [x for x in links if x.endswith(".toml")] == ["bad.toml", "drum.toml", "uses.toml", "wrong.toml", "inside/drum%20two.toml"]
+    assert "practice/laundry-drum" in links
+    assert "sperling-vibration/figure-4" not in links, "its bodies are locked until a release: it cannot be exported"
+    assert len(links) > 90
+
+
+@needs_page
+@pytest.mark.parametrize("name", ["drum.toml", "inside/drum%20two.toml", "drozdetskaya-2020/r1-u1"])
+def test_the_page_of_a_machine_knows_its_server(client: TestClient, name: str) -> None:
+    page = client.get(f"/machine/{name}")
+    assert page.status_code == 200
+    text = json.loads(re.search(r"^const page = (.*);$", page.text, re.M)[1])["text"]  # type: ignore[index]
+    assert text["server"] == "/verdict"
+    assert text["verdict"] is not None
+    assert "connect-src 'self'" in re.search(r'Content-Security-Policy" content="([^"]*)"', page.text)[1]  # type: ignore[index]
+
+
+def test_every_answer_lets_a_page_load_nothing_and_ask_only_this_server(client: TestClient) -> None:
+    for answer in (client.get("/"), client.get("/nothing"), client.post("/verdict"), client.get("/", headers={"host": "x"})):
+        policy = answer.headers["content-security-policy"]
+        assert policy.startswith("default-src 'none'")
+        assert "connect-src 'self'" in policy
+        assert "frame-ancestors 'none'" in policy
+        assert answer.headers["x-content-type-options"] == "nosniff"
+        assert not [name for name in answer.headers if name.startswith("access-control")]
+        assert "server" not in answer.headers
+
+
+@pytest.mark.parametrize(
+    ("name", "status", "sentence"),
+    [
+        ("..%2fsecret.toml", 404, "no machine file below"), ("..%2f..%2f..%2fetc%2fpasswd", 404, "no machine file below"),
+        ("%2fetc%2fpasswd", 404, "no machine file below"), ("link.toml", 404, "neither a file nor a catalogue name|only files below"),
+        ("linked%2fsecret.toml", 404, "neither a file nor a catalogue name|only files below"), ("inside", 404, "not a file|no such"),
+        ("nothing.toml", 404, "there is no such file"), ("nix", 404, "neither a file nor a catalogue name"),
+        ("a%00b", 404, "no machine file"), ("%22%3E%3Cscript%3E", 404, "&lt;script&gt;"), ("a" * 5000, 404, ""),
+        ("bad.toml", 422, "bad.toml: the file is not valid TOML"), ("wrong.toml", 422, "machine.carrier.mass: given &#x27;-1 kg"),
+        ("pyproject.toml", 422, "project"), ("uses.toml", 404, "only files below"),
+        ("sperling-vibration/figure-4", 422, "cannot be exported: .* locked until its release"),
+        ("kaltofen-cam/figure-1", 404, "neither a file nor"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_shown_is_refused_by_a_sentence(client: TestClient, name: str, status: int, sentence: str) -> None:
+    answer = client.get(f"/machine/{name}")
+    assert answer.status_code == status
+    assert answer.headers["content-type"].startswith("text/html")
+    assert re.search(sentence, answer.text)
+    assert "Traceback" not in answer.text
+    assert "<script>" not in answer.text
+
+
+def test_files_below_a_folder(folder: Path) -> None:
+    root = folder.resolve()
+    assert file_below(root, "inside/drum two.toml") == root / "inside" / "drum two.toml"
+    for name in ("link.toml", "linked/secret.toml", "../x.toml", "inside/../drum.toml", "inside", "", "drum", "\0", "c:\\x.toml"):
+        assert file_below(root, name) is None
+
+
+@pytest.mark.parametrize("path", ["/docs", "/redoc", "/openapi.json", "/verdict", "/machine", "/static/x", "/favicon.ico"])
+def test_there_are_no_other_routes(client: TestClient, path: str) -> None:
+    assert client.get(path).status_code in (404, 405)
+
+
+@pytest.mark.parametrize("method", ["PUT", "DELETE", "PATCH", "OPTIONS"])
+def test_no_other_method_does_anything(client: TestClient, method: str) -> None:
+    assert client.request(method, "/verdict", headers=PAGE).status_code == 405
+    assert client.request(method, "/verdict").status_code == 403
+
+
+@pytest.mark.parametrize(
+    "host", ["example.org", f"example.org:{PORT}", "127.0.0.1", "127.0.0.1:80", f"[::1]:{PORT}", f"127.0.0.1:{PORT}.example.org", ""]
+)
+def test_another_host_is_refused(client: TestClient, host: str) -> None:
+    """A name that leads here without being that of this computer: a page of it would be of the same origin."""
+    assert client.get("/", headers={"host": host}).status_code == 403
+    assert client.post("/verdict", headers={"host": host, "origin": f"http://{host}"}, content=STUDY).status_code == 403
+
+
+def test_this_computer_has_two_names(client: TestClient) -> None:
+    name = f"localhost:{PORT}"
+    answer = client.post("/verdict", headers={"host": name, "origin": f"http://{name}"}, content="x")
+    assert answer.status_code == 200
+    assert client.post("/verdict", headers={"host": name, "origin": ORIGIN}, content="x").status_code == 403
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [None, "null", "", f"https://127.0.0.1:{PORT}", "http://127.0.0.1:8000", "http://127.0.0.1", "http://example.org", f"{ORIGIN}/", f"{ORIGIN} x"],
+)
+def test_a_verdict_is_given_to_pages_of_this_server_alone(client: TestClient, origin: str | None) -> None:
+    answer = client.post("/verdict", content=STUDY, headers={} if origin is None else {"origin": origin})
+    assert answer.status_code == 403
+    assert "label" not in answer.text
+
+
+def test_pages_elsewhere_load_nothing_but_may_link(client: TestClient) -> None:
+    loading = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "no-cors"}
+    assert client.get("/", headers=loading).status_code == 403
+    assert client.get("/", headers=loading | {"sec-fetch-site": "same-site"}).status_code == 403
+    assert client.get("/", headers=loading | {"sec-fetch-mode": "navigate"}).status_code == 200
+    assert client.get("/", headers={"sec-fetch-site": "same-origin", "sec-fetch-mode": "cors"}).status_code == 200
+
+
+def test_a_study_file_is_at_most_a_megabyte(client: TestClient) -> None:
+    answer = client.post("/verdict", content=b"#" * (LARGEST + 1), headers=PAGE)
+    assert (answer.status_code, answer.json()) == (413, {"error": "the study file is larger than 1 MB"})
+    assert client.post("/verdict", content=b"#" * LARGEST, headers=PAGE).json()["error"].startswith("machine: ")
+
+
+def test_bytes_that_are_no_text_are_refused(client: TestClient) -> None:
+    assert client.post("/verdict", content=b"\xff\xfe", headers=PAGE).status_code == 422
+
+
+def verdict_of(client: TestClient, study: str) -> dict[str, Any]:
+    answer = client.post("/verdict", content=study, headers=PAGE)
+    assert answer.status_code == 200
+    result: dict[str, Any] = answer.json()
+    return result
+
+
+@pytest.mark.parametrize("setting", ['"drive.slope" = 0.04', '"drive.slope" = 0.4', '"drive.no_load_speed" = "20 rad/s"'])
+def test_a_verdict_is_that_of_wucht_run(client: TestClient, tmp_path: Path, setting: str) -> None:
+    """Of a run that is too short, of one that compensates, of one that stays below the resonance."""
+    study = STUDY.replace("[study]", f"[machine.set]\n{setting}\n\n[study]").replace("0.5 s", "8 s" if "0.04" not in setting else "0.5 s")
+    (tmp_path / "study.toml").write_text(study, encoding="utf-8")
+    result = run_file(tmp_path / "study.toml")
+    assert verdict_of(client, study) == {"label": result.wucht.summary["outcome"], "sentence": result.wucht.sentence}
+
+
+def test_a_wrong_value_is_answered_by_its_sentence(client: TestClient) -> None:
+    answer = verdict_of(client, STUDY.replace('slope = "0.04 N m s"', "slope = -1"))
+    assert answer == {
+        "error": "machine.drive.slope: given -1; must be a slope of the torque over speed of at least 0 N m s"
+    }
+
+
+def test_nothing_is_reported_to_anybody(folder: Path, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    """FastAPI can report requests where variables of the environment, or another library in the process, say so."""
+    trace = pytest.importorskip("opentelemetry.trace", reason="this version of FastAPI reports nothing")
+    spans = []
+
+    class Provider(trace.TracerProvider):  # type: ignore[misc, name-defined]
+        def get_tracer(self, *words: Any, **options: Any) -> Any:
+            spans.append(words)
+            return trace.NoOpTracer()
+
+    monkeypatch.setenv("FASTAPI_OTEL_AUTO_CONFIGURE", "true")
+    monkeypatch.setattr(trace, "get_tracer_provider", Provider)
+    client = TestClient(live_server(folder, PORT, worker), base_url=ORIGIN)
+    assert client.get("/").status_code == 200
+    assert spans == []
+    from fastapi import FastAPI
+
+    TestClient(FastAPI()).get("/")
+    assert spans, "without the server's setting it would"
