@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 from tests.conftest import STUDY
+from tests.web.built_page import needs_page
 
 pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
 
 from starlette.testclient import TestClient
 
 from wucht import run_file
-from wucht.web.live_page import built_file
 from wucht.web.live_server import LARGEST, file_below, live_server
 from wucht.web.worker_process import WorkerProcess
 
@@ -57,21 +57,17 @@ def client(folder: Path, worker: WorkerProcess) -> TestClient:
     return TestClient(live_server(folder, PORT, worker), base_url=ORIGIN)
 
 
-def has_page() -> bool:
-    try:
-        return bool(built_file("live.js"))
-    except Exception:
-        return False
-
-
-needs_page = pytest.mark.skipif(not has_page(), reason="the page was not built: npm had no network")
-
-
 def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestClient) -> None:
     page = client.get("/")
     assert page.status_code == 200
     links = re.findall(r'href="/machine/([^"]+)"', page.text)
-    assert [x for x in links if x.endswith(".toml")] == ["bad.toml", "drum.toml", "uses.toml", "wrong.toml", "inside/drum%20two.toml"]
+    assert [x for x in links if x.endswith(".toml")] == [
+        "bad.toml",
+        "drum.toml",
+        "uses.toml",
+        "wrong.toml",
+        "inside/drum%20two.toml",
+    ]
     assert "practice/laundry-drum" in links
     assert "sperling-vibration/figure-4" not in links, "its bodies are locked until a release: it cannot be exported"
     assert len(links) > 90
@@ -102,17 +98,25 @@ def test_every_answer_lets_a_page_load_nothing_and_ask_only_this_server(client: 
 @pytest.mark.parametrize(
     ("name", "status", "sentence"),
     [
-        ("..%2fsecret.toml", 404, "no machine file below"), ("..%2f..%2f..%2fetc%2fpasswd", 404, "no machine file below"),
-        ("%2fetc%2fpasswd", 404, "no machine file below"), ("link.toml", 404, "neither a file nor a catalogue name|only files below"),
-        ("linked%2fsecret.toml", 404, "neither a file nor a catalogue name|only files below"), ("inside", 404, "not a file|no such"),
-        ("nothing.toml", 404, "there is no such file"), ("nix", 404, "neither a file nor a catalogue name"),
-        ("a%00b", 404, "no machine file"), ("%22%3E%3Cscript%3E", 404, "&lt;script&gt;"), ("a" * 5000, 404, ""),
-        ("bad.toml", 422, "bad.toml: the file is not valid TOML"), ("wrong.toml", 422, "machine.carrier.mass: given &#x27;-1 kg"),
-        ("pyproject.toml", 422, "project"), ("uses.toml", 404, "only files below"),
+        ("..%2fsecret.toml", 404, "no machine file below"),
+        ("..%2f..%2f..%2fetc%2fpasswd", 404, "no machine file below"),
+        ("%2fetc%2fpasswd", 404, "no machine file below"),
+        ("link.toml", 404, "neither a file nor a catalogue name|only files below"),
+        ("linked%2fsecret.toml", 404, "neither a file nor a catalogue name|only files below"),
+        ("inside", 404, "not a file|no such"),
+        ("nothing.toml", 404, "there is no such file"),
+        ("nix", 404, "neither a file nor a catalogue name"),
+        ("a%00b", 404, "no machine file"),
+        ("%22%3E%3Cscript%3E", 404, "&lt;script&gt;"),
+        ("a" * 5000, 404, ""),
+        ("bad.toml", 422, "bad.toml: the file is not valid TOML"),
+        ("wrong.toml", 422, "machine.carrier.mass: given &#x27;-1 kg"),
+        ("pyproject.toml", 422, "project"),
+        ("uses.toml", 404, "only files below"),
         ("sperling-vibration/figure-4", 422, "cannot be exported: .* locked until its release"),
         ("kaltofen-cam/figure-1", 404, "neither a file nor"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_shown_is_refused_by_a_sentence(client: TestClient, name: str, status: int, sentence: str) -> None:
     answer = client.get(f"/machine/{name}")
     assert answer.status_code == status
@@ -125,7 +129,17 @@ def test_what_cannot_be_shown_is_refused_by_a_sentence(client: TestClient, name:
 def test_files_below_a_folder(folder: Path) -> None:
     root = folder.resolve()
     assert file_below(root, "inside/drum two.toml") == root / "inside" / "drum two.toml"
-    for name in ("link.toml", "linked/secret.toml", "../x.toml", "inside/../drum.toml", "inside", "", "drum", "\0", "c:\\x.toml"):
+    for name in (
+        "link.toml",
+        "linked/secret.toml",
+        "../x.toml",
+        "inside/../drum.toml",
+        "inside",
+        "",
+        "drum",
+        "\0",
+        "c:\\x.toml",
+    ):
         assert file_below(root, name) is None
 
 
@@ -141,7 +155,8 @@ def test_no_other_method_does_anything(client: TestClient, method: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "host", ["example.org", f"example.org:{PORT}", "127.0.0.1", "127.0.0.1:80", f"[::1]:{PORT}", f"127.0.0.1:{PORT}.example.org", ""]
+    "host",
+    ["example.org", f"example.org:{PORT}", "127.0.0.1", "127.0.0.1:80", f"[::1]:{PORT}", f"127.0.0.1:{PORT}.example.org", ""],
 )
 def test_another_host_is_refused(client: TestClient, host: str) -> None:
     """A name that leads here without being that of this computer: a page of it would be of the same origin."""
@@ -158,7 +173,17 @@ def test_this_computer_has_two_names(client: TestClient) -> None:
 
 @pytest.mark.parametrize(
     "origin",
-    [None, "null", "", f"https://127.0.0.1:{PORT}", "http://127.0.0.1:8000", "http://127.0.0.1", "http://example.org", f"{ORIGIN}/", f"{ORIGIN} x"],
+    [
+        None,
+        "null",
+        "",
+        f"https://127.0.0.1:{PORT}",
+        "http://127.0.0.1:8000",
+        "http://127.0.0.1",
+        "http://example.org",
+        f"{ORIGIN}/",
+        f"{ORIGIN} x",
+    ],
 )
 def test_a_verdict_is_given_to_pages_of_this_server_alone(client: TestClient, origin: str | None) -> None:
     answer = client.post("/verdict", content=STUDY, headers={} if origin is None else {"origin": origin})
@@ -191,20 +216,25 @@ def verdict_of(client: TestClient, study: str) -> dict[str, Any]:
     return result
 
 
-@pytest.mark.parametrize("setting", ['"drive.slope" = 0.04', '"drive.slope" = 0.4', '"drive.no_load_speed" = "20 rad/s"'])
-def test_a_verdict_is_that_of_wucht_run(client: TestClient, tmp_path: Path, setting: str) -> None:
-    """Of a run that is too short, of one that compensates, of one that stays below the resonance."""
-    study = STUDY.replace("[study]", f"[machine.set]\n{setting}\n\n[study]").replace("0.5 s", "8 s" if "0.04" not in setting else "0.5 s")
+@pytest.mark.parametrize(
+    ("setting", "until", "label"),
+    [
+        ('"drive.slope" = 0.04', "0.5 s", "unidentified"),
+        ('"drive.slope" = 0.4', "8 s", "compensated"),
+        ('"drive.slope" = 0.005', "40 s", "captured-modulated"),
+    ],
+)
+def test_a_verdict_is_that_of_wucht_run(client: TestClient, tmp_path: Path, setting: str, until: str, label: str) -> None:
+    study = STUDY.replace("[study]", f"[machine.set]\n{setting}\n\n[study]").replace("0.5 s", until)
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")
     result = run_file(tmp_path / "study.toml")
     assert verdict_of(client, study) == {"label": result.wucht.summary["outcome"], "sentence": result.wucht.sentence}
+    assert result.wucht.summary["outcome"] == label
 
 
 def test_a_wrong_value_is_answered_by_its_sentence(client: TestClient) -> None:
     answer = verdict_of(client, STUDY.replace('slope = "0.04 N m s"', "slope = -1"))
-    assert answer == {
-        "error": "machine.drive.slope: given -1; must be a slope of the torque over speed of at least 0 N m s"
-    }
+    assert answer == {"error": "machine.drive.slope: given -1; must be a slope of the torque over speed of at least 0 N m s"}
 
 
 def test_nothing_is_reported_to_anybody(folder: Path, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,7 +42,7 @@ def machine_table(machine: Machine) -> Document:
     --------
     >>> from wucht import load_machine
     >>> machine_table(load_machine("drozdetskaya-2020/table-5.1"))["model"]
-    'table-5.1'
+    'self-balancing-rotor'
     """
     table = _parts_table(machine) | {"title": machine.title or "machine"}
     if machine.schedules:

@@ -1,0 +1,21 @@
+"""Whether the page was built when the package was installed."""
+
+from __future__ import annotations
+
+import pytest
+
+from wucht.errors import WuchtError
+from wucht.web.live_page import built_file
+
+
+def _reason_against() -> str:
+    """Why there is no page; empty where there is one."""
+    try:
+        built_file("live.js")
+    except WuchtError as error:
+        return str(error)
+    return ""
+
+
+REASON = _reason_against()
+needs_page = pytest.mark.skipif(bool(REASON), reason=REASON)

@@ -1,0 +1,153 @@
+"""`wucht app` as a process, and its page in a real browser: the label goes with a change, and comes back from Python."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.conftest import STUDY, Command
+from tests.web.built_page import needs_page
+
+from wucht import run_file
+
+pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+STRAIGHT = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # whatever the environment says of proxies
+
+
+@contextmanager
+def running_app(folder: Path, *words: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """The command in a folder, and the address that it prints."""
+    command = [sys.executable, "-m", "wucht", "app", *words, "--port", "0", "--no-browser"]
+    process = subprocess.Popen(command, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        address = re.search(r"^http://127\.0\.0\.1:\d+/", line)
+        if address is None:
+            raise AssertionError(line + process.communicate(timeout=20)[1])
+        yield address[0], process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def children(pid: int) -> list[int]:
+    done = subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True, check=False)
+    return [int(word) for word in done.stdout.split()]
+
+
+@needs_page
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are looked at by a program of Linux")
+def test_the_command_serves_and_ends_with_ctrl_c(tmp_path: Path) -> None:
+    """It prints one line, listens to this computer alone, gives verdicts, and leaves no process behind; not even in the middle
+    of a verdict."""
+    (tmp_path / "drum.toml").write_text(STUDY, encoding="utf-8")
+    with running_app(tmp_path, "drum.toml") as (address, process):
+        page = STRAIGHT.open(address, timeout=60).read().decode()
+        assert "const page = " in page
+        post = urllib.request.Request(f"{address}verdict", STUDY.encode(), {"origin": address.rstrip("/")})
+        assert json.load(STRAIGHT.open(post, timeout=60))["label"] == "unidentified"
+        port = int(address.rpartition(":")[2].rstrip("/"))
+        listening = Path("/proc/net/tcp").read_text(encoding="ascii"), Path("/proc/net/tcp6").read_text(encoding="ascii")
+        assert f"0100007F:{port:04X} 00000000:0000 0A" in listening[0]
+        assert f"00000000:{port:04X} 00000000:0000 0A" not in listening[0]
+        assert f":{port:04X} 00000000000000000000000000000000:0000 0A" not in listening[1]
+        workers = children(process.pid)
+        assert len(workers) == 1
+        slow = STUDY.replace('"0.5 s"', '"20000 s"').encode()
+        headers = {"Host": f"127.0.0.1:{port}", "Origin": address.rstrip("/"), "Content-Length": len(slow)}
+        lines = ["POST /verdict HTTP/1.1", *(f"{name}: {value}" for name, value in headers.items()), "", ""]
+        with socket.create_connection(("127.0.0.1", port)) as connection:
+            connection.sendall("\r\n".join(lines).encode() + slow)
+            time.sleep(1.0)
+            begin = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=20)
+        assert time.monotonic() - begin < 10
+        assert (process.returncode, out, err) == (0, "", "")
+        for worker in workers:
+            with pytest.raises(ProcessLookupError):
+                os.kill(worker, 0)
+
+
+def test_a_port_in_use_is_one_sentence(refused: object) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = str(other.getsockname()[1])
+        refused("app", "--port", port, "--no-browser", says=(f"--port: given {port}; this port cannot be used", "0 for any"))  # type: ignore[operator]
+
+
+@needs_page
+def test_a_file_that_is_not_there_is_one_sentence(refused: object) -> None:
+    refused("app", "nothing.toml", "--port", "0", "--no-browser", says=("nothing.toml: there is no such file",))  # type: ignore[operator]
+    refused("app", "laundri", "--port", "0", "--no-browser", says=("laundri: neither a file nor a catalogue name",))  # type: ignore[operator]
+
+
+def test_a_page_that_was_not_built_is_one_sentence(wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The process that makes pages looks for it before a browser is opened."""
+    sentence = "the page of the live machine is not part of this installation"
+    monkeypatch.setattr("wucht.web.worker_process.WorkerProcess.check", lambda *_: {"error": sentence, "status": 503})
+    done = wucht("app", "--port", "0", "--no-browser")
+    assert (done.code, done.out, done.err) == (1, "", f"wucht: {sentence}\n")
+
+
+@pytest.mark.parametrize("missing", ["fastapi", "uvicorn"])
+def test_without_the_extra_it_says_how_to_install_it(refused: object, missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [n for n in sys.modules if n.partition(".")[0] == missing or n == "wucht.web.live_server"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, missing, None)
+    refused("app", "--no-browser", says=("app: this needs the extra: pip install wucht[web]",))  # type: ignore[operator]
+
+
+@needs_page
+@pytest.mark.slow
+def test_in_the_browser_the_label_goes_and_comes_back(browser: Browser, tmp_path: Path) -> None:
+    """Of a changed run it is that of `wucht run`; a change during the run has none, and says why."""
+    changed = run_file("drozdetskaya-2020/r1", {"drive.slope": 0.039}).wucht
+    with running_app(tmp_path, "drozdetskaya-2020/r1") as (address, _):
+        page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+        messages, requests = list[str](), list[str]()
+        page.on("console", lambda message: messages.append(message.text))
+        page.on("pageerror", lambda error: messages.append(str(error)))
+        page.on("request", lambda request: requests.append(f"{request.method} {request.url}"))
+        page.goto(address, timeout=60_000)
+        page.wait_for_selector("html[data-courses]", state="attached", timeout=20_000)
+        verdict = page.locator(".verdict")
+        assert verdict.inner_text().startswith("captured-modulated")
+        slope = "input[type=text][aria-label^='slope']"
+        page.fill(slope, "0.039")
+        page.press(slope, "Enter")
+        assert verdict.inner_text().startswith("not judged")
+        page.wait_for_selector(".verdict.judged", timeout=20_000)
+        assert verdict.inner_text() == f"{changed.summary['outcome']} – {changed.sentence}"
+        assert verdict.inner_text().startswith("compensated")
+        page.click("text=Back to the file")
+        assert verdict.inner_text().startswith("captured-modulated")
+        page.keyboard.press("End")
+        page.click("button.switch")
+        assert verdict.inner_text().startswith("not judged")
+        assert "no place in a study file" in verdict.inner_text()
+        page.wait_for_timeout(300)
+        assert verdict.inner_text().startswith("not judged")
+        assert messages == []
+        posts = [one for one in requests if one.startswith("POST")]
+        assert posts == [f"POST {address}verdict"]
+        assert [one for one in requests if f"GET {address}" != one and "blob:" not in one] == posts
+        page.context.close()
