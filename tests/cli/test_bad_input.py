@@ -530,7 +530,7 @@ USAGE = {
     "no name": (("new",), "name"),
     "list of something": (("list", "x", "y"), "y"),
     "no machine": (("equations",), "study"),
-    "app": (("app",), "not available yet"),
+    "port": (("app", "--port", "70000"), "70000"),
 }
 
 
