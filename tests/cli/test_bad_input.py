@@ -530,7 +530,7 @@ USAGE = {
     "no name": (("new",), "name"),
     "list of something": (("list", "x", "y"), "y"),
     "no machine": (("equations",), "study"),
-    "port": (("app", "--port", "70000"), "70000"),
+    "port": (("app", "--port", "70000"), "65535"),
 }
 
 
