@@ -48,7 +48,8 @@ def locate(name: str, beside: Path | None = None) -> Path:
         if name.removesuffix(".toml") in known_names:
             return FOLDER / f"{name.removesuffix('.toml')}.toml"
         if direct.exists():
-            raise InputError.file_error(direct, "this is not a file; a study file or a catalogue name is needed", code="no-file")
+            requirement = "this is not a file; a study file or a catalogue name is needed"
+            raise InputError.file_error(direct, requirement, code="no-file")
     except (OSError, ValueError) as error:
         raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
     if direct.suffix == ".toml":
