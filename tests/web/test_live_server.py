@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -36,6 +38,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "drum.toml": STUDY, "inside/drum two.toml": STUDY, "bad.toml": "[machine]\nmass = [", "pyproject.toml": "[project]\n",
         "wrong.toml": STUDY.replace('"1 kg"', '"-1 kg"'), "uses.toml": f'[machine]\nuse = "{outside / "secret.toml"}"\n',
         ".hidden.toml": STUDY,
+        "long.toml": STUDY.replace("0.5 s", "20000 s"),
     }  # fmt: skip
     for name, text in files.items():
         (root / name).write_text(text, encoding="utf-8")
@@ -235,6 +238,35 @@ def test_a_verdict_is_that_of_wucht_run(client: TestClient, tmp_path: Path, sett
 def test_a_wrong_value_is_answered_by_its_sentence(client: TestClient) -> None:
     answer = verdict_of(client, STUDY.replace('slope = "0.04 N m s"', "slope = -1"))
     assert answer == {"error": "machine.drive.slope: given -1; must be a slope of the torque over speed of at least 0 N m s"}
+
+
+def test_a_newer_question_ends_the_one_before_it(client: TestClient) -> None:
+    answers = list[dict[str, Any]]()
+    before = threading.Thread(target=lambda: answers.append(verdict_of(client, STUDY.replace("0.5 s", "20000 s"))))
+    before.start()
+    time.sleep(0.5)
+    assert "label" in verdict_of(client, STUDY)
+    before.join(20)
+    assert answers == [{"superseded": True}]
+
+
+def test_a_run_that_takes_too_long_is_given_up(
+    client: TestClient, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "_judging", 0.3)
+    answer = verdict_of(client, STUDY.replace("0.5 s", "20000 s"))
+    assert answer == {"error": "the run takes longer than 0.3 s: save the study file, and use wucht run"}
+
+
+@needs_page
+def test_a_page_whose_verdict_takes_too_long_comes_without_one(
+    client: TestClient, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "_judging", 0.3)
+    monkeypatch.setattr("wucht.web.worker_process._GRACE_S", 0.5)
+    page = client.get("/machine/long.toml")
+    assert page.status_code == 200
+    assert json.loads(re.search(r"^const page = (.*);$", page.text, re.M)[1])["text"]["verdict"] is None  # type: ignore[index]
 
 
 def test_nothing_is_reported_to_anybody(folder: Path, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ import { Debounced } from "./debounce.ts";
 
 /** In ms. */
 const PAUSE = 40;
+const TURNED_DOWN = "another page has asked since, and one verdict is given at a time: change something to ask again";
 const SILENCE = "the server does not answer: is `wucht app` still running?";
 
 interface Answer {
@@ -56,7 +57,8 @@ export class Judge {
     } catch {
       answer = { error: SILENCE };
     }
-    if (request.signal.aborted || answer.superseded === true) return;
-    this._receive(answer.label ?? null, answer.sentence ?? answer.error ?? SILENCE);
+    if (request.signal.aborted) return;
+    const reason = answer.superseded === true ? TURNED_DOWN : (answer.error ?? SILENCE);
+    this._receive(answer.label ?? null, answer.sentence ?? reason);
   }
 }
