@@ -49,8 +49,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def worker(folder: Path) -> Iterator[WorkerProcess]:
-    """The process, which is started once."""
-    process = WorkerProcess(folder)
+    """The process, which is started once; with time enough for the first equations on a busy computer."""
+    process = WorkerProcess(folder, judging=120.0)
     yield process
     process.close()
 
@@ -67,6 +67,7 @@ def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestC
     assert [x for x in links if x.endswith(".toml")] == [
         "bad.toml",
         "drum.toml",
+        "long.toml",
         "uses.toml",
         "wrong.toml",
         "inside/drum%20two.toml",
