@@ -21,7 +21,7 @@ LONG = STUDY.replace('"0.5 s"', '"20000 s"')  # minutes
 
 @pytest.fixture(scope="module")
 def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WorkerProcess]:
-    process = WorkerProcess(tmp_path_factory.mktemp("machines"))
+    process = WorkerProcess(tmp_path_factory.mktemp("machines"), judging=120.0)
     assert "label" in process.verdict(SHORT)
     yield process
     process.close()
@@ -65,7 +65,7 @@ def test_what_does_not_notice_the_end_of_its_time_is_killed(tmp_path: Path, monk
     """As the derivation of the equations of many bodies: nothing in it asks how late it is."""
     monkeypatch.setattr("wucht.web.worker_process._GRACE_S", 0.5)
     many = STUDY.replace('name = "p1"', 'name = "p1"\ncount = 60').replace("p1 = ", "p11 = ")
-    worker = WorkerProcess(tmp_path)
+    worker = WorkerProcess(tmp_path, judging=120.0)
     assert "label" in worker.verdict(SHORT)
     monkeypatch.setattr(worker, "_judging", 0.5)
     begin, process = time.monotonic(), worker._process
@@ -105,7 +105,7 @@ def test_a_run_for_which_the_memory_does_not_suffice_is_refused(worker: WorkerPr
 
 
 def test_after_its_end_nothing_is_answered(tmp_path: Path) -> None:
-    worker = WorkerProcess(tmp_path)
+    worker = WorkerProcess(tmp_path, judging=120.0)
     answers: list[Answer] = []
     thread = threading.Thread(target=lambda: answers.append(worker.verdict(LONG)))
     thread.start()
@@ -120,7 +120,7 @@ def test_no_module_is_imported_from_the_folder(tmp_path: Path) -> None:
     """A file of the folder that is called as a library must not be run."""
     for name in ("numpy", "sympy", "json", "wucht"):
         (tmp_path / f"{name}.py").write_text("open('imported', 'w').close()\nraise SystemExit\n", encoding="utf-8")
-    worker = WorkerProcess(tmp_path)
+    worker = WorkerProcess(tmp_path, judging=120.0)
     assert "label" in worker.verdict(SHORT)
     assert not (tmp_path / "imported").exists()
     worker.close()
