@@ -37,6 +37,8 @@ const EPSILON = Number.EPSILON;
 const PARTS = 4;
 /** Parabolas, until an argument that nears the end of its segment within a part is taken to have stayed in it. */
 const VERTICES = 3;
+/** Of the way of an argument in a step: farther from the ends of its segment it is not looked at more closely. */
+const FAR = 1 / 4;
 /** A part of a step. */
 const NEVER = 2;
 /** Relative to the time: just after a change of segments the arguments' places are rounding noise. */
@@ -59,6 +61,7 @@ export class Integrator {
   private readonly _point: Float64Array;
   private readonly _values: Float64Array[];
   private readonly _scratch: Float64Array;
+  private readonly _isFar: Uint8Array;
   private readonly _shown: Float64Array;
   private _sampleCount = 0;
   private _step = 0;
@@ -86,6 +89,7 @@ export class Integrator {
     this._point = new Float64Array(n);
     this._values = Array.from({ length: PARTS + 1 }, () => new Float64Array(m));
     this._scratch = new Float64Array(m);
+    this._isFar = new Uint8Array(m);
     this._shown = new Float64Array(machine.outputs.length);
   }
 
@@ -333,12 +337,18 @@ export class Integrator {
       this.equations.places(this.time + (part / PARTS) * step, this._point, this._values[part]!);
     }
     this.equations.places(laterTime, this._later, this._values[PARTS]!);
+    let near = 0;
+    for (let index = 0; index < this.equations.segmentationCount; index++) {
+      this._isFar[index] = this._isWithin(index) ? 1 : 0;
+      near += 1 - this._isFar[index]!;
+    }
+    if (near === 0) return NEVER;
     const cool = (this._coolEnd - this.time) / step;
     let stop = NEVER;
     for (let part = 0; part < PARTS && stop === NEVER; part++) {
       for (let index = 0; index < this.equations.segmentationCount; index++) {
-        if (index === this._timed) continue;
-        for (const side of [1, -1] as const) {
+        if (index === this._timed || this._isFar[index] === 1) continue;
+        for (let side: Side = 1; side >= -1; side = (side - 2) as Side) {
           const x = this._crossingIn(part, index, side, step, cool);
           if (x < stop) {
             stop = x;
@@ -349,6 +359,21 @@ export class Integrator {
       }
     }
     return stop;
+  }
+
+  /**
+   * Whether an argument is so far within its segment, compared with its way in the step, that no parabola through three of its
+   * values comes near an end: its vertex lies at most an eighth of the way beyond them.
+   */
+  private _isWithin(index: number) {
+    let [lowest, highest] = [Infinity, -Infinity];
+    for (let part = 0; part <= PARTS; part++) {
+      const value = this._values[part]![index]!;
+      if (value < lowest) lowest = value;
+      if (value > highest) highest = value;
+    }
+    const room = FAR * (highest - lowest);
+    return lowest - room > this.equations.low[index]! && highest + room < this.equations.high[index]!;
   }
 
   /**
