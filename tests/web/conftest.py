@@ -48,11 +48,11 @@ class OpenPage:
     requests: list[str] = field(default_factory=list)
 
     def courses(self) -> int:
-        """How many courses were drawn."""
+        """How many fine courses were drawn; previews are not counted."""
         return int(self.page.get_attribute("html", "data-courses") or 0)
 
     def wait_for_course(self, before: int) -> None:
-        """Wait until another course is drawn."""
+        """Wait until another fine course is drawn."""
         self.page.wait_for_selector(f"html[data-courses]:not([data-courses='{before}'])", state="attached", timeout=20_000)
         self.page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 

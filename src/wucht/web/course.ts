@@ -4,16 +4,28 @@ import { Integrator, type Ending } from "./integrator.ts";
 import type { LiveMachine } from "./machine.ts";
 import { parametersAt, type Scenario } from "./scenario.ts";
 
-const TOLERANCE = 1e-6;
 const SAMPLES_PER_TURN = 16;
-const [FEWEST, MOST] = [1000, 12000];
+const FEWEST = 1000;
 /** Of an interval between two changes. */
 const LEAST = 2;
-/** Steps that a run may take: where it needs more, the page would stand still. */
+/** Steps from one change to the next: where a run needs more, the page would stand still. */
 const MOST_STEPS = 3_000_000;
+/** Samples after which a computation can be left. */
+const PART = 250;
+
+/** tolerance: of a step. most: number of samples. */
+export interface Accuracy {
+  readonly tolerance: number;
+  readonly most: number;
+}
+
+export const FINE: Accuracy = { tolerance: 1e-6, most: 12000 };
+/** For what is seen while a slider moves; at rest all curves and numbers are those of the fine run. */
+export const PREVIEW: Accuracy = { tolerance: 1e-4, most: 4000 };
 
 export interface Course {
   readonly scenario: Scenario;
+  readonly isPreview: boolean;
   /** (N) Times. At a change there are two samples, before and after it. */
   readonly time: Float64Array;
   /** (N n) and (N m). */
@@ -23,14 +35,28 @@ export interface Course {
 }
 
 /** Compute the course of a scenario. turn: the time of the fastest motion expected. */
-export function computeCourse(machine: LiveMachine, scenario: Scenario, turn: number): Course {
+export function computeCourse(machine: LiveMachine, scenario: Scenario, turn: number, accuracy = FINE): Course {
+  const parts = courseInParts(machine, scenario, turn, accuracy);
+  for (;;) {
+    const part = parts.next();
+    if (part.done) return part.value;
+  }
+}
+
+/** The same in parts, between which something else may be done, or the rest be left. */
+export function* courseInParts(
+  machine: LiveMachine,
+  scenario: Scenario,
+  turn: number,
+  accuracy: Accuracy,
+): Generator<undefined, Course, undefined> {
   const [n, m] = [machine.states.length, machine.outputs.length];
-  const grids = pieces(scenario, turn);
+  const grids = pieces(scenario, turn, accuracy.most);
   const total = grids.reduce((sum, grid) => sum + grid.length, 0);
   const time = new Float64Array(total);
   const states = new Float64Array(total * n);
   const outputs = new Float64Array(total * m);
-  const integrator = new Integrator(machine, TOLERANCE, MOST_STEPS);
+  const integrator = new Integrator(machine, accuracy.tolerance, MOST_STEPS);
   let state: ArrayLike<number> = scenario.start;
   let place = 0;
   let ending: Ending = "end";
@@ -40,28 +66,33 @@ export function computeCourse(machine: LiveMachine, scenario: Scenario, turn: nu
     for (const change of scenario.changes) if (change.time === begin && change.state !== null) state = change.state;
     integrator.equations.setParameters(values);
     integrator.start(begin, state);
-    const result = integrator.advance(grid, states.subarray(place * n), outputs.subarray(place * m));
-    time.set(grid.subarray(0, result.count), place);
-    place += result.count;
-    ending = result.ending;
+    for (let first = 0; first < grid.length && ending === "end"; first += PART) {
+      const part = grid.subarray(first, first + PART);
+      const result = integrator.advance(part, states.subarray(place * n), outputs.subarray(place * m));
+      time.set(part.subarray(0, result.count), place);
+      place += result.count;
+      ending = result.ending;
+      yield undefined;
+    }
     if (ending !== "end") break;
     state = integrator.state.slice();
   }
   return {
     scenario,
-    time: time.slice(0, place),
-    states: states.slice(0, place * n),
-    outputs: outputs.slice(0, place * m),
+    isPreview: accuracy === PREVIEW,
+    time: time.subarray(0, place),
+    states: states.subarray(0, place * n),
+    outputs: outputs.subarray(0, place * m),
     ending,
   };
 }
 
 /** The times of the samples, from each change to the next. */
-function pieces(scenario: Scenario, turn: number): Float64Array[] {
+function pieces(scenario: Scenario, turn: number, most: number): Float64Array[] {
   const { until } = scenario;
   const times = [0, ...new Set(scenario.changes.map((change) => change.time)), until].filter((t) => t >= 0 && t <= until);
   const ends = [...new Set(times)].sort((a, b) => a - b);
-  const count = Math.min(MOST, Math.max(FEWEST, Math.ceil((until / turn) * SAMPLES_PER_TURN)));
+  const count = Math.min(most, Math.max(FEWEST, Math.ceil((until / turn) * SAMPLES_PER_TURN)));
   return ends.slice(1).map((end, k) => {
     const begin = ends[k]!;
     const parts = Math.max(LEAST, Math.round((count * (end - begin)) / until));
@@ -91,7 +122,7 @@ export class Instant {
   constructor(machine: LiveMachine) {
     this.state = new Float64Array(machine.states.length);
     this.outputs = new Float64Array(machine.outputs.length);
-    this._integrator = new Integrator(machine, TOLERANCE);
+    this._integrator = new Integrator(machine, FINE.tolerance);
   }
 
   /** Go to a time of a course. */

@@ -71,7 +71,7 @@ export class Integrator {
 
   /**
    * @param tolerance the error allowed per step: relative, of an angle in radians
-   * @param mostSteps in one call of `advance`
+   * @param mostSteps since the start
    */
   constructor(machine: MotionData, tolerance = 1e-6, mostSteps = 2_000_000) {
     const n = machine.states.length;
@@ -122,10 +122,9 @@ export class Integrator {
     this._later.set(this.state);
     this._record(grid, states, outputs, 1, this.time, this.time);
     if (!isFinite(this._sum(this._k[0]))) return { ending: "not finite", count: this._sampleCount };
-    const lastStep = this.stepCount + this.mostSteps;
     let shortened = false;
     while (this.time < end) {
-      if (this.stepCount >= lastStep) return { ending: "steps exhausted", count: this._sampleCount };
+      if (this.stepCount >= this.mostSteps) return { ending: "steps exhausted", count: this._sampleCount };
       this.stepCount += 1;
       if (!(this._step > 0)) this._step = this._firstStep(end - this.time);
       const timedEnd = this._timed >= 0 ? this.equations.high[this._timed]! : Infinity;
@@ -309,10 +308,10 @@ export class Integrator {
       const isWithin = at < laterTime;
       if (isWithin) this._densePoint((at - this.time) / step, this._point);
       const sample = isWithin ? this._point : this._later;
-      states.set(sample, this._sampleCount * n);
+      for (let i = 0; i < n; i++) states[this._sampleCount * n + i] = sample[i]!;
       if (outputs) {
         this.equations.shown(at, sample, this._shown);
-        outputs.set(this._shown, this._sampleCount * m);
+        for (let i = 0; i < m; i++) outputs[this._sampleCount * m + i] = this._shown[i]!;
       }
       this._sampleCount += 1;
     }

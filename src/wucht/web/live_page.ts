@@ -2,7 +2,7 @@
 
 import { ChangeList } from "./change_list.ts";
 import { Clock, suggestedSpeed } from "./clock.ts";
-import { Computer } from "./compute.ts";
+import type { Computer } from "./compute.ts";
 import { overlapSentence } from "./contacts.ts";
 import { ControlColumn } from "./control_column.ts";
 import { Instant, sentenceOf, type Course } from "./course.ts";
@@ -20,7 +20,6 @@ import { paintedSheet, savePicture } from "./picture.ts";
 import { Publishing } from "./publishing.ts";
 import {
   areEqual,
-  originalScenario,
   parametersAt,
   withStartValues,
   withStateAt,
@@ -68,10 +67,11 @@ export class LivePage {
   private _magnification = 1;
   private _overlap = "";
 
-  constructor(contents: Contents) {
+  constructor(contents: Contents, original: Scenario, computer: Computer) {
     const { machine, page } = contents;
     this._contents = contents;
-    this._original = this._scenario = originalScenario(machine, page.until);
+    this._original = this._scenario = original;
+    this._computer = computer;
     this._clock = new Clock(() => this._draw());
     this._clock.end = page.until;
     this._clock.speed = suggestedSpeed(page.turn);
@@ -124,7 +124,6 @@ export class LivePage {
         if (goesOn) this._clock.play();
       },
     });
-    this._computer = new Computer(contents, (course) => this._receive(course));
     this._buildCurves();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this._buildCurves());
     new ResizeObserver(() => this._fit()).observe(this._curves);
@@ -132,6 +131,7 @@ export class LivePage {
     addEventListener("hashchange", () => this._readLink());
     if (location.hash.length > 1) this._readLink();
     else this._change(this._original);
+    computer.listen((course) => this._receive(course));
   }
 
   private _layout(hill: HTMLElement): HTMLElement {
@@ -209,6 +209,7 @@ export class LivePage {
     if (overlap === "") this._change({ ...this._scenario, start }, false);
     else this._change(this._scenario);
     this._overlap = overlap;
+    this._warn();
   }
 
   private _release(state: Float64Array | null) {
@@ -221,6 +222,7 @@ export class LivePage {
 
   /** Another scenario. isShown: whether its values are to be shown by the controls, which did not give them. */
   private _change(scenario: Scenario, isShown = true) {
+    this._overlap = "";
     this._scenario = scenario;
     this._clock.end = scenario.until;
     const isOriginal = areEqual(scenario, this._original);
@@ -235,11 +237,17 @@ export class LivePage {
     this._course = course;
     const place = this._contents.machine.outputs.findIndex((output) => output.name === "amplitude");
     this._magnification = this._drawing.suggestedMagnification(this._trails.largest(course, place));
-    this._warning.textContent = this._overlap || sentenceOf(course, this._contents.machine.time_unit);
-    this._overlap = "";
+    this._warn();
     this._showCourse();
     this._draw();
-    document.documentElement.dataset["courses"] = String(Number(document.documentElement.dataset["courses"] ?? 0) + 1);
+    const { dataset } = document.documentElement;
+    const kind = course.isPreview ? "previews" : "courses";
+    dataset[kind] = String(Number(dataset[kind] ?? 0) + 1);
+  }
+
+  private _warn() {
+    const sentence = this._course === null ? "" : sentenceOf(this._course, this._contents.machine.time_unit);
+    this._warning.textContent = this._overlap || sentence;
   }
 
   private _showCourse() {
