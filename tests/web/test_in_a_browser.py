@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 from urllib.parse import unquote
@@ -12,6 +13,9 @@ import pytest
 pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
 
 from tests.web.conftest import Browsing, OpenPage
+from tests.web.page_answers import schedule_of_20000_points
+
+from wucht.web.shared_study import shared_page
 
 R1 = {"study.until": 6}
 SPEED = "section[aria-label='speed over time'] canvas"
@@ -128,6 +132,28 @@ def test_a_link_restores_everything(browsing: Browsing) -> None:
 
 
 @pytest.mark.slow
+def test_a_schedule_of_20000_points(browsing: Browsing, tmp_path: Path) -> None:
+    """First picture, a slider, and a link that restores both; a stronger motor passes the resonance and follows."""
+    path = tmp_path / "schedule.html"
+    path.write_text(shared_page(str(schedule_of_20000_points(tmp_path)), verdict=False), encoding="utf-8")
+    shown = browsing.open(path)
+    page, first = shown.page, shown.pixels(SPEED)
+    assert page.inner_text(".warning") == ""
+    page.keyboard.press("End")
+    assert page.locator(".transport output").inner_text() == "20 s"
+    set_field(shown, SLOPE, "0.078")
+    assert page.inner_text(".warning") == ""
+    speed = float(page.locator("section[aria-label='speed over time'] output").inner_text().split()[0])
+    assert speed == pytest.approx(30 / math.pi * (100 + 10 * math.sin(200)), rel=0.06)  # of the schedule, less the slip
+    moved = shown.pixels(SPEED)
+    assert moved != first
+    page.click("text=Copy link")
+    link = page.evaluate("location.hash")
+    assert json.loads(unquote(link[1:]))["parameters"] == {"drive.slope": 0.078}
+    assert browsing.open(path, link).pixels(SPEED) == moved
+
+
+@pytest.mark.slow
 def test_a_motor_slider_frees_a_captured_rotor_while_it_runs(browsing: Browsing) -> None:
     """From now on: what was before stays as it was."""
     shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
@@ -234,7 +260,8 @@ def test_memory_stays_flat_over_many_changes(browsing: Browsing) -> None:
       const root = document.documentElement;
       for (let k = 0; k < count; k++) {
         const drawn = new Promise((done) => {
-          new MutationObserver((_, observer) => (observer.disconnect(), done())).observe(root, { attributeFilter: ["data-courses"] });
+          const observer = new MutationObserver(() => (observer.disconnect(), done()));
+          observer.observe(root, { attributeFilter: ["data-courses"] });
         });
         slider.value = 300 + ((37 * k) % 400);
         slider.dispatchEvent(new Event("input"));

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 import numpy as np
 import pytest
-from tests.web.page_answers import answer, page_text
+from tests.web.page_answers import answer, page_text, schedule_of_20000_points
 
 from wucht import load_machine
 from wucht.dynamics.run_ups.run_up import RunUpCase
@@ -204,13 +204,6 @@ def test_a_course_passes_through_its_changes(tmp_path: Path) -> None:
 
 def test_a_schedule_of_20000_points_is_exported_whole(tmp_path: Path) -> None:
     """The page computes it to its end."""
-    points = [[round(0.001 * k, 3), round(100 + 10 * math.sin(0.01 * k), 4)] for k in range(20_000)]
-    study = (
-        '[machine]\nuse = "drozdetskaya-2020/r1"\n[[machine.schedules]]\nparameter = "drive.no_load_speed"\n'
-        f"points = {points}\n"
-        '[study]\nkind = "run-up"\nuntil = "20 s"\nstart = { p1 = "0.3 rad", p2 = "-0.5 rad" }\n'
-    )
-    (tmp_path / "schedule.toml").write_text(study, encoding="utf-8")
-    page = page_text(str(tmp_path / "schedule.toml"))
+    page = page_text(str(schedule_of_20000_points(tmp_path)))
     result = answer(tmp_path, page, "course", scenario={})
     assert (result["ending"], result["time"][-1]) == ("end", 20)
