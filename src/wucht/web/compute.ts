@@ -1,7 +1,7 @@
 /**
  * Courses computed in a worker, so that the page answers while a run is computed: the newest scenario wins.
  *
- * Of each scenario there is first a preview, then, where no other scenario has come, the fine run.
+ * Of each scenario there is first a preview, then, where no other scenario has come, the fine run; of quick ones the fine run only.
  */
 
 import { computeCourse, courseInParts, FINE, PREVIEW, type Course } from "./course.ts";
@@ -10,6 +10,8 @@ import { areEqual, type Scenario } from "./scenario.ts";
 
 /** ms: after a preview the fine run waits so long for a slider that goes on moving; it then computes so long at a time. */
 const [REST, SLICE] = [40, 8];
+/** ms: after a fine run that took less there is no preview. */
+const QUICK = 25;
 
 export interface Request {
   readonly number: number;
@@ -26,6 +28,8 @@ class Calculator {
   private readonly _contents: Contents;
   private readonly _send: (answer: Answer) => void;
   private _newest = -1;
+  /** ms: of the last fine run. */
+  private _duration = Infinity;
 
   constructor(contents: Contents, send: (answer: Answer) => void) {
     this._contents = contents;
@@ -35,14 +39,21 @@ class Calculator {
   async answer({ number, scenario }: Request) {
     const { machine, page } = this._contents;
     this._newest = number;
-    this._send({ number, course: computeCourse(machine, scenario, page.turn, PREVIEW) });
-    await new Promise((done) => setTimeout(done, REST));
+    if (this._duration > QUICK) {
+      this._send({ number, course: computeCourse(machine, scenario, page.turn, PREVIEW) });
+      await new Promise((done) => setTimeout(done, REST));
+    }
     const parts = courseInParts(machine, scenario, page.turn, FINE);
+    let duration = 0;
     while (this._newest === number) {
-      const end = performance.now() + SLICE;
+      const begin = performance.now();
       let part = parts.next();
-      while (!part.done && performance.now() < end) part = parts.next();
-      if (part.done) return this._send({ number, course: part.value });
+      while (!part.done && performance.now() < begin + SLICE) part = parts.next();
+      duration += performance.now() - begin;
+      if (part.done) {
+        this._duration = duration;
+        return this._send({ number, course: part.value });
+      }
       await messages();
     }
   }
