@@ -52,8 +52,8 @@ def build_page(web: Path) -> str:
     programs = Path(ROOT_DIR) if os.name == "nt" else Path(ROOT_DIR, "bin")
     # npm's scripts call `node`: that of the wheel, whatever else is installed. Behind a proxy that signs with its own authority
     # npm reaches the registry by the system's certificates, as pip does.
-    path = f"{programs}{os.pathsep}{os.environ.get('PATH', '')}"
-    environment = {"NODE_USE_SYSTEM_CA": "1"} | os.environ | {"PATH": path}
+    search_path = f"{programs}{os.pathsep}{os.environ.get('PATH', '')}"
+    environment = {"NODE_USE_SYSTEM_CA": "1"} | os.environ | {"PATH": search_path}
     node, npm = programs / ("node.exe" if os.name == "nt" else "node"), _npm_script(Path(ROOT_DIR))
 
     def run(*words: str, folder: str) -> subprocess.CompletedProcess[str]:

@@ -34,6 +34,7 @@ def test_first_page_shows_curves_and_a_slider_moves_them(browsing: Browsing) -> 
     shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
     page = shown.page
     assert page.inner_text("h1") == "R1, u = 20"
+    assert page.get_attribute("html", "data-previews") == "1"  # the first picture came before the fine run
     assert page.locator(".panel").count() == 5
     verdict = page.inner_text(".verdict")
     assert not verdict.startswith("not judged")

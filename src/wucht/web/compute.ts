@@ -1,7 +1,8 @@
 /**
  * Courses computed in a worker, so that the page answers while a run is computed: the newest scenario wins.
  *
- * Of each scenario there is first a preview, then, where no other scenario has come, the fine run; of quick ones the fine run only.
+ * Of each scenario there is first a preview, then, where no other scenario has come, the fine run; of quick ones the fine run
+ * only.
  */
 
 import { computeCourse, courseInParts, FINE, PREVIEW, type Course } from "./course.ts";
