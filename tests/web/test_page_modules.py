@@ -202,6 +202,7 @@ def test_a_course_passes_through_its_changes(tmp_path: Path) -> None:
     assert abs(off["end"][row]) < 0.8 * abs(plain["end"][row])
 
 
+@pytest.mark.slow
 def test_a_schedule_of_20000_points_is_exported_whole(tmp_path: Path) -> None:
     """The page computes it to its end."""
     page = page_text(str(schedule_of_20000_points(tmp_path)))
