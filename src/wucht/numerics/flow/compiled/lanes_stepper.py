@@ -413,11 +413,12 @@ def _leave_lanes(m: LanesMemory, ending: int, leaving: Marks) -> None:
 def _advance_once(m: LanesMemory, end: float) -> None:
     """Attempt a step on each lane."""
     time = m.clock[0]
-    way = smaller(m.due[0], end) - time
+    goal = smaller(m.due[0], end)
+    way = goal - time
     parts = ceiling(way / (_STRETCH * m.size[0]))
     divides = way >= _SHORT_WAY * m.size[0]
     step = smaller(select(divides, way / larger(parts, 1.0), m.size[0]), end - time)
-    later_time = select(divides & (parts <= 1.0), time + way, time + step)
+    later_time = select(divides & (parts <= 1.0), goal, time + step)
     is_last = later_time + 0.01 * step >= end
     step, later_time = select(is_last, end - time, step), select(is_last, end, later_time)
     error = _attempt(m, time, step)
