@@ -61,9 +61,9 @@ def digest(numbers_alone: bool = False) -> str:
     return made.hexdigest()
 
 
-def key(*told: str) -> str:
+def key(*texts: str) -> str:
     """A name of texts: the same ones have the same."""
-    return sha256("\n".join(told).encode()).hexdigest()
+    return sha256("\n".join(texts).encode()).hexdigest()
 
 
 def entry(name: str, compute: bool = True) -> Entry:

@@ -79,13 +79,13 @@ def _save(frames: list[bytes], file: Path) -> None:
     """Save a picture, or a moving one of several frames, the last of which stays for a while."""
     from PIL import Image
 
-    first, *others = [Image.open(BytesIO(frame)).convert("RGB") for frame in frames]
-    if not others:
+    first, *later = [Image.open(BytesIO(frame)).convert("RGB") for frame in frames]
+    if not later:
         first.save(file, quality=_QUALITY + 30, method=6)
         return
-    durations = [_MILLISECONDS] * len(others) + [3000]
+    durations = [_MILLISECONDS] * len(later) + [3000]
     first.save(
-        file, save_all=True, append_images=others, duration=durations, loop=0, quality=_QUALITY, method=6, minimize_size=True
+        file, save_all=True, append_images=later, duration=durations, loop=0, quality=_QUALITY, method=6, minimize_size=True
     )
 
 

@@ -20,7 +20,7 @@ export interface Accuracy {
 }
 
 export const FINE: Accuracy = { tolerance: 1e-6, most: 12000 };
-/** For what is seen while a slider moves; at rest all curves and numbers are those of the fine run. */
+/** For the picture while a slider moves; at rest all curves and numbers are those of the fine run. */
 export const PREVIEW: Accuracy = { tolerance: 1e-4, most: 4000 };
 
 export interface Course {
