@@ -102,12 +102,14 @@ def test_each_array_of_a_record_has_its_members() -> None:
 @pytest.mark.parametrize(
     ("count", "threads", "width", "states", "size"),
     [(100, 2, 4, 2, 28), (96, 2, 4, 2, 24), (97, 2, 4, 2, 28), (3, 2, 4, 2, 4), (100, 1, 4, 2, 52), (100, 0, 4, 2, 52),
-     (100_000, 2, 4, 2, 2976), (100_000, 2, 8, 62, 96), (100_000, 2, 8, 9999, 8)],
+     (100_000, 2, 4, 2, 2944), (100_000, 3, 4, 2, 2780), (100_000, 2, 8, 62, 96), (100_000, 2, 8, 9999, 8)],
 )  # fmt: skip
 def test_a_tile_has_whole_batches(count: int, threads: int, width: int, states: int, size: int) -> None:
-    """Two tiles for each thread, of no more than 2976 numbers unless a batch alone has more."""
+    """At least two tiles for each thread, of no more than 5952 states unless a batch alone has more, and for each as many."""
     compiled: Any = SimpleNamespace(width=width, system=SimpleNamespace(states=range(states)))
     assert ensemble._size(count, threads, compiled) == size
+    assert states * size <= 5952 or size == width
+    assert threads == 0 or count < 4 * threads * width or -(-count // size) % threads == 0
 
 
 def test_the_processors_that_may_be_used(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -103,7 +103,7 @@ class MemberOutcomes:
 
     def select(self, members: np.ndarray) -> MemberOutcomes:
         """Select the outcomes of some members, by their numbers (k,)."""
-        place = {int(member): i for i, member in enumerate(members)}
+        place = {int(member): i for i, member in enumerate(members)} if self.failures else {}
         failures = sorted((place[i], reason) for i, reason in self.failures if i in place)
         return MemberOutcomes(**{name: getattr(self, name)[members] for name in _ARRAYS}, failures=tuple(failures))
 

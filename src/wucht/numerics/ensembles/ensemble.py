@@ -189,9 +189,11 @@ def tiles(
 
 
 def _size(count: int, threads: int, ensemble: CompiledEnsemble) -> int:
-    """Return the number of members per tile: whole batches."""
-    batches = -(-count // (_TILES_A_THREAD * max(1, threads) * ensemble.width))
-    return min(batches, max(1, _STATES // (len(ensemble.system.states) * ensemble.width))) * ensemble.width
+    """Return the number of members per tile: whole batches, and of equal tiles as many for each thread."""
+    width, threads = ensemble.width, max(1, threads)
+    largest = max(1, _STATES // (len(ensemble.system.states) * width)) * width
+    tile_count = max(_TILES_A_THREAD, -(-count // (threads * largest))) * threads
+    return -(-count // (tile_count * width)) * width
 
 
 def processors() -> int:

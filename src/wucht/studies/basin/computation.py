@@ -141,7 +141,7 @@ def _omission_warnings(plan: Plan) -> tuple[str, ...]:
 
 
 MISSING = -1  # label of a cell that has not been run yet
-_TILE, _ALONE = {"full": 4096, "slow": 16_384}, 256  # runs in a unit of work, integrated in batches and one by one
+_TILE, _ALONE = {"full": 8192, "slow": 32_768}, 256  # runs in a unit of work, integrated in batches and one by one
 _FIRST_ROUND = 0.9  # estimated share of the first round in the runs on one level
 
 
