@@ -138,12 +138,12 @@ def test_in_the_browser_the_label_goes_and_comes_back(browser: Browser, tmp_path
         page.wait_for_selector(".verdict.judged", timeout=20_000)
         assert verdict.inner_text() == f"{changed.summary['outcome']} – {changed.sentence}"
         assert verdict.inner_text().startswith("compensated")
-        page.click("text=Back to the file")
+        page.click("text=Reset to the file")
         assert verdict.inner_text().startswith("captured-modulated")
         page.keyboard.press("End")
         page.click("button.switch")
         assert verdict.inner_text().startswith("not judged")
-        assert "no place in a study file" in verdict.inner_text()
+        assert "only study files are judged" in verdict.inner_text()
         page.wait_for_timeout(300)
         assert verdict.inner_text().startswith("not judged")
         assert messages == []

@@ -152,7 +152,7 @@ def test_in_a_frame_of_its_own_the_page_computes_and_tells_what_it_shows(browser
     assert page.evaluate("document.querySelector('iframe').contentDocument") is None, "neither reaches the other"
     frame.locator("text=Copy study file").click()
     frame.locator(".message:not(:empty)").wait_for()
-    assert "study file is copied" in frame.locator(".message").inner_text() or frame.locator("textarea").is_visible()
+    assert "Study file copied" in frame.locator(".message").inner_text() or frame.locator("textarea").is_visible()
     page.evaluate("postMessage({ wucht: 'study', study: 'of another page' }, '*')")
     page.evaluate("leave()")
     slope.fill("0.06")

@@ -7,27 +7,41 @@ const FONT = "11px system-ui, sans-serif";
 export class Axis {
   low = 0;
   high = 1;
-  /** Pixels of the low and of the high end. */
-  from = 0;
-  to = 1;
+  lowPixel = 0;
+  highPixel = 1;
 
-  set(low: number, high: number, from: number, to: number): void {
+  set(low: number, high: number, lowPixel: number, highPixel: number): void {
     this.low = low;
     this.high = high > low ? high : low + 1;
-    this.from = from;
-    this.to = to;
+    this.lowPixel = lowPixel;
+    this.highPixel = highPixel;
   }
 
   pixel(value: number): number {
-    return this.from + ((value - this.low) / (this.high - this.low)) * (this.to - this.from);
+    return this.lowPixel + ((value - this.low) / (this.high - this.low)) * (this.highPixel - this.lowPixel);
   }
 
-  /** The distance of ticks: 1, 2 or 5 times a power of ten, at least some pixels apart. */
-  step(apart: number): number {
-    const least = ((this.high - this.low) * apart) / Math.max(1, Math.abs(this.to - this.from));
+  /** The distance of ticks: see `tickStep`. */
+  step(spacing: number): number {
+    return tickStep(this.low, this.high, Math.abs(this.highPixel - this.lowPixel), spacing);
+  }
+}
+
+/** px: closer ticks cannot be read; ticks beside zero from which a scale can be read. */
+const [CLOSEST, FEWEST] = [13, 2];
+
+/**
+ * The distance of ticks: 1, 2 or 5 times a power of ten, at least some pixels apart; nearer, where a small panel would have too
+ * few.
+ */
+export function tickStep(low: number, high: number, pixels: number, spacing: number): number {
+  for (let pitch = spacing; ; pitch = Math.max(CLOSEST, 0.7 * pitch)) {
+    const least = ((high - low) * pitch) / Math.max(1, pixels);
     const power = 10 ** Math.floor(Math.log10(least));
     const digit = least / power;
-    return power * (digit <= 1 ? 1 : digit <= 2 ? 2 : digit <= 5 ? 5 : 10);
+    const step = power * (digit <= 1 ? 1 : digit <= 2 ? 2 : digit <= 5 ? 5 : 10);
+    const count = Math.floor(high / step) - Math.ceil(low / step) + (low <= 0 && high >= 0 ? 0 : 1);
+    if (count >= FEWEST || pitch <= CLOSEST) return step;
   }
 }
 
@@ -43,41 +57,41 @@ export function drawAxes(
   context.globalAlpha = 0.22;
   context.beginPath();
   for (let k = Math.ceil(x.low / stepX); k * stepX <= x.high; k++) {
-    context.moveTo(x.pixel(k * stepX), y.from);
-    context.lineTo(x.pixel(k * stepX), y.to);
+    context.moveTo(x.pixel(k * stepX), y.lowPixel);
+    context.lineTo(x.pixel(k * stepX), y.highPixel);
   }
   for (let k = Math.ceil(y.low / stepY); k * stepY <= y.high; k++) {
-    context.moveTo(x.from, y.pixel(k * stepY));
-    context.lineTo(x.to, y.pixel(k * stepY));
+    context.moveTo(x.lowPixel, y.pixel(k * stepY));
+    context.lineTo(x.highPixel, y.pixel(k * stepY));
   }
   context.stroke();
   context.globalAlpha = 1;
   context.beginPath();
-  context.moveTo(x.from, y.to);
-  context.lineTo(x.from, y.from);
-  context.lineTo(x.to, y.from);
+  context.moveTo(x.lowPixel, y.highPixel);
+  context.lineTo(x.lowPixel, y.lowPixel);
+  context.lineTo(x.highPixel, y.lowPixel);
   if (y.low < 0 && y.high > 0) {
-    context.moveTo(x.from, y.pixel(0));
-    context.lineTo(x.to, y.pixel(0));
+    context.moveTo(x.lowPixel, y.pixel(0));
+    context.lineTo(x.highPixel, y.pixel(0));
   }
   context.stroke();
   context.textAlign = "center";
   context.textBaseline = "top";
   for (let k = Math.ceil(x.low / stepX); k * stepX <= x.high; k++) {
-    context.fillText(tickText(k * stepX, stepX), x.pixel(k * stepX), y.from + 5);
+    context.fillText(tickText(k * stepX, stepX), x.pixel(k * stepX), y.lowPixel + 5);
   }
   context.fillStyle = colours.ink;
-  context.fillText(names[0], (x.from + x.to) / 2, y.from + 20);
+  context.fillText(names[0], (x.lowPixel + x.highPixel) / 2, y.lowPixel + 20);
   context.fillStyle = colours.muted;
   context.textAlign = "right";
   context.textBaseline = "middle";
   for (let k = Math.ceil(y.low / stepY); k * stepY <= y.high; k++) {
-    context.fillText(tickText(k * stepY, stepY), x.from - 5, y.pixel(k * stepY));
+    context.fillText(tickText(k * stepY, stepY), x.lowPixel - 5, y.pixel(k * stepY));
   }
   context.fillStyle = colours.ink;
   context.textAlign = "left";
   context.textBaseline = "alphabetic";
-  context.fillText(names[1], x.from - 38, y.to - 8);
+  context.fillText(names[1], x.lowPixel - 38, y.highPixel - 8);
 }
 
 /** The number of a tick, with the digits that its distance to the next one has. */

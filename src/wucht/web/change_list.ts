@@ -34,13 +34,19 @@ export class ChangeList {
   private _words(change: Change): string {
     const { machine, page } = this._contents;
     const at = `${numberText(change.time)} ${machine.time_unit}`.trim();
-    const controls = page.groups.flatMap((group) => group.controls);
+    const controls = page.groups.flatMap((group) => group.controls.map((control) => ({ control, title: group.title })));
     const parts = change.parameters.flatMap(([index, value]) => {
       const motor = page.switches.find((one) => one.index === index);
       if (motor) return [`motor of ${motor.name} ${value === 0 ? "off" : "on"}`];
-      const control = controls.find((one) => one.indices[0] === index);
-      return control ? [`${control.name} ${quantityText(value / control.size, control.unit)}`] : [];
+      const place = controls.find(({ control }) => control.indices[0] === index);
+      if (place === undefined) return [];
+      const { control, title } = place;
+      return [`${lowerFirst(title)}, ${control.name} ${quantityText(value / control.size, control.unit)}`];
     });
-    return `${at}: ${[...parts, ...(change.state ? ["moved by hand"] : [])].join(", ")}`;
+    return `${at}: ${[...parts, ...(change.state ? ["dragged"] : [])].join(", ")}`;
   }
+}
+
+function lowerFirst(text: string): string {
+  return text.charAt(0).toLowerCase() + text.slice(1);
 }

@@ -16,5 +16,5 @@ export function overlapSentence(machine: LiveMachine, parameters: ArrayLike<numb
   const contact = machine.contacts.find((one) => places[one.segmentation]! < -ROUNDING);
   return contact === undefined
     ? ""
-    : `${contact.bodies.join(" and ")} cannot pass each other: there they would overlap. The start stays.`;
+    : `${contact.bodies.join(" and ")} would overlap there: the initial state stays as it was.`;
 }

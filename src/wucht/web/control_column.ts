@@ -1,4 +1,4 @@
-/** The column of what can be moved: parameters by part, the start, the duration, and whether changes apply from the start. */
+/** The sliders: parameters by part, the initial state, the duration; and whether they change values from t = 0. */
 
 import { button, element } from "./dom.ts";
 import type { Control, Group, PageData, StartControl } from "./page_data.ts";
@@ -6,7 +6,7 @@ import { SliderField, type Scale } from "./controls.ts";
 import { startValue } from "./study_text.ts";
 import type { Scenario } from "./scenario.ts";
 
-export interface Moves {
+export interface ControlActions {
   parameter(control: Control, value: number): void;
   start(control: StartControl, value: number): void;
   until(value: number): void;
@@ -18,13 +18,13 @@ export class ControlColumn {
   private readonly _parameters: [Control, SliderField][] = [];
   private readonly _starts: [StartControl, SliderField][] = [];
   private readonly _until: SliderField;
-  private readonly _now: HTMLInputElement;
+  private readonly _fromShown: HTMLInputElement;
 
-  constructor(page: PageData, scenario: Scenario, timeUnit: string, moves: Moves) {
+  constructor(page: PageData, scenario: Scenario, timeUnit: string, actions: ControlActions) {
     const groups = page.groups.map((group, i) =>
-      this._group(group, i === 0, (control) => this._parameter(control, scenario, moves)),
+      this._group(group, i === 0, (control) => this._parameter(control, scenario, actions)),
     );
-    const start = page.start.map((group) => this._group(group, false, (control) => this._start(control, scenario, moves)));
+    const start = page.start.map((group) => this._group(group, false, (control) => this._start(control, scenario, actions)));
     const until: Scale = {
       name: "duration of the run",
       unit: timeUnit,
@@ -37,8 +37,8 @@ export class ControlColumn {
       open: true,
       whole: false,
     };
-    this._until = new SliderField(until, scenario.until, moves.until);
-    this._now = element("input", { type: "radio", name: "from", value: "now" });
+    this._until = new SliderField(until, scenario.until, actions.until);
+    this._fromShown = element("input", { type: "radio", name: "from", value: "now" });
     const begin = element("input", { type: "radio", name: "from", value: "start", checked: true });
     this.root = element(
       "aside",
@@ -46,20 +46,20 @@ export class ControlColumn {
       element(
         "fieldset",
         { class: "from" },
-        element("legend", {}, "A change applies"),
-        element("label", {}, begin, "from the start"),
-        element("label", {}, this._now, "from now"),
+        element("legend", {}, "A slider changes the value"),
+        element("label", {}, begin, "from t = 0"),
+        element("label", {}, this._fromShown, "from the time shown"),
       ),
       ...groups,
-      element("details", { class: "start" }, element("summary", {}, "start"), ...start),
-      element("details", {}, element("summary", {}, "run"), this._until.root),
-      button("Back to the file", moves.reset, { class: "reset" }),
+      element("details", { class: "start" }, element("summary", {}, "initial state"), ...start),
+      element("details", {}, element("summary", {}, "duration"), this._until.root),
+      button("Reset to the file’s values", actions.reset, { class: "reset" }),
     );
   }
 
-  /** Whether a change applies from the time that is shown. */
+  /** Whether a slider changes the value from the time that is shown. */
   get isFromNow(): boolean {
-    return this._now.checked;
+    return this._fromShown.checked;
   }
 
   /** Show the values of a scenario; parameters: those at the time shown, or at the start. */
@@ -72,20 +72,21 @@ export class ControlColumn {
   private _group<T>(group: Group<T>, isOpen: boolean, field: (control: T) => SliderField): HTMLElement {
     const fields = group.controls.map((control) => field(control).root);
     const names = group.over_time ?? [];
-    const note = names.length > 0 ? [element("p", { class: "note" }, `${names.join(", ")}: over time, as the file says`)] : [];
+    const words = `${names.join(", ")}: ${names.length > 1 ? "follow" : "follows"} the file’s schedule`;
+    const note = names.length > 0 ? [element("p", { class: "note" }, words)] : [];
     return element("details", { open: isOpen }, element("summary", {}, group.title), ...fields, ...note);
   }
 
-  private _parameter(control: Control, scenario: Scenario, moves: Moves): SliderField {
+  private _parameter(control: Control, scenario: Scenario, actions: ControlActions): SliderField {
     const value = scenario.parameters[control.indices[0]!]!;
-    const field = new SliderField(control, value, (moved) => moves.parameter(control, moved));
+    const field = new SliderField(control, value, (moved) => actions.parameter(control, moved));
     this._parameters.push([control, field]);
     return field;
   }
 
-  private _start(control: StartControl, scenario: Scenario, moves: Moves): SliderField {
+  private _start(control: StartControl, scenario: Scenario, actions: ControlActions): SliderField {
     const scale: Scale = { ...control, logarithmic: false, low: null, high: null, open: false, whole: false };
-    const field = new SliderField(scale, startValue(control, scenario.start), (moved) => moves.start(control, moved));
+    const field = new SliderField(scale, startValue(control, scenario.start), (moved) => actions.start(control, moved));
     this._starts.push([control, field]);
     return field;
   }

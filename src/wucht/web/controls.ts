@@ -9,6 +9,8 @@ const DIGITS = 6;
 const LARGEST = 1e30;
 /** Significant digits of a value that a slider gives. */
 const SLIDER_DIGITS = 3;
+/** Could be thousands, or a number with a decimal comma. */
+const THOUSANDS = /^[-+−]?[1-9]\d{0,2}(,\d{3})+$/;
 
 /** A value in SI, shown as value / size in a unit. */
 export interface Scale {
@@ -112,10 +114,15 @@ export class SliderField {
     // A number that reads as the present one is that one, with all its digits.
     const isSame = typed !== null && typed === readNumber(numberText(this._value / size, DIGITS));
     const value = typed === null ? Number.NaN : isSame ? this._value : typed * size + 0;
-    const reason = typed === null ? `must be a number${unit ? ` in ${unit}` : ""}` : refusal(this._scale, value);
+    const isAmbiguous = THOUSANDS.test(this._field.value.trim());
+    const reason = isAmbiguous
+      ? "must be written without a comma before three digits"
+      : typed === null
+        ? `must be a number${unit ? ` in ${unit}` : ""}`
+        : refusal(this._scale, value);
     if (reason !== "") {
       const old = quantityText(this._value / size, unit, DIGITS);
-      this._message.textContent = `${name} ${reason}; “${this._field.value}” was given, ${old} stays.`;
+      this._message.textContent = `${name}: given “${this._field.value}”, ${reason}; ${old} is kept.`;
       this._field.setAttribute("aria-invalid", "true");
       return;
     }

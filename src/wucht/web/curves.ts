@@ -1,11 +1,12 @@
 /** Curves over time: a panel for each quantity, the drawing's time as cursor, measured values above the computed ones. */
 
 import uPlot from "uplot";
+import { tickStep } from "./axes.ts";
 import type { Course } from "./course.ts";
 import { element } from "./dom.ts";
 import type { Level } from "./levels.ts";
 import type { MeasuredCurve } from "./measured.ts";
-import { quantityText } from "./numbers.ts";
+import { numberText, quantityText } from "./numbers.ts";
 import type { Curve, Panel } from "./page_data.ts";
 import { paperOf, type Paper } from "./paper.ts";
 
@@ -46,6 +47,16 @@ export function curveValues(course: Course, panel: Panel, curve: Curve): Values 
     last = phase;
   }
   return values;
+}
+
+/** px between ticks. */
+const SPACE = 19;
+
+/** Round values between two others on an axis of some pixels. */
+function ticks(low: number, high: number, pixels: number): number[] {
+  const step = tickStep(low, high, pixels, SPACE);
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => (first + k) * step);
 }
 
 /** The phase of a curve in a state that begins at a place, in [0, 2 pi). */
@@ -172,10 +183,17 @@ export class CurvePanel {
           ...axis,
           gap: 4,
           ...(isLast
-            ? { size: 20, label: timeName, labelFont: font, labelSize: 18, labelGap: 0 }
+            ? { size: 22, label: timeName, labelFont: font, labelSize: 18, labelGap: 2 }
             : { size: 6, values: () => [] }),
         },
-        { ...axis, size: AXIS, gap: 6, space: 19, ...(circular ? { splits: () => [0, 180, 360] } : {}) },
+        {
+          ...axis,
+          size: AXIS,
+          gap: 6,
+          splits: (plot, _, low, high) =>
+            circular ? [0, 180, 360] : ticks(low, high, plot.bbox.height / devicePixelRatio),
+          values: (_, splits) => splits.map((value) => numberText(value)),
+        },
       ],
       hooks: { draw: [(plot) => this._drawAbove(plot)] },
     };
@@ -201,7 +219,14 @@ export class CurvePanel {
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
     const places: Name[] = [];
-    for (const level of this._levels.toSorted((a, b) => b.speed - a.speed)) this._drawLevel(plot, level, ratio, places);
+    const isVisible = ({ speed }: Level) => plot.valToPos(speed / this._panel.size, "y", true) >= bbox.top;
+    const visible = this._levels.filter(isVisible).toSorted((a, b) => b.speed - a.speed);
+    const natural = visible.filter((level) => level.isNatural);
+    for (const level of visible) {
+      // Lines of one kind are named once.
+      const name = !level.isNatural || natural.length === 1 ? level.name : level === natural[0] ? "natural frequencies" : "";
+      this._drawLevel(plot, { ...level, name }, ratio, places);
+    }
     ctx.fillStyle = this._paper.ink;
     for (const curve of this._measured) {
       for (const [i, time] of curve.time.entries()) {
@@ -216,7 +241,6 @@ export class CurvePanel {
   private _drawLevel(plot: uPlot, level: Level, ratio: number, names: Name[]) {
     const { ctx, bbox } = plot;
     const y = Math.round(plot.valToPos(level.speed / this._panel.size, "y", true)) + 0.5;
-    if (y < bbox.top) return;
     ctx.lineWidth = ratio;
     ctx.strokeStyle = this._paper.muted;
     ctx.setLineDash((level.isNatural ? [2, 3] : [9, 3]).map((length) => length * ratio));
@@ -224,6 +248,7 @@ export class CurvePanel {
     ctx.moveTo(bbox.left, y);
     ctx.lineTo(bbox.left + bbox.width, y);
     ctx.stroke();
+    if (level.name === "") return;
     const line = LETTER * ratio;
     const below = y - 1.4 * line < bbox.top;
     const top = below ? y + 2 * ratio : y - 2 * ratio - line;

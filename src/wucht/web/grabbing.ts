@@ -2,7 +2,7 @@
 
 import type { MachineDrawing, Part } from "./drawing.ts";
 
-export interface Hand {
+export interface DragHandlers {
   /** The state that is drawn. */
   state(): ArrayLike<number>;
   /** A part is taken. */
@@ -14,7 +14,7 @@ export interface Hand {
 }
 
 /** Let the parts of a drawing be grabbed. */
-export function letGrab(canvas: HTMLCanvasElement, drawing: MachineDrawing, hand: Hand) {
+export function enableDragging(canvas: HTMLCanvasElement, drawing: MachineDrawing, hand: DragHandlers) {
   let part: Part | null = null;
   let held: Float64Array | null = null;
   const place = (event: PointerEvent) => {

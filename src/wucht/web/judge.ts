@@ -4,8 +4,8 @@ import { Debounced } from "./debounce.ts";
 
 /** In ms. */
 const PAUSE = 40;
-const TURNED_DOWN = "another page has asked since, and one verdict is given at a time: change something to ask again";
-const SILENCE = "the server does not answer: is `wucht app` still running?";
+const SUPERSEDED = "another page has asked for a verdict since, and one run is judged at a time: change a value to ask again";
+const NO_ANSWER = "no answer from `wucht app`: is it still running?";
 
 interface Answer {
   readonly label?: string;
@@ -53,12 +53,21 @@ export class Judge {
         headers: { "content-type": "text/plain; charset=utf-8" },
         signal: request.signal,
       });
-      answer = (await response.json()) as Answer;
+      answer = readAnswer(await response.text(), response.status);
     } catch {
-      answer = { error: SILENCE };
+      answer = { error: NO_ANSWER };
     }
     if (request.signal.aborted) return;
-    const reason = answer.superseded === true ? TURNED_DOWN : (answer.error ?? SILENCE);
+    const reason = answer.superseded === true ? SUPERSEDED : (answer.error ?? NO_ANSWER);
     this._receive(answer.label ?? null, answer.sentence ?? reason);
+  }
+}
+
+/** What a server has answered; what is no JSON is its reason, as of a proxy. */
+function readAnswer(text: string, status: number): Answer {
+  try {
+    return JSON.parse(text) as Answer;
+  } catch {
+    return { error: `the server answers with status ${status}: ${text.trim() || "nothing more"}` };
   }
 }

@@ -14,8 +14,8 @@ export function pageLayout(
 ): HTMLElement {
   const card = page.text.card === null ? [] : [cardOf(page.text.card)];
   const words =
-    `wucht ${page.version}. Computed here, to six digits a step, from the machine's own equations. A run is judged by wucht, ` +
-    "not by this page, which also does not check whether values fit together.";
+    `wucht ${page.version}. Integrated in this page with a relative error tolerance of 1e-6 per step (wucht run: 1e-12). ` +
+    "Verdicts come from wucht; the page does not check combinations of values.";
   return element(
     "main",
     {},
@@ -29,13 +29,13 @@ export function pageLayout(
 
 /** What the machine teaches, until it is closed. */
 function cardOf(card: Card): HTMLElement {
-  const made = element(
+  const section = element(
     "section",
     { class: "card", "aria-label": "what this machine shows" },
     element("h2", {}, card.title),
     element("p", {}, card.text),
     element("p", { class: "task" }, card.task),
   );
-  made.append(button("×", () => made.remove(), { class: "close", "aria-label": "close this card" }));
-  return made;
+  section.append(button("×", () => section.remove(), { class: "close", "aria-label": "close this card" }));
+  return section;
 }

@@ -30,13 +30,13 @@ export class Levels {
   at(parameters: readonly number[], end: number): Level[] {
     const { rotors } = this._contents.page.levels;
     const natural = distinct(this._naturalFrequencies(parameters));
-    const levels = natural.map((speed, i) => {
-      return { name: `natural frequency${natural.length > 1 ? ` ${i + 1}` : ""}`, speed, isNatural: true };
+    const levels = natural.map((speed) => {
+      return { name: "natural frequency", speed, isNatural: true };
     });
     for (const rotor of rotors) {
       const isOriginal = rotor.depends.every((index) => parameters[index] === this._original[index]);
       const speed = isOriginal ? rotor.speed : this._freeSpeed(rotor.name, parameters, end);
-      const name = rotors.length > 1 ? `${rotor.name} without vibration` : "without vibration";
+      const name = rotors.length > 1 ? `${rotor.name} without vibration` : "speed without vibration";
       if (speed !== null && speed !== 0) levels.push({ name, speed, isNatural: false });
     }
     return levels;

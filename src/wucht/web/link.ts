@@ -27,8 +27,8 @@ interface Stored {
 export function linkText(shown: Shown, original: Scenario, machine: LiveMachine): string {
   const { scenario, time, stroboscopic } = shown;
   const stored: Stored = {};
-  const parameters = differing(scenario.parameters, original.parameters, (i) => machine.parameters[i]!.path);
-  const start = differing(scenario.start, original.start, (i) => machine.states[i]!.name);
+  const parameters = changedValues(scenario.parameters, original.parameters, (i) => machine.parameters[i]!.path);
+  const start = changedValues(scenario.start, original.start, (i) => machine.states[i]!.name);
   if (scenario.until !== original.until) stored.until = scenario.until;
   if (Object.keys(parameters).length > 0) stored.parameters = parameters;
   if (Object.keys(start).length > 0) stored.start = start;
@@ -47,7 +47,7 @@ function storedChange(change: Change, machine: LiveMachine) {
   };
 }
 
-function differing(values: readonly number[], original: readonly number[], name: (index: number) => string): Table {
+function changedValues(values: readonly number[], original: readonly number[], name: (index: number) => string): Table {
   return Object.fromEntries(values.flatMap((value, i) => (Object.is(value, original[i]) ? [] : [[name(i), value]])));
 }
 
@@ -57,51 +57,54 @@ export function readLink(text: string, original: Scenario, machine: LiveMachine)
   try {
     stored = JSON.parse(decodeURIComponent(text)) as Stored;
   } catch {
-    throw new LinkError("The address cannot be read: a part of it is missing. The machine is shown as in its file.");
+    throw new LinkError("The link is damaged. The machine is shown with its file’s values.");
   }
   const paths = machine.parameters.map((parameter) => parameter.path);
   const names = machine.states.map((state) => state.name);
-  const until = stored.until === undefined ? original.until : finite(stored.until, "until");
+  const until = stored.until === undefined ? original.until : finiteNumber(stored.until, "until");
   if (!(until > 0))
-    throw new LinkError("The address cannot be used: the run would have no duration. The machine is shown as in its file.");
+    throw new LinkError(
+      "The link cannot be used: until must be greater than 0. The machine is shown with its file’s values.",
+    );
   return {
     scenario: {
       parameters: withTable(original.parameters, stored.parameters, paths),
       start: withTable(original.start, stored.start, names),
       until,
       changes: (stored.changes ?? []).map(({ time, parameters, state }) => ({
-        time: finite(time, "time"),
+        time: finiteNumber(time, "time"),
         parameters: Object.entries(parameters ?? {}).map(
-          ([path, value]) => [indexOf(paths, path), finite(value, path)] as const,
+          ([path, value]) => [indexOf(paths, path), finiteNumber(value, path)] as const,
         ),
-        state: state === undefined ? null : whole(state, names.length),
+        state: state === undefined ? null : stateValues(state, names.length),
       })),
     },
-    time: stored.time === undefined ? 0 : finite(stored.time, "time"),
+    time: stored.time === undefined ? 0 : finiteNumber(stored.time, "time"),
     stroboscopic: stored.stroboscopic === true,
   };
 }
 
 function withTable(values: readonly number[], table: Table | undefined, names: readonly string[]): number[] {
   const changed = [...values];
-  for (const [name, value] of Object.entries(table ?? {})) changed[indexOf(names, name)] = finite(value, name);
+  for (const [name, value] of Object.entries(table ?? {})) changed[indexOf(names, name)] = finiteNumber(value, name);
   return changed;
 }
 
 function indexOf(names: readonly string[], name: string): number {
   const index = names.indexOf(name);
-  if (index < 0) throw new LinkError(`The address is of another machine: this one has no ${name}. It is shown as in its file.`);
+  if (index < 0)
+    throw new LinkError(`The link is of another machine: this one has no ${name}. It is shown with its file’s values.`);
   return index;
 }
 
-function finite(value: unknown, name: string): number {
+function finiteNumber(value: unknown, name: string): number {
   if (typeof value === "number" && Number.isFinite(value)) return value;
-  throw new LinkError(`The address cannot be used: ${name} is no number. The machine is shown as in its file.`);
+  throw new LinkError(`The link cannot be used: ${name} must be a number. The machine is shown with its file’s values.`);
 }
 
-function whole(state: readonly number[], count: number): number[] {
+function stateValues(state: readonly number[], count: number): number[] {
   if (!Array.isArray(state) || state.length !== count) {
-    throw new LinkError("The address is of another machine: its state has other parts. This one is shown as in its file.");
+    throw new LinkError(`The link is of another machine: this one has ${count} states. It is shown with its file’s values.`);
   }
-  return state.map((value) => finite(value, "a state"));
+  return state.map((value) => finiteNumber(value, "a state"));
 }

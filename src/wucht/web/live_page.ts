@@ -9,7 +9,7 @@ import { Instant, sentenceOf, type Course } from "./course.ts";
 import { CurvePanel } from "./curves.ts";
 import { button, element } from "./dom.ts";
 import { MachineDrawing, type View } from "./drawing.ts";
-import { letGrab } from "./grabbing.ts";
+import { enableDragging } from "./grabbing.ts";
 import { pageLayout } from "./layout.ts";
 import { Levels } from "./levels.ts";
 import { LinkError, linkText, readLink } from "./link.ts";
@@ -26,7 +26,7 @@ import {
   withValuesFrom,
   type Scenario,
 } from "./scenario.ts";
-import { studyText } from "./study_text.ts";
+import { isStudy, studyText } from "./study_text.ts";
 import { Toolbar } from "./toolbar.ts";
 import { TorqueHill } from "./torque_hill.ts";
 import { Trails } from "./trails.ts";
@@ -35,6 +35,7 @@ import { VerdictLine } from "./verdict_line.ts";
 
 /** Of the run: changes of one parameter that are nearer are one. */
 const MERGE = 1 / 500;
+const DRAG = "Drag a body, the rotor or the carrier.";
 
 export class LivePage {
   readonly root: HTMLElement;
@@ -64,6 +65,7 @@ export class LivePage {
   private _scenario: Scenario;
   private _course: Course | null = null;
   private _held: Float64Array | null = null;
+  private _hasDragged = false;
   private _magnification = 1;
   private _overlap = "";
 
@@ -85,7 +87,9 @@ export class LivePage {
     this._transport = new Transport(this._clock, machine.time_unit);
     this._verdict = new VerdictLine(page.text.verdict);
     this._publishing = new Publishing(contents, this._original, this._verdict);
-    this._switches = page.switches.map((one) => button("", () => this._switch(one.index), { class: "switch" }));
+    this._switches = page.switches.map(({ name, index }) =>
+      button(`Motor of ${name}`, () => this._switch(index), { class: "switch", role: "switch", "aria-checked": "true" }),
+    );
     this._strobe.addEventListener("change", () => this._draw());
     this._curves = element("section", { class: "curves", "aria-label": "curves over time" });
     this._column = new ControlColumn(page, this._scenario, machine.time_unit, {
@@ -98,7 +102,10 @@ export class LivePage {
     this._toolbar = new Toolbar(
       {
         link: () => this._link(),
-        study: () => studyText(this._scenario, this._original, machine, page),
+        study: () => ({
+          text: studyText(this._scenario, this._original, machine, page),
+          isWhole: isStudy(this._scenario, page),
+        }),
         picture: () => this._picture(),
         measured: (curves) => {
           this._measured = curves;
@@ -108,11 +115,11 @@ export class LivePage {
       page,
     );
     this.root = this._layout(hill);
-    let goesOn = false;
-    letGrab(this._canvas, this._drawing, {
+    let wasPlaying = false;
+    enableDragging(this._canvas, this._drawing, {
       state: () => this._instant.state,
       take: () => {
-        goesOn = this._clock.isPlaying;
+        wasPlaying = this._clock.isPlaying;
         this._clock.pause();
       },
       hold: (state) => {
@@ -121,7 +128,7 @@ export class LivePage {
       },
       release: (state) => {
         this._release(state);
-        if (goesOn) this._clock.play();
+        if (wasPlaying) this._clock.play();
       },
     });
     this._buildCurves();
@@ -136,7 +143,7 @@ export class LivePage {
 
   private _layout(hill: HTMLElement): HTMLElement {
     const { machine, page } = this._contents;
-    const turning = element("label", { class: "check" }, this._strobe, "turn with the rotor");
+    const turning = element("label", { class: "check" }, this._strobe, "rotate the view with the rotor");
     const stage = [
       element("figure", {}, this._canvas, this._caption),
       this._transport.root,
@@ -159,7 +166,7 @@ export class LivePage {
     if (rotors.length < 2) return [];
     const choice = element("select", {}, ...rotors.map((name) => element("option", {}, name)));
     choice.addEventListener("change", () => select(choice.value));
-    return [element("label", { class: "check" }, "torques on", choice)];
+    return [element("label", { class: "check" }, "torques at rotor", choice)];
   }
 
   private _buildCurves() {
@@ -214,6 +221,7 @@ export class LivePage {
 
   private _release(state: Float64Array | null) {
     this._held = null;
+    this._hasDragged = true;
     if (state === null) return this._draw();
     const { time } = this._clock;
     const values = Array.from(state, (x) => x + 0);
@@ -275,14 +283,11 @@ export class LivePage {
     const view: View = { stroboscopic: this._strobe.checked, magnification: this._magnification };
     this._trails.move(course, time, this._instant);
     this._drawing.draw(time, state, this._held ? [] : outputs, parameters, view, this._held ? null : this._trails.orbit);
-    this._caption.textContent = this._drawing.description;
+    this._caption.textContent = `${this._drawing.description}${this._hasDragged ? "" : ` ${DRAG}`}`;
     if (this._hill.available) this._hill.draw(parameters, this._trails.speeds, this._trails.torques, time, state);
     for (const panel of this._panels) panel.move(time, state, outputs);
     for (const [i, one] of this._contents.page.switches.entries()) {
-      const isOn = parameters[one.index] !== 0;
-      const key = this._switches[i]!;
-      key.setAttribute("aria-pressed", String(isOn));
-      key.textContent = `Motor of ${one.name} ${isOn ? "on" : "off"}`;
+      this._switches[i]!.setAttribute("aria-checked", String(parameters[one.index] !== 0));
     }
     this._transport.show();
   }
@@ -309,7 +314,7 @@ export class LivePage {
       this._change(shown.scenario);
     } catch (error) {
       if (!(error instanceof LinkError)) throw error;
-      this._toolbar.say(error.message);
+      this._toolbar.showMessage(error.message);
       this._change(this._original);
     }
   }

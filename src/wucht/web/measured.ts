@@ -37,6 +37,7 @@ const SIZES: Readonly<Record<string, number>> = {
   "%": 0.01,
   "": 1,
 };
+const UNITS = "s, ms, min, rad/s, rpm, Hz, m, mm, µm, rad, °, W, kW, %";
 const MOST_POINTS = 20_000;
 
 interface Column {
@@ -51,7 +52,7 @@ export function readMeasured(text: string, panels: readonly Panel[]): MeasuredCu
   const times = columns.find((column) => /^(time|zeit|t)\b/i.test(column.name));
   if (times === undefined) {
     throw new FileError(
-      `The file has no column "time": its columns are ${columns.map((column) => `"${column.name}"`).join(", ")}.`,
+      `no column is named "time"; given: ${columns.map((column) => `"${column.name}"`).join(", ")}.`,
     );
   }
   const curves: MeasuredCurve[] = [];
@@ -70,7 +71,7 @@ export function readMeasured(text: string, panels: readonly Panel[]): MeasuredCu
   }
   if (curves.length === 0) {
     const names = panels.map((panel) => `"${panel.title}"`).join(", ");
-    throw new FileError(`No column beside the time has the name of a curve: these are ${names}.`);
+    throw new FileError(`no column beside the time has the name of a curve; allowed: ${names}.`);
   }
   return curves;
 }
@@ -88,16 +89,16 @@ function readColumns(text: string): Column[] {
     .split(/\r?\n/)
     .filter((line) => line.trim() !== "" && !line.startsWith("#"));
   const [heading, ...rows] = lines;
-  if (heading === undefined || rows.length === 0) throw new FileError("The file has no rows below a heading.");
+  if (heading === undefined || rows.length === 0) throw new FileError("no rows below a heading.");
   const separator = [";", "\t", ","].find((mark) => heading.includes(mark));
-  if (separator === undefined) throw new FileError("The file is no table: its first line has one name only, without commas.");
+  if (separator === undefined) throw new FileError("no table: the first line has one name only, without commas.");
   const cells = rows.map((row) => row.split(separator));
   return heading.split(separator).map((title, k) => {
     const { name, unit } = titleParts(title);
     const size = SIZES[unit.toLowerCase()];
-    if (size === undefined) throw new FileError(`The column "${name}" has the unit "${unit}", which this page does not know.`);
+    if (size === undefined) throw new FileError(`column "${name}": given the unit "${unit}", allowed: ${UNITS}.`);
     const values = cells.map((row) => readNumber(row[k] ?? ""));
-    if (values.every((value) => value === null)) throw new FileError(`The column "${name}" has no numbers.`);
+    if (values.every((value) => value === null)) throw new FileError(`column "${name}": no numbers.`);
     return { name, size, values };
   });
 }

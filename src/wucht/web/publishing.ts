@@ -9,7 +9,7 @@ import type { VerdictLine } from "./verdict_line.ts";
 
 /** In ms, between two messages to the page around this one. */
 const PAUSE = 100;
-const CHANGED = "a change during the run, or a motor that is off, has no place in a study file, and wucht judges study files";
+const NO_STUDY = "only study files are judged: they cannot hold changes during the run, or a motor that is off";
 
 export class Publishing {
   private readonly _contents: Contents;
@@ -23,7 +23,7 @@ export class Publishing {
     this._contents = contents;
     this._original = original;
     this._verdict = verdict;
-    this._judge = server === null ? null : new Judge(server, (label, sentence) => verdict.tell(label, sentence));
+    this._judge = server === null ? null : new Judge(server, (label, sentence) => verdict.setVerdict(label, sentence));
     this._message = isEmbedded ? new Debounced(PAUSE, (study) => parent.postMessage({ wucht: "study", study }, "*")) : null;
   }
 
@@ -36,8 +36,8 @@ export class Publishing {
     this._message?.call(text);
     if (this._judge === null || isJudged) return;
     if (isStudy(scenario, page)) {
-      this._verdict.tell(null, "wucht is judging this run …");
+      this._verdict.setVerdict(null, "wucht is judging this run …");
       this._judge.ask(text);
-    } else this._verdict.tell(null, CHANGED);
+    } else this._verdict.setVerdict(null, NO_STUDY);
   }
 }

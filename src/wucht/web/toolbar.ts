@@ -1,14 +1,29 @@
-/** What can be taken along: a link, the study file, a picture; and measured values that are laid over the curves. */
+/** A link, the study file and a picture to take away; and measured values to be laid over the curves. */
 
 import { button, element } from "./dom.ts";
 import { FileError, readMeasured, type MeasuredCurve } from "./measured.ts";
 import type { PageData } from "./page_data.ts";
 
 const LARGEST = 50e6;
+const LINK_COPIED =
+  location.protocol === "file:"
+    ? "Link copied: it works where this file lies at the same place."
+    : "Link copied: it opens this machine with these values at this time.";
+const STUDY_COPIED = "Study file copied: save it, and run it with wucht run.";
+const PART_COPIED =
+  "Study file copied. Changes during the run and motors that are off are comments in it: " +
+  "wucht run computes the run without them.";
+const COLUMNS = "A CSV file: a column time (s), and columns named as the curves, each with its unit";
 
-export interface Takings {
+/** isWhole: whether all that is shown is in the study file. */
+export interface Study {
+  readonly text: string;
+  readonly isWhole: boolean;
+}
+
+export interface ToolbarActions {
   link(): string;
-  study(): string;
+  study(): Study;
   picture(): void;
   measured(curves: readonly MeasuredCurve[]): void;
 }
@@ -18,14 +33,14 @@ export class Toolbar {
   private readonly _message: HTMLElement;
   private readonly _text: HTMLTextAreaElement;
   private readonly _page: PageData;
-  private readonly _takings: Takings;
+  private readonly _actions: ToolbarActions;
 
-  constructor(takings: Takings, page: PageData) {
-    this._takings = takings;
+  constructor(actions: ToolbarActions, page: PageData) {
+    this._actions = actions;
     this._page = page;
     this._message = element("p", { class: "message", role: "status" });
     this._text = element("textarea", { readonly: true, hidden: true, rows: 8, "aria-label": "text to copy" });
-    const file = element("input", { type: "file", accept: ".csv,.txt,text/csv", id: "measured", class: "unseen" });
+    const file = element("input", { type: "file", accept: ".csv,.txt,text/csv", id: "measured", class: "visually-hidden" });
     file.addEventListener("change", () => {
       const [chosen] = file.files ?? [];
       if (chosen) void this._read(chosen);
@@ -33,17 +48,17 @@ export class Toolbar {
     });
     this.root = element(
       "section",
-      { class: "toolbar", "aria-label": "take along" },
+      { class: "toolbar", "aria-label": "copy, save, add" },
       element(
         "div",
         { class: "buttons" },
         // A frame of another page has no address to which a link could lead.
         ...(page.text.is_embedded
           ? []
-          : [button("Copy link", () => void this._copy(takings.link(), "The link is copied: it shows what is seen here."))]),
+          : [button("Copy link", () => void this._copy(actions.link(), LINK_COPIED))]),
         button("Copy study file", () => this._copyStudy()),
-        button("Picture", () => takings.picture(), { title: "Save a picture of what is seen" }),
-        element("label", { for: "measured", class: "button", tabindex: 0, role: "button" }, "Measured values…"),
+        button("Save picture", () => actions.picture()),
+        element("label", { for: "measured", class: "button", tabindex: 0, role: "button", title: COLUMNS }, "Add measured data…"),
       ),
       file,
       this._message,
@@ -62,27 +77,28 @@ export class Toolbar {
     });
   }
 
-  /** Say something about what was asked for. */
-  say(sentence: string) {
+  /** Show a sentence below the buttons. */
+  showMessage(sentence: string) {
     this._message.textContent = sentence;
   }
 
   private _copyStudy() {
     const { reason } = this._page.text;
-    if (reason !== "") this.say(reason);
-    else void this._copy(this._takings.study(), "The study file is copied: save it, and run it with wucht.");
+    if (reason !== "") return this.showMessage(reason);
+    const { text, isWhole } = this._actions.study();
+    void this._copy(text, isWhole ? STUDY_COPIED : PART_COPIED);
   }
 
   private async _copy(text: string, sentence: string) {
     this._text.hidden = true;
     try {
       await navigator.clipboard.writeText(text);
-      this.say(sentence);
+      this.showMessage(sentence);
     } catch {
       this._text.value = text;
       this._text.hidden = false;
       this._text.select();
-      this.say("This browser lets no page copy: the text is selected below.");
+      this.showMessage("This browser does not let the page copy: the text is selected below, press Ctrl-C.");
     }
   }
 
@@ -90,11 +106,11 @@ export class Toolbar {
     try {
       if (file.size > LARGEST) throw new FileError("it is larger than 50 MB.");
       const curves = readMeasured(await file.text(), this._page.panels);
-      this._takings.measured(curves);
-      this.say(`${file.name}: ${curves.map((curve) => curve.name).join(", ")} over the curves.`);
+      this._actions.measured(curves);
+      this.showMessage(`${file.name}: ${curves.map((curve) => curve.name).join(", ")} over the curves.`);
     } catch (error) {
       if (!(error instanceof FileError)) throw error;
-      this.say(`${file.name}: ${error.message}`);
+      this.showMessage(`${file.name}: ${error.message}`);
     }
   }
 }

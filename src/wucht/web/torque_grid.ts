@@ -2,8 +2,10 @@
 
 import type { TorqueCurves } from "./torque_curves.ts";
 
-/** Speeds at equal distances; how often these are halved where a curve bends, by what share of its height; all speeds at most. */
+/** Speeds at equal distances; how often these are halved where a curve bends, by what share of its height; most speeds. */
 const [POINTS, HALVINGS, BEND, MOST] = [100, 7, 2e-3, 1500];
+/** Times a present speed outside of the usual range: there the curves end. */
+const BEYOND = 1.1;
 
 export class TorqueGrid {
   readonly range = new Float64Array(2);
@@ -15,8 +17,11 @@ export class TorqueGrid {
   /** The largest torque of the drive. */
   private height = 0;
 
-  evaluate(curves: TorqueCurves): void {
-    const [low, high] = curves.range();
+  /** present: the speed at which the rotor turns, which the range includes. */
+  evaluate(curves: TorqueCurves, present = 0): void {
+    const range = curves.range();
+    const low = present < range[0]! ? BEYOND * present : range[0]!;
+    const high = present > range[1]! ? BEYOND * present : range[1]!;
     this.range[0] = low;
     this.range[1] = high;
     this.count = 0;
@@ -26,7 +31,7 @@ export class TorqueGrid {
   }
 
   /** The torque of load and vibration at a speed of the grid. */
-  against(index: number): number {
+  opposingTorque(index: number): number {
     return this.torques[3 * index + 1]! + this.torques[3 * index + 2]!;
   }
 
@@ -35,10 +40,10 @@ export class TorqueGrid {
     const last = this.count - 1;
     curves.torques(speed, this.torque);
     const drive = (this.torques[3 * last]! + this.torque[0]!) / 2;
-    const against = (this.against(last) + this.torque[1]! + this.torque[2]!) / 2;
+    const opposing = (this.opposingTorque(last) + this.torque[1]! + this.torque[2]!) / 2;
     const middle = (this.speeds[last]! + speed) / 2;
     curves.torques(middle, this.torque);
-    const bend = Math.abs(this.torque[1]! + this.torque[2]! - against);
+    const bend = Math.abs(this.torque[1]! + this.torque[2]! - opposing);
     const driveBend = Math.abs(this.torque[0]! - drive);
     if (Math.max(bend, driveBend) > BEND * this.height && halvings > 0 && this.count < MOST - POINTS) {
       this.refine(curves, middle, halvings - 1);

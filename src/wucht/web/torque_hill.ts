@@ -17,6 +17,8 @@ const [LEFT, RIGHT, TOP, BOTTOM] = [54, 12, 42, 40];
 /** Of the unit of torque, with its factor: the first in which the highest torque is no small number. */
 const PREFIXES: readonly (readonly [string, number])[] = [["k", 1e-3], ["", 1], ["m", 1e3], ["µ", 1e6]];
 const SMALLEST_LABEL = 0.5;
+/** px from the top: the line of the marks' meanings. */
+const MARKS = 30;
 const FONT = "11px system-ui, sans-serif";
 
 export class TorqueHill {
@@ -62,7 +64,8 @@ export class TorqueHill {
   select(name: string): void {
     const { curves } = this;
     this.rotor = Math.max(0, curves === null ? 0 : curves.hills.rotors.findIndex((rotor) => rotor.name === name));
-    this.canvas.setAttribute("aria-label", this.available ? `torques on ${name} over its speed` : `no torques over the speed: ${this.reason}`);
+    const words = this.available ? `torques at ${name} over its speed` : `no torques over the speed: ${this.reason}`;
+    this.canvas.setAttribute("aria-label", words);
   }
 
   /** The steady speeds that were drawn last. */
@@ -94,9 +97,9 @@ export class TorqueHill {
       return;
     }
     curves.set(parameters, now, state, this.rotor);
-    this.grid.evaluate(curves);
+    this.grid.evaluate(curves, speedTrace?.at(-1));
     this.points = curves.workingPoints(this.grid.count, this.grid.speeds, this.grid.torques);
-    this.scale(speedTrace);
+    this.scale();
     this.drawPanel(curves, colours);
     this.drawCurves(colours);
     this.drawPoints(colours);
@@ -115,9 +118,9 @@ export class TorqueHill {
     const factor = isRadian ? RPM : 1;
     const largest = Math.max(Math.abs(y.low), Math.abs(y.high));
     const [prefix, scale] = torque === "" ? ["", 1] : (PREFIXES.find(([, unit]) => largest * unit >= SMALLEST_LABEL) ?? ["", 1]);
-    this.shownX.set(x.low * factor, x.high * factor, x.from, x.to);
-    this.shownY.set(y.low * scale, y.high * scale, y.from, y.to);
-    const names = [named("speed", isRadian ? "rpm" : speed), named("torque", prefix + torque.replace("N m", "N·m"))] as const;
+    this.shownX.set(x.low * factor, x.high * factor, x.lowPixel, x.highPixel);
+    this.shownY.set(y.low * scale, y.high * scale, y.lowPixel, y.highPixel);
+    const names = [axisTitle("speed", isRadian ? "rpm" : speed), axisTitle("torque", prefix + torque.replace("N m", "N·m"))] as const;
     drawAxes(this.context, this.shownX, this.shownY, names, colours);
   }
 
@@ -127,19 +130,15 @@ export class TorqueHill {
   }
 
   /** Set the axes so that the drive is visible, however high the resonance, and all working points and the present speed. */
-  private scale(speedTrace: Float64Array | null): void {
+  private scale(): void {
     const { points } = this;
     const { speeds, torques, count } = this.grid;
-    let [lowX, highX] = [this.grid.range[0]!, this.grid.range[1]!];
-    if (speedTrace !== null && speedTrace.length > 0) {
-      const speed = speedTrace[speedTrace.length - 1]!;
-      [lowX, highX] = [Math.min(lowX, speed), Math.max(highX, speed)];
-    }
+    const [lowX, highX] = [this.grid.range[0]!, this.grid.range[1]!];
     let [low, high, driveLow, driveHigh, opposing] = [0, 0, 0, 0, 0];
     for (let i = 0; i < count; i++) {
-      const [drive, against] = [torques[3 * i]!, this.grid.against(i)];
-      [low, high] = [Math.min(low, drive, against), Math.max(high, drive, against)];
-      opposing = Math.max(opposing, Math.abs(against));
+      const [drive, opposed] = [torques[3 * i]!, this.grid.opposingTorque(i)];
+      [low, high] = [Math.min(low, drive, opposed), Math.max(high, drive, opposed)];
+      opposing = Math.max(opposing, Math.abs(opposed));
       if (drive * speeds[i]! >= 0) [driveLow, driveHigh] = [Math.min(driveLow, drive), Math.max(driveHigh, drive)];
     }
     const largest = Math.max(-driveLow, driveHigh);
@@ -160,7 +159,7 @@ export class TorqueHill {
     const { context, x, y } = this;
     context.save();
     context.beginPath();
-    context.rect(x.from, y.to, x.to - x.from, y.from - y.to);
+    context.rect(x.lowPixel, y.highPixel, x.highPixel - x.lowPixel, y.lowPixel - y.highPixel);
     context.clip();
     context.lineJoin = "round";
     this.path(2, colours.accents[0]);
@@ -200,7 +199,7 @@ export class TorqueHill {
     // Beyond the panel a resonance may be a million times as high, where canvases draw no lines.
     const [below, above] = [y.low - (y.high - y.low), y.high + (y.high - y.low)];
     for (let i = 0; i < this.grid.count; i++) {
-      const value = kind === 2 ? this.grid.against(i) : torques[3 * i + kind]!;
+      const value = kind === 2 ? this.grid.opposingTorque(i) : torques[3 * i + kind]!;
       const height = y.pixel(Math.max(below, Math.min(above, value)));
       if (i === 0) context.moveTo(x.pixel(speeds[i]!), height);
       else context.lineTo(x.pixel(speeds[i]!), height);
@@ -208,25 +207,19 @@ export class TorqueHill {
   }
 
   private drawPoints(colours: Colours): void {
-    const { context, x, y } = this;
+    const { x, y } = this;
     for (const { speed, torque, stable } of this.points) {
-      context.beginPath();
-      context.arc(x.pixel(speed), y.pixel(torque), 5, 0, 2 * Math.PI);
-      context.fillStyle = stable ? colours.ink : colours.surface;
-      context.fill();
-      context.strokeStyle = colours.ink;
-      context.lineWidth = 1.5;
-      context.stroke();
+      this.mark(stable ? "stable" : "unstable", x.pixel(speed), y.pixel(torque), colours);
     }
   }
 
   private drawTrace(speeds: Float64Array, torques: Float64Array, colours: Colours): void {
     const { context, x, y } = this;
     const last = Math.min(speeds.length, torques.length) - 1;
-    const height = (torque: number): number => Math.max(y.to, Math.min(y.from, y.pixel(torque)));
+    const height = (torque: number): number => Math.max(y.highPixel, Math.min(y.lowPixel, y.pixel(torque)));
     context.save();
     context.beginPath();
-    context.rect(x.from, y.to, x.to - x.from, y.from - y.to);
+    context.rect(x.lowPixel, y.highPixel, x.highPixel - x.lowPixel, y.lowPixel - y.highPixel);
     context.clip();
     context.beginPath();
     for (let i = 0; i <= last; i++) {
@@ -239,19 +232,42 @@ export class TorqueHill {
     context.stroke();
     context.restore();
     context.beginPath();
-    context.arc(x.pixel(speeds[last]!), height(torques[last]!), 6.5, 0, 2 * Math.PI);
-    context.fillStyle = colours.accents[3];
-    context.fill();
-    context.strokeStyle = colours.ink;
-    context.lineWidth = 1.5;
+    this.mark("now", x.pixel(speeds[last]!), height(torques[last]!), colours);
+  }
+
+  /** The mark of a working point, or of the present one, which leaves visible what it lies on. */
+  private mark(kind: "stable" | "unstable" | "now", x: number, y: number, colours: Colours): void {
+    const { context } = this;
+    const isNow = kind === "now";
+    context.beginPath();
+    context.arc(x, y, isNow ? 7.5 : 4.5, 0, 2 * Math.PI);
+    context.fillStyle = kind === "stable" ? colours.ink : colours.surface;
+    if (!isNow) context.fill();
+    context.strokeStyle = isNow ? colours.accents[3] : colours.ink;
+    context.lineWidth = isNow ? 3 : 1.5;
     context.stroke();
+  }
+
+  /** What the marks mean, on the right of the axis' name. */
+  private drawMarkNames(colours: Colours, end: number): void {
+    const { context } = this;
+    context.textAlign = "right";
+    let at = end;
+    for (const kind of ["now", "unstable", "stable"] as const) {
+      if (kind !== "now" && !this.points.some((point) => point.stable === (kind === "stable"))) continue;
+      context.fillStyle = colours.ink;
+      context.fillText(kind, at, MARKS);
+      at -= context.measureText(kind).width + 13;
+      this.mark(kind, at, MARKS, colours);
+      at -= 20;
+    }
   }
 
   private drawLegend(colours: Colours): void {
     const { context } = this;
     const hasLoad = this.hasLoad();
     const entries: [string, string, number[]][] = [
-      ["drive", colours.accents[1], [8, 4]],
+      ["motor", colours.accents[1], [8, 4]],
       [hasLoad ? "load and vibration" : "vibration", colours.accents[0], []],
     ];
     if (hasLoad) entries.push(["load", colours.accents[2], [7, 3, 1.5, 3]]);
@@ -278,10 +294,11 @@ export class TorqueHill {
       context.textAlign = "right";
       context.fillText(name, end, 10);
     }
+    this.drawMarkNames(colours, end);
   }
 }
 
-function named(name: string, unit: string): string {
+function axisTitle(name: string, unit: string): string {
   return unit === "" ? name : `${name} in ${unit}`;
 }
 

@@ -16,12 +16,12 @@ export class VerdictLine {
   show(isOriginal: boolean) {
     const verdict = isOriginal ? this._verdict : null;
     const words =
-      verdict?.[1] ?? (isOriginal ? "wucht judges the run of a file: wucht run" : "the run is no longer that of the file");
-    this.tell(verdict?.[0] ?? null, words);
+      verdict?.[1] ?? (isOriginal ? "this page was written without a verdict: wucht run gives it" : "values have changed");
+    this.setVerdict(verdict?.[0] ?? null, words);
   }
 
   /** A label, null where nothing is judged, and a sentence. */
-  tell(label: string | null, sentence: string) {
+  setVerdict(label: string | null, sentence: string) {
     this.root.classList.toggle("judged", label !== null);
     this.root.replaceChildren(element("strong", {}, label ?? "not judged"), ` – ${sentence}`);
   }
