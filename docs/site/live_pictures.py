@@ -63,7 +63,7 @@ def _frames(browser: Any, page_file: Path, screen: Screen) -> list[bytes]:
     page.goto(page_file.as_uri())
     page.wait_for_selector(_DRAWN, state="attached")
     if screen.is_stroboscopic:
-        page.get_by_label("turn with the rotor").check()
+        page.get_by_label("rotate the view with the rotor").check()
     frames = []
     for share in screen.shares:
         page.get_by_label("time", exact=True).evaluate(

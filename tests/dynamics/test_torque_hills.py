@@ -141,8 +141,8 @@ def test_working_points_and_their_stability_are_those_of_python(tmp_path: Path) 
         assert [p["speed"] for p in points] == pytest.approx([speed for speed, _, _ in expected], rel=1e-9)
         assert [p["torque"] for p in points] == pytest.approx([torque for _, torque, _ in expected], rel=1e-7)
     assert drawing["rotors"] == ["drum"]
-    assert {"speed in rpm", "torque in N·m", "drive", "vibration"} <= set(drawing["words"])
-    assert len(drawing["arcs"]) == 4  # three working points, and where the rotor is now
+    assert {"speed in rpm", "torque in N·m", "motor", "vibration", "stable", "unstable", "now"} <= set(drawing["words"])
+    assert len(drawing["arcs"]) == 7  # three working points, where the rotor is now, and what the three marks mean
     free = free_speed(machine, machine.rotor)
     assert free is not None
     assert grid["range"] == pytest.approx([0.0, 1.2 * free], rel=1e-9)
