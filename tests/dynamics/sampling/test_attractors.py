@@ -38,7 +38,14 @@ def test_a_motion_that_comes_back_is_an_attractor() -> None:
     """Its points are shares of its sizes; the reach is twice the gap between neighbours of the two rounds."""
     made = _attractor(4, circle(401), (1, 8.0, 12.0, 0.5, 0.25))
     assert made is not None
-    assert (made.outcome, made.sense, made.low, made.high, made.period, made.square) == (4, 1, 8.0, 12.0, 0.5, 0.25)
+    assert (made.outcome, made.sense, made.low, made.high, made.period, made.peak_distance_squared) == (
+        4,
+        1,
+        8.0,
+        12.0,
+        0.5,
+        0.25,
+    )
     assert made.sizes == pytest.approx([3.0, 0.5], rel=1e-3) and np.abs(made.points).max(axis=0).tolist() == [1.0, 1.0]
     apart = 2 * math.pi * 2 / 401
     assert made.reach == pytest.approx(2 * apart / 2, rel=0.02), "the rounds are shifted by half a step"
@@ -89,9 +96,20 @@ def test_near_in_all_of_its_states() -> None:
 
 def test_the_same_modulation_is_one_attractor_with_the_points_of_both() -> None:
     one = attractor()
-    again = replace(one, points=one.points[:40] * 1.5, reach=3 * one.reach, low=one.low - 1e-3, square=one.square + 1.0)
+    again = replace(
+        one,
+        points=one.points[:40] * 1.5,
+        reach=3 * one.reach,
+        low=one.low - 1e-3,
+        peak_distance_squared=one.peak_distance_squared + 1.0,
+    )
     (merged,) = _with_candidate([one], again)
-    assert (merged.reach, merged.low, merged.high, merged.square) == (again.reach, again.low, one.high, again.square)
+    assert (merged.reach, merged.low, merged.high, merged.peak_distance_squared) == (
+        again.reach,
+        again.low,
+        one.high,
+        again.peak_distance_squared,
+    )
     assert merged.is_near(one.embedded_points).all() and merged.is_near(again.embedded_points).all()
     everything = np.concatenate([one.points, again.points])
     distances = np.linalg.norm(everything[:, None] - merged.points, axis=-1).min(axis=1)
@@ -117,7 +135,7 @@ def test_how_much_modulations_may_differ_to_be_the_same(share: float) -> None:
         assert len(_with_candidate([one], replace(far(one), **changes))) == 2
     steady = replace(one, period=0.0)
     assert len(_with_candidate([steady], far(steady))) == 2
-    assert len(_with_candidate([steady], replace(steady, square=9.0))) == 1, "it is near in all of its points"
+    assert len(_with_candidate([steady], replace(steady, peak_distance_squared=9.0))) == 1, "it is near in all of its points"
 
 
 def test_starts_are_spread_evenly_about_the_rotor() -> None:
@@ -142,11 +160,11 @@ def test_a_motion_that_breaks_off_is_none(stops: dict[int, str]) -> None:
 
     @contextmanager
     def lanes() -> Any:
-        def advance(states: np.ndarray, numbers: Any, grid: np.ndarray, report: Any) -> Any:
+        def advance(states: np.ndarray, lane_values: Any, grid: np.ndarray, report: Any) -> Any:
             grids.append(grid)
             return SimpleNamespace(stops=stops, chunk="samples")
 
-        yield SimpleNamespace(numbers=lambda parameters: (parameters, None), advance=advance)
+        yield SimpleNamespace(lane_values=lambda parameters: (parameters, None), advance=advance)
 
     made: Any = _motion(SimpleNamespace(lanes=lanes), np.zeros(2), np.zeros(1), 3.0)  # type: ignore[arg-type]
     assert made == (None if stops else "samples")

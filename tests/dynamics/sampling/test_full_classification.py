@@ -49,7 +49,7 @@ def test_members_keep_their_order_and_are_sampled_as_they_need(monkeypatch: pyte
         report(0.5)
         for half in np.array_split(starts[0], 2):
             observations = [SimpleNamespace(largest=10 * x) for x in half]
-            record = SimpleNamespace(outcome=half.astype(int), settling=half + 0.5, observations=observations)
+            record = SimpleNamespace(outcome=half.astype(int), settling_time=half + 0.5, observations=observations)
             status = np.array([Status.FAILED if x == 4 else Status.SETTLED for x in half])
             sentences = {i: "burst" for i, x in enumerate(half) if x == 4}
             yield SimpleNamespace(status=status, record=record, times=half + 100, sentences=sentences)
@@ -96,4 +96,4 @@ def test_each_member_is_judged_as_a_motion_of_its_machine(monkeypatch: pytest.Mo
     record = ObserverState(numbers, np.array(["three", "zero"], object), np.zeros(2, np.int8), none)
     later, has_ended = observer.update(record, Chunk(np.array([1.0, 2.0]), np.zeros((2, 1, 2)), np.zeros((0, 2))))
     assert [OUTCOMES[k] for k in later.outcome] == [Outcome.STOPPED, Outcome.COMPENSATED]
-    assert later.settling.tolist() == pytest.approx([np.nan, 4.0], nan_ok=True) and has_ended.tolist() == [True, False]
+    assert later.settling_time.tolist() == pytest.approx([np.nan, 4.0], nan_ok=True) and has_ended.tolist() == [True, False]

@@ -1,4 +1,4 @@
-"""Outcomes of members in parts and selections, and the course of those that are screened, by hand."""
+"""Outcomes of members in parts and selections, and the envelopes of those that are screened, by hand."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from wucht.dynamics.sampling.ensembles import MemberOutcomes, run_possible
 from wucht.dynamics.sampling.screening_observer import (
     PARTS,
     SAMPLES,
-    _arrival,
-    _extend_course,
+    _arrival_time,
+    _extend_envelopes,
     _settling_time,
 )
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Outcome
@@ -85,7 +85,7 @@ def test_members_that_cannot_be_run_have_failed(monkeypatch: pytest.MonkeyPatch)
     assert alone.outcome.tolist() == [OUTCOMES.index(Outcome.FAILED)]
 
 
-def course(speed: np.ndarray, residual: np.ndarray) -> np.ndarray:
+def envelopes(speed: np.ndarray, residual: np.ndarray) -> np.ndarray:
     """Of one member, whose least and largest values are the same in each part."""
     return np.array([speed, speed, residual, residual])[:, :, None]
 
@@ -102,7 +102,7 @@ def test_a_speed_has_settled_where_it_stays_near_its_end(sense: float, way: floa
     for share, time in ((1.01, 30 / PARTS * 320.0), (0.99, 0.0)):
         speed = level(sense * 100.0)
         speed[:30] += way * share * SPEED_TOLERANCE * scale
-        assert _settling_time(course(speed, level()), 320.0, np.array([free])).tolist() == [pytest.approx(time)]
+        assert _settling_time(envelopes(speed, level()), 320.0, np.array([free])).tolist() == [pytest.approx(time)]
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -110,7 +110,7 @@ def test_an_unbalance_has_settled_where_it_stays_near_its_end(way: float) -> Non
     for share, time in ((1.01, 40 / PARTS * 320.0), (0.99, 0.0)):
         residual = level(0.5)
         residual[:40] += way * share * UNBALANCE_TOLERANCE
-        assert _settling_time(course(level(100.0), residual), 320.0, np.array([100.0])).tolist() == [pytest.approx(time)]
+        assert _settling_time(envelopes(level(100.0), residual), 320.0, np.array([100.0])).tolist() == [pytest.approx(time)]
 
 
 def test_settling_counts_from_the_middle_of_the_last_part() -> None:
@@ -128,7 +128,7 @@ def test_settling_counts_from_the_middle_of_the_last_part() -> None:
 def attractor(**more: Any) -> Attractor:
     points = np.array([[0.0, 0.0], [1.0, 0.0]])
     given = {"outcome": 3, "sizes": np.array([10.0, 2.0]), "reach": 0.1, "sense": 1, "low": 90.0, "high": 110.0}
-    return Attractor(points=points, **(given | {"period": 7.0, "square": 0.25} | more))
+    return Attractor(points=points, **(given | {"period": 7.0, "peak_distance_squared": 0.25} | more))
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -137,7 +137,7 @@ def test_a_member_arrives_where_it_stays_in_the_range_and_a_period_later(sense: 
     for speed, part in ((110.0 + 1.1 * margin, 20), (110.0 + 0.9 * margin, 0), (90.0 - 1.1 * margin, 20), (89.9, 0)):
         of = level(sense * 100.0)
         of[:20] = sense * speed
-        time = _arrival(course(of, level()), float(PARTS), attractor(), np.array([sense * 100.0]))
+        time = _arrival_time(envelopes(of, level()), float(PARTS), attractor(), np.array([sense * 100.0]))
         assert time.tolist() == [pytest.approx(part + 7.0)]
 
 
@@ -162,12 +162,12 @@ def test_who_goes_through_the_range_of_its_speed_stays_near_it(
     assert found.tolist() == ([1] if stays else []), "the second is 0.05 of its sizes away, the others half and a quarter"
 
 
-def test_a_course_in_half_as_many_parts_has_the_extremes_of_two() -> None:
+def test_envelopes_in_half_as_many_parts_have_the_extremes_of_two() -> None:
     speed = np.arange(float(PARTS))[:, None] * np.array([1.0, -1.0])
-    first = _extend_course(None, speed, 10 * speed)
+    first = _extend_envelopes(None, speed, 10 * speed)
     assert [row[:2, 0].tolist() for row in first] == [[0.0, 1.0], [0.0, 1.0], [0.0, 10.0], [0.0, 10.0]]
     new = np.full((SAMPLES, 2), 7.0)
-    longer = _extend_course(first, new, 2 * new)
+    longer = _extend_envelopes(first, new, 2 * new)
     assert [row[:2, 0].tolist() for row in longer] == [[0.0, 2.0], [1.0, 3.0], [0.0, 20.0], [10.0, 30.0]]
     assert [row[:2, 1].tolist() for row in longer] == [[-1.0, -3.0], [0.0, -2.0], [-10.0, -30.0], [0.0, -20.0]]
     assert [row[SAMPLES:].tolist() for row in longer] == [new.tolist()] * 2 + [(2 * new).tolist()] * 2

@@ -26,7 +26,7 @@ CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject
 
 def test_keys_groups_and_paths() -> None:
     vary = {"damping": [1e-5, 1e-3], "mass": {"of": ["b1", "b2"], "range": ["4 g", "5 g"]}, "drive": {"slope": [1e-3, 2e-3]}}
-    damping, mass, slope = variables_of(CENTRIFUGE, OptimiseBalancer(vary=vary).vary, together=False)
+    damping, mass, slope = variables_of(CENTRIFUGE, OptimiseBalancer(vary=vary).vary, all_bodies=False)
     assert damping.paths == tuple(f"b{k}.damping" for k in range(1, 5))
     assert mass.paths == ("b1.mass", "b2.mass")
     assert (mass.low, mass.high) == (4e-3, 5e-3)
@@ -44,7 +44,7 @@ def test_a_pendulums_inertia_keeps_its_ratio() -> None:
         names = balancer_names(machine)
     assert f"{names[0]}.inertia" in machine.values
     own = machine.values[f"{names[0]}.mass"]
-    (mass,) = variables_of(machine, OptimiseBalancer(vary={"mass": [own / 2, 2 * own]}).vary, together=False)
+    (mass,) = variables_of(machine, OptimiseBalancer(vary={"mass": [own / 2, 2 * own]}).vary, all_bodies=False)
     assert values_at(machine, [mass], [2 * own])[f"{names[0]}.inertia"] == pytest.approx(
         2 * machine.values[f"{names[0]}.inertia"]
     )

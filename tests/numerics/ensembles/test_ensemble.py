@@ -240,7 +240,7 @@ def test_tiles_that_are_wanted() -> None:
     compiled, members = compile_ensemble(DECAY, 1e-8), Members.of(np.ones((10, 1)), np.linspace(0.1, 1, 10)[:, None])
     every = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2))
     assert [(t.number, t.first, len(t.result.times)) for t in every] == [(0, 0, 3), (1, 3, 3), (2, 6, 3), (3, 9, 1)]
-    some = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2, numbers=[3, 1]))
+    some = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2, tile_numbers=[3, 1]))
     assert [t.number for t in some] == [3, 1]
     assert same(some[1].result, every[1].result)
 
@@ -257,7 +257,7 @@ def test_what_does_not_fit_is_refused() -> None:
     with rejected("none", "0"):
         run_ensemble(compiled, one.part(1, 2), Watch(), pace)
     with rejected("no-tile", "0"):
-        tiles(compiled, one, Watch(), pace, numbers=[0, 0])
+        tiles(compiled, one, Watch(), pace, tile_numbers=[0, 0])
 
 
 @dataclass(frozen=True)

@@ -107,15 +107,15 @@ def test_each_array_of_a_record_has_its_members() -> None:
 def test_a_tile_has_whole_batches(count: int, threads: int, width: int, states: int, size: int) -> None:
     """At least two tiles for each thread, of no more than 5952 states unless a batch alone has more, and for each as many."""
     compiled: Any = SimpleNamespace(width=width, system=SimpleNamespace(states=range(states)))
-    assert ensemble._size(count, threads, compiled) == size
+    assert ensemble._members_per_tile(count, threads, compiled) == size
     assert states * size <= 5952 or size == width
     assert threads == 0 or count < 4 * threads * width or -(-count // size) % threads == 0
 
 
 def test_the_processors_that_may_be_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ensemble.os, "sched_getaffinity", lambda _: {1, 4, 5}, raising=False)
-    assert ensemble.processors() == 3
+    assert ensemble.processor_count() == 3
     monkeypatch.delattr(ensemble.os, "sched_getaffinity")
     for number, expected in ((7, 7), (None, 1)):
         monkeypatch.setattr(ensemble.os, "cpu_count", lambda number=number: number)
-        assert ensemble.processors() == expected
+        assert ensemble.processor_count() == expected

@@ -28,16 +28,18 @@ class Adding:
     def __init__(self, stops: Mapping[tuple[float, float], Stop], refused: Mapping[int, str]) -> None:
         self.stops, self.refused, self.lanes = stops, dict(refused), list[list[float]]()
 
-    def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+    def lane_values(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         return parameters.T.copy(), self.refused
 
-    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Any) -> ChunkResult:
+    def advance(self, states: np.ndarray, lane_values: np.ndarray, times: np.ndarray, check: Any) -> ChunkResult:
         check()
-        self.lanes.append(numbers[0].tolist())
-        samples = states[None] + (times[1:] - times[0])[:, None, None] * numbers
-        ended = {i: self.stops[float(times[-1]), n] for i, n in enumerate(numbers[0]) if (float(times[-1]), n) in self.stops}
+        self.lanes.append(lane_values[0].tolist())
+        samples = states[None] + (times[1:] - times[0])[:, None, None] * lane_values
+        ended = {
+            i: self.stops[float(times[-1]), n] for i, n in enumerate(lane_values[0]) if (float(times[-1]), n) in self.stops
+        }
         chunk = Chunk(times[1:], samples, -samples[-1])
-        return ChunkResult(chunk, samples[-1], numbers, ended)
+        return ChunkResult(chunk, samples[-1], lane_values, ended)
 
 
 class Observing:

@@ -35,9 +35,9 @@ def advance(
 ) -> LanesResult:
     batch = compile_batch(system, TOLERANCE, quantities)
     constants = np.array([batch.constant_values(p) for p in parameters]).reshape(len(parameters), -1).T
-    integrator = batch.lend()
+    integrator = batch.acquire()
     result = integrator.advance(starts.T, constants, times)
-    batch.give_back(integrator)
+    batch.release(integrator)
     return result
 
 
@@ -150,10 +150,10 @@ def test_integrators_are_lent_and_leave_nothing_behind() -> None:
 
     with ThreadPoolExecutor(3) as pool:
         assert all(np.array_equal(r.values, first.values) for r in pool.map(begin, range(3)))
-    lent = [compile_batch(FORCED, TOLERANCE).lend() for _ in range(2)]
+    lent = [compile_batch(FORCED, TOLERANCE).acquire() for _ in range(2)]
     assert lent[0] is not lent[1]
-    compile_batch(FORCED, TOLERANCE).give_back(lent[0])
-    assert compile_batch(FORCED, TOLERANCE).lend() is lent[0]
+    compile_batch(FORCED, TOLERANCE).release(lent[0])
+    assert compile_batch(FORCED, TOLERANCE).acquire() is lent[0]
 
 
 def test_work_can_be_given_up_between_rounds() -> None:
@@ -167,7 +167,7 @@ def test_work_can_be_given_up_between_rounds() -> None:
 
     starts, parameters = drawn(5)
     constants = np.array([batch.constant_values(p) for p in parameters]).T
-    integrator = batch.lend()
+    integrator = batch.acquire()
     with pytest.raises(KeyboardInterrupt):
         integrator.advance(starts.T, constants, np.array([0.0, 1e6]), check)
     assert len(calls) == 3
@@ -214,7 +214,7 @@ def test_largest_values_lie_between_samples_and_steps(tolerance: float) -> None:
     square, times = (x + sp.Rational(1, 10)) ** 2 + v**2 / 50, np.array([0.0, 0.7, 30.0])
     batch = compile_batch(FORCED, tolerance, Quantities((x, v), (square,)))
     constants = np.array([batch.constant_values(p) for p in parameters]).T
-    peaks = batch.lend().advance(starts.T, constants, times).peaks[0]
+    peaks = batch.acquire().advance(starts.T, constants, times).peaks[0]
     dense = advance(starts, parameters, np.linspace(0.0, 30.0, 20_001)).values
     everything = np.concatenate([starts.T[None], dense])
     expected = ((everything[:, 0] + 0.1) ** 2 + everything[:, 1] ** 2 / 50).max(axis=0)
@@ -227,10 +227,10 @@ def test_motions_are_continued_with_their_progress() -> None:
     starts, parameters = drawn(40, seed=5)
     batch = compile_batch(FORCED, 1e-9, Quantities((x, v), (x**2, -v)))
     constants = np.array([batch.constant_values(p) for p in parameters]).T
-    whole = batch.lend().advance(starts.T, constants, TIMES)
-    first = batch.lend().advance(starts.T, constants, TIMES[:3])
+    whole = batch.acquire().advance(starts.T, constants, TIMES)
+    first = batch.acquire().advance(starts.T, constants, TIMES[:3])
     assert (first.progress[0] > 0.05).all() and (first.peaks <= whole.peaks + 1e-9).all()
-    second = batch.lend().advance(first.states, constants, TIMES[2:], progress=first.progress)
+    second = batch.acquire().advance(first.states, constants, TIMES[2:], progress=first.progress)
     assert second.values == pytest.approx(whole.values[2:], abs=1e-7) and second.peaks == pytest.approx(whole.peaks, abs=1e-3)
     assert (second.peaks >= first.peaks).all() and (second.peaks[0] > first.peaks[0]).any()
 
@@ -274,16 +274,17 @@ def interpreted(batch: CompiledBatch, starts: np.ndarray, parameters: np.ndarray
     """The memory of the stepper, with functions of Python."""
     count, n = starts.shape
     counts = [len(program.constants) for program in batch.programs]
-    functions = dict(zip(("rates", "samplers", "heights"), map(on_lanes, batch.programs), strict=True))
+    functions = dict(zip(("rates", "samplers", "peak_quantities"), map(on_lanes, batch.programs), strict=True))
     numbers = {
-        "width": WIDTH, "n": n, "rate_count": counts[0], "sampler_count": counts[1], "height_count": counts[2],
-        "value_count": 2, "peak_count": 1, "height_state_count": len(batch.height_states),
+        "width": WIDTH, "n": n, "rate_constant_count": counts[0], "sampler_constant_count": counts[1],
+        "peak_constant_count": counts[2],
+        "value_count": 2, "peak_count": 1, "peak_state_count": len(batch.peak_states),
         "member_count": count, "grid_count": len(TIMES), "rounds": 10_000,
         "most_steps": step_sizes.MAX_STEPS, "tolerance": TOLERANCE,
     }  # fmt: skip
     constants = np.array([batch.constant_values(p) for p in parameters]).T
     arrays = {
-        "height_states": batch.height_states, "is_angle": np.zeros(n), "constants": constants.ravel(), "nodes": NODES,
+        "peak_states": batch.peak_states, "is_angle": np.zeros(n), "constants": constants.ravel(), "nodes": NODES,
         "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * n, "row_begins": ROW_BEGINS,
         "grid": TIMES, "states": starts.T.ravel(),
         "samples": np.zeros((len(TIMES) - 1) * 2 * count), "progress": batch.begin(count).ravel(), "times": np.zeros(count),

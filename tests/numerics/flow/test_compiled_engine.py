@@ -58,7 +58,7 @@ def test_the_error_of_one_step_is_of_order_nine() -> None:
         one = leg(np.array([0.0, size]), tolerance=1e6)
         leg_stepper.evaluate(one.rates, 0.0, one.state, one.constants, one.k, 0)
         leg_stepper._attempt(one, 0.0, size)
-        errors.append(abs(one.later[0] - np.cos(size)) + abs(one.later[1] + np.sin(size)))
+        errors.append(abs(one.next_state[0] - np.cos(size)) + abs(one.next_state[1] + np.sin(size)))
     assert 8.7 < np.polyfit(np.log(sizes), np.log(errors), 1)[0] < 9.6
 
 

@@ -33,14 +33,16 @@ if TYPE_CHECKING:
 
 _POINTS = 16_384  # on a motion
 _CYCLES, _TURNS = 6, 200  # of a modulation, or turns, over which they are spread
-_REACH, _MARGIN = 0.05, 2.0  # shares of the states' sizes: how near a motion must come to itself; times that others must
-_LEAST = 1e-3  # reach
+_RETURN_DISTANCE = 0.05  # share of the states' sizes: how near a motion must come to itself
+_NEAR_FACTOR = 2.0  # the reach, in times the distance at which the motion does come to itself
+_SMALLEST_REACH = 1e-3  # share of the states' sizes
 _CELL = 1 / 16  # of the reach: of the points of an attractor that are as near to each other one is kept
 _PLACES = 20  # of a member, at which it must be near
 _ROUNDS = (0, 4, 2, 1, 3)  # in which every fifth place is checked, from this one on: most that are not near fail early
-_HALF, _WHOLE = 0.5, 0.9  # of the range of the speed, that a member must go through in less than a period, in more
-_SAME = 1e-2  # of periods and ranges of speeds: smaller differences of modulations are none
-_OUTSIDE = 0.1  # of that range: by so much its speed may leave it
+# Of the range of the speed, that a member must go through in less than a period, in more.
+_SHORT_RUN_SHARE, _LONG_RUN_SHARE = 0.5, 0.9
+_MODULATION_TOLERANCE = 1e-2  # of periods and ranges of speeds: smaller differences of modulations are none
+_SPEED_MARGIN = 0.1  # of that range: by so much its speed may leave it
 _SURVEY_SIZE = 16  # starts
 _MOST_CACHED = 64  # questions
 _CACHE: dict[Any, tuple[Attractor, ...]] = {}  # by what determines them in a question: machines are not hashable
@@ -65,7 +67,7 @@ class Attractor:
         Of its speed in that sense.
     period : float
         Of its modulation, 0 without one.
-    square : float
+    peak_distance_squared : float
         Of the largest distance of the rotor's axis.
     """
 
@@ -77,7 +79,7 @@ class Attractor:
     low: float
     high: float
     period: float
-    square: float
+    peak_distance_squared: float
 
     def resident_members(
         self,
@@ -86,30 +88,31 @@ class Attractor:
         samples: np.ndarray,
         speeds: np.ndarray,
         duration: float,
-        among: np.ndarray,
+        candidates: np.ndarray,
     ) -> np.ndarray:
-        """Return those of some members (m,), by their numbers, that stay near it and move along it: by samples (K, v, M) over
-        a duration, of which ``states`` makes states (K, k, M), and the least and the largest speed (2, M) in it. A member that
-        merely rests near a point of it does not.
+        """Return those of the candidates (m,), members by their numbers, that stay near it and move along it: by samples
+        (K, v, M) over a duration, of which ``states`` makes states (K, k, M), and the least and the largest speed (2, M) in it.
+        A member that merely rests near a point of it does not.
         """
-        low, high = np.sort(self.sense * speeds[:, among], axis=0)
-        full, share = self.high - self.low, _WHOLE if duration >= self.period else _HALF
-        within = (low >= self.low - _OUTSIDE * full) & (high <= self.high + _OUTSIDE * full) & (high - low >= share * full)
-        members: np.ndarray = among[within]
-        at = np.linspace(0, len(samples) - 1, _PLACES).astype(int)
+        low, high = np.sort(self.sense * speeds[:, candidates], axis=0)
+        speed_range, share = self.high - self.low, _LONG_RUN_SHARE if duration >= self.period else _SHORT_RUN_SHARE
+        margin = _SPEED_MARGIN * speed_range
+        has_same_speeds = (low >= self.low - margin) & (high <= self.high + margin) & (high - low >= share * speed_range)
+        members: np.ndarray = candidates[has_same_speeds]
+        places = np.linspace(0, len(samples) - 1, _PLACES).astype(int)
         for first in _ROUNDS:
-            rows = at[first :: len(_ROUNDS)]
+            rows = places[first :: len(_ROUNDS)]
             if len(members):
                 members = members[self.is_near(embedded_states(equations.system, states(samples[rows][:, :, members])))]
         return members
 
     def has_modulation_of(self, candidate: Attractor) -> bool:
         """True if both have a modulation, of the same period and between the same speeds."""
-        margin = _SAME * (self.high - self.low)
+        margin = _MODULATION_TOLERANCE * (self.high - self.low)
         return (
             (self.outcome, self.sense) == (candidate.outcome, candidate.sense)
             and self.period > 0
-            and abs(self.period - candidate.period) <= _SAME * self.period
+            and abs(self.period - candidate.period) <= _MODULATION_TOLERANCE * self.period
             and max(abs(self.low - candidate.low), abs(self.high - candidate.high)) <= margin
         )
 
@@ -120,7 +123,8 @@ class Attractor:
         reach = max(self.reach, candidate.reach)
         return replace(
             self, points=_sparse_points(points, reach), sizes=sizes, reach=reach, low=min(self.low, candidate.low),
-            high=max(self.high, candidate.high), square=max(self.square, candidate.square),
+            high=max(self.high, candidate.high),
+            peak_distance_squared=max(self.peak_distance_squared, candidate.peak_distance_squared),
         )  # fmt: skip
 
     @property
@@ -128,9 +132,9 @@ class Attractor:
         """Its points, as embedded states (P, 1, d) of one member."""
         return np.asarray((self.points * self.sizes)[:, None])
 
-    def is_near(self, at: np.ndarray) -> np.ndarray:
+    def is_near(self, embedded: np.ndarray) -> np.ndarray:
         """Mask (M,) of the members that are near it in all of their embedded states (K, M, d)."""
-        distances, _ = self._tree.query(at / self.sizes, distance_upper_bound=self.reach)  # inf beyond
+        distances, _ = self._tree.query(embedded / self.sizes, distance_upper_bound=self.reach)  # inf beyond
         return np.asarray(np.isfinite(distances).all(axis=0))
 
     @cached_property
@@ -180,10 +184,10 @@ def _survey_attractors(question: EnsembleQuestion, equations: Equations, horizon
 
 def _with_candidate(attractors: list[Attractor], candidate: Attractor) -> list[Attractor]:
     """Add an attractor, or its points to those of the same modulation: from another run they lie between them."""
-    for k, one in enumerate(attractors):
-        if one.has_modulation_of(candidate):
-            return [*attractors[:k], one.merge(candidate), *attractors[k + 1 :]]
-        if one.outcome == candidate.outcome and one.is_near(candidate.embedded_points).all():
+    for k, attractor in enumerate(attractors):
+        if attractor.has_modulation_of(candidate):
+            return [*attractors[:k], attractor.merge(candidate), *attractors[k + 1 :]]
+        if attractor.outcome == candidate.outcome and attractor.is_near(candidate.embedded_points).all():
             return attractors
     return [*attractors, candidate]
 
@@ -194,8 +198,8 @@ def _reached_attractor(
     """Return the attractor of a member from its final state and observation; None if it is at rest, or on none."""
     machine = question.machine
     verdict = judge(machine, observation, free_speed(machine, machine.rotor))
-    goes_on = verdict.evidence.is_modulated or verdict.evidence.asynchronous
-    if verdict.outcome is Outcome.UNIDENTIFIED or not goes_on or verdict.assessment is None:
+    continues = verdict.evidence.is_modulated or verdict.evidence.asynchronous
+    if verdict.outcome is Outcome.UNIDENTIFIED or not continues or verdict.assessment is None:
         return None
     cycle, sense, variants = verdict.modulation, verdict.assessment.sense, Variants.from_values(machine, {}, 1)
     period = 0.0 if cycle is None else cycle.period
@@ -216,22 +220,23 @@ def _reached_attractor(
 def _starts(machine: Machine) -> np.ndarray:
     """Return states (n, M) with the bodies about the main rotor at evenly spread phases: L. Kronecker's sequence with the
     powers of the largest root of x^(b+1) = x + 1, b being their number."""
-    state, about = initial_state(machine, {}), [machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]
-    if not about:
+    state = initial_state(machine, {})
+    body_rows = [machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]
+    if not body_rows:
         return state[:, None]
-    b = len(about)
+    b = len(body_rows)
     root = float(np.roots([1.0, *(0.0,) * (b - 1), -1.0, -1.0]).real.max())
     shares = np.outer(np.arange(_SURVEY_SIZE) + 0.5, root ** -np.arange(1.0, b + 1)) % 1
     starts = np.repeat(state[:, None], _SURVEY_SIZE, axis=1)
-    starts[about] = state[machine.row(machine.rotor.coordinate.position)] + 2 * math.pi * shares.T
+    starts[body_rows] = state[machine.row(machine.rotor.coordinate.position)] + 2 * math.pi * shares.T
     return starts
 
 
 def _motion(ensemble: CompiledEnsemble, state: np.ndarray, parameter_values: np.ndarray, duration: float) -> Chunk | None:
     """Return what is observed from a state (k,) on; None if it cannot be continued."""
     with ensemble.lanes() as lanes:
-        numbers, _ = lanes.numbers(parameter_values[None])
-        advance = lanes.advance(state[:, None], numbers, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
+        lane_values, _ = lanes.lane_values(parameter_values[None])
+        advance = lanes.advance(state[:, None], lane_values, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
     return None if advance.stops else advance.chunk
 
 
@@ -245,9 +250,9 @@ def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, floa
     gap = max(
         float(KDTree(first_half).query(second_half)[0].max()) for first_half, second_half in ((first, second), (second, first))
     )
-    if gap > _REACH:
+    if gap > _RETURN_DISTANCE:
         return None
-    reach = max(_MARGIN * gap, _LEAST)
+    reach = max(_NEAR_FACTOR * gap, _SMALLEST_REACH)
     return Attractor(outcome, _sparse_points(points / sizes, reach), sizes, reach, *numbers)
 
 

@@ -51,7 +51,8 @@ def needs_scalar_run(question: EnsembleQuestion, variants: Variants) -> np.ndarr
 
 
 def _run_kind(question: EnsembleQuestion, machine: Machine) -> tuple[object, ...]:
-    """True if only a limit ends the run-up; and for the averaged equations the sense of each rotor, if it is driven."""
+    """Return a key: whether only a limit ends the run-up; for the averaged equations, each rotor's sense and whether it has a
+    drive."""
     slow = question.model == "slow"
     senses = [(sense_of(machine, r), bool(free_speed(machine, r))) for r in machine.rotors if slow]
     return runaway_limit(machine) is not None, *senses
@@ -108,35 +109,35 @@ class NumberedMembers(Members):
 
 @dataclass(frozen=True)
 class FullEquations:
-    """The full equations. turning: in the frame of the main rotor, None in the fixed one."""
+    """The full equations. turning_frame: that of the main rotor; None in the fixed one."""
 
     machine: Machine
-    turning: RelativeEquilibria | None
+    turning_frame: RelativeEquilibria | None
 
     @classmethod
     def of(cls, machine: Machine, varied_paths: Iterable[str] = ()) -> FullEquations:
         """Choose the frame that the machine allows, whatever values the varied parameters take."""
         try:
-            turning = RelativeEquilibria.of(machine)
+            turning_frame = RelativeEquilibria.of(machine)
         except InputError:
             return cls(machine, None)
-        left_out = set(machine.system.parameter_names) - set(turning.system.parameter_names)  # gravity that is zero
-        return cls(machine, None if left_out & set(varied_paths) else turning)
+        omitted_names = set(machine.system.parameter_names) - set(turning_frame.system.parameter_names)  # zero gravity
+        return cls(machine, None if omitted_names & set(varied_paths) else turning_frame)
 
     @property
     def system(self) -> System:
         """The integrated System."""
-        return self.machine.system if self.turning is None else self.turning.system
+        return self.machine.system if self.turning_frame is None else self.turning_frame.system
 
     def starts(self, states: np.ndarray, variants: Variants) -> np.ndarray:
         """Convert states (n, M) of the machine's System into those (k, M) to start from."""
-        return states if self.turning is None else self.turning.to_turning_frame(states)
+        return states if self.turning_frame is None else self.turning_frame.to_turning_frame(states)
 
     def quantities(self, variants: Variants, with_states: bool = False) -> MemberQuantities:
         """Return the equations with what is observed; with_states: states, too."""
-        frame = {} if self.turning is None else self.turning.frame_symbols
-        motion, further = full_motion(self.machine, frame, variants.machines)
-        return _member_quantities(self.machine, self.system, variants, motion, further, with_states)
+        frame = {} if self.turning_frame is None else self.turning_frame.frame_symbols
+        motion, extra_parameters = full_motion(self.machine, frame, variants.machines)
+        return _member_quantities(self.machine, self.system, variants, motion, extra_parameters, with_states)
 
 
 @dataclass(frozen=True)
@@ -154,9 +155,10 @@ class SlowEquations:
         """Convert states (n, M) of the machine's System into those (k, M) to start from."""
         initial = np.empty((len(self.system.states), states.shape[1]))
         for machine, members in variants.groups():
-            one = replace(self.averaged_equations, machine=machine)
+            equations = replace(self.averaged_equations, machine=machine)
             angles = {b.name: states[machine.row(b.coordinate.position), members] for b in machine.bodies}
-            initial[:, members] = one.state(angles, {b.name: _speeds(machine, b, states[:, members]) for b in machine.bodies})
+            speeds = {b.name: _speeds(machine, b, states[:, members]) for b in machine.bodies}
+            initial[:, members] = equations.state(angles, speeds)
         return initial
 
     def quantities(self, variants: Variants, with_states: bool = False) -> MemberQuantities:
@@ -185,11 +187,11 @@ def _member_quantities(
     system: System,
     variants: Variants,
     motion: MemberMotion,
-    further: Sequence[tuple[sp.Symbol, np.ndarray]],
+    extra_parameters: Sequence[tuple[sp.Symbol, np.ndarray]],
     with_states: bool,
 ) -> MemberQuantities:
     weights = np.array([_weights(m) for m in variants.machines])
-    return MemberQuantities.of(system, _variant_values(system, variants), motion, weights, further, with_states)
+    return MemberQuantities.of(system, _variant_values(system, variants), motion, weights, extra_parameters, with_states)
 
 
 def _weights(machine: Machine) -> tuple[complex, ...]:

@@ -35,16 +35,16 @@ def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Varian
     """Run up members one by one that start in states (n, M) of the machine's System."""
     count = starts.shape[1]
     outcome, failures = np.zeros(count, np.int8), dict[int, str]()
-    settling, peak, end = np.full((3, count), math.nan)
+    settling_time, peak_amplitude, end_time = np.full((3, count), math.nan)
     for i in range(count):
         for motion in _member_motions(question, variants.machines[variants.machine_index[i]], starts[:, i]):
             report((i + min(motion.last.trajectory.end_time / motion.case.horizon.expected_end, 1.0)) / count)
         verdict, last = motion.verdict, motion.last.trajectory
-        outcome[i], peak[i], end[i] = OUTCOMES.index(verdict.outcome), motion.observation.largest, last.end_time
-        settling[i] = math.nan if verdict.settling_time is None else verdict.settling_time
+        outcome[i], peak_amplitude[i], end_time[i] = OUTCOMES.index(verdict.outcome), motion.observation.largest, last.end_time
+        settling_time[i] = math.nan if verdict.settling_time is None else verdict.settling_time
         if last.failure:
             failures[i] = last.failure
-    return MemberOutcomes(outcome, settling, peak, end, tuple(failures.items()))
+    return MemberOutcomes(outcome, settling_time, peak_amplitude, end_time, tuple(failures.items()))
 
 
 def _member_motions(question: EnsembleQuestion, machine: Machine, start: np.ndarray) -> Iterator[Motion]:
@@ -137,8 +137,10 @@ def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Varia
     open_members = np.union1d(open_members, np.flatnonzero(begins_fast(starts, machine, horizon)))
     if not len(open_members):
         return outcomes
-    rest = subprogress(report, _SCREENING_SHARE, 1 - _SCREENING_SHARE)
-    full_outcomes = classify_members(question, starts[:, open_members], variants.select(open_members).compact, horizon, rest)
+    classification_report = subprogress(report, _SCREENING_SHARE, 1 - _SCREENING_SHARE)
+    full_outcomes = classify_members(
+        question, starts[:, open_members], variants.select(open_members).compact, horizon, classification_report
+    )
     return outcomes.with_outcomes(open_members, full_outcomes)
 
 
@@ -164,7 +166,7 @@ def _screen_members(
         record, ends = tile.result.record, tile.result
         has_failed = ends.status == Status.FAILED
         outcome = np.where(has_failed, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
-        parts.append(MemberOutcomes(outcome, record.settling, np.sqrt(record.square), ends.times))
+        parts.append(MemberOutcomes(outcome, record.settling_time, np.sqrt(record.peak_distance_squared), ends.times))
         numbers.append(record.number[record.needs_classification & ~has_failed])
         failures |= {int(record.number[i]): reason for i, reason in ends.sentences.items()}
     outcomes = MemberOutcomes.join(parts)

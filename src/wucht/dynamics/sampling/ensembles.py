@@ -125,7 +125,7 @@ def initial_states(
     places: the values (q, M) of the varied quantities. start: the rest of the start. Raises ``InputError`` at ``location`` for
     a value that the machine does not allow.
     """
-    values = {v.name: at for v, at in zip(quantities, places, strict=True) if v.state is None}
+    values = {v.name: row for v, row in zip(quantities, places, strict=True) if v.state is None}
     if not values and not any(v.state.is_limited for v in quantities if v.state is not None):
         return _linear_initial_states(machine, start, quantities, places, location), values
     machines: dict[tuple[float, ...], Machine] = {}
@@ -142,11 +142,11 @@ def _linear_initial_states(
     machine: Machine, start: Start, quantities: Sequence[VariedQuantity], places: np.ndarray, location: str
 ) -> np.ndarray:
     """Return the states (n, M) of one machine: a state is a linear function of the values in its start."""
-    nowhere = np.zeros(len(quantities))
-    first = initial_state(machine, start_at(start, quantities, nowhere.tolist()), location)
+    origin = np.zeros(len(quantities))
+    first = initial_state(machine, start_at(start, quantities, origin.tolist()), location)
     starts = np.repeat(first[:, None], places.shape[1], axis=1)
-    for one, at in zip(np.eye(len(quantities)), places, strict=True):
-        starts += (initial_state(machine, start_at(start, quantities, one.tolist()), location) - first)[:, None] * at
+    for unit, row in zip(np.eye(len(quantities)), places, strict=True):
+        starts += (initial_state(machine, start_at(start, quantities, unit.tolist()), location) - first)[:, None] * row
     return starts
 
 
@@ -171,7 +171,7 @@ def unrunnable_members(machine: Machine, starts: np.ndarray, values: Mapping[str
     """
     reasons: dict[int, str] = {}
     for m, start in enumerate(starts.T if machine.tracks else ()):
-        parameters = {name: float(at[m]) for name, at in values.items()}
+        parameters = {name: float(row[m]) for name, row in values.items()}
         try:
             machine_in_state(machine.with_values(parameters) if parameters else machine, start)
         except InputError as error:
@@ -199,10 +199,10 @@ def run_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mappin
     reasons, count = unrunnable_members(machine, starts, values), starts.shape[1]
     if not reasons:
         return run(starts, values)
-    outcome, nothing = np.full(count, OUTCOMES.index(Outcome.FAILED), np.int8), np.full(count, np.nan)
-    members = MemberOutcomes(outcome, nothing, nothing, np.zeros(count), tuple(sorted(reasons.items())))
+    outcome, unknown = np.full(count, OUTCOMES.index(Outcome.FAILED), np.int8), np.full(count, np.nan)
+    members = MemberOutcomes(outcome, unknown, unknown, np.zeros(count), tuple(sorted(reasons.items())))
     possible = np.array([m for m in range(count) if m not in reasons], int)
     if not len(possible):
         return members
-    outcomes = run(starts[:, possible], {name: at[possible] for name, at in values.items()})
+    outcomes = run(starts[:, possible], {name: row[possible] for name, row in values.items()})
     return members.with_outcomes(possible, outcomes)

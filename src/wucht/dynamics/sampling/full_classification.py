@@ -23,9 +23,9 @@ from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Chunk, EnsembleResult, Members, Pace, Status
 from wucht.numerics.flow.trajectory import Trajectory
 
-_PER_TURN, _TURNS = 16, 200  # samples a turn of the fastest motion that is expected, and turns a chunk
-_FASTER, _MOST = 1.5, 10  # times as fast as expected: still sampled densely enough; doublings
-_TILE = 8  # members: their samples are held at once
+_SAMPLES_PER_TURN, _TURNS_PER_CHUNK = 16, 200  # samples a turn of the fastest motion that is expected, and turns a chunk
+_DENSE_SPEED_FACTOR, _MOST_DOUBLINGS = 1.5, 10  # times as fast as expected: still sampled densely enough; doublings
+_MEMBERS_PER_TILE = 8  # members: their samples are held at once
 _REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 _SETTLED_WIDTH = 1e-3  # see ``Verdict.settled_within``
 _FINAL_OUTCOMES = (Outcome.STOPPED, Outcome.OSCILLATING)
@@ -38,10 +38,12 @@ def classify_members(
     doublings, parts, order, done = _doublings(starts, variants, horizon), list[MemberOutcomes](), list[np.ndarray](), 0
     for k in np.unique(doublings).tolist():
         members = np.flatnonzero(doublings == k)
-        finer = replace(horizon, step=horizon.step / 2**k, span=horizon.span / 2**k)
+        finer_horizon = replace(horizon, step=horizon.step / 2**k, span=horizon.span / 2**k)
         finer_question = replace(question, longest=question.longest * 2**k)
         progress = subprogress(report, done / len(doublings), len(members) / len(doublings))
-        for ends in observe_members(finer_question, starts[:, members], variants.select(members).compact, finer, progress):
+        for ends in observe_members(
+            finer_question, starts[:, members], variants.select(members).compact, finer_horizon, progress
+        ):
             parts.append(_outcomes(ends))
         order.append(members)
         done += len(members)
@@ -53,15 +55,15 @@ def _outcomes(ends: EnsembleResult[ObserverState]) -> MemberOutcomes:
     record = ends.record
     outcome = np.where(ends.status == Status.FAILED, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
     largest = np.array([s.largest for s in record.observations])
-    return MemberOutcomes(outcome, record.settling, largest, ends.times, tuple(sorted(ends.sentences.items())))
+    return MemberOutcomes(outcome, record.settling_time, largest, ends.times, tuple(sorted(ends.sentences.items())))
 
 
 def _doublings(starts: np.ndarray, variants: Variants, horizon: Horizon) -> np.ndarray:
     """The number of doublings of the sampling density for each member (M,): it may turn faster than the machine of the
     question, by its start or its parameters."""
-    driven = [max((abs(free_speed(m, r) or 0.0) for r in m.rotors), default=0.0) for m in variants.machines]
-    fastest = np.maximum(np.array(driven)[variants.machine_index], fastest_speeds(variants.machines[0], starts))
-    return np.asarray(np.ceil(np.log2((fastest / _sampled_speed(horizon)).clip(1.0, 2.0**_MOST))).astype(int))
+    drive_speeds = [max((abs(free_speed(m, r) or 0.0) for r in m.rotors), default=0.0) for m in variants.machines]
+    fastest = np.maximum(np.array(drive_speeds)[variants.machine_index], fastest_speeds(variants.machines[0], starts))
+    return np.asarray(np.ceil(np.log2((fastest / _sampled_speed(horizon)).clip(1.0, 2.0**_MOST_DOUBLINGS))).astype(int))
 
 
 def begins_fast(starts: np.ndarray, machine: Machine, horizon: Horizon) -> np.ndarray:
@@ -71,7 +73,7 @@ def begins_fast(starts: np.ndarray, machine: Machine, horizon: Horizon) -> np.nd
 
 def _sampled_speed(horizon: Horizon) -> float:
     """The fastest speed that is sampled densely enough."""
-    return _FASTER * 2 * math.pi / (horizon.step * horizon.samples_per_turn)
+    return _DENSE_SPEED_FACTOR * 2 * math.pi / (horizon.step * horizon.samples_per_turn)
 
 
 def observe_members(
@@ -85,16 +87,16 @@ def observe_members(
     initial = np.stack(
         [_model(question, models[v].machine, s).initial for v, s in zip(variants.machine_index, starts.T, strict=True)]
     )
-    chunk = _TURNS * turn
+    chunk = _TURNS_PER_CHUNK * turn
     if question.until is not None:
         chunk = question.until / math.ceil(question.until / chunk)
     end = question.until or question.longest * turn
-    pace = Pace(chunk, max(1, round(_PER_TURN * chunk / turn)), end)
+    pace = Pace(chunk, max(1, round(_SAMPLES_PER_TURN * chunk / turn)), end)
     observer = ClassifyingObserver(
         models, variants.machine_index, horizon.span, Noise.of(question.tolerance), pace, question.until is not None
     )
     members = NumberedMembers(initial, parameters_of(system, variants), np.arange(len(initial)))
-    for tile in tiles(compile_ensemble(system, question.tolerance), members, observer, pace, _TILE, report=report):
+    for tile in tiles(compile_ensemble(system, question.tolerance), members, observer, pace, _MEMBERS_PER_TILE, report=report):
         yield tile.result
 
 
@@ -111,7 +113,7 @@ class ObserverState:
     number: np.ndarray
     observations: np.ndarray
     outcome: np.ndarray
-    settling: np.ndarray
+    settling_time: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -131,9 +133,9 @@ class ClassifyingObserver:
         """Return the first record: see ``Observer``."""
         assert isinstance(members, NumberedMembers)
         count = len(members)
-        observations, nothing = np.empty(count, object), np.full(count, np.nan)
+        observations, settling_time = np.empty(count, object), np.full(count, np.nan)
         record = ObserverState(
-            members.numbers, observations, np.full(count, OUTCOMES.index(Outcome.UNIDENTIFIED), np.int8), nothing
+            members.numbers, observations, np.full(count, OUTCOMES.index(Outcome.UNIDENTIFIED), np.int8), settling_time
         )
         return replace(record, observations=self._observe(record, np.zeros(1), members.starts.T[None]))
 
@@ -142,7 +144,8 @@ class ClassifyingObserver:
         """Return the record after a chunk, and which members have ended: see ``Observer``."""
         times, samples = chunk.times, chunk.samples
         record = replace(record, observations=self._observe(record, times, samples))
-        outcome, settling, has_ended = record.outcome.copy(), record.settling.copy(), np.zeros(len(record.number), bool)
+        outcome, settling_time = record.outcome.copy(), record.settling_time.copy()
+        has_ended = np.zeros(len(record.number), bool)
         chunks = round(times[-1] / self.pace.chunk)
         if (self.final and times[-1] < self.pace.until) or (not self.final and chunks.bit_count() > 1):
             return record, has_ended
@@ -150,9 +153,9 @@ class ClassifyingObserver:
             machine = self.models[self.model_index[number]].machine
             verdict = judge(machine, record.observations[i], free_speed(machine, machine.rotor))
             outcome[i] = OUTCOMES.index(verdict.outcome)
-            settling[i] = np.nan if verdict.settling_time is None else verdict.settling_time
+            settling_time[i] = np.nan if verdict.settling_time is None else verdict.settling_time
             has_ended[i] = verdict.settled_within(_SETTLED_WIDTH) or verdict.outcome in _FINAL_OUTCOMES
-        return replace(record, outcome=outcome, settling=settling), has_ended
+        return replace(record, outcome=outcome, settling_time=settling_time), has_ended
 
     def final_record(self, record: ObserverState) -> ObserverState:
         """Return all of the record: see ``Observer``."""
@@ -166,11 +169,11 @@ class ClassifyingObserver:
             observer = MotionObserver(model.machine, self.span, self.noise)
             # All at once, whole registers of each member: so the last bit of a number does not depend on those beside it.
             index = np.append(np.arange(count := len(times)), np.full(-count % _REGISTERS, count - 1))
-            together = observer.samples(_motion(model, np.tile(times[index], len(rows)), samples[index][:, :, rows]))
+            all_samples = observer.samples(_motion(model, np.tile(times[index], len(rows)), samples[index][:, :, rows]))
             for k, i in enumerate(rows):
                 first = k * len(index)
                 observations[i] = observer.update_from_samples(
-                    record.observations[i] or observer.begin(), together.part(slice(first, first + count))
+                    record.observations[i] or observer.begin(), all_samples.part(slice(first, first + count))
                 )
         return observations
 

@@ -24,19 +24,19 @@ import math
 import numpy as np
 
 Periodic = tuple[bool, bool]  # of the rows' axis, of the columns'
-_AROUND = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
+_NEIGHBOURS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
 
 
 def border_cells(labels: np.ndarray, periodic: Periodic) -> np.ndarray:
     """Mask of the cells (m, n) that have a neighbour with another label."""
-    around = _pad_map(labels, periodic)
-    return np.asarray(np.logical_or.reduce([_shift_map(around, i, j) != labels for i, j in _AROUND]))
+    padded_map = _pad_map(labels, periodic)
+    return np.asarray(np.logical_or.reduce([_shift_map(padded_map, i, j) != labels for i, j in _NEIGHBOURS]))
 
 
 def widen_cells(cells: np.ndarray, periodic: Periodic) -> np.ndarray:
     """Widen a mask of cells (m, n) by all their neighbours."""
-    around = _pad_map(cells, periodic)
-    return np.asarray(np.logical_or.reduce([cells, *(_shift_map(around, i, j) for i, j in _AROUND)]))
+    padded_map = _pad_map(cells, periodic)
+    return np.asarray(np.logical_or.reduce([cells, *(_shift_map(padded_map, i, j) for i, j in _NEIGHBOURS)]))
 
 
 def halve_cells(map_: np.ndarray) -> np.ndarray:
@@ -97,5 +97,5 @@ def _squared_lengths(inside: np.ndarray, periodic: tuple[bool, ...]) -> int:
     # A stretch that goes over the seam was counted as two.
     first = np.argmax(steps != steps[:, :1], axis=1)
     last = np.argmax(steps[:, ::-1] != steps[:, -1:], axis=1)
-    over = (steps[:, 0] != 0) & (steps[:, 0] == steps[:, -1])
-    return total + int(2 * (first * last)[over].sum())
+    crosses_seam = (steps[:, 0] != 0) & (steps[:, 0] == steps[:, -1])
+    return total + int(2 * (first * last)[crosses_seam].sum())

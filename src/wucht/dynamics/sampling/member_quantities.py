@@ -47,7 +47,7 @@ class MemberQuantities:
         parameters: np.ndarray,
         motion: MemberMotion,
         weights: np.ndarray,
-        further: Sequence[tuple[sp.Symbol, np.ndarray]] = (),
+        extra_parameters: Sequence[tuple[sp.Symbol, np.ndarray]] = (),
         with_states: bool = False,
     ) -> MemberQuantities:
         """Observe a motion.
@@ -61,13 +61,16 @@ class MemberQuantities:
         motion : MemberMotion
         weights : ndarray of complex, (V, 1 + b)
             Unbalances of the rotor and of the bodies about it, as shares of the rotor's.
-        further : sequence of (sympy.Symbol, ndarray (V,)), optional
+        extra_parameters : sequence of (sympy.Symbol, ndarray (V,)), optional
             Symbols of the motion that are no parameters of the system, and their values.
         with_states : bool, optional
             True if states are sampled, too.
         """
         residual, parts = _residual_unbalance(motion.phases)
-        additions = [*further, *((symbol, column) for symbol, column in zip(parts, weights.view(float).T, strict=True))]
+        additions = [
+            *extra_parameters,
+            *((symbol, column) for symbol, column in zip(parts, weights.view(float).T, strict=True)),
+        ]
         states = system.states if with_states else ()
         rotor_quantities = (motion.speed, *motion.phases, residual)
         values = (*rotor_quantities, *(state for state in states if state not in rotor_quantities))
@@ -120,16 +123,16 @@ def full_motion(
 
     frame: the symbols of the integrated equations by those of the machine's, where they differ. machines: those that differ.
     """
-    rotor, further = machine.rotor.coordinate, list[tuple[sp.Symbol, np.ndarray]]()
+    rotor, extra_parameters = machine.rotor.coordinate, list[tuple[sp.Symbol, np.ndarray]]()
     speed = rotor.velocity
     if rotor.prescribed_velocity is not None:
         speed = sp.Symbol("prescribed.speed", real=True)
-        further.append((speed, np.array([m.prescribed_speed(rotor, 0.0)[0] for m in machines])))
+        extra_parameters.append((speed, np.array([m.prescribed_speed(rotor, 0.0)[0] for m in machines])))
     rests, square = [axis_at_rest(m) for m in machines], sp.S.Zero
     for name in machine.orbit:
         rest = sp.Symbol(f"rest.{name}", real=True)
-        further.append((rest, np.array([at_rest[name] for at_rest in rests])))
+        extra_parameters.append((rest, np.array([at_rest[name] for at_rest in rests])))
         square += (machine.system.explicit(machine.system.output(f"orbit.{name}").expression) - rest) ** 2
     bodies = machine.group(machine.rotor)[1:]
     phases = tuple((b.coordinate.position - rotor.position).xreplace(frame) for b in bodies)
-    return MemberMotion(speed.xreplace(frame), phases, square.xreplace(frame)), further
+    return MemberMotion(speed.xreplace(frame), phases, square.xreplace(frame)), extra_parameters

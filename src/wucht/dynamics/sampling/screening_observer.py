@@ -28,7 +28,7 @@ from wucht.numerics.observers.projection import WINDOWS
 
 WINDOW = 16  # samples
 SAMPLES = WINDOW * WINDOWS  # in each chunk, twice as many in the first one: its halves are like the chunks after it
-PARTS = 2 * SAMPLES  # of the time, for which the course is recorded
+PARTS = 2 * SAMPLES  # of the time, for which the envelopes is recorded
 # Samples that are shifted a little, alike in all windows: a motion of one period can not be taken for rest.
 _SHIFTS = np.append(0.5 * (np.arange(1, WINDOW) * (math.sqrt(5) - 1) / 2 % 1 - 0.5), 0.0)
 
@@ -69,11 +69,12 @@ def _times(first: float, index: int) -> np.ndarray:
     return np.asarray(times)
 
 
-_SINGLE = np.float32  # of the course, of which half a per cent matters: half of the memory that is read and written
+_SINGLE = np.float32  # of the envelopes, of which half a per cent matters: half of the memory that is read and written
 SETTLED_WIDTH = 1e-4  # of speed and unbalance: a member has settled whose bounds are as near
 UNDECIDED_OUTCOME = -1
-_LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest are classified fully; to an attractor either
-_ALIKE = 1e-9  # relative difference of shapes that are the same
+# Chunks after which members are classified fully that approach neither rest nor, where there are some, an attractor.
+_WAIT_CHUNKS, _WAIT_CHUNKS_WITH_ATTRACTORS = 3, 5
+_SHAPE_TOLERANCE = 1e-9  # relative difference of shapes that are the same
 _ROUND = 1e-3  # rad: resonances are those of phases rounded so
 _UNIDENTIFIED_INDEX, _COMPENSATED_INDEX = OUTCOMES.index(Outcome.UNIDENTIFIED), OUTCOMES.index(Outcome.COMPENSATED)
 
@@ -82,16 +83,16 @@ _UNIDENTIFIED_INDEX, _COMPENSATED_INDEX = OUTCOMES.index(Outcome.UNIDENTIFIED), 
 class MemberRecord:
     """The record of M members: their number, outcome (or ``UNDECIDED_OUTCOME``), square of the largest distance, settling time.
 
-    needs_classification: mask of those that screening cannot decide. course: in each of ``PARTS`` of the time the least and the
-    largest speed and residual unbalance (4, K, M), for the settling time.
+    needs_classification: mask of those that screening cannot decide. envelopes: in each of ``PARTS`` of the time the least and
+    the largest speed and residual unbalance (4, K, M), for the settling time.
     """
 
     number: np.ndarray
     outcome: np.ndarray
     needs_classification: np.ndarray
-    square: np.ndarray
-    settling: np.ndarray
-    course: np.ndarray
+    peak_distance_squared: np.ndarray
+    settling_time: np.ndarray
+    envelopes: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -114,78 +115,87 @@ class ScreeningObserver:
         """Return the first record: see ``Observer``."""
         assert isinstance(members, NumberedMembers)
         m = len(members)
-        outcome, nothing = np.full(m, UNDECIDED_OUTCOME, np.int8), np.full(m, np.nan)
-        course = np.empty((4, PARTS, m), _SINGLE)
-        return MemberRecord(members.numbers, outcome, np.zeros(m, bool), np.zeros(m), nothing, course)
+        outcome, settling_time = np.full(m, UNDECIDED_OUTCOME, np.int8), np.full(m, np.nan)
+        envelopes = np.empty((4, PARTS, m), _SINGLE)
+        return MemberRecord(members.numbers, outcome, np.zeros(m, bool), np.zeros(m), settling_time, envelopes)
 
     @np.errstate(all="ignore")  # shares of nothing; it is called in threads, which know no other state
     def update(self, record: MemberRecord, chunk: Chunk) -> tuple[MemberRecord, np.ndarray]:
         """Return the record after a chunk, and which members have ended: see ``Observer``."""
         times, samples = chunk.times, chunk.samples
         index, variants = round(math.log2(times[-1] / self.pace.first)), self.variants.select(record.number)
-        square = np.maximum(record.square, chunk.peaks[0])
+        peak_distance_squared = np.maximum(record.peak_distance_squared, chunk.peaks[0])
         speed, phases, residual = (
             f(samples) for f in (self.quantities.speed, self.quantities.phases, self.quantities.residual)
         )
-        course = _extend_course(record.course if index else None, speed, residual)
+        envelopes = _extend_envelopes(record.envelopes if index else None, speed, residual)
         half = slice(-SAMPLES, None)
         last_half, free = (
             LastHalf(times[-1] / 2, speed[half], phases[:, half], residual[half]),
-            self._free[variants.machine_index],
+            self._free_speeds[variants.machine_index],
         )
-        rest = screening_of(last_half, free, self.noise)
+        screening = screening_of(last_half, free, self.noise)
         last = index == self.pace.chunks - 1
         is_final = last and self.final
-        outcome = self._outcome(rest, last_half, variants)
-        outcome = np.where(is_final | rest.still | (rest.width <= SETTLED_WIDTH), outcome, UNDECIDED_OUTCOME)
-        settling, endings = np.full(len(outcome), np.nan), np.flatnonzero(outcome != UNDECIDED_OUTCOME)
-        settling[endings] = _settling_time(np.take(course, endings, axis=-1), times[-1], free[endings])
+        outcome = self._outcome(screening, last_half, variants)
+        outcome = np.where(is_final | screening.still | (screening.width <= SETTLED_WIDTH), outcome, UNDECIDED_OUTCOME)
+        settling_time, endings = np.full(len(outcome), np.nan), np.flatnonzero(outcome != UNDECIDED_OUTCOME)
+        settling_time[endings] = _settling_time(np.take(envelopes, endings, axis=-1), times[-1], free[endings])
         if index:
-            self._arrive((outcome, settling, square), samples, course, times[-1], free)
+            self._assign_to_attractors((outcome, settling_time, peak_distance_squared), samples, envelopes, times[-1], free)
         if is_final:
-            hopeless = (outcome == UNDECIDED_OUTCOME) & self._is_hopeless(rest, last_half, course, variants)
+            hopeless = (outcome == UNDECIDED_OUTCOME) & self._is_hopeless(screening, last_half, envelopes, variants)
             outcome = np.where(hopeless, _UNIDENTIFIED_INDEX, outcome)
-        needs_classification = (outcome == UNDECIDED_OUTCOME) & (last | (not self.final and self._stuck(rest, index)))
-        record = MemberRecord(record.number, outcome.astype(np.int8), needs_classification, square, settling, course)
+        needs_classification = (outcome == UNDECIDED_OUTCOME) & (
+            last | (not self.final and self._has_stalled(screening, index))
+        )
+        record = MemberRecord(
+            record.number, outcome.astype(np.int8), needs_classification, peak_distance_squared, settling_time, envelopes
+        )
         return record, (outcome != UNDECIDED_OUTCOME) | needs_classification
 
     def final_record(self, record: MemberRecord) -> MemberRecord:
-        """Return all of the record but the course, which is most of it: see ``Observer``."""
-        return replace(record, course=record.course[:, :0])
+        """Return all of the record but the envelopes, which is most of it: see ``Observer``."""
+        return replace(record, envelopes=record.envelopes[:, :0])
 
-    def _stuck(self, rest: Screening, index: int) -> np.ndarray:
+    def _has_stalled(self, screening: Screening, index: int) -> np.ndarray:
         """Mask (M,) of the members not worth waiting for after so many chunks: they approach neither rest nor an attractor."""
         if self.attractors:
-            return np.asarray((rest.cycling | ~rest.nearing) & ~rest.has_settled & (index >= _LONGER))
-        return np.asarray(rest.cycling | (~rest.nearing & ~rest.has_settled & (index >= _LONG)))
+            return np.asarray(
+                (screening.cycling | ~screening.nearing) & ~screening.has_settled & (index >= _WAIT_CHUNKS_WITH_ATTRACTORS)
+            )
+        return np.asarray(screening.cycling | (~screening.nearing & ~screening.has_settled & (index >= _WAIT_CHUNKS)))
 
-    def _arrive(
+    def _assign_to_attractors(
         self,
         results: tuple[np.ndarray, np.ndarray, np.ndarray],
         samples: np.ndarray,
-        course: np.ndarray,
+        envelopes: np.ndarray,
         end: float,
         free: np.ndarray,
     ) -> None:
-        """Fill in outcome, settling time and square (M,) of those that stay near an attractor, by samples (K, v, M)."""
-        outcome, settling, square = results
+        """Fill in the results (M,) of those that stay near an attractor, by samples (K, v, M).
+
+        results: outcome, settling time, squared peak distance.
+        """
+        outcome, settling_time, peak_distance_squared = results
         time_left = self.pace.end - end if self.final else math.inf
-        speeds = np.array([course[0, SAMPLES:].min(axis=0), course[1, SAMPLES:].max(axis=0)])
-        for one in self.attractors:
-            if 0 < time_left < one.period:  # the part of it that is reached until the end is not known yet
+        speeds = np.array([envelopes[0, SAMPLES:].min(axis=0), envelopes[1, SAMPLES:].max(axis=0)])
+        for attractor in self.attractors:
+            if 0 < time_left < attractor.period:  # the part of it that is reached until the end is not known yet
                 continue
-            open_ = np.flatnonzero(outcome == UNDECIDED_OUTCOME)
-            if not len(open_):
+            undecided = np.flatnonzero(outcome == UNDECIDED_OUTCOME)
+            if not len(undecided):
                 return
-            arriving = one.resident_members(self.equations, self.quantities.states, samples, speeds, end / 2, open_)
-            outcome[arriving] = one.outcome
-            settling_time = _arrival(course[..., arriving], end, one, free[arriving])
-            settling[arriving] = np.where(settling_time <= end + time_left, settling_time, np.nan)
-            if time_left or end / 2 >= one.period:
-                square[arriving] = np.maximum(square[arriving], one.square)
+            members = attractor.resident_members(self.equations, self.quantities.states, samples, speeds, end / 2, undecided)
+            outcome[members] = attractor.outcome
+            arrival_time = _arrival_time(envelopes[..., members], end, attractor, free[members])
+            settling_time[members] = np.where(arrival_time <= end + time_left, arrival_time, np.nan)
+            if time_left or end / 2 >= attractor.period:
+                peak_distance_squared[members] = np.maximum(peak_distance_squared[members], attractor.peak_distance_squared)
 
     @cached_property
-    def _free(self) -> np.ndarray:
+    def _free_speeds(self) -> np.ndarray:
         """The speed that the drive reaches without vibration (V,), signed; nan where it is not determined."""
         free_speeds = [free_speed(m, m.rotor) for m in self.variants.machines]
         return np.array([np.nan if f is None else f for f in free_speeds])
@@ -201,43 +211,53 @@ class ScreeningObserver:
     def _resonance(self, variant: int, sense: int, phases: np.ndarray) -> float | None:
         """The speed of the last maximum of the vibration torque below the free speed, with the bodies about the main rotor at
         phases (b,) as sigma alpha."""
-        vibration, free = self._vibration(variant), self._free[variant]
-        rounded = (_ROUND * np.round(phases / _ROUND)) if len(vibration.excitation) > 1 else np.empty(0)
-        key = variant, sense, tuple(rounded.tolist())
+        vibration, free = self._vibration(variant), self._free_speeds[variant]
+        rounded_phases = (_ROUND * np.round(phases / _ROUND)) if len(vibration.excitation) > 1 else np.empty(0)
+        key = variant, sense, tuple(rounded_phases.tolist())
         if key not in self.resonances:
-            self.resonances[key] = vibration.last_maximum(None if np.isnan(free) else sense * free, np.append(0.0, rounded))
+            self.resonances[key] = vibration.last_maximum(
+                None if np.isnan(free) else sense * free, np.append(0.0, rounded_phases)
+            )
         return self.resonances[key]
 
-    def _outcome(self, rest: Screening, last_half: LastHalf, variants: Variants) -> np.ndarray:
+    def _outcome(self, screening: Screening, last_half: LastHalf, variants: Variants) -> np.ndarray:
         """The outcome (M,) of members that have settled with quiet or compensating bodies; else ``UNDECIDED_OUTCOME``."""
-        e, phases = rest.evidence, last_half.phases[:, -1]
-        needs_resonance = rest.has_settled & rest.quiet & (e.is_at_speed.no | e.is_balanced.no)
+        e, phases = screening.evidence, last_half.phases[:, -1]
+        needs_resonance = screening.has_settled & screening.quiet & (e.is_at_speed.no | e.is_balanced.no)
         resonance, sense = np.full(len(needs_resonance), np.nan), last_half.sense
         for i in np.flatnonzero(needs_resonance):
-            at = self._resonance(int(variants.machine_index[i]), int(sense[i]), sense[i] * phases[:, i])
-            resonance[i] = np.nan if at is None else at
+            speed = self._resonance(int(variants.machine_index[i]), int(sense[i]), sense[i] * phases[:, i])
+            resonance[i] = np.nan if speed is None else speed
         outcome = classify_each(replace(e, resonance=resonance))
         is_decided = (outcome == _COMPENSATED_INDEX) | (needs_resonance & (outcome != _UNIDENTIFIED_INDEX))
         return np.asarray(np.where(is_decided, outcome, UNDECIDED_OUTCOME), np.int8)
 
-    def _is_hopeless(self, rest: Screening, last_half: LastHalf, course: np.ndarray, variants: Variants) -> np.ndarray:
+    def _is_hopeless(self, screening: Screening, last_half: LastHalf, envelopes: np.ndarray, variants: Variants) -> np.ndarray:
         """Mask (M,) of the members that no full classification decides: they are far from their end, or their speed has risen
-        and fallen too seldom. It is no run-up either: below the resonance, or while the bodies still move, but do not lag.
-        Of a modulation that has risen twice, all in the last half, there are two cycles at most."""
+        and fallen too seldom and they are not running up either: they are below the resonance, or their bodies move without
+        lagging. Of a modulation that has risen twice, all in the last half, there are two cycles at most."""
         sense = last_half.sense
         window = sense * last_half.speed.reshape(WINDOWS, -1, last_half.speed.shape[1])[-1]
         low, high = window.min(axis=0), window.max(axis=0)
-        restless = ~rest.has_settled & ~rest.early & (low > 0) & (high - low > MODULATION_THRESHOLD * high) & (rest.rises <= 2)
-        twice = np.flatnonzero(restless & (rest.rises == 2))
-        if len(twice):
-            restless[twice] = rises_of(sense[twice] * np.take(course[:2], twice, axis=-1).mean(axis=0)) <= 2
-        moving = ~rest.quiet & (np.ptp(last_half.phases, axis=1) < 2 * math.pi).all(axis=0)
-        moving |= rest.rises == 2  # and lag in between
-        hopeless, nothing = rest.early | (restless & moving), np.zeros(len(last_half.phases))
-        for i in np.flatnonzero(restless & ~moving):
+        is_restless = (
+            ~screening.has_settled
+            & ~screening.early
+            & (low > 0)
+            & (high - low > MODULATION_THRESHOLD * high)
+            & (screening.rises <= 2)
+        )
+        rises_twice = np.flatnonzero(is_restless & (screening.rises == 2))
+        if len(rises_twice):
+            is_restless[rises_twice] = (
+                rises_of(sense[rises_twice] * np.take(envelopes[:2], rises_twice, axis=-1).mean(axis=0)) <= 2
+            )
+        is_moving = ~screening.quiet & (np.ptp(last_half.phases, axis=1) < 2 * math.pi).all(axis=0)
+        is_moving |= screening.rises == 2  # and lag in between
+        hopeless, phases = screening.early | (is_restless & is_moving), np.zeros(len(last_half.phases))
+        for i in np.flatnonzero(is_restless & ~is_moving):
             variant = int(variants.machine_index[i])
             if len(self._vibration(variant).excitation) == 1:  # of one shape
-                resonance = self._resonance(variant, int(sense[i]), nothing)
+                resonance = self._resonance(variant, int(sense[i]), phases)
                 hopeless[i] = resonance is not None and low[i] < resonance
         return np.asarray(hopeless)
 
@@ -250,26 +270,26 @@ def _of_one_shape(vibration: Vibration) -> Vibration:
     """
     sizes = np.abs(vibration.excitation).sum(axis=1)
     singular_values = np.linalg.svd(vibration.excitation, compute_uv=False)
-    if len(singular_values) and (singular_values[1:] > _ALIKE * singular_values[0]).any():
+    if len(singular_values) and (singular_values[1:] > _SHAPE_TOLERANCE * singular_values[0]).any():
         return vibration
     return vibration.select_bodies([int(sizes.argmax())])
 
 
-def _extend_course(course: np.ndarray | None, speed: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """Extend the course (4, K, M) of a ``MemberRecord`` by a chunk of samples (K, M), as long as all of it before."""
-    new = np.array([speed, speed, residual, residual], _SINGLE)
-    if course is None:
-        return new
-    longer = np.empty_like(course)
-    for k, (row, before) in enumerate(zip(longer, course, strict=True)):
-        (np.minimum, np.maximum)[k % 2](before[::2], before[1::2], out=row[:SAMPLES])
-    longer[:, SAMPLES:] = new
-    return longer
+def _extend_envelopes(envelopes: np.ndarray | None, speed: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Extend the envelopes (4, K, M) of a ``MemberRecord`` by a chunk of samples (K, M), as long as all of it before."""
+    new_envelopes = np.array([speed, speed, residual, residual], _SINGLE)
+    if envelopes is None:
+        return new_envelopes
+    all_envelopes = np.empty_like(envelopes)
+    for k, (row, old_row) in enumerate(zip(all_envelopes, envelopes, strict=True)):
+        (np.minimum, np.maximum)[k % 2](old_row[::2], old_row[1::2], out=row[:SAMPLES])
+    all_envelopes[:, SAMPLES:] = new_envelopes
+    return all_envelopes
 
 
-def _settling_time(course: np.ndarray, end: float, free: np.ndarray) -> np.ndarray:
+def _settling_time(envelopes: np.ndarray, end: float, free: np.ndarray) -> np.ndarray:
     """The time (M,) from which the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of their ends."""
-    low, high, least, most = course
+    low, high, least, most = envelopes
     margin = SPEED_TOLERANCE * np.where(np.isnan(free), np.abs(low[-1]), np.abs(free))
     speed, residual = (low[-1] + high[-1]) / 2, (least[-1] + most[-1]) / 2
     is_outside = (high > speed + margin) | (low < speed - margin)
@@ -278,10 +298,10 @@ def _settling_time(course: np.ndarray, end: float, free: np.ndarray) -> np.ndarr
     return np.asarray(first * end / PARTS)
 
 
-def _arrival(course: np.ndarray, end: float, attractor: Attractor, free: np.ndarray) -> np.ndarray:
+def _arrival_time(envelopes: np.ndarray, end: float, attractor: Attractor, free: np.ndarray) -> np.ndarray:
     """The time (M,) from which the speed stays in an attractor's range, widened by 0.5 % (of the free speed), plus a period."""
-    low, high = np.sort(np.sign(course[0, -1]) * np.array([attractor.low, attractor.high])[:, None], axis=0)
+    low, high = np.sort(np.sign(envelopes[0, -1]) * np.array([attractor.low, attractor.high])[:, None], axis=0)
     margin = SPEED_TOLERANCE * np.where(np.isnan(free), np.abs(attractor.low), np.abs(free))
-    is_outside = (course[1] > high + margin) | (course[0] < low - margin)
+    is_outside = (envelopes[1] > high + margin) | (envelopes[0] < low - margin)
     first = np.where(is_outside.any(axis=0), PARTS - is_outside[::-1].argmax(axis=0), 0)
     return np.asarray(first * end / PARTS + attractor.period)

@@ -14,7 +14,7 @@ from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
 from wucht.schema import Unit, read_quantity
 
-_WIDE = 10.0  # ratio of the ends of a range: at or above it the range is searched by its logarithm
+_LOGARITHMIC_RATIO = 10.0  # ratio of the ends of a range: at or above it the range is searched by its logarithm
 
 
 @dataclass(frozen=True)
@@ -30,19 +30,19 @@ class Variable:
     description: str
 
     @property
-    def wide(self) -> bool:
+    def is_logarithmic(self) -> bool:
         """True if its range is searched by its logarithm."""
-        return self.low > 0 and self.high / self.low >= _WIDE
+        return self.low > 0 and self.high / self.low >= _LOGARITHMIC_RATIO
 
     def value_at(self, share: np.ndarray) -> np.ndarray:
         """Return values at shares (N,), 0 to 1, of the range."""
-        if self.wide:
+        if self.is_logarithmic:
             return np.asarray(np.clip(self.low * (self.high / self.low) ** share, self.low, self.high))
         return np.asarray(self.low + (self.high - self.low) * share)
 
     def share(self, value: float) -> float:
         """Return the position of a value in the range, 0 to 1."""
-        if self.wide:
+        if self.is_logarithmic:
             return float(np.log(value / self.low) / np.log(self.high / self.low)) if value > 0 else -1.0
         return (value - self.low) / (self.high - self.low)
 
@@ -52,14 +52,14 @@ def balancer_names(machine: Machine) -> list[str]:
     return [b.name for b in machine.group(machine.rotor)[1:]]
 
 
-def variables_of(machine: Machine, vary: Mapping[str, Mapping[str, Any]], together: bool) -> tuple[Variable, ...]:
-    """Return the varied numbers. together: all bodies must be varied together. Raises ``InputError``."""
+def variables_of(machine: Machine, vary: Mapping[str, Mapping[str, Any]], all_bodies: bool) -> tuple[Variable, ...]:
+    """Return the varied numbers. all_bodies: True if all bodies must be varied together. Raises ``InputError``."""
     variables, names_by_path = list[Variable](), dict[str, str]()
     for name, entry in vary.items():
         location = f"study.vary.{name}"
         paths = _paths(machine, name, entry["of"], location)
         if (
-            together
+            all_bodies
             and set(paths) != {f"{b}.{name}" for b in balancer_names(machine)}
             and any(p.split(".")[0] in balancer_names(machine) for p in paths)
         ):
@@ -68,12 +68,12 @@ def variables_of(machine: Machine, vary: Mapping[str, Mapping[str, Any]], togeth
             if path in names_by_path:
                 raise InputError(location, path, f"this parameter is varied by study.vary.{names_by_path[path]} too")
             names_by_path[path] = name
-        one = parameter_of(machine, paths[0], f"vary.{name}")
-        unit = Unit(one.unit, one.long_name)
+        parameter = parameter_of(machine, paths[0], f"vary.{name}")
+        unit = Unit(parameter.unit, parameter.long_name)
         low, high = (read_quantity(unit, end, f"{location}[{i}]") for i, end in enumerate(entry["range"]))
         if not low < high:
             raise InputError(location, entry["range"], "must be a pair [low, high] with low below high")
-        variables.append(Variable(name, None if "." in name else name, paths, low, high, one.unit, one.long_name))
+        variables.append(Variable(name, None if "." in name else name, paths, low, high, parameter.unit, parameter.long_name))
     return tuple(variables)
 
 
@@ -108,7 +108,7 @@ def values_at(machine: Machine, variables: Sequence[Variable], numbers: Sequence
     return values
 
 
-_NEAR = 1e-3  # of the range: the accuracy of the smallest value
+_VALUE_ACCURACY = 1e-3  # of the range: the accuracy of the smallest value
 
 
 @dataclass(frozen=True)
@@ -141,8 +141,8 @@ def smallest_value(bounds: Sequence[ProbabilityBounds], target: float) -> float 
     """
     if not bounds or certain_fall(bounds) is not None or bounds[-1].low < target:
         return None
-    short = [k for k, one in enumerate(bounds) if one.low < target]
-    return bounds[short[-1] + 1 if short else 0].value
+    below_target = [k for k, b in enumerate(bounds) if b.low < target]
+    return bounds[below_target[-1] + 1 if below_target else 0].value
 
 
 def next_sample_value(bounds: Sequence[ProbabilityBounds], target: float) -> float | None:
@@ -150,10 +150,10 @@ def next_sample_value(bounds: Sequence[ProbabilityBounds], target: float) -> flo
     smallest = smallest_value(bounds, target)
     if smallest is None or smallest == bounds[0].value:
         return None
-    before = max(one.value for one in bounds if one.value < smallest)
-    if smallest - before <= _NEAR * (bounds[-1].value - bounds[0].value):
+    lower_value = max(b.value for b in bounds if b.value < smallest)
+    if smallest - lower_value <= _VALUE_ACCURACY * (bounds[-1].value - bounds[0].value):
         return None
-    return (before + smallest) / 2
+    return (lower_value + smallest) / 2
 
 
 _NO_OBJECTIVE = 1e30  # in place of an objective that a candidate does not have
@@ -183,9 +183,9 @@ def generations(
     for number in range(count):
         population = algorithm.ask()
         values, is_feasible = value(number, np.clip(population.get("X").astype(float), 0.0, 1.0))
-        fit = is_feasible & np.isfinite(values).all(axis=1)
-        penalised_values = np.where(fit[:, None], values, _NO_OBJECTIVE)
-        evaluator.eval(static(problem, F=penalised_values, G=np.where(fit, -1.0, 1.0)[:, None]), population)
+        is_valid = is_feasible & np.isfinite(values).all(axis=1)
+        penalised_values = np.where(is_valid[:, None], values, _NO_OBJECTIVE)
+        evaluator.eval(static(problem, F=penalised_values, G=np.where(is_valid, -1.0, 1.0)[:, None]), population)
         algorithm.tell(infills=population)
         yield number
 
@@ -193,9 +193,9 @@ def generations(
 def is_pareto_optimal(objectives: np.ndarray) -> np.ndarray:
     """Mask (N,) of the points (N, o) that no other one dominates: is at least as good in all, better in one."""
     is_optimal = np.ones(len(objectives), bool)
-    for i, one in enumerate(objectives):
-        is_as_good = (objectives <= one).all(axis=1)
-        is_optimal[i] = not (is_as_good & (objectives < one).any(axis=1)).any()
+    for i, point in enumerate(objectives):
+        is_as_good = (objectives <= point).all(axis=1)
+        is_optimal[i] = not (is_as_good & (objectives < point).any(axis=1)).any()
     return is_optimal
 
 
@@ -203,10 +203,10 @@ def spread_selection(objectives: np.ndarray, count: int) -> np.ndarray:
     """Return the indices (c,) of at most ``count`` points (N, o): the best in each objective, then those farthest from them."""
     size = np.ptp(objectives, axis=0)
     scaled_objectives = (objectives - objectives.min(axis=0)) / np.where(size > 0, size, 1.0)
-    chosen = list(dict.fromkeys(int(k) for k in objectives.argmin(axis=0)))[:count]
-    while len(chosen) < min(count, len(objectives)):
-        distances = np.sqrt(((scaled_objectives[:, None] - scaled_objectives[chosen]) ** 2).sum(axis=2)).min(axis=1)
+    indices = list(dict.fromkeys(int(k) for k in objectives.argmin(axis=0)))[:count]
+    while len(indices) < min(count, len(objectives)):
+        distances = np.sqrt(((scaled_objectives[:, None] - scaled_objectives[indices]) ** 2).sum(axis=2)).min(axis=1)
         if distances.max() <= 0:  # the rest are the same in all
             break
-        chosen.append(int(distances.argmax()))
-    return np.array(sorted(chosen), int)
+        indices.append(int(distances.argmax()))
+    return np.array(sorted(indices), int)

@@ -30,8 +30,8 @@ from wucht.system import System, needed_definitions
 R = TypeVar("R")
 # States of all members of a tile: enough for NumPy to observe them together at little cost, few enough to store some hundred
 # samples of each; no power of two, so that successive samples of a member do not fall into the same few lines of the cache.
-_STATES = 5952
-_TILES_A_THREAD = 2  # that are in progress, or done and not yet yielded
+_STATES_PER_TILE = 5952
+_TILES_PER_THREAD = 2  # that are in progress, or done and not yet yielded
 _TICK_S = 0.1  # between two reports
 Report = Callable[[float], None]  # the share that is done, 0 to 1
 
@@ -63,13 +63,13 @@ class CompiledEnsemble:
 
     @contextmanager
     def lanes(self) -> Iterator[Lanes]:
-        """Lend the lanes that advance members, for one thread."""
+        """Provide the lanes that advance members, for one thread."""
         if isinstance(self._code, CompiledSystem):
             yield SequentialLanes(self._code)
             return
-        integrator = self._code.lend()
+        integrator = self._code.acquire()
         yield BatchLanes(self._code, integrator, self.system.state_names)
-        self._code.give_back(integrator)
+        self._code.release(integrator)
 
 
 @lru_cache(maxsize=64)
@@ -124,7 +124,7 @@ def run_ensemble(
 
     Parameters
     ----------
-    compiled : CompiledEnsemble
+    ensemble : CompiledEnsemble
     members : Source
         ``Members``, at least one.
     observer : Observer
@@ -152,7 +152,7 @@ def tiles(
     pace: Pacing,
     size: int | None = None,
     threads: int | None = None,
-    numbers: Sequence[int] | None = None,
+    tile_numbers: Sequence[int] | None = None,
     report: Report | None = None,
 ) -> Iterator[Tile[R]]:
     """Integrate all members tile by tile, in order: each tile can be stored, and stored ones need not be computed again.
@@ -165,17 +165,17 @@ def tiles(
     size : int, optional
         Members per tile: tile i has those from ``i * size`` on. If not given, so many that all threads have work and memory
         suffices.
-    numbers : sequence of int, optional
+    tile_numbers : sequence of int, optional
         Of the requested tiles; all if not given.
     """
-    count, thread_count = len(members), processors() if threads is None else threads
-    size = _size(count, thread_count, ensemble) if size is None else size
+    count, thread_count = len(members), processor_count() if threads is None else threads
+    size = _members_per_tile(count, thread_count, ensemble) if size is None else size
     if count < 1 or size < 1 or thread_count < 1:
         raise WuchtError(
             f"{count} members in tiles of {size} on {thread_count} threads: there must be at least one of each", code="none"
         )
     all_numbers = range(-(-count // size))
-    tile_numbers = list(all_numbers if numbers is None else numbers)
+    tile_numbers = list(all_numbers if tile_numbers is None else tile_numbers)
     if len(set(tile_numbers)) < len(tile_numbers) or not set(tile_numbers) <= set(all_numbers):
         raise WuchtError(f"the requested tiles must be among 0 to {len(all_numbers) - 1}, each once", code="no-tile")
 
@@ -188,15 +188,15 @@ def tiles(
     return _compute_in_threads(compute, tile_numbers, thread_count, report)
 
 
-def _size(count: int, threads: int, ensemble: CompiledEnsemble) -> int:
+def _members_per_tile(count: int, threads: int, ensemble: CompiledEnsemble) -> int:
     """Return the number of members per tile: whole batches, and of equal tiles as many for each thread."""
     width, threads = ensemble.width, max(1, threads)
-    largest = max(1, _STATES // (len(ensemble.system.states) * width)) * width
-    tile_count = max(_TILES_A_THREAD, -(-count // (threads * largest))) * threads
+    largest = max(1, _STATES_PER_TILE // (len(ensemble.system.states) * width)) * width
+    tile_count = max(_TILES_PER_THREAD, -(-count // (threads * largest))) * threads
     return -(-count // (tile_count * width)) * width
 
 
-def processors() -> int:
+def processor_count() -> int:
     """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -238,33 +238,33 @@ def _compute_in_threads(
         shares[number] = 1.0
         return tile
 
-    pool, waiting, under_way = _pool(threads, os.getpid()), iter(tile_numbers), dict[int, Future[Tile[R]]]()
+    pool, remaining_numbers, futures = _pool(threads, os.getpid()), iter(tile_numbers), dict[int, Future[Tile[R]]]()
     try:
         while True:
-            for number in itertools.islice(waiting, _TILES_A_THREAD * threads - len(under_way)):
-                under_way[number] = pool.submit(job, number)
-            if not under_way:
+            for number in itertools.islice(remaining_numbers, _TILES_PER_THREAD * threads - len(futures)):
+                futures[number] = pool.submit(job, number)
+            if not futures:
                 break
-            number, future = next(iter(under_way.items()))
+            number, future = next(iter(futures.items()))
             while True:
-                done = future.done()
+                is_done = future.done()
                 if report is not None:
                     report(sum(shares.values()) / len(tile_numbers))
-                if done:
+                if is_done:
                     break
                 wait([future], _TICK_S)
             tile = future.result()
-            del under_way[number], future
+            del futures[number], future
             yield tile
     except KeyboardInterrupt:
         stop_request.set()
-        for future in _finish(under_way.values()):
+        for future in _finish(futures.values()):
             if future.exception() is None:
                 yield future.result()
         raise
     finally:
         stop_request.set()
-        _finish(under_way.values())
+        _finish(futures.values())
 
 
 @cache

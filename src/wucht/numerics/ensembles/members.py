@@ -32,8 +32,8 @@ class Members:
     ----------
     starts : ndarray, (M, n)
         States at time zero, in the System's order and units.
-    parameters : ndarray, (M, p)
-        In the System's order and units.
+    parameter_values : ndarray, (M, p)
+        Of the parameters, in the System's order and units.
     """
 
     starts: np.ndarray

@@ -48,23 +48,24 @@ class Stop:
 class ChunkResult:
     """State of L members after a chunk, and what was observed in it.
 
-    states: (n, L). numbers: (k, L), which actions of events may have changed. stops: by lane; arrays are undefined for these.
+    states: (n, L). lane_values: (k, L), which actions of events may have changed. stops: by lane; arrays are undefined for
+    these.
     """
 
     chunk: Chunk
     states: np.ndarray
-    numbers: np.ndarray
+    lane_values: np.ndarray
     stops: Mapping[int, Stop]
 
 
 class Lanes(Protocol):
     """Lanes on which one thread advances members."""
 
-    def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """Convert parameters (L, p) to the numbers of the compiled code (k, L); where this fails, with a reason by lane."""
+    def lane_values(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+        """Convert parameters (L, p) to the values (k, L) with which lanes are advanced; where this fails, a reason by lane."""
         ...
 
-    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
+    def advance(self, states: np.ndarray, lane_values: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance states (n, L) from ``times[0]`` to ``times[-1]``, sampled at all but the first."""
         ...
 
@@ -77,7 +78,7 @@ class BatchLanes:
     integrator: BatchIntegrator
     names: tuple[str, ...]
 
-    def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+    def lane_values(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         """Return the constants of the code, computed once for equal parameters, and the progress of motions that begin."""
         keys = [row.tobytes() for row in parameter_values]
         column_by_key = {key: k for k, key in enumerate(dict.fromkeys(keys))}
@@ -91,16 +92,16 @@ class BatchLanes:
         columns = np.take(columns, [column_by_key[key] for key in keys], axis=1)
         return np.concatenate([columns, self.batch.begin(len(keys))]), refusals
 
-    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
+    def advance(self, states: np.ndarray, lane_values: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance the states in batches: see ``Lanes``."""
-        constants, progress = np.split(numbers, [self.batch.constant_count])
+        constants, progress = np.split(lane_values, [self.batch.constant_count])
         result = self.integrator.advance(states, constants, times, check, progress)
         stops = {
             lane: Stop(f.sample_time, f.state, Status.FAILED, f.error.sentence(f.time, self.names, f.state))
             for lane, f in result.failures.items()
         }
-        chunk, after = Chunk(times[1:], result.values, result.peaks), np.concatenate([constants, result.progress])
-        return ChunkResult(chunk, result.states, after, stops)
+        chunk, next_values = Chunk(times[1:], result.values, result.peaks), np.concatenate([constants, result.progress])
+        return ChunkResult(chunk, result.states, next_values, stops)
 
 
 @dataclass(frozen=True)
@@ -109,29 +110,29 @@ class SequentialLanes:
 
     compiled_system: CompiledSystem
 
-    def numbers(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+    def lane_values(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         """Return the parameters unchanged."""
         return parameter_values.T.copy(), {}
 
-    def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
+    def advance(self, states: np.ndarray, lane_values: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
         """Advance the states one by one: see ``Lanes``."""
         samples, end_states = np.empty((len(times) - 1, *states.shape)), np.empty(states.shape)
-        after, stops = numbers.copy(), dict[int, Stop]()
+        next_values, stops = lane_values.copy(), dict[int, Stop]()
         for lane in range(states.shape[1]):
             check()
             try:
-                run = integrate(self.compiled_system, states[:, lane], numbers[:, lane], times).reraise_interrupt()
+                run = integrate(self.compiled_system, states[:, lane], lane_values[:, lane], times).reraise_interrupt()
             except RunError as error:  # the equations cannot be evaluated at its parameters
                 stops[lane] = Stop(float(times[0]), states[:, lane], Status.FAILED, str(error))
                 continue
-            after[:, lane], end = run.final_parameter_values, run.end_state[: len(states)]
+            next_values[:, lane], end = run.final_parameter_values, run.end_state[: len(states)]
             if run.failure is not None:
                 stops[lane] = Stop(run.end_time, end, Status.FAILED, run.failure)
             elif run.stopped_by is not None:
                 stops[lane] = Stop(run.end_time, end, Status.STOPPED, run.stopped_by)
             else:
                 samples[:, :, lane], end_states[:, lane] = run.states[:, 1:].T, end
-        return ChunkResult(Chunk(times[1:], samples, np.empty((0, states.shape[1]))), end_states, after, stops)
+        return ChunkResult(Chunk(times[1:], samples, np.empty((0, states.shape[1]))), end_states, next_values, stops)
 
 
 @dataclass(frozen=True)
@@ -145,18 +146,18 @@ class Tile(Generic[R]):
 
 def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing, tick: Tick) -> EnsembleResult[R]:
     """Advance members until each has settled, failed or reached the limit of time."""
-    course, limit = _Course(lanes, members, observer), pace.times(pace.chunks - 1)[-1]
+    active, limit = _ActiveMembers(lanes, members, observer), pace.times(pace.chunks - 1)[-1]
     for chunk in range(pace.chunks):
-        if not len(course.ids):
+        if not len(active.ids):
             break
         times = pace.times(chunk)
-        share = 1 - len(course.ids) * (1 - float(times[0] / limit)) / len(members)
-        course.advance(times, partial(tick, share))
-    return course.result()
+        share = 1 - len(active.ids) * (1 - float(times[0] / limit)) / len(members)
+        active.advance(times, partial(tick, share))
+    return active.result()
 
 
-class _Course(Generic[R]):
-    """Members in progress. ids (L,): their numbers, rising; states (n, L), numbers (k, L) and record are theirs."""
+class _ActiveMembers(Generic[R]):
+    """Members in progress. ids (L,): their numbers, rising; states (n, L), lane_values (k, L) and record are theirs."""
 
     def __init__(self, lanes: Lanes, members: Members, observer: Observer[R]) -> None:
         count = len(members)
@@ -166,7 +167,7 @@ class _Course(Generic[R]):
         self._records = list[tuple[np.ndarray, R]]()
         self.ids, self.states = np.arange(count), np.ascontiguousarray(members.starts.T)
         self.record = checked_record(observer.begin(members), count)
-        self.numbers, refusals = lanes.numbers(members.parameter_values)
+        self.lane_values, refusals = lanes.lane_values(members.parameter_values)
         for i in np.flatnonzero(~np.isfinite(members.starts).all(axis=1)).tolist():
             refusals[i] = f"the start {members.starts[i]} is not finite"
         self._stop({i: Stop(0.0, members.starts[i], Status.FAILED, reason) for i, reason in refusals.items()})
@@ -174,8 +175,8 @@ class _Course(Generic[R]):
     def advance(self, times: np.ndarray, check: Callable[[], None]) -> None:
         """Advance the members by a chunk, observe them, and remove those that have ended."""
         lane_count = len(self.ids)
-        result = self._lanes.advance(self.states, self.numbers, times, check)
-        self.states, self.numbers, chunk = result.states, result.numbers, result.chunk
+        result = self._lanes.advance(self.states, self.lane_values, times, check)
+        self.states, self.lane_values, chunk = result.states, result.lane_values, result.chunk
         self._stop(result.stops)
         if result.stops:
             chunk = chunk.select(np.setdiff1d(np.arange(lane_count), list(result.stops)))
@@ -184,14 +185,14 @@ class _Course(Generic[R]):
         self.record, has_settled = self._observe(chunk)
         self._times[self.ids], self._ends[self.ids] = times[-1], self.states.T
         self._status[self.ids[has_settled]] = Status.SETTLED
-        self._leave(has_settled)
+        self._remove_lanes(has_settled)
 
     def _observe(self, chunk: Chunk) -> tuple[R, np.ndarray]:
         """Update the observer's record by a chunk, and return which members have settled."""
         count, record = len(self.ids), self.record
         if count == 1:
-            twice = np.zeros(2, int)
-            record, chunk = select_members(record, twice), chunk.select(twice)
+            pair = np.zeros(2, int)
+            record, chunk = select_members(record, pair), chunk.select(pair)
         record, has_settled = self._observer.update(record, chunk)
         observed_count = chunk.samples.shape[-1]
         record, has_settled = checked_record(record, observed_count), np.asarray(has_settled, bool)
@@ -201,20 +202,21 @@ class _Course(Generic[R]):
 
     def _stop(self, stops: Mapping[int, Stop]) -> None:
         """Remove the members that end early."""
-        out = np.zeros(len(self.ids), bool)
+        has_ended = np.zeros(len(self.ids), bool)
         for lane, stop in stops.items():
-            out[lane], i = True, int(self.ids[lane])
+            has_ended[lane], i = True, int(self.ids[lane])
             self._times[i], self._ends[i], self._status[i] = stop.time, stop.state, stop.status
             self._sentences[i] = stop.sentence
-        self._leave(out)
+        self._remove_lanes(has_ended)
 
-    def _leave(self, out: np.ndarray) -> None:
-        if not out.any():
+    def _remove_lanes(self, has_ended: np.ndarray) -> None:
+        if not has_ended.any():
             return
-        leaving, remaining = np.flatnonzero(out), np.flatnonzero(~out)
-        self._records.append((self.ids[leaving], self._observer.final_record(select_members(self.record, leaving))))
-        self.ids, self.record = self.ids[remaining], select_members(self.record, remaining)
-        self.states, self.numbers = np.take(self.states, remaining, axis=1), np.take(self.numbers, remaining, axis=1)
+        ended_lanes, other_lanes = np.flatnonzero(has_ended), np.flatnonzero(~has_ended)
+        self._records.append((self.ids[ended_lanes], self._observer.final_record(select_members(self.record, ended_lanes))))
+        self.ids, self.record = self.ids[other_lanes], select_members(self.record, other_lanes)
+        self.states = np.take(self.states, other_lanes, axis=1)
+        self.lane_values = np.take(self.lane_values, other_lanes, axis=1)
 
     def result(self) -> EnsembleResult[R]:
         """Return the results of all members, in their order."""

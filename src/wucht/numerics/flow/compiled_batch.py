@@ -37,8 +37,10 @@ from wucht.system import System
 
 WIDTH = 16  # numbers of a vector: two registers of the widest processors, so that one is in use while the other waits
 _ROUNDS = 4000  # steps of all lanes between two checks whether the work is to be stopped
-_IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
-_CODES = ("rates", "samplers", "heights")  # of the system, of quantities that are sampled, of those with a largest value
+_MOST_IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
+# Of the system, of quantities that are sampled, and of those whose largest values are located.
+_CODES = ("rates", "samplers", "peak_quantities")
+_CONSTANTS = ("rate_constants", "sampler_constants", "peak_constants")
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ def compile_batch(system: System, tolerance: float, quantities: Quantities | Non
 
 
 class CompiledBatch:
-    """Machine code of equations and quantities; integrators are lent to each thread."""
+    """Machine code of equations and quantities; each thread acquires an integrator of its own."""
 
     width = WIDTH
 
@@ -108,8 +110,8 @@ class CompiledBatch:
         self.is_angle = np.array([float(s in system.angles) for s in system.states])
         self.tolerance = max(tolerance, SMALLEST_TOLERANCE)
         self.value_count, self.peak_count = len(quantities.values), len(quantities.peaks)
-        self.height_states = _states_of(self.programs[2])
-        self._idle: deque[BatchIntegrator] = deque(maxlen=_IDLE)
+        self.peak_states = _states_of(self.programs[2])
+        self._idle: deque[BatchIntegrator] = deque(maxlen=_MOST_IDLE)
 
     @property
     def constant_count(self) -> int:
@@ -124,14 +126,14 @@ class CompiledBatch:
         """Return the progress (1 + p, L) of motions that begin: sizes of their next steps, 0 where not known, and peaks."""
         return np.append(np.zeros((1, count)), np.full((self.peak_count, count), -np.inf), axis=0)
 
-    def lend(self) -> BatchIntegrator:
-        """Lend an integrator to one user alone."""
+    def acquire(self) -> BatchIntegrator:
+        """Return an integrator for one user alone, until it is released."""
         try:
             return self._idle.pop()
         except IndexError:
             return BatchIntegrator(self)
 
-    def give_back(self, integrator: BatchIntegrator) -> None:
+    def release(self, integrator: BatchIntegrator) -> None:
         """Take an integrator back for the next user: nothing of its last motion remains."""
         self._idle.append(integrator)
 
@@ -143,24 +145,24 @@ class BatchIntegrator:
         self._batch = batch
         n, p = len(batch.is_angle), batch.peak_count
         rows = {
-            "k": ALL_STAGES * n, "dense": (DENSE_ROWS + 3) * n, "values": batch.value_count, "height": p, "best": p,
+            "k": ALL_STAGES * n, "dense": (DENSE_ROWS + 3) * n, "values": batch.value_count, "peak_value": p, "best": p,
             "highest": p, "lowest": p, "places": (lanes_stepper.PLACES + 1) * p,
         }  # fmt: skip
         counts = [len(program.constants) for program in batch.programs]
-        rows |= {f"{code.removesuffix('s')}_constants": count for code, count in zip(_CODES, counts, strict=True)}
+        rows |= dict(zip(_CONSTANTS, counts, strict=True))
         rows |= {"queue_constants": counts[1]} | dict.fromkeys(
-            ("state", "queue_states", "last_sample", "later", "point", "error_5", "error_3"), n
+            ("state", "queue_states", "last_sample", "next_state", "point", "error_5", "error_3"), n
         )
         rows |= dict.fromkeys(
             (
                 "clock",
                 "size",
-                "busy",
+                "is_busy",
                 "is_new",
                 "is_shortened",
                 "mark",
                 "steps",
-                "due",
+                "next_sample_time",
                 "moment",
                 "last_sample_time",
                 "queue_time",
@@ -169,16 +171,16 @@ class BatchIntegrator:
         )
         self._counts = np.zeros(3, np.int64)
         self._memory = {name: vectors(count, WIDTH) for name, count in rows.items()} | {
-            "height_states": batch.height_states, "is_angle": batch.is_angle, "nodes": NODES,
+            "peak_states": batch.peak_states, "is_angle": batch.is_angle, "nodes": NODES,
             "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * n, "row_begins": ROW_BEGINS,
             "counts": self._counts,
             **{name: np.zeros(WIDTH, np.int64) for name in ("members", "rows", "queue_members", "queue_rows")},
         }  # fmt: skip
         self._fields: dict[str, float] = {name: array.ctypes.data for name, array in self._memory.items()}
         self._fields |= batch.code.addresses
-        self._fields |= {f"{code.removesuffix('s')}_count": count for code, count in zip(_CODES, counts, strict=True)}
+        self._fields |= {f"{name.removesuffix('s')}_count": count for name, count in zip(_CONSTANTS, counts, strict=True)}
         self._fields |= {"width": WIDTH, "n": n, "value_count": batch.value_count, "peak_count": p, "rounds": _ROUNDS}
-        self._fields["height_state_count"] = len(batch.height_states)
+        self._fields["peak_state_count"] = len(batch.peak_states)
         self._fields["tolerance"] = batch.tolerance
 
     def advance(
@@ -224,9 +226,9 @@ class BatchIntegrator:
                 break
         failures = dict[int, LaneFailure]()
         for lane in np.flatnonzero(endings != lanes_stepper.END).tolist():
-            time, nothing = float(times_reached[lane]), np.empty((len(ends), 0))
+            time, no_states = float(times_reached[lane]), np.empty((len(ends), 0))
             is_broken = endings[lane] == lanes_stepper.NOT_FINITE
-            error = LegError(*NOT_FINITE, nothing) if is_broken else step_limit_error(nothing, float(grid[0]), time)
+            error = LegError(*NOT_FINITE, no_states) if is_broken else step_limit_error(no_states, float(grid[0]), time)
             failures[lane] = LaneFailure(time, float(sample_times[lane]), ends[:, lane].copy(), error)
         return LanesResult(values, ends, progress, failures)
 

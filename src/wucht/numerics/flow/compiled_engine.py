@@ -79,14 +79,14 @@ class CompiledEngine:
         self.advance = compile_stepper(leg_stepper.advance)
         self._idle: deque[CompiledIntegrator] = deque(maxlen=_IDLE)
 
-    def lend(self) -> CompiledIntegrator:
+    def acquire(self) -> CompiledIntegrator:
         """Lend an integrator to one run alone."""
         try:
             return self._idle.pop()
         except IndexError:
             return CompiledIntegrator(self)
 
-    def give_back(self, integrator: CompiledIntegrator) -> None:
+    def release(self, integrator: CompiledIntegrator) -> None:
         """Take an integrator back for the next run. ``start`` and ``forget_events`` clear the previous run."""
         self._idle.append(integrator)
 
@@ -101,7 +101,7 @@ class CompiledIntegrator:
         self._parameters, self._constants, self._event_constants = np.empty(0), np.empty(0), np.empty(0)
         self._state, self._clock, self._counts = np.zeros(width), np.zeros(1), np.zeros(4, np.int64)
         self._cool_ends, self._cool_signs = np.empty(m), np.empty(m)
-        rows = {"k": ALL_STAGES, "dense": DENSE_ROWS + 3, "point": 1, "later": 1, "errors": 1, "zero": 1}
+        rows = {"k": ALL_STAGES, "dense": DENSE_ROWS + 3, "point": 1, "next_state": 1, "errors": 1, "zero": 1}
         self._memory: dict[str, np.ndarray] = {name: np.zeros(count * width) for name, count in rows.items()}
         self._memory |= {
             "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(leg_stepper.VALUE_ROWS * m),

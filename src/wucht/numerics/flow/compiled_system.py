@@ -36,14 +36,14 @@ class Integrator(Protocol):
 
 
 class Engine(Protocol):
-    """Compiled code. Its integrators are lent, each to one run at a time, to any thread."""
+    """Compiled code. Each of its integrators is acquired by one run at a time, in any thread."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
     @property
     def program(self) -> Program: ...  # noqa: D102
-    def lend(self) -> Integrator: ...  # noqa: D102
-    def give_back(self, integrator: Any) -> None: ...  # noqa: D102
+    def acquire(self) -> Integrator: ...  # noqa: D102
+    def release(self, integrator: Any) -> None: ...  # noqa: D102
 
 
 @dataclass(frozen=True)

@@ -213,14 +213,14 @@ class HeyokaEngine:
             system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > COMPACT_ABOVE, **extra
         )
 
-    def lend(self) -> HeyokaIntegrator:
+    def acquire(self) -> HeyokaIntegrator:
         """Lend an integrator to one run alone: to make one takes as long as a short run."""
         try:
             return self._idle.pop()
         except IndexError:
             return HeyokaIntegrator(self, copy.deepcopy(self._original))
 
-    def give_back(self, integrator: HeyokaIntegrator) -> None:
+    def release(self, integrator: HeyokaIntegrator) -> None:
         """Take an integrator back for the next run. ``start`` and ``forget_events`` clear the previous run."""
         self._idle.append(integrator)
 

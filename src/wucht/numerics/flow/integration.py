@@ -300,7 +300,7 @@ def integrate(
         raise RunError("the times at which to sample must increase, and be finite", code="not-increasing")
     # The unit is a power of two, so that a run which is continued has the same numbers to the last bit.
     run = Integration(
-        compiled_system, compiled_system.engine.lend(), state, parameter_values, grid, 2.0 ** round(math.log2(unit))
+        compiled_system, compiled_system.engine.acquire(), state, parameter_values, grid, 2.0 ** round(math.log2(unit))
     )
     failure, is_interrupted = None, False
     try:
@@ -316,5 +316,5 @@ def integrate(
         failure = run.record_failure(error)
     trajectory = run.trajectory(failure, is_interrupted)
     if failure is None and not is_interrupted:  # else it may have stopped anywhere
-        compiled_system.engine.give_back(run.integrator)
+        compiled_system.engine.release(run.integrator)
     return trajectory

@@ -32,11 +32,11 @@ class ScipyEngine:
         self.rhs = program.function("math")
         self.event_values = event_program.function("math")
 
-    def lend(self) -> ScipyIntegrator:
+    def acquire(self) -> ScipyIntegrator:
         """Return a new integrator, which costs nothing."""
         return ScipyIntegrator(self)
 
-    def give_back(self, integrator: ScipyIntegrator) -> None:
+    def release(self, integrator: ScipyIntegrator) -> None:
         """Take an integrator back: it is not reused."""
 
 

@@ -157,19 +157,19 @@ class _Translator:
             self.builder.unreachable()
 
     def _loop(self, test: Callable[[], Any], body: Sequence[ast.stmt], advance: Callable[[], None]) -> None:
-        begin, inside, onward, end = (self.function.append_basic_block() for _ in range(4))
-        self.builder.branch(begin)
-        self.builder.position_at_end(begin)
-        self.builder.cbranch(test(), inside, end)
-        self.builder.position_at_end(inside)
-        self.loops.append((onward, end))
+        test_block, body_block, increment_block, end = (self.function.append_basic_block() for _ in range(4))
+        self.builder.branch(test_block)
+        self.builder.position_at_end(test_block)
+        self.builder.cbranch(test(), body_block, end)
+        self.builder.position_at_end(body_block)
+        self.loops.append((increment_block, end))
         self._statements(body)
         self.loops.pop()
         if not self.builder.block.is_terminated:
-            self.builder.branch(onward)
-        self.builder.position_at_end(onward)
+            self.builder.branch(increment_block)
+        self.builder.position_at_end(increment_block)
         advance()
-        self.builder.branch(begin)
+        self.builder.branch(test_block)
         self.builder.position_at_end(end)
 
     def _count(self, name: str, arguments: Sequence[Any], body: Sequence[ast.stmt]) -> None:
@@ -301,9 +301,9 @@ class _Translator:
         """Return a logical ``and`` or ``or`` whose second part is evaluated only where it decides."""
         place = self._temporary(_FLAG)
         self.builder.store(value, place)
-        decides, end = self.function.append_basic_block(), self.function.append_basic_block()
-        self.builder.cbranch(value, *((decides, end) if is_and else (end, decides)))
-        self.builder.position_at_end(decides)
+        second_block, end = self.function.append_basic_block(), self.function.append_basic_block()
+        self.builder.cbranch(value, *((second_block, end) if is_and else (end, second_block)))
+        self.builder.position_at_end(second_block)
         self.builder.store(self._value(rest), place)
         self.builder.branch(end)
         self.builder.position_at_end(end)

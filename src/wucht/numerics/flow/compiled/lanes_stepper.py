@@ -25,16 +25,16 @@ LaneArray = np.ndarray  # (count, width)
 Function = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray] | int  # of times, states, constants; or its address
 
 PLACES = 4  # of a step, at which quantities with a largest value are computed where one may be
-_BETWEEN = 0.25  # of the range of five places of a step: so much larger a quantity may be between two of them
+_RANGE_MARGIN = 0.25  # of the range of five places of a step: so much larger a quantity may be between two of them
 # First and last of the stages whose states are those at 0.31, 0.65 and 0.6 of a step: to 1e-3, where that is a third of a turn.
-_SIGHTED_FIRST, _SIGHTED_LAST = 7, 9
-# Parts of a step: a way to the next time of the grid that is shorter is no step, and one that is as long is one.
-_SHORT_WAY, _STRETCH = 0.6, 1.05
-_WORTHWHILE = 1.0 + 1e-4  # times as large as the largest so far: else a place is not located more closely
-_STEEP = 1.3  # times what a parabola's vertex promises may be there
+_FIRST_PEAK_STAGE, _LAST_PEAK_STAGE = 7, 9
+# Shares of the step size: a time of the grid that is nearer is stepped over; a step is stretched by no more to end at one.
+_SHORTEST_STEP_SHARE, _LARGEST_STRETCH = 0.6, 1.05
+_PEAK_FACTOR = 1.0 + 1e-4  # times as large as the largest so far: else a place is not located more closely
+_VERTEX_FACTOR = 1.3  # times the gain at a parabola's vertex may be there
 _EPS = 2.0**-52
-_NOT_ZERO = 1e-300
-_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0  # of step sizes
+_TINY = 1e-300
+_SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
 _ABSOLUTE = 1e-2  # of the relative tolerance
 _NEVER = np.inf
 _REFILL_SHARE = 8  # lanes are given new members when one in so many is idle
@@ -51,21 +51,21 @@ class LanesMemory(NamedTuple):
     # Code of the system, of quantities that are sampled, and of those whose largest values are sought.
     rates: Function
     samplers: Function
-    heights: Function
+    peak_quantities: Function
     width: int  # of vectors
     n: int  # states
-    rate_count: int  # constants of each code
-    sampler_count: int
-    height_count: int
+    rate_constant_count: int  # constants of each code
+    sampler_constant_count: int
+    peak_constant_count: int
     value_count: int  # quantities
     peak_count: int
-    height_state_count: int
+    peak_state_count: int
     member_count: int  # M
     grid_count: int  # times, the first of which is the beginning
     most_steps: int  # of a member
     rounds: int  # steps of all lanes in one call
     tolerance: float
-    height_states: Integers  # (height_state_count,): on which the heights depend
+    peak_states: Integers  # (peak_state_count,): on which the peak quantities depend
     is_angle: Reals  # (n,): 1 for states whose size is no measure of a motion
     constants: Reals  # (constants of all codes, M)
     nodes: Reals  # (16,), and the rows of coefficients without zeros: see ``dormand_prince``
@@ -87,16 +87,16 @@ class LanesMemory(NamedTuple):
     # A number for each lane: of ``clock`` to ``last_sample_time`` one vector.
     clock: LaneArray
     size: LaneArray  # of the step
-    busy: LaneArray  # 0 or 1, as the next three
+    is_busy: LaneArray  # 0 or 1, as the next three
     is_new: LaneArray
     is_shortened: LaneArray
     mark: LaneArray
     steps: LaneArray  # so far
-    due: LaneArray  # time of the next sample
+    next_sample_time: LaneArray
     moment: LaneArray  # a time to evaluate at
     last_sample_time: LaneArray
     state: LaneArray  # (n,), as the others but k and dense
-    later: LaneArray  # at the end of the step
+    next_state: LaneArray  # at the end of the step
     point: LaneArray  # within the step
     last_sample: LaneArray
     error_5: LaneArray
@@ -105,12 +105,12 @@ class LanesMemory(NamedTuple):
     dense: LaneArray  # (7 n,): coefficients of the dense output
     rate_constants: LaneArray
     sampler_constants: LaneArray
-    height_constants: LaneArray
+    peak_constants: LaneArray
     values: LaneArray  # (value_count,): of a sample
     queue_time: LaneArray
     queue_states: LaneArray  # (n,)
     queue_constants: LaneArray
-    height: LaneArray  # (peak_count,): at a place of a step
+    peak_value: LaneArray  # (peak_count,): at a place of a step
     highest: LaneArray  # (peak_count,): at its beginning and some stages
     lowest: LaneArray
     places: LaneArray  # (5 peak_count,): at all of them
@@ -166,13 +166,13 @@ def _add_stages(m: LanesMemory, row: int, step: Lanes, end: LaneArray) -> None:
 def _sum_stages(m: LanesMemory, row: int, sums: LaneArray, first: int) -> None:
     """Sum the rates of stages with the weights of a row: of two states at once, which keeps more of the processor busy."""
     for i in range(0, m.n - 1, 2):
-        one = 0.0 * m.k[i]
-        two = 0.0 * m.k[i]
+        sum_0 = 0.0 * m.k[i]
+        sum_1 = 0.0 * m.k[i]
         for j in range(m.row_begins[row], m.row_begins[row + 1]):
             weight, place = m.row_weights[j], m.row_places[j] + i
-            one += weight * m.k[place]
-            two += weight * m.k[place + 1]
-        sums[first + i], sums[first + i + 1] = one, two
+            sum_0 += weight * m.k[place]
+            sum_1 += weight * m.k[place + 1]
+        sums[first + i], sums[first + i + 1] = sum_0, sum_1
     if m.n % 2 == 1:
         last = 0.0 * m.k[m.n - 1]
         for j in range(m.row_begins[row], m.row_begins[row + 1]):
@@ -200,10 +200,10 @@ def _finite_lanes(values: LaneArray, first: int, count: int) -> Marks:
     return finite
 
 
-def _allowed_error(m: LanesMemory, i: int, value: Lanes, later: Lanes) -> Lanes:
+def _allowed_error(m: LanesMemory, i: int, value: Lanes, next_value: Lanes) -> Lanes:
     if m.is_angle[i] != 0.0:
         return m.tolerance + 0.0 * value
-    return m.tolerance * (_ABSOLUTE + larger(abs(value), abs(later)))
+    return m.tolerance * (_ABSOLUTE + larger(abs(value), abs(next_value)))
 
 
 def _root_8(x: Lanes) -> Lanes:
@@ -223,11 +223,11 @@ def _first_steps(m: LanesMemory, span: Lanes) -> Lanes:
     for i in range(m.n):
         m.point[i] = m.state[i] + small * m.k[i]
     m.moment[0] = m.clock[0] + small
-    evaluate_lanes(m.rates, m.moment, m.point, m.rate_constants, m.later, 0)
+    evaluate_lanes(m.rates, m.moment, m.point, m.rate_constants, m.next_state, 0)
     change = 0.0 * span
     for i in range(m.n):
         scale = _allowed_error(m, i, m.state[i], m.state[i])
-        change += ((m.later[i] - m.k[i]) / scale) ** 2
+        change += ((m.next_state[i] - m.k[i]) / scale) ** 2
     largest = larger(speed, root(change / m.n) / small)
     step = select(largest <= 1e-15, larger(1e-6, small * 1e-3), _root_8(0.01 / largest))
     step = select(step > 0.0, step, small)  # the rates are not finite there
@@ -246,21 +246,21 @@ def _attempt(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
         m.highest[j] = m.lowest[j] = m.places[j]
     for stage in range(1, STAGES):
         _compute_stage(m, stage, time, step)
-        if m.peak_count > 0 and _SIGHTED_FIRST <= stage <= _SIGHTED_LAST:
-            evaluate_lanes(m.heights, m.moment, m.point, m.height_constants, m.height, 0)
+        if m.peak_count > 0 and _FIRST_PEAK_STAGE <= stage <= _LAST_PEAK_STAGE:
+            evaluate_lanes(m.peak_quantities, m.moment, m.point, m.peak_constants, m.peak_value, 0)
             for j in range(m.peak_count):
-                m.highest[j] = larger(m.highest[j], m.height[j])
-                m.lowest[j] = smaller(m.lowest[j], m.height[j])
-    _add_stages(m, STAGES, step, m.later)
+                m.highest[j] = larger(m.highest[j], m.peak_value[j])
+                m.lowest[j] = smaller(m.lowest[j], m.peak_value[j])
+    _add_stages(m, STAGES, step, m.next_state)
     _sum_stages(m, ERROR_ROWS, m.error_5, 0)
     _sum_stages(m, ERROR_ROWS + 1, m.error_3, 0)
-    of_order_5 = 0.0 * step
-    of_order_3 = 0.0 * step
+    squares_5 = 0.0 * step
+    squares_3 = 0.0 * step
     for i in range(m.n):
-        inverse = 1.0 / _allowed_error(m, i, m.state[i], m.later[i])
-        of_order_5 += (m.error_5[i] * inverse) ** 2
-        of_order_3 += (m.error_3[i] * inverse) ** 2
-    return select(of_order_5 == 0.0, 0.0, step * of_order_5 / root((of_order_5 + 0.01 * of_order_3) * m.n))
+        inverse = 1.0 / _allowed_error(m, i, m.state[i], m.next_state[i])
+        squares_5 += (m.error_5[i] * inverse) ** 2
+        squares_3 += (m.error_3[i] * inverse) ** 2
+    return select(squares_5 == 0.0, 0.0, step * squares_5 / root((squares_5 + 0.01 * squares_3) * m.n))
 
 
 def _compute_dense(m: LanesMemory, time: Lanes, step: Lanes) -> None:
@@ -268,7 +268,7 @@ def _compute_dense(m: LanesMemory, time: Lanes, step: Lanes) -> None:
     for stage in range(STAGES + 1, ALL_STAGES):
         _compute_stage(m, stage, time, step)
     for i in range(m.n):
-        gain = m.later[i] - m.state[i]
+        gain = m.next_state[i] - m.state[i]
         m.dense[i] = gain
         m.dense[m.n + i] = step * m.k[i] - gain
         m.dense[2 * m.n + i] = 2.0 * gain - step * (m.k[STAGES * m.n + i] + m.k[i])
@@ -278,50 +278,50 @@ def _compute_dense(m: LanesMemory, time: Lanes, step: Lanes) -> None:
             m.dense[(3 + row) * m.n + i] = step * m.dense[(3 + row) * m.n + i]
 
 
-def _compute_heights(m: LanesMemory, time: Lanes, step: Lanes, x: Lanes) -> None:
+def _compute_peak_quantities(m: LanesMemory, time: Lanes, step: Lanes, x: Lanes) -> None:
     """Compute the quantities whose largest values are sought, from the states that they depend on, at parts x of the steps."""
     y = 1.0 - x
-    for j in range(m.height_state_count):
-        m.point[m.height_states[j]] = _dense_value(m, m.height_states[j], x, y)
+    for j in range(m.peak_state_count):
+        m.point[m.peak_states[j]] = _dense_value(m, m.peak_states[j], x, y)
     m.moment[0] = time + x * step
-    evaluate_lanes(m.heights, m.moment, m.point, m.height_constants, m.height, 0)
+    evaluate_lanes(m.peak_quantities, m.moment, m.point, m.peak_constants, m.peak_value, 0)
 
 
-def _record_samples(m: LanesMemory, time: Lanes, step: Lanes, later_time: Lanes, success: Marks) -> None:
+def _record_samples(m: LanesMemory, time: Lanes, step: Lanes, next_time: Lanes, success: Marks) -> None:
     """Put the samples of accepted steps into the queue; those within a step come from its dense output."""
-    waiting = success & (m.due[0] <= later_time)
-    while any_lane(waiting):
-        is_inside = m.due[0] < later_time
-        if any_lane(waiting & is_inside):
-            x = smaller((m.due[0] - time) / step, 1.0)
+    has_sample = success & (m.next_sample_time[0] <= next_time)
+    while any_lane(has_sample):
+        is_inside = m.next_sample_time[0] < next_time
+        if any_lane(has_sample & is_inside):
+            x = smaller((m.next_sample_time[0] - time) / step, 1.0)
             y = 1.0 - x
             for i in range(m.n):
-                m.point[i] = select(is_inside, _dense_value(m, i, x, y), m.later[i])
+                m.point[i] = select(is_inside, _dense_value(m, i, x, y), m.next_state[i])
         else:
             for i in range(m.n):
-                m.point[i] = m.later[i]
-        m.last_sample_time[0] = select(waiting, m.due[0], m.last_sample_time[0])
+                m.point[i] = m.next_state[i]
+        m.last_sample_time[0] = select(has_sample, m.next_sample_time[0], m.last_sample_time[0])
         for i in range(m.n):
-            m.last_sample[i] = select(waiting, m.point[i], m.last_sample[i])
-        m.mark[0] = select(waiting, 1.0, 0.0)
+            m.last_sample[i] = select(has_sample, m.point[i], m.last_sample[i])
+        m.mark[0] = select(has_sample, 1.0, 0.0)
         for lane in range(m.width):
             if m.mark[0][lane] != 0.0:
                 row, slot = m.rows[lane], m.counts[WAITING]
                 m.queue_members[slot], m.queue_rows[slot] = m.members[lane], row
-                m.queue_time[0][slot] = m.due[0][lane]
+                m.queue_time[0][slot] = m.next_sample_time[0][lane]
                 for i in range(m.n):
                     m.queue_states[i][slot] = m.point[i][lane]
-                for i in range(m.sampler_count):
+                for i in range(m.sampler_constant_count):
                     m.queue_constants[i][slot] = m.sampler_constants[i][lane]
                 m.counts[WAITING] = slot + 1
                 if slot + 1 == m.width:  # as many as a vector has numbers are computed together
-                    _empty_queue(m)
+                    _flush_queue(m)
                 m.rows[lane] = row + 1
-                m.due[0][lane] = m.grid[row + 2] if row + 2 < m.grid_count else _NEVER
-        waiting = success & (m.due[0] <= later_time)
+                m.next_sample_time[0][lane] = m.grid[row + 2] if row + 2 < m.grid_count else _NEVER
+        has_sample = success & (m.next_sample_time[0] <= next_time)
 
 
-def _empty_queue(m: LanesMemory) -> None:
+def _flush_queue(m: LanesMemory) -> None:
     """Compute the quantities of the samples in the queue, and store them."""
     evaluate_lanes(m.samplers, m.queue_time, m.queue_states, m.queue_constants, m.values, 0)
     for slot in range(m.counts[WAITING]):
@@ -330,17 +330,17 @@ def _empty_queue(m: LanesMemory) -> None:
     m.counts[WAITING] = 0
 
 
-def _seek_largest(m: LanesMemory, time: Lanes, step: Lanes, promising: Marks) -> None:
+def _update_peaks(m: LanesMemory, time: Lanes, step: Lanes, may_peak: Marks) -> None:
     """Compute quantities at the places within steps, and locate those that are larger than all before."""
     for place in range(1, PLACES):
-        _compute_heights(m, time, step, place / PLACES + 0.0 * step)
+        _compute_peak_quantities(m, time, step, place / PLACES + 0.0 * step)
         for j in range(m.peak_count):
-            value = m.height[j]
+            value = m.peak_value[j]
             m.places[place * m.peak_count + j] = value
-            m.best[j] = select(promising & (value > m.best[j]), value, m.best[j])
+            m.best[j] = select(may_peak & (value > m.best[j]), value, m.best[j])
     for j in range(m.peak_count):
         for place in range(1, PLACES):
-            _locate(m, j, place, time, step, promising)
+            _locate(m, j, place, time, step, may_peak)
 
 
 def _locate(m: LanesMemory, j: int, place: int, time: Lanes, step: Lanes, success: Marks) -> None:
@@ -351,10 +351,10 @@ def _locate(m: LanesMemory, j: int, place: int, time: Lanes, step: Lanes, succes
     bend, slope = 2.0 * value - low - high, high - low
     shift = 0.5 * slope / bend
     gain = 0.125 * slope * slope / bend
-    promising = success & (bend > 0.0) & (abs(shift) <= 1.0) & (value + _STEEP * gain > _WORTHWHILE * m.best[j])
-    if any_lane(promising):
-        _compute_heights(m, time, step, (place + shift) / PLACES)
-        m.best[j] = select(promising & (m.height[j] > m.best[j]), m.height[j], m.best[j])
+    may_peak = success & (bend > 0.0) & (abs(shift) <= 1.0) & (value + _VERTEX_FACTOR * gain > _PEAK_FACTOR * m.best[j])
+    if any_lane(may_peak):
+        _compute_peak_quantities(m, time, step, (place + shift) / PLACES)
+        m.best[j] = select(may_peak & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
 
 
 def _fill_lanes(m: LanesMemory) -> None:
@@ -368,99 +368,101 @@ def _fill_lanes(m: LanesMemory) -> None:
             m.members[lane], m.rows[lane] = member, 0
             for i in range(m.n):
                 m.state[i][lane] = m.last_sample[i][lane] = m.states[i * m.member_count + member]
-            for i in range(m.rate_count):
+            for i in range(m.rate_constant_count):
                 m.rate_constants[i][lane] = m.constants[i * m.member_count + member]
-            for i in range(m.sampler_count):
-                m.sampler_constants[i][lane] = m.constants[(m.rate_count + i) * m.member_count + member]
-            for i in range(m.height_count):
-                m.height_constants[i][lane] = m.constants[(m.rate_count + m.sampler_count + i) * m.member_count + member]
+            for i in range(m.sampler_constant_count):
+                m.sampler_constants[i][lane] = m.constants[(m.rate_constant_count + i) * m.member_count + member]
+            for i in range(m.peak_constant_count):
+                m.peak_constants[i][lane] = m.constants[
+                    (m.rate_constant_count + m.sampler_constant_count + i) * m.member_count + member
+                ]
             m.size[0][lane] = m.progress[member]
             for j in range(m.peak_count):
                 m.best[j][lane] = m.progress[(1 + j) * m.member_count + member]
             m.clock[0][lane] = m.last_sample_time[0][lane] = m.grid[0]
-            m.due[0][lane], m.steps[0][lane] = m.grid[1], 0.0
-            m.is_new[0][lane], m.busy[0][lane], m.is_shortened[0][lane] = 1.0, 1.0, 0.0
+            m.next_sample_time[0][lane], m.steps[0][lane] = m.grid[1], 0.0
+            m.is_new[0][lane], m.is_busy[0][lane], m.is_shortened[0][lane] = 1.0, 1.0, 0.0
     evaluate_lanes(m.rates, m.clock, m.state, m.rate_constants, m.k, 0)
     is_new = m.is_new[0] != 0.0
-    begins = is_new & (m.size[0] <= 0.0)
-    if any_lane(begins):
-        m.size[0] = select(begins, _first_steps(m, m.grid[m.grid_count - 1] - m.clock[0]), m.size[0])
+    needs_size = is_new & (m.size[0] <= 0.0)
+    if any_lane(needs_size):
+        m.size[0] = select(needs_size, _first_steps(m, m.grid[m.grid_count - 1] - m.clock[0]), m.size[0])
     if m.peak_count > 0:
-        evaluate_lanes(m.heights, m.clock, m.state, m.height_constants, m.height, 0)
+        evaluate_lanes(m.peak_quantities, m.clock, m.state, m.peak_constants, m.peak_value, 0)
         for j in range(m.peak_count):
-            m.best[j] = select(is_new & (m.height[j] > m.best[j]), m.height[j], m.best[j])
-            m.places[j] = select(is_new, m.height[j], m.places[j])
+            m.best[j] = select(is_new & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
+            m.places[j] = select(is_new, m.peak_value[j], m.places[j])
 
 
-def _leave_lanes(m: LanesMemory, ending: int, leaving: Marks) -> None:
-    """Store the ends of members, and make their lanes idle."""
-    m.mark[0] = select(leaving, 1.0, 0.0)
+def _release_lanes(m: LanesMemory, ending: int, has_ended: Marks) -> None:
+    """Store the results of members that have ended, and make their lanes idle."""
+    m.mark[0] = select(has_ended, 1.0, 0.0)
     for lane in range(m.width):
         if m.mark[0][lane] != 0.0:
             member = m.members[lane]
-            is_whole = ending == END
+            is_complete = ending == END
             for i in range(m.n):
-                m.states[i * m.member_count + member] = m.state[i][lane] if is_whole else m.last_sample[i][lane]
+                m.states[i * m.member_count + member] = m.state[i][lane] if is_complete else m.last_sample[i][lane]
             m.progress[member] = m.size[0][lane]
             for j in range(m.peak_count):
                 m.progress[(1 + j) * m.member_count + member] = m.best[j][lane]
             m.times[member], m.sample_times[member] = m.clock[0][lane], m.last_sample_time[0][lane]
             m.endings[member] = ending
-            m.members[lane], m.busy[0][lane] = IDLE, 0.0
+            m.members[lane], m.is_busy[0][lane] = IDLE, 0.0
             m.counts[ACTIVE] -= 1
 
 
 def _advance_once(m: LanesMemory, end: float) -> None:
     """Attempt a step on each lane."""
     time = m.clock[0]
-    goal = smaller(m.due[0], end)
-    way = goal - time
-    parts = ceiling(way / (_STRETCH * m.size[0]))
-    divides = way >= _SHORT_WAY * m.size[0]
-    step = smaller(select(divides, way / larger(parts, 1.0), m.size[0]), end - time)
-    later_time = select(divides & (parts <= 1.0), goal, time + step)
-    is_last = later_time + 0.01 * step >= end
-    step, later_time = select(is_last, end - time, step), select(is_last, end, later_time)
+    goal = smaller(m.next_sample_time[0], end)
+    distance = goal - time
+    parts = ceiling(distance / (_LARGEST_STRETCH * m.size[0]))
+    is_divided = distance >= _SHORTEST_STEP_SHARE * m.size[0]
+    step = smaller(select(is_divided, distance / larger(parts, 1.0), m.size[0]), end - time)
+    next_time = select(is_divided & (parts <= 1.0), goal, time + step)
+    is_last = next_time + 0.01 * step >= end
+    step, next_time = select(is_last, end - time, step), select(is_last, end, next_time)
     error = _attempt(m, time, step)
-    m.moment[0] = later_time
-    evaluate_lanes(m.rates, m.moment, m.later, m.rate_constants, m.k, STAGES * m.n)
-    busy = m.busy[0] != 0.0
-    success = busy & (error <= 1.0) & _finite_lanes(m.k, STAGES * m.n, m.n)
-    promising = busy & ~busy
+    m.moment[0] = next_time
+    evaluate_lanes(m.rates, m.moment, m.next_state, m.rate_constants, m.k, STAGES * m.n)
+    is_busy = m.is_busy[0] != 0.0
+    success = is_busy & (error <= 1.0) & _finite_lanes(m.k, STAGES * m.n, m.n)
+    may_peak = is_busy & ~is_busy
     if m.peak_count > 0:
-        evaluate_lanes(m.heights, m.moment, m.later, m.height_constants, m.height, 0)
+        evaluate_lanes(m.peak_quantities, m.moment, m.next_state, m.peak_constants, m.peak_value, 0)
         for j in range(m.peak_count):
-            high, low = larger(m.highest[j], m.height[j]), smaller(m.lowest[j], m.height[j])
-            promising = promising | (success & (high + _BETWEEN * (high - low) > _WORTHWHILE * m.best[j]))
-            m.places[PLACES * m.peak_count + j] = m.height[j]
-            m.best[j] = select(success & (m.height[j] > m.best[j]), m.height[j], m.best[j])
-    seeks = any_lane(promising)
-    if seeks or any_lane(success & (m.due[0] < later_time)):
+            high, low = larger(m.highest[j], m.peak_value[j]), smaller(m.lowest[j], m.peak_value[j])
+            may_peak = may_peak | (success & (high + _RANGE_MARGIN * (high - low) > _PEAK_FACTOR * m.best[j]))
+            m.places[PLACES * m.peak_count + j] = m.peak_value[j]
+            m.best[j] = select(success & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
+    has_candidates = any_lane(may_peak)
+    if has_candidates or any_lane(success & (m.next_sample_time[0] < next_time)):
         _compute_dense(m, time, step)
-    if seeks:
-        _seek_largest(m, time, step, promising)
+    if has_candidates:
+        _update_peaks(m, time, step, may_peak)
     for j in range(m.peak_count):
         m.places[j] = select(success, m.places[PLACES * m.peak_count + j], m.places[j])
-    _record_samples(m, time, step, later_time, success)
+    _record_samples(m, time, step, next_time, success)
     for i in range(m.n):
-        m.state[i] = select(success, m.later[i], m.state[i])
+        m.state[i] = select(success, m.next_state[i], m.state[i])
         m.k[i] = select(success, m.k[STAGES * m.n + i], m.k[i])
-    m.clock[0] = select(success, later_time, time)
+    m.clock[0] = select(success, next_time, time)
     proposal = _SAFETY / _root_8(error)
-    grown = select(error == 0.0, _GROW, smaller(larger(proposal, _SHRINK), _GROW))
-    grown = select(m.is_shortened[0] != 0.0, smaller(grown, 1.0), grown)
-    shrunk = select(error > 1.0, larger(proposal, _SHRINK), _SHRINK)
-    size = step * select(success, grown, shrunk)
-    m.size[0] = select(success & (grown >= _GROW), larger(size, m.size[0]), size)
+    growth = select(error == 0.0, _MAX_FACTOR, smaller(larger(proposal, _MIN_FACTOR), _MAX_FACTOR))
+    growth = select(m.is_shortened[0] != 0.0, smaller(growth, 1.0), growth)
+    reduction = select(error > 1.0, larger(proposal, _MIN_FACTOR), _MIN_FACTOR)
+    size = step * select(success, growth, reduction)
+    m.size[0] = select(success & (growth >= _MAX_FACTOR), larger(size, m.size[0]), size)
     m.is_shortened[0] = select(success, 0.0, 1.0)
     m.steps[0] = m.steps[0] + 1.0
-    at_end = busy & (m.clock[0] >= end)
-    broken = busy & ~success & ((m.size[0] <= 4.0 * _EPS * abs(time)) | (m.size[0] < _NOT_ZERO))
-    out_of_steps = busy & ~at_end & ~broken & (m.steps[0] >= float(m.most_steps))
-    if any_lane(at_end | broken | out_of_steps):
-        _leave_lanes(m, END, at_end)
-        _leave_lanes(m, NOT_FINITE, broken)
-        _leave_lanes(m, NO_STEPS_LEFT, out_of_steps)
+    is_at_end = is_busy & (m.clock[0] >= end)
+    is_broken = is_busy & ~success & ((m.size[0] <= 4.0 * _EPS * abs(time)) | (m.size[0] < _TINY))
+    has_no_steps_left = is_busy & ~is_at_end & ~is_broken & (m.steps[0] >= float(m.most_steps))
+    if any_lane(is_at_end | is_broken | has_no_steps_left):
+        _release_lanes(m, END, is_at_end)
+        _release_lanes(m, NOT_FINITE, is_broken)
+        _release_lanes(m, NO_STEPS_LEFT, has_no_steps_left)
 
 
 def _begin(m: LanesMemory) -> None:
@@ -468,7 +470,7 @@ def _begin(m: LanesMemory) -> None:
     m.counts[NEXT], m.counts[ACTIVE], m.counts[WAITING] = 0, 0, 0
     for lane in range(m.width):
         m.members[lane] = IDLE
-        m.busy[0][lane], m.size[0][lane], m.clock[0][lane], m.due[0][lane] = 0.0, 1.0, m.grid[0], _NEVER
+        m.is_busy[0][lane], m.size[0][lane], m.clock[0][lane], m.next_sample_time[0][lane] = 0.0, 1.0, m.grid[0], _NEVER
         for i in range(m.n):
             m.state[i][lane] = 0.0
 
@@ -486,6 +488,6 @@ def advance_lanes(m: LanesMemory) -> int:
         if m.counts[NEXT] < m.member_count and (m.width - m.counts[ACTIVE]) * _REFILL_SHARE >= m.width:
             _fill_lanes(m)
     if m.counts[ACTIVE] == 0:
-        _empty_queue(m)
+        _flush_queue(m)
     active: int = m.counts[ACTIVE]
     return active

@@ -31,13 +31,13 @@ _SCRATCH = _PARTS + 1  # the row of values that no part needs
 VALUE_ROWS = _SCRATCH + 1
 _VERTICES = 3  # parabolas, until an event function that nears zero within a part is taken to have stayed on its side
 _EPS = 2.0**-52
-_NOT_ZERO = 1e-300
-_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0  # of step sizes
+_TINY = 1e-300
+_SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
 _ABSOLUTE = 1e-2  # of the relative tolerance
 _EXPONENT = -1.0 / 8.0
 
 END, EVENT, NO_STEPS_LEFT, NOT_FINITE, NO_ROOM = range(5)  # how a leg ends; no room: for its hits
-SAMPLE_COUNT, HIT_COUNT, STEP_COUNT, STOPPED_BY = range(4)  # places in the counts
+SAMPLE_COUNT, HIT_COUNT, STEP_COUNT, STOPPING_EVENT = range(4)  # places in the counts
 _NEVER = 2.0  # a part of a step
 
 
@@ -50,7 +50,8 @@ class LegMemory(NamedTuple):
     coefficients without zeros, see ``dormand_prince``. event_kinds (2, m): directions; 1 where events interrupt.
     cool_ends, cool_signs (m,): cool-downs. grid (grid_count,). clock (1,): the time. state (width,). samples (grid_count, n).
     hit_events (room,), hits (room, 1 + n): events, times, states. k (16, width): rates of the stages. dense (7, width):
-    coefficients of the dense output. point, later, errors, zero (width,): a state within the step, that at its end, and memory.
+    coefficients of the dense output. point, next_state, errors, zero (width,): a state within the step, that at its end, and
+    memory.
     values (6, m): of the event functions. counts (4,).
     """
 
@@ -82,7 +83,7 @@ class LegMemory(NamedTuple):
     k: Reals
     dense: Reals
     point: Reals
-    later: Reals
+    next_state: Reals
     errors: Reals
     zero: Reals
     values: Reals
@@ -132,10 +133,10 @@ def _is_finite(values: Reals, first: int, count: int) -> bool:
     return total == 0.0
 
 
-def _allowed_error(leg: LegMemory, i: int, value: float, later: float) -> float:
+def _allowed_error(leg: LegMemory, i: int, value: float, next_value: float) -> float:
     if leg.is_angle[i] != 0.0:
         return leg.tolerance
-    return leg.tolerance * (_ABSOLUTE + max(abs(value), abs(later)))
+    return leg.tolerance * (_ABSOLUTE + max(abs(value), abs(next_value)))
 
 
 def _first_step(leg: LegMemory, time: float, span: float) -> float:
@@ -150,10 +151,10 @@ def _first_step(leg: LegMemory, time: float, span: float) -> float:
     small = min(small, span)
     for i in range(leg.n):
         leg.point[i] = leg.state[i] + small * leg.k[i]
-    evaluate(leg.rates, time + small, leg.point, leg.constants, leg.later, 0)
+    evaluate(leg.rates, time + small, leg.point, leg.constants, leg.next_state, 0)
     for i in range(leg.n):
         scale = _allowed_error(leg, i, leg.state[i], leg.state[i])
-        change += ((leg.later[i] - leg.k[i]) / scale) ** 2
+        change += ((leg.next_state[i] - leg.k[i]) / scale) ** 2
     largest = max(speed, math.sqrt(change / leg.n) / small)
     step = max(1e-6, small * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** -_EXPONENT
     if not step > 0.0:  # the rates are not finite there
@@ -170,17 +171,17 @@ def _attempt(leg: LegMemory, time: float, step: float) -> float:
     """Attempt a step from a state whose rates are known; return its error, at most 1 where it is accepted: section II.10."""
     for stage in range(1, STAGES):
         _compute_stage(leg, stage, time, step)
-    _add_stages(leg, STAGES, step, leg.state, leg.later)
+    _add_stages(leg, STAGES, step, leg.state, leg.next_state)
     _add_stages(leg, ERROR_ROWS, 1.0, leg.zero, leg.errors)
     _add_stages(leg, ERROR_ROWS + 1, 1.0, leg.zero, leg.point)
-    of_order_5 = of_order_3 = 0.0
+    squares_5 = squares_3 = 0.0
     for i in range(leg.n):
-        inverse = 1.0 / _allowed_error(leg, i, leg.state[i], leg.later[i])
-        of_order_5 += (leg.errors[i] * inverse) ** 2
-        of_order_3 += (leg.point[i] * inverse) ** 2
-    if of_order_5 == 0.0:
+        inverse = 1.0 / _allowed_error(leg, i, leg.state[i], leg.next_state[i])
+        squares_5 += (leg.errors[i] * inverse) ** 2
+        squares_3 += (leg.point[i] * inverse) ** 2
+    if squares_5 == 0.0:
         return 0.0
-    return step * of_order_5 / math.sqrt((of_order_5 + 0.01 * of_order_3) * leg.n)
+    return step * squares_5 / math.sqrt((squares_5 + 0.01 * squares_3) * leg.n)
 
 
 def _compute_dense(leg: LegMemory, time: float, step: float) -> None:
@@ -188,7 +189,7 @@ def _compute_dense(leg: LegMemory, time: float, step: float) -> None:
     for stage in range(STAGES + 1, ALL_STAGES):
         _compute_stage(leg, stage, time, step)
     for i in range(leg.n):
-        gain = leg.later[i] - leg.state[i]
+        gain = leg.next_state[i] - leg.state[i]
         leg.dense[i] = gain
         leg.dense[leg.width + i] = step * leg.k[i] - gain
         leg.dense[2 * leg.width + i] = 2.0 * gain - step * (leg.k[STAGES * leg.width + i] + leg.k[i])
@@ -202,7 +203,7 @@ def _event_value(leg: LegMemory, index: int, value: float, time: float) -> float
     """Return the value of an event function that counts: just after an event it is rounding noise, its sign is known."""
     if time <= leg.cool_ends[index]:
         sign = leg.cool_signs[index] if leg.cool_signs[index] != 0.0 else -float(leg.event_kinds[index])
-        return sign * (abs(value) + _NOT_ZERO)
+        return sign * (abs(value) + _TINY)
     return value
 
 
@@ -244,7 +245,7 @@ def _root(
     return high
 
 
-def _dip(leg: LegMemory, index: int, time: float, step: float, part: int) -> float:
+def _interior_crossing(leg: LegMemory, index: int, time: float, step: float, part: int) -> float:
     """Return a place in a part of the step at which an event function has the other sign than at both of its ends, or never.
 
     The place is sought at the vertices of parabolas through the function's values.
@@ -273,22 +274,22 @@ def _begin_events(leg: LegMemory, time: float) -> None:
     evaluate(leg.functions, time, leg.state, leg.event_constants, leg.values, 0)
     for i in range(leg.m):
         value = _event_value(leg, i, leg.values[i], time)
-        leg.values[i] = value if value != 0.0 else -float(leg.event_kinds[i]) * _NOT_ZERO
+        leg.values[i] = value if value != 0.0 else -float(leg.event_kinds[i]) * _TINY
 
 
-def _evaluate_events(leg: LegMemory, time: float, step: float, later_time: float) -> None:
+def _evaluate_events(leg: LegMemory, time: float, step: float, next_time: float) -> None:
     """Compute the values of the event functions at the ends of the parts of a step."""
     for part in range(1, _PARTS + 1):
-        part_time = later_time if part == _PARTS else time + part / _PARTS * step
+        part_time = next_time if part == _PARTS else time + part / _PARTS * step
         if part == _PARTS:
-            evaluate(leg.functions, part_time, leg.later, leg.event_constants, leg.values, part * leg.m)
+            evaluate(leg.functions, part_time, leg.next_state, leg.event_constants, leg.values, part * leg.m)
         else:
             _dense_point(part / _PARTS, leg.state, leg.dense, leg.width, leg.point)
             evaluate(leg.functions, part_time, leg.point, leg.event_constants, leg.values, part * leg.m)
         for i in range(leg.m):
-            value, before = _event_value(leg, i, leg.values[part * leg.m + i], part_time), leg.values[(part - 1) * leg.m + i]
-            if value == 0.0 and before != 0.0:  # it passes zero where it leaves it
-                value = math.copysign(_NOT_ZERO, before)
+            value, previous = _event_value(leg, i, leg.values[part * leg.m + i], part_time), leg.values[(part - 1) * leg.m + i]
+            if value == 0.0 and previous != 0.0:  # it passes zero where it leaves it
+                value = math.copysign(_TINY, previous)
             leg.values[part * leg.m + i] = value
 
 
@@ -303,7 +304,7 @@ def _record_hit(leg: LegMemory, index: int, time: float, x: float, step: float) 
     leg.counts[HIT_COUNT] += 1
 
 
-def _cross(
+def _record_crossing(
     leg: LegMemory,
     index: int,
     time: float,
@@ -321,19 +322,19 @@ def _cross(
     x = _root(leg, index, time, step, low, low_value, high, high_value)
     if leg.event_kinds[leg.m + index] == 1:
         if x < stop:
-            leg.counts[STOPPED_BY] = index
+            leg.counts[STOPPING_EVENT] = index
         return min(x, stop)
     if x <= stop:
         _record_hit(leg, index, time, x, step)
     return stop
 
 
-def _locate_events(leg: LegMemory, time: float, step: float, later_time: float) -> float:
+def _locate_events(leg: LegMemory, time: float, step: float, next_time: float) -> float:
     """Record the events of a step; return the part of it at which one interrupts, or never.
 
     The first row of the values of event functions, those at the beginning, is replaced by that at the end.
     """
-    _evaluate_events(leg, time, step, later_time)
+    _evaluate_events(leg, time, step, next_time)
     stop = _NEVER
     for part in range(_PARTS):
         for kind in range(1, -1, -1):  # those that interrupt first
@@ -343,12 +344,12 @@ def _locate_events(leg: LegMemory, time: float, step: float, later_time: float) 
                 low, low_value = part / _PARTS, leg.values[part * leg.m + i]
                 high, high_value = (part + 1) / _PARTS, leg.values[(part + 1) * leg.m + i]
                 if low_value * high_value > 0.0:
-                    middle = _dip(leg, i, time, step, part)
+                    middle = _interior_crossing(leg, i, time, step, part)
                     if middle < high:
-                        stop = _cross(leg, i, time, step, low, low_value, middle, -high_value, stop)
-                        stop = _cross(leg, i, time, step, middle, -low_value, high, high_value, stop)
+                        stop = _record_crossing(leg, i, time, step, low, low_value, middle, -high_value, stop)
+                        stop = _record_crossing(leg, i, time, step, middle, -low_value, high, high_value, stop)
                 else:
-                    stop = _cross(leg, i, time, step, low, low_value, high, high_value, stop)
+                    stop = _record_crossing(leg, i, time, step, low, low_value, high, high_value, stop)
         if stop < _NEVER:
             break
     for i in range(leg.m):
@@ -356,26 +357,26 @@ def _locate_events(leg: LegMemory, time: float, step: float, later_time: float) 
     return stop
 
 
-def _record_samples(leg: LegMemory, time: float, step: float, later_time: float, last_time: float) -> None:
+def _record_samples(leg: LegMemory, time: float, step: float, next_time: float, last_time: float) -> None:
     """Record the samples of a step up to a time."""
     sample = leg.counts[SAMPLE_COUNT]
     while sample < leg.grid_count and leg.grid[sample] <= last_time:
-        is_within = leg.grid[sample] < later_time
+        is_within = leg.grid[sample] < next_time
         if is_within:
             _dense_point((leg.grid[sample] - time) / step, leg.state, leg.dense, leg.width, leg.point)
         for i in range(leg.n):
-            leg.samples[sample * leg.n + i] = leg.point[i] if is_within else leg.later[i]
+            leg.samples[sample * leg.n + i] = leg.point[i] if is_within else leg.next_state[i]
         sample += 1
     leg.counts[SAMPLE_COUNT] = sample
 
 
 def _begin(leg: LegMemory, time: float) -> bool:
     """Record the samples at the beginning, and compute what the first step needs; return whether it is finite."""
-    for place in range(STOPPED_BY):
+    for place in range(STOPPING_EVENT):
         leg.counts[place] = 0
-    leg.counts[STOPPED_BY] = -1
+    leg.counts[STOPPING_EVENT] = -1
     for i in range(leg.width):
-        leg.later[i] = leg.state[i]
+        leg.next_state[i] = leg.state[i]
     _record_samples(leg, time, 1.0, time, time)
     evaluate(leg.rates, time, leg.state, leg.constants, leg.k, 0)
     if leg.m > 0:
@@ -383,20 +384,20 @@ def _begin(leg: LegMemory, time: float) -> bool:
     return _is_finite(leg.k, 0, leg.n)
 
 
-def _accept(leg: LegMemory, time: float, step: float, later_time: float) -> int:
+def _accept(leg: LegMemory, time: float, step: float, next_time: float) -> int:
     """Record the events and samples of a step and go to its end, or to the event that interrupts; return whether one does."""
     stop = _NEVER
-    if leg.m > 0 or leg.grid[leg.counts[SAMPLE_COUNT]] < later_time:
+    if leg.m > 0 or leg.grid[leg.counts[SAMPLE_COUNT]] < next_time:
         _compute_dense(leg, time, step)
     if leg.m > 0:
-        stop = _locate_events(leg, time, step, later_time)
-    last_time = time + stop * step if stop < _NEVER else later_time
-    _record_samples(leg, time, step, later_time, last_time)
+        stop = _locate_events(leg, time, step, next_time)
+    last_time = time + stop * step if stop < _NEVER else next_time
+    _record_samples(leg, time, step, next_time, last_time)
     if stop < _NEVER:
-        _dense_point(stop, leg.state, leg.dense, leg.width, leg.later)
+        _dense_point(stop, leg.state, leg.dense, leg.width, leg.next_state)
     leg.clock[0] = last_time
     for i in range(leg.n):
-        leg.state[i] = leg.later[i]
+        leg.state[i] = leg.next_state[i]
         leg.k[i] = leg.k[STAGES * leg.width + i]
     if leg.counts[HIT_COUNT] > leg.room:
         return NO_ROOM
@@ -418,18 +419,18 @@ def advance(leg: LegMemory) -> int:
         is_last = time + 1.01 * step >= end
         if is_last:
             step = end - time
-        later_time = end if is_last else time + step
+        next_time = end if is_last else time + step
         error = _attempt(leg, time, step)
         if error <= 1.0:
-            evaluate(leg.rates, later_time, leg.later, leg.constants, leg.k, STAGES * leg.width)
+            evaluate(leg.rates, next_time, leg.next_state, leg.constants, leg.k, STAGES * leg.width)
         if error <= 1.0 and _is_finite(leg.k, STAGES * leg.width, leg.n):
-            ending = _accept(leg, time, step, later_time)
-            factor = _GROW if error == 0.0 else min(_GROW, max(_SHRINK, _SAFETY * error**_EXPONENT))
+            ending = _accept(leg, time, step, next_time)
+            factor = _MAX_FACTOR if error == 0.0 else min(_MAX_FACTOR, max(_MIN_FACTOR, _SAFETY * error**_EXPONENT))
             step *= min(1.0, factor) if is_shortened else factor
             time, is_shortened = leg.clock[0], False
         else:
-            step *= max(_SHRINK, _SAFETY * error**_EXPONENT) if error > 1.0 else _SHRINK
+            step *= max(_MIN_FACTOR, _SAFETY * error**_EXPONENT) if error > 1.0 else _MIN_FACTOR
             is_shortened = True
-            if step <= 4.0 * _EPS * abs(time) or step < _NOT_ZERO:
+            if step <= 4.0 * _EPS * abs(time) or step < _TINY:
                 ending = NOT_FINITE
     return ending

@@ -74,13 +74,13 @@ def lanes_of(kind: Any, width: int) -> Any:
 
 
 def constant_lanes(kind: Any, value: float, width: int) -> ir.Constant:
-    """Return a constant of this type, in a vector alike on all lanes."""
+    """Return a constant of this type, in a vector the same on all lanes."""
     number = ir.Constant(kind, value)
     return number if width == 1 else ir.Constant(ir.VectorType(kind, width), [number] * width)
 
 
 def intrinsic(module: ir.Module, name: str, values: Sequence[Any]) -> Any:
-    """Return one of LLVM's functions of numbers, or of vectors alike, for values of this type."""
+    """Return one of LLVM's functions of numbers, or of vectors lane by lane, for values of this type."""
     kind = values[0].type
     suffix = "f64" if kind == _DOUBLE else f"v{kind.count}f64"
     return module.declare_intrinsic(f"{name}.{suffix}", (), ir.FunctionType(kind, [kind] * len(values)))
@@ -134,14 +134,14 @@ class _Printer:
         return total
 
     def _product(self, e: sp.Mul) -> Any:
-        above, below = e.as_numer_denom() if any(a.is_Pow and a.exp.is_negative for a in e.args) else (e, sp.S.One)
-        if below is not sp.S.One:
-            return self.builder.fdiv(self(above), self(below))
+        numerator, denominator = e.as_numer_denom() if any(a.is_Pow and a.exp.is_negative for a in e.args) else (e, sp.S.One)
+        if denominator is not sp.S.One:
+            return self.builder.fdiv(self(numerator), self(denominator))
         factors = [a for a in e.args if a is not sp.S.NegativeOne]
-        product = reduce(self._times, map(self, factors))
+        product = reduce(self._multiply, map(self, factors))
         return product if len(factors) == len(e.args) else self.builder.fneg(product)
 
-    def _times(self, a: Any, b: Any) -> Any:
+    def _multiply(self, a: Any, b: Any) -> Any:
         return self.builder.fmul(a, b, flags=CONTRACT)
 
     def _power(self, e: sp.Pow) -> Any:
@@ -150,9 +150,9 @@ class _Printer:
             product, square, n = None, base, int(abs(exponent))
             while n:
                 if n & 1:
-                    product = square if product is None else self._times(product, square)
+                    product = square if product is None else self._multiply(product, square)
                 n >>= 1
-                square = self._times(square, square) if n else square
+                square = self._multiply(square, square) if n else square
             return product if exponent.is_positive else self.builder.fdiv(self.real(1.0), product)
         if abs(exponent) == sp.Rational(1, 2):
             root = self._intrinsic("llvm.sqrt", base)
@@ -168,31 +168,31 @@ class _Printer:
     def _waves(self, x: Any) -> tuple[Any, Any]:
         """Return sine and cosine of a value, to a unit in the last place, without a branch."""
         builder = self.builder
-        sum_of_bits = self._plus(self._times(x, self.real(2 / math.pi)), self.real(_LAST_BITS))
+        sum_of_bits = self._add(self._multiply(x, self.real(2 / math.pi)), self.real(_LAST_BITS))
         quarters, rest = builder.fsub(sum_of_bits, self.real(_LAST_BITS)), x
         for part in _QUARTER_TURN:
             rest = self._intrinsic("llvm.fma", quarters, self.real(-part), rest)
-        square = self._times(rest, rest)
+        square = self._multiply(rest, rest)
         sine = self._polynomial(square, _SINE)
-        sine = self._plus(rest, self._times(self._times(rest, square), sine))
+        sine = self._add(rest, self._multiply(self._multiply(rest, square), sine))
         cosine = self._polynomial(square, _COSINE)
-        cosine = self._plus(self.real(1.0), self._times(square, self._plus(self.real(-0.5), self._times(square, cosine))))
+        cosine = self._add(self.real(1.0), self._multiply(square, self._add(self.real(-0.5), self._multiply(square, cosine))))
         flag, one = lanes_of(_BIT, self.width), constant_lanes(_INTEGER, 1, self.width)
         count = builder.bitcast(sum_of_bits, lanes_of(_INTEGER, self.width))
         is_odd = builder.trunc(count, flag)
         results = []
-        for first, second, ahead in ((sine, cosine, 0), (cosine, sine, 1)):
+        for first, second, quarter in ((sine, cosine, 0), (cosine, sine, 1)):
             value = builder.select(is_odd, second, first)
-            quadrant = builder.add(count, constant_lanes(_INTEGER, ahead, self.width))
+            quadrant = builder.add(count, constant_lanes(_INTEGER, quarter, self.width))
             is_negative = builder.trunc(builder.lshr(quadrant, one), flag)
             results.append(builder.select(is_negative, builder.fneg(value), value))
         return results[0], results[1]
 
     def _polynomial(self, x: Any, coefficients: Sequence[float]) -> Any:
         highest, *lower = map(self.real, coefficients[::-1])
-        return reduce(lambda value, c: self._plus(c, self._times(x, value)), lower, highest)
+        return reduce(lambda value, c: self._add(c, self._multiply(x, value)), lower, highest)
 
-    def _plus(self, a: Any, b: Any) -> Any:
+    def _add(self, a: Any, b: Any) -> Any:
         return self.builder.fadd(a, b, flags=CONTRACT)
 
     def _intrinsic(self, name: str, *values: Any) -> Any:
