@@ -150,10 +150,10 @@ def test_integrators_are_lent_and_leave_nothing_behind() -> None:
 
     with ThreadPoolExecutor(3) as pool:
         assert all(np.array_equal(r.values, first.values) for r in pool.map(begin, range(3)))
-    lent = [compile_batch(FORCED, TOLERANCE).acquire() for _ in range(2)]
-    assert lent[0] is not lent[1]
-    compile_batch(FORCED, TOLERANCE).release(lent[0])
-    assert compile_batch(FORCED, TOLERANCE).acquire() is lent[0]
+    integrators = [compile_batch(FORCED, TOLERANCE).acquire() for _ in range(2)]
+    assert integrators[0] is not integrators[1]
+    compile_batch(FORCED, TOLERANCE).release(integrators[0])
+    assert compile_batch(FORCED, TOLERANCE).acquire() is integrators[0]
 
 
 def test_work_can_be_given_up_between_rounds() -> None:

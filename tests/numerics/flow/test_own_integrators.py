@@ -95,11 +95,11 @@ def test_what_is_compiled_is_hashable_and_cannot_be_changed(engine: str) -> None
 @pytest.mark.parametrize("lender", [HEYOKA, COMPILED])
 def test_an_integrator_is_lent_to_one_run_at_a_time_and_used_again(lender: str) -> None:
     engine = compile_system(SPRING, 1e-9, (PASSING,), lender).engine
-    lent = [engine.acquire() for _ in range(3)]
-    assert len({id(i) for i in lent}) == 3
-    for integrator in lent:
+    integrators = [engine.acquire() for _ in range(3)]
+    assert len({id(i) for i in integrators}) == 3
+    for integrator in integrators:
         engine.release(integrator)
-    assert any(engine.acquire() is i for i in lent)
+    assert any(engine.acquire() is i for i in integrators)
 
 
 STOPPING = Event("stop", x - 0.5, -1, terminal=True)

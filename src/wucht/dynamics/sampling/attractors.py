@@ -132,9 +132,9 @@ class Attractor:
         """Its points, as embedded states (P, 1, d) of one member."""
         return np.asarray((self.points * self.sizes)[:, None])
 
-    def is_near(self, embedded: np.ndarray) -> np.ndarray:
+    def is_near(self, states: np.ndarray) -> np.ndarray:
         """Mask (M,) of the members that are near it in all of their embedded states (K, M, d)."""
-        distances, _ = self._tree.query(embedded / self.sizes, distance_upper_bound=self.reach)  # inf beyond
+        distances, _ = self._tree.query(states / self.sizes, distance_upper_bound=self.reach)  # inf beyond
         return np.asarray(np.isfinite(distances).all(axis=0))
 
     @cached_property

@@ -184,10 +184,10 @@ class ScreeningObserver:
         for attractor in self.attractors:
             if 0 < time_left < attractor.period:  # the part of it that is reached until the end is not known yet
                 continue
-            undecided = np.flatnonzero(outcome == UNDECIDED_OUTCOME)
-            if not len(undecided):
+            candidates = np.flatnonzero(outcome == UNDECIDED_OUTCOME)
+            if not len(candidates):
                 return
-            members = attractor.resident_members(self.equations, self.quantities.states, samples, speeds, end / 2, undecided)
+            members = attractor.resident_members(self.equations, self.quantities.states, samples, speeds, end / 2, candidates)
             outcome[members] = attractor.outcome
             arrival_time = _arrival_time(envelopes[..., members], end, attractor, free[members])
             settling_time[members] = np.where(arrival_time <= end + time_left, arrival_time, np.nan)
