@@ -165,6 +165,21 @@ def test_measured_files_are_read_with_their_units(tmp_path: Path) -> None:
     assert all(part in text for part, text in zip(parts, refusals, strict=True))
 
 
+def test_what_rounding_has_left_of_zero_is_shown_as_zero(tmp_path: Path) -> None:
+    """Below 1e-12 of the largest value of the curve; also of negative ones."""
+    values = [0, 1.44e-15, 4.99e-12, -4.99e-12, 5e-12, 5.01e-12, -5.01e-12, 2.5]
+    result = answer(tmp_path, page_of("drozdetskaya-2020/r1"), "smallNumbers", curve=[0, 2.5, -5, None, 1], values=values)
+    assert result["largest"] == 5
+    expected = ["0", "0", "0", "0", "5e−12", "5.01e−12", "−5.01e−12", "2.5"]
+    assert result["texts"] == [f"{text}\u00a0mm" for text in expected]
+
+
+@pytest.mark.parametrize("curve", [[0.0, 0.0], [None, 0.0], []])
+def test_beside_a_curve_of_zeros_no_number_is_rounding(tmp_path: Path, curve: list[float | None]) -> None:
+    result = answer(tmp_path, page_of("drozdetskaya-2020/r1"), "smallNumbers", curve=curve, values=[0, 1e-300])
+    assert result == {"largest": 0, "texts": ["0\u00a0mm", "1e−300\u00a0mm"]}
+
+
 @pytest.mark.parametrize(
     "name", ["drozdetskaya-2020/r1", "practice/screen", "practice/angle-grinder", "sperling-rollers/table-1"]
 )

@@ -6,7 +6,7 @@ import type { Course } from "./course.ts";
 import { element } from "./dom.ts";
 import type { Level } from "./levels.ts";
 import type { MeasuredCurve } from "./measured.ts";
-import { numberText, quantityText } from "./numbers.ts";
+import { largestSize, numberText, quantityText, withoutRounding } from "./numbers.ts";
 import type { Curve, Panel } from "./page_data.ts";
 import { paperOf, type Paper } from "./paper.ts";
 
@@ -77,6 +77,8 @@ export class CurvePanel {
   private _levels: readonly Level[] = [];
   private _measured: readonly MeasuredCurve[] = [];
   private _until = 1;
+  /** What each curve reaches in the course, in the panel's unit. */
+  private _largest: readonly number[] = [];
 
   /** seek: is called with the time at which somebody points. */
   constructor(panel: Panel, timeName: string, isLast: boolean, seek: (time: number) => void) {
@@ -116,6 +118,7 @@ export class CurvePanel {
     this._measured = measured;
     this._until = course.scenario.until;
     const columns = this._panel.curves.map((curve) => curveValues(course, this._panel, curve));
+    this._largest = columns.map(largestSize);
     this._plot.setData([course.time, ...columns] as uPlot.AlignedData);
   }
 
@@ -124,7 +127,8 @@ export class CurvePanel {
     this._cursor.style.transform = `translateX(${this._plot.valToPos(time, "x")}px)`;
     for (const [i, curve] of this._panel.curves.entries()) {
       const value = curve.output === undefined ? phaseOf(state, 0, curve) : outputs[curve.output]!;
-      this._numbers[i]!.textContent = quantityText(value / this._panel.size, this._panel.unit, 3);
+      const number = withoutRounding(value / this._panel.size, this._largest[i] ?? 0);
+      this._numbers[i]!.textContent = quantityText(number, this._panel.unit, 3);
     }
   }
 

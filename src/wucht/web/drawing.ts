@@ -3,10 +3,12 @@
 import { fitCanvas, Theme } from "./colours.ts";
 import type { DrawnMachine } from "./drawing_data.ts";
 import { Grip, type Part } from "./grip.ts";
-import { Pose, roundDown } from "./pose.ts";
+import { Pose } from "./pose.ts";
 import { drawAxis, drawBody, drawDisc, drawSlider, SMALLEST_BALL } from "./rotors.ts";
+import { ScaleBars } from "./scale_bars.ts";
 import { Pen } from "./shapes.ts";
-import { drawAttachment, drawFixture, drawMount, drawPivot, FOUNDATION, GROUND, SPRING } from "./supports.ts";
+import { drawAttachment, drawFixture, drawMount, drawPivot } from "./supports.ts";
+import { BORDER, Viewport } from "./viewport.ts";
 
 export type { Part } from "./grip.ts";
 
@@ -15,15 +17,6 @@ export interface View {
   readonly stroboscopic: boolean;
   readonly magnification: number;
 }
-
-/** Pixels: the border, and the band below for the scale. */
-const [BORDER, BAND] = [14, 26];
-/** Of the larger side of the carrier: the largest motion that is drawn. */
-const ROOM = 0.1;
-/** Of the smaller side of the canvas: the rotor in the stroboscopic view. */
-const CLOSE = 0.36;
-/** Of the larger side of the carrier: the scale's length. */
-const RULER = 0.25;
 
 export class MachineDrawing {
   private readonly canvas: HTMLCanvasElement;
@@ -35,15 +28,9 @@ export class MachineDrawing {
   /** The order of each body among those of its rotor. */
   private readonly orders: readonly number[];
   private readonly grip: Grip;
+  private readonly viewport: Viewport;
+  private readonly scaleBars = new ScaleBars();
   private view: View = { stroboscopic: false, magnification: 1 };
-  private version = -1;
-  /** Left, bottom, right and top of all that is drawn, and the larger side of the carrier. */
-  private readonly extent = new Float64Array(4);
-  private unit = 1;
-  private ruler = "";
-  private motionRuler = "";
-  private motionLength = 0;
-  private magnificationOfRuler = 0;
   private isEnlarged = false;
 
   constructor(canvas: HTMLCanvasElement, machine: DrawnMachine) {
@@ -58,6 +45,7 @@ export class MachineDrawing {
     const counts = machine.drawing.rotors.map(() => 0);
     this.orders = machine.drawing.bodies.map((body) => (body.about === null ? 0 : counts[body.rotor]!++));
     this.grip = new Grip(this.pose, this.pen);
+    this.viewport = new Viewport(this.pose);
   }
 
   /**
@@ -76,28 +64,27 @@ export class MachineDrawing {
     this.pen.colours = this.theme.current;
     if (!fitCanvas(this.canvas, this.context)) return;
     this.pose.update(state, outputs, parameters, view.magnification);
-    this.measure();
-    this.context.clearRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.context.clearRect(0, 0, width, height);
     this.context.lineCap = "round";
     this.context.lineJoin = "round";
-    this.look();
-    if (view.stroboscopic) this.drawRotating(state);
-    else {
+    if (view.stroboscopic) {
+      this.viewport.showRotor(this.pen, width, height);
+      this.drawRotating(state);
+    } else {
+      this.viewport.showWhole(this.pen, width, height);
       this.drawSupports();
       this.drawCarrier();
       this.drawRotors(state);
       if (trace !== null) this.drawTrace(trace);
-      this.drawRuler();
+      this.drawScale(height);
     }
+    this.isEnlarged = this.hasEnlargedBall();
   }
 
-  /** The magnification, of 1, 2, 5, 10, ..., at which a motion of the carrier is easily seen: in m, in rad of one that only turns. */
+  /** See `Viewport`. */
   suggestedMagnification(largestAmplitude: number): number {
-    this.measure();
-    const { to_scale: toScale, carrier, turning } = this.machine.drawing;
-    const isAngle = turning !== "no" && carrier.length === 1;
-    const suggestion = largestAmplitude > 0 ? roundDown((isAngle ? ROOM : ROOM * this.unit) / largestAmplitude) : 1;
-    return toScale || isAngle ? Math.max(1, suggestion) : suggestion;
+    return this.viewport.suggestedMagnification(largestAmplitude);
   }
 
   /**
@@ -132,56 +119,15 @@ export class MachineDrawing {
     return `${sentences.join("; ")}.`;
   }
 
-  /** The extent of the drawing, when parameters have changed. */
-  private measure(): void {
-    const { pose, extent } = this;
-    if (this.version === pose.version) return;
-    this.version = pose.version;
-    const { box, mounts, carrier, attachments, turning } = this.machine.drawing;
-    for (let i = 0; i < 4; i++) extent[i] = pose.length(box[i]!);
-    this.unit = Math.max(extent[2]! - extent[0]!, extent[3]! - extent[1]!);
-    const length = SPRING * this.unit;
-    let [left, bottom, right, top] = [extent[0]!, extent[1]!, extent[2]!, extent[3]!];
-    for (const mount of mounts) {
-      const whole = mount.is_on_foundation ? 2 * length + FOUNDATION * this.unit : length;
-      const [x, y] = [pose.length(mount.x) + mount.dx * whole, pose.length(mount.y) + mount.dy * whole];
-      const [halfX, halfY] = [GROUND * this.unit * Math.abs(mount.dy), GROUND * this.unit * Math.abs(mount.dx)];
-      [left, right] = [Math.min(left, x - halfX), Math.max(right, x + halfX)];
-      [bottom, top] = [Math.min(bottom, y - halfY), Math.max(top, y + halfY)];
-    }
-    if (attachments.some(({ angle }) => angle !== null)) {
-      [left, right, bottom] = [
-        Math.min(left, extent[0]! - 1.4 * length), Math.max(right, extent[2]! + 1.4 * length), Math.min(bottom, extent[1]! - length),
-      ];
-    }
-    if (turning !== "no" && mounts.length === 0) bottom -= 0.15 * this.unit;
-    if (carrier.length === 0) [left, right, bottom, top] = [left, right, bottom - 0.06 * this.unit, top + 0.02 * this.unit];
-    const room = carrier.length > 0 ? 0.5 * ROOM * this.unit : 0;
-    extent.set([left - room, bottom, right + room, top + room]);
-    this.magnificationOfRuler = 0;
-    const ruler = roundDown(RULER * this.unit);
-    this.ruler = lengthText(ruler);
-  }
-
-  /** Set the map from the machine to the canvas. */
-  private look(): void {
-    const { pose, extent, pen } = this;
-    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
-    if (this.view.stroboscopic) {
-      const rotor = this.machine.drawing.rotors[0]!;
-      const scale = (CLOSE * Math.min(width, height)) / pose.length(rotor.radius);
-      pen.look(pose.axisX(0), pose.axisY(0), pose.angles[rotor.body]!, scale, width / 2, height / 2);
-    } else {
-      const [left, bottom, right, top] = [extent[0]!, extent[1]!, extent[2]!, extent[3]!];
-      const scale = Math.max(1e-9, Math.min((width - 2 * BORDER) / (right - left), (height - 2 * BORDER - BAND) / (top - bottom)));
-      pen.look((left + right) / 2, (bottom + top) / 2, 0, scale, width / 2, (height - BAND) / 2);
-    }
+  private hasEnlargedBall(): boolean {
+    const { pose, pen } = this;
     const { bodies } = this.machine.drawing;
-    this.isEnlarged = bodies.some((body) => pose.length(body.size) > 0 && pose.length(body.size) * pen.scale < SMALLEST_BALL);
+    return bodies.some((body) => pose.length(body.size) > 0 && pose.length(body.size) * pen.scale < SMALLEST_BALL);
   }
 
   private drawSupports(): void {
-    const { pen, pose, unit } = this;
+    const { pen, pose } = this;
+    const { unit } = this.viewport;
     const { mounts, carrier, attachments, turning } = this.machine.drawing;
     if (carrier.length === 0) drawFixture(pen, pose);
     if (turning !== "no" && mounts.length === 0 && carrier.length === 1) drawPivot(pen, pose, unit);
@@ -197,7 +143,7 @@ export class MachineDrawing {
     const { pen, pose, context } = this;
     const [left, bottom, right, top] = this.machine.drawing.box;
     const [l, b, r, t] = [pose.length(left), pose.length(bottom), pose.length(right), pose.length(top)];
-    const rounding = 0.05 * this.unit * pen.scale;
+    const rounding = 0.05 * this.viewport.unit * pen.scale;
     context.save();
     context.translate(pen.px(pose.placeX(l, t), pose.placeY(l, t)), pen.py(pose.placeX(l, t), pose.placeY(l, t)));
     context.rotate(-pose.turn);
@@ -268,45 +214,12 @@ export class MachineDrawing {
     pen.stroke(pen.colours.accents[3], 1.6);
   }
 
-  /** Lengths to compare with: of the machine, and of the magnified motion. */
-  private drawRuler(): void {
+  private drawScale(height: number): void {
     const { pen } = this;
-    const { ink, muted, accents } = pen.colours;
-    const y = this.canvas.clientHeight - 14;
-    if (!this.machine.drawing.to_scale) {
-      pen.text("not to scale", BORDER, y, muted, 12, "left", null);
-      return;
-    }
-    const { magnification } = this.view;
-    if (this.magnificationOfRuler !== magnification) {
-      this.magnificationOfRuler = magnification;
-      const motion = roundDown((RULER * this.unit) / magnification);
-      this.motionLength = motion * magnification;
-      this.motionRuler = `motion: ${lengthText(motion)}`;
-    }
-    const end = this.bar(BORDER, y, roundDown(RULER * this.unit), this.ruler, ink);
-    if (magnification !== 1 && this.machine.drawing.carrier.length > 0) this.bar(end + 18, y, this.motionLength, this.motionRuler, accents[3]);
+    const y = height - BORDER;
+    const { to_scale: isToScale, carrier } = this.machine.drawing;
+    const magnification = carrier.length > 0 ? this.view.magnification : 1;
+    if (isToScale) this.scaleBars.draw(pen, BORDER, y, this.viewport.unit, magnification);
+    else pen.text("not to scale", BORDER, y, pen.colours.muted, 12, "left", null);
   }
-
-  private bar(x: number, y: number, length: number, words: string, colour: string): number {
-    const { context, pen } = this;
-    const end = x + length * pen.scale;
-    context.beginPath();
-    context.moveTo(x, y - 4);
-    context.lineTo(x, y + 4);
-    context.moveTo(x, y);
-    context.lineTo(end, y);
-    context.moveTo(end, y - 4);
-    context.lineTo(end, y + 4);
-    pen.stroke(colour, 1.6);
-    pen.text(words, end + 6, y, colour, 12, "left", null);
-    return end + 6 + context.measureText(words).width;
-  }
-}
-
-/** A length in m as text. */
-function lengthText(length: number): string {
-  const number = (value: number): string => String(Number(value.toPrecision(3)));
-  if (length >= 1) return `${number(length)} m`;
-  return length >= 1e-3 ? `${number(1e3 * length)} mm` : `${number(1e6 * length)} µm`;
 }

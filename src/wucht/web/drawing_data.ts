@@ -98,6 +98,15 @@ export interface DrawingData {
   readonly length_count: number;
 }
 
+export interface HillBody {
+  /** Indices of states; -1 for a velocity that is prescribed. */
+  readonly angle: number;
+  readonly velocity: number;
+  /** The index of its rotor. */
+  readonly rotor: number;
+  readonly is_rotor: boolean;
+}
+
 export interface HillRotor {
   readonly name: string;
   readonly is_driven: boolean;
@@ -118,12 +127,11 @@ export interface AvailableHills {
   /** The end of the range where a drive reaches no speed. */
   readonly largest_speed: number;
   readonly units: { readonly speed: string; readonly torque: string };
-  /** Indices of states, the velocity -1 where it is prescribed; the index of the rotor. */
-  readonly bodies: readonly { readonly angle: number; readonly velocity: number; readonly rotor: number; readonly is_rotor: boolean }[];
+  readonly bodies: readonly HillBody[];
   readonly rotors: readonly HillRotor[];
   readonly rates: Code;
   readonly places: Code;
-  /** Drive and load of each rotor; M, C, K by rows; the real, then the imaginary parts of the forces of the bodies at speed 1. */
+  /** Drive and load of each rotor; M, C, K by rows; the forces of the bodies at speed 1: real parts, then imaginary ones. */
   readonly shown: Code;
 }
 

@@ -160,10 +160,3 @@ export class Pose {
 export function wrapped(angle: number): number {
   return angle - FULL_TURN * Math.round(angle / FULL_TURN);
 }
-
-/** The largest of 1, 2, 5 times a power of ten that is no more than a number. */
-export function roundDown(value: number): number {
-  const power = 10 ** Math.floor(Math.log10(value) + 1e-12);
-  const digit = value / power + 1e-9;
-  return power * (digit >= 5 ? 5 : digit >= 2 ? 2 : 1);
-}

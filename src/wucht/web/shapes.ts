@@ -83,7 +83,9 @@ export class Pen {
   }
 
   /** A part of a ring about a direction, of half an angle to each side. */
-  sector(x: number, y: number, inner: number, outer: number, direction: number, half: number, fill: string, edge: string): void {
+  sector(
+    x: number, y: number, inner: number, outer: number, direction: number, half: number, fill: string, edge: string,
+  ): void {
     const middle = this.canvasAngle(direction);
     const [cx, cy] = [this.px(x, y), this.py(x, y)];
     this.context.beginPath();
@@ -175,7 +177,9 @@ export class Pen {
   }
 
   /** Text at a pixel; on a background, so that lines do not cross it. */
-  text(words: string, x: number, y: number, colour: string, size: number, align: CanvasTextAlign, background: string | null): void {
+  text(
+    words: string, x: number, y: number, colour: string, size: number, align: CanvasTextAlign, background: string | null,
+  ): void {
     const { context } = this;
     context.font = `${size}px ${FONT}`;
     context.textAlign = align;

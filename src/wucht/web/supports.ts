@@ -4,7 +4,10 @@ import type { AttachmentData, MountData } from "./drawing_data.ts";
 import type { Pose } from "./pose.ts";
 import type { Pen } from "./shapes.ts";
 
-/** Of the larger side of the carrier: springs, the height of a foundation, buffers, and the places of dampers and stops beside springs. */
+/**
+ * Of the larger side of the carrier: springs, the height of a foundation, buffers, and the places of dampers and stops beside
+ * springs.
+ */
 export const SPRING = 0.3;
 export const FOUNDATION = 0.11;
 const BUFFER = 0.12;
@@ -40,8 +43,8 @@ export function drawMount(pen: Pen, pose: Pose, mount: MountData, unit: number, 
     pen.context.closePath();
     pen.fill(surface);
     pen.stroke(ink, 1.3);
-    const middle = 0.5 * depth;
-    pen.text("foundation", pen.px(fx + mount.dx * middle, fy + mount.dy * middle), pen.py(fx, fy + mount.dy * middle), muted, 11, "center", null);
+    const [middleX, middleY] = [fx + 0.5 * mount.dx * depth, fy + 0.5 * mount.dy * depth];
+    pen.text("foundation", pen.px(middleX, middleY), pen.py(middleX, middleY), muted, 11, "center", null);
     const [gx, gy] = [x2 + mount.dx * (depth + span), y2 + mount.dy * (depth + span)];
     drawPair(pen, fx + mount.dx * depth, fy + mount.dy * depth, gx, gy, mount, unit);
     [x2, y2] = [gx, gy];
@@ -110,8 +113,10 @@ export function drawAttachment(pen: Pen, pose: Pose, attachment: AttachmentData,
   if (attachment.kind === "material-layer") drawMaterial(pen, pose, attachment);
   else if (attachment.angle !== null) {
     const angle = pose.length(attachment.angle);
-    if (attachment.gap === null) drawFrictionDamper(pen, pose, attachment, Math.sin(angle) > 0.1 ? angle + Math.PI : angle, unit);
-    else {
+    if (attachment.gap === null) {
+      const isUpward = Math.sin(angle) > 0.1;
+      drawFrictionDamper(pen, pose, attachment, isUpward ? angle + Math.PI : angle, unit);
+    } else {
       drawStop(pen, pose, attachment, angle, 1, unit);
       if (attachment.is_two_sided) drawStop(pen, pose, attachment, angle, -1, unit);
     }
@@ -151,7 +156,8 @@ function drawFrictionDamper(pen: Pen, pose: Pose, { x, y }: AttachmentData, angl
   const rod = Math.min(0.68 * span, 0.95 * distance);
   const [ex, ey] = [cx - rod * vx, cy - rod * vy];
   pen.line(cx, cy, ex, ey, ink, 2);
-  pen.line(ex - 0.85 * half * vy, ey + 0.85 * half * vx, ex + 0.85 * half * vy, ey - 0.85 * half * vx, pen.colours.accents[1], 4);
+  const piston = 0.85 * half;
+  pen.line(ex - piston * vy, ey + piston * vx, ex + piston * vy, ey - piston * vx, pen.colours.accents[1], 4);
   pen.ground(gx, gy, ux, uy, 4 * half * pen.scale, ink);
 }
 

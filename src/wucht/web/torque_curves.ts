@@ -14,7 +14,10 @@ export interface WorkingPoint {
 /** A rotor that turns as another one within this share of its speed is in phase with it. */
 const SAME_SPEED = 0.02;
 const BISECTIONS = 60;
-/** rad/s: a drive whose torque exceeds the load up to there reaches no speed; the first step towards it, and the factor of the next. */
+/**
+ * rad/s: a drive whose torque exceeds the load up to there reaches no speed; the first step towards it, and the factor of the
+ * next.
+ */
 const [FASTEST, FIRST, GROWTH] = [1e9, 1e-3, 1.5];
 /** Of the speed without vibration: the range of speeds. */
 const BEYOND = 1.2;
@@ -55,7 +58,8 @@ export class TorqueCurves {
     this.counts = new Uint8Array(count).fill(1);
     this.senses = new Float64Array(count).fill(1);
     this.members = new Uint8Array(count);
-    this.set(Float64Array.from(machine.parameters, ({ value }) => value), 0, Float64Array.from(machine.states, ({ start }) => start), 0);
+    const start = Float64Array.from(machine.states, (state) => state.start);
+    this.set(Float64Array.from(machine.parameters, ({ value }) => value), 0, start, 0);
   }
 
   /**
@@ -131,7 +135,7 @@ export class TorqueCurves {
     return [Math.min(0, end), Math.max(0, end)];
   }
 
-  /** The steady speeds between those of a grid (N), each with its stability. torques: (3 N), as of `torques`, at these speeds. */
+  /** The steady speeds within a grid (N), each with its stability. torques: (3 N), as of `torques`, at the grid's speeds. */
   workingPoints(count: number, speeds: ArrayLike<number>, torques: ArrayLike<number>): WorkingPoint[] {
     const results = new Float64Array(3);
     const points: WorkingPoint[] = [];

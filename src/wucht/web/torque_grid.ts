@@ -2,7 +2,7 @@
 
 import type { TorqueCurves } from "./torque_curves.ts";
 
-/** Speeds at equal distances; how often these are halved where a curve bends, by what share of its height; most speeds. */
+/** Speeds at equal distances; how often these are halved where a curve bends, by which share of its height; most speeds. */
 const [POINTS, HALVINGS, BEND, MOST] = [100, 7, 2e-3, 1500];
 /** Times a present speed outside of the usual range: there the curves end. */
 const BEYOND = 1.1;

@@ -1,4 +1,4 @@
-/** The torque hill: the drive's characteristic against load and vibration over the speed, with the working point climbing it. */
+/** The torque hill: the drive's characteristic against load and vibration over the speed; the working point climbs it. */
 
 import { Axis, drawAxes } from "./axes.ts";
 import { type Colours, fitCanvas, Theme } from "./colours.ts";
@@ -117,11 +117,15 @@ export class TorqueHill {
     const isRadian = speed === "rad/s";
     const factor = isRadian ? RPM : 1;
     const largest = Math.max(Math.abs(y.low), Math.abs(y.high));
-    const [prefix, scale] = torque === "" ? ["", 1] : (PREFIXES.find(([, unit]) => largest * unit >= SMALLEST_LABEL) ?? ["", 1]);
+    const fitting = PREFIXES.find(([, unit]) => largest * unit >= SMALLEST_LABEL);
+    const [prefix, scale] = torque === "" || fitting === undefined ? ["", 1] : fitting;
     this.shownX.set(x.low * factor, x.high * factor, x.lowPixel, x.highPixel);
     this.shownY.set(y.low * scale, y.high * scale, y.lowPixel, y.highPixel);
-    const names = [axisTitle("speed", isRadian ? "rpm" : speed), axisTitle("torque", prefix + torque.replace("N m", "N·m"))] as const;
-    drawAxes(this.context, this.shownX, this.shownY, names, colours);
+    const titles = [
+      axisTitle("speed", isRadian ? "rpm" : speed),
+      axisTitle("torque", prefix + torque.replace("N m", "N·m")),
+    ] as const;
+    drawAxes(this.context, this.shownX, this.shownY, titles, colours);
   }
 
   private driveAt(curves: TorqueCurves, speed: number): number {
