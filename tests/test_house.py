@@ -231,7 +231,9 @@ def test_importing_wucht_loads_nothing_heavy() -> None:
 LONGEST_LINE = 128
 
 
-@pytest.mark.parametrize("path", sorted([*(SOURCE / "web").glob("*.ts"), *(SOURCE / "web").glob("*.css")]), ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "path", sorted([*(SOURCE / "web").glob("*.ts"), *(SOURCE / "web").glob("*.css")]), ids=lambda p: p.name
+)
 def test_no_line_of_the_page_is_too_long(path: Path) -> None:
     assert [number for number, line in enumerate(_text(path).splitlines(), 1) if len(line) > LONGEST_LINE] == []
 
