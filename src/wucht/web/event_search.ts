@@ -6,7 +6,7 @@ import type { Equations } from "./equations.ts";
 /** The end of a segment. */
 export type Side = 1 | -1;
 
-/** A part of a step. */
+/** In place of a part of a step: no event in it. */
 export const NEVER = 2;
 
 /** Parts of a step, at whose ends the arguments of piecewise functions are compared with the ends of their segments. */
