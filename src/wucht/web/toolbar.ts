@@ -58,7 +58,11 @@ export class Toolbar {
           : [button("Copy link", () => void this._copy(actions.link(), LINK_COPIED))]),
         button("Copy study file", () => this._copyStudy()),
         button("Save picture", () => actions.picture()),
-        element("label", { for: "measured", class: "button", tabindex: 0, role: "button", title: COLUMNS }, "Add measured data…"),
+        element(
+          "label",
+          { for: "measured", class: "button", tabindex: 0, role: "button", title: COLUMNS },
+          "Add measured data…",
+        ),
       ),
       file,
       this._message,
