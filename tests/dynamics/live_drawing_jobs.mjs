@@ -39,7 +39,7 @@ function draw(machine, { view, state = startOf(machine), parameters, grabs = [],
   const recording = recorder();
   const drawing = new MachineDrawing(canvasOf(recording), machine);
   const suggested = drawing.suggestedMagnification(amplitude);
-  drawing.draw(0, state, outputs, values(machine, parameters), view, trace === null ? null : Float64Array.from(trace));
+  drawing.draw(0, state, outputs, values(machine, parameters), view, trace === null ? null : { axis: Float64Array.from(trace), deck: [] });
   if (held) drawing.draw(0, state, [], values(machine, parameters), view, null);
   const parts = grabs.map(({ from, to }) => {
     const part = drawing.partAt(...from);

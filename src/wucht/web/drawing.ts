@@ -1,6 +1,7 @@
 /** A machine, drawn and moving; its parts can be grabbed. */
 
 import { fitCanvas, Theme } from "./colours.ts";
+import { drawDeckOrbits, hasDeck, type Orbits } from "./deck.ts";
 import type { DrawnMachine } from "./drawing_data.ts";
 import { Grip, type Part } from "./grip.ts";
 import { Pose } from "./pose.ts";
@@ -51,13 +52,13 @@ export class MachineDrawing {
   /**
    * Draw the machine.
    *
-   * outputs: in the machine's order, or empty. trace: pairs x, y (m) of the main rotor's axis, the last the newest; drawn
-   * from the axis at rest, magnified as the carrier's motion. In the stroboscopic view, which turns with the main rotor, it
-   * is left out with all that stands still.
+   * outputs: in the machine's order, or empty. trace: the orbits of the main rotor's axis and of the deck, drawn from where
+   * these are at rest, magnified as the carrier's motion. In the stroboscopic view, which turns with the main rotor, they
+   * are left out with all that stands still.
    */
   draw(
     time: number, state: ArrayLike<number>, outputs: ArrayLike<number>, parameters: ArrayLike<number>, view: View,
-    trace: Float64Array | null,
+    trace: Orbits | null,
   ): void {
     void time;
     this.view = view;
@@ -76,7 +77,10 @@ export class MachineDrawing {
       this.drawSupports();
       this.drawCarrier();
       this.drawRotors(state);
-      if (trace !== null) this.drawTrace(trace);
+      if (trace !== null) {
+        this.drawTrace(trace.axis);
+        drawDeckOrbits(this.pen, this.pose, trace.deck);
+      }
       this.drawScale(height);
     }
     this.isEnlarged = this.hasEnlargedBall();
@@ -114,6 +118,7 @@ export class MachineDrawing {
     const sizes = toScale ? "Places, tracks and arms drawn to scale" : "Schematic, not to scale";
     const motion = `${sizes}; motion of the carrier magnified ${magnification} times`;
     const sentences = [carrier.length === 0 || !toScale || magnification === 1 ? sizes : motion];
+    if (hasDeck(this.machine.drawing) && !stroboscopic) sentences.push("orbits of the carrier's ends and centre of mass");
     if (this.isEnlarged) sentences.push("balls drawn larger than they are");
     if (stroboscopic) sentences.push(`seen turning with ${rotors[0]!.name}; arrow: displacement of its axis`);
     return `${sentences.join("; ")}.`;

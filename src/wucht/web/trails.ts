@@ -1,8 +1,10 @@
-/** What lies behind the instant: the last turns of the axis, and the rotor's speeds and torques up to now. */
+/** What lies behind the instant: the last turns of the axis and of the deck, and the rotor's speeds and torques up to now. */
 
 import { sampleAt, type Course, type Instant } from "./course.ts";
+import { deckOrbits, largestOfDeck, type Orbits } from "./deck.ts";
 import { Integrator } from "./integrator.ts";
 import type { Contents } from "./page_data.ts";
+import { Pose } from "./pose.ts";
 
 const TURN = 2 * Math.PI;
 /** Turns of the orbit that are drawn, and points of each. */
@@ -13,7 +15,7 @@ const SLOWEST = 20;
 const SAMPLES = 400;
 
 export class Trails {
-  orbit: Float64Array | null = null;
+  orbit: Orbits | null = null;
   speeds: Float64Array | null = null;
   torques: Float64Array | null = null;
   private readonly _turn: number;
@@ -21,6 +23,7 @@ export class Trails {
   private readonly _places: { readonly x: number; readonly y: number; readonly speed: number };
   private _hill = { speed: -1, torque: -1 };
   private readonly _integrator: Integrator;
+  private readonly _pose: Pose;
   private readonly _states: Float64Array;
   private readonly _outputs: Float64Array;
   private readonly _size: { readonly n: number; readonly m: number };
@@ -31,6 +34,7 @@ export class Trails {
     this._turn = page.turn;
     this._places = { x: place("orbit.x"), y: place("orbit.y"), speed: page.panels[0]?.curves[0]?.output ?? 0 };
     this._integrator = new Integrator(machine);
+    this._pose = new Pose(machine);
     this._size = { n: machine.states.length, m: machine.outputs.length };
     this._states = new Float64Array((TURNS * POINTS + 1) * this._size.n);
     this._outputs = new Float64Array((TURNS * POINTS + 1) * this._size.m);
@@ -45,9 +49,9 @@ export class Trails {
     };
   }
 
-  /** The largest value of an output in a course. */
+  /** The largest displacement from rest in a course: of the axis, which is the output at this place, and of the deck. */
   largest(course: Course, place: number): number {
-    let largest = 0;
+    let largest = largestOfDeck(this._pose, course, this._size.n);
     for (let k = place; place >= 0 && k < course.outputs.length; k += this._size.m)
       largest = Math.max(largest, Math.abs(course.outputs[k]!));
     return largest;
@@ -84,6 +88,8 @@ export class Trails {
     this._integrator.equations.setParameters(instant.parameters);
     this._integrator.start(begin, course.states.subarray(sample * n, (sample + 1) * n));
     const { count: reached } = this._integrator.advance(grid, this._states, this._outputs);
-    this.orbit = Float64Array.from({ length: 2 * reached }, (_, k) => this._outputs[(k >> 1) * m + (k % 2 === 0 ? x : y)]!);
+    const axis = Float64Array.from({ length: 2 * reached }, (_, k) => this._outputs[(k >> 1) * m + (k % 2 === 0 ? x : y)]!);
+    this._pose.update(instant.state, [], instant.parameters, 1);
+    this.orbit = { axis, deck: deckOrbits(this._pose, this._states, n, reached) };
   }
 }

@@ -1,5 +1,6 @@
 /** What part of a machine a canvas shows, at which scale, and how far the carrier's motion is magnified. */
 
+import { hasDeck } from "./deck.ts";
 import { roundDown } from "./numbers.ts";
 import type { Pose } from "./pose.ts";
 import type { Pen } from "./shapes.ts";
@@ -8,8 +9,8 @@ import { FOUNDATION, GROUND, SPRING } from "./supports.ts";
 /** Pixels: the border, and the band below for the scale. */
 export const BORDER = 14;
 const BAND = 26;
-/** Of the larger side of the carrier: the largest motion that is drawn. */
-const ROOM = 0.1;
+/** Of the larger side of the carrier: the largest motion that is drawn, of a deck at its ends. */
+const [ROOM, DECK_ROOM] = [0.1, 0.2];
 /** Of the smaller side of the canvas: the rotor in the stroboscopic view. */
 const CLOSE = 0.36;
 
@@ -33,7 +34,8 @@ export class Viewport {
     this.measure();
     const { to_scale: toScale, carrier, turning } = this.pose.machine.drawing;
     const isAngle = turning !== "no" && carrier.length === 1;
-    const suggestion = largestAmplitude > 0 ? roundDown((isAngle ? ROOM : ROOM * this.unit) / largestAmplitude) : 1;
+    const room = hasDeck(this.pose.machine.drawing) ? DECK_ROOM : ROOM;
+    const suggestion = largestAmplitude > 0 ? roundDown((isAngle ? ROOM : room * this.unit) / largestAmplitude) : 1;
     return toScale || isAngle ? Math.max(1, suggestion) : suggestion;
   }
 
@@ -78,7 +80,8 @@ export class Viewport {
     }
     if (turning !== "no" && mounts.length === 0) bottom -= 0.15 * this.unit;
     if (carrier.length === 0) [bottom, top] = [bottom - 0.06 * this.unit, top + 0.02 * this.unit];
-    const room = carrier.length > 0 ? 0.5 * ROOM * this.unit : 0;
+    const share = hasDeck(pose.machine.drawing) ? DECK_ROOM : carrier.length > 0 ? 0.5 * ROOM : 0;
+    const room = share * this.unit;
     this.extent = [left - room, bottom, right + room, top + room];
   }
 }
