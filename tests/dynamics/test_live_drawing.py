@@ -356,7 +356,10 @@ def test_magnifications_are_round_and_stated(tmp_path: Path) -> None:
     assert [a["suggested"] for a in answers] == pytest.approx([5000, 50, 5, 1])
     assert all(0.04 < m * a / box <= 0.1 for m, a in zip((5000, 50, 5), amplitudes, strict=False))
     large, schematic = run_jobs(tmp_path, [(screen, job), (plain, job)])
-    assert large["description"] == "Places, tracks and arms drawn to scale; motion of the carrier magnified 10 times."
+    assert large["description"] == (
+        "Places, tracks and arms drawn to scale; motion of the carrier magnified 10 times; "
+        "orbits of the carrier's ends and centre of mass."
+    )
     assert {"500 mm", "motion: 50 mm", "e1", "e2"} <= set(large["words"])
     assert schematic["description"] == "Schematic, not to scale."
     assert "not to scale" in schematic["words"]

@@ -29,6 +29,20 @@ function changed({ parameters = {}, start = {}, changes = [], until = page.until
   };
 }
 
+/** A canvas of 640 x 480 pixels that keeps the points of each path that is stroked. */
+function recordingCanvas(paths) {
+  let path = [];
+  const calls = {
+    measureText: () => ({ width: 0 }),
+    beginPath: () => (path = []),
+    moveTo: (...point) => path.push(point),
+    lineTo: (...point) => path.push(point),
+    stroke: () => paths.push(path),
+  };
+  const context = new Proxy(calls, { get: (target, name) => target[name] ?? (() => {}), set: () => true });
+  return { clientWidth: 640, clientHeight: 480, style: {}, getContext: () => context };
+}
+
 const jobs = {
   async levels({ values }) {
     const { Levels } = await load("levels");
@@ -71,6 +85,44 @@ const jobs = {
     const course = computeCourse(machine, changed(scenario), page.turn);
     const n = machine.states.length;
     return { ending: course.ending, time: [...course.time], end: [...course.states.slice(-n)] };
+  },
+  /** The orbits as they are drawn, as displacements in m and in pixels, with their times, at times of a run. */
+  async orbits({ scenario, times, tolerance }) {
+    const { computeCourse, Instant } = await load("course");
+    const { MachineDrawing } = await load("drawing");
+    const { deckPlaces } = await load("deck");
+    const { Integrator } = await load("integrator");
+    const { Trails } = await load("trails");
+    const course = computeCourse(machine, changed(scenario), page.turn, { tolerance, most: 12000 });
+    const trails = new Trails({ machine, page, levelCode }, tolerance);
+    const instant = new Instant(machine);
+    const paths = [];
+    const drawing = new MachineDrawing(recordingCanvas(paths), machine);
+    const amplitude = machine.outputs.findIndex(({ name }) => name === "amplitude");
+    const magnification = drawing.suggestedMagnification(trails.largest(course, amplitude));
+    const view = { stroboscopic: false, magnification };
+    const { advance } = Integrator.prototype;
+    let grid = [];
+    Integrator.prototype.advance = function (samples, ...rest) {
+      grid = [...samples];
+      return advance.call(this, samples, ...rest);
+    };
+    const orbits = times.map((time) => {
+      instant.move(course, time);
+      trails.move(course, time, instant);
+      paths.length = 0;
+      drawing.draw(time, instant.state, instant.outputs, instant.parameters, view, trails.orbit);
+      const { pen, pose } = drawing;
+      const [, ...pixels] = paths.filter((path) => path.length > 1 && path.length === grid.length);
+      const places = deckPlaces(pose);
+      const moved = ([px, py], [a, b]) => [
+        (pen.worldX(px, py) - a) / magnification,
+        (pen.worldY(px, py) - b) / magnification,
+      ];
+      const displacements = pixels.map((path, i) => path.map((point) => moved(point, places[i])));
+      return { time: grid, places, displacements, pixels };
+    });
+    return { magnification, description: drawing.description, orbits };
   },
   async overlaps({ starts }) {
     const { overlapSentence } = await load("contacts");

@@ -1,9 +1,9 @@
 /** The deck of a machine: a carrier that turns in its plane, so that its ends move otherwise than its centre of mass. */
 
-import { parametersAt } from "./scenario.ts";
 import type { Course } from "./course.ts";
 import type { DrawingData } from "./drawing_data.ts";
 import type { Pose } from "./pose.ts";
+import { parametersAt } from "./scenario.ts";
 import type { Pen } from "./shapes.ts";
 
 /** Pixels: the mark of the newest point. */
@@ -24,9 +24,7 @@ export function hasDeck({ to_scale: toScale, turning, carrier }: DrawingData): b
 
 /** Places x, y on the deck: its left end, its centre of mass, its right end. The ends are as high as the centre of mass. */
 export function deckPlaces(pose: Pose): readonly (readonly [number, number])[] {
-  const { drawing } = pose.machine;
-  if (!hasDeck(drawing)) return [];
-  const [left, bottom, right, top] = drawing.box;
+  const [left, bottom, right, top] = pose.machine.drawing.box;
   const height = Math.max(pose.length(bottom), Math.min(pose.length(top), 0));
   return [[pose.length(left), height], [0, 0], [pose.length(right), height]];
 }
@@ -56,14 +54,13 @@ export function deckOrbits(pose: Pose, states: Float64Array, n: number, count: n
   });
 }
 
-/** The largest displacement from rest of a place of the deck in a course; 0 without a deck. */
+/** The largest displacement from rest of a place of the deck in a course. */
 export function largestOfDeck(pose: Pose, course: Course, n: number): number {
   const { scenario, time, states } = course;
   const pair = new Float64Array(2);
   let largest = 0;
   let next = -Infinity;
   let places: ReturnType<typeof deckPlaces> = [];
-  if (!hasDeck(pose.machine.drawing)) return 0;
   for (let k = 0; k < time.length; k++) {
     const state = states.subarray(k * n, (k + 1) * n);
     if (time[k]! >= next) {
@@ -79,20 +76,18 @@ export function largestOfDeck(pose: Pose, course: Course, n: number): number {
   return largest;
 }
 
-/** Draw the orbits of the deck's places about where these are at rest, magnified as the carrier's motion, with the newest points. */
+/** Draw the orbits of the deck's places from where these are at rest, magnified as the carrier's motion; mark the newest points. */
 export function drawDeckOrbits(pen: Pen, pose: Pose, orbits: readonly Float64Array[]): void {
   const colour = pen.colours.accents[3];
-  deckPlaces(pose).forEach(([a, b], i) => {
-    const orbit = orbits[i] ?? [];
-    let [x, y] = [a, b];
+  const places = deckPlaces(pose);
+  orbits.forEach((orbit, i) => {
+    const [a, b] = places[i]!;
+    const x = (k: number): number => a + pose.magnification * orbit[2 * k]!;
+    const y = (k: number): number => b + pose.magnification * orbit[2 * k + 1]!;
+    const last = orbit.length / 2 - 1;
     pen.context.beginPath();
-    for (let k = 0; k + 1 < orbit.length; k += 2) {
-      x = a + pose.magnification * orbit[k]!;
-      y = b + pose.magnification * orbit[k + 1]!;
-      if (k === 0) pen.context.moveTo(pen.px(x, y), pen.py(x, y));
-      else pen.context.lineTo(pen.px(x, y), pen.py(x, y));
-    }
+    for (let k = 0; k <= last; k++) pen.context.lineTo(pen.px(x(k), y(k)), pen.py(x(k), y(k)));
     pen.stroke(colour, 1.6);
-    if (orbit.length > 0) pen.circle(x, y, MARK, colour, null, 0);
+    if (last >= 0) pen.circle(x(last), y(last), MARK, colour, null, 0);
   });
 }

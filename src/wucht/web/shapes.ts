@@ -139,7 +139,7 @@ export class Pen {
     const share = along.length > 0 ? rest / along.length : 1;
     const bottom = 1 - 0.3 * share;
     const mouth = bottom - 0.36 * share;
-    const piston = Math.max(0.05, Math.min(0.52 * share, bottom - 0.03));
+    const piston = Math.max(0.05, mouth + 0.04 * share, Math.min(0.52 * share, bottom - 0.03));
     this.context.beginPath();
     this.to(along, 0, 0, true);
     this.to(along, piston, 0, false);

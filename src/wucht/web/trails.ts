@@ -1,7 +1,7 @@
 /** What lies behind the instant: the last turns of the axis and of the deck, and the rotor's speeds and torques up to now. */
 
-import { sampleAt, type Course, type Instant } from "./course.ts";
-import { deckOrbits, largestOfDeck, type Orbits } from "./deck.ts";
+import { FINE, sampleAt, type Course, type Instant } from "./course.ts";
+import { deckOrbits, hasDeck, largestOfDeck, type Orbits } from "./deck.ts";
 import { Integrator } from "./integrator.ts";
 import type { Contents } from "./page_data.ts";
 import { Pose } from "./pose.ts";
@@ -23,18 +23,20 @@ export class Trails {
   private readonly _places: { readonly x: number; readonly y: number; readonly speed: number };
   private _hill = { speed: -1, torque: -1 };
   private readonly _integrator: Integrator;
-  private readonly _pose: Pose;
+  /** Where the deck is; null without one. */
+  private readonly _deck: Pose | null;
   private readonly _states: Float64Array;
   private readonly _outputs: Float64Array;
   private readonly _size: { readonly n: number; readonly m: number };
 
-  constructor({ machine, page }: Contents) {
+  /** tolerance: of a step. */
+  constructor({ machine, page }: Contents, tolerance = FINE.tolerance) {
     this._names = machine.outputs.map((output) => output.name);
     const place = (name: string) => this._names.indexOf(name);
     this._turn = page.turn;
     this._places = { x: place("orbit.x"), y: place("orbit.y"), speed: page.panels[0]?.curves[0]?.output ?? 0 };
-    this._integrator = new Integrator(machine);
-    this._pose = new Pose(machine);
+    this._integrator = new Integrator(machine, tolerance);
+    this._deck = hasDeck(machine.drawing) ? new Pose(machine) : null;
     this._size = { n: machine.states.length, m: machine.outputs.length };
     this._states = new Float64Array((TURNS * POINTS + 1) * this._size.n);
     this._outputs = new Float64Array((TURNS * POINTS + 1) * this._size.m);
@@ -51,7 +53,7 @@ export class Trails {
 
   /** The largest displacement from rest in a course: of the axis, which is the output at this place, and of the deck. */
   largest(course: Course, place: number): number {
-    let largest = largestOfDeck(this._pose, course, this._size.n);
+    let largest = this._deck === null ? 0 : largestOfDeck(this._deck, course, this._size.n);
     for (let k = place; place >= 0 && k < course.outputs.length; k += this._size.m)
       largest = Math.max(largest, Math.abs(course.outputs[k]!));
     return largest;
@@ -89,7 +91,7 @@ export class Trails {
     this._integrator.start(begin, course.states.subarray(sample * n, (sample + 1) * n));
     const { count: reached } = this._integrator.advance(grid, this._states, this._outputs);
     const axis = Float64Array.from({ length: 2 * reached }, (_, k) => this._outputs[(k >> 1) * m + (k % 2 === 0 ? x : y)]!);
-    this._pose.update(instant.state, [], instant.parameters, 1);
-    this.orbit = { axis, deck: deckOrbits(this._pose, this._states, n, reached) };
+    this._deck?.update(instant.state, [], instant.parameters, 1);
+    this.orbit = { axis, deck: this._deck === null ? [] : deckOrbits(this._deck, this._states, n, reached) };
   }
 }
