@@ -76,7 +76,7 @@ export function largestOfDeck(pose: Pose, course: Course, n: number): number {
   return largest;
 }
 
-/** Draw the orbits of the deck's places from where these are at rest, magnified as the carrier's motion; mark the newest points. */
+/** Draw the orbits of the deck's places from their rest, magnified as the carrier's motion, and mark the newest points. */
 export function drawDeckOrbits(pen: Pen, pose: Pose, orbits: readonly Float64Array[]): void {
   const colour = pen.colours.accents[3];
   const places = deckPlaces(pose);
