@@ -43,7 +43,7 @@ function draw(machine, { view, state = startOf(machine), parameters, grabs = [],
   if (held) drawing.draw(0, state, [], values(machine, parameters), view, null);
   const parts = grabs.map(({ from, to }) => {
     const part = drawing.partAt(...from);
-    return { part, same: part && [...drawing.moved(part, ...from, state)], moved: part && [...drawing.moved(part, ...to, state)] };
+    return { part, same: part && [...drawing.stateWithPartAt(part, ...from, state)], moved: part && [...drawing.stateWithPartAt(part, ...to, state)] };
   });
   return { ...recording.calls, parts, suggested, description: drawing.description };
 }

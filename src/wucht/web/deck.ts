@@ -86,7 +86,7 @@ export function drawDeckOrbits(pen: Pen, pose: Pose, orbits: readonly Float64Arr
     const y = (k: number): number => b + pose.magnification * orbit[2 * k + 1]!;
     const last = orbit.length / 2 - 1;
     pen.context.beginPath();
-    for (let k = 0; k <= last; k++) pen.context.lineTo(pen.px(x(k), y(k)), pen.py(x(k), y(k)));
+    for (let k = 0; k <= last; k++) pen.context.lineTo(pen.pixelX(x(k), y(k)), pen.pixelY(x(k), y(k)));
     pen.stroke(colour, 1.6);
     if (last >= 0) pen.circle(x(last), y(last), MARK, colour, null, 0);
   });

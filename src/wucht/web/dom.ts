@@ -1,4 +1,4 @@
-/** Elements of the page, made in one call. */
+/** Elements of the page, each in one call. */
 
 type Child = Node | string;
 type Attributes = Readonly<Record<string, string | number | boolean>>;
@@ -9,17 +9,17 @@ export function element<K extends keyof HTMLElementTagNameMap>(
   attributes: Attributes = {},
   ...children: readonly Child[]
 ): HTMLElementTagNameMap[K] {
-  const made = document.createElement(tag);
+  const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (value !== false) made.setAttribute(name, value === true ? "" : String(value));
+    if (value !== false) node.setAttribute(name, value === true ? "" : String(value));
   }
-  made.append(...children);
-  return made;
+  node.append(...children);
+  return node;
 }
 
 /** A button with its text, what it does, and a description for those who do not see it. */
 export function button(text: string, action: () => void, attributes: Attributes = {}): HTMLButtonElement {
-  const made = element("button", { type: "button", ...attributes }, text);
-  made.addEventListener("click", action);
-  return made;
+  const node = element("button", { type: "button", ...attributes }, text);
+  node.addEventListener("click", action);
+  return node;
 }

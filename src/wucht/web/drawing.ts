@@ -107,8 +107,8 @@ export class MachineDrawing {
    * one gets its angle, as far as its neighbours on a track let it, and the speed of its rotor, so that it goes on turning with
    * it. A rotor gets its angle and stands still. What has a prescribed motion keeps its velocity.
    */
-  moved(part: Part, x: number, y: number, state: ArrayLike<number>): Float64Array {
-    return this.grip.moved(part, x, y, state);
+  stateWithPartAt(part: Part, x: number, y: number, state: ArrayLike<number>): Float64Array {
+    return this.grip.stateWithPartAt(part, x, y, state);
   }
 
   /** What the drawing shows, as its caption. */
@@ -150,7 +150,7 @@ export class MachineDrawing {
     const [l, b, r, t] = [pose.length(left), pose.length(bottom), pose.length(right), pose.length(top)];
     const rounding = 0.05 * this.viewport.unit * pen.scale;
     context.save();
-    context.translate(pen.px(pose.placeX(l, t), pose.placeY(l, t)), pen.py(pose.placeX(l, t), pose.placeY(l, t)));
+    context.translate(pen.pixelX(pose.placeX(l, t), pose.placeY(l, t)), pen.pixelY(pose.placeX(l, t), pose.placeY(l, t)));
     context.rotate(-pose.turn);
     context.beginPath();
     context.roundRect(0, 0, (r - l) * pen.scale, (t - b) * pen.scale, rounding);
@@ -185,7 +185,7 @@ export class MachineDrawing {
     const rotor = this.machine.drawing.rotors[0]!;
     const [x0, y0] = [pose.length(rotor.x), pose.length(rotor.y)];
     const [x, y] = [pose.axisX(0), pose.axisY(0)];
-    const [fromX, fromY, toX, toY] = [pen.px(x0, y0), pen.py(x0, y0), pen.px(x, y), pen.py(x, y)];
+    const [fromX, fromY, toX, toY] = [pen.pixelX(x0, y0), pen.pixelY(x0, y0), pen.pixelX(x, y), pen.pixelY(x, y)];
     if (Math.hypot(toX - fromX, toY - fromY) < 4) return;
     context.beginPath();
     context.moveTo(fromX, fromY);
@@ -213,8 +213,8 @@ export class MachineDrawing {
     for (let i = 0; i + 1 < trace.length; i += 2) {
       const x = a + pose.magnification * (trace[i]! - restX);
       const y = b + pose.magnification * (trace[i + 1]! - restY);
-      if (i === 0) context.moveTo(pen.px(x, y), pen.py(x, y));
-      else context.lineTo(pen.px(x, y), pen.py(x, y));
+      if (i === 0) context.moveTo(pen.pixelX(x, y), pen.pixelY(x, y));
+      else context.lineTo(pen.pixelX(x, y), pen.pixelY(x, y));
     }
     pen.stroke(pen.colours.accents[3], 1.6);
   }

@@ -35,7 +35,7 @@ export function enableDragging(canvas: HTMLCanvasElement, drawing: MachineDrawin
       canvas.classList.toggle("grabbable", event.pointerType === "mouse" && drawing.partAt(...place(event)) !== null);
       return;
     }
-    held = drawing.moved(part, ...place(event), held ?? hand.state());
+    held = drawing.stateWithPartAt(part, ...place(event), held ?? hand.state());
     hand.hold(held);
   });
   const release = () => {

@@ -1,7 +1,7 @@
 /** Grabbing: the part of a machine under a finger, and the state with the part where the finger moves. */
 
 import type { CarrierDirection } from "./drawing_data.ts";
-import { type Pose, wrapped } from "./pose.ts";
+import { type Pose, wrapAngle } from "./pose.ts";
 import { drawnRadius } from "./rotors.ts";
 import type { Pen } from "./shapes.ts";
 
@@ -58,7 +58,7 @@ export class Grip {
   }
 
   /** See `MachineDrawing`. */
-  moved(part: Part, x: number, y: number, state: ArrayLike<number>): Float64Array {
+  stateWithPartAt(part: Part, x: number, y: number, state: ArrayLike<number>): Float64Array {
     const changed = Float64Array.from(state);
     if (part.kind === "carrier") this.moveCarrier(x, y, changed);
     else this.moveBody(part.index, x, y, changed);
@@ -66,7 +66,7 @@ export class Grip {
   }
 
   private pixelsFrom(worldX: number, worldY: number, x: number, y: number): number {
-    return Math.hypot(this.pen.px(worldX, worldY) - x, this.pen.py(worldX, worldY) - y);
+    return Math.hypot(this.pen.pixelX(worldX, worldY) - x, this.pen.pixelY(worldX, worldY) - y);
   }
 
   private isInCarrier(x: number, y: number): boolean {
@@ -95,7 +95,7 @@ export class Grip {
       if (label === "x") state[position] = pose.length(rest) + (worldX - this.grabX) / pose.magnification;
       else if (label === "y") state[position] = pose.length(rest) + (worldY - this.grabY) / pose.magnification;
       else if (turnsOnly) {
-        const turn = wrapped(Math.atan2(worldY - pose.pivotY, worldX - pose.pivotX) - this.grabTurn);
+        const turn = wrapAngle(Math.atan2(worldY - pose.pivotY, worldX - pose.pivotX) - this.grabTurn);
         state[position] = pose.length(rest) + pose.turnDrawnAs(turn);
       }
     }

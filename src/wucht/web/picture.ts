@@ -20,13 +20,13 @@ export function paintedSheet(sheet: Sheet): HTMLCanvasElement {
   const widest = Math.max(...sheet.curves.map(({ canvas }) => size(canvas).width), 0);
   const top = MARGIN + (sheet.lines.length + 1) * LINE + GAP;
   const right = sheet.curves.reduce((sum, { canvas }) => sum + size(canvas).height + LINE, 0);
-  const made = document.createElement("canvas");
-  made.width = (2 * MARGIN + left.width + GAP + widest) * ratio;
-  made.height = (top + Math.max(left.height, right) + MARGIN) * ratio;
-  const context = made.getContext("2d")!;
+  const target = document.createElement("canvas");
+  target.width = (2 * MARGIN + left.width + GAP + widest) * ratio;
+  target.height = (top + Math.max(left.height, right) + MARGIN) * ratio;
+  const context = target.getContext("2d")!;
   context.scale(ratio, ratio);
   context.fillStyle = sheet.surface;
-  context.fillRect(0, 0, made.width, made.height);
+  context.fillRect(0, 0, target.width, target.height);
   context.fillStyle = sheet.ink;
   context.textBaseline = "top";
   context.font = "600 18px system-ui, sans-serif";
@@ -45,7 +45,7 @@ export function paintedSheet(sheet: Sheet): HTMLCanvasElement {
     context.drawImage(canvas, MARGIN + left.width + GAP, y + LINE, width, height);
     y += height + LINE;
   }
-  return made;
+  return target;
 }
 
 /** Hand a canvas to the user as a file. */

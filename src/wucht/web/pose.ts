@@ -105,7 +105,7 @@ export class Pose {
   reachableAngle(body: number, direction: number, state: ArrayLike<number>): number {
     const { bodies, contacts } = this.machine.drawing;
     const before = state[bodies[body]!.angle]!;
-    let angle = before + wrapped(direction - before);
+    let angle = before + wrapAngle(direction - before);
     for (const contact of contacts) {
       const [first, second] = contact.bodies;
       const offset = this.length(contact.offset);
@@ -157,6 +157,6 @@ export class Pose {
 }
 
 /** An angle between -pi and pi. */
-export function wrapped(angle: number): number {
+export function wrapAngle(angle: number): number {
   return angle - FULL_TURN * Math.round(angle / FULL_TURN);
 }

@@ -43,7 +43,8 @@ export function drawDisc(pen: Pen, pose: Pose, rotor: RotorData, index: number):
   pen.line(x + 0.86 * radius * ux, y + 0.86 * radius * uy, x + radius * ux, y + radius * uy, ink, 1.8);
   if (share > 0) {
     const half = Math.min(WIDEST, Math.max(0.04, HEAVY_ANGLE * share));
-    const [inner, outer] = bodies.some((body) => body.rotor === index && body.about !== null) || hasSliders(pose, rotor.body) ? INSIDE : RIM;
+    const isShared = bodies.some((body) => body.rotor === index && body.about !== null) || hasSliders(pose, rotor.body);
+    const [inner, outer] = isShared ? INSIDE : RIM;
     pen.sector(x, y, inner * radius, outer * radius, angle, half, accents[1], ink);
   }
 }
@@ -65,7 +66,7 @@ export function drawAxis(pen: Pen, pose: Pose, rotor: RotorData, index: number, 
     const half = 0.42 * sense;
     pen.arc(x, y, radius + 7, middle - half, middle + half, muted, 1.4);
   }
-  if (isNamed) pen.text(rotor.name, pen.px(x, y), pen.py(x, y) + radius + 10, ink, 12, "center", surface);
+  if (isNamed) pen.text(rotor.name, pen.pixelX(x, y), pen.pixelY(x, y) + radius + 10, ink, 12, "center", surface);
 }
 
 /** A body on its rotor. `order`: its number among those of the rotor, from 0. */
@@ -88,7 +89,9 @@ function drawBall(pen: Pen, pose: Pose, body: BodyData, index: number, order: nu
   const spin = (track * about - (track - size) * pose.angles[index]!) / size;
   const [ux, uy] = [Math.cos(spin) / pen.scale, Math.sin(spin) / pen.scale];
   pen.line(x + 0.55 * radius * ux, y + 0.55 * radius * uy, x + 0.95 * radius * ux, y + 0.95 * radius * uy, surface, 1.6);
-  if (radius >= NUMBERED) pen.text(NUMBERS[order % NUMBERS.length]!, pen.px(x, y), pen.py(x, y) + 0.5, surface, Math.min(14, radius), "center", null);
+  if (radius < NUMBERED) return;
+  const number = NUMBERS[order % NUMBERS.length]!;
+  pen.text(number, pen.pixelX(x, y), pen.pixelY(x, y) + 0.5, surface, Math.min(14, radius), "center", null);
 }
 
 /** Pixels: larger balls have their number. */

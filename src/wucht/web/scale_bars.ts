@@ -38,7 +38,7 @@ export class ScaleBars {
     const length = roundDown(LONGEST * unit);
     const motion = roundDown((LONGEST * unit) / magnification);
     this.machine = { length, words: lengthText(length) };
-    this.motion = { length: motion * magnification, words: `motion: ${lengthText(motion)}` };
+    this.motion = { length: motion * magnification, words: `${lengthText(motion)} of motion` };
   }
 }
 
@@ -54,7 +54,7 @@ function drawBar(pen: Pen, x: number, y: number, { length, words }: Bar, colour:
   context.moveTo(end, y - HALF);
   context.lineTo(end, y + HALF);
   pen.stroke(colour, 1.6);
-  pen.text(words, end + NEAR, y, colour, 12, "left", null);
+  pen.text(words, end + NEAR, y, pen.colours.ink, 12, "left", null);
   return end + NEAR + context.measureText(words).width;
 }
 

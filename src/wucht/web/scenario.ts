@@ -62,16 +62,16 @@ export function withValuesFrom(
     last.time >= time - merge &&
     last.parameters.every(([index]) => indices.includes(index));
   const change = { time: isSame ? last.time : time, parameters: indices.map((i) => [i, value] as const), state: null };
-  return inserted(isSame ? { ...scenario, changes: scenario.changes.filter((c) => c !== last) } : scenario, change);
+  return withChange(isSame ? { ...scenario, changes: scenario.changes.filter((c) => c !== last) } : scenario, change);
 }
 
 /** With the machine placed in another state at a time; an earlier placement at that very time is replaced. */
 export function withStateAt(scenario: Scenario, time: number, state: readonly number[]): Scenario {
   const changes = scenario.changes.filter((change) => change.time !== time || change.state === null);
-  return inserted({ ...scenario, changes }, { time, parameters: [], state });
+  return withChange({ ...scenario, changes }, { time, parameters: [], state });
 }
 
-function inserted(scenario: Scenario, change: Change): Scenario {
+function withChange(scenario: Scenario, change: Change): Scenario {
   const before = scenario.changes.filter((c) => c.time <= change.time);
   const after = scenario.changes.filter((c) => c.time > change.time);
   return { ...scenario, changes: [...before, change, ...after] };

@@ -24,7 +24,7 @@ export class Pen {
   }
 
   /** Show a point of the machine at a pixel, what has the direction `turn` (rad) to the right. */
-  look(x: number, y: number, turn: number, scale: number, pixelX: number, pixelY: number): void {
+  setView(x: number, y: number, turn: number, scale: number, pixelX: number, pixelY: number): void {
     this.scale = scale;
     this.a = scale * Math.cos(turn);
     this.b = scale * Math.sin(turn);
@@ -34,11 +34,11 @@ export class Pen {
     this.y0 = pixelY - this.c * x - this.d * y;
   }
 
-  px(x: number, y: number): number {
+  pixelX(x: number, y: number): number {
     return this.x0 + this.a * x + this.b * y;
   }
 
-  py(x: number, y: number): number {
+  pixelY(x: number, y: number): number {
     return this.y0 + this.c * x + this.d * y;
   }
 
@@ -69,15 +69,15 @@ export class Pen {
 
   line(x1: number, y1: number, x2: number, y2: number, colour: string, width: number): void {
     this.context.beginPath();
-    this.context.moveTo(this.px(x1, y1), this.py(x1, y1));
-    this.context.lineTo(this.px(x2, y2), this.py(x2, y2));
+    this.context.moveTo(this.pixelX(x1, y1), this.pixelY(x1, y1));
+    this.context.lineTo(this.pixelX(x2, y2), this.pixelY(x2, y2));
     this.stroke(colour, width);
   }
 
   /** A circle about a point, of a radius in pixels. */
   circle(x: number, y: number, radius: number, fill: string | null, edge: string | null, width: number): void {
     this.context.beginPath();
-    this.context.arc(this.px(x, y), this.py(x, y), radius, 0, FULL_TURN);
+    this.context.arc(this.pixelX(x, y), this.pixelY(x, y), radius, 0, FULL_TURN);
     if (fill !== null) this.fill(fill);
     if (edge !== null) this.stroke(edge, width);
   }
@@ -87,7 +87,7 @@ export class Pen {
     x: number, y: number, inner: number, outer: number, direction: number, half: number, fill: string, edge: string,
   ): void {
     const middle = this.canvasAngle(direction);
-    const [cx, cy] = [this.px(x, y), this.py(x, y)];
+    const [cx, cy] = [this.pixelX(x, y), this.pixelY(x, y)];
     this.context.beginPath();
     this.context.arc(cx, cy, outer, middle - half, middle + half);
     this.context.arc(cx, cy, inner, middle + half, middle - half, true);
@@ -98,7 +98,7 @@ export class Pen {
 
   /** An arrow along a circle (radius in pixels) from one direction to another. */
   arc(x: number, y: number, radius: number, from: number, to: number, colour: string, width: number): void {
-    const [cx, cy] = [this.px(x, y), this.py(x, y)];
+    const [cx, cy] = [this.pixelX(x, y), this.pixelY(x, y)];
     const [start, end] = [this.canvasAngle(from), this.canvasAngle(to)];
     this.context.beginPath();
     this.context.arc(cx, cy, radius, start, end, end < start);
@@ -156,7 +156,7 @@ export class Pen {
 
   /** A hatched line across a direction, of a width in pixels, with the hatches on the far side. */
   ground(x: number, y: number, dx: number, dy: number, width: number, colour: string): void {
-    const [cx, cy] = [this.px(x, y), this.py(x, y)];
+    const [cx, cy] = [this.pixelX(x, y), this.pixelY(x, y)];
     const size = Math.hypot(dx, dy);
     const ux = (this.a * dx + this.b * dy) / (this.scale * size);
     const uy = (this.c * dx + this.d * dy) / (this.scale * size);
@@ -196,10 +196,10 @@ export class Pen {
 
   private along(x1: number, y1: number, x2: number, y2: number): Segment {
     const segment = this.segment;
-    segment.x = this.px(x1, y1);
-    segment.y = this.py(x1, y1);
-    segment.dx = this.px(x2, y2) - segment.x;
-    segment.dy = this.py(x2, y2) - segment.y;
+    segment.x = this.pixelX(x1, y1);
+    segment.y = this.pixelY(x1, y1);
+    segment.dx = this.pixelX(x2, y2) - segment.x;
+    segment.dy = this.pixelY(x2, y2) - segment.y;
     segment.length = Math.hypot(segment.dx, segment.dy);
     return segment;
   }

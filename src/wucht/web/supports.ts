@@ -38,13 +38,13 @@ export function drawMount(pen: Pen, pose: Pose, mount: MountData, unit: number, 
     for (const [s, t] of CORNERS) {
       const x = fx + mount.dx * depth * s + mount.dy * half * t;
       const y = fy + mount.dy * depth * s + mount.dx * half * t;
-      pen.context.lineTo(pen.px(x, y), pen.py(x, y));
+      pen.context.lineTo(pen.pixelX(x, y), pen.pixelY(x, y));
     }
     pen.context.closePath();
     pen.fill(surface);
     pen.stroke(ink, 1.3);
     const [middleX, middleY] = [fx + 0.5 * mount.dx * depth, fy + 0.5 * mount.dy * depth];
-    pen.text("foundation", pen.px(middleX, middleY), pen.py(middleX, middleY), muted, 11, "center", null);
+    pen.text("foundation", pen.pixelX(middleX, middleY), pen.pixelY(middleX, middleY), muted, 11, "center", null);
     const [gx, gy] = [x2 + mount.dx * (depth + span), y2 + mount.dy * (depth + span)];
     drawPair(pen, fx + mount.dx * depth, fy + mount.dy * depth, gx, gy, mount, unit);
     [x2, y2] = [gx, gy];
@@ -72,7 +72,7 @@ function drawPrescribedMotion(pen: Pen, x1: number, y1: number, x2: number, y2: 
   const accent = pen.colours.accents[3];
   pen.line(x1, y1, x2, y2, ink, 2.2);
   pen.ground(x2, y2, mount.dx, mount.dy, 40, muted);
-  const [cx, cy] = [pen.px((x1 + x2) / 2, (y1 + y2) / 2), pen.py((x1 + x2) / 2, (y1 + y2) / 2)];
+  const [cx, cy] = [pen.pixelX((x1 + x2) / 2, (y1 + y2) / 2), pen.pixelY((x1 + x2) / 2, (y1 + y2) / 2)];
   const heading = Math.atan2(-mount.dy, mount.dx);
   const [ux, uy] = [Math.cos(heading), Math.sin(heading)];
   const [nx, ny] = [-uy * 12, ux * 12];
@@ -99,9 +99,9 @@ export function drawPivot(pen: Pen, pose: Pose, unit: number): void {
   const bottom = Math.min(y, pose.length(pose.machine.drawing.box[1])) - 0.12 * unit;
   const half = Math.max(0.07 * unit, 0.4 * (y - bottom));
   pen.context.beginPath();
-  pen.context.moveTo(pen.px(x, y), pen.py(x, y));
-  pen.context.lineTo(pen.px(x - half, bottom), pen.py(x - half, bottom));
-  pen.context.lineTo(pen.px(x + half, bottom), pen.py(x + half, bottom));
+  pen.context.moveTo(pen.pixelX(x, y), pen.pixelY(x, y));
+  pen.context.lineTo(pen.pixelX(x - half, bottom), pen.pixelY(x - half, bottom));
+  pen.context.lineTo(pen.pixelX(x + half, bottom), pen.pixelY(x + half, bottom));
   pen.context.closePath();
   pen.fill(surface);
   pen.stroke(ink, 1.3);
@@ -148,7 +148,7 @@ function drawFrictionDamper(pen: Pen, pose: Pose, { x, y }: AttachmentData, angl
   for (const [s, t] of CORNERS) {
     const along = 0.6 * s * span;
     const [sx, sy] = [gx + along * vx - half * t * vy, gy + along * vy + half * t * vx];
-    pen.context.lineTo(pen.px(sx, sy), pen.py(sx, sy));
+    pen.context.lineTo(pen.pixelX(sx, sy), pen.pixelY(sx, sy));
   }
   pen.context.closePath();
   pen.fill(surface);

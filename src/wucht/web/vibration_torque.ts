@@ -6,8 +6,8 @@
 
 /** Share of the bodies' unbalances that remains where they cancel. */
 const CANCELLATION = 1e-12;
-/** Of the stiffness: a trace of damping, which keeps the matrix regular at the natural frequency of an undamped direction. */
-const TRACE = 1e-14;
+/** Of the stiffness: damping that keeps the matrix regular at the natural frequency of an undamped direction. */
+const REGULARISATION = 1e-14;
 
 export class VibrationTorque {
   private readonly size: number;
@@ -24,7 +24,7 @@ export class VibrationTorque {
   private readonly solution: Float64Array;
   /** Whether no other body excites than those that are braked. */
   private isAlone = true;
-  private trace = 0;
+  private regularisation = 0;
 
   constructor(size: number, count: number) {
     this.size = size;
@@ -54,7 +54,7 @@ export class VibrationTorque {
       this.stiffness[i] = matrices[2 * square + i]!;
       largest = Math.max(largest, Math.abs(this.stiffness[i]!));
     }
-    this.trace = TRACE * (largest || 1);
+    this.regularisation = REGULARISATION * (largest || 1);
     this.isAlone = true;
     for (let d = 0; d < this.size; d++) this.sum(d, matrices, angles, senses, counts, members);
   }
@@ -67,7 +67,7 @@ export class VibrationTorque {
       this.real[i] = this.stiffness[i]! - square * this.mass[i]!;
       this.imaginary[i] = speed * damping[i]!;
     }
-    for (let i = 0; i < size; i++) this.imaginary[i * (size + 1)]! += this.trace;
+    for (let i = 0; i < size; i++) this.imaginary[i * (size + 1)]! += this.regularisation;
     for (let i = 0; i < 2 * size; i++) solution[i] = square * force[i]!;
     solve(this.real, this.imaginary, solution, size);
     let total = 0;

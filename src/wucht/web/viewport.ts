@@ -45,7 +45,7 @@ export class Viewport {
     const [left, bottom, right, top] = this.extent;
     const [scaleX, scaleY] = [(width - 2 * BORDER) / (right - left), (height - 2 * BORDER - BAND) / (top - bottom)];
     const scale = Math.max(1e-9, Math.min(scaleX, scaleY));
-    pen.look((left + right) / 2, (bottom + top) / 2, 0, scale, width / 2, (height - BAND) / 2);
+    pen.setView((left + right) / 2, (bottom + top) / 2, 0, scale, width / 2, (height - BAND) / 2);
   }
 
   /** Show the main rotor, and turn with it. */
@@ -54,7 +54,7 @@ export class Viewport {
     const { pose } = this;
     const rotor = pose.machine.drawing.rotors[0]!;
     const scale = (CLOSE * Math.min(width, height)) / pose.length(rotor.radius);
-    pen.look(pose.axisX(0), pose.axisY(0), pose.angles[rotor.body]!, scale, width / 2, height / 2);
+    pen.setView(pose.axisX(0), pose.axisY(0), pose.angles[rotor.body]!, scale, width / 2, height / 2);
   }
 
   /** The extent of the drawing, when parameters have changed. */
