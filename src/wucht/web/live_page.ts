@@ -5,11 +5,9 @@ import { Clock, suggestedSpeed } from "./clock.ts";
 import type { Computer } from "./compute.ts";
 import { overlapSentence } from "./contacts.ts";
 import { ControlColumn } from "./control_column.ts";
-import { Instant, sentenceOf, type Course } from "./course.ts";
+import { sentenceOf, type Course } from "./course.ts";
 import { CurvePanel } from "./curves.ts";
-import { button, element } from "./dom.ts";
-import { MachineDrawing, type View } from "./drawing.ts";
-import { enableDragging } from "./grabbing.ts";
+import { element } from "./dom.ts";
 import { pageLayout } from "./layout.ts";
 import { Levels } from "./levels.ts";
 import { LinkError, linkText, readLink } from "./link.ts";
@@ -26,16 +24,13 @@ import {
   withValuesFrom,
   type Scenario,
 } from "./scenario.ts";
+import { Stage } from "./stage.ts";
 import { isStudy, studyText } from "./study_text.ts";
 import { Toolbar } from "./toolbar.ts";
-import { TorqueHill } from "./torque_hill.ts";
-import { Trails } from "./trails.ts";
-import { Transport } from "./transport.ts";
 import { VerdictLine } from "./verdict_line.ts";
 
 /** Of the run: changes of one parameter that are nearer are one. */
 const MERGE = 1 / 500;
-const DRAG = "Drag a body, the rotor or the carrier.";
 
 export class LivePage {
   readonly root: HTMLElement;
@@ -43,30 +38,19 @@ export class LivePage {
   private readonly _original: Scenario;
   private readonly _clock: Clock;
   private readonly _computer: Computer;
-  private readonly _instant: Instant;
-  private readonly _drawing: MachineDrawing;
-  private readonly _canvas: HTMLCanvasElement;
-  private readonly _hill: TorqueHill;
-  private readonly _trails: Trails;
+  private readonly _stage: Stage;
   private readonly _levels: Levels;
-  private readonly _transport: Transport;
   private readonly _verdict: VerdictLine;
   private readonly _publishing: Publishing;
   private readonly _column: ControlColumn;
   private readonly _toolbar: Toolbar;
   private readonly _changes: ChangeList;
   private readonly _curves: HTMLElement;
-  private readonly _caption = element("figcaption");
   private readonly _warning = element("p", { class: "warning", role: "status" });
-  private readonly _switches: HTMLButtonElement[];
-  private readonly _strobe = element("input", { type: "checkbox" });
   private _panels: CurvePanel[] = [];
   private _measured: readonly MeasuredCurve[] = [];
   private _scenario: Scenario;
   private _course: Course | null = null;
-  private _held: Float64Array | null = null;
-  private _hasDragged = false;
-  private _magnification = 1;
   private _overlap = "";
 
   constructor(contents: Contents, original: Scenario, computer: Computer) {
@@ -77,20 +61,14 @@ export class LivePage {
     this._clock = new Clock(() => this._draw());
     this._clock.end = page.until;
     this._clock.speed = suggestedSpeed(page.turn);
-    this._instant = new Instant(machine);
-    this._trails = new Trails(contents);
     this._levels = new Levels(contents);
-    this._canvas = element("canvas", { class: "drawing", role: "img", "aria-label": "the machine, moving" });
-    this._drawing = new MachineDrawing(this._canvas, machine);
-    const hill = element("div", { class: "hill" });
-    this._hill = new TorqueHill(hill, machine);
-    this._transport = new Transport(this._clock, machine.time_unit);
+    this._stage = new Stage(contents, this._clock, {
+      redraw: () => this._draw(),
+      switchMotor: (index) => this._switch(index),
+      release: (state) => this._release(state),
+    });
     this._verdict = new VerdictLine(page.text.verdict);
     this._publishing = new Publishing(contents, this._original, this._verdict);
-    this._switches = page.switches.map(({ name, index }) =>
-      button(`Motor of ${name}`, () => this._switch(index), { class: "switch", role: "switch", "aria-checked": "true" }),
-    );
-    this._strobe.addEventListener("change", () => this._draw());
     this._curves = element("section", { class: "curves", "aria-label": "curves over time" });
     this._column = new ControlColumn(page, this._scenario, machine.time_unit, {
       parameter: (control, value) => this._set(control.indices, value),
@@ -114,59 +92,16 @@ export class LivePage {
       },
       page,
     );
-    this.root = this._layout(hill);
-    let wasPlaying = false;
-    enableDragging(this._canvas, this._drawing, {
-      state: () => this._instant.state,
-      take: () => {
-        wasPlaying = this._clock.isPlaying;
-        this._clock.pause();
-      },
-      hold: (state) => {
-        this._held = state;
-        this._draw();
-      },
-      release: (state) => {
-        this._release(state);
-        if (wasPlaying) this._clock.play();
-      },
-    });
+    const middle = [this._warning, this._changes.root, this._curves];
+    const side = [this._column.root, this._toolbar.root];
+    this.root = pageLayout(machine.title, page, this._verdict.root, this._stage.elements, middle, side);
     this._buildCurves();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this._buildCurves());
     new ResizeObserver(() => this._fit()).observe(this._curves);
-    new ResizeObserver(() => this._draw()).observe(this._canvas);
     addEventListener("hashchange", () => this._readLink());
     if (location.hash.length > 1) this._readLink();
     else this._change(this._original);
     computer.listen((course) => this._receive(course));
-  }
-
-  private _layout(hill: HTMLElement): HTMLElement {
-    const { machine, page } = this._contents;
-    const turning = element("label", { class: "check" }, this._strobe, "rotate the view with the rotor");
-    const stage = [
-      element("figure", {}, this._canvas, this._caption),
-      this._transport.root,
-      element("div", { class: "views" }, ...this._switches, turning, ...this._hillChoice()),
-      ...(this._hill.available ? [hill] : []),
-    ];
-    const middle = [this._warning, this._changes.root, this._curves];
-    return pageLayout(machine.title, page, this._verdict.root, stage, middle, [this._column.root, this._toolbar.root]);
-  }
-
-  /** Of several driven rotors, that of the hill. */
-  private _hillChoice(): HTMLElement[] {
-    const { rotors } = this._hill;
-    const select = (name: string) => {
-      this._hill.select(name);
-      this._trails.select(name);
-      this._draw();
-    };
-    if (rotors[0] !== undefined) select(rotors[0]);
-    if (rotors.length < 2) return [];
-    const choice = element("select", {}, ...rotors.map((name) => element("option", {}, name)));
-    choice.addEventListener("change", () => select(choice.value));
-    return [element("label", { class: "check" }, "torques at rotor", choice)];
   }
 
   private _buildCurves() {
@@ -219,10 +154,8 @@ export class LivePage {
     this._warn();
   }
 
-  private _release(state: Float64Array | null) {
-    this._held = null;
-    this._hasDragged = true;
-    if (state === null) return this._draw();
+  /** A part was dragged: the machine goes on from another state. */
+  private _release(state: Float64Array) {
     const { time } = this._clock;
     const values = Array.from(state, (x) => x + 0);
     this._change(time > 0 ? withStateAt(this._scenario, time, values) : { ...this._scenario, start: values });
@@ -243,8 +176,7 @@ export class LivePage {
 
   private _receive(course: Course) {
     this._course = course;
-    const place = this._contents.machine.outputs.findIndex((output) => output.name === "amplitude");
-    this._magnification = this._drawing.suggestedMagnification(this._trails.largest(course, place));
+    this._stage.show(course);
     this._warn();
     this._showCourse();
     this._draw();
@@ -274,32 +206,12 @@ export class LivePage {
   }
 
   private _draw() {
-    const course = this._course;
-    if (course === null) return this._drawStart();
-    const time = Math.min(this._clock.time, course.time[course.time.length - 1]!);
-    this._instant.move(course, time);
-    const { outputs, parameters } = this._instant;
-    const state = this._held ?? this._instant.state;
-    const view: View = { stroboscopic: this._strobe.checked, magnification: this._magnification };
-    this._trails.move(course, time, this._instant);
-    this._drawing.draw(time, state, this._held ? [] : outputs, parameters, view, this._held ? null : this._trails.orbit);
-    this._caption.textContent = `${this._drawing.description}${this._hasDragged ? "" : ` ${DRAG}`}`;
-    if (this._hill.available) this._hill.draw(parameters, this._trails.speeds, this._trails.torques, time, state);
-    for (const panel of this._panels) panel.move(time, state, outputs);
-    for (const [i, one] of this._contents.page.switches.entries()) {
-      this._switches[i]!.setAttribute("aria-checked", String(parameters[one.index] !== 0));
-    }
-    this._transport.show();
-  }
-
-  /** The machine before its first course is there. */
-  private _drawStart() {
-    const { start, parameters } = this._scenario;
-    this._drawing.draw(0, start, [], parameters, { stroboscopic: false, magnification: this._magnification }, null);
+    const shown = this._stage.draw(this._scenario);
+    if (shown !== null) for (const panel of this._panels) panel.move(shown.time, shown.state, shown.outputs);
   }
 
   private _link(): string {
-    const shown = { scenario: this._scenario, time: this._clock.time, stroboscopic: this._strobe.checked };
+    const shown = { scenario: this._scenario, time: this._clock.time, stroboscopic: this._stage.isStroboscopic };
     const text = linkText(shown, this._original, this._contents.machine);
     history.replaceState(null, "", `#${text}`);
     return location.href;
@@ -308,7 +220,7 @@ export class LivePage {
   private _readLink() {
     try {
       const shown = readLink(location.hash.slice(1), this._original, this._contents.machine);
-      this._strobe.checked = shown.stroboscopic;
+      this._stage.isStroboscopic = shown.stroboscopic;
       this._clock.end = shown.scenario.until;
       this._clock.move(shown.time);
       this._change(shown.scenario);
@@ -323,7 +235,7 @@ export class LivePage {
     const { machine } = this._contents;
     const paper = paperOf(document.documentElement);
     const curves = this._panels.map((panel) => ({ title: panel.title, canvas: panel.canvas }));
-    const lines = [this._verdict.root.textContent ?? "", this._drawing.description];
+    const lines = [this._verdict.root.textContent ?? "", this._stage.description];
     const drawings = [...this.root.querySelectorAll<HTMLCanvasElement>(".stage canvas")];
     savePicture(
       paintedSheet({ title: machine.title, lines, drawings, curves, surface: paper.surface, ink: paper.ink }),
