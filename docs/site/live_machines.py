@@ -85,7 +85,7 @@ def _kept_page(name: str, folder: Path, verdict: bool | None) -> Path | None:
     try:
         page.write_text(shared_page(name, verdict=verdict), encoding="utf-8")
     except WuchtError as error:
-        if "cannot be exported" not in str(error):
+        if error.code != "not-exported":
             raise
     (folder / _KEY).write_text(question, encoding="utf-8")
     return page if page.is_file() else None

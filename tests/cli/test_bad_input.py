@@ -383,8 +383,22 @@ def test_a_name_that_is_too_long(refused: Refused) -> None:
 
 
 def test_an_unknown_catalogue_name(refused: Refused) -> None:
-    refused("run", "drozdetskaya-2020/table-5.2", "--json", says=("did you mean 'drozdetskaya-2020/table-5.1'?", "known: "))
-    refused("run", "drozdetskaya-2020", says=("neither a file nor a catalogue name",))
+    refused(
+        "run",
+        "drozdetskaya-2020/table-5.2",
+        "--json",
+        says=("FILE: given", "did you mean 'drozdetskaya-2020/table-5.1',", "`wucht list` prints all names"),
+    )
+    refused(
+        "run",
+        "drozdetskaya-2020",
+        says=("FILE: given 'drozdetskaya-2020'; must be a study or machine file, or a catalogue name",),
+    )
+    refused(
+        "run",
+        "practice/nothing",
+        says=("given 'practice/nothing'; must be a study or machine file, or a catalogue name; `wucht",),
+    )
     refused("equations", "practice/laundry", says=("did you mean 'practice/laundry-drum'?",))
 
 
@@ -392,7 +406,7 @@ def test_a_used_file_that_is_not_there(refused: Refused, here: Path) -> None:
     Path("study.toml").write_text('[machine]\nuse = "other.toml"\n')
     refused("run", "study.toml", "--json", says=("study.toml: machine.use", "other.toml", "there is no such file"))
     Path("study.toml").write_text('[machine]\nuse = "drozdetskaya-2020/table-5.2"\n')
-    refused("run", "study.toml", says=("study.toml: machine.use", "table-5.2", "did you mean 'drozdetskaya-2020/table-5.1'?"))
+    refused("run", "study.toml", says=("study.toml: machine.use", "table-5.2", "did you mean 'drozdetskaya-2020/table-5.1',"))
 
 
 def test_an_error_in_a_used_file_names_both(refused: Refused, here: Path) -> None:
@@ -568,7 +582,7 @@ def test_new_where_nothing_can_be_written(refused: Refused, here: Path) -> None:
 
 def test_new_of_an_unknown_name(refused: Refused, here: Path) -> None:
     refused("new", "runup", says=("given 'runup'", "did you mean 'run-up'?"))
-    refused("new", "../../etc/passwd", says=("known: ",))
+    refused("new", "../../etc/passwd", says=("must be a study or a catalogue name; `wucht list` prints all names",))
     assert not list(Path().iterdir())
 
 

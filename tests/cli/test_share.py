@@ -58,7 +58,13 @@ def test_a_name_cannot_end_a_script(study: Callable[..., Path], wucht: Command, 
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["sperling-vibration/figure-4"], ("figure-4.toml: machine", "is locked until its release")),
+        (
+            ["sperling-vibration/figure-4"],
+            (
+                "figure-4.toml: machine.bodies[1] (b1).release: given {'time': 30.0}; not allowed in a live machine",
+                "whose bodies are free from the start; b2 has one, too",
+            ),
+        ),
         (["kaltofen-cam/dwell-and-return"], ("this file has none",)),
         (["drozdetskaya-2020/figure-2.10"], ("this file has none",)),
         (["drozdetskaya-2020/r3"], ("r3",)),

@@ -16,7 +16,7 @@ from wucht.analysis.vibration import ForcedVibration
 from wucht.analysis.working_points import TorqueCurves
 from wucht.dynamics.live_machine import export_obstacles, machine_script
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
-from wucht.dynamics.torque_hills import TorqueHills, unavailable_hills
+from wucht.dynamics.torque_hills import TorqueHills, unavailability_reason
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document, names
 from wucht.machines.operation import free_speed
@@ -68,7 +68,7 @@ def check_torques(folder: Path, chosen: list[str]) -> int:
     generator, jobs, expected = np.random.default_rng(51), [], []
     for name in chosen:
         machine, start = machine_at_start(name)
-        if unavailable_hills(machine):
+        if unavailability_reason(machine):
             continue
         script, state, data = (
             machine_script(machine, start),
@@ -113,8 +113,8 @@ def test_hills_are_there_where_the_study_has_its_balance() -> None:
             is_defined = True
         except InputError:
             is_defined = False
-        if (unavailable_hills(machine) == "") != is_defined:
-            differing[name] = unavailable_hills(machine)
+        if (unavailability_reason(machine) == "") != is_defined:
+            differing[name] = unavailability_reason(machine)
     assert differing == {}
     friction, _ = machine_at_start("practice/laundry-drum-friction")
     assert TorqueHills.of(friction).data == {

@@ -8,7 +8,7 @@ from tests.refusals import refused
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.errors import InputError
-from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
+from wucht.files.catalogue import FOLDER, load_equations, load_machine, names, nearest_names
 from wucht.files.documents import read_toml
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -110,8 +110,24 @@ def test_the_others_carry_none(name):
 
 
 def test_a_wrong_name_is_answered_with_the_nearest():
-    with refused("drozdetskaya-2020/tabel-5.1", "drozdetskaya-2020/table-5.1", given=None, code="unknown-name"):
-        load_machine("drozdetskaya-2020/tabel-5.1")
+    name = "drozdetskaya-2020/tabel-5.1"
+    with refused("FILE", "drozdetskaya-2020/table-5.1", given=name, code="unknown-name"):
+        load_machine(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "clause"),
+    [
+        ("practice/nothing", ""), ("nothing", ""), ("../../etc/passwd", ""), ("kaltofen-cam/nothing", ""), ("", ""),
+        ("laundri", "did you mean 'practice/laundry-drum'? "), ("r1", "did you mean 'drozdetskaya-2020/r1', "),
+        ("drozdetskaya-2020/r3", "did you mean 'drozdetskaya-2020/r1', 'drozdetskaya-2020/r2'? "),
+        ("Practice/Screan", "did you mean 'practice/screen', "), ("sperling", "did you mean 'sperling-rollers/"),
+    ],
+)  # fmt: skip
+def test_only_names_that_are_like_it_or_contain_it_are_suggested(name: str, clause: str) -> None:
+    text = nearest_names(name, names())
+    assert text.startswith(clause or "`") and text.endswith("`wucht list` prints all names")
+    assert text.count("'") <= 6
 
 
 @pytest.mark.parametrize(
@@ -140,7 +156,7 @@ def test_a_long_chain_of_files_that_use_each_other(here):
     assert machine.values["u"] == 2.0
     assert machine.title == "The tenth (changed: u = 2)"
     Path(f"{links}.toml").write_text('[machine]\nuse = "none-5.1"\n', encoding="utf-8")
-    with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: given 'none-5\.1'; neither") as unknown:
+    with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: given 'none-5\.1'; must be") as unknown:
         load_machine("0.toml")
     assert unknown.value.code == "unknown-name"
     Path(f"{links}.toml").write_text('[machine]\nuse = "7.toml"\n', encoding="utf-8")

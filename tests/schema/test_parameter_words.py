@@ -12,7 +12,7 @@ from wucht.schema import Parameter, full_name
     ("machine", "path", "words"),
     [
         ("drozdetskaya-2020/r1", "drive.no_load_speed", "no-load speed of the drive"),
-        ("drozdetskaya-2020/r1", "drive.slope", "slope of the torque over speed, drive"),
+        ("drozdetskaya-2020/r1", "drive.slope", "slope of the torque-speed curve, drive"),
         ("drozdetskaya-2020/r1", "drum.eccentricity", "eccentricity of drum"),
         ("practice/laundry-drum", "carrier.stiffness.x", "stiffness in x of the carrier"),
         ("practice/laundry-drum", "carrier.gravity", "acceleration of gravity"),

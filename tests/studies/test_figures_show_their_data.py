@@ -256,7 +256,7 @@ EXPECTED: dict[str, Figured] = {
     ),
     "capture-probability": Figured(
         {"study.points": 2, "study.samples": 64, "study.probability": None, "study.until": "20 s"},
-        {0: ("slope of the torque over speed, drive (N·m·s)", "probability of\ncompensated or passed")},
+        {0: ("slope of the torque-speed curve, drive (N·m·s)", "probability of\ncompensated or passed")},
         (Line(0, 0, "parameter", "estimate"),),
     ),
     "comparison": Figured(
@@ -264,8 +264,8 @@ EXPECTED: dict[str, Figured] = {
         {
             0: (TIME, "speed (rad/s)"),
             1: (TIME, AMPLITUDE),
-            2: ("slope of the torque over speed, drive (N·m·s)", "final speed (rad/s)"),
-            3: ("slope of the torque over speed, drive (N·m·s)", "final amplitude (mm)"),
+            2: ("slope of the torque-speed curve, drive (N·m·s)", "final speed (rad/s)"),
+            3: ("slope of the torque-speed curve, drive (N·m·s)", "final amplitude (mm)"),
         },
         (
             Line(0, "0.0195 N m s: unidentified", "curve_1_x[0]", "curve_1_y[0]", part=True),
@@ -389,7 +389,7 @@ EXPECTED: dict[str, Figured] = {
         {"study.range": ["0.015 N m s", "0.02 N m s"], "study.values": ["0.017 N m s"]},
         {
             1: ("angle of the main rotor (rad)", "speed of the main rotor (rad/s)"),
-            2: ("slope of the torque over speed, drive\n(N·m·s)", "period, angle of the main rotor\n(rad)"),
+            2: ("slope of the torque-speed curve, drive\n(N·m·s)", "period, angle of the main rotor\n(rad)"),
             3: ("angle of the main rotor (rad)", AMPLITUDE),
         },
         (
@@ -411,7 +411,7 @@ EXPECTED: dict[str, Figured] = {
     ),
     "speed-curve": Figured(
         {"study.range": ["0.005 N m s", "0.02 N m s"], "study.points": 2},
-        {0: ("", "speed of the main rotor (rad/s)"), 1: ("slope of the torque over speed, drive (N·m·s)", AMPLITUDE)},
+        {0: ("", "speed of the main rotor (rad/s)"), 1: ("slope of the torque-speed curve, drive (N·m·s)", AMPLITUDE)},
         (
             Line(0, 0, "value", "speed", part=True, off=0.02),
             Line(1, 0, "value", "1e3 * amplitude", part=True, off=0.02),
@@ -427,7 +427,7 @@ EXPECTED: dict[str, Figured] = {
             "study.range": ["0.005 N m s", "0.02 N m s"],
             "study.second_range": ["200 N s/m", "260 N s/m"],
         },
-        {0: ("slope of the torque over speed, drive (N·m·s)", "damping of the carrier (N·s/m)")},
+        {0: ("slope of the torque-speed curve, drive (N·m·s)", "damping of the carrier (N·s/m)")},
         (Line(0, 0, "boundary_x", "boundary_y", part=True),),
     ),
     "synchronous-states": Figured(

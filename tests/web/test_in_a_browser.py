@@ -58,7 +58,7 @@ def test_a_wrong_value_is_refused_by_a_sentence(browsing: Browsing) -> None:
     shown = browsing.open(browsing.file("drozdetskaya-2020/r1", **R1))
     page, curves = shown.page, shown.pixels(SPEED)
     for text, sentence in (
-        ("-1", "slope of the torque over speed: given “-1”, must be at least 0"),
+        ("-1", "slope of the torque-speed curve: given “-1”, must be at least 0"),
         ("fast", "given “fast”, must be a number in N·m·s"), ("1e999", "must be at most 1e+30 N·m·s"),
         ("1,900", "given “1,900”, must be written without a comma before three digits"),
     ):  # fmt: skip

@@ -27,6 +27,7 @@ pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not install
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+MUST = "must be a study or machine file, or a catalogue name"
 STRAIGHT = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # whatever the environment says of proxies
 
 
@@ -38,10 +39,10 @@ def running_app(folder: Path, *words: str) -> Iterator[tuple[str, subprocess.Pop
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
-        address = re.search(r"^http://127\.0\.0\.1:\d+/", line)
+        address = re.search(r"^Serving .+ at (http://127\.0\.0\.1:\d+/) \(this computer only\)\. Press Ctrl-C to stop\.$", line)
         if address is None:
             raise AssertionError(line + process.communicate(timeout=20)[1])
-        yield address[0], process
+        yield address[1], process
     finally:
         process.kill()
         process.communicate()
@@ -97,7 +98,33 @@ def test_a_port_in_use_is_one_sentence(refused: object) -> None:
 @needs_page
 def test_a_file_that_is_not_there_is_one_sentence(refused: object) -> None:
     refused("app", "nothing.toml", "--port", "0", "--no-browser", says=("nothing.toml: there is no such file",))  # type: ignore[operator]
-    refused("app", "laundri", "--port", "0", "--no-browser", says=("laundri: neither a file nor a catalogue name",))  # type: ignore[operator]
+    refused(
+        "app",
+        "laundri",
+        "--port",
+        "0",
+        "--no-browser",
+        says=(f"FILE: given 'laundri'; {MUST}; did you mean 'practice/laundry-drum'?",),
+    )  # type: ignore[operator]
+
+
+@needs_page
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("sperling-vibration/figure-4", ("figure-4.toml: machine.bodies[1] (b1).release: ", "free from the start")),
+        ("kaltofen-cam/dwell-and-return", ("dwell-and-return.toml: machine: ", "this file has none")),
+    ],
+)
+def test_what_no_page_can_show_is_refused_before_it_is_served(refused: object, name: str, says: tuple[str, ...]) -> None:
+    """By the sentence of `wucht share`."""
+    sentence = refused("app", name, "--port", "0", "--no-browser", says=says)  # type: ignore[operator]
+    assert sentence == refused("share", name, "--no-verdict", says=says)  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("port", ["99999", "-1"])
+def test_a_port_that_does_not_exist_is_refused(refused: object, port: str) -> None:
+    refused("app", "--port", port, "--no-browser", says=(f"--port: given {port}; must be 0 to 65535",))  # type: ignore[operator]
 
 
 def test_a_page_that_was_not_built_is_one_sentence(wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

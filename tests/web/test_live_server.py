@@ -25,6 +25,7 @@ from wucht.web.worker_process import WorkerProcess
 PORT = 8417
 ORIGIN = f"http://127.0.0.1:{PORT}"
 PAGE = {"origin": ORIGIN}
+MUST = "must be a study or machine file, or a catalogue name"
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +79,15 @@ def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestC
 
 
 @needs_page
+def test_the_list_has_an_address_of_its_own(client: TestClient, folder: Path, worker: WorkerProcess) -> None:
+    """Where the first page is that of a file, what refuses another one leads to the list."""
+    of_file = TestClient(live_server(folder, PORT, worker, "drum.toml"), base_url=ORIGIN)
+    assert "const page = " in of_file.get("/").text
+    assert '<a href="/machines">All machines</a>' in of_file.get("/machine/nothing.toml").text
+    assert of_file.get("/machines").text == client.get("/").text == client.get("/machines").text
+
+
+@needs_page
 @pytest.mark.parametrize("name", ["drum.toml", "inside/drum%20two.toml", "drozdetskaya-2020/r1-u1"])
 def test_the_page_of_a_machine_knows_its_server(client: TestClient, name: str) -> None:
     page = client.get(f"/machine/{name}")
@@ -105,11 +115,11 @@ def test_every_answer_lets_a_page_load_nothing_and_ask_only_this_server(client: 
         ("..%2fsecret.toml", 404, "no machine file below"),
         ("..%2f..%2f..%2fetc%2fpasswd", 404, "no machine file below"),
         ("%2fetc%2fpasswd", 404, "no machine file below"),
-        ("link.toml", 404, "neither a file nor a catalogue name|only files below"),
-        ("linked%2fsecret.toml", 404, "neither a file nor a catalogue name|only files below"),
+        ("link.toml", 404, f"{MUST}|only files below"),
+        ("linked%2fsecret.toml", 404, f"{MUST}|only files below"),
         ("inside", 404, "not a file|no such"),
         ("nothing.toml", 404, "there is no such file"),
-        ("nix", 404, "neither a file nor a catalogue name"),
+        ("nix", 404, f"FILE: given &#x27;nix&#x27;; {MUST}"),
         ("a%00b", 404, "no machine file"),
         ("%22%3E%3Cscript%3E", 404, "&lt;script&gt;"),
         ("a" * 5000, 404, ""),
@@ -117,8 +127,8 @@ def test_every_answer_lets_a_page_load_nothing_and_ask_only_this_server(client: 
         ("wrong.toml", 422, "machine.carrier.mass: given &#x27;-1 kg"),
         ("pyproject.toml", 422, "project"),
         ("uses.toml", 404, "only files below"),
-        ("sperling-vibration/figure-4", 422, "cannot be exported: .* locked until its release"),
-        ("kaltofen-cam/figure-1", 404, "neither a file nor"),
+        ("sperling-vibration/figure-4", 422, r"machine\.bodies\[1\] \(b1\)\.release: given .*; not allowed in a live machine"),
+        ("kaltofen-cam/figure-1", 404, MUST),
     ],
 )
 def test_what_cannot_be_shown_is_refused_by_a_sentence(client: TestClient, name: str, status: int, sentence: str) -> None:
@@ -238,7 +248,7 @@ def test_a_verdict_is_that_of_wucht_run(client: TestClient, tmp_path: Path, sett
 
 def test_a_wrong_value_is_answered_by_its_sentence(client: TestClient) -> None:
     answer = verdict_of(client, STUDY.replace('slope = "0.04 N m s"', "slope = -1"))
-    assert answer == {"error": "machine.drive.slope: given -1; must be a slope of the torque over speed of at least 0 N m s"}
+    assert answer == {"error": "machine.drive.slope: given -1; must be a slope of the torque-speed curve of at least 0 N m s"}
 
 
 def test_a_newer_question_ends_the_one_before_it(client: TestClient) -> None:
@@ -256,7 +266,7 @@ def test_a_run_that_takes_too_long_is_given_up(
 ) -> None:
     monkeypatch.setattr(worker, "_judging", 0.3)
     answer = verdict_of(client, STUDY.replace("0.5 s", "20000 s"))
-    assert answer == {"error": "the run takes longer than 0.3 s: save the study file, and use wucht run"}
+    assert answer == {"error": "the run takes longer than 0.3 s: copy the study file, and use `wucht run`"}
 
 
 @needs_page

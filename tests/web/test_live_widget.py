@@ -72,7 +72,7 @@ def test_a_machine_of_which_no_file_can_say_what_it_is_says_so() -> None:
 
 def test_what_is_shown_can_be_run_on() -> None:
     widget = wucht.live(drum(), until=0.2)
-    with pytest.raises(InputError, match="has not told yet"):
+    with pytest.raises(InputError, match="no study file was received from the page yet"):
         widget.question()
     text = text_of(widget.page)
     widget.study = f'{text["machine"]}\n[machine.set]\n"drive.slope" = 0.05\n{text["study"]}until = 0.3\n'
@@ -87,9 +87,11 @@ def test_what_is_shown_can_be_run_on() -> None:
 @pytest.mark.parametrize(
     ("machine", "options", "sentence"),
     [
-        (3, {}, "must be a wucht.Machine"), ("nothing", {}, "neither a file nor a catalogue name"),
+        (3, {}, "must be a wucht.Machine"),
+        ("nothing", {}, "given 'nothing'; must be a study or machine file, or a catalogue name"),
         ("drozdetskaya-2020/r1", {"until": -1}, "study.until"), ("drozdetskaya-2020/r1", {"start": {"p9": 1}}, "p9"),
-        ("sperling-vibration/figure-4", {}, "cannot be exported"), ("drozdetskaya-2020/r1", {"start": 3}, "study.start"),
+        ("sperling-vibration/figure-4", {}, "not allowed in a live machine"),
+        ("drozdetskaya-2020/r1", {"start": 3}, "study.start"),
     ],
 )  # fmt: skip
 def test_bad_input_is_one_sentence(machine: Any, options: dict[str, Any], sentence: str) -> None:

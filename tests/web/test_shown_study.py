@@ -55,7 +55,7 @@ def test_the_verdict_is_that_of_the_whole_study(name: str) -> None:
         ('kind = "run-up"', 'kind = "run-up"\nfile = "x"', "study.file: .*unknown key"),
         ("start = {", "starts = [{ p1 = 0.1 }, { p1 = 0.2 }]\nunused = {", "unused|starts"),
         ('until = "0.5 s"', 'until = "0.5 s"\nalong = "drive.slope"\nvalues = [1, 2]', "study.along: .*one run is judged"),
-        ('slope = "0.04 N m s"', 'slope = "-1 N m s"', "slope of the torque over speed of at least 0"),
+        ('slope = "0.04 N m s"', 'slope = "-1 N m s"', "slope of the torque-speed curve of at least 0"),
         ('slope = "0.04 N m s"', "slope = nan", "machine.drive.slope"),
         ('slope = "0.04 N m s"', 'slope = "1 kg"', "machine.drive.slope"),
         ('until = "0.5 s"', 'until = "1e12 s"', "study.until: .*can be computed"),

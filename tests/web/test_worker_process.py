@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from tests.conftest import STUDY
 
-from wucht.web.worker_process import Answer, WorkerProcess, late_sentence
+from wucht.web.worker_process import Answer, WorkerProcess, timeout_sentence
 
 SHORT = STUDY.replace('"0.5 s"', '"2 s"')
 LONG = STUDY.replace('"0.5 s"', '"20000 s"')  # minutes
@@ -54,7 +54,7 @@ def test_a_run_that_takes_too_long_is_ended_but_not_its_process(worker: WorkerPr
     monkeypatch.setattr(worker, "_judging", 0.5)
     process = worker._process
     answer = worker.verdict(LONG)
-    assert answer["error"] == late_sentence(0.5)
+    assert answer["error"] == timeout_sentence("verdict", 0.5)
     assert "wucht run" in answer["error"]
     monkeypatch.undo()
     assert "label" in worker.verdict(SHORT)
@@ -70,11 +70,22 @@ def test_what_does_not_notice_the_end_of_its_time_is_killed(tmp_path: Path, monk
     monkeypatch.setattr(worker, "_judging", 0.5)
     begin, process = time.monotonic(), worker._process
     assert process is not None
-    assert worker.verdict(many)["error"] == late_sentence(0.5)
+    assert worker.verdict(many)["error"] == timeout_sentence("verdict", 0.5)
     assert time.monotonic() - begin < 10
     assert process.poll() is not None
     monkeypatch.setattr(worker, "_judging", 60.0)
     assert "label" in worker.verdict(SHORT), "another process was started"
+    worker.close()
+
+
+def test_a_page_that_takes_too_long_says_what_makes_it(tmp_path: Path) -> None:
+    """It has no study file to copy: that is what a verdict says."""
+    (tmp_path / "drum.toml").write_text(STUDY, encoding="utf-8")
+    worker = WorkerProcess(tmp_path, judging=0.0, making=0.0)
+    assert worker.page(str(tmp_path / "drum.toml"), None) == {
+        "timed_out": True, "error": "the equations of this machine take longer than 0 s: use `wucht share FILE`", "status": 503,
+    }  # fmt: skip
+    assert worker.machines()["error"] == "the list of machines takes longer than 0 s: use `wucht list`, and `wucht app FILE`"
     worker.close()
 
 
@@ -87,7 +98,7 @@ def test_a_process_that_is_killed_from_outside_is_reported_and_replaced(worker: 
     assert worker._process is not None
     os.kill(worker._process.pid, signal.SIGKILL)
     thread.join(20)
-    assert "more memory than there is" in answers[0]["error"]
+    assert "ran out of memory" in answers[0]["error"]
     assert "label" in worker.verdict(SHORT)
 
 

@@ -7,9 +7,8 @@ given first; ``--all`` lists every key at length.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from difflib import get_close_matches
 from itertools import groupby
 from pathlib import Path
 from textwrap import fill, wrap
@@ -25,7 +24,6 @@ LINES, WIDTH = 24, 100  # of a screen
 _WIDEST = 44  # of a column
 _HELP = " " * 6  # before the help of a key, below it
 _LABEL = 8  # characters before the text of a line that has a name
-_MOST_NEAR, _LONGEST = 3, 60  # names in a sentence; characters of an unknown one that are compared
 _NOTES = 8  # lines of the notes of a file
 _DOCS = "of the documentation (make docs)"
 
@@ -134,6 +132,7 @@ def _fits(text: str) -> bool:
 
 
 def _entries(name: str, catalogue: Sequence[str]) -> list[Entry]:
+    from wucht.files.catalogue import nearest_names
     from wucht.files.equal_bodies import keys_in_files
     from wucht.schema import prose_of
     from wucht.studies.registry import studies
@@ -147,18 +146,9 @@ def _entries(name: str, catalogue: Sequence[str]) -> list[Entry]:
             entries.append(Entry(name, title, prose_of(cls).replace("``", ""), keys_in_files(cls), states, page))
     if not entries:
         every_name = {kind for of_kind in by_title.values() for kind in of_kind} | set(catalogue)
-        raise InputError("NAME", name, f"neither a study nor a part nor a catalogue name; {_nearest_names(name, every_name)}")
+        requirement = f"must be a study, a part or a catalogue name; {nearest_names(name, every_name)}"
+        raise InputError("NAME", name, requirement)
     return entries
-
-
-def _nearest_names(name: str, known_names: Iterable[str]) -> str:
-    """A clause with the names that are most like an unknown one, or contain it."""
-    names = sorted(known_names)
-    short = name[:_LONGEST].strip().lower()
-    containing = [one for one in names if short and short in one]
-    close = [*get_close_matches(short, names, n=_MOST_NEAR, cutoff=0.6), *containing]
-    nearest = ", ".join(map(repr, list(dict.fromkeys(close))[:_MOST_NEAR]))
-    return f"{f'did you mean {nearest}? ' if nearest else ''}`wucht list` has all names"
 
 
 def _long_lines(entry: Entry) -> Iterator[str]:

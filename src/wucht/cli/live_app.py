@@ -18,17 +18,17 @@ if TYPE_CHECKING:
     from wucht.web.worker_process import WorkerProcess
 
 DEFAULT_PORT = 8417
-_HOST = "127.0.0.1"
+_HOST, _LARGEST_PORT = "127.0.0.1", 65535
 
 
 def live_app(
     study: Annotated[
         str | None, typer.Argument(metavar="[FILE]", help="A study or machine file, or a name from `wucht list`.")
     ] = None,
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="The port; 0: any free one.")] = DEFAULT_PORT,
+    port: Annotated[int, typer.Option("--port", help="The port, 0 to 65535; 0: any free one.")] = DEFAULT_PORT,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser, or not.")] = True,
 ) -> None:
-    """Show machines in the browser: they move, and wucht judges what is shown. Served to this computer alone."""
+    """Show machines in the browser: they move, and wucht judges what is shown. Served to this computer only."""
     try:
         from wucht.web.live_server import live_server, serve
     except ModuleNotFoundError as error:
@@ -43,7 +43,9 @@ def live_app(
         try:
             _check(worker, name)
             address = f"http://{_HOST}:{connection.getsockname()[1]}/"
-            typer.echo(f"{address} shows {study or f'the machines below {folder}'}, to this computer alone; Ctrl-C ends it")
+            typer.echo(
+                f"Serving {study or f'the machines below {folder}'} at {address} (this computer only). Press Ctrl-C to stop."
+            )
             sys.stdout.flush()
             if browser:
                 threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
@@ -63,7 +65,9 @@ def _place(study: str | None) -> tuple[Path, str | None]:
 
 
 def _bound_socket(port: int) -> socket.socket:
-    """A socket of the loopback interface. Raises ``InputError`` if the port is in use, or may not be used."""
+    """A socket of the loopback interface. Raises ``InputError`` if there is no such port, or it cannot be used."""
+    if not 0 <= port <= _LARGEST_PORT:
+        raise InputError("--port", port, f"must be 0 to {_LARGEST_PORT}", code="port")
     connection = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     if sys.platform != "win32":  # there, another program could take the port away
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -78,7 +82,7 @@ def _bound_socket(port: int) -> socket.socket:
 
 
 def _check(worker: WorkerProcess, name: str | None) -> None:
-    """Raises ``InputError`` for a file that cannot be read, ``RunError`` if the page was not built."""
+    """Raises ``InputError`` for a file that no page can show, ``RunError`` if the page was not built."""
     answer = worker.check(name)
     if "location" in answer:
         raise InputError(answer["location"], None, answer["explanation"])

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from wucht.cli.options import Imports
-from wucht.errors import InputError, nearest
+from wucht.errors import InputError
 
 
 def new(
@@ -18,12 +18,12 @@ def new(
     import_: Imports = None,
 ) -> None:
     """Write a commented study file to start from."""
-    from wucht.files.catalogue import FOLDER, names
+    from wucht.files.catalogue import FOLDER, names, nearest_names
     from wucht.studies.registry import studies
 
     known_names = [*studies(), *names()]
     if name not in known_names:
-        raise InputError("NAME", name, f"neither a study nor a catalogue name; {nearest(name, known_names)}")
+        raise InputError("NAME", name, f"must be a study or a catalogue name; {nearest_names(name, known_names)}")
     template = studies()[name].template if name in studies() else (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
     if file == Path("-"):
         typer.echo(template, nl=False)

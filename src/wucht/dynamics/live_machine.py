@@ -35,8 +35,8 @@ def export_obstacles(machine: Machine) -> tuple[str, ...]:
     -------
     tuple of str
     """
-    release = "is locked until its release: a live machine has no releases"
-    obstacles = [f"{b.name!r} {release}" for b in machine.bodies if b.release is not None]
+    released = ", ".join(b.name for b in machine.bodies if b.release is not None)
+    obstacles = [f"bodies of a live machine are free from the start, and these have a release: {released}"] if released else []
     obstacles += [f"JavaScript has no function {name!r}" for name in missing_functions(_expressions(machine))]
     return tuple(obstacles)
 
@@ -153,7 +153,7 @@ def _state_descriptions(machine: Machine) -> dict[str, tuple[str, str]]:
 
 
 def _outputs(machine: Machine) -> list[Output]:
-    """Return the quantities of a page: speeds, the orbit, the amplitude, the unbalance left, torque and power of the motors."""
+    """Return the quantities of a page: speeds, the orbit, displacement, residual unbalance, torque and power of the motors."""
     u, system = machine.units, machine.system
     speeds = [
         Output(f"speed[{b.name}]", b.coordinate.velocity if p is None else p, u.speed, f"speed of {b.name}")
@@ -166,7 +166,10 @@ def _outputs(machine: Machine) -> list[Output]:
         Output(f"orbit.{n}", position, machine.orbit_unit, f"{n} of the axis") for n, (position, _) in machine.orbit.items()
     ]
     amplitude = Output(
-        "amplitude", sp.sqrt(sp.Add(*(d**2 for d in distances))), machine.orbit_unit, "distance of the axis from rest"
+        "amplitude",
+        sp.sqrt(sp.Add(*(d**2 for d in distances))),
+        machine.orbit_unit,
+        "displacement of the axis from its position at rest",
     )
     power = (o for o in system.outputs if o.name in _POWER)
     return [*speeds, *orbit, amplitude, *unbalances_left(machine), *power, *_torques_of_rotors(machine)]

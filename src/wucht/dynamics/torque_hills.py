@@ -38,7 +38,7 @@ class TorqueHills:
     @classmethod
     def of(cls, machine: Machine) -> TorqueHills:
         """Return the torques of a machine over the speed; where there are none, the data say why."""
-        if reason := unavailable_hills(machine):
+        if reason := unavailability_reason(machine):
             return cls({"available": False, "reason": reason}, {})
         torques = [torque for rotor in machine.rotors for torque in shaft_torques(machine, rotor)]
         carrier = machine.linear_carrier
@@ -80,7 +80,7 @@ class TorqueHills:
         return "\n".join(["{", *(f"{name}: {text}," for name, text in (texts | dict(self.code)).items()), "}"])
 
 
-def unavailable_hills(machine: Machine) -> str:
+def unavailability_reason(machine: Machine) -> str:
     """Return why a machine has no balance of torques over the speed; empty where it has one.
 
     The reasons are those of the study torque-balance.

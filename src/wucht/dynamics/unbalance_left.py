@@ -1,4 +1,4 @@
-"""The unbalance that balancing bodies leave of a rotor's, as a quantity of the instant."""
+"""The residual unbalance of rotors with balancing bodies, as a quantity of the instant."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _left(machine: Machine, rotor: RotatingBody, moments: dict[str, sp.Expr]) ->
         across += real * sp.sin(phase) + imaginary * sp.cos(phase)
     size = sp.sqrt(sp.Add(*(part**2 for part in moments[rotor.name].as_real_imag())))
     share = sp.sqrt(along**2 + across**2) / size
-    return Output(f"unbalance_left[{rotor.name}]", share, "", f"share of the unbalance of {rotor.name} that is left")
+    return Output(f"unbalance_left[{rotor.name}]", share, "", f"residual unbalance of {rotor.name}, as a share of its own")
 
 
 def _moments(machine: Machine) -> dict[str, sp.Expr]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any, TypeVar
 
-from wucht.errors import InputError, nearest
+from wucht.errors import InputError
 from wucht.file_names import printable, safe_name
 from wucht.files.building import MACHINE_KEYS, machine_from, with_settings
 from wucht.files.documents import Document, changed_title, flatten, read_toml, refuse_bare_frequencies, settings_in
@@ -22,6 +23,8 @@ FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
 ABOUT = ("title", "source", "notes", "study")
 TOP_LEVEL = (*ABOUT, "machine", "system", "law", "follower", "linkage", "speed", "shaft")
 # Keys that may be written above their table by mistake.
+_MOST_NEAR, _LONGEST = 3, 60  # names in a sentence; characters of an unknown one that are compared
+_ALIKE, _ALIKE_IN_FOLDER = 0.6, 0.5  # likeness of names that are suggested; of short names in the same folder, r3 and r1
 _INSIDE = dict.fromkeys(MACHINE_KEYS, "machine") | dict.fromkeys(("kind", "until", "settled", "start"), "study")
 
 
@@ -39,7 +42,7 @@ def short_name(path: Path) -> Path:
 
 
 def locate(name: str, beside: Path | None = None) -> Path:
-    """The file of a catalogue name or a path (relative to ``beside``). Raises ``InputError`` with the nearest known name."""
+    """The file of a catalogue name or a path (relative to ``beside``). Raises ``InputError`` with the names most like it."""
     direct = Path(name) if beside is None else beside / name
     try:
         if direct.is_file():
@@ -54,7 +57,42 @@ def locate(name: str, beside: Path | None = None) -> Path:
         raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
     if direct.suffix == ".toml":
         raise InputError.file_error(direct, "there is no such file", code="no-file")
-    raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known_names)}", code="unknown-name")
+    requirement = f"must be a study or machine file, or a catalogue name; {nearest_names(name, known_names)}"
+    raise InputError("FILE", name, requirement, code="unknown-name")
+
+
+def nearest_names(name: str, known_names: Iterable[str]) -> str:
+    """Return the clause that helps with an unknown name.
+
+    Parameters
+    ----------
+    name : str
+    known_names : iterable of str
+        Of the catalogue, and others that ``wucht list`` prints.
+
+    Returns
+    -------
+    str
+        At most three names that are like it, or contain it, and the command that prints all.
+    """
+    short, known = name[:_LONGEST].strip().lower(), sorted(known_names)
+    ranked = sorted(((_likeness(short, one), one) for one in known), key=lambda pair: -pair[0][0])
+    similar = [one for (likeness, least), one in ranked if likeness >= least]
+    containing = [one for one in known if short and short in one]
+    suggested = ", ".join(map(repr, list(dict.fromkeys([*similar, *containing]))[:_MOST_NEAR]))
+    return f"{f'did you mean {suggested}? ' if suggested else ''}`wucht list` prints all names"
+
+
+def _likeness(name: str, known_name: str) -> tuple[float, float]:
+    """Return the likeness of two names, and the least with which one is suggested.
+
+    Folders are compared apart from what is in them: names in one folder are alike by its name alone.
+    """
+    (folder, _, last), (known_folder, _, known_last) = name.rpartition("/"), known_name.rpartition("/")
+    likeness = SequenceMatcher(None, known_last, last).ratio()
+    if folder:
+        likeness = min(likeness, SequenceMatcher(None, known_folder, folder).ratio())
+    return likeness, _ALIKE_IN_FOLDER if folder and folder == known_folder else _ALIKE
 
 
 def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path]:

@@ -56,13 +56,13 @@ def machine_table(machine: Machine) -> Document:
             }
             copy = machine_from(table)
     except WuchtError as error:
-        raise _no_table(str(error)) from None
+        raise _no_table_error(str(error)) from None
     if reason := next(_differences(machine, copy), ""):
-        raise _no_table(reason)
+        raise _no_table_error(reason)
     return table
 
 
-def _no_table(reason: str) -> WuchtError:
+def _no_table_error(reason: str) -> WuchtError:
     return WuchtError(f"no study file can be written for this machine: {reason}", code="no-file-of-machine")
 
 

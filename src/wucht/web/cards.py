@@ -19,19 +19,19 @@ SOMMERFELD = Card(
     "The Sommerfeld effect",
     "Near its resonance the rotor shakes its carrier, and this costs torque. A motor that has none to spare stays there: more "
     "power brings more vibration, no more speed.",
-    "Choose “from now”, and raise the motor's slope while the rotor is held: at some size it breaks free.",
+    "Choose “from now”, and raise the slope of the torque-speed curve while the rotor is captured: at some slope it passes.",
 )
 SELF_BALANCING = Card(
     "A rotor that balances itself",
-    "Below the resonance the balancing bodies run to the heavy side, above it to the light side. There they come to rest where "
-    "nothing is left of the unbalance.",
+    "Below the resonance the balancing bodies run to the heavy side, above it to the light side. There they settle where the "
+    "residual unbalance is zero.",
     "Choose the view that turns with the rotor, play slowly, and watch the bodies find their places.",
 )
 BEATING = Card(
     "Captured, and beating",
     "The balancing bodies lag behind the rotor and take the motor's power in the rhythm of their slip. So the speed is held "
     "near the resonance, and rises and falls for ever.",
-    "Raise the motor's slope to twice its value: the bodies are carried along, and the vibration ends.",
+    "Raise the slope of the torque-speed curve to twice its value: the bodies are carried along, and the vibration ends.",
 )
 SYNCHRONISATION = Card(
     "Exciters that find one rhythm",
@@ -46,6 +46,13 @@ WASHING_MACHINE = Card(
     "Drag the laundry's unbalance up: beyond what the balls can balance, the vibration stays.",
 )
 
+TUMBLING_LAUNDRY = Card(
+    "Laundry that falls into one place",
+    "The laundry is well distributed at first. At 40 s, at full speed, some of it falls into one place, and from 60 to 80 s "
+    "this heap loses water: the balls follow its unbalance.",
+    "Play from 38 s: the laundry falls into one place at 40 s, and the balls find new places within seconds.",
+)
+
 _BY_NAME: Mapping[str, Card] = {
     "sperling-vibration/figure-5": SOMMERFELD, "drozdetskaya-2020/figure-3.3": SOMMERFELD,
     "drozdetskaya-2020/table-3.1-carrier": SOMMERFELD, "drozdetskaya-2020/table-3.1-laval": SOMMERFELD,
@@ -57,7 +64,7 @@ _BY_NAME: Mapping[str, Card] = {
     "drozdetskaya-2020/r2": BEATING, "practice/screen": SYNCHRONISATION, "practice/screen-loaded": SYNCHRONISATION,
     "sperling-vibration/self-synchronisation-soft": SYNCHRONISATION,
     "sperling-vibration/self-synchronisation-stiff": SYNCHRONISATION, "practice/laundry-drum": WASHING_MACHINE,
-    "practice/laundry-drum-friction": WASHING_MACHINE, "practice/laundry-drum-tumbling": WASHING_MACHINE,
+    "practice/laundry-drum-friction": WASHING_MACHINE, "practice/laundry-drum-tumbling": TUMBLING_LAUNDRY,
 }  # fmt: skip
 
 

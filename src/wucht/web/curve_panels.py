@@ -17,7 +17,8 @@ from wucht.numerics.flow.program import lower
 from wucht.results.formatting import engineering_unit, units_in_print
 from wucht.system import System
 
-_OUTPUTS = {"amplitude": "amplitude", "unbalance_left": "unbalance left", "motor_power": "power of the motors"}
+_TITLES = {"amplitude": "displacement of the axis", "unbalance_left": "residual unbalance", "motor_power": "motor power"}
+_NAMES = {"amplitude": "amplitude", "motor_power": "power"}  # of the single curve: so a column of measured values may be named
 
 
 def panels(machine: Machine, outputs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -30,15 +31,15 @@ def panels(machine: Machine, outputs: Sequence[dict[str, Any]]) -> list[dict[str
     unit, size = engineering_unit(1.0, machine.units.speed)
     speeds = [{"name": r.name, "output": names.index(f"speed[{r.name}]")} for r in machine.rotors]
     result = [_panel("speed", unit, size, speeds), *_phase_panels(machine)]
-    for key, title in _OUTPUTS.items():
+    for key, title in _TITLES.items():
         curves = [
-            {"name": name.partition("[")[2].rstrip("]") or title, "output": i}
+            {"name": name.partition("[")[2].rstrip("]") or _NAMES[key], "output": i}
             for i, name in enumerate(names)
             if name.partition("[")[0] == key
         ]
         if curves:
             result.append(_panel(title, *_unit(machine, key, str(outputs[names.index(_first(names, key))]["unit"])), curves))
-    order = ["speed", _OUTPUTS["amplitude"]]
+    order = ["speed", _TITLES["amplitude"]]
     return sorted(result, key=lambda p: order.index(p["title"]) if p["title"] in order else len(order))
 
 
@@ -75,8 +76,20 @@ def _phase_panels(machine: Machine) -> list[dict[str, Any]]:
         }
         for r in further
     ]
-    result = [_panel("phases of the bodies", unit, size, bodies, circular=True)] if bodies else []
-    return [*result, _panel(f"phases of the rotors to {main.name}", unit, size, rotors, circular=True)] if rotors else result
+    result = [_panel(_phases_title(machine), unit, size, bodies, circular=True)] if bodies else []
+    return (
+        [*result, _panel(f"phases of the rotors relative to {main.name}", unit, size, rotors, circular=True)]
+        if rotors
+        else result
+    )
+
+
+def _phases_title(machine: Machine) -> str:
+    """Return the title of the phases of bodies: of each relative to what it turns about."""
+    references = {b.about for b in machine.bodies if b.about}
+    if len(references) > 1:
+        return "phases relative to the rotors"
+    return "phases relative to the rotor" if len(machine.rotors) == 1 else f"phases relative to {references.pop()}"
 
 
 def levels(machine: Machine, names: Sequence[str]) -> dict[str, Any]:

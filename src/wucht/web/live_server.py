@@ -14,7 +14,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import HTMLResponse, JSONResponse, Response
 
 from wucht.web.local_requests import LocalRequests
-from wucht.web.machine_list import machine_list, sentence_page
+from wucht.web.machine_list import LIST, machine_list, sentence_page
 from wucht.web.worker_process import WorkerProcess
 
 VERDICT = "/verdict"
@@ -35,7 +35,7 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
         At which it is served: other hosts and origins are refused.
     worker : WorkerProcess
     file : str, optional
-        A file or catalogue name, whose page is the first one; by default that is a list.
+        A file or catalogue name, whose page is the first one; by default that is the list, which is at ``/machines`` as well.
 
     Returns
     -------
@@ -52,8 +52,9 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
         return _refusal(str(answer["error"]), int(answer.get("status", 422)))
 
     def first_page() -> Response:
-        if file is not None:
-            return shown_page(file)
+        return list_page() if file is None else shown_page(file)
+
+    def list_page() -> Response:
         answer = worker.machines()
         if "names" not in answer:
             return _refusal(str(answer["error"]), 503)
@@ -79,20 +80,21 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
         return JSONResponse({key: answer[key] for key in ("label", "sentence", "error", "superseded") if key in answer})
 
     app.add_api_route("/", first_page)
+    app.add_api_route(LIST, list_page)
     app.add_api_route("/machine/{name:path}", machine_page)
     app.add_api_route(VERDICT, verdict, methods=["POST"])
     return LocalRequests(app, port)
 
 
 class _Server(uvicorn.Server):  # type: ignore[misc]
-    """A server that ends what is being done when it is told to stop."""
+    """A server that ends the jobs when a signal stops it."""
 
     def __init__(self, config: uvicorn.Config, stop: Callable[[], None]) -> None:
         super().__init__(config)
         self._stop = stop
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """End the jobs, whose requests would be waited for."""
+        """End the jobs, whose requests the server would wait for."""
         self._stop()
         super().handle_exit(sig, frame)
 

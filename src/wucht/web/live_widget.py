@@ -1,4 +1,4 @@
-"""The live machine in a cell of a notebook: the page, in a frame of its own, which tells what it shows."""
+"""The live machine in a cell of a notebook: the page, in a frame of its own, which sends the study file of what it shows."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def _machine_page(machine: Machine, settings: Mapping[str, Any]) -> str:
         reason = ""
     except WuchtError as error:
         reason = str(error)
-    about = PageText(machine.title, is_embedded=True, reason=reason)
-    return study_page(study_file, about, is_judged=True)
+    page_text = PageText(machine.title, is_embedded=True, reason=reason)
+    return study_page(study_file, page_text, is_judged=True)
 
 
 @cache
@@ -90,7 +90,9 @@ def _widget_class() -> Any:
         def question(self) -> tuple[Spec, Machine]:
             """Return the question and the machine that are shown. Raises ``InputError``."""
             if not self.study:
-                raise InputError("study", None, "the page has not told yet what it shows: it must be open in a notebook")
+                raise InputError(
+                    "study", None, "no study file was received from the page yet: show the widget in a cell of a notebook first"
+                )
             study_file = shown_study(self.study)
             return study_file.spec, study_file.subject
 

@@ -22,11 +22,11 @@ from wucht.files.catalogue import FOLDER, described_machine, load_document, name
 from wucht.files.documents import files_below
 from wucht.studies.resource_limits import machine_memory
 from wucht.web.live_page import built_file
-from wucht.web.shared_study import shared_page
+from wucht.web.shared_study import shareable_study, shared_page
 from wucht.web.shown_study import shown_verdict
 
-_LIBRARIES, _SHARE = 3e9, 0.5  # bytes of address space that libraries take, most of it unused; and the part of the memory
-_MOST = 16e9  # bytes of memory: one verdict needs no more than half of it
+_LIBRARY_BYTES = 3e9  # of address space that libraries take, most of it unused
+_MEMORY_SHARE, _MOST_MEMORY = 0.5, 16e9  # of the memory, in bytes: one verdict needs no more than half of so much
 _MISSING = frozenset({"no-file", "unknown-name", "outside"})
 
 
@@ -66,7 +66,10 @@ def _limit_memory() -> None:
     with suppress(ImportError, ValueError, OSError):
         import resource
 
-        limit, hard = int(_LIBRARIES + _SHARE * min(machine_memory(), _MOST)), resource.getrlimit(resource.RLIMIT_AS)[1]
+        limit, hard = (
+            int(_LIBRARY_BYTES + _MEMORY_SHARE * min(machine_memory(), _MOST_MEMORY)),
+            resource.getrlimit(resource.RLIMIT_AS)[1],
+        )
         resource.setrlimit(resource.RLIMIT_AS, (limit if hard == resource.RLIM_INFINITY else min(hard, limit), hard))
 
 
@@ -82,7 +85,7 @@ def _answer(job: dict[str, Any], inbox: _Inbox) -> dict[str, Any]:
         check()
         return _JOBS[job["job"]](job, check)
     except KeyboardInterrupt:
-        return {"superseded": True} if job["id"] in inbox.cancelled else {"late": True}
+        return {"superseded": True} if job["id"] in inbox.cancelled else {"timed_out": True}
     except MemoryError:
         return {"error": "there is not enough memory for this machine", "status": 422}
     except InputError as error:
@@ -121,12 +124,12 @@ def _can_move(name: str) -> bool:
 
 
 def _check_file(job: dict[str, Any], _check: Callable[[], None]) -> dict[str, Any]:
-    """Whether the page was built, and the file is there: before a browser is opened."""
+    """Whether the page was built, and the file has a machine that it can show: before a browser is opened."""
     built_file("live.js")
     if job["name"] is None:
         return {}
     with files_below(Path(job["folder"]), FOLDER):
-        return {"title": str(short_name(load_document(job["name"])[1]))}
+        return {"title": str(short_name(shareable_study(job["name"])[0].path))}
 
 
 _JOBS = {"verdict": _judge, "page": _make_page, "names": _list_machines, "check": _check_file}

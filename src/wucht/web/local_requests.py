@@ -69,10 +69,10 @@ class LocalRequests:
 def _with_headers(send: Send) -> Send:
     """Send answers with the headers of all of them."""
 
-    async def sending(message: Message) -> None:
+    async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = [(name.encode(), value.encode()) for name, value in _HEADERS.items()]
             message["headers"] = [*message.get("headers", []), *headers]
         await send(message)
 
-    return sending
+    return send_with_headers

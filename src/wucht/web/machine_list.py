@@ -12,6 +12,7 @@ from wucht.errors import InputError
 from wucht.files.documents import read_toml
 from wucht.reports.markup import html_text
 
+LIST = "/machines"  # address of the list: that of a file is served at / instead, if one was given
 _MOST, _MOST_FILES = 500, 5000  # machines that are listed; files of TOML that are looked into
 _LARGEST = 1_000_000  # bytes of a file that is looked into
 _STYLE = (
@@ -44,8 +45,8 @@ def machine_list(folder: Path, catalogue: Sequence[str]) -> str:
 
 
 def sentence_page(sentence: str) -> str:
-    """Return a page that says why there is no machine, with a link to the first page."""
-    return _page("wucht", f'<p>{html_text(sentence, 2000)}</p><p><a href="/">All machines</a></p>')
+    """Return a page that says why there is no machine, with a link to the list."""
+    return _page("wucht", f'<p>{html_text(sentence, 2000)}</p><p><a href="{LIST}">All machines</a></p>')
 
 
 def _machine_files(folder: Path) -> Iterator[str]:

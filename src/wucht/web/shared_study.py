@@ -15,6 +15,7 @@ from wucht.files.building import given_keys
 from wucht.files.catalogue import load_document, machine_of, short_name
 from wucht.files.documents import Document
 from wucht.files.toml_text import toml_text
+from wucht.machines.parts.base import Body
 from wucht.reports.html_report import place_of_page
 from wucht.results.store import replace_file
 from wucht.studies.study_file import DEFAULT_KIND, StudyFile, machine_study, read_study, run_study
@@ -61,16 +62,42 @@ def shared_page(
     WuchtError
         Where the page was not built when this package was installed.
     """
+    study_file, is_question = shareable_study(name, settings)
+    is_judged = is_question and is_one_run(study_file) if verdict is None else verdict
+    name_in_page = short_name(study_file.path)
+    page_text = PageText(str(name_in_page), card=card_of(name_in_page.as_posix()), server=server, is_embedded=is_embedded)
+    try:
+        return study_page(study_file, page_text, is_judged)
+    except InputError as error:
+        raise error if error.file else error.with_file(study_file.path) from None
+
+
+def shareable_study(name: str, settings: Mapping[str, Any] | None = None) -> tuple[StudyFile, bool]:
+    """Return the run-up that the page of a study file or catalogue entry shows, without its equations.
+
+    Parameters
+    ----------
+    name : path of a study file, or a catalogue name
+    settings : mapping, optional
+        Values by path, as for ``read_study``.
+
+    Returns
+    -------
+    StudyFile, bool
+        And whether the file asks for it. Of another question its start and end are used.
+
+    Raises
+    ------
+    InputError
+        For a wrong name, file, key or value, for a file without a machine, and for one whose bodies are released.
+    """
     document, path = load_document(name)
     if "machine" not in document:
         raise InputError("machine", None, "a live machine needs a table [machine]: this file has none").with_file(path)
     try:
         study_file, is_question = _run_up_of(document, path, name, settings or {})
-        is_judged = is_question and is_one_run(study_file) if verdict is None else verdict
-        about = PageText(
-            str(short_name(path)), card=card_of(short_name(path).as_posix()), server=server, is_embedded=is_embedded
-        )
-        return study_page(study_file, about, is_judged)
+        _refuse_releases(study_file)
+        return study_file, is_question
     except InputError as error:
         raise error if error.file else error.with_file(path) from None
 
@@ -81,14 +108,14 @@ def is_one_run(study_file: StudyFile) -> bool:
     return not spec.starts and not spec.values
 
 
-def study_page(study_file: StudyFile, about: PageText, is_judged: bool) -> str:
+def study_page(study_file: StudyFile, page_text: PageText, is_judged: bool) -> str:
     """Return the page of a run-up.
 
     Parameters
     ----------
     study_file : StudyFile
         Without a table ``[machine]`` in its document the page has no study file to copy.
-    about : PageText
+    page_text : PageText
         With the texts that are not in the study file.
     is_judged : bool
         Whether Python runs the machine up for a verdict.
@@ -105,14 +132,15 @@ def study_page(study_file: StudyFile, about: PageText, is_judged: bool) -> str:
         Where the page was not built when this package was installed.
     """
     machine, spec = study_file.subject, cast(Any, study_file.spec)  # that of a run-up
+    _refuse_releases(study_file)
     if obstacles := export_obstacles(machine):
-        raise InputError("machine", None, f"this machine cannot be exported: {'; '.join(obstacles)}")
+        raise InputError("machine", None, f"not allowed in a live machine: {'; '.join(obstacles)}", code="not-exported")
     start = spec.start if not spec.starts else spec.starts[0]
     run = RunUpCase.of(machine, start, replace(spec.settings, model="full", inertia=None))
     description = study_file.document.get("machine")
     judgement = _judgement(study_file) if is_judged else None
     text = replace(
-        about,
+        page_text,
         machine="" if description is None else toml_text({"title": machine.title, "machine": description}),
         study=_study_text(study_file),
         start=_start_text(start),
@@ -130,8 +158,26 @@ def write_page(name: str, file: Path, settings: Mapping[str, Any] | None = None,
     Raises ``InputError`` if the file is a folder or no page of HTML, ``RunError`` if it cannot be written.
     """
     place = place_of_page(file, "machine.html")
-    whole = shared_page(name, settings, verdict).encode("utf-8")
-    return replace_file(place, lambda beside: beside.write_bytes(whole))
+    content = shared_page(name, settings, verdict).encode("utf-8")
+    return replace_file(place, lambda temporary_file: temporary_file.write_bytes(content))
+
+
+def _refuse_releases(study_file: StudyFile) -> None:
+    """Raise ``InputError`` at the first of the bodies that are released during the run."""
+    machine = study_file.subject
+    first, *others = [b.name for b in machine.bodies if b.release is not None] or [""]
+    if not first:
+        return
+    parts = [p for p in machine.parts if isinstance(p, Body)]
+    index = [p.name for p in parts].index(first)
+    release = parts[index].release
+    further = f"; {', '.join(others)} {'has' if len(others) == 1 else 'have'} one, too" if others else ""
+    raise InputError(
+        f"machine.bodies[{index}] ({first}).release",
+        None if release is None else release.model_dump(exclude_none=True),
+        f"not allowed in a live machine, whose bodies are free from the start{further}",
+        code="not-exported",
+    )
 
 
 def _run_up_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[StudyFile, bool]:

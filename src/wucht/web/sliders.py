@@ -5,25 +5,39 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 from pydantic.fields import FieldInfo
 
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load, Part
+from wucht.machines.parts.roller import Roller
 from wucht.machines.parts.track import TrackBody
 from wucht.results.formatting import engineering_unit, units_in_print
 from wucht.schema import Parameter, TableModel
 from wucht.schema.checking import unit_of
 
-_WIDE, _REACH = 4.0, 3.0  # a slider reaches this many times the value; that of a quantity which may be negative
+_SLIDER_FACTOR, _SIGNED_SLIDER_FACTOR = 4.0, 3.0  # times the value: the end of a slider; of a quantity that may be negative
 _HALF_TURN = math.pi
-_INSIDE = 1e-3  # of its length: so far from an end that is not allowed a slider begins
-_OF_CONTACTS = ("radius", "track_radius", "diameter", "length")  # of bodies on a track: where they touch follows from them
-_FAR = 1e4  # between limits that are so far apart a slider would find nothing
+_OPEN_END_MARGIN = 1e-3  # of its length: so far from an end that is not allowed a slider begins
+_CONTACT_KEYS = ("radius", "track_radius", "diameter", "length")  # of bodies on a track: where they touch follows from them
+_WIDEST_RANGE = 1e4  # in SI: a slider between limits that are farther apart could not be set to a value
 _POSITIVE = ("N/m", "N s/m", "N m s", "N m/rad")
+_POSITION_KEYS = ("at", "position")
+_SHAPE_FACTOR_OF_BALL = 0.4
 # Of quantities that are zero and that no other of the machine compares with: the largest value of the slider, in SI.
-_USUAL = {"kg": 1.0, "m": 0.01, "m/s^2": 20.0, "kg m": 0.1, "kg m^2": 0.1, "N m s": 0.1, "N s/m": 100.0, "N/m": 1e4, "N m": 1.0}
+_DEFAULT_TOPS = {
+    "kg": 1.0,
+    "m": 0.01,
+    "m/s^2": 20.0,
+    "kg m": 0.1,
+    "kg m^2": 0.1,
+    "N m s": 0.1,
+    "N s/m": 100.0,
+    "N/m": 1e4,
+    "N m": 1.0,
+}
 
 
 @dataclass(frozen=True)
@@ -87,8 +101,8 @@ def parameter_groups(machine: Machine, names: Sequence[str], file_keys: frozense
                 indices = tuple(names.index(p) for p in paths)
                 controls.append(_control(machine.parameters[paths[0]], indices, Limits.of(field), largest))
         if controls:
-            over_time = [machine.parameters[path].long_name for path in tables[0] if path in with_schedule]
-            groups.append({"title": _title(parts), "controls": [asdict(c) for c in controls], "over_time": over_time})
+            over_time = [_label(machine.parameters[path]) for path in tables[0] if path in with_schedule]
+            groups.append({"title": _title(machine, parts), "controls": [asdict(c) for c in controls], "over_time": over_time})
     return groups
 
 
@@ -101,7 +115,7 @@ def derived_parameters(machine: Machine, names: Sequence[str], file_keys: frozen
 
 
 def _is_movable(machine: Machine, part: Part, path: str, field: FieldInfo, file_keys: frozenset[str] | None) -> bool:
-    if isinstance(part, TrackBody) and part.track is not None and path.rpartition(".")[2] in _OF_CONTACTS:
+    if isinstance(part, TrackBody) and part.track is not None and path.rpartition(".")[2] in _CONTACT_KEYS:
         return False
     if _has_nameplate(part, file_keys) and not path.startswith(f"{part.path}.transmission."):
         return False
@@ -142,14 +156,27 @@ def _are_alike(first: Part, second: Part) -> bool:
     return first.model_dump(exclude=names) == second.model_dump(exclude=names)
 
 
-def _title(parts: Sequence[Part]) -> str:
+def _title(machine: Machine, parts: Sequence[Part]) -> str:
     part = parts[0]
     if isinstance(part, Body):
         names = [p.name for p in parts if isinstance(p, Body)]
-        return f"{part.kind} {names[0]}" if len(names) == 1 else f"{part.kind}s {names[0]} to {names[-1]}, all alike"
+        noun = (
+            "ball" if isinstance(part, Roller) and part.shape_factor == _SHAPE_FACTOR_OF_BALL else part.kind.replace("-", " ")
+        )
+        return f"{noun} {names[0]}" if len(names) == 1 else f"{noun}s {_list_of_names(machine, names)} (identical)"
     if isinstance(part, Drive | Load):
-        return f"{part.group} of {part.on}"
+        return f"{'motor' if isinstance(part, Drive) else part.group} of {part.on}"
     return part.path.replace("s.", " ", 1) or "machine"
+
+
+def _list_of_names(machine: Machine, names: Sequence[str]) -> str:
+    """Return the names of several bodies as text; of many that follow each other in the machine the first and the last."""
+    *before, last = names
+    order = [b.name for b in machine.bodies]
+    begin = order.index(names[0]) if names[0] in order else 0
+    if len(names) > 2 and order[begin : begin + len(names)] == list(names):
+        return f"{names[0]} to {last}"
+    return f"{', '.join(before)} and {last}"
 
 
 def _fields(table: TableModel, path: str) -> Iterator[tuple[str, FieldInfo]]:
@@ -178,35 +205,39 @@ def _control(p: Parameter, indices: tuple[int, ...], limits: Limits, largest: Ma
     bottom, top, logarithmic = slider_range(p.value, p.unit, limits, largest)
     unit, size = engineering_unit(p.value or top, p.unit)
     return Control(
-        p.long_name + _direction(p.path), indices, units_in_print(unit), size,
+        _label(p), indices, units_in_print(unit), size,
         limits.low if math.isfinite(limits.low) else None, limits.high if math.isfinite(limits.high) else None,
         limits.is_open, limits.is_whole, bottom, top, logarithmic,
     )  # fmt: skip
 
 
-def _direction(path: str) -> str:
-    end = path.rpartition(".")[2]
-    return f" in {end}" if end in ("x", "y") and "." in path else ""
+def _label(p: Parameter) -> str:
+    """Return the name of a parameter within its part: with the number of the table that has it, and its direction."""
+    *owners, end = p.path.split(".")
+    number = next((f"{table.removesuffix('s')} {k}: " for table, k in pairwise(owners) if k.isdigit()), "")
+    if not owners or end not in ("x", "y"):
+        return f"{number}{p.long_name}"
+    return f"{number}{end} position" if owners[-1] in _POSITION_KEYS else f"{number}{p.long_name} in {end}"
 
 
 def slider_range(value: float, unit: str, limits: Limits, largest: Mapping[str, float]) -> tuple[float, float, bool]:
     """Return the ends of a slider in SI, and whether its scale is logarithmic: where a positive value has no upper limit."""
-    size = abs(value) or largest.get(unit, 0.0) or _USUAL.get(unit, 1.0)
+    size = abs(value) or largest.get(unit, 0.0) or _DEFAULT_TOPS.get(unit, 1.0)
     if unit in _POSITIVE and not limits.low > 0:  # a negative one is allowed, and means little
         limits = replace(limits, low=0.0)
     if limits.is_whole:
-        low, high = max(limits.low, 1.0), max(_WIDE * size, 8.0)
+        low, high = max(limits.low, 1.0), max(_SLIDER_FACTOR * size, 8.0)
     elif unit == "rad" and not math.isfinite(limits.low):
         low, high = -_HALF_TURN, _HALF_TURN
-    elif limits.high - limits.low < _FAR:
+    elif limits.high - limits.low < _WIDEST_RANGE:
         low, high = limits.low, limits.high
     elif value > 0 and limits.low >= 0:
-        return max(value / _WIDE, limits.low), min(value * _WIDE, limits.high), True
+        return max(value / _SLIDER_FACTOR, limits.low), min(value * _SLIDER_FACTOR, limits.high), True
     elif limits.low >= 0:
         low, high = limits.low, size
     elif unit == "m" or (value == 0 and unit != "m/s^2"):
-        low, high = -_REACH * size, _REACH * size
+        low, high = -_SIGNED_SLIDER_FACTOR * size, _SIGNED_SLIDER_FACTOR * size
     else:
-        low, high = sorted((0.0, math.copysign(_REACH * size if value else size, value)))
+        low, high = sorted((0.0, math.copysign(_SIGNED_SLIDER_FACTOR * size if value else size, value)))
     high = min(high, limits.high)
-    return low + (_INSIDE * (high - low) if limits.is_open and low == limits.low else 0.0), high, False
+    return low + (_OPEN_END_MARGIN * (high - low) if limits.is_open and low == limits.low else 0.0), high, False

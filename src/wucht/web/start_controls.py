@@ -68,9 +68,14 @@ def _carrier_controls(machine: Machine) -> Iterator[StartControl]:
         si, reach = ("rad", 0.1) if label == "r" else (machine.units.length, length)
         unit, size = engineering_unit(reach, "" if machine.dimensionless else si)
         row, keys = machine.row(coordinate.position), ("carrier", label)
-        name = "tilt" if label == "r" else f"displacement in {label}" if label in ("x", "y") else label
+        name = _rotation(machine) if label == "r" else f"displacement in {label}" if label in ("x", "y") else label
         yield StartControl(name, row, None, rest, keys, units_in_print(unit), size, -reach, reach)
         row, keys, fastest = machine.row(coordinate.velocity), ("carrier", f"v{label}"), reach * operating_speed(machine)
         unit, size = engineering_unit(1.0, "" if machine.dimensionless else "rad/s" if label == "r" else "m/s")
-        name = "speed of the tilt" if label == "r" else f"velocity in {label}"
+        name = "angular velocity" if label == "r" else f"velocity in {label}"
         yield StartControl(name, row, None, 0.0, keys, units_in_print(unit), size, -fastest, fastest)
+
+
+def _rotation(machine: Machine) -> str:
+    """Return the name of the carrier's rotation: in the plane of the drawing, or about an axis in it."""
+    return "rotation angle" if machine.frame.tilt == 0 else "tilt"

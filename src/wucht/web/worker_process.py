@@ -18,13 +18,19 @@ MAKING_S = 120.0  # of a page: the equations of many bodies take a minute
 _GRACE_S = 3.0  # after which a process that does not notice the end of its time is killed
 
 Answer = dict[str, Any]
-_END_SENTENCE = "the run was ended from outside: it needs more memory than there is, or the server is being stopped"
+_END_SENTENCE = "the process that computes has ended: it ran out of memory, or the server is being stopped"
 SUPERSEDED_ANSWER: Mapping[str, Any] = {"superseded": True}
 
 
-def late_sentence(limit: float) -> str:
-    """Why there is no verdict: the run took too long."""
-    return f"the run takes longer than {limit:g} s: save the study file, and use wucht run"
+def timeout_sentence(job: str, limit: float) -> str:
+    """Return why there is no answer to a job that took too long: a verdict, the list of names, or a page or its check."""
+    match job:
+        case "verdict":
+            return f"the run takes longer than {limit:g} s: copy the study file, and use `wucht run`"
+        case "names":
+            return f"the list of machines takes longer than {limit:g} s: use `wucht list`, and `wucht app FILE`"
+        case _:
+            return f"the equations of this machine take longer than {limit:g} s: use `wucht share FILE`"
 
 
 class WorkerProcess:
@@ -43,9 +49,9 @@ class WorkerProcess:
 
     def __init__(self, folder: Path, judging: float = JUDGING_S, making: float = MAKING_S) -> None:
         self._folder, self._judging, self._making = folder, judging, making
-        self._turn = threading.Lock()  # of the job that is being done
+        self._job_lock = threading.Lock()  # one job is done at a time
         self._state = threading.Lock()
-        self._pen = threading.Lock()  # of a line to the process
+        self._write_lock = threading.Lock()  # a line to the process is whole
         self._process: subprocess.Popen[str] | None = None
         self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._number = 0
@@ -56,7 +62,7 @@ class WorkerProcess:
     def verdict(self, text: str) -> Answer:
         """Judge the study file of what is shown: ``label`` and ``sentence``, or ``error``, or ``superseded``."""
         number = self._supersede()
-        with self._turn:
+        with self._job_lock:
             with self._state:
                 if self._newest != number:
                     return dict(SUPERSEDED_ANSWER)
@@ -73,20 +79,20 @@ class WorkerProcess:
         """
         job = {"job": "page", "name": name, "server": server}
         self._supersede()
-        with self._turn:
+        with self._job_lock:
             answer = self._answer_to(job | {"judged": True}, self._next_number(), self._judging)
-            if "late" in answer:
+            if "timed_out" in answer:
                 answer = self._answer_to(job | {"judged": False}, self._next_number(), self._making)
-        return answer | {"status": 503} if "late" in answer else answer
+        return answer | {"status": 503} if "timed_out" in answer else answer
 
     def machines(self) -> Answer:
         """``names`` of the machines of the catalogue that a page can show."""
-        with self._turn:
+        with self._job_lock:
             return self._answer_to({"job": "names"}, self._next_number(), self._making)
 
     def check(self, name: str | None) -> Answer:
-        """Whether pages can be made, and the file can be read: ``error`` where not."""
-        with self._turn:
+        """Whether pages can be made, and that of the file: ``error`` where not."""
+        with self._job_lock:
             return self._answer_to({"job": "check", "name": name}, self._next_number(), self._making)
 
     def close(self) -> None:
@@ -110,7 +116,7 @@ class WorkerProcess:
         return number
 
     def _answer_to(self, job: Mapping[str, Any], number: int, limit: float) -> Answer:
-        """The answer to a job; ``late`` and ``error`` where it takes too long."""
+        """The answer to a job; ``timed_out`` and ``error`` where it takes too long."""
         if self._is_closed:
             return {"error": "the server is being stopped", "status": 503}
         process = self._running_process()
@@ -119,12 +125,12 @@ class WorkerProcess:
             line = self._lines.get(timeout=limit + _GRACE_S)
         except queue.Empty:
             self._kill(process)
-            return {"late": True, "error": late_sentence(limit)}
+            return {"timed_out": True, "error": timeout_sentence(job["job"], limit)}
         if line is None:
             self._kill(process)
             return {"error": _END_SENTENCE, "status": 503}
         answer: Answer = {key: value for key, value in json.loads(line).items() if key != "id"}
-        return answer | {"error": late_sentence(limit)} if "late" in answer else answer
+        return answer | {"error": timeout_sentence(job["job"], limit)} if "timed_out" in answer else answer
 
     def _running_process(self) -> subprocess.Popen[str]:
         if self._process is None:
@@ -142,7 +148,7 @@ class WorkerProcess:
         process = self._process
         if process is None or process.stdin is None:
             return
-        with self._pen, suppress(OSError, ValueError):  # it may have ended: the reader of its answers says so
+        with self._write_lock, suppress(OSError, ValueError):  # it may have ended: the reader of its answers says so
             process.stdin.write(json.dumps(message) + "\n")
 
     def _kill(self, process: subprocess.Popen[str]) -> None:

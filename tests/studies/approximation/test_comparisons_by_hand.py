@@ -78,7 +78,7 @@ def test_the_summary(result: xr.Dataset) -> None:
     assert [d["speed"] for d in s["deviations"]] == [2.0, 3.0, 4.0]
     assert [d["amplitude"] for d in s["deviations"]] == pytest.approx([3e-3, 4e-3, 5e-3])
     assert [d["same_outcome"] for d in s["deviations"]] == [False, None, True] and s["disagreement"] == [[0.01, 0.01]]
-    assert s["sentence"].endswith("; the outcomes differ at slope of the torque over speed, drive = 0.01 N m s")
+    assert s["sentence"].endswith("; the outcomes differ at slope of the torque-speed curve, drive = 0.01 N m s")
     assert s["errors"] == {"1.0": 0.8, "0.5": 0.3, "0.25": 0.1, "0.125": 0.025}
     assert s["order_of_error"] == pytest.approx(2.0) and s["nominal_order"] == 1.5  # a quarter at half of epsilon
     assert (s["along"], s["along_unit"], s["amplitude_unit"], s["until_phi"]) == ("drive.slope", "N m s", "m", 50.0)

@@ -28,7 +28,7 @@ from wucht.studies.study_file import read_comparison
 
 Study = Callable[..., Path]
 SHORT = {"study.until": "0.02 s"}
-SLOPES, SLOPE = ["0.03 N m s", "0.05 N m s"], "slope of the torque over speed, drive"
+SLOPES, SLOPE = ["0.03 N m s", "0.05 N m s"], "slope of the torque-speed curve, drive"
 
 
 REFUSED = {

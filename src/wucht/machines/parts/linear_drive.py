@@ -12,7 +12,7 @@ class LinearDrive(Drive):
 
     kind = "linear"
 
-    slope: SI[float] = si("N m s", "slope of the torque over speed", "b_M", ge=0)
+    slope: SI[float] = si("N m s", "slope of the torque-speed curve", "b_M", ge=0)
     no_load_speed: SI[float] = si("rad/s", "no-load speed", "omega_0", help="speed at which the torque is zero")
 
     def no_load_path(self) -> str:
