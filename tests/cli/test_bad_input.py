@@ -399,7 +399,7 @@ def test_an_unknown_catalogue_name(refused: Refused) -> None:
         "practice/nothing",
         says=("given 'practice/nothing'; must be a study or machine file, or a catalogue name; `wucht",),
     )
-    refused("equations", "practice/laundry", says=("did you mean 'practice/laundry-drum'?",))
+    refused("equations", "practice/laundry", says=("did you mean 'practice/laundry-drum', 'practice/laundry-drum-friction',",))
 
 
 def test_a_used_file_that_is_not_there(refused: Refused, here: Path) -> None:

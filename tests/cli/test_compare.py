@@ -15,7 +15,7 @@ from wucht.cli.options import parse_lists
 Command = Callable[..., Any]
 Study = Callable[..., Path]
 Refused = Callable[..., str]
-SLOPE = "slope of the torque over speed, drive"
+SLOPE = "slope of the torque-speed curve, drive"
 SHORT = ("--set", "study.until=0.02 s")
 
 
@@ -30,7 +30,7 @@ def test_table_figure_and_files(wucht: Command, study: Study) -> None:
     lines = [a, b, c, d]
     assert title == f"Comparison of a, b, varied: {SLOPE}"
     assert verdict == "verdict: 4 variants: 4 unidentified"
-    assert [head.split() for head in heads[:2]] == [["slope", "of", "the"], ["torque", "over"]]
+    assert [head.split() for head in heads[:2]] == [["slope", "of", "the"], ["torque-speed"]]
     assert heads[-1].split()[:3] == ["(N·m·s)", "outcome", "(rad/s)"]
     assert [line.split()[:2] for line in lines] == [[n, v] for n in "ab" for v in ("0.03", "0.05")]
     with (folder / "comparison-variant.csv").open(newline="") as file:

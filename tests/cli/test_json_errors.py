@@ -26,7 +26,7 @@ WRONG = {
     "a key of the machine": (("run", "study.toml", "--set", "carrier.mass=-1"), ("study.toml", "machine.carrier.mass", "-1.0")),
     "a key of the study": (("run", "study.toml", "--set", "study.until=5 kg"), ("study.toml", "study.until", "'5 kg'")),
     "no such file": (("run", "none.toml"), ("none.toml", None, None)),
-    "no catalogue name": (("run", "none"), (None, "none", None)),
+    "no catalogue name": (("run", "none"), (None, "FILE", "'none'")),
     "an option": (("run", "study.toml", "--set", "u"), (None, "--set", "'u'")),
 }
 

@@ -127,7 +127,7 @@ def test_the_own_states_of_a_part(wucht: Command) -> None:
 
 def test_bad_names(refused: Refused) -> None:
     refused("list", "rotar", says=("NAME", "did you mean 'rotor'"))
-    refused("list", "laundry-drum", says=("did you mean 'practice/laundry-drum'", "`wucht list` has all names"))
+    refused("list", "laundry-drum", says=("did you mean 'practice/laundry-drum'", "`wucht list` prints all names"))
     refused("list", "practice/scren", says=("must be a study, a part or a catalogue name", "'practice/screen'"))
     refused("list", "x" * 10_000, says=("NAME",))
     refused("list", "", says=("NAME",))

@@ -276,7 +276,7 @@ def test_many_runs_go_on_where_they_were_interrupted(
     Path("my.toml").write_text(text)
     words = ("run", "my.toml", "--json", "--set", "study.until=0.2")
     whole = wucht(*words, "-o", "whole").document["summary"]
-    slopes = [f"slope of the torque over speed, drive = {value} N m s" for value in (0.03, 0.05)]
+    slopes = [f"slope of the torque-speed curve, drive = {value} N m s" for value in (0.03, 0.05)]
     labels = slopes if where == "values" else ["p1 = 0.3 rad", "p1 = -1 rad, p2 = 90 deg"]
     assert [c["label"] for c in whole["cases"]] == labels
     interrupted(1, 0.6)

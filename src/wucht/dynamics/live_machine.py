@@ -35,8 +35,9 @@ def export_obstacles(machine: Machine) -> tuple[str, ...]:
     -------
     tuple of str
     """
-    released = ", ".join(b.name for b in machine.bodies if b.release is not None)
-    obstacles = [f"bodies of a live machine are free from the start, and these have a release: {released}"] if released else []
+    with_release = ", ".join(b.name for b in machine.bodies if b.release is not None)
+    release = f"bodies of a live machine are free from the start, and these have a release: {with_release}"
+    obstacles = [release] if with_release else []
     obstacles += [f"JavaScript has no function {name!r}" for name in missing_functions(_expressions(machine))]
     return tuple(obstacles)
 

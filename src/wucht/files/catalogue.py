@@ -75,12 +75,12 @@ def nearest_names(name: str, known_names: Iterable[str]) -> str:
     str
         At most three names that are like it, or contain it, and the command that prints all.
     """
-    short, known = name[:_LONGEST].strip().lower(), sorted(known_names)
-    ranked = sorted(((_likeness(short, one), one) for one in known), key=lambda pair: -pair[0][0])
-    similar = [one for (likeness, least), one in ranked if likeness >= least]
-    containing = [one for one in known if short and short in one]
-    suggested = ", ".join(map(repr, list(dict.fromkeys([*similar, *containing]))[:_MOST_NEAR]))
-    return f"{f'did you mean {suggested}? ' if suggested else ''}`wucht list` prints all names"
+    short, all_names = name[:_LONGEST].strip().lower(), sorted(known_names)
+    by_likeness = sorted(((_likeness(short, one), one) for one in all_names), key=lambda pair: -pair[0][0])
+    similar = [one for (likeness, least), one in by_likeness if likeness >= least]
+    containing = [one for one in all_names if short and short in one]
+    suggestion = ", ".join(map(repr, list(dict.fromkeys([*similar, *containing]))[:_MOST_NEAR]))
+    return f"{f'did you mean {suggestion}? ' if suggestion else ''}`wucht list` prints all names"
 
 
 def _likeness(name: str, known_name: str) -> tuple[float, float]:

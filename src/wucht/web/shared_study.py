@@ -165,13 +165,13 @@ def write_page(name: str, file: Path, settings: Mapping[str, Any] | None = None,
 def _refuse_releases(study_file: StudyFile) -> None:
     """Raise ``InputError`` at the first of the bodies that are released during the run."""
     machine = study_file.subject
-    first, *others = [b.name for b in machine.bodies if b.release is not None] or [""]
+    first, *later_names = [b.name for b in machine.bodies if b.release is not None] or [""]
     if not first:
         return
     parts = [p for p in machine.parts if isinstance(p, Body)]
     index = [p.name for p in parts].index(first)
     release = parts[index].release
-    further = f"; {', '.join(others)} {'has' if len(others) == 1 else 'have'} one, too" if others else ""
+    further = f"; {', '.join(later_names)} {'has' if len(later_names) == 1 else 'have'} one, too" if later_names else ""
     raise InputError(
         f"machine.bodies[{index}] ({first}).release",
         None if release is None else release.model_dump(exclude_none=True),
