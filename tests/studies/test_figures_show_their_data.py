@@ -264,8 +264,8 @@ EXPECTED: dict[str, Figured] = {
         {
             0: (TIME, "speed (rad/s)"),
             1: (TIME, AMPLITUDE),
-            2: ("slope of the torque-speed curve, drive (N·m·s)", "final speed (rad/s)"),
-            3: ("slope of the torque-speed curve, drive (N·m·s)", "final amplitude (mm)"),
+            2: ("slope of the torque-speed curve, drive\n(N·m·s)", "final speed (rad/s)"),
+            3: ("slope of the torque-speed curve, drive\n(N·m·s)", "final amplitude (mm)"),
         },
         (
             Line(0, "0.0195 N m s: unidentified", "curve_1_x[0]", "curve_1_y[0]", part=True),
