@@ -81,7 +81,7 @@ def test_a_carrier_that_turns_has_an_angle_and_an_angular_velocity(unbalance: st
 def test_panels_of_curves_and_their_order() -> None:
     one, two = panels_of("drozdetskaya-2020/r1"), panels_of("practice/screen")
     assert [p["title"] for p in one] == [
-        "speed", "displacement of the axis", "phases relative to the rotor", "residual unbalance", "motor power",
+        "speed", "displacement of the axis", "phases on the rotor", "residual unbalance", "motor power",
     ]  # fmt: skip
     assert [c["name"] for p in one for c in p["curves"] if "output" in c] == ["drum", "amplitude", "drum", "power"]
     assert [p["title"] for p in two][2] == "phases of the rotors relative to e1"

@@ -85,11 +85,11 @@ def _phase_panels(machine: Machine) -> list[dict[str, Any]]:
 
 
 def _phases_title(machine: Machine) -> str:
-    """Return the title of the phases of bodies: of each relative to what it turns about."""
+    """Return the title of the phases of bodies, short enough for a line with the keys of six: each on what it turns about."""
     references = {b.about for b in machine.bodies if b.about}
     if len(references) > 1:
-        return "phases relative to the rotors"
-    return "phases relative to the rotor" if len(machine.rotors) == 1 else f"phases relative to {references.pop()}"
+        return "phases on the rotors"
+    return "phases on the rotor" if len(machine.rotors) == 1 else f"phases on {references.pop()}"
 
 
 def levels(machine: Machine, names: Sequence[str]) -> dict[str, Any]:
