@@ -151,16 +151,17 @@ def test_measured_files_are_read_with_their_units(tmp_path: Path) -> None:
     texts = [
         "time (s),speed (rpm),amplitude [mm]\n0,600,1\n1,,2\n",
         "Zeit in ms;speed in 1/min;note in s\n0;600,5;1\n500;601,5;2\n",
-        "t,p1 (deg)\n0,90\n",
+        "t,p1 (deg)\n0,90\n", "t,unbalance left (%),power of the motor (kW),displacement (mm)\n0,50,2,1\n",
         "speed,amplitude\n1,2\n", "time,height\n0,1\n", "time,speed (mph)\n0,1\n", "time,speed\n0,fast\n", "", "one\n2\n",
     ]  # fmt: skip
-    english, german, phase, *refusals = answer(tmp_path, page_of("drozdetskaya-2020/r1"), "measured", texts=texts)
+    english, german, phase, words, *refusals = answer(tmp_path, page_of("drozdetskaya-2020/r1"), "measured", texts=texts)
     assert [(c["name"], c["time"], c["values"]) for c in english] == [
         ("speed", [0], [pytest.approx(20 * math.pi)]),
         ("amplitude", [0, 1], [1e-3, 2e-3]),
     ]
     assert (german[0]["time"], german[0]["values"]) == ([0, 0.5], pytest.approx([600.5 * math.pi / 30, 601.5 * math.pi / 30]))
     assert (phase[0]["panel"], phase[0]["values"]) == (2, [pytest.approx(math.pi / 2)])
+    assert [(c["panel"], c["values"]) for c in words] == [(3, [0.5]), (4, [2000]), (1, [1e-3])]
     parts = ['no column is named "time"', "has the name of a curve", '"mph", allowed: s', "no numbers", "no rows", "no table"]
     assert all(part in text for part, text in zip(parts, refusals, strict=True))
 

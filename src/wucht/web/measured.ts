@@ -76,11 +76,16 @@ export function readMeasured(text: string, panels: readonly Panel[]): MeasuredCu
   return curves;
 }
 
-/** Whether a column is of a panel: its name begins with the first word of the title, or is that of one of its curves. */
+/** Words of titles that name no quantity. */
+const LITTLE = ["of", "the", "on", "to", "relative", "rotor", "rotors", "motor", "motors"];
+
+/** Whether a column is of a panel: its name begins with a quantity of the title, or is that of one of its curves. */
 function belongs(name: string, panel: Panel): boolean {
-  const [first = ""] = panel.title.split(" ");
-  const word = first.replace(/s$/, "").toLowerCase();
-  return name.toLowerCase().startsWith(word) || panel.curves.some((curve) => curve.name.toLowerCase() === name.toLowerCase());
+  const lower = name.toLowerCase();
+  const words = panel.title.toLowerCase().split(" ");
+  const quantities = words.filter((word) => !LITTLE.includes(word)).map((word) => word.replace(/s$/, ""));
+  const isOfTitle = quantities.some((quantity) => lower.startsWith(quantity));
+  return isOfTitle || panel.curves.some((curve) => curve.name.toLowerCase() === lower);
 }
 
 function readColumns(text: string): Column[] {
