@@ -19,7 +19,8 @@ SOMMERFELD = Card(
     "The Sommerfeld effect",
     "Near its resonance the rotor shakes its carrier, and this costs torque. A motor that has none to spare stays there: more "
     "power brings more vibration, no more speed.",
-    "Choose “from the time shown”, and raise the slope of the torque-speed curve while the rotor is captured: at some slope it passes.",
+    "Choose “from the time shown”, and raise the slope of the torque-speed curve while the rotor is captured: at some slope it "
+    "passes.",
 )
 SELF_BALANCING = Card(
     "A rotor that balances itself",
