@@ -11,10 +11,10 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from tests.conftest import STUDY, Command
@@ -177,4 +177,39 @@ def test_in_the_browser_the_label_goes_and_comes_back(browser: Browser, tmp_path
         posts = [one for one in requests if one.startswith("POST")]
         assert posts == [f"POST {address}verdict"]
         assert [one for one in requests if f"GET {address}" != one and "blob:" not in one] == posts
+        page.context.close()
+
+
+def _answer_with(reply: dict[str, Any] | None) -> Callable[[Any], None]:
+    return lambda route: route.abort() if reply is None else route.fulfill(**reply)
+
+
+@pytest.mark.slow
+def test_the_page_says_why_there_is_no_verdict(browser: Browser, tmp_path: Path) -> None:
+    """Another page was answered, a proxy answers, nobody does: answers given by the test. Then the server's."""
+    answers: list[dict[str, Any] | None] = [
+        {"body": '{"superseded": true}', "content_type": "application/json"},
+        {"body": "bad gateway", "status": 502, "content_type": "text/plain"},
+        None,
+    ]
+    sentences = (
+        "another page has asked for a verdict since",
+        "the server answers with status 502: bad gateway",
+        "no answer from",
+    )
+    with running_app(tmp_path, "drozdetskaya-2020/r1") as (address, _):
+        page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+        page.goto(address, timeout=60_000)
+        page.wait_for_selector("html[data-courses]", state="attached", timeout=20_000)
+        slope = "input[type=text][aria-label^='slope']"
+        for k, (reply, sentence) in enumerate(zip(answers, sentences, strict=True)):
+            page.route("**/verdict", _answer_with(reply))
+            page.fill(slope, str(0.03 + 0.001 * k))
+            page.press(slope, "Enter")
+            page.wait_for_selector(f".verdict:has-text('{sentence}')", timeout=20_000)
+            assert page.inner_text(".verdict").startswith("not judged")
+            page.unroute("**/verdict")
+        page.fill(slope, "0.039")
+        page.press(slope, "Enter")
+        page.wait_for_selector(".verdict.judged", timeout=20_000)
         page.context.close()
