@@ -51,7 +51,7 @@ def test_a_name_cannot_end_a_script(study: Callable[..., Path], wucht: Command, 
     wucht("share", path, "--no-verdict")
     page = (here / "machine.html").read_text(encoding="utf-8")
     assert "<img" not in page
-    assert page.count("</script>") == 3
+    assert page.count("</script>") == 2
 
 
 @pytest.mark.usefixtures("built")

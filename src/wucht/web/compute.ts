@@ -14,9 +14,6 @@ const [REST, SLICE] = [40, 8];
 /** ms: after a fine run that took less there is no preview. */
 const QUICK = 25;
 
-/** What is computed of. */
-type Subject = Pick<Contents, "machine" | "page">;
-
 export interface Request {
   readonly number: number;
   readonly scenario: Scenario;
@@ -29,19 +26,19 @@ interface Answer {
 
 /** Answers a request twice, with the preview and with the fine run, until another one comes. */
 class Calculator {
-  private readonly _subject: Subject;
+  private readonly _contents: Contents;
   private readonly _send: (answer: Answer) => void;
   private _newest = -1;
   /** ms: of the last fine run. */
   private _duration = Infinity;
 
-  constructor(subject: Subject, send: (answer: Answer) => void) {
-    this._subject = subject;
+  constructor(contents: Contents, send: (answer: Answer) => void) {
+    this._contents = contents;
     this._send = send;
   }
 
   async answer({ number, scenario }: Request) {
-    const { machine, page } = this._subject;
+    const { machine, page } = this._contents;
     this._newest = number;
     if (this._duration > QUICK) {
       this._send({ number, course: computeCourse(machine, scenario, page.turn, PREVIEW) });
@@ -75,9 +72,9 @@ function messages(): Promise<void> {
   });
 }
 
-/** In the worker: computes the scenarios that it is sent, and the one that it begins with. */
-export function serve(subject: Subject, first: Request | null) {
-  const calculator = new Calculator(subject, (answer) => {
+/** The worker: computes the scenarios that it is sent, and the one that it begins with. */
+export function serve(contents: Contents, first: Request | null) {
+  const calculator = new Calculator(contents, (answer) => {
     const { time, states, outputs } = answer.course;
     (self as unknown as Worker).postMessage(answer, [time.buffer, states.buffer, outputs.buffer] as ArrayBuffer[]);
   });
@@ -96,15 +93,17 @@ export class Computer {
   private _latest: Request | null = null;
   private _next: Scenario | null = null;
 
-  /**
-   * @param scripts of the worker
-   * @param first what is computed as soon as the worker runs; it need not wait for a message, for which the page must be idle
-   */
-  constructor(subject: Subject, scripts: readonly string[], first: Scenario | null) {
-    this._calculator = new Calculator(subject, (answer) => this._finish(answer));
+  /** first: what is computed as soon as the worker runs; it need not wait for a message, for which the page must be idle. */
+  constructor(contents: Contents, first: Scenario | null) {
+    this._calculator = new Calculator(contents, (answer) => this._finish(answer));
     if (first !== null) [this._latest, this._isBusy] = [{ number: 0, scenario: first }, true];
-    const parts = [`const firstRequest = ${JSON.stringify(this._latest)}`, ...scripts].map((script) => `${script};\n`);
-    const address = URL.createObjectURL(new Blob(parts, { type: "text/javascript" }));
+    const text = ["machine", "engine"].map((id) => document.getElementById(id)?.textContent ?? "");
+    const address = URL.createObjectURL(
+      new Blob(
+        [`const firstRequest = ${JSON.stringify(this._latest)}`, ...text].map((part) => `${part};\n`),
+        { type: "text/javascript" },
+      ),
+    );
     try {
       this._worker = new Worker(address);
     } catch {

@@ -1,8 +1,8 @@
-/** The live machine in its page. */
+/** The live machine: in a window the page, in a worker what computes for it. */
 
 import "uplot/dist/uPlot.min.css";
 import "./live.css";
-import type { Computer } from "./compute.ts";
+import { Computer, serve, type Request } from "./compute.ts";
 import { LivePage } from "./live_page.ts";
 import type { LiveMachine } from "./machine.ts";
 import type { LevelCode, PageData } from "./page_data.ts";
@@ -11,7 +11,15 @@ import { originalScenario } from "./scenario.ts";
 declare const machine: LiveMachine;
 declare const page: PageData;
 declare const levelCode: LevelCode;
-declare const computing: { readonly computer: Computer };
+declare const firstRequest: Request | null;
 
-const original = originalScenario(machine, page.until);
-document.body.append(new LivePage({ machine, page, levelCode }, original, computing.computer).root);
+/** ms: in these the browser starts the worker, which then computes while the page is built. */
+const START = 20;
+
+const contents = { machine, page, levelCode };
+if (typeof document === "undefined") serve(contents, firstRequest);
+else {
+  const original = originalScenario(machine, page.until);
+  const computer = new Computer(contents, location.hash.length > 1 ? null : original);
+  setTimeout(() => document.body.append(new LivePage(contents, original, computer).root), START);
+}

@@ -74,7 +74,7 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
     WuchtError
         For a machine that cannot be exported, or where the page was not built when this package was installed.
     """
-    computer, script, style = (built_file(name) for name in ("computer.js", "live.js", "live.css"))
+    script, style = built_file("live.js"), built_file("live.css")
     exported_machine = with_switches(machine)
     description = machine_description(exported_machine, state)
     names = [str(p["path"]) for p in description["parameters"]]
@@ -110,8 +110,7 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
             f'<script id="machine">{data}',
             f"const page = {_json(contents)};",
             f"const levelCode = {{ matrices: {matrices} }};</script>",
-            f"<script>{computer}</script>",
-            f'<script type="module">{script}</script>',
+            f'<script id="engine">{script}</script>',
             "</body>",
             "</html>",
             "",
