@@ -26,7 +26,10 @@ new MutationObserver((changes) => {
   for (const { attributeName } of changes) {
     requestAnimationFrame(() => {
       const channel = new MessageChannel();
-      channel.port1.onmessage = () => { window.pictures[attributeName] ??= performance.now(); };
+      channel.port1.onmessage = () => {
+        window.pictures[attributeName] ??= performance.now();
+        if (attributeName === "data-courses") document.documentElement.setAttribute("data-drawn", "");
+      };
       channel.port2.postMessage(0);
     });
   }
@@ -76,7 +79,7 @@ def _opening(browser: Any, file: Path) -> list[float]:
     page = browser.new_page(viewport={"width": 1280, "height": 720})
     page.add_init_script(_FIRST)
     page.goto(file.as_uri())
-    page.wait_for_function(f"window.pictures['{_FINE}']")
+    page.wait_for_selector("html[data-drawn]", state="attached")
     fine, preview, paint = page.evaluate(
         f"[pictures['{_FINE}'], pictures['{_PREVIEW}'], performance.getEntriesByName('first-contentful-paint')[0].startTime]"
     )
