@@ -210,10 +210,10 @@ def test_a_measured_file_is_laid_over_the_curves(browsing: Browsing, tmp_path: P
 
 
 @pytest.mark.slow
-def test_the_amplitude_at_rest_is_zero_and_no_rounding_of_it(browsing: Browsing) -> None:
+def test_the_displacement_at_rest_is_zero_and_no_rounding_of_it(browsing: Browsing) -> None:
     """Of this machine the computed one is 1.44e-18 m."""
     page = browsing.open(browsing.file("practice/screen")).page
-    number = "section[aria-label='amplitude over time'] .number"
+    number = "section[aria-label='displacement of the axis over time'] .number"
     assert page.inner_text(number) == "0\u00a0mm"
     page.keyboard.press("End")
     assert re.fullmatch(r"[0-9.]+\u00a0mm", page.inner_text(number))
