@@ -18,7 +18,7 @@ from .gallery import ROOT
 
 FOLDER = ROOT / "docs" / "pictures"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-_MILLISECONDS, _QUALITY = 110, 55  # of a frame of the moving picture, of its compression
+_MILLISECONDS, _QUALITY = 110, 48  # of a frame of the moving picture, of its compression
 _DRAWN = "html[data-courses]"
 
 
