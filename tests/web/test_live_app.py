@@ -193,7 +193,7 @@ def test_the_page_says_why_there_is_no_verdict(browser: Browser, tmp_path: Path)
         None,
     ]
     sentences = (
-        "another page has asked for a verdict since",
+        "another page needed a verdict",
         "the server answers with status 502: bad gateway",
         "no answer from",
     )

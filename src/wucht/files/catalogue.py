@@ -22,9 +22,9 @@ T = TypeVar("T")
 FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
 ABOUT = ("title", "source", "notes", "study")
 TOP_LEVEL = (*ABOUT, "machine", "system", "law", "follower", "linkage", "speed", "shaft")
-# Keys that may be written above their table by mistake.
 _MOST_NEAR, _LONGEST = 3, 60  # names in a sentence; characters of an unknown one that are compared
 _ALIKE, _ALIKE_IN_FOLDER = 0.6, 0.5  # likeness of names that are suggested; of short names in the same folder, r3 and r1
+# Keys that may be written above their table by mistake.
 _INSIDE = dict.fromkeys(MACHINE_KEYS, "machine") | dict.fromkeys(("kind", "until", "settled", "start"), "study")
 
 
@@ -68,7 +68,7 @@ def nearest_names(name: str, known_names: Iterable[str]) -> str:
     ----------
     name : str
     known_names : iterable of str
-        Of the catalogue, and others that ``wucht list`` prints.
+        Names that ``wucht list`` prints: of the catalogue, and of studies and parts where these are allowed.
 
     Returns
     -------

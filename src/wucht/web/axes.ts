@@ -45,24 +45,31 @@ export function tickStep(low: number, high: number, pixels: number, spacing: num
   }
 }
 
+/** The multiples of a step from one value to another. */
+export function ticks(low: number, high: number, step: number): number[] {
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => (first + k) * step);
+}
+
 /** Draw grid, ticks, zero line and names of two axes. */
 export function drawAxes(
   context: CanvasRenderingContext2D, x: Axis, y: Axis, names: readonly [string, string], colours: Colours,
 ): void {
   const [stepX, stepY] = [x.step(70), y.step(38)];
+  const [ticksX, ticksY] = [ticks(x.low, x.high, stepX), ticks(y.low, y.high, stepY)];
   context.font = FONT;
   context.lineWidth = 1;
   context.strokeStyle = colours.muted;
   context.fillStyle = colours.muted;
   context.globalAlpha = 0.22;
   context.beginPath();
-  for (let k = Math.ceil(x.low / stepX); k * stepX <= x.high; k++) {
-    context.moveTo(x.pixel(k * stepX), y.lowPixel);
-    context.lineTo(x.pixel(k * stepX), y.highPixel);
+  for (const value of ticksX) {
+    context.moveTo(x.pixel(value), y.lowPixel);
+    context.lineTo(x.pixel(value), y.highPixel);
   }
-  for (let k = Math.ceil(y.low / stepY); k * stepY <= y.high; k++) {
-    context.moveTo(x.lowPixel, y.pixel(k * stepY));
-    context.lineTo(x.highPixel, y.pixel(k * stepY));
+  for (const value of ticksY) {
+    context.moveTo(x.lowPixel, y.pixel(value));
+    context.lineTo(x.highPixel, y.pixel(value));
   }
   context.stroke();
   context.globalAlpha = 1;
@@ -77,16 +84,16 @@ export function drawAxes(
   context.stroke();
   context.textAlign = "center";
   context.textBaseline = "top";
-  for (let k = Math.ceil(x.low / stepX); k * stepX <= x.high; k++) {
-    context.fillText(tickText(k * stepX, stepX), x.pixel(k * stepX), y.lowPixel + 5);
+  for (const value of ticksX) {
+    context.fillText(tickText(value, stepX), x.pixel(value), y.lowPixel + 5);
   }
   context.fillStyle = colours.ink;
   context.fillText(names[0], (x.lowPixel + x.highPixel) / 2, y.lowPixel + 20);
   context.fillStyle = colours.muted;
   context.textAlign = "right";
   context.textBaseline = "middle";
-  for (let k = Math.ceil(y.low / stepY); k * stepY <= y.high; k++) {
-    context.fillText(tickText(k * stepY, stepY), x.lowPixel - 5, y.pixel(k * stepY));
+  for (const value of ticksY) {
+    context.fillText(tickText(value, stepY), x.lowPixel - 5, y.pixel(value));
   }
   context.fillStyle = colours.ink;
   context.textAlign = "left";

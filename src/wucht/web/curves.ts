@@ -1,7 +1,7 @@
 /** Curves over time: a panel for each quantity, the drawing's time as cursor, measured values above the computed ones. */
 
 import uPlot from "uplot";
-import { tickStep } from "./axes.ts";
+import { ticks, tickStep } from "./axes.ts";
 import type { Course } from "./course.ts";
 import { element } from "./dom.ts";
 import type { Level } from "./levels.ts";
@@ -51,13 +51,6 @@ export function curveValues(course: Course, panel: Panel, curve: Curve): Values 
 
 /** px between ticks. */
 const SPACE = 19;
-
-/** Round values between two others on an axis of some pixels. */
-function ticks(low: number, high: number, pixels: number): number[] {
-  const step = tickStep(low, high, pixels, SPACE);
-  const first = Math.ceil(low / step);
-  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => (first + k) * step);
-}
 
 /** The phase of a curve in a state that begins at a place, in [0, 2 pi). */
 export function phaseOf(states: ArrayLike<number>, begin: number, curve: Curve): number {
@@ -195,7 +188,7 @@ export class CurvePanel {
           size: AXIS,
           gap: 6,
           splits: (plot, _, low, high) =>
-            circular ? [0, 180, 360] : ticks(low, high, plot.bbox.height / devicePixelRatio),
+            circular ? [0, 180, 360] : ticks(low, high, tickStep(low, high, plot.bbox.height / devicePixelRatio, SPACE)),
           values: (_, splits) => splits.map((value) => numberText(value)),
         },
       ],

@@ -13,7 +13,7 @@ export const NEVER = 2;
 const PARTS = 4;
 /** Parabolas, until an argument that nears the end of its segment within a part is taken to have stayed in it. */
 const VERTICES = 3;
-/** Of the way of an argument in a step: farther from the ends of its segment it is not looked at more closely. */
+/** Share of an argument's range in a step: one farther than this from the ends of its segment stays in it. */
 const FAR = 1 / 4;
 /** Relative to the time: just after a change of segments the arguments' places are rounding noise. */
 const COOL_DOWN = 1e-9;

@@ -4,7 +4,7 @@ import { Debounced } from "./debounce.ts";
 
 /** In ms. */
 const PAUSE = 40;
-const SUPERSEDED = "another page has asked for a verdict since, and one run is judged at a time: change a value to ask again";
+const SUPERSEDED = "wucht judges one run at a time, and another page needed a verdict: change a value to try again";
 const NO_ANSWER = "no answer from `wucht app`: is it still running?";
 
 interface Answer {

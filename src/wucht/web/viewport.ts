@@ -29,7 +29,11 @@ export class Viewport {
     this.pose = pose;
   }
 
-  /** The magnification, of 1, 2, 5, 10, ..., at which a motion is easily seen: in m, in rad of a carrier that only turns. */
+  /**
+   * The magnification (1, 2, 5, 10, ...) that makes a motion visible.
+   *
+   * @param largestAmplitude in m, in rad of a carrier that only turns
+   */
   suggestedMagnification(largestAmplitude: number): number {
     this.measure();
     const { to_scale: toScale, carrier, turning } = this.pose.machine.drawing;
