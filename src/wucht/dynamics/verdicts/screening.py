@@ -123,8 +123,10 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
 def rises_of(speed: np.ndarray) -> np.ndarray:
     """Count the rises of the speed (K, M) through the middle of its range, from far below to far above (M,)."""
     low, high = speed.min(axis=0), speed.max(axis=0)
-    s, reach = speed - (low + high) / 2, 0.25 * (high - low)
-    side = np.where(s > reach, 1, np.where(s < -reach, -1, 0))
-    last_index = np.where(side != 0, np.arange(len(side))[:, None], 0)
-    last_side = np.take_along_axis(side, np.maximum.accumulate(last_index, axis=0), axis=0)  # the side on which it was last
-    return np.asarray(((last_side[1:] > 0) & (last_side[:-1] < 0)).sum(axis=0))
+    middle, reach = (low + high) / 2, 0.25 * (high - low)
+    was_below, rises = np.zeros_like(low, bool), np.zeros_like(low, int)
+    # Sample by sample, so that what it was last stays in the cache.
+    for is_above, is_below in zip(speed > middle + reach, speed < middle - reach, strict=True):
+        rises += was_below & is_above
+        was_below = is_below | (was_below > is_above)
+    return rises
