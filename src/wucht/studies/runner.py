@@ -6,6 +6,7 @@ completed unit of work, saves the result from time to time, and returns the stor
 
 from __future__ import annotations
 
+import gc
 import json
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -171,6 +172,7 @@ def _compute_result(
         if folder is not None:
             memory.flush()
             save(assemble_result(findings, False), new / RESULT)
+            gc.collect()  # a Dataset and its accessor refer to each other
 
     try:
         findings, is_interrupted = _last_findings(study, solve(plan, Work(memory, progress, cluster)), save_unfinished)

@@ -58,7 +58,8 @@ def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
     present = [k for k in flags if (variable.values == k).any()]
     looks = {k: _LOOKS.get(flags[k], (_BLANK, "")) for k in present}
     tones = ListedColormap([colour for colour, _ in looks.values()])
-    _image(axis, result, np.searchsorted(present, variable.values), cmap=tones, vmin=-0.5, vmax=len(present) - 0.5)
+    places = np.searchsorted(present, variable.values).astype(np.int8)
+    _image(axis, result, places, cmap=tones, vmin=-0.5, vmax=len(present) - 0.5)
     _hatches(axis, result, variable.values, looks)
     words = {k: _NOT_COMPUTED if k < 0 else f"{flags[k]}: {percent(fractions[flags[k]], off[flags[k]])}" for k in present}
     axis.set_title("outcome and share of the map")
@@ -68,7 +69,9 @@ def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
 
 def _image(axis: Axes, result: xr.Dataset, values: np.ndarray, **look: Any) -> Any:
     extent = tuple(result.attrs[f"{k}_{end}"] for k in "xy" for end in ("low", "high"))
-    return axis.imshow(values, origin="lower", extent=extent, aspect="auto", interpolation="nearest", **look)
+    # Colours are looked up for the points of the picture alone: of a million cells they would take a hundred megabytes.
+    look |= {"interpolation": "nearest", "interpolation_stage": "data"}
+    return axis.imshow(values, origin="lower", extent=extent, aspect="auto", **look)
 
 
 def _hatches(axis: Axes, result: xr.Dataset, outcome: np.ndarray, looks: dict[int, tuple[str, str]]) -> None:
@@ -90,12 +93,11 @@ def _edge(colour: str) -> str:
 def _values(axis: Axes, result: xr.Dataset, name: str) -> None:
     """Draw a map of numbers with its scale; blank where numbers are missing."""
     scale, unit = printed_unit(result, name)
-    values = scale * result[name].values
-    finite_values = values[np.isfinite(values)]
+    values = np.ma.masked_invalid(scale * result[name].values, copy=False)
     axis.set_facecolor(_BLANK)
-    image = _image(axis, result, np.ma.masked_invalid(values), cmap=_SCALE, vmin=finite_values.min(), vmax=finite_values.max())
+    image = _image(axis, result, values, cmap=_SCALE, vmin=values.min(), vmax=values.max())
     colour_bar(axis, image, unit)
-    axis.set_title(str(result[name].long_name) + (" (grey: not settled)" if len(finite_values) < values.size else ""))
+    axis.set_title(str(result[name].long_name) + (" (grey: not settled)" if values.mask.any() else ""))
 
 
 def _frame(axis: Axes, result: xr.Dataset) -> None:
