@@ -68,6 +68,15 @@ def test_rest_with_rounding_or_the_drift_of_the_tolerance_is_rest() -> None:
     assert rest.evidence.is_at_speed.yes.all() and rest.evidence.is_balanced.yes.all()
 
 
+@pytest.mark.parametrize(("tolerance", "limit"), [(1e-12, 1e-4), (1e-7, 1e-4), (1e-6, 3e-4), (1e-5, 1e-3), (1e-3, 1e-3)])
+@pytest.mark.parametrize("share", [0.95, 1.05])
+def test_how_far_the_tolerance_keeps_a_motion_at_rest_moving(tolerance: float, limit: float, share: float) -> None:
+    """A ten-thousandth of the speed, or 300 times the tolerance up to a thousandth: slow equations at 1e-6 ring by 2e-4 of it and do not decay."""
+    ringing = of(1 + share * limit / 2 * np.cos(2 * np.pi * TIMES / 7.0))
+    still = screening_of(ringing, np.ones(2), Noise.of(tolerance)).still
+    assert (still == (share < 1)).all()
+
+
 @pytest.mark.parametrize(("growth", "still"), [(0.01, True), (0.5, False), (8.0, False)])
 def test_what_leaves_however_small_it_is_yet_is_not_at_rest(growth: float, still: bool) -> None:
     """An unbalance left that grows to 1e-4, by a factor e^growth in what is seen, will be more than 1 % if it goes on so."""

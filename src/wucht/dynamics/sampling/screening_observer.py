@@ -72,8 +72,7 @@ def _times(first: float, index: int) -> np.ndarray:
 _SINGLE = np.float32  # of the envelopes, of which half a per cent matters: half of the memory that is read and written
 SETTLED_WIDTH = 1e-4  # of speed and unbalance: a member has settled whose bounds are as near
 UNDECIDED_OUTCOME = -1
-# Chunks after which members are classified fully that approach neither rest nor, where there are some, an attractor.
-_WAIT_CHUNKS, _WAIT_CHUNKS_WITH_ATTRACTORS = 3, 5
+_WAIT_CHUNKS = 5  # after which members are classified fully that approach neither rest nor an attractor: that takes far longer
 _SHAPE_TOLERANCE = 1e-9  # relative difference of shapes that are the same
 _ROUND = 1e-3  # rad: resonances are those of phases rounded so
 _UNIDENTIFIED_INDEX, _COMPENSATED_INDEX = OUTCOMES.index(Outcome.UNIDENTIFIED), OUTCOMES.index(Outcome.COMPENSATED)
@@ -160,11 +159,8 @@ class ScreeningObserver:
 
     def _has_stalled(self, screening: Screening, index: int) -> np.ndarray:
         """Mask (M,) of the members not worth waiting for after so many chunks: they approach neither rest nor an attractor."""
-        if self.attractors:
-            return np.asarray(
-                (screening.cycling | ~screening.nearing) & ~screening.has_settled & (index >= _WAIT_CHUNKS_WITH_ATTRACTORS)
-            )
-        return np.asarray(screening.cycling | (~screening.nearing & ~screening.has_settled & (index >= _WAIT_CHUNKS)))
+        is_undecided = (screening.cycling | ~screening.nearing) & ~screening.has_settled
+        return np.asarray(is_undecided & (index >= _WAIT_CHUNKS))
 
     def _assign_to_attractors(
         self,

@@ -20,6 +20,7 @@ from wucht.numerics.observers.projection import WINDOWS, project_signals
 _ROUNDING = 1e-9  # of the speed: changes below are none
 _RIPPLE = 1e-3  # of the range of the speed in a window: the accuracy of its mean
 _STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: smaller changes are rest, but for rounding or a drift
+_RINGING = 300.0  # times its noise in a step: how far a weakly damped motion at rest is kept moving by the integration
 _NARROW = 1e-3  # bounds of those, that are narrow enough: see ``Verdict.settled_within``
 _FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.project_signals``
 _FEWEST_CYCLES = 3  # of a modulation, which are worth a full classification
@@ -91,7 +92,8 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     residual = project_signals(sizes, rounding=noise.angle)
     bounds = noise.widen(residual.bounds)
     # Rounding and the drift that the integration's tolerance adds to rest do not contract.
-    calm = (highs.max(axis=0) - lows.min(axis=0) <= _STILL * largest) & (np.ptp(sizes, axis=0) <= _STILL_LEFT)
+    still_range = min(max(_STILL, _RINGING * noise.speed), _NARROW) * largest
+    calm = (highs.max(axis=0) - lows.min(axis=0) <= still_range) & (np.ptp(sizes, axis=0) <= _STILL_LEFT)
     narrow = (mean.width <= _NARROW * means[-1]) & (lowest.width <= _NARROW * means[-1]) & (speed_range.width <= _NARROW)
     still = calm & narrow & (bounds[1] - bounds[0] <= _NARROW)
     nearing = (mean.converging & residual.converging) | still
