@@ -71,7 +71,10 @@ def test_rest_with_rounding_or_the_drift_of_the_tolerance_is_rest() -> None:
 @pytest.mark.parametrize(("tolerance", "limit"), [(1e-12, 1e-4), (1e-7, 1e-4), (1e-6, 3e-4), (1e-5, 1e-3), (1e-3, 1e-3)])
 @pytest.mark.parametrize("share", [0.95, 1.05])
 def test_how_far_the_tolerance_keeps_a_motion_at_rest_moving(tolerance: float, limit: float, share: float) -> None:
-    """A ten-thousandth of the speed, or 300 times the tolerance up to a thousandth: slow equations at 1e-6 ring by 2e-4 of it and do not decay."""
+    """A ten-thousandth of the speed, or 300 times the tolerance up to a thousandth.
+
+    Slow equations at 1e-6 ring by 2e-4 of it and do not decay.
+    """
     ringing = of(1 + share * limit / 2 * np.cos(2 * np.pi * TIMES / 7.0))
     still = screening_of(ringing, np.ones(2), Noise.of(tolerance)).still
     assert (still == (share < 1)).all()
