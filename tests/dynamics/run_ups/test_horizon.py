@@ -6,6 +6,7 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from wucht.analysis.time_constants import runaway_limit
@@ -50,6 +51,12 @@ def driven(speed: float, **more: Any) -> Any:
 
 def horizon(machine: Any, start: dict[str, Any] | None = None, **settings: Any) -> Horizon:
     return Horizon.of(machine, RunSettings(**settings), initial_state(machine, start or {}))
+
+
+def test_the_number_of_samples_does_not_depend_on_rounding() -> None:
+    """Of a hundred turns, whatever the speed, of which two engines know the last digit differently."""
+    counts = [round(h.first / h.step) for h in map(horizon, map(driven, np.random.default_rng(2).uniform(200.0, 300.0, 60)))]
+    assert set(counts) == {round(horizon(driven(256.0)).first / horizon(driven(256.0)).step)}
 
 
 @pytest.mark.parametrize("sense", [1, -1])

@@ -102,6 +102,15 @@ def test_what_a_span_has():
     assert spans.greatest_speed.tolist() == [4.0, 4.0, 0.0]
 
 
+def test_the_last_digit_of_a_span_does_not_matter():
+    """To which span a sample at its end belongs: samples often are an exact fraction of a span apart."""
+    samples = swinging(np.arange(2400) * 0.1)
+    spans = [SpanRecord(span).update(samples).last(1.0) for span in (1.2 * (1 - 1e-15), 1.2, 1.2 * (1 + 1e-15))]
+    for other in spans[1:]:
+        assert np.array_equal(other.time, spans[0].time)
+        assert np.array_equal(other.greatest_distance, spans[0].greatest_distance)
+
+
 def greatest_cosine(begin, end):
     """The greatest value of cos between."""
     peaks = np.floor(end / (2 * np.pi)) > np.floor(begin / (2 * np.pi))

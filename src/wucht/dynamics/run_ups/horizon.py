@@ -134,7 +134,7 @@ class Horizon:
             end, half_turns = (_FIRST_TURNS * turn, 40) if settings.turns is None else (settings.turns * turn, 8)
             first = max(end, half_turns * math.pi / slowest)
         most = _most_samples(machine, settings)
-        step = first / math.ceil(first / max(turn / SAMPLES_PER_TURN, first / most))
+        step = first / math.ceil(first / max(turn / SAMPLES_PER_TURN, first / most) * (1 - _ROUNDING))
         until_settled, events = settings.until is None and settings.turns is None, _events(machine, settings, initial)
         warnings = tuple(_warnings(machine, settings, free))
         vibration = max([*natural, machine.shaking_frequency or 0.0])

@@ -21,7 +21,7 @@ LAST, LOW, HIGH, MEAN = range(4)  # how two neighbouring blocks are merged
 _PER_SPAN = 12  # samples are enough: more are left out
 _KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH, LOW, HIGH)
 _EXTREMES = {LOW: np.minimum, HIGH: np.maximum}
-_ROUNDING = 1e-9  # of a turn
+_ROUNDING = 1e-9  # of a turn, or of a span
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class SpanRecord:
             _root(-interval_maxima(s.time, -s.square, -s.rate)), _root(interval_maxima(s.time, s.square, s.rate)),
         ])  # fmt: skip
         columns = np.concatenate([self.open, columns], axis=1)
-        number = np.ceil(columns[0] / self.span)
+        number = np.ceil(columns[0] / self.span - _ROUNDING)  # samples at the ends of spans belong to those that end there
         first = np.append(0, np.flatnonzero(np.diff(number)) + 1)
         last = np.append(first[1:], columns.shape[1]) - 1
         blocks = columns[:, last]
@@ -133,7 +133,7 @@ def _root(square: np.ndarray) -> np.ndarray:
 
 def _sparse(s: Samples, every: float) -> Samples:
     """Return the first sample in each span of time of this length."""
-    number = np.floor(s.time / every)
+    number = np.floor(s.time / every + _ROUNDING)
     first = np.append(0, np.flatnonzero(number[1:] != number[:-1]) + 1)
     return s if len(first) >= len(number) else s.part(first)
 
