@@ -151,7 +151,7 @@ class Horizon:
         end time the motion is judged each time its duration has doubled. Legs are short at first, and later a share of the
         run, so that an interrupted run loses little.
         """
-        share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
+        share = min(1.0, (1 + _ROUNDING) * self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
         open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
         doublings = (math.ceil(self._doublings) if self.until_settled else _MOST_DOUBLINGS) if open_ended else 0
         expected_end = self.longest if self.until_settled else self.expected_end
