@@ -72,7 +72,8 @@ def _times(first: float, index: int) -> np.ndarray:
 _SINGLE = np.float32  # of the envelopes, of which half a per cent matters: half of the memory that is read and written
 SETTLED_WIDTH = 1e-4  # of speed and unbalance: a member has settled whose bounds are as near
 UNDECIDED_OUTCOME = -1
-_WAIT_CHUNKS = 5  # after which members are classified fully that approach neither rest nor an attractor: that takes far longer
+# Chunks after which members that approach neither rest nor an attractor are classified one by one, which takes far longer.
+_WAIT_CHUNKS = 5
 _SHAPE_TOLERANCE = 1e-9  # relative difference of shapes that are the same
 _ROUND = 1e-3  # rad: resonances are those of phases rounded so
 _UNIDENTIFIED_INDEX, _COMPENSATED_INDEX = OUTCOMES.index(Outcome.UNIDENTIFIED), OUTCOMES.index(Outcome.COMPENSATED)

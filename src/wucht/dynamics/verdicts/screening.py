@@ -20,7 +20,7 @@ from wucht.numerics.observers.projection import WINDOWS, project_signals
 _ROUNDING = 1e-9  # of the speed: changes below are none
 _RIPPLE = 1e-3  # of the range of the speed in a window: the accuracy of its mean
 _STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: smaller changes are rest, but for rounding or a drift
-_RINGING = 300.0  # times its noise in a step: how far a weakly damped motion at rest is kept moving by the integration
+_RINGING = 300.0  # times the noise of the speed: the integration keeps a weakly damped motion at rest moving by so much
 _NARROW = 1e-3  # bounds of those, that are narrow enough: see ``Verdict.settled_within``
 _FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.project_signals``
 _FEWEST_CYCLES = 3  # of a modulation, which are worth a full classification
@@ -127,7 +127,7 @@ def rises_of(speed: np.ndarray) -> np.ndarray:
     low, high = speed.min(axis=0), speed.max(axis=0)
     middle, reach = (low + high) / 2, 0.25 * (high - low)
     was_below, rises = np.zeros_like(low, bool), np.zeros_like(low, int)
-    # Sample by sample, so that what it was last stays in the cache.
+    # Sample by sample: the state of all members stays in the cache.
     for is_above, is_below in zip(speed > middle + reach, speed < middle - reach, strict=True):
         rises += was_below & is_above
         was_below = is_below | (was_below > is_above)
