@@ -84,8 +84,8 @@ class Equilibrium:
 
     @cached_property
     def unstable(self) -> int:
-        """Number of eigenvalues with a positive real part; one on the axis, as at a special point, is none of them."""
-        return _unstable_counts(self.eigenvalues, _ON_AXIS * float(np.abs(self.eigenvalues).max()))[0]
+        """Number of eigenvalues with a positive real part."""
+        return int(np.count_nonzero(self.eigenvalues.real > 0))
 
     @property
     def frequency(self) -> float:

@@ -69,7 +69,7 @@ def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
 
 def _image(axis: Axes, result: xr.Dataset, values: np.ndarray, **look: Any) -> Any:
     extent = tuple(result.attrs[f"{k}_{end}"] for k in "xy" for end in ("low", "high"))
-    # Colours are looked up for the points of the picture alone: of a million cells they would take a hundred megabytes.
+    # Colours are computed for the pixels of the picture: those of a million cells would take a hundred megabytes.
     look |= {"interpolation": "nearest", "interpolation_stage": "data"}
     return axis.imshow(values, origin="lower", extent=extent, aspect="auto", **look)
 
