@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from wucht.dynamics.branches.plane_regions import (
+    NOT_DECIDED,
     PlaneCurve,
     PlaneRegions,
     cell_centres,
+    cell_size,
     divide_plane,
+    divided_by_places,
     kinds_by_region,
     sides_of,
+    widest_difference,
 )
 from wucht.dynamics.branches.second_parameter import crossing_pieces
 
@@ -111,3 +116,34 @@ def test_the_kind_of_a_region_is_that_of_most_places_and_those_at_an_edge_do_not
     ]
     kinds, against = kinds_by_region(columns(), places)
     assert kinds == ["a", "d"] and against == [(4.0, 3.0, "b")]
+
+
+@pytest.mark.parametrize("border", [0.37, 0.61])
+def test_what_no_curve_separates_is_divided_by_places_and_not_decided_between_them(border: float) -> None:
+    """Places of two kinds, left and right of a line that is not known; halved until they are a quarter of a cell apart."""
+    bounds, cells = ((0.0, 1.0), (0.0, 2.0)), 5
+    whole, cell = divide_plane([], bounds), cell_size(bounds, cells)
+
+    def kind(x: float) -> str:
+        return "left" if x < border else "right"
+
+    places = [(float(x), float(y), kind(x)) for x in cell_centres(bounds[0], cells) for y in cell_centres(bounds[1], cells)]
+    shares, known = list[dict[str, float]](), len(places)
+    for _ in range(2):
+        regions, kinds = divided_by_places(whole, kinds_by_region(whole, places)[0], places, cell)
+        shares.append({name: float((regions.index == k).mean()) for k, name in enumerate(kinds)})
+        while (between := widest_difference(whole, places, cell)) is not None:
+            places.append((*between, kind(between[0])))
+    for share in shares:
+        assert sum(share.values()) == pytest.approx(1.0)
+        assert share["left"] <= border + 0.005 and share["right"] <= 1 - border + 0.005
+    assert 0.2 / 3 < shares[0][NOT_DECIDED] < 0.2 / 2, "a third of a cell, more between the rows"
+    assert shares[1][NOT_DECIDED] < 0.75 * shares[0][NOT_DECIDED]
+    assert known < len(places) <= known + 4 * cells
+
+
+def test_nothing_is_divided_where_places_agree() -> None:
+    places = [(3.0, 1.0, "a"), (6.0, 3.0, "a"), (12.0, 1.0, "b"), (18.0, 3.0, "b")]
+    regions, kinds = divided_by_places(columns(), ["a", "b"], places, (1.0, 1.0))
+    assert kinds == ["a", "b"] and (regions.index == columns().index).all()
+    assert widest_difference(columns(), places, (1.0, 1.0)) is None

@@ -46,7 +46,7 @@ def mapped() -> list[StateFindings]:
 
 
 def test_a_row_of_motions_from_its_fold_to_where_it_begins() -> None:
-    """Both rows, in order: the branch begins at the Hopf point, turns at -s^2/4, and leaves the range at 0.5."""
+    """Both rows, along the branch: it begins at the Hopf point, turns at -s^2/4, and leaves the range at 0.5."""
     last = mapped()[-1]
     low, high, _ = last.orbit_rows
     assert (low.second, high.second) == pytest.approx((0.7, 1.1))
@@ -57,8 +57,11 @@ def test_a_row_of_motions_from_its_fold_to_where_it_begins() -> None:
         (fold,) = row.special
         assert (fold.kind, fold.value) == (FOLD, pytest.approx(-(s**2) / 4, abs=1e-9))
         assert fold.period == pytest.approx(2 * np.pi, abs=1e-7)
-        assert (np.diff(row.values) >= 0).all() and row.values[0] < -0.9 * s**2 / 4
-        assert row.state_at(0.3) == 2 and row.state_at(-0.01) == 0 and row.state_at(0.51) == 0
+        turn = int(row.values.argmin())
+        assert (np.diff(row.values[: turn + 1]) <= 0).all() and (np.diff(row.values[turn:]) >= 0).all()
+        assert row.values[turn] < -0.9 * s**2 / 4
+        assert row.state_at(-0.2 * s**2) == 2, "beside the unstable part that begins at the Hopf point"
+        assert row.state_at(0.3) == 2 and row.state_at(-0.26 * s**2) == 0 and row.state_at(0.51) == 0
         assert row.has_orbit(0.3, np.array([0, 0])) and not row.has_orbit(0.3, np.array([1, 0]))
         assert row.middle.value == pytest.approx(0.25) and row.middle.period == pytest.approx(2 * np.pi)
         radius = np.hypot(*row.middle.states.T)

@@ -46,6 +46,19 @@ UNEQUAL = {
 }
 
 
+# Between captured and compensated at small slopes: several families of modulated motions in narrow bands, whose branches turn
+# back at folds or are closed. Of 7 x 8 places with eight starts each, 21 have one that is captured for good (own DOPRI5).
+BANDS = {
+    "carrier": {"directions": "xy", "mass": 3.0, "stiffness": [80000.0, 95000.0], "damping": [170.0, 190.0]},
+    "bodies": [
+        {"kind": "rotor", "name": "r", "mass": 7.0, "unbalance": 0.009, "inertia": 0.03},
+        {"kind": "pendulum", "name": "p1", "about": "r", "mass": 0.12, "length": 0.1, "damping": 0.09},
+        {"kind": "pendulum", "name": "p2", "about": "r", "mass": 0.1, "length": 0.1, "damping": 0.12},
+    ],
+    "drive": {"on": "r", "kind": "linear", "slope": 0.01, "no_load_speed": 180.0},
+}
+
+
 @pytest.fixture(scope="module")
 def cusp() -> Any:
     return run(StabilityMap(**PLANE, cells=3, orbits=False, ranges={"x": [-2.0, 2.0]}), CUSP)
@@ -123,6 +136,39 @@ def test_orbits_that_begin_at_a_hopf_point_and_fold() -> None:
     assert summary["against"] == 0
 
 
+# In polar coordinates r' = r (s - p^2 - (r^2 - 1)^2), theta' = 1: for s < 1 rest is stable, and beside it an orbit where
+# p^2 < s; over p its branch is closed, an isola, which no steady state is connected with.
+ISOLA = wucht.UserSystem(
+    System((X, Y), (X * (S - P**2 - (Q - 1) ** 2) - Y, Y * (S - P**2 - (Q - 1) ** 2) + X), (P, S)),
+    {"p": 0.1, "s": 0.5},
+    "isola",
+)
+
+
+def test_a_closed_branch_of_orbits() -> None:
+    asked: dict[str, Any] = {"along": "p", "range": [-1.0, 1.0], "second": "s", "second_range": [0.2, 0.8], "cells": 3}
+    summary = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), ISOLA).wucht.summary
+    fold = np.concatenate([line for name, line in summary["boundaries"].items() if name.startswith("periodic orbit: fold")])
+    np.testing.assert_allclose(fold[:, 0] ** 2, fold[:, 1], atol=1e-6)
+    shares = {each["label"]: (each["share"], each["uncertainty"]) for each in summary["regions"]}
+    inside = (0.8**1.5 - 0.2**1.5) / 0.9  # of the plane: the integral over s of 2 sqrt(s)
+    assert set(shares) == {"periodic orbit stable", "nothing else"}
+    share, uncertainty = shares["periodic orbit stable"]
+    assert share == pytest.approx(inside, abs=0.01) and uncertainty < 0.01
+    assert summary["against"] == 0
+
+
+def test_few_places_say_how_much_they_may_miss() -> None:
+    """All of n random places miss a share s with probability (1 - s)^n: 5 % at s = 1 - 0.05^(1/n)."""
+    asked: dict[str, Any] = {"along": "p", "range": [-0.9, -0.6], "second": "s", "second_range": [0.2, 0.3], "cells": 2}
+    result = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), ISOLA)
+    summary = result.wucht.summary
+    assert [(each["label"], each["share"]) for each in summary["regions"]] == [("nothing else", 1.0)]
+    assert summary["undetected"] == pytest.approx(1 - 0.05**0.25)
+    assert "another motion may exist in up to 53 % of it" in result.attrs["warnings"]
+    assert "less than 53 % of it may be missed" in result.attrs["sentence"]
+
+
 @pytest.mark.slow
 def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
     """Left of the Hopf point the state at rest is stable all over; only runs from afar come to the other motion."""
@@ -142,6 +188,7 @@ def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
 
 def test_what_was_not_sought_is_not_called_absent(cusp: Any) -> None:
     assert cusp.attrs["sentence"].endswith("; periodic orbits were not searched for")
+    assert cusp.wucht.summary["undetected"] == pytest.approx(1 - 0.05 ** (1 / 12)), "at four values in each of three rows"
     assert cusp.wucht.summary["runs"] == 0
     assert not any("nothing else" in each["label"] for each in cusp.wucht.summary["regions"])
 
@@ -163,6 +210,36 @@ def test_modulated_motion_of_two_unequal_pendulums() -> None:
         machine = machine_from(UNEQUAL).with_values({"drive.slope": slope})
         for start in ({"p1": 1.0}, {"p1": 2.5, "p2": -1.0}):
             assert run(RunUp(settled=True, model="slow", start=start), machine).wucht.summary["outcome"] == outcome
+
+
+@pytest.mark.slow
+def test_narrow_bands_of_modulated_motions() -> None:
+    """A map says what run-ups from eight starts do at places of its regions that lie 2 % of the plane from any border.
+
+    With 2 x 2 cells none of these motions is met, and the map says so.
+    """
+    asked: dict[str, Any] = {"along": "drive.slope", "range": [0.008, 0.0115], "second": "p1.damping"}
+    result = run(StabilityMap(**asked, second_range=[0.05, 0.09], cells=7), machine_from(BANDS))
+    shares = {each["label"]: each["share"] for each in result.wucht.summary["regions"]}
+    survey, scatter = 21 / 56, 2 * np.sqrt(21 * 35 / 56**3)
+    assert shares["modulated motion stable"] == pytest.approx(survey, abs=scatter)
+    few = run(StabilityMap(**asked, second_range=[0.05, 0.09], cells=2), machine_from(BANDS)).wucht.summary
+    assert few["undetected"] > survey
+    random, sizes = np.random.default_rng(56), result.region.shape
+    outcomes: dict[str, list[bool]] = {"modulated motion stable": [], "nothing else": []}
+    while min(map(len, outcomes.values())) < 4:
+        i, j = (int(random.integers(5, n - 5)) for n in sizes)
+        around = np.unique(result.region_label.values[result.region.values[i - 5 : i + 6, j - 5 : j + 6]])
+        if len(around) > 1 or len(outcomes.get(str(around[0]), range(4))) >= 4:
+            continue
+        values = {"drive.slope": float(result.x[j]), "p1.damping": float(result.y[i])}
+        machine = machine_from(BANDS).with_values(values)
+        ends = [
+            run(RunUp(settled=True, model="slow", start={"p1": a, "p2": b}), machine).wucht.summary["outcome"]
+            for a, b in random.uniform(-np.pi, np.pi, (8, 2)).tolist()
+        ]
+        outcomes[str(around[0])].append("captured-modulated" in ends)
+    assert all(outcomes["modulated motion stable"]) and not any(outcomes["nothing else"]), outcomes
 
 
 def test_interrupted_maps_are_kept() -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,17 +16,26 @@ Range = tuple[float, float]
 Bounds = tuple[Range, Range]  # of both parameters of a plane
 
 COINCIDE, DOUBLE = "two folds at once", "two-saddle-nodes-connected"  # kinds of points
+NOT_DECIDED = "not-decided"  # kind of a region: between places that differ, where no curve separates them
 
 _FINE = 240  # pixels a side
 _SMALLEST = 6e-4  # of the plane: a smaller region belongs to its neighbour
 _EDGE = 4  # pixels
 _BESIDE = 3.0  # pixels: distance from a curve at which the kinds on its sides are read
+_RESOLVED = 0.3  # of a cell: places that differ without a curve between them are examined until they are as near as this
+_BETWEEN = 1 / 3  # of the way between two places that differ: its middle is not decided
 
 
 def cell_centres(bounds: Range, cells: int) -> np.ndarray:
     """Return the centres (cells,) of equal cells between bounds."""
     low, high = bounds
     return np.asarray(low + (high - low) * (np.arange(cells) + 0.5) / cells)
+
+
+def cell_size(bounds: Bounds, cells: int) -> Range:
+    """Return width and height of equal cells, so many a side, between bounds."""
+    (x0, x1), (y0, y1) = bounds
+    return (x1 - x0) / cells, (y1 - y0) / cells
 
 
 @dataclass(frozen=True)
@@ -151,6 +161,67 @@ def kinds_by_region(
     return kinds, [
         p for p in places if kinds[partition.region_at(p[0], p[1])] != p[2] and not partition.is_near_edge(p[0], p[1])
     ]
+
+
+def divided_by_places(
+    partition: PlaneRegions, kinds: Sequence[str], places: Sequence[tuple[float, float, str]], cell: Range
+) -> tuple[PlaneRegions, list[str]]:
+    """Divide regions whose places (x, y, kind) differ although no curve separates them; return the regions and their kinds.
+
+    Each part has the kind of its nearest place; the middle third of the way between two that differ is ``NOT_DECIDED``.
+    kinds: of the regions, as from ``kinds_by_region``. cell: width and height in which distances are measured.
+    """
+    from scipy.spatial import cKDTree
+
+    index, kinds = partition.index.copy(), list(kinds)
+    inner = [p for p in places if not partition.is_near_edge(p[0], p[1])]
+    for region in range(partition.count):
+        by_kind: dict[str, list[tuple[float, float]]] = {}
+        for x, y, kind in inner:
+            if partition.region_at(x, y) == region:
+                by_kind.setdefault(kind, []).append((x, y))
+        if len(by_kind) < 2:
+            continue
+        rows, columns = np.nonzero(partition.index == region)
+        pixels = np.stack([partition.x[columns], partition.y[rows]], axis=1) / cell
+        scaled = [np.array(at) / cell for at in by_kind.values()]
+        distances, which = (np.array(rows) for rows in zip(*(cKDTree(at).query(pixels) for at in scaled), strict=True))
+        first, second = np.argsort(distances, axis=0)[:2]
+        apart = np.zeros(len(pixels))
+        for k, m in itertools.permutations(range(len(scaled)), 2):
+            between = (first == k) & (second == m)
+            apart[between] = np.linalg.norm(scaled[k][which[k, between]] - scaled[m][which[m, between]], axis=1)
+        difference = np.take_along_axis(distances, np.array([first, second]), axis=0)
+        parts = np.where(np.diff(difference, axis=0)[0] < _BETWEEN * apart, len(scaled), first)
+        index[rows, columns] = len(kinds) + parts
+        kinds += [*by_kind, NOT_DECIDED]
+    used, index_of_used = np.unique(index, return_inverse=True)
+    return replace(partition, index=index_of_used.reshape(index.shape)), [kinds[k] for k in used]
+
+
+def widest_difference(
+    partition: PlaneRegions, places: Sequence[tuple[float, float, str]], cell: Range
+) -> tuple[float, float] | None:
+    """Return the middle between two neighbours that differ, the farthest apart of places (x, y, kind) of one region.
+
+    Neighbours are nearest to each other among the differing ones, and no other region lies between them. cell: width and
+    height in which distances are measured. None where all of them are nearer than ``_RESOLVED``.
+    """
+    inner = [(*p, partition.region_at(p[0], p[1])) for p in places if not partition.is_near_edge(p[0], p[1])]
+    if not inner:
+        return None
+    at = np.array([p[:2] for p in inner])
+    kinds, regions = (np.unique([p[k] for p in inner], return_inverse=True)[1] for k in (2, 3))
+    distances = np.linalg.norm((at[:, None] - at) / cell, axis=-1)
+    distances[(kinds[:, None] == kinds) | (regions[:, None] != regions)] = np.inf
+    nearest = distances.argmin(axis=1)
+    away = distances[np.arange(len(at)), nearest]
+    away[away > away[nearest]] = 0.0  # its nearest place has a nearer one
+    for k in np.argsort(-away).tolist():
+        x, y = ((at[k] + at[nearest[k]]) / 2).tolist()
+        if _RESOLVED < away[k] < np.inf and partition.region_at(x, y) == inner[k][3] and not partition.is_near_edge(x, y):
+            return x, y
+    return None
 
 
 def sides_of(partition: PlaneRegions, kinds: Sequence[str], x: np.ndarray, y: np.ndarray) -> list[tuple[str, str]]:

@@ -13,7 +13,16 @@ from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branc
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, ReachedMotions, reached_motions
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import Bounds, CurvesAndPoints, PlaneCurve, PlanePoint, cell_centres, divide_plane
+from wucht.dynamics.branches.plane_regions import (
+    Bounds,
+    CurvesAndPoints,
+    PlaneCurve,
+    PlanePoint,
+    cell_centres,
+    cell_size,
+    divide_plane,
+    widest_difference,
+)
 from wucht.dynamics.branches.second_parameter import (
     BifurcationCurve,
     SecondParameter,
@@ -23,6 +32,7 @@ from wucht.dynamics.branches.second_parameter import (
     lies_on_curve,
 )  # fmt: skip
 from wucht.dynamics.branches.state_rows import (
+    STABLE,
     NoOrbit,
     OrbitRow,
     RowCase,
@@ -42,7 +52,9 @@ from wucht.numerics.periodic.cycle import BRANCH_POINT
 _ROWS, _CURVES, _RUNS, _ORBITS = 0.2, 0.3, 0.5, 0.9  # shares of the work at which these are done
 _MOST_FAMILIES = 4  # of modulated motions reached by runs
 _ON_CURVE = 0.01  # of the range: a special orbit that lies on a known curve
-_MOST_EXTRA = 12  # rows beside those of the cells
+_MOST_EXTRA, _MOST_BETWEEN = 12, 24  # places beside the centres of the cells: in small regions, and between places that differ
+UNIDENTIFIED_STATE = "an unidentified steady state"
+UNSETTLED_MOTION = "a motion that is neither steady nor periodic"
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +133,39 @@ class StateFindings:
         return [row for row in self.orbits if isinstance(row, OrbitRow)]
 
 
+@dataclass(frozen=True)
+class ExaminedPlace:
+    """Motions at a place (x, y). names: of stable steady states. level: of modulated ones: 0 none, 1 unstable, 2 stable."""
+
+    x: float
+    y: float
+    names: tuple[str, ...]
+    level: int
+
+    def key(self, without: frozenset[str] = frozenset()) -> str:
+        """Return what is compared with other places. without: names that are left out."""
+        return f"{self.level};{','.join(sorted(set(self.names) - without))}"
+
+
+def examined_places(case: StateMapCase, findings: StateFindings) -> list[ExaminedPlace]:
+    """Return each place with its stable motions: those of the branches, and those reached by runs from several starts."""
+    runs_by_place = {(r.x, r.y): r for r in findings.runs_by_place}
+    across = case.centres(0).tolist()
+    # The rows of the cells come first; each further row has one place.
+    values = [across] * case.cells + [[x] for x, _ in findings.extra]
+    places = []
+    for row, xs in zip(findings.rows, values, strict=False):
+        orbit_rows = [r for r in findings.orbit_rows if r.second == row.second]
+        for x, stable_names in zip(xs, row.stable, strict=True):
+            names, level = list(stable_names), max((r.state_at(x) for r in orbit_rows), default=0)
+            if (runs := runs_by_place.get((x, row.second))) is not None:
+                level = STABLE if runs.orbits else level
+                names += [UNIDENTIFIED_STATE] if runs.steady and not stable_names else []
+                names += [UNSETTLED_MOTION] if runs.unsettled_runs else []
+            places.append(ExaminedPlace(x, row.second, tuple(names), level))
+    return places
+
+
 Stage = Generator[StateFindings, None, StateFindings]
 
 
@@ -138,6 +183,7 @@ def map_states(case: StateMapCase, work: Work) -> Iterator[StateFindings]:
         findings = yield from _orbits(case, findings, work)
         findings = yield from _further_orbits(case, findings, work)
     findings = yield from _extra_places(case, findings, work)
+    findings = yield from _places_between(case, findings, work)
     work.report(1.0)
     yield replace(findings, complete=True)
 
@@ -220,11 +266,13 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
             findings = with_result(findings, "orbits", orbit_rows[k])
             yield findings
             findings = yield from _curves_of(case, findings, orbit_rows[k], work, _ORBITS)
+        left = [at for at in _unexplained_orbits(findings) if tuple(at[1].winding.tolist()) == winding]
         if not any(isinstance(row, OrbitRow) for row in orbit_rows.values()):
             sentence = (
                 f"the modulated motion reached by runs, such as {family_seeds[0][1].origin}, is not followed over the plane"
             )
             findings = with_result(findings, "orbits", sentence)
+        if len(left) == len(family_seeds):
             given_up.add(winding)
     return findings
 
@@ -331,13 +379,31 @@ def _extra_places(case: StateMapCase, findings: StateFindings, work: Work) -> St
         missing = next((k for k in range(partition.count) if k not in sampled_regions), None)
         if missing is None:
             break
-        x, y = partition.innermost_point(missing)
-        part = work.part(f"place {len(findings.extra)}", _ORBITS, 1.0)
-        findings = yield from _follow_row(case, findings, y, np.array([x]), part, part)
-        if case.motion is not None:
-            near = min(findings.orbit_rows, key=lambda r: abs(r.second - y), default=None)
-            row = _orbit_row(case, part, y, near, _ORBITS, "modulated motions in a small region")
-            findings = _with_runs(case, with_result(findings, "orbits", row), part, [x], y, _ORBITS)
-        findings = with_result(findings, "extra", (x, y))
-        yield findings
+        findings = yield from _examine(case, findings, partition.innermost_point(missing), "in a small region", work)
+    return findings
+
+
+def _places_between(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
+    """Examine places between those that differ although no curve separates them."""
+    for _ in range(_MOST_BETWEEN):
+        partition = divide_plane(lines_of(case, findings), case.bounds)
+        keys = [(p.x, p.y, p.key()) for p in examined_places(case, findings)]
+        between = widest_difference(partition, keys, cell_size(case.bounds, case.cells))
+        if between is None:
+            break
+        findings = yield from _examine(case, findings, between, "between places that differ", work)
+    return findings
+
+
+def _examine(case: StateMapCase, findings: StateFindings, place: tuple[float, float], where: str, work: Work) -> Stage:
+    """Examine a further place, with a row of its own."""
+    x, y = place
+    part = work.part(f"place {len(findings.extra)}", _ORBITS, 1.0)
+    findings = yield from _follow_row(case, findings, y, np.array([x]), part, part)
+    if case.motion is not None:
+        near = min(findings.orbit_rows, key=lambda r: abs(r.second - y), default=None)
+        row = _orbit_row(case, part, y, near, _ORBITS, f"modulated motions {where}")
+        findings = _with_runs(case, with_result(findings, "orbits", row), part, [x], y, _ORBITS)
+    findings = with_result(findings, "extra", (x, y))
+    yield findings
     return findings

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import islice, pairwise, takewhile
 from typing import Any
 
@@ -66,8 +67,9 @@ def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.
 class OrbitRow:
     """Branch of modulated motions over the first parameter.
 
-    sides: its ends, at lower and higher values. values, stable (N,): of its orbits, in order. special: orbits at which
-    stability changes or the branch turns, in the whole equations. middle: one that lies well within the branch.
+    sides: its ends, at lower and higher values. values, stable (N,): of its orbits, in order along the branch, which may turn
+    back at folds, or be closed. special: orbits at which stability changes or the branch turns, in the whole equations.
+    middle: one that lies well within the branch.
     """
 
     second: float
@@ -84,10 +86,22 @@ class OrbitRow:
 
     def state_at(self, value: float) -> int:
         """Return 0 where there is no orbit, 1 where none is stable, 2 where one is."""
-        low, high = sorted(s.value for s in self.sides)
-        if not low < value < high:
+        passages = (self._along[:-1] - value) * (self._along[1:] - value) < 0
+        passages[1:] |= self._along[1:-1] == value
+        i = np.flatnonzero(passages)
+        if not len(i):
             return 0
-        return STABLE if self.stable[np.abs(self.values - value).argmin()] else 1
+        later = np.abs(self._along[i + 1] - value) < np.abs(self._along[i] - value)
+        orbits = np.clip(i + later - 1, 0, len(self.stable) - 1)  # the nearer one of both; ends have the orbit beside them
+        return STABLE if self.stable[orbits].any() else 1
+
+    @cached_property
+    def _along(self) -> np.ndarray:
+        """Values (N+2,) along the branch, from end to end."""
+        low, high = (s.value for s in self.sides)
+        if abs(self.values[0] - low) + abs(self.values[-1] - high) > abs(self.values[0] - high) + abs(self.values[-1] - low):
+            low, high = high, low
+        return np.array([low, *self.values, high])
 
 
 @dataclass(frozen=True)
@@ -160,14 +174,15 @@ class RowCase:
     def _row_by_collocation(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
         """Compute the row with the stability by collocation, in all equations."""
         whole_seed = self.motion.lift(replace(middle, longest=_LONGEST * middle.period))
-        parts = [half_branch(self.motion.whole, whole_seed, onward, False, lambda _: self.report()) for onward in (False, True)]
-        values = np.concatenate([p.values for p in parts])
-        order = np.argsort(values)
-        is_trusted = np.concatenate([p.is_trusted for p in parts])[order]
-        stable = np.concatenate([p.stable for p in parts])[order]
-        special = tuple(k for p in parts for k in p.stored_orbits if k.kind)
+        back, onward = (
+            half_branch(self.motion.whole, whole_seed, way, False, lambda _: self.report()) for way in (False, True)
+        )
+        values, is_trusted, stable = (
+            np.concatenate([getattr(back, name)[::-1], getattr(onward, name)]) for name in ("values", "is_trusted", "stable")
+        )
+        special = tuple(k for p in (back, onward) for k in p.stored_orbits if k.kind)
         usable = is_trusted if is_trusted.any() else np.ones(len(values), bool)
-        return OrbitRow(self.second, sides, values[order][usable], stable[usable], special, middle, whole_seed)
+        return OrbitRow(self.second, sides, values[usable], stable[usable], special, middle, whole_seed)
 
     def _row_in_section(
         self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit, halves: tuple[BranchToEnd, BranchToEnd]
@@ -179,7 +194,6 @@ class RowCase:
         seed = replace(middle, longest=_LONGEST * middle.period)
         exponent = transverse_exponent(self.motion)
         orbits = self._orbits_around(seed, *halves)
-        orbits.sort(key=lambda c: c.parameter)
         values, out = np.array([c.parameter for c in orbits]), np.array([exponent(c) for c in orbits])
         inside = np.array([not c.is_trusted or c.unstable == 0 for c in orbits])
         i = np.flatnonzero(out[:-1] * out[1:] < 0)
@@ -193,19 +207,19 @@ class RowCase:
     def _orbits_around(self, middle: SeedOrbit, back: BranchToEnd, onward: BranchToEnd) -> list[Cycle]:
         """Return the regular orbits of a branch around its middle one, both ways up to the longest period of that seed.
 
-        Where an end was reached before, the branch is followed on.
+        They are in order along the branch. Where an end was reached before, the branch is followed on.
         """
         orbits, width = [*back.orbits[:0:-1], *onward.orbits], self.motion.subject.width
         away = [abs(c.parameter - middle.value) / width + abs(c.period / middle.period - 1) for c in orbits]
-        k, short = int(np.argmin(away)), list[Cycle]()
+        k, parts = int(np.argmin(away)), list[list[Cycle]]()
         for half, way in ((back, orbits[k::-1]), (onward, orbits[k + 1 :])):
-            within = list(takewhile(lambda c: c.period <= middle.longest, way))
-            beyond = half.cycles.walk(half.orbits[-1]) if len(within) == len(way) else ()
-            short += within
+            short = list(takewhile(lambda c: c.period <= middle.longest, way))
+            beyond = half.cycles.walk(half.orbits[-1]) if len(short) == len(way) else ()
             for cycle in takewhile(lambda c: c.period <= middle.longest, beyond):
                 self.report()
                 short += [] if cycle.kind else [cycle]
-        return short
+            parts.append(short)
+        return [*parts[0][::-1], *parts[1]]
 
     def seed_from_neighbour(self, near: OrbitRow | NoOrbit | None) -> SeedOrbit | None:
         """Follow the middle orbit of a neighbouring branch to the value of the second parameter; None where that fails."""

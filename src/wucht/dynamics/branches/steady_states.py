@@ -48,6 +48,11 @@ class BranchSettings:
     ranges: Mapping[str, tuple[float, float]] | None = None
     inertia: bool | None = None
 
+    @property
+    def searches(self) -> int:
+        """Number of values at which all states are searched, those near both ends included."""
+        return self.points + 2
+
 
 @dataclass(frozen=True)
 class StatesAtValue:

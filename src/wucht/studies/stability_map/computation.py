@@ -11,10 +11,26 @@ import numpy as np
 from wucht.dynamics.branches.ending_curves import ParameterPlane
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase, map_endings, unexplained_changes
 from wucht.dynamics.branches.orbit_endings import NO_MOTION
-from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, divide_plane, kinds_by_region, sides_of
+from wucht.dynamics.branches.plane_regions import (
+    NOT_DECIDED,
+    Bounds,
+    PlaneCurve,
+    PlanePoint,
+    cell_size,
+    divide_plane,
+    divided_by_places,
+    kinds_by_region,
+    sides_of,
+)
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
-from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended_curves, lines_of, map_states
-from wucht.dynamics.branches.state_rows import STABLE
+from wucht.dynamics.branches.state_map import (
+    StateFindings,
+    StateMapCase,
+    examined_places,
+    extended_curves,
+    lines_of,
+    map_states,
+)
 from wucht.dynamics.parameters import checked_range, parameter_of
 from wucht.dynamics.work import Work
 from wucht.files.user_system import UserSystem
@@ -25,7 +41,9 @@ from wucht.numerics.zeros_and_peaks import values_at_passages
 from wucht.schema import Parameter
 from wucht.studies.stability_map.map_parts import (
     MODULATED_MOTION,
+    NOT_EXAMINED,
     PERIODIC_ORBIT,
+    UNDECIDED_TONE,
     UNKNOWN,
     F,
     MapParts,
@@ -35,8 +53,6 @@ from wucht.studies.stability_map.map_parts import (
 )
 from wucht.studies.stability_map.spec import StabilityMap
 
-UNIDENTIFIED_STATE = "an unidentified steady state"
-UNSETTLED_MOTION = "a motion that is neither steady nor periodic"
 ORBIT_CURVES: Mapping[str, str] = {
     "branch-point": "loses stability sideways",
     "fold": "fold",
@@ -99,24 +115,27 @@ class StatePlan(MapPlan[StateFindings]):
         listing = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
         everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; in addition " if parts.everywhere else "stable: "
         left_out = f"; {self.motion}s were not searched for" if self.case.motion is None else ""
-        return f"{everywhere}{listing} of the plane{left_out}"
+        only = (
+            f"; of the steady states {' and '.join(self.case.settings.only)} alone were sought"
+            if self.case.settings.only
+            else ""
+        )
+        missed = f"; what exists in less than {100 * parts.undetected:.2g} % of it may be missed at the places examined"
+        return f"{everywhere}{listing} of the plane{missed}{only}{left_out}"
 
     def parts(self, findings: StateFindings) -> MapParts:
         """See ``MapPlan``."""
+        places = examined_places(self.case, findings)
+        everywhere = frozenset(set.intersection(*(set(p.names) for p in places)) if places else ())
+        keys = [(p.x, p.y, p.key(everywhere)) for p in places]
+        motions = {key: (sorted(set(p.names) - everywhere), p.level) for p, (_, _, key) in zip(places, keys, strict=True)}
         areas = divide_plane(lines_of(self.case, findings), self.bounds)
-        examined_places = _examined_places(self.case, findings)
-        sets = [set(names) for _, _, names, _ in examined_places]
-        everywhere = set.intersection(*sets) if sets else set()
-        place_keys = [(x, y, f"{level};{','.join(sorted(set(names) - everywhere))}") for x, y, names, level in examined_places]
-        kinds, contradictions = kinds_by_region(areas, place_keys)
-        parsed_keys = [_parse_key(kind) for kind in kinds]
+        kinds, contradictions = kinds_by_region(areas, keys)
+        areas, kinds = divided_by_places(areas, kinds, keys, cell_size(self.bounds, self.case.cells))
         includes_orbits = self.case.motion is not None
-        labels = [
-            state_label(names, level, includes_orbits, self.motion) if is_known else "not examined"
-            for names, level, is_known in parsed_keys
-        ]
-        hatched_sets = sorted({tuple(names) for names, _, _ in parsed_keys if names})
-        hatches = [1 + hatched_sets.index(tuple(names)) if names else 0 for names, _, _ in parsed_keys]
+        labels_of = {key: state_label(*motion, includes_orbits, self.motion) for key, motion in motions.items()}
+        hatched_sets = sorted({tuple(names) for names, _ in motions.values() if names})
+        hatches = {key: 1 + hatched_sets.index(tuple(names)) for key, (names, _) in motions.items() if names}
         lines = [
             _line(f"{c.bifurcation}: {c.kind.name or 'steady states'}", c.unknowns[-2], c.unknowns[-1]) for c in findings.curves
         ]
@@ -127,17 +146,14 @@ class StatePlan(MapPlan[StateFindings]):
             PlanePoint(kind, float(c.unknowns[-2, i]), float(c.unknowns[-1, i]))
             for c in findings.curves for i, kind in enumerate(c.kinds) if kind
         ]  # fmt: skip
-        places = tuple(
-            MapPlace(x, y, state_label(sorted(set(names) - everywhere), level, includes_orbits, self.motion))
-            for x, y, names, level in examined_places
-        )
-        wrong = tuple(
-            MapPlace(x, y, state_label(*_parse_key(kind)[:2], includes_orbits, self.motion)) for x, y, kind in contradictions
-        )
         return MapParts(
-            curves_by_name(lines), (*findings.crossings, *marks), places, areas, tuple(labels),
-            tuple(level for _, level, _ in parsed_keys), tuple(hatches),
-            tuple(sorted(everywhere)), wrong, findings.omissions, sum(place.runs for place in findings.runs_by_place),
+            curves_by_name(lines), (*findings.crossings, *marks), tuple(MapPlace(x, y, labels_of[key]) for x, y, key in keys),
+            areas, tuple(labels_of.get(k, k or NOT_EXAMINED) for k in kinds),
+            tuple(UNDECIDED_TONE if k == NOT_DECIDED else motions[k][1] if k else 0 for k in kinds),
+            tuple(hatches.get(k, 0) for k in kinds), tuple(sorted(everywhere)),
+            tuple(MapPlace(x, y, labels_of[key]) for x, y, key in contradictions),
+            findings.omissions, sum(place.runs for place in findings.runs_by_place),
+            len(findings.runs_by_place) if includes_orbits else len(findings.rows) * self.case.settings.searches,
         )  # fmt: skip
 
 
@@ -153,35 +169,6 @@ def state_label(names: Sequence[str], level: int, includes_orbits: bool, motion:
     """Return a label such as ``together, modulated motion stable``. includes_orbits: modulated motions were searched."""
     parts = [*names, f"{motion} {LEVELS[level]}"] if level else [*names]
     return ", ".join(parts) or ("nothing else" if includes_orbits else "no other steady state")
-
-
-def _parse_key(kind: str) -> tuple[list[str], int, bool]:
-    level, _, names = kind.partition(";")
-    return ([n for n in names.split(",") if n], int(level), True) if level else ([], 0, False)
-
-
-def _examined_places(case: StateMapCase, findings: StateFindings) -> list[tuple[float, float, tuple[str, ...], int]]:
-    """Return each place with its stable motions: steady states by name, and the level of modulated ones, see ``LEVELS``.
-
-    They are those of the branches, and those reached by runs from several starts.
-    """
-    runs_by_place = {(r.x, r.y): r for r in findings.runs_by_place}
-    across = case.centres(0).tolist()
-    # The rows of the cells come first; each further row has one place.
-    values = [across] * case.cells + [[x] for x, _ in findings.extra]
-    places = []
-    for row, xs in zip(findings.rows, values, strict=False):
-        for x, stable_names in zip(xs, row.stable, strict=True):
-            names, level = (
-                list(stable_names),
-                max((r.state_at(x) for r in findings.orbit_rows if r.second == row.second), default=0),
-            )
-            if (runs := runs_by_place.get((x, row.second))) is not None:
-                level = STABLE if runs.orbits else level
-                names += [UNIDENTIFIED_STATE] if runs.steady and not stable_names else []
-                names += [UNSETTLED_MOTION] if runs.unsettled_runs else []
-            places.append((x, row.second, tuple(names), level))
-    return places
 
 
 def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -244,7 +231,9 @@ class EndingPlan(MapPlan[EndingFindings]):
     def parts(self, findings: EndingFindings) -> MapParts:
         """See ``MapPlan``."""
         areas = divide_plane([(c.x, c.y) for c in findings.curves], self.bounds)
-        kinds, contradictions = kinds_by_region(areas, [(p.x, p.y, p.kind) for p in findings.places])
+        keys = [(p.x, p.y, p.kind) for p in findings.places]
+        kinds, contradictions = kinds_by_region(areas, keys)
+        areas, kinds = divided_by_places(areas, kinds, keys, cell_size(self.bounds, self.case.cells))
         lines = list[PlaneCurve]()
         for c in findings.curves:
             inner = slice(2, -2) if len(c.x) > _SMALL_PARTS else slice(None)
@@ -256,11 +245,11 @@ class EndingPlan(MapPlan[EndingFindings]):
             short = {**SHORT, NO_MOTION: f"no {self.motion}"}
             name = " | ".join(sorted((short.get(a, UNKNOWN), short.get(b, UNKNOWN)), key=list(short.values()).index))
             lines.append(replace(c, kind=name))
-        tones = tuple(TONES.get(k, 0) for k in kinds)
+        tones = tuple(UNDECIDED_TONE if k == NOT_DECIDED else TONES.get(k, 0) for k in kinds)
         return MapParts(
             lines=curves_by_name(lines), marks=findings.points,
             places=tuple(MapPlace(p.x, p.y, self._ending(p.kind), p.begins, p.end.value) for p in findings.places),
-            areas=areas, labels=tuple(self._ending(k) for k in kinds), tones=tones,
+            areas=areas, labels=tuple(k if k == NOT_DECIDED else self._ending(k) for k in kinds), tones=tones,
             hatches=tuple(int(t == 1) for t in tones),
             contradictions=tuple(MapPlace(x, y, self._ending(k)) for x, y, k in contradictions),
             omissions=(*findings.omissions, *self._unexplained_warnings(findings)),

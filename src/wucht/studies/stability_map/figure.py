@@ -16,7 +16,7 @@ from wucht.plots.sheet import LETTER, legend_beside, new_figure
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import COLOURS, GREY
 
-_TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0")  # of decreasing lightness: white, 0.87, 0.70
+_TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0", "#DDDDDD")  # of decreasing lightness: white, 0.87, 0.70; not decided
 _ORBITS = ("modulated motion", "periodic orbit")  # beginnings of the names of their boundaries
 _HATCHES, _HATCH = ("", "///", "...", "\\\\\\", "xxx", "ooo"), "#9A9A9A"
 _HEIGHT = 4.2  # inches
