@@ -339,7 +339,7 @@ def test_the_regions_of_a_map_of_states() -> None:
     assert result.wucht.summary["sentence"].startswith("stable everywhere: a; in addition b in 6")
     report = STUDY.report(result)
     assert report[2] == "  fold: steady states: p from 0.5 to 0.5, r from -1 to 3"
-    assert {line[:9] for line in report[3:5]} == {f"  {100 * share:5.1f} ±" for share in shares.values()}
+    assert {line[:10] for line in report[3:5]} == {f"  {100 * share:6.2f} ±" for share in shares.values()}
     assert (result.boundary_x.values == 0.5).all() and result.boundary_y.values[[0, -1]].tolist() == [-1.0, 3.0]
     motion = (orbits(0.0, RANGE, -2.0, 0.5, stable=False), orbits(2.0, RANGE, -2.0, 0.5, stable=False))
     moved = STUDY.dataset(plan(), replace(STUDY_FINDINGS, rows=half, curves=(fold(0.5),), orbits=motion))

@@ -154,7 +154,7 @@ def report(result: xr.Dataset) -> list[str]:
         at = zip((along, second, s.get("eliminate")), p["values"], strict=False)
         lines.append(f"  {p['kind'].replace('-', ' ')}: {', '.join(f'{name} = {value:.7g}' for name, value in at)}")
     for region in s["regions"]:
-        lines.append(f"  {100 * region['share']:5.1f} ± {100 * region['uncertainty']:.1f} %  {region['label']}")
+        lines.append(f"  {100 * region['share']:6.2f} ± {100 * region['uncertainty']:.2f} %  {region['label']}")
     agree = s["places"] - s["against"]
     runs = f", by {s['runs']} runs from several starts," if s.get("runs") else ""
     lines.append(f"  checked      {agree} of {s['places']} separately examined places{runs} agree with the boundaries")
