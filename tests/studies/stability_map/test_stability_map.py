@@ -164,7 +164,7 @@ def test_few_places_say_how_much_they_may_miss() -> None:
     result = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), ISOLA)
     summary = result.wucht.summary
     assert [(each["label"], each["share"]) for each in summary["regions"]] == [("nothing else", 1.0)]
-    assert summary["undetected"] == pytest.approx(1 - 0.05**0.25)
+    assert summary["detection_limit"] == pytest.approx(1 - 0.05**0.25)
     assert "another motion may exist in up to 53 % of it" in result.attrs["warnings"]
     assert "less than 53 % of it may be missed" in result.attrs["sentence"]
 
@@ -188,7 +188,7 @@ def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
 
 def test_what_was_not_sought_is_not_called_absent(cusp: Any) -> None:
     assert cusp.attrs["sentence"].endswith("; periodic orbits were not searched for")
-    assert cusp.wucht.summary["undetected"] == pytest.approx(1 - 0.05 ** (1 / 12)), "at four values in each of three rows"
+    assert cusp.wucht.summary["detection_limit"] == pytest.approx(1 - 0.05 ** (1 / 12)), "at four values in each of three rows"
     assert cusp.wucht.summary["runs"] == 0
     assert not any("nothing else" in each["label"] for each in cusp.wucht.summary["regions"])
 
@@ -224,7 +224,7 @@ def test_narrow_bands_of_modulated_motions() -> None:
     survey, scatter = 21 / 56, 2 * np.sqrt(21 * 35 / 56**3)
     assert shares["modulated motion stable"] == pytest.approx(survey, abs=scatter)
     few = run(StabilityMap(**asked, second_range=[0.05, 0.09], cells=2), machine_from(BANDS)).wucht.summary
-    assert few["undetected"] > survey
+    assert few["detection_limit"] > survey
     random, sizes = np.random.default_rng(56), result.region.shape
     outcomes: dict[str, list[bool]] = {"modulated motion stable": [], "nothing else": []}
     while min(map(len, outcomes.values())) < 4:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -22,7 +21,7 @@ _FINE = 240  # pixels a side
 _SMALLEST = 6e-4  # of the plane: a smaller region belongs to its neighbour
 _EDGE = 4  # pixels
 _BESIDE = 3.0  # pixels: distance from a curve at which the kinds on its sides are read
-_RESOLVED = 0.3  # of a cell: places that differ without a curve between them are examined until they are as near as this
+_NEAR = 0.3  # of a cell: places that differ without a curve between them are examined until they are as near as this
 _BETWEEN = 1 / 3  # of the way between two places that differ: its middle is not decided
 
 
@@ -171,8 +170,6 @@ def divided_by_places(
     Each part has the kind of its nearest place; the middle third of the way between two that differ is ``NOT_DECIDED``.
     kinds: of the regions, as from ``kinds_by_region``. cell: width and height in which distances are measured.
     """
-    from scipy.spatial import cKDTree
-
     index, kinds = partition.index.copy(), list(kinds)
     inner = [p for p in places if not partition.is_near_edge(p[0], p[1])]
     for region in range(partition.count):
@@ -184,19 +181,26 @@ def divided_by_places(
             continue
         rows, columns = np.nonzero(partition.index == region)
         pixels = np.stack([partition.x[columns], partition.y[rows]], axis=1) / cell
-        scaled = [np.array(at) / cell for at in by_kind.values()]
-        distances, which = (np.array(rows) for rows in zip(*(cKDTree(at).query(pixels) for at in scaled), strict=True))
-        first, second = np.argsort(distances, axis=0)[:2]
-        apart = np.zeros(len(pixels))
-        for k, m in itertools.permutations(range(len(scaled)), 2):
-            between = (first == k) & (second == m)
-            apart[between] = np.linalg.norm(scaled[k][which[k, between]] - scaled[m][which[m, between]], axis=1)
-        difference = np.take_along_axis(distances, np.array([first, second]), axis=0)
-        parts = np.where(np.diff(difference, axis=0)[0] < _BETWEEN * apart, len(scaled), first)
-        index[rows, columns] = len(kinds) + parts
+        index[rows, columns] = len(kinds) + _nearest_kind(pixels, [np.array(at) / cell for at in by_kind.values()])
         kinds += [*by_kind, NOT_DECIDED]
-    used, index_of_used = np.unique(index, return_inverse=True)
-    return replace(partition, index=index_of_used.reshape(index.shape)), [kinds[k] for k in used]
+    numbers, new_index = np.unique(index, return_inverse=True)
+    return replace(partition, index=new_index.reshape(index.shape)), [kinds[k] for k in numbers]
+
+
+def _nearest_kind(pixels: np.ndarray, places_by_kind: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the number of the kind whose place is nearest to each pixel (N, 2); between kinds, their number.
+
+    places_by_kind: of each kind its places (M, 2).
+    """
+    from scipy.spatial import cKDTree
+
+    queries = [cKDTree(places).query(pixels) for places in places_by_kind]
+    distances = np.array([distance for distance, _ in queries])
+    nearest = np.array([places[i] for places, (_, i) in zip(places_by_kind, queries, strict=True)])
+    order, pixel = np.argsort(distances, axis=0)[:2], np.arange(len(pixels))
+    apart = np.linalg.norm(nearest[order[0], pixel] - nearest[order[1], pixel], axis=1)
+    difference = distances[order[1], pixel] - distances[order[0], pixel]
+    return np.where(difference < _BETWEEN * apart, len(places_by_kind), order[0])
 
 
 def widest_difference(
@@ -205,7 +209,7 @@ def widest_difference(
     """Return the middle between two neighbours that differ, the farthest apart of places (x, y, kind) of one region.
 
     Neighbours are nearest to each other among the differing ones, and no other region lies between them. cell: width and
-    height in which distances are measured. None where all of them are nearer than ``_RESOLVED``.
+    height in rows_of_places distances are measured. None where all of them are nearer than ``_NEAR``.
     """
     inner = [(*p, partition.region_at(p[0], p[1])) for p in places if not partition.is_near_edge(p[0], p[1])]
     if not inner:
@@ -219,7 +223,7 @@ def widest_difference(
     away[away > away[nearest]] = 0.0  # its nearest place has a nearer one
     for k in np.argsort(-away).tolist():
         x, y = ((at[k] + at[nearest[k]]) / 2).tolist()
-        if _RESOLVED < away[k] < np.inf and partition.region_at(x, y) == inner[k][3] and not partition.is_near_edge(x, y):
+        if _NEAR < away[k] < np.inf and partition.region_at(x, y) == inner[k][3] and not partition.is_near_edge(x, y):
             return x, y
     return None
 

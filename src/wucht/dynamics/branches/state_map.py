@@ -395,14 +395,14 @@ def _places_between(case: StateMapCase, findings: StateFindings, work: Work) -> 
     return findings
 
 
-def _examine(case: StateMapCase, findings: StateFindings, place: tuple[float, float], where: str, work: Work) -> Stage:
+def _examine(case: StateMapCase, findings: StateFindings, place: tuple[float, float], location: str, work: Work) -> Stage:
     """Examine a further place, with a row of its own."""
     x, y = place
     part = work.part(f"place {len(findings.extra)}", _ORBITS, 1.0)
     findings = yield from _follow_row(case, findings, y, np.array([x]), part, part)
     if case.motion is not None:
         near = min(findings.orbit_rows, key=lambda r: abs(r.second - y), default=None)
-        row = _orbit_row(case, part, y, near, _ORBITS, f"modulated motions {where}")
+        row = _orbit_row(case, part, y, near, _ORBITS, f"modulated motions {location}")
         findings = _with_runs(case, with_result(findings, "orbits", row), part, [x], y, _ORBITS)
     findings = with_result(findings, "extra", (x, y))
     yield findings

@@ -120,8 +120,8 @@ class StatePlan(MapPlan[StateFindings]):
             if self.case.settings.only
             else ""
         )
-        missed = f"; what exists in less than {100 * parts.undetected:.2g} % of it may be missed at the places examined"
-        return f"{everywhere}{listing} of the plane{missed}{only}{left_out}"
+        limit = f"; what exists in less than {100 * parts.detection_limit:.2g} % of it may be missed at the places examined"
+        return f"{everywhere}{listing} of the plane{limit}{only}{left_out}"
 
     def parts(self, findings: StateFindings) -> MapParts:
         """See ``MapPlan``."""

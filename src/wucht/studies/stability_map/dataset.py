@@ -11,14 +11,14 @@ import numpy as np
 from wucht.dynamics.branches.plane_regions import DOUBLE, NOT_DECIDED, PlanePoint
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import Parameter
-from wucht.studies.stability_map.map_parts import MODULATED_MOTION, F, MapParts, MapPlan, plane_shares, undetected_share
+from wucht.studies.stability_map.map_parts import MODULATED_MOTION, F, MapParts, MapPlan, detection_limit, plane_shares
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 _MOST_LOST = 4
-_MUCH_UNDETECTED, _CELLS = 0.1, 12  # share of the plane; cells a side that leave less
+_LARGE_LIMIT, _CELLS = 0.1, 12  # share of the plane; cells a side that leave less
 
 
 def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
@@ -99,7 +99,9 @@ def _summary(plan: MapPlan[Any], parts: MapParts) -> list[Quantity]:
         Quantity("places", len(parts.places), "number of separately computed places"),
         Quantity("against", len(parts.contradictions), "number of places that no boundary separates from different ones"),
         Quantity("runs", parts.runs, "number of runs"),
-        Quantity("undetected", parts.undetected, "share of the plane below which a motion may be missed, in 19 of 20 cases"),
+        Quantity(
+            "detection_limit", parts.detection_limit, "share of the plane below which a motion may be missed, in 19 of 20 cases"
+        ),
     ]
 
 
@@ -131,11 +133,11 @@ def _warnings(plan: MapPlan[F], findings: F, parts: MapParts) -> list[str]:
             f"no boundary separates {len(parts.contradictions)} of {len(parts.places)} places from others that differ, such as "
             f"{location}: {p.label}; what lies between them is {NOT_DECIDED}"
         )
-    if findings.complete and parts.searches and parts.undetected > _MUCH_UNDETECTED:
-        less = f"study.cells = {_CELLS} leaves {100 * undetected_share(_CELLS**2):.0f} %"
+    if findings.complete and parts.searches and parts.detection_limit > _LARGE_LIMIT:
+        less = f"study.cells = {_CELLS} leaves {100 * detection_limit(_CELLS**2):.0f} %"
         lines.append(
             f"the plane was searched at {parts.searches} places only: another motion may exist in up to "
-            f"{100 * parts.undetected:.0f} % of it; {less}"
+            f"{100 * parts.detection_limit:.0f} % of it; {less}"
         )
     if not findings.complete:
         lines.append(f"{len(parts.places)} places are examined; the map is not finished")

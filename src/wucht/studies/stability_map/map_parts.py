@@ -57,12 +57,12 @@ class MapParts:
     searches: int = 0
 
     @property
-    def undetected(self) -> float:
+    def detection_limit(self) -> float:
         """Share of the plane below which a motion may be missed at all places."""
-        return undetected_share(self.searches)
+        return detection_limit(self.searches)
 
 
-def undetected_share(places: int) -> float:
+def detection_limit(places: int) -> float:
     """Return the share of the plane below which a motion may exist without being detected at any place, in 19 of 20 cases.
 
     Of n places that lie at random to what is narrower than their distances, all miss a share s with probability (1 - s)^n.

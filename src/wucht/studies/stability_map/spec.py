@@ -22,8 +22,8 @@ class StabilityMap(Spec):
     """Map the steady states and modulated motions in the plane of two parameters, with their stability.
 
     Sought are all steady states, the modulated motions that begin where one of them is lost, and those that six runs from
-    different starts reach at each place. "Nothing else" says that of the places examined, and `undetected` in the summary the
-    share of the plane in which a motion may have been missed by all of them. Places that differ though no boundary separates
+    different starts reach at each place. "Nothing else" says that of the places examined, and `detection_limit` in the summary
+    below which share of the plane a motion may have been missed by all of them. Places that differ though no boundary separates
     them are examined more closely; what remains between them is `not-decided`. 002, sections 5.1 to 5.3, figure 5.9a.
     """
 
