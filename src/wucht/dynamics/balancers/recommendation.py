@@ -150,6 +150,7 @@ def recommend(
     trials: Mapping[str, BalancerTrials],
     checked: Mapping[Design, SettlingRuns],
     entrants: Sequence[Design],
+    shown: Sequence[Design],
     present: Design,
     beside: Design | None,
     samples: int,
@@ -164,7 +165,9 @@ def recommend(
     checked : mapping of Design to SettlingRuns
         Candidates that are checked, the machine as it is among them, and their runs.
     entrants : sequence of Design
-        Further candidates: the best of the search and of the damping curve.
+        Further candidates: the best of the search.
+    shown : sequence of Design
+        The best of the damping curve, which are candidates, too, and the first of which is checked in any case.
     present : Design
         The machine as it is.
     beside : Design, optional
@@ -180,9 +183,9 @@ def recommend(
     race = _Evaluation(trials, _RACE_SAMPLES * samples, _RACE_STREAM, work.part("race ", 0.0, 0.4))
     check = _Evaluation(trials, CHECK_SAMPLES * samples, CHECK_STREAM, work.part("check ", 0.4, 0.8), dict(checked))
     ranking = Comparison.of(list(checked), check).ranking
-    first = Comparison.of([*ranking[:_RIVALS], *entrants, present], race)
+    first = Comparison.of([*ranking[:_RIVALS], *entrants, *shown, present], race)
     polished = first.climb(neighbours, _STEPS, race)
-    finalists = [*checked, polished.best, *first.ranking[:_RIVALS]]
+    finalists = [*checked, polished.best, *first.ranking[:_RIVALS], *shown[:1]]
     final = Comparison.of(finalists, check).climb(neighbours, _STEPS[-1:], check)
     chosen = final.choice(present)
     scan = _Evaluation(trials, samples, CHECK_STREAM, work.part("line ", 0.8, 1.0))

@@ -171,10 +171,17 @@ class Cliff:
         return (self.value - self.best) / abs(self.best) if self.best else float("inf")
 
     @property
+    def remoteness(self) -> float:
+        """Distance by which cliffs are compared: half the value is as far as twice the value."""
+        if self.best * self.value > 0:
+            return abs(float(np.log(self.value / self.best)))
+        return abs(self.distance)
+
+    @property
     def text(self) -> str:
         """Distance in words: ``0.6 % below``."""
         side = "below" if self.value < self.best else "above"
-        return f"{100 * abs(self.distance):.2g} % {side}" if self.best else f"at {self.value:.4g}"
+        return f"{100 * abs(self.distance):.2g} % {side}"
 
 
 @dataclass(frozen=True)
@@ -189,7 +196,7 @@ class Line:
 def nearest_cliff(
     scores: Scores, best: int, values: dict[str, float], lines: Sequence[Line], ratio: float | None = LOST
 ) -> Cliff | None:
-    """Return the nearest cliff, by its distance relative to the best value; None where there is none on these lines.
+    """Return the nearest cliff, by the ratio of its value to the best one; None where there is none on these lines.
 
     Parameters
     ----------
@@ -211,4 +218,4 @@ def nearest_cliff(
                 cliffs.append(Cliff(line.parameter, values[line.parameter], inside, value, cost, failing))
                 break
             inside = value
-    return min(cliffs, key=lambda c: abs(c.distance), default=None)
+    return min(cliffs, key=lambda c: c.remoteness, default=None)

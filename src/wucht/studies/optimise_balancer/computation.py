@@ -155,7 +155,7 @@ def _have_same_values(machine: Machine, variable: Variable) -> bool:
     return bool(np.ptp(values) <= _SAME * np.abs(values).max())
 
 
-def _curve_designs(plan: Plan, curve: DampingCurve | None, present: Design) -> tuple[list[Design], Design | None]:
+def curve_designs(plan: Plan, curve: DampingCurve | None, present: Design) -> tuple[list[Design], Design | None]:
     """Return the dampings that settle fastest, the machine otherwise as it is, as candidates of the search; where damping is
     not varied, the fastest one alone, that is not."""
     if curve is None or not np.isfinite(curve.optimum):
@@ -191,11 +191,11 @@ def _luckiest(plan: Plan, findings: Findings) -> list[Design]:
 def _recommend(plan: Plan, findings: Findings, work: Work) -> Findings:
     """Choose the recommended candidate, and add it to the points of the front if it is none of them."""
     present, part = present_design(plan), work.part("", 0.0, 0.9)
-    dampings, beside = _curve_designs(plan, findings.curve, present)
+    dampings, beside = curve_designs(plan, findings.curve, present)
     checks = {present: findings.baseline.check} | {_design(p): p.check for p in findings.front if p.check is not None}
     checked = {design: check.runs for design, check in checks.items() if check.runs is not None}
-    entrants = [*_luckiest(plan, findings), *dampings]
-    recommendation = recommend(plan.groups, checked, entrants, present, beside, plan.spec.samples, part)
+    entrants = _luckiest(plan, findings)
+    recommendation = recommend(plan.groups, checked, entrants, dampings, present, beside, plan.spec.samples, part)
     findings = replace(findings, recommendation=recommendation)
     if recommendation.is_kept or recommended_point(findings) is not None:
         return findings
@@ -223,7 +223,7 @@ def _evaluate_baseline(plan: Plan, work: Work) -> Baseline:
     # Bodies that are not equal stay as they are: nothing is varied.
     as_it_is, no_values, activity = replace(plan.as_it_is, variables=()), np.zeros(0), "the machine as it is"
     if plan.one_by_one:
-        activity = f"{plan.runs} run-ups at most, integrated one by one, which takes long"
+        activity = f"{plan.runs} run-ups at most before the recommendation, integrated one by one, which takes long"
     evaluation = evaluate_candidates(as_it_is, plan.spec.model, no_values[None], work.part("", 0.0, 0.5), activity)
     ((_, check),) = work.part("", 0.5, 1.0).units({"full": partial(verify_candidate, as_it_is, no_values)}, activity)
     return Baseline(evaluation, check)

@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
-from wucht.dynamics.balancers.recommendation import BalancerMerit
+from wucht.dynamics.balancers.recommendation import CHECK_SAMPLES, BalancerMerit
 from wucht.dynamics.sampling.searches import balancer_names, is_pareto_optimal
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.results.formatting import percent
@@ -137,7 +137,7 @@ def _question_quantities(plan: Plan) -> list[Quantity]:
         Quantity("numbers_of_bodies", list(plan.trials), "numbers of bodies in the search"),
         Quantity("unbalance", unbalance, "least and greatest unbalance of the rotor", "kg m"),
         Quantity("samples", plan.spec.samples, "number of runs of a candidate"),
-        Quantity("runs", plan.runs, "number of runs in all"),
+        Quantity("runs", plan.runs, "number of runs before the recommendation, at most"),
         Quantity("integration", plan.way, "way of integration"),
     ]
 
@@ -299,11 +299,11 @@ def _deviation_warnings(plan: Plan, findings: Findings, check_objectives: np.nda
 
 
 def _tolerances(plan: Plan, search: CandidateResults, check: CandidateResults) -> np.ndarray:
-    """Return the difference of the objectives (4,) of a candidate that chance explains between two draws of phases."""
+    """Return the difference of the objectives (4,) of a candidate that chance explains between search and check."""
     count, share = plan.spec.samples, (search.objectives[0, CAPTURE] + check.objectives[0, CAPTURE]) / 2
     tolerances = np.empty(len(OBJECTIVES))
     tolerances[SETTLING] = _FAR * search.objectives[0, SETTLING] + _CHANCE * np.hypot(search.error[0], check.error[0])
     tolerances[RESIDUAL] = _RESIDUAL * max(_unbalance(plan))
     tolerances[PEAK] = _PEAK * search.objectives[0, PEAK]
-    tolerances[CAPTURE] = 1 / count + _CHANCE * np.sqrt(2 * share * (1 - share) / count)
+    tolerances[CAPTURE] = 1 / count + _CHANCE * np.sqrt((1 + 1 / CHECK_SAMPLES) * share * (1 - share) / count)
     return tolerances

@@ -11,16 +11,14 @@ from wucht.dynamics.sampling.choice import Cliff
 from wucht.dynamics.sampling.searches import balancer_names, values_at
 from wucht.results.formatting import bodies_in_words, percent
 from wucht.results.quantities import Quantity
-from wucht.studies.optimise_balancer.computation import Findings, present_design, recommended_point
+from wucht.studies.optimise_balancer.computation import Findings, curve_designs, present_design, recommended_point
 from wucht.studies.optimise_balancer.plan import AS_IT_IS, CURVE, Plan
-
-_NEIGHBOUR, _OTHER = "neighbour", "other candidate"
 
 
 def recommendation_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the recommended candidate, and the comparison from which it follows."""
     time, recommendation = plan.machine.units.time, findings.recommendation
-    rows = [] if recommendation is None else _comparison_rows(plan, recommendation)
+    rows = [] if recommendation is None else _comparison_rows(plan, findings, recommendation)
     row_parts = {
         "what": ("what it is", ""), "bodies": ("number of bodies", ""), "parameters": ("parameters", ""),
         "settling_time": ("median settling time", time), "error": ("standard error of the settling time", time),
@@ -74,19 +72,16 @@ def _cliff_row(cliff: Cliff) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _comparison_rows(plan: Plan, recommendation: Recommendation) -> list[dict[str, Any]]:
+def _comparison_rows(plan: Plan, findings: Findings, recommendation: Recommendation) -> list[dict[str, Any]]:
     """Return all that was compared in the end, the best first."""
     final = recommendation.final if recommendation.beside is None else recommendation.beside
     rows, present = list[dict[str, Any]](), present_design(plan)
+    kinds = dict.fromkeys(recommendation.neighbours, "neighbour")
+    kinds |= dict.fromkeys(curve_designs(plan, findings.curve, present)[0][:1], "damping curve")
+    kinds |= {recommendation.chosen: "recommended", present: AS_IT_IS}
     for k in final.scores.order.tolist():
         design = final.candidates[k]
-        is_neighbour = design in recommendation.neighbours
-        what = (
-            AS_IT_IS if design == present else
-            "damping alone" if design.group == CURVE else
-            "recommended" if design == recommendation.chosen else
-            _NEIGHBOUR if is_neighbour else _OTHER
-        )  # fmt: skip
+        what = "damping alone" if design.group == CURVE else kinds.get(design, "other candidate")
         difference, error = final.scores.difference(k, recommendation.score)
         time, own_error = float(final.scores.medians[k]), final.scores.standard_error(k)
         numbers = _numbers(plan, design)
@@ -140,7 +135,7 @@ def recommendation_sentence(plan: Plan, findings: Findings, recommendation: dict
         complete = findings.recommendation is not None
         return f"nothing that was compared balances in more than half of its runs; {front}" if complete else front
     words = recommendation_in_words(recommendation, plan.machine.units.time)
-    clauses = [words, cliff_in_words(recommendation["cliff"], plan.machine.units.time), front]
+    clauses = [words, cliff_in_words(recommendation, plan.machine.units.time), front]
     sentence = "; ".join(clause for clause in clauses if clause)
     return f"nothing is better than the machine as it is, keep it: {sentence}" if recommendation["point"] is None else sentence
 
@@ -154,14 +149,14 @@ def recommendation_in_words(recommendation: dict[str, Any], time_unit: str) -> s
     return f"{bodies_in_words(recommendation['bodies'])}: median settling time {at_least}{time}, {share} fail"
 
 
-def cliff_in_words(cliff: dict[str, Any] | None, time_unit: str) -> str:
-    """Return the nearest cliff: ``at 40 % less mass 50 % fail``; empty where there is none."""
-    if cliff is None:
+def cliff_in_words(recommendation: dict[str, Any], time_unit: str) -> str:
+    """Return the nearest cliff: ``with 40 % less mass 50 % fail``; empty where there is none."""
+    if (cliff := recommendation["cliff"]) is None:
         return ""
-    side = "less" if cliff["distance"] < 0 else "more"
-    time = cliff["settling_time"]
-    settling = "" if time is None else f", median settling time {time:.3g} {time_unit}".rstrip()
-    return f"with {100 * abs(cliff['distance']):.2g} % {side} {cliff['parameter']} {percent(cliff['fails'])} fail{settling}"
+    change = f"{100 * abs(cliff['distance']):.2g} % {'less' if cliff['distance'] < 0 else 'more'} {cliff['parameter']}"
+    if cliff["fails"] > recommendation["fails"] or cliff["settling_time"] is None:
+        return f"with {change} {percent(cliff['fails'])} fail"
+    return f"with {change} the settling time is {cliff['settling_time']:.3g} {time_unit}".rstrip()
 
 
 def recommendation_warnings(plan: Plan, findings: Findings) -> list[str]:

@@ -49,6 +49,7 @@ def _recommendation_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
         return []
     keep = "to keep the machine as it is, " if recommendation["point"] is None else ""
     lines = [("recommended", f"{keep}{_design(recommendation, s)}: of its runs {_failing_runs(recommendation)}")]
+    lines += _comparison_lines(recommendation, s.get("compared", []), unit)
     lines += _lines_to_paste(recommendation, s["as_it_is"]["bodies"])
     if recommendation["motor_sets_time"]:
         time, settling_time = (f"{recommendation[key]:.3g} {unit}".rstrip() for key in ("motor_time", "settling_time"))
@@ -56,6 +57,24 @@ def _recommendation_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
             ("motor", f"sets the settling time of {settling_time}, not the balancer: without vibration it needs {time}")
         )
     return lines
+
+
+def _comparison_lines(recommendation: dict[str, Any], compared: list[dict[str, Any]], unit: str) -> list[tuple[str, str]]:
+    """Return the line on what the recommended one was compared with, from the same starts."""
+    if not compared:
+        return []
+
+    def times(rows: list[dict[str, Any]]) -> str:
+        known = [r["settling_time"] for r in rows if r["settling_time"] is not None]
+        ends = dict.fromkeys(f"{t:.3g}" for t in (min(known), max(known))) if known else {"none": None}
+        return f"{' to '.join(ends)} {unit}".rstrip() if known else "none"
+
+    own = f"{recommendation['settling_time']:.3g} ± {recommendation['error']:.2g} {unit}".rstrip()
+    text = f"settling time {own} in {recommendation['runs']} runs of its own; from the same starts "
+    groups = {"as it is": "the machine as it is", "damping curve": "the best of the damping curve"}
+    groups |= {"damping alone": "that damping, which is not varied,", "neighbour": "neighbours", "other candidate": "others"}
+    rows = {words: [r for r in compared if r["what"] == what] for what, words in groups.items()}
+    return [("compared", text + ", ".join(f"{words} {times(mine)}" for words, mine in rows.items() if mine))]
 
 
 def _lines_to_paste(recommendation: dict[str, Any], count: int) -> list[tuple[str, str]]:
