@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from tests.hand_made import answered, variable, warnings_of
 from tests.refusals import refused
 
-from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, BalancerTrials, CandidateResults
+from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.files.building import machine_from
