@@ -64,7 +64,7 @@ def ask_with(engine: Chances, monkeypatch: pytest.MonkeyPatch, machine: Any = SL
     return ask(OptimiseBalancer(**QUESTION | changes), machine)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 11))])
 def test_nothing_that_is_shown_with_it_is_better(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the check it is the best of all; without chance it is as good as the best of them, to the error that is stated."""
     result = ask_with(Chances(), monkeypatch, seed=seed)
