@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.choice import Comparison, Line, Scores, nearest_cliff
+from wucht.dynamics.sampling.choice import Contest, Line, Scores, nearest_cliff
 
 Place = tuple[float, ...]
 
@@ -157,15 +157,15 @@ def neighbours(place: Place, step: float) -> list[Place]:
     return [(*place[:k], round(float(x), 6), *place[k + 1 :]) for k, x in moved]
 
 
-def searched(problem: Problem, seed: int) -> tuple[Comparison[Place], Place]:
+def searched(problem: Problem, seed: int) -> tuple[Contest[Place], Place]:
     """The luckiest of 96 candidates in 16 samples, the comparison by other samples, and the choice."""
     tried = [tuple(p) for p in np.random.default_rng([seed, 9]).uniform(size=(96, len(problem.own))).round(4).tolist()]
     lucky = [tried[k] for k in problem.scores(tried, 0, 16, seed).order[:3]]
-    race = Comparison.of([*lucky, problem.own], lambda p: problem.scores(p, 1, 32, seed))
+    race = Contest.of([*lucky, problem.own], lambda p: problem.scores(p, 1, 32, seed))
     polished = race.climb(neighbours, (2 * STEP, STEP), lambda p: problem.scores(p, 1, 32, seed))
     finalists = [polished.best, *race.ranking[:2], problem.own]
     check = lambda p: problem.scores(p, 2, 64, seed)  # noqa: E731
-    final = Comparison.of(finalists, check).climb(neighbours, (STEP,), check)
+    final = Contest.of(finalists, check).climb(neighbours, (STEP,), check)
     return final, final.choice(problem.own)
 
 

@@ -19,8 +19,8 @@ from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
+from wucht.studies.optimise_balancer import balancer_plan as plan_module
 from wucht.studies.optimise_balancer import computation, figure
-from wucht.studies.optimise_balancer import plan as plan_module
 from wucht.studies.optimise_balancer.computation import Baseline, Findings, FrontPoint, FullCheck, Plan, prepare
 from wucht.studies.optimise_balancer.dataset import _tolerances, dataset
 from wucht.studies.optimise_balancer.spec import OBJECTIVES, OptimiseBalancer

@@ -13,7 +13,7 @@ import pytest
 from wucht.dynamics.balancers.candidates import evaluate_runs
 from wucht.dynamics.sampling.choice import Scores
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.studies.optimise_balancer.plan import prepare
+from wucht.studies.optimise_balancer.balancer_plan import prepare
 from wucht.studies.runner import load
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study

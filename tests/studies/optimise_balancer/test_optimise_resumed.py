@@ -14,7 +14,7 @@ from known_fronts import MACHINE, RANGE, Parabolas
 from interrupting import assert_same, stop_at, stopped_often
 from wucht.dynamics.balancers import candidates
 from wucht.studies import runner
-from wucht.studies.optimise_balancer import computation, plan
+from wucht.studies.optimise_balancer import balancer_plan, computation
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
@@ -85,7 +85,7 @@ def test_workers_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_that_it_takes_long_is_said_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where all are run up one by one, as balls of a track are, how many run-ups there will be is the first that is told."""
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
-    monkeypatch.setattr(plan, "batching_obstacle", lambda _question: "bodies are released on the way")
+    monkeypatch.setattr(balancer_plan, "batching_obstacle", lambda _question: "bodies are released on the way")
     told: list[str] = []
 
     def stop(_share: float, what: str) -> None:

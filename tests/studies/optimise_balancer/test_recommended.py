@@ -88,7 +88,7 @@ def test_what_one_has_is_kept_where_nothing_is_better_beyond_chance(monkeypatch:
     result = ask_with(Chances(), monkeypatch, MACHINE.with_values({"p1.damping": damping, "p2.damping": damping}))
     s = result.wucht.summary
     assert s["recommended"]["point"] is None and s["recommended"]["parameters"]["damping"] == damping
-    assert s["sentence"].startswith("nothing is better than the machine as it is, keep it: 2 bodies: median settling time ")
+    assert s["sentence"].startswith("nothing is better beyond chance than the machine as it is, keep it: 2 bodies: median ")
     assert s["recommended"]["changes"] == {} and any("to keep the machine as it is" in line for line in report(result))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from wucht.analysis.time_constants import run_up_time
 from wucht.dynamics.balancers.candidates import BalancerTrials, SettlingRuns, candidates_a_unit, evaluate_runs
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.choice import Cliff, Comparison, Line, Scores, nearest_cliff
+from wucht.dynamics.sampling.choice import Cliff, Contest, Line, Scores, nearest_cliff
 from wucht.dynamics.sampling.ensembles import Report
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, Outcome
 from wucht.dynamics.work import Work
@@ -22,8 +22,8 @@ from wucht.machines.machine import Machine
 BALANCED_SHARE = 0.5  # of the runs: a candidate balances if more of them end compensated, as then the median run does
 MOTOR_SHARE = 0.8  # of the median settling time: a motor that needs at least as long without vibration sets it
 _COMPENSATED_INDEX, _OPEN_INDICES = OUTCOMES.index(Outcome.COMPENSATED), [OUTCOMES.index(o) for o in OPEN_OUTCOMES]
-CHECK_STREAM, _RACE_STREAM = 1, 2  # of the random phases; the search has 0
-CHECK_SAMPLES, _RACE_SAMPLES = 4, 2  # times the samples of the search
+CHECK_STREAM, _RACE_STREAM, _DUEL_STREAM = 1, 2, 3  # of the random phases; the search has 0
+CHECK_SAMPLES, _RACE_SAMPLES, _DUEL_SAMPLES = 4, 2, 16  # times the samples of the search
 _STEPS = (1 / 8, 1 / 16)  # of the ranges, of the search among neighbours; the last one is that of the neighbours in the result
 _LINE = (1 / 8, 1 / 4, 1 / 2)  # of the ranges, at which cliffs are sought
 _DIGITS = 4  # of a value, as in the lines to paste; a step up and a step down lead back
@@ -38,7 +38,7 @@ class Design:
     numbers: tuple[float, ...]
 
     @classmethod
-    def rounded(cls, group: str, numbers: Sequence[float]) -> Design:
+    def of(cls, group: str, numbers: Sequence[float]) -> Design:
         """Return a candidate whose values have four digits."""
         return cls(group, tuple(float(f"{x:.{_DIGITS}g}") for x in numbers))
 
@@ -73,16 +73,18 @@ class Recommendation:
     chosen: it. is_kept: True if it is the machine as it is. final: the comparison. outcomes (o,): shares of its runs.
     neighbours: those of the best one. cliff: the nearest one. line: the values at which one was sought, with fewer runs.
     beside: the comparison with the best damping of the machine as it is, the last one, where damping is not varied.
+    duel: of the best one and the machine as it is, with more runs, where the comparison leaves it open which is better.
     """
 
     chosen: Design
     is_kept: bool
-    final: Comparison[Design]
+    final: Contest[Design]
     outcomes: np.ndarray
     neighbours: tuple[Design, ...]
     cliff: Cliff | None
-    line: Comparison[Design]
-    beside: Comparison[Design] | None = None
+    line: Contest[Design]
+    beside: Contest[Design] | None = None
+    duel: Contest[Design] | None = None
 
     @property
     def score(self) -> int:
@@ -148,9 +150,9 @@ def _numbers(designs: Sequence[Design]) -> np.ndarray:
 
 def recommend(
     trials: Mapping[str, BalancerTrials],
-    checked: Mapping[Design, SettlingRuns],
+    runs_of_check: Mapping[Design, SettlingRuns],
     entrants: Sequence[Design],
-    shown: Sequence[Design],
+    curve_optima: Sequence[Design],
     present: Design,
     beside: Design | None,
     samples: int,
@@ -162,11 +164,11 @@ def recommend(
     ----------
     trials : mapping of BalancerTrials
         By the groups of the candidates.
-    checked : mapping of Design to SettlingRuns
+    runs_of_check : mapping of Design to SettlingRuns
         Candidates that are checked, the machine as it is among them, and their runs.
     entrants : sequence of Design
         Further candidates: the best of the search.
-    shown : sequence of Design
+    curve_optima : sequence of Design
         The best of the damping curve, which are candidates, too, and the first of which is checked in any case.
     present : Design
         The machine as it is.
@@ -181,21 +183,25 @@ def recommend(
         return [d for _, designs in _lines(trials[design.group], design, (step,)) for d in designs]
 
     race = _Evaluation(trials, _RACE_SAMPLES * samples, _RACE_STREAM, work.part("race ", 0.0, 0.4))
-    check = _Evaluation(trials, CHECK_SAMPLES * samples, CHECK_STREAM, work.part("check ", 0.4, 0.8), dict(checked))
-    ranking = Comparison.of(list(checked), check).ranking
-    first = Comparison.of([*ranking[:_RIVALS], *entrants, *shown, present], race)
-    polished = first.climb(neighbours, _STEPS, race)
-    finalists = [*checked, polished.best, *first.ranking[:_RIVALS], *shown[:1]]
-    final = Comparison.of(finalists, check).climb(neighbours, _STEPS[-1:], check)
-    chosen = final.choice(present)
-    scan = _Evaluation(trials, samples, CHECK_STREAM, work.part("line ", 0.8, 1.0))
+    check = _Evaluation(trials, CHECK_SAMPLES * samples, CHECK_STREAM, work.part("check ", 0.4, 0.8), dict(runs_of_check))
+    ranking = Contest.of(list(runs_of_check), check).ranking
+    first = Contest.of([*ranking[:_RIVALS], *entrants, *curve_optima, present], race)
+    summit = first.climb(neighbours, _STEPS, race)
+    finalists = [*runs_of_check, summit.best, *first.ranking[:_RIVALS], *curve_optima[:1]]
+    final = Contest.of(finalists, check).climb(neighbours, _STEPS[-1:], check)
+    chosen, duel = final.choice(present), None
+    if chosen != final.best:
+        more = _Evaluation(trials, _DUEL_SAMPLES * samples, _DUEL_STREAM, work.part("duel ", 0.8, 0.9))
+        duel = Contest.of([final.best, present], more)
+        chosen = duel.choice(present)
+    scan = _Evaluation(trials, samples, CHECK_STREAM, work.part("line ", 0.9, 1.0))
     sides = _lines(trials[chosen.group], chosen, _LINE)
-    line = Comparison.of([chosen, *(d for _, designs in sides for d in designs)], scan)
+    line = Contest.of([chosen, *(d for _, designs in sides for d in designs)], scan)
     against = None if beside is None else final.with_candidates([beside], check)
     work.report(1.0)
     return Recommendation(
         chosen, chosen == present, final, check.outcomes(chosen), tuple(neighbours(final.best, _STEPS[-1])),
-        _cliff(trials[chosen.group], chosen, sides, line), line, against,
+        _cliff(trials[chosen.group], chosen, sides, line), line, against, duel,
     )  # fmt: skip
 
 
@@ -214,7 +220,7 @@ def _lines(trials: BalancerTrials, design: Design, steps: Sequence[float]) -> li
 
 
 def _cliff(
-    trials: BalancerTrials, chosen: Design, sides: Sequence[tuple[int, list[Design]]], line: Comparison[Design]
+    trials: BalancerTrials, chosen: Design, sides: Sequence[tuple[int, list[Design]]], line: Contest[Design]
 ) -> Cliff | None:
     names = [v.name for v in trials.variables]
     place = line.candidates.index

@@ -21,8 +21,8 @@ C = TypeVar("C", bound=Hashable)
 _RESAMPLES = 400  # of the bootstrap
 _CHANCE = 2.0  # standard errors: a larger difference is not due to chance, in 19 of 20 cases
 _MOST_MOVES = 16  # of a compass search, with each of its steps
-LOST = 2.0  # times the cost of the best one: half as good
-_LOST_RUNS = 0.1  # more of the samples fail
+LOSS_RATIO = 2.0  # times the cost of the best one: half as good
+_LOSS_SHARE = 0.1  # more of the samples fail
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,32 +54,32 @@ class Scores:
         """Return the standard error of the cost of a candidate, inf where it is not known."""
         return self._deviation(np.median(self.costs[k][self._resamples], axis=1))
 
-    def difference(self, k: int, other: int) -> tuple[float, float]:
+    def difference(self, k: int, rival: int) -> tuple[float, float]:
         """Return how much more a candidate costs than another one, and the standard error of that; paired by samples."""
-        if not np.isfinite(self.medians[[k, other]]).all():
+        if not np.isfinite(self.medians[[k, rival]]).all():
             return float("nan"), float("inf")
-        resampled = np.median(self.costs[[k, other]][:, self._resamples], axis=2)
+        resample_medians = np.median(self.costs[[k, rival]][:, self._resamples], axis=2)
         with np.errstate(invalid="ignore"):
-            return float(self.medians[k] - self.medians[other]), self._deviation(resampled[0] - resampled[1])
+            return float(self.medians[k] - self.medians[rival]), self._deviation(resample_medians[0] - resample_medians[1])
 
-    def is_better(self, k: int, other: int) -> bool:
+    def is_better(self, k: int, rival: int) -> bool:
         """True if a candidate is better than another one beyond chance: it fails less often or, if it does not fail more
         often, it costs less."""
-        failing = self.failing[k].astype(float) - self.failing[other]
+        failing = self.failing[k].astype(float) - self.failing[rival]
         more, error = float(failing.mean()), self._deviation(failing[self._resamples].mean(axis=1))
         if abs(more) > _CHANCE * error:
             return more < 0
         if not np.isfinite(self.medians[k]):
             return False
-        difference, error = self.difference(k, other)
-        return np.isinf(self.medians[other]) or difference < -_CHANCE * error
+        difference, error = self.difference(k, rival)
+        return np.isinf(self.medians[rival]) or difference < -_CHANCE * error
 
-    def is_lost(self, k: int, best: int, ratio: float | None = LOST) -> bool:
+    def is_lost(self, k: int, best: int, ratio: float | None = LOSS_RATIO) -> bool:
         """True if a candidate has lost what the best one has: a tenth more of its samples fail, or it costs a multiple.
 
         ratio: that multiple, None where costs do not count.
         """
-        if self.failing_shares[k] > self.failing_shares[best] + _LOST_RUNS:
+        if self.failing_shares[k] > self.failing_shares[best] + _LOSS_SHARE:
             return True
         return ratio is not None and bool(self.medians[best] > 0 and not self.medians[k] <= ratio * self.medians[best])
 
@@ -97,26 +97,26 @@ Evaluate = Callable[[Sequence[C]], Scores]  # scores of candidates, on the same 
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison(Generic[C]):
+class Contest(Generic[C]):
     """Candidates, and their scores on the same samples."""
 
     candidates: tuple[C, ...]
     scores: Scores
 
     @classmethod
-    def of(cls, candidates: Sequence[C], evaluate: Evaluate[C]) -> Comparison[C]:
+    def of(cls, candidates: Sequence[C], evaluate: Evaluate[C]) -> Contest[C]:
         """Compare candidates; equal ones count once."""
         different = tuple(dict.fromkeys(candidates))
         return cls(different, evaluate(different))
 
-    def with_candidates(self, candidates: Sequence[C], evaluate: Evaluate[C]) -> Comparison[C]:
+    def with_candidates(self, candidates: Sequence[C], evaluate: Evaluate[C]) -> Contest[C]:
         """Compare with further candidates; those that are known are not evaluated again."""
         new = tuple(c for c in dict.fromkeys(candidates) if c not in self.candidates)
         if not new:
             return self
         ours, theirs = self.scores, evaluate(new)
         scores = Scores(np.concatenate([ours.costs, theirs.costs]), np.concatenate([ours.failing, theirs.failing]))
-        return Comparison((*self.candidates, *new), scores)
+        return Contest((*self.candidates, *new), scores)
 
     @property
     def ranking(self) -> list[C]:
@@ -136,9 +136,7 @@ class Comparison(Generic[C]):
         places = self.candidates.index(best), self.candidates.index(present)
         return best if self.scores.is_better(*places) else present
 
-    def climb(
-        self, neighbours: Callable[[C, float], Sequence[C]], steps: Sequence[float], evaluate: Evaluate[C]
-    ) -> Comparison[C]:
+    def climb(self, neighbours: Callable[[C, float], Sequence[C]], steps: Sequence[float], evaluate: Evaluate[C]) -> Contest[C]:
         """Compare the best one with its neighbours, and these with theirs, until none is better; with one step after another.
 
         neighbours: of a candidate, a step away from it.
@@ -194,7 +192,7 @@ class Line:
 
 
 def nearest_cliff(
-    scores: Scores, best: int, values: dict[str, float], lines: Sequence[Line], ratio: float | None = LOST
+    scores: Scores, best: int, values: dict[str, float], lines: Sequence[Line], ratio: float | None = LOSS_RATIO
 ) -> Cliff | None:
     """Return the nearest cliff, by the ratio of its value to the best one; None where there is none on these lines.
 

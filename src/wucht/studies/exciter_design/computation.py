@@ -34,8 +34,8 @@ from wucht.files.tables import read_table
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
 from wucht.schema import Unit, read_quantity, require_table
-from wucht.studies.exciter_design.comparison import compare_designs, end_of_beating
-from wucht.studies.exciter_design.plan import Plan
+from wucht.studies.exciter_design.design_plan import Plan
+from wucht.studies.exciter_design.neighbour_check import compare_designs, end_of_beating
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
 from wucht.studies.spec import Value
 from wucht.studies.subjects import MACHINE, Description

@@ -17,9 +17,9 @@ from wucht.dynamics.exciters.slow_beats import MOTIONS
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitudes_at
 from wucht.results.quantities import Quantity, result_dataset
-from wucht.studies.exciter_design.comparison import step_of
 from wucht.studies.exciter_design.computation import Findings
-from wucht.studies.exciter_design.plan import Plan
+from wucht.studies.exciter_design.design_plan import Plan
+from wucht.studies.exciter_design.neighbour_check import step_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -86,9 +86,9 @@ def _comparison_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     texts = list[str]()
     for what, name in words.items():
         rows = [r for r in s.get("compared", []) if r["what"] == what]
-        known = [100 * r["distance"] for r in rows if r["distance"] is not None]
+        percents = [100 * r["distance"] for r in rows if r["distance"] is not None]
         if rows:
-            ends = " to ".join(dict.fromkeys(f"{x:.2f}" for x in (min(known), max(known)))) if known else ""
-            texts.append(f"{name} {ends} %" if known else f"{name} none that beats")
-    own = f"over the same beats, not counted before: design {100 * s['distance']:.2f} %"
-    return [("compared", ", ".join([own, *texts]))] if texts else []
+            ends = " to ".join(dict.fromkeys(f"{x:.2f}" for x in (min(percents), max(percents)))) if percents else ""
+            texts.append(f"{name} {ends} %" if percents else f"{name} none that beats")
+    first = f"over the same beats, not counted before: design {100 * s['distance']:.2f} %"
+    return [("compared", ", ".join([first, *texts]))] if texts else []

@@ -234,8 +234,8 @@ def _largest_clause(plan: Plan, s: dict[str, Any]) -> str:
     if (largest := s["largest"]) is None:
         return ""
     at = ", ".join(f"{v.parameter.path} = {largest[v.parameter.path]:.4g}" for v in _parameter_axes(plan))
-    own = "" if s["signal"] is None else f" ({s['signal']:.3g} as it is)"
-    clause = f"; the signal is largest, {largest['signal']:.3g}{own}, at {at}"
+    present = "" if s["signal"] is None else f" ({s['signal']:.3g} as it is)"
+    clause = f"; the signal is largest, {largest['signal']:.3g}{present}, at {at}"
     if (cliff := largest["cliff"]) is None:
         return clause
     side = "below" if cliff["distance"] < 0 else "above"

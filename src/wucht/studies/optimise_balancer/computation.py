@@ -41,7 +41,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.results.formatting import bodies_in_words
-from wucht.studies.optimise_balancer.plan import AS_IT_IS, CURVE, Plan, prepare
+from wucht.studies.optimise_balancer.balancer_plan import AS_IT_IS, CURVE, Plan, prepare
 
 __all__ = ["Baseline", "Findings", "FrontPoint", "FullCheck", "Plan", "prepare", "run"]
 
@@ -169,7 +169,7 @@ def curve_designs(plan: Plan, curve: DampingCurve | None, present: Design) -> tu
     if present.group == AS_IT_IS:
         return [], None
     numbers = [(*plan.numbers[:column].tolist(), b, *plan.numbers[column + 1 :].tolist()) for b in best]
-    return [Design.rounded(present.group, n) for n in numbers], None
+    return [Design.of(present.group, n) for n in numbers], None
 
 
 def _luckiest(plan: Plan, findings: Findings) -> list[Design]:
@@ -185,7 +185,7 @@ def _luckiest(plan: Plan, findings: Findings) -> list[Design]:
         time = float(result.objectives[0, SETTLING])
         return BalancerMerit.of(count, time, result.outcomes[0]).most_failing, time if np.isfinite(time) else np.inf, count
 
-    return [Design.rounded(str(count), result.numbers[0].tolist()) for count, result in sorted(results, key=order)[:_ENTRANTS]]
+    return [Design.of(str(count), result.numbers[0].tolist()) for count, result in sorted(results, key=order)[:_ENTRANTS]]
 
 
 def _recommend(plan: Plan, findings: Findings, work: Work) -> Findings:
@@ -193,9 +193,9 @@ def _recommend(plan: Plan, findings: Findings, work: Work) -> Findings:
     present, part = present_design(plan), work.part("", 0.0, 0.9)
     dampings, beside = curve_designs(plan, findings.curve, present)
     checks = {present: findings.baseline.check} | {_design(p): p.check for p in findings.front if p.check is not None}
-    checked = {design: check.runs for design, check in checks.items() if check.runs is not None}
+    runs_of_check = {design: check.runs for design, check in checks.items() if check.runs is not None}
     entrants = _luckiest(plan, findings)
-    recommendation = recommend(plan.groups, checked, entrants, dampings, present, beside, plan.spec.samples, part)
+    recommendation = recommend(plan.groups, runs_of_check, entrants, dampings, present, beside, plan.spec.samples, part)
     findings = replace(findings, recommendation=recommendation)
     if recommendation.is_kept or recommended_point(findings) is not None:
         return findings
@@ -216,7 +216,7 @@ def recommended_point(findings: Findings) -> int | None:
 
 
 def _design(point: FrontPoint) -> Design:
-    return Design.rounded(str(point.bodies), point.numbers.tolist())
+    return Design.of(str(point.bodies), point.numbers.tolist())
 
 
 def _evaluate_baseline(plan: Plan, work: Work) -> Baseline:

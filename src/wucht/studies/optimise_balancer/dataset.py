@@ -14,9 +14,9 @@ from wucht.dynamics.sampling.searches import balancer_names, is_pareto_optimal
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.results.formatting import percent
 from wucht.results.quantities import Quantity, result_dataset
+from wucht.studies.optimise_balancer.balancer_plan import Plan
 from wucht.studies.optimise_balancer.computation import Findings, FullCheck
-from wucht.studies.optimise_balancer.plan import Plan
-from wucht.studies.optimise_balancer.recommended import (
+from wucht.studies.optimise_balancer.recommendation_rows import (
     recommendation_quantities,
     recommendation_sentence,
     recommendation_warnings,

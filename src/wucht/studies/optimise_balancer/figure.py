@@ -104,10 +104,10 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
 
 def _mark_recommended(axis: Axes, result: xr.Dataset, s: dict[str, Any], x: tuple[int, float], y: tuple[int, float]) -> None:
     """Mark the recommended point of the front. x, y: columns of the objectives and their scales."""
-    recommended = s.get("recommended")
-    if recommended is not None and recommended["point"] is not None:
+    recommendation = s.get("recommended")
+    if recommendation is not None and recommendation["point"] is not None:
         (i, a), (j, b) = x, y
-        values = result.front_checked.values[recommended["point"]]
+        values = result.front_checked.values[recommendation["point"]]
         axis.plot(a * values[i], b * values[j], label="recommended", **_RECOMMENDED_STYLE)
 
 
@@ -152,13 +152,12 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
 
 def _compared_dampings(axis: Axes, s: dict[str, Any]) -> None:
     """Draw settling times of the check, of those that differ from the machine as it is in the damping alone."""
-    own, points = s["as_it_is"], list[tuple[float, float]]()
+    baseline, points = s["as_it_is"], list[tuple[float, float]]()
+    fixed = {name: x for name, x in baseline["parameters"].items() if name != "damping"}
     for row in s.get("compared", []):
-        parameters = own["parameters"] | row["parameters"]
-        unchanged = all(
-            math.isclose(x, own["parameters"][n]) for n, x in parameters.items() if n in own["parameters"] and n != "damping"
-        )
-        if "damping" in parameters and unchanged and row["bodies"] == own["bodies"] and row["settling_time"] is not None:
+        parameters = fixed | row["parameters"]
+        is_alone = row["bodies"] == baseline["bodies"] and all(math.isclose(parameters[n], x) for n, x in fixed.items())
+        if is_alone and "damping" in parameters and row["settling_time"] is not None:
             points.append((parameters["damping"], row["settling_time"]))
     if points:
         axis.plot(*zip(*points, strict=True), "D", color=COLOURS[1], markersize=4, zorder=3, label="checked")

@@ -11,8 +11,8 @@ from wucht.dynamics.sampling.choice import Cliff
 from wucht.dynamics.sampling.searches import balancer_names, values_at
 from wucht.results.formatting import bodies_in_words, percent
 from wucht.results.quantities import Quantity
+from wucht.studies.optimise_balancer.balancer_plan import AS_IT_IS, CURVE, Plan
 from wucht.studies.optimise_balancer.computation import Findings, curve_designs, present_design, recommended_point
-from wucht.studies.optimise_balancer.plan import AS_IT_IS, CURVE, Plan
 
 
 def recommendation_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
@@ -26,10 +26,27 @@ def recommendation_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         "difference": ("settling time minus that of the recommended one", time),
         "difference_error": ("standard error of the difference, from the same starts", time),
     }  # fmt: skip
+    duel_parts = {
+        "runs": ("number of further runs of each", ""), "settling_time": ("median settling time of the best one", time),
+        "as_it_is": ("that of the machine as it is", time), "difference_error": ("standard error of the difference", time),
+    }  # fmt: skip
     return [
         Quantity("recommended", recommended_row(plan, findings), "recommended balancer", parts=_recommendation_parts(plan)),
+        Quantity("duel", _duel_row(plan, recommendation), "the best one against the machine as it is", parts=duel_parts),
         Quantity("compared", rows, "candidates compared by the same fresh runs of the full equations", parts=row_parts),
     ]
+
+
+def _duel_row(plan: Plan, recommendation: Recommendation | None) -> dict[str, Any] | None:
+    """Return the further runs that decide between the best one and the machine as it is; None where they are not needed."""
+    if recommendation is None or recommendation.duel is None:
+        return None
+    duel, present = recommendation.duel, present_design(plan)
+    k = duel.candidates.index(present)
+    return {
+        "runs": duel.scores.costs.shape[1], "settling_time": _finite(duel.scores.medians[1 - k]),
+        "as_it_is": _finite(duel.scores.medians[k]), "difference_error": _finite(duel.scores.difference(1 - k, k)[1]),
+    }  # fmt: skip
 
 
 def recommended_row(plan: Plan, findings: Findings) -> dict[str, Any] | None:
@@ -83,13 +100,13 @@ def _comparison_rows(plan: Plan, findings: Findings, recommendation: Recommendat
         design = final.candidates[k]
         what = "damping alone" if design.group == CURVE else kinds.get(design, "other candidate")
         difference, error = final.scores.difference(k, recommendation.score)
-        time, own_error = float(final.scores.medians[k]), final.scores.standard_error(k)
+        time, standard_error = float(final.scores.medians[k]), final.scores.standard_error(k)
         numbers = _numbers(plan, design)
         rows.append({
             "what": what,
             "bodies": _bodies(plan, design),
             "parameters": {"damping": float(numbers[0])} if design.group == CURVE else _parameters(plan, numbers),
-            "settling_time": _finite(time), "error": _finite(own_error), "fails": float(final.scores.failing_shares[k]),
+            "settling_time": _finite(time), "error": _finite(standard_error), "fails": float(final.scores.failing_shares[k]),
             "difference": _finite(difference), "difference_error": _finite(error),
         })  # fmt: skip
     return rows
@@ -137,7 +154,11 @@ def recommendation_sentence(plan: Plan, findings: Findings, recommendation: dict
     words = recommendation_in_words(recommendation, plan.machine.units.time)
     clauses = [words, cliff_in_words(recommendation, plan.machine.units.time), front]
     sentence = "; ".join(clause for clause in clauses if clause)
-    return f"nothing is better than the machine as it is, keep it: {sentence}" if recommendation["point"] is None else sentence
+    return (
+        f"nothing is better beyond chance than the machine as it is, keep it: {sentence}"
+        if recommendation["point"] is None
+        else sentence
+    )
 
 
 def recommendation_in_words(recommendation: dict[str, Any], time_unit: str) -> str:

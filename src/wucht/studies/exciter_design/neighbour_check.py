@@ -9,9 +9,9 @@ import numpy as np
 
 from wucht.dynamics.exciters.design_trials import CheckedCandidate, check_candidate
 from wucht.dynamics.exciters.slow_beats import MOTIONS
-from wucht.dynamics.sampling.choice import Cliff, Comparison, Line, Scores, nearest_cliff
+from wucht.dynamics.sampling.choice import Cliff, Contest, Line, Scores, nearest_cliff
 from wucht.dynamics.work import Work
-from wucht.studies.exciter_design.plan import Plan
+from wucht.studies.exciter_design.design_plan import Plan
 
 Design = tuple[float, ...]
 _STEP = 0.02  # relative: of the neighbours, where no spread is given
@@ -50,15 +50,15 @@ def compare_designs(plan: Plan, runs: Sequence[CheckedCandidate], work: Work) ->
 
     beating = [c for c in runs if c.beats and np.isfinite(c.distances[metric])]
     best = sorted(beating, key=lambda c: float(c.distances[metric]))[:_RIVALS]
-    first = [_rounded(c.numbers) for c in best] + [tuple(plan.numbers.tolist())]
-    comparison = Comparison.of(first, evaluate).climb(neighbours, (step_of(plan),), evaluate)
+    first = [_round_values(c.numbers) for c in best] + [tuple(plan.numbers.tolist())]
+    comparison = Contest.of(first, evaluate).climb(neighbours, (step_of(plan),), evaluate)
     work.report(1.0)
     return tuple(checks[d] for d in comparison.ranking if d in checks)
 
 
 def end_of_beating(plan: Plan, numbers: np.ndarray, work: Work) -> Cliff | None:
     """Return the nearest value within the ranges at which an exciter (k,) does not beat in the averaged equations."""
-    design, names = _rounded(numbers), [v.name for v in plan.trials.variables]
+    design, names = _round_values(numbers), [v.name for v in plan.trials.variables]
     sides = _sides(plan, design, _LINE)
     designs = [design, *(d for _, side in sides for d in side)]
     results = work.unit("cliff", partial(plan.trials.evaluate, np.array(designs), plan.target, lambda _: None))
@@ -68,7 +68,7 @@ def end_of_beating(plan: Plan, numbers: np.ndarray, work: Work) -> Cliff | None:
     return nearest_cliff(scores, 0, dict(zip(names, design, strict=True)), lines, ratio=None)
 
 
-def _rounded(numbers: Sequence[float] | np.ndarray) -> Design:
+def _round_values(numbers: Sequence[float] | np.ndarray) -> Design:
     return tuple(float(f"{x:.{_DIGITS}g}") for x in numbers)
 
 
@@ -77,7 +77,7 @@ def _sides(plan: Plan, design: Design, steps: Sequence[float]) -> list[tuple[int
     sides = list[tuple[int, list[Design]]]()
     for k, variable in enumerate(plan.trials.variables):
         for sign in (-1, 1):
-            values = _rounded([design[k] * (1 + step) ** sign for step in steps])
+            values = _round_values([design[k] * (1 + step) ** sign for step in steps])
             inside = [x for x in values if variable.low <= x <= variable.high and x != design[k]]
             sides.append((k, [(*design[:k], x, *design[k + 1 :]) for x in inside]))
     return sides

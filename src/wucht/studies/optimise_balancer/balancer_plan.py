@@ -67,8 +67,8 @@ class Plan:
         points of the front."""
         curve = 0 if self.curve is None else len(self.curve[1])
         candidates = len(self.trials) * self.generations * self.spec.population
-        checked = CHECK_SAMPLES * (1 + min(self.spec.points, candidates))
-        return self.spec.samples * (1 + curve + candidates + checked)
+        check_count = CHECK_SAMPLES * (1 + min(self.spec.points, candidates))
+        return self.spec.samples * (1 + curve + candidates + check_count)
 
     @property
     def groups(self) -> dict[str, BalancerTrials]:
