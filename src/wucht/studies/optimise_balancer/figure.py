@@ -153,10 +153,10 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
 def _compared_dampings(axis: Axes, s: dict[str, Any]) -> None:
     """Draw settling times of the check, of those that differ from the machine as it is in the damping alone."""
     baseline, points = s["as_it_is"], list[tuple[float, float]]()
-    fixed = {name: x for name, x in baseline["parameters"].items() if name != "damping"}
+    rest = {name: x for name, x in baseline.get("parameters", {}).items() if name != "damping"}
     for row in s.get("compared", []):
-        parameters = fixed | row["parameters"]
-        is_alone = row["bodies"] == baseline["bodies"] and all(math.isclose(parameters[n], x) for n, x in fixed.items())
+        parameters = rest | row["parameters"]
+        is_alone = row["bodies"] == baseline["bodies"] and all(math.isclose(parameters[n], x) for n, x in rest.items())
         if is_alone and "damping" in parameters and row["settling_time"] is not None:
             points.append((parameters["damping"], row["settling_time"]))
     if points:
