@@ -217,3 +217,17 @@ def nearest_cliff(
                 break
             inside = value
     return min(cliffs, key=lambda c: c.remoteness, default=None)
+
+
+def sides_on_grid(values: np.ndarray, k: int) -> list[tuple[int, list[int]]]:
+    """Return the indices of the candidates on each side of one along each axis, as (axis, indices), the nearest first.
+
+    values: of the candidates (P, axes).
+    """
+    sides = list[tuple[int, list[int]]]()
+    for axis in range(values.shape[1]):
+        is_beside = np.delete(values == values[k], axis, axis=1).all(axis=1)
+        order = [i for i in np.argsort(values[:, axis], kind="stable").tolist() if is_beside[i]]
+        at = order.index(k)
+        sides += [(axis, order[:at][::-1]), (axis, order[at + 1 :])]
+    return sides

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.sampling.choice import Cliff, Line, Scores, nearest_cliff
+from wucht.dynamics.sampling.choice import Cliff, Line, Scores, nearest_cliff, sides_on_grid
 
 NEAR = 0.05  # relative to a value: a cliff within it is near, as tolerances of a motor are of that size
 
@@ -38,13 +38,7 @@ def best_index(points: Sequence[ParameterPoint]) -> int | None:
 
 def neighbours_of(points: Sequence[ParameterPoint], k: int) -> list[tuple[int, list[int]]]:
     """Return the indices of the points on each side of one along each axis, as (axis, indices), the nearest first."""
-    values, lines = np.array([p.values for p in points]), list[tuple[int, list[int]]]()
-    for axis in range(values.shape[1]):
-        is_beside = np.delete(values == values[k], axis, axis=1).all(axis=1)
-        order = [i for i in np.argsort(values[:, axis], kind="stable").tolist() if is_beside[i]]
-        at = order.index(k)
-        lines += [(axis, order[:at][::-1]), (axis, order[at + 1 :])]
-    return lines
+    return sides_on_grid(np.array([p.values for p in points]), k)
 
 
 def cliff_at(points: Sequence[ParameterPoint], k: int, paths: Sequence[str]) -> Cliff | None:
