@@ -312,7 +312,7 @@ EXPECTED: dict[str, Figured] = {
             Line(0, "full equations", "1e6 * share", "1e3 * amplitude_full"),
             Line(1, "averaged equations", "share", "1e3 * amplitude_slow"),
             Line(1, "full equations", "share", "1e3 * amplitude_full"),
-            Line(2, "amplitude", "beat_time", "1e3 * beat_amplitude"),
+            Line(2, "amplitude, averaged equations", "beat_time", "1e3 * beat_amplitude"),
             Line(3, "target", "1e3 * wanted_upper", "wanted_ratio"),
         ),
     ),

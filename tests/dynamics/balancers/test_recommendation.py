@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from wucht.dynamics.balancers.recommendation import BalancerMerit, motor_sets, motor_time, recommended_index
+from wucht.dynamics.balancers.recommendation import BalancerMerit, motor_sets, motor_time
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import run_to_end
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
@@ -21,8 +20,8 @@ def outcomes(**shares: float) -> np.ndarray:
     return np.array([shares.get(str(o).replace("-", "_"), 0.0) for o in OUTCOMES])
 
 
-def merit(compensated: float, time: float = 10.0, bodies: int = 2, is_confirmed: bool = True, **more: float) -> BalancerMerit:
-    return BalancerMerit.of(bodies, time, outcomes(compensated=compensated, **more), is_confirmed)
+def merit(compensated: float, time: float = 10.0, bodies: int = 2, **more: float) -> BalancerMerit:
+    return BalancerMerit.of(bodies, time, outcomes(compensated=compensated, **more))
 
 
 def test_what_fails() -> None:
@@ -34,37 +33,6 @@ def test_what_fails() -> None:
 @pytest.mark.parametrize(("compensated", "balances"), [(0.5, False), (0.5625, True)])
 def test_a_balancer_balances_more_than_half_of_its_runs(compensated: float, balances: bool) -> None:
     assert merit(compensated, passed=1 - compensated).balances is balances
-    assert recommended_index([merit(compensated)]) == (0 if balances else None)
-
-
-def test_the_order_of_recommendation() -> None:
-    """What passes quickly without balancing is left out; confirmed, reliable, fast, simple, in this order."""
-    passing, slow, fast = merit(0.0, 1.0, passed=1.0), merit(1.0, 40.0), merit(1.0, 20.0)
-    assert recommended_index([passing]) is None
-    assert recommended_index([passing, slow, fast]) == 2
-    assert recommended_index([fast, merit(1.0, 20.0, bodies=1)]) == 1
-    assert recommended_index([merit(0.75, 5.0), slow]) == 1
-    assert recommended_index([merit(1.0, 5.0, is_confirmed=False), merit(0.75, 5.0)]) == 1
-    assert recommended_index([merit(1.0, math.nan), slow]) == 1
-    assert recommended_index([]) is None
-
-
-@pytest.mark.parametrize(
-    ("other", "is_better"),
-    [
-        (merit(1.0, 7.9), True),
-        (merit(1.0, 5.5), False),
-        (merit(1.0, 4.0), False),
-        (merit(0.75, 1.0), True),
-        (merit(1.0, math.nan), False),
-    ],
-)
-def test_a_balancer_is_better_beyond_a_standard_error(other: BalancerMerit, is_better: bool) -> None:
-    """Settling times of 5.4 s, to 0.3 s each, and another one to 0.4 s: 0.5 s between them are chance."""
-    ours = BalancerMerit.of(2, 5.4, outcomes(compensated=1.0), True, 0.3)
-    assert ours.is_better_than(replace(other, error=0.4)) is is_better
-    assert not replace(ours, most_failing=0.5).is_better_than(other), "it does not balance"
-    assert not replace(ours, settling_time=math.nan).is_better_than(other)
 
 
 def machine(**more: Any) -> Machine:

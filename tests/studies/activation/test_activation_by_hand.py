@@ -126,7 +126,11 @@ def test_groups_are_taken_over_the_phases(plan: Plan) -> None:
     assert [g["activation_speed"] for g in s["balanced"]] == pytest.approx([150.0] * 3), "that of the machine as it is"
     assert [set(g) for g in s["rigid"]] == [{"orientation", "peak_amplitude", "mean_peak", "outcomes"}] * 3
     assert s["none"] == {"peak_amplitude": pytest.approx(4e-3), "peak_speed": pytest.approx(94.0), "outcome": "compensated"}
-    assert (s["best"]["activation_speed"], s["best"]["orientation"]) == (pytest.approx(EARLY), 0.5)
+    best = s["best"]
+    assert (best["activation_speed"], best["orientation"]) == (pytest.approx(EARLY), 0.5)
+    assert all(g["peak_amplitude"] >= best["peak_amplitude"] for g in best["neighbours"]) and best["neighbours"]
+    beside = [g["peak_amplitude"] for g in best["neighbours"] if g["peak_amplitude"] > 2 * best["peak_amplitude"]]
+    assert (best["cliff"] is None) == (not beside)
     assert s["energy_residual"] == pytest.approx(4e-8) and s["runs"] == 25
 
 

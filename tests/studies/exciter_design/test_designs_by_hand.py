@@ -41,7 +41,8 @@ def plan(machine: wucht.Machine, request: pytest.FixtureRequest) -> Any:
 def checked(plan: Any, *distances: float, **other: Any) -> CheckedCandidate:
     counted = np.array([2e-3, 3e-3]), np.array([150.0, 50.0])
     numbers = np.array([distances[0] * 1e-3, distances[0] + 1.0])
-    made = CheckedCandidate(numbers, BEAT, *counted, np.array(distances), 50.0, "captured-modulated", True, "")
+    turns = np.array([2.5, 5.0, 7.5]), np.array([-1e-3, 3e-3, -2e-3])
+    made = CheckedCandidate(numbers, BEAT, *counted, np.array(distances), 50.0, "captured-modulated", True, "", *turns)
     return replace(made, **other)
 
 
@@ -193,9 +194,11 @@ def test_the_figure(plan: Any, result: xr.Dataset) -> None:
         for name, label in (("wanted", "target"), ("slow", "averaged equations"), ("full", "full equations")):
             assert shown[k][label].get_xdata() == pytest.approx(x)
             assert shown[k][label].get_ydata() == pytest.approx(1e3 * result[f"amplitude_{name}"].values)
-    box = beat.collections[0].get_paths()[0].get_extents()
-    assert (box.x0, box.x1, box.y0, box.y1) == pytest.approx((2.5, 7.5, -2.5, 2.5))
-    assert beat.get_ylim() == pytest.approx((-2.75, 2.75))
+    full, above, below = beat.get_lines()
+    assert (full.get_label(), above.get_label()) == ("full equations", "amplitude, averaged equations")
+    assert full.get_xdata() == pytest.approx([2.5, 5.0, 7.5]) and full.get_ydata() == pytest.approx([-1.0, 3.0, -2.0])
+    assert above.get_ydata() == pytest.approx([1.0, 2.5]) and below.get_ydata() == pytest.approx([-1.0, -2.5])
+    assert beat.get_ylim() == pytest.approx((-3.3, 3.3))
     places = np.asarray(reach.collections[0].get_offsets())
     beats = np.isfinite(result.tried_upper.values)
     assert places == pytest.approx(np.stack([1e3 * result.tried_upper.values[beats], result.tried_ratio.values[beats]], axis=1))

@@ -177,6 +177,9 @@ class Bench:
         patch.setattr(DesignTrials, "evaluate", lambda _, numbers, target, report: self.evaluate(numbers, target, report))
         patch.setattr(DesignTrials, "optimise", lambda _, *given: self.optimise(*given))
         patch.setattr("wucht.studies.exciter_design.computation.check_candidate", self.check)
+        # The comparison with neighbours is in test_design_comparison.py.
+        patch.setattr("wucht.studies.exciter_design.computation.compare_designs", lambda *_: ())
+        patch.setattr("wucht.studies.exciter_design.computation.end_of_beating", lambda *_: None)
 
     def evaluate(self, numbers: np.ndarray, target: LoadCycles, report: Any) -> Candidates:
         self.asked.append((len(numbers), target))
@@ -257,7 +260,7 @@ def test_candidates_are_apart(monkeypatch: pytest.MonkeyPatch, machine: wucht.Ma
     bench.plan = plan = planned(machine, **TINY | {"candidates": 3, "corrections": 0, "samples": 8})
     done: list[float] = []
     *_, last = STUDY.run(plan, Work(reporter=lambda share, _: done.append(share)))
-    assert done == sorted(done) and done[-1] == 1.0 and len([x for x in done if 0.55 <= x <= 0.75]) >= 6
+    assert done == sorted(done) and done[-1] == 1.0 and len([x for x in done if 0.4 <= x <= 0.55]) >= 6
     shares = np.array([plan.trials.shares(p.numbers / 1.01) for p in last.local_optima])
     apart = np.abs(shares[:, None] - shares[None]).max(axis=2)[np.triu_indices(len(shares), 1)]
     assert len(shares) == 3 and (apart > 0.1).all()

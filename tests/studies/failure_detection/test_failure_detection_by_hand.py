@@ -235,18 +235,49 @@ def test_the_signal_over_one_parameter() -> None:
     assert np.isnan(made.signal.values[2]) and np.isnan(made.change.values[2])
     assert (made.along.attrs["long_name"], made.along.attrs["units"]) == ("drive.slope", "N m s")
     assert made.change.attrs["units"] == "rad/s"
-    assert made.wucht.summary["largest"] == {"drive.slope": 0.015, "signal": 48.0, "change": 60.0, "outcome": "passed"}
+    largest = made.wucht.summary["largest"]
+    assert {k: largest[k] for k in ("drive.slope", "signal", "change", "outcome")} == {
+        "drive.slope": 0.015, "signal": 48.0, "change": 60.0, "outcome": "passed",
+    }  # fmt: skip
+    assert largest["neighbours"] == [{"drive.slope": 0.01, "signal": 4.0}, {"drive.slope": 0.02, "signal": None}]
+    cliff = largest["cliff"]
+    assert (cliff["value"], cliff["inside"], cliff["signal"]) == (0.02, 0.015, 0.0), "a third away; the other one is half away"
+    assert not any("cliff" in w for w in made.wucht.warnings), "it is far"
     assert STUDY.report(made)[-1] == "  largest      signal 48 at drive.slope = 0.015: change 60 rad/s, then passed"
     axis = drawn("failure-detection", made).axes[-1]
-    line, largest = axis.get_lines()
+    line, largest, cliff = axis.get_lines()
     assert (line.get_label(), list(line.get_xdata()), list(line.get_ydata())[:2]) == (
         "signal",
         [0.01, 0.015, 0.02],
         [4.0, 48.0],
     )
     assert (largest.get_label(), list(largest.get_xdata()), list(largest.get_ydata())) == ("largest", [0.015], [48.0])
+    assert (cliff.get_label(), cliff.get_xdata()[0]) == ("cliff, 33 % above it", pytest.approx(0.0175))
     assert axis.get_ylim()[0] == 0 and axis.get_title() == "signal at the failure"
     assert axis.get_ylabel() == "change of speed / standard deviation" and len(axis.get_xticks()) <= 7
+
+
+def signals(*rows: tuple[float, float]) -> tuple[ParameterPoint, ...]:
+    return tuple(ParameterPoint((x,), 90.0, 90.0 + y, y, "passed") for x, y in rows)
+
+
+def test_a_largest_signal_at_a_cliff_is_warned_of() -> None:
+    """Half the signal is none yet: the cliff is where less than half is left. At least 5 % away from it another one is best."""
+    made = result(planned(**ALONG), points=signals((0.01, 9.0), (0.0199, 9.99), (0.02, 20.0), (0.021, 19.0), (0.022, 18.0)))
+    s = made.wucht.summary
+    assert s["largest"]["cliff"]["distance"] == pytest.approx(-0.005) and s["largest"]["cliff"]["signal"] == pytest.approx(9.99)
+    assert (s["largest_safe"]["drive.slope"], s["largest_safe"]["signal"]) == (0.021, 19.0)
+    assert s["sentence"].endswith("the signal is largest, 20 (24 as it is), at drive.slope = 0.02, and 0.5 % below that 9.99")
+    (warning,) = (w for w in made.wucht.warnings if "cliff" in w)
+    assert warning == (
+        "the largest signal, 20 at drive.slope = 0.02 N m s, lies at a cliff: 0.5 % below, at 0.0199 N m s, it is 9.99; "
+        "at least 5 % away from it drive.slope = 0.021 N m s is best, 19"
+    )
+    half = result(planned(**ALONG), points=signals((0.0199, 10.0), (0.02, 20.0))).wucht
+    assert half.summary["largest"]["cliff"] is None and not any("cliff" in w for w in half.warnings)
+    edge = result(planned(**ALONG), points=signals((0.019, 1.0), (0.02, 20.0))).wucht
+    assert edge.summary["largest_safe"] == edge.summary["largest"], "5 % away is far enough"
+    assert not any("cliff" in w for w in edge.warnings)
 
 
 def test_the_signal_over_two_parameters() -> None:
@@ -260,7 +291,9 @@ def test_the_signal_over_two_parameters() -> None:
         "  largest      signal 4 at drive.slope = 0.02, carrier.damping = 190: change -4 rad/s, then o4"
     )
     lines = drawn("failure-detection", made).axes[-1].get_lines()
-    assert [line.get_label() for line in lines] == ["carrier.damping = 190", "carrier.damping = 210", "largest"]
+    assert [line.get_label() for line in lines] == [
+        "carrier.damping = 190", "carrier.damping = 210", "largest", "cliff, 50 % below it",
+    ]  # fmt: skip
     assert list(lines[0].get_ydata()) == [0.0, 2.0, 4.0] and list(lines[1].get_ydata())[:2] == [1.0, 3.0]
     assert (list(lines[2].get_xdata()), list(lines[2].get_ydata())) == ([0.02], [4.0])
     nowhere = tuple(replace(p, signal=None) for p in places)

@@ -116,10 +116,10 @@ def test_the_full_equations_are_asked_and_differences_told(monkeypatch: pytest.M
     engine = Parabolas(offset=10.0)
     monkeypatch.setattr(candidates, "outcomes_of", engine)
     result = ask(TWO.model_copy(update={"evaluations": 40, "points": 3, "model": "slow"}), MACHINE)
-    assert engine.full == (3 + 1) * 2
-    searched, checks = engine.starts[0], engine.starts[-3:]
-    assert all(np.array_equal(c, checks[0]) for c in checks)
-    assert not np.isclose(checks[0][:, 0], searched[:, 0]).all(), "what suits the phases of the search may not suit others"
+    searched, check, *later = engine.starts
+    assert check.shape[1] == 4 * searched.shape[1] == 8
+    assert sum(np.array_equal(starts, check) for starts in later) >= 3, "of each point"
+    assert not np.isclose(check[:, 0], searched[:, 0]).all(), "what suits the phases of the search may not suit others"
     assert np.allclose(result.front_checked.values[:, 0], result.front_objective.values[:, 0] + 10)
     assert "the full equations, from other phases, give another settling-time at 3 of 3 points" in result.attrs["warnings"]
     assert "another peak" not in result.attrs["warnings"]
@@ -142,7 +142,7 @@ def test_the_curve_comes_with_the_rates_of_its_dampings(monkeypatch: pytest.Monk
     assert result.decay_rate.values == pytest.approx(2 * dampings)
     assert result.wucht.summary["damping"]["optimum"] == pytest.approx(1e-5)
     assert result.wucht.summary["damping"]["of_rates"] == 3e-3
-    assert engine.members == 2 * (2 + 25 + 20 + 1) == result.wucht.summary["runs"]
+    assert result.wucht.summary["runs"] == 2 * (1 + 25 + 20 + 4 * 2) < engine.members < 2 * (1 + 25 + 20 + 4 * 2) + 200
 
 
 def test_without_pymoo_a_sentence_says_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -182,10 +182,15 @@ def test_a_search_recommends_what_balances(monkeypatch: pytest.MonkeyPatch) -> N
     result = ask(few, MACHINE)
     s = result.wucht.summary
     assert s["recommended"]["settling_time"] == min(p["checked"]["settling-time"] for p in s["front"] if p["holds"])
+    assert s["front"][s["recommended"]["point"]]["parameters"] == pytest.approx(s["recommended"]["parameters"], rel=1e-3)
     assert s["recommended"]["fails"] == 0 and all(p["balances"] for p in s["front"])
-    assert s["sentence"].startswith("2 bodies: median settling time ") and ", 0 % fail; a front of " in s["sentence"]
+    assert (
+        s["sentence"].startswith("2 bodies: median settling time ")
+        and ", 0 % fail; with " in s["sentence"]
+        and "; a front of " in s["sentence"]
+    )
     half = Parabolas(open_=lambda _x, run: run % 2 == 0, without=Outcome.PASSED)
     monkeypatch.setattr(candidates, "outcomes_of", half)
     passing = ask(few, MACHINE).wucht.summary
     assert passing["recommended"] is None and not any(p["balances"] for p in passing["front"])
-    assert passing["sentence"].startswith("no checked point balances in more than half of its runs; ")
+    assert passing["sentence"].startswith("nothing that was compared balances in more than half of its runs; ")

@@ -143,7 +143,7 @@ def test_phases_are_not_given(start: dict[str, object]) -> None:
 def test_a_check_has_the_largest_residual_of_both_ends_of_the_spread(monkeypatch: pytest.MonkeyPatch) -> None:
     trials = prepare(SPEC, FAST).as_it_is
     left = iter([2.0, 5.0])
-    monkeypatch.setattr(computation, "evaluate_batch", lambda *_: None)
+    monkeypatch.setattr(computation, "evaluate_runs", lambda *_: (None, None))
     monkeypatch.setattr(computation, "compensated_state", lambda *_, **__: SimpleNamespace(residual=next(left)))
     assert len(set(trials.ends)) == 2
     assert computation.verify_candidate(trials, np.array([0.05]), lambda _share: None).residual == 5.0

@@ -12,7 +12,7 @@ from tests.refusals import refused
 
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.optimise_balancer.dataset import recommendation_in_words
+from wucht.studies.optimise_balancer.recommendation_rows import recommendation_in_words
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import study_of
 

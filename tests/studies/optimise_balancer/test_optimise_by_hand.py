@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from tests.hand_made import answered, variable, warnings_of
 from tests.refusals import refused
 
-from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, BalancerTrials, CandidateResults
+from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
+from wucht.studies.optimise_balancer import balancer_plan as plan_module
 from wucht.studies.optimise_balancer import computation, figure
-from wucht.studies.optimise_balancer import dataset as dataset_module
 from wucht.studies.optimise_balancer.computation import Baseline, Findings, FrontPoint, FullCheck, Plan, prepare
 from wucht.studies.optimise_balancer.dataset import _tolerances, dataset
 from wucht.studies.optimise_balancer.spec import OBJECTIVES, OptimiseBalancer
@@ -53,17 +53,9 @@ def results(*rows: tuple[float, float, float, float], undecided: float = 0.0, er
     return CandidateResults(numbers, np.array(rows), np.full(count, error), outcomes, np.ones(count, bool))
 
 
-@pytest.fixture
-def without_motor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No time of the motor alone: the candidates' numbers here are no machines."""
-    monkeypatch.setattr(BalancerTrials, "candidate_machine", lambda *_: None)
-    monkeypatch.setattr(dataset_module, "motor_time", lambda *_: 0.0)
-
-
 OWN = results((8.0, 0.5, 0.25, 0.0), undecided=0.125)
 OWN_CHECK = FullCheck(results((9.0, 7.0, 0.75, 0.5), undecided=0.25), 0.625)
 BASELINE = Baseline(OWN, OWN_CHECK)
-BEST = "2 bodies: median settling time 1 s, 0 % fail"
 
 
 def checked(*rows: tuple[float, float, float, float], residual: float = 0.0, reason: str = "") -> FullCheck:
@@ -101,17 +93,20 @@ def test_the_unbalance_is_that_of_the_rotor_or_that_of_the_question() -> None:
 def test_the_number_of_runs_counts_the_machine_twice_and_each_candidate_and_point_once() -> None:
     of = plan()
     assert (of.generations, len(of.curve[1]) if of.curve else 0) == (2, 25)
-    assert of.runs == 10 * (2 + 25 + 8 + 5)
-    assert replace(of, curve=None).runs == 10 * (2 + 8 + 5)
-    assert replace(of, spec=of.spec.model_copy(update={"points": 50})).runs == 10 * (2 + 25 + 8 + 8), "no more than there are"
+    assert of.runs == 10 * (1 + 25 + 8 + 4 * 6), "a check has four times as many"
+    assert replace(of, curve=None).runs == 10 * (1 + 8 + 4 * 6)
+    assert replace(of, spec=of.spec.model_copy(update={"points": 50})).runs == 10 * (1 + 25 + 8 + 4 * 9), (
+        "no more than there are"
+    )
 
 
 def test_the_progress_counts_units_of_work() -> None:
     """6 candidates of 10 runs are a unit: 2 units for the machine as it is, 5 for the curve, 1 a generation, 5 points."""
     of = plan()
-    assert computation._shares(of) == pytest.approx((2 / 14, 7 / 14, 9 / 14))
-    assert computation._shares(replace(of, curve=None)) == pytest.approx((2 / 9, 2 / 9, 4 / 9))
-    assert computation._shares(replace(of, generations=100)) == pytest.approx((2 / 112, 7 / 112, 107 / 112)), "a long search"
+    before = 0.7  # the rest is the comparison from which the recommendation follows
+    assert computation._shares(of) == pytest.approx(before * np.array([2, 7, 9]) / 14)
+    assert computation._shares(replace(of, curve=None)) == pytest.approx(before * np.array([2, 2, 4]) / 9)
+    assert computation._shares(replace(of, generations=100)) == pytest.approx(before * np.array([2, 7, 107]) / 112), "long"
 
 
 def front() -> tuple[FrontPoint, ...]:
@@ -121,7 +116,6 @@ def front() -> tuple[FrontPoint, ...]:
     return tuple(FrontPoint(2 + k, results(row), check) for k, (row, check) in enumerate(zip(rows, checks, strict=True)))
 
 
-@pytest.mark.usefixtures("without_motor")
 def test_points_are_confirmed_by_the_check_alone() -> None:
     tried = ((2, results((1.0, 0.4, 0.1, 0.0), (5.0, 0.5, 0.5, 0.0))), (3, results((2.0, 0.3, 0.2, 0.0))))
     result = dataset(plan(), Findings(BASELINE, None, tried, front(), 7))
@@ -137,56 +131,11 @@ def test_points_are_confirmed_by_the_check_alone() -> None:
     assert (s["candidates"], s["found"]) == (3, 7)
     assert result.tried_bodies.values.tolist() == [2, 2, 3]
     assert result.tried_value.values.tolist() == [[0.0, 1.0], [10.0, 11.0], [0.0, 1.0]]
-    assert s["sentence"] == f"{BEST}; a front of 7 points from 3 candidates; 1 of 2 checked points are confirmed"
+    assert s["sentence"] == "a front of 7 points from 3 candidates; 1 of 2 checked points are confirmed"
+    assert (s["recommended"], s["compared"]) == (None, []), "not before its comparison"
     assert any(w.startswith("3 points, spread over the front, represent its 7") for w in warnings_of(result))
     whole = dataset(plan(), Findings(BASELINE, None, tried, front(), 3))
     assert not any("spread over the front" in w for w in warnings_of(whole))
-
-
-def baseline_of(time: float, error: float = 0.0) -> Baseline:
-    return Baseline(OWN, FullCheck(results((time, 9.0, 0.1, 0.0), error=error), 0.0))
-
-
-@pytest.mark.usefixtures("without_motor")
-@pytest.mark.parametrize(
-    ("baseline", "sentence", "is_kept"),
-    [
-        (baseline_of(0.5), "no checked point is better than the machine as it is, keep it: 2 bodies: median settling", True),
-        (baseline_of(0.5, 0.75), f"{BEST}, no faster than the machine as it is (0.5 s); a front", False),
-        (baseline_of(1.5), f"{BEST}; a front", False),
-        (BASELINE, f"{BEST}; a front", False),
-    ],
-)  # fmt: skip
-def test_the_machine_as_it_is_competes_with_the_checked_points(baseline: Baseline, sentence: str, is_kept: bool) -> None:
-    """The best point needs 1 s, and all its runs end compensated; of those of ``BASELINE`` a quarter has no verdict."""
-    tried = ((2, results((1.0, 0.4, 0.1, 0.0))),)
-    s = summary(plan(), Findings(baseline, None, tried, front(), 3))
-    assert s["sentence"].startswith(sentence)
-    recommended = s["recommended"]
-    assert (recommended["point"] is None, recommended["changes"] == {}) == (is_kept, is_kept)
-    assert recommended["parameters"] == ({"length": 0.1, "damping": 0.5} if is_kept else {"length": 0.0, "damping": 1.0})
-
-
-@pytest.mark.usefixtures("without_motor")
-def test_the_changes_are_those_of_all_bodies() -> None:
-    tried = ((2, results((1.0, 0.4, 0.1, 0.0))),)
-    s = summary(plan(), Findings(baseline_of(1.5), None, tried, front(), 3))
-    assert s["recommended"]["changes"] == {
-        "b0.length": "0 m", "b1.length": "0 m", "b0.damping": "1 N m s", "b1.damping": "1 N m s"
-    }  # fmt: skip
-
-
-@pytest.mark.usefixtures("without_motor")
-def test_a_front_without_a_balancing_point_leaves_the_machine_as_it_is() -> None:
-    """And the point that is the machine itself is not one to change it into."""
-    passing = results((1.0, 0.4, 0.1, 0.0), undecided=0.75)
-    point, tried = FrontPoint(2, passing, FullCheck(passing, 0.0)), ((2, passing),)
-    assert summary(plan(), Findings(baseline_of(9.0), None, tried, (point,), 1))["recommended"]["point"] is None
-    undecided = Baseline(OWN, FullCheck(passing, 0.0))
-    assert summary(plan(), Findings(undecided, None, tried, (point,), 1))["recommended"] is None
-    same = replace(results((1.0, 0.4, 0.1, 0.0)), numbers=np.array([[0.1, 0.5]]))
-    itself = FrontPoint(2, same, FullCheck(same, 0.0))
-    assert summary(plan(), Findings(baseline_of(1.0), None, tried, (itself,), 1))["recommended"]["point"] is None
 
 
 def test_a_search_without_a_front_says_so_once_it_is_finished() -> None:
@@ -202,17 +151,16 @@ def test_a_search_without_a_front_says_so_once_it_is_finished() -> None:
 
 def test_chance_explains_some_of_the_difference_between_two_draws_of_phases() -> None:
     """A tenth of the time and 2.6 standard errors, a hundredth of the unbalance, a fifth of the peak; of a share, one run and
-    2.6 standard deviations of the difference of two shares of ten."""
+    2.6 standard deviations of the difference of a share of ten and one of forty."""
     of = plan(unbalance=(2e-3, 6e-3))
     search, check = results((10.0, 0.0, 2.0, 0.3), error=0.3), results((99.0, 0.0, 99.0, 0.1), error=0.4)
     tolerances = _tolerances(of, search, check)
     assert tolerances[SETTLING] == pytest.approx(1.0 + 2.6 * 0.5)
     assert tolerances[RESIDUAL] == pytest.approx(6e-5)
     assert tolerances[PEAK] == pytest.approx(0.4)
-    assert tolerances[CAPTURE] == pytest.approx(0.1 + 2.6 * np.sqrt(2 * 0.2 * 0.8 / 10))
+    assert tolerances[CAPTURE] == pytest.approx(0.1 + 2.6 * np.sqrt(1.25 * 0.2 * 0.8 / 10))
 
 
-@pytest.mark.usefixtures("without_motor")
 def test_deviations_name_the_worst_point_and_both_of_its_values() -> None:
     """Peaks of 1 m and 2 m become 1.5 m (2.5 tolerances) and 2.5 m (1.25 tolerances); a third is as expected."""
     rows = [(1.0, 0.0, 2.0, 0.0), (1.0, 0.0, 1.0, 0.0), (1.0, 0.0, 4.0, 0.0)]
@@ -261,7 +209,7 @@ def test_either_end_of_a_range_may_be_what_the_parts_do_not_allow() -> None:
     for low, high, bad in ((-1.0, 2.0, -1.0), (1.0, -2.0, -2.0)):
         trials = replace(plan().as_it_is, variables=(replace(plan().variables[1], low=low, high=high),))
         with refused("study.vary.damping", given=bad):
-            computation._check_ends(trials)
+            plan_module._check_ends(trials)
 
 
 def test_bodies_keep_their_inertia_unless_it_is_declined() -> None:
@@ -279,15 +227,16 @@ def test_a_range_of_the_damping_of_one_body_is_not_that_of_the_curve() -> None:
 def test_a_check_without_a_stable_state_at_one_end_has_no_residual(monkeypatch: pytest.MonkeyPatch) -> None:
     trials = plan(unbalance=(2e-3, 6e-3)).as_it_is
     states = [SimpleNamespace(residual=1.0), None]
-    phases: list[bool] = []
+    phases: list[tuple[int, int]] = []
 
-    def evaluate(of: Any, *_: Any) -> None:
-        phases.append(of.fresh_phases)
+    def evaluate(of: Any, *_: Any) -> tuple[None, None]:
+        phases.append((of.stream, of.settings.samples))
+        return None, None
 
-    monkeypatch.setattr(computation, "evaluate_batch", evaluate)
+    monkeypatch.setattr(computation, "evaluate_runs", evaluate)
     monkeypatch.setattr(computation, "compensated_state", lambda _machine, full: states.pop(0) if full else None)
     assert np.isnan(computation.verify_candidate(trials, np.array([0.1, 0.5]), lambda _share: None).residual)
-    assert (states, phases) == ([], [True])
+    assert (states, phases) == ([], [(1, 40)]), "four times as many runs, from other phases"
 
 
 def test_a_front_is_in_order_of_its_objectives_and_counts_all_its_points() -> None:

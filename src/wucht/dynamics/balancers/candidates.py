@@ -131,6 +131,21 @@ class CandidateResults:
         return np.asarray(self.outcomes[:, _OPEN].sum(axis=1))
 
 
+@dataclass(frozen=True, eq=False)
+class SettlingRuns:
+    """Runs of P candidates from the same M starts. times (P, M): settling times, at least; inf where a run does not pass the
+    resonance, in all runs of a candidate of which one has failed or that the parts do not allow. outcome (P, M): indices of
+    ``OUTCOMES``."""
+
+    times: np.ndarray
+    outcome: np.ndarray
+
+    @classmethod
+    def join(cls, parts: Sequence[SettlingRuns]) -> SettlingRuns:
+        """Join the runs of several groups of candidates, in order."""
+        return cls(np.concatenate([p.times for p in parts]), np.concatenate([p.outcome for p in parts]))
+
+
 @dataclass(frozen=True)
 class TrialSettings:
     """Settings of a candidate's runs. samples: their number. seed: of the bodies' phases. start: the rest of the start, as in
@@ -149,7 +164,7 @@ class BalancerTrials:
     """Evaluation of the candidates of a machine: the variables, the rotor's unbalance, the runs of each.
 
     unbalance: path of the parameter that is varied from run to run; ends: its least and greatest value. inertia: True if
-    averaged equations keep the bodies' inertia. fresh_phases: runs from other phases than those of the search.
+    averaged equations keep the bodies' inertia. stream: of the random phases; runs of another one start from other phases.
     """
 
     settings: TrialSettings
@@ -158,7 +173,7 @@ class BalancerTrials:
     unbalance: str
     ends: tuple[float, float]
     inertia: bool
-    fresh_phases: bool = False
+    stream: int = 0
 
     @property
     def spread(self) -> np.ndarray:
@@ -170,7 +185,7 @@ class BalancerTrials:
     @property
     def phases(self) -> np.ndarray:
         """Phases (b, M) of the bodies about the main rotor in the runs of a candidate: the same for all candidates."""
-        return phases(self.machine, self.settings.samples, [self.settings.seed, int(self.fresh_phases)])
+        return phases(self.machine, self.settings.samples, [self.settings.seed, self.stream])
 
     def question(self, model: Literal["full", "slow"]) -> EnsembleQuestion:
         """Return the ensemble question: the machine, the varied parameters and the model of the runs."""
@@ -243,10 +258,11 @@ def least_residual(machine: Machine) -> float:
 
 def units_of_work(candidates: int, samples: int) -> int:
     """Return the number of units of work in which candidates with so many runs each are evaluated."""
-    return -(-candidates // _candidates_a_unit(samples))
+    return -(-candidates // candidates_a_unit(samples))
 
 
-def _candidates_a_unit(samples: int) -> int:
+def candidates_a_unit(samples: int) -> int:
+    """Return the number of candidates, with so many runs each, of a unit of work."""
     return max(1, _UNIT // samples)
 
 
@@ -254,7 +270,7 @@ def evaluate_candidates(
     trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, work: Work, label: str
 ) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables, several as one unit of work. label: of the candidates, for the progress."""
-    size = _candidates_a_unit(trials.settings.samples)
+    size = candidates_a_unit(trials.settings.samples)
     parts = {f"candidate {first}": numbers[first : first + size] for first in range(0, len(numbers), size)}
     results = dict(work.units({name: partial(evaluate_batch, trials, model, rows) for name, rows in parts.items()}, label))
     return CandidateResults.join([results[name] for name in parts])
@@ -264,25 +280,43 @@ def evaluate_batch(
     trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
 ) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables in one ensemble of runs."""
+    return evaluate_runs(trials, model, numbers, report)[0]
+
+
+def evaluate_runs(
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
+) -> tuple[CandidateResults, SettlingRuns]:
+    """Evaluate candidates (P, k) of the variables in one ensemble of runs; return their runs, too."""
     count, m = len(numbers), trials.settings.samples
-    machines = [_machine(trials, row) for row in numbers.tolist()]
     objectives, outcomes, error = np.full((count, 4), np.nan), np.zeros((count, len(OUTCOMES))), np.full(count, np.nan)
-    feasible = [(i, machine) for i, machine in enumerate(machines) if machine is not None]
-    if feasible:
-        starts = np.concatenate([trials.starts(machine) for _, machine in feasible], axis=1)
-        question = trials.question(model)
-        machine_values = [machine.values for _, machine in feasible]
-        values = {p: np.repeat([v[p] for v in machine_values], m) for p in question.varied_paths if p != trials.unbalance}
-        values[trials.unbalance] = np.tile(trials.spread, len(feasible))
-        ensemble = outcomes_of(question, starts, values, report)
-        for k, (i, machine) in enumerate(feasible):
-            runs = ensemble.select(np.arange(k * m, (k + 1) * m))
-            residual = max(least_residual(machine.with_values({trials.unbalance: end})) for end in trials.ends)
-            outcomes[i] = np.bincount(runs.outcome, minlength=len(OUTCOMES)) / m
-            settling, error[i] = _median_settling(runs)
-            peak = np.nan if (runs.outcome == _FAILURE).any() else float(runs.peak_amplitude.max())
-            objectives[i] = settling, residual, peak, 1 - outcomes[i, _THROUGH].sum()
-    return CandidateResults(numbers, objectives, error, outcomes, np.array([machine is not None for machine in machines]))
+    times, outcome, is_allowed = np.full((count, m), np.inf), np.full((count, m), _FAILURE, np.int8), np.zeros(count, bool)
+    for i, machine, runs in _runs_of_candidates(trials, model, numbers, report):
+        is_allowed[i], outcome[i] = True, runs.outcome
+        residual = max(least_residual(machine.with_values({trials.unbalance: end})) for end in trials.ends)
+        outcomes[i] = np.bincount(runs.outcome, minlength=len(OUTCOMES)) / m
+        settling, error[i] = _median_settling(runs)
+        has_failed = bool((runs.outcome == _FAILURE).any())
+        times[i] = np.inf if has_failed else _settling_times(runs)
+        peak = np.nan if has_failed else float(runs.peak_amplitude.max())
+        objectives[i] = settling, residual, peak, 1 - outcomes[i, _THROUGH].sum()
+    return CandidateResults(numbers, objectives, error, outcomes, is_allowed), SettlingRuns(times, outcome)
+
+
+def _runs_of_candidates(
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
+) -> list[tuple[int, Machine, MemberOutcomes]]:
+    """Return index, machine and runs of each candidate (P, k) that the machine's parts allow."""
+    m = trials.settings.samples
+    feasible = [(i, machine) for i, row in enumerate(numbers.tolist()) if (machine := _machine(trials, row)) is not None]
+    if not feasible:
+        return []
+    starts = np.concatenate([trials.starts(machine) for _, machine in feasible], axis=1)
+    question = trials.question(model)
+    machine_values = [machine.values for _, machine in feasible]
+    values = {p: np.repeat([v[p] for v in machine_values], m) for p in question.varied_paths if p != trials.unbalance}
+    values[trials.unbalance] = np.tile(trials.spread, len(feasible))
+    ensemble = outcomes_of(question, starts, values, report)
+    return [(i, machine, ensemble.select(np.arange(k * m, (k + 1) * m))) for k, (i, machine) in enumerate(feasible)]
 
 
 def _machine(trials: BalancerTrials, numbers: Sequence[float]) -> Machine | None:
@@ -301,9 +335,14 @@ def _median_settling(runs: MemberOutcomes) -> tuple[float, float]:
     """
     if (runs.outcome == _FAILURE).any():
         return np.nan, np.nan
-    times = np.where(np.isnan(runs.settling_time), runs.end_time, runs.settling_time)
-    relevant = np.isin(runs.outcome, _THROUGH + _OPEN)
-    half = float(np.median(np.where(relevant, times, np.inf)))
+    times = _settling_times(runs)
+    half, relevant = float(np.median(times)), np.isfinite(times)
     if not np.isin(runs.outcome, _THROUGH).any() or np.isinf(half):
         return np.nan, np.nan
     return half, float(np.sqrt(np.pi / 2) * times[relevant].std() / np.sqrt(relevant.sum()))  # of the median of a normal sample
+
+
+def _settling_times(runs: MemberOutcomes) -> np.ndarray:
+    """Return the settling time of each run, that of its end without a verdict; inf where it does not pass the resonance."""
+    times = np.where(np.isnan(runs.settling_time), runs.end_time, runs.settling_time)
+    return np.where(np.isin(runs.outcome, _THROUGH + _OPEN), times, np.inf)

@@ -1,69 +1,231 @@
-"""The balancer to be recommended among several, and whether it or the motor sets the settling time."""
+"""The balancer to be recommended, by a comparison on fresh runs, and whether it or the motor sets the settling time."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from wucht.analysis.time_constants import run_up_time
+from wucht.dynamics.balancers.candidates import BalancerTrials, SettlingRuns, candidates_a_unit, evaluate_runs
 from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.sampling.choice import Cliff, Contest, Line, Scores, nearest_cliff
+from wucht.dynamics.sampling.ensembles import Report
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, Outcome
+from wucht.dynamics.work import Work
 from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 
 BALANCED_SHARE = 0.5  # of the runs: a candidate balances if more of them end compensated, as then the median run does
 MOTOR_SHARE = 0.8  # of the median settling time: a motor that needs at least as long without vibration sets it
 _COMPENSATED_INDEX, _OPEN_INDICES = OUTCOMES.index(Outcome.COMPENSATED), [OUTCOMES.index(o) for o in OPEN_OUTCOMES]
+CHECK_STREAM, _RACE_STREAM, _DUEL_STREAM = 1, 2, 3  # of the random phases; the search has 0
+CHECK_SAMPLES, _RACE_SAMPLES, _DUEL_SAMPLES = 4, 2, 16  # times the samples of the search
+_STEPS = (1 / 8, 1 / 16)  # of the ranges, of the search among neighbours; the last one is that of the neighbours in the result
+_LINE = (1 / 8, 1 / 4, 1 / 2)  # of the ranges, at which cliffs are sought
+_DIGITS = 4  # of a value, as in the lines to paste; a step up and a step down lead back
+_RIVALS = 2  # of the checked candidates that enter the race, and of the race that are checked
+
+
+@dataclass(frozen=True)
+class Design:
+    """A candidate. group: which of several trials evaluate it, by name. numbers: its values of their variables."""
+
+    group: str
+    numbers: tuple[float, ...]
+
+    @classmethod
+    def of(cls, group: str, numbers: Sequence[float]) -> Design:
+        """Return a candidate whose values have four digits."""
+        return cls(group, tuple(float(f"{x:.{_DIGITS}g}") for x in numbers))
 
 
 @dataclass(frozen=True)
 class BalancerMerit:
-    """What counts for a recommendation: number of bodies, median settling time (nan if unknown), the shares of the runs that
-    do not end compensated for certain and at most, whether the candidate is confirmed by a check, and the standard error of
-    the settling time."""
+    """What counts for a recommendation: number of bodies, median settling time (nan if unknown), and the shares of the runs
+    that do not end compensated for certain and at most."""
 
     bodies: int
     settling_time: float
     failing_share: float
     most_failing: float
-    is_confirmed: bool
-    error: float = 0.0
 
     @classmethod
-    def of(
-        cls, bodies: int, settling_time: float, outcomes: np.ndarray, is_confirmed: bool, error: float = 0.0
-    ) -> BalancerMerit:
+    def of(cls, bodies: int, settling_time: float, outcomes: np.ndarray) -> BalancerMerit:
         """Return the merit of a candidate. outcomes: the share of its runs with each of ``OUTCOMES`` (o,)."""
         most = 1 - float(outcomes[_COMPENSATED_INDEX])
         certain = max(most - float(outcomes[_OPEN_INDICES].sum()), 0.0)
-        return cls(bodies, settling_time, certain, most, is_confirmed, error)
+        return cls(bodies, settling_time, certain, most)
 
     @property
     def balances(self) -> bool:
         """True if more than half of the runs end compensated."""
         return 1 - self.most_failing > BALANCED_SHARE
 
+
+@dataclass(frozen=True, eq=False)
+class Recommendation:
+    """The recommended candidate, and all that it was compared with on the same fresh runs.
+
+    chosen: it. is_kept: True if it is the machine as it is. final: the comparison. outcomes (o,): shares of its runs.
+    neighbours: those of the best one. cliff: the nearest one. line: the values at which one was sought, with fewer runs.
+    beside: the comparison with the best damping of the machine as it is, the last one, where damping is not varied.
+    duel: of the best one and the machine as it is, with more runs, where the comparison leaves it open which is better.
+    """
+
+    chosen: Design
+    is_kept: bool
+    final: Contest[Design]
+    outcomes: np.ndarray
+    neighbours: tuple[Design, ...]
+    cliff: Cliff | None
+    line: Contest[Design]
+    beside: Contest[Design] | None = None
+    duel: Contest[Design] | None = None
+
     @property
-    def order(self) -> tuple[bool, float, float, int]:
-        """Confirmed ones first, then those with the fewest failing runs, the shortest settling time, the fewest bodies."""
-        return not self.is_confirmed, self.most_failing, self.settling_time, self.bodies
-
-    def is_better_than(self, merit: BalancerMerit) -> bool:
-        """True if fewer runs fail or, where as many do, the settling time is shorter by more than a standard error."""
-        if not (self.balances and np.isfinite(self.settling_time)):
-            return False
-        if self.most_failing != merit.most_failing:
-            return self.most_failing < merit.most_failing
-        return bool(merit.settling_time - self.settling_time > np.hypot(self.error, merit.error))
+    def score(self) -> int:
+        """Index of the recommended candidate in the final comparison."""
+        return self.final.candidates.index(self.chosen)
 
 
-def recommended_index(merits: Sequence[BalancerMerit]) -> int | None:
-    """Return the index of the candidate to be recommended, None where none of them balances."""
-    balancing = [k for k, merit in enumerate(merits) if merit.balances and np.isfinite(merit.settling_time)]
-    return min(balancing, key=lambda k: merits[k].order, default=None)
+@dataclass(eq=False)
+class _Evaluation:
+    """Evaluation of candidates on the same runs; it remembers them."""
+
+    trials: Mapping[str, BalancerTrials]
+    samples: int
+    stream: int
+    work: Work
+    runs: dict[Design, SettlingRuns] = field(default_factory=dict)
+    calls: int = 0
+
+    def __call__(self, designs: Sequence[Design]) -> Scores:
+        self.calls += 1
+        part = self.work.part(f"{self.samples} runs ", 1 - 0.5 ** (self.calls - 1), 1 - 0.5**self.calls)
+        new = [d for d in designs if d not in self.runs]
+        batches = {f"{b[0].group} {b[0].numbers}": b for b in _batches(new, self.samples)}
+        tasks = {name: partial(_settling_runs, self._trials(b[0]), _numbers(b)) for name, b in batches.items()}
+        for name, runs in part.units(tasks, "comparison on fresh runs"):
+            for k, design in enumerate(batches[name]):
+                self.runs[design] = SettlingRuns(runs.times[k : k + 1], runs.outcome[k : k + 1])
+        all_runs = SettlingRuns.join([self.runs[d] for d in designs])
+        return Scores(all_runs.times, all_runs.outcome != _COMPENSATED_INDEX)
+
+    def _trials(self, design: Design) -> BalancerTrials:
+        return fresh_trials(self.trials[design.group], self.samples, self.stream)
+
+    def outcomes(self, design: Design) -> np.ndarray:
+        """Return the shares (o,) of the runs of a candidate with each of ``OUTCOMES``."""
+        outcome = self.runs[design].outcome[0]
+        return np.asarray(np.bincount(outcome, minlength=len(OUTCOMES)) / len(outcome))
+
+
+def fresh_trials(trials: BalancerTrials, samples: int, stream: int) -> BalancerTrials:
+    """Return trials with other runs: their number, and the stream of their random phases."""
+    return replace(trials, settings=replace(trials.settings, samples=samples), stream=stream)
+
+
+def _settling_runs(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> SettlingRuns:
+    return evaluate_runs(trials, "full", numbers, report)[1]
+
+
+def _batches(designs: Sequence[Design], samples: int) -> list[list[Design]]:
+    """Return the candidates in groups that are evaluated in one ensemble."""
+    size, batches = candidates_a_unit(samples), list[list[Design]]()
+    for design in sorted(designs, key=lambda d: d.group):
+        if batches and batches[-1][0].group == design.group and len(batches[-1]) < size:
+            batches[-1].append(design)
+        else:
+            batches.append([design])
+    return batches
+
+
+def _numbers(designs: Sequence[Design]) -> np.ndarray:
+    return np.array([d.numbers for d in designs]).reshape(len(designs), -1)
+
+
+def recommend(
+    trials: Mapping[str, BalancerTrials],
+    runs_of_check: Mapping[Design, SettlingRuns],
+    entrants: Sequence[Design],
+    curve_optima: Sequence[Design],
+    present: Design,
+    beside: Design | None,
+    samples: int,
+    work: Work,
+) -> Recommendation:
+    """Return the best of some candidates and their neighbours, or the machine as it is, by fresh runs of the full equations.
+
+    Parameters
+    ----------
+    trials : mapping of BalancerTrials
+        By the groups of the candidates.
+    runs_of_check : mapping of Design to SettlingRuns
+        Candidates that are checked, the machine as it is among them, and their runs.
+    entrants : sequence of Design
+        Further candidates: the best of the search.
+    curve_optima : sequence of Design
+        The best of the damping curve, which are candidates, too, and the first of which is checked in any case.
+    present : Design
+        The machine as it is.
+    beside : Design, optional
+        A candidate that is not to be recommended, since what makes it is not varied.
+    samples : int
+        Number of runs of a candidate in the search: the first round has twice as many, the check four times as many.
+    work : Work
+    """
+
+    def neighbours(design: Design, step: float) -> list[Design]:
+        return [d for _, designs in _lines(trials[design.group], design, (step,)) for d in designs]
+
+    race = _Evaluation(trials, _RACE_SAMPLES * samples, _RACE_STREAM, work.part("race ", 0.0, 0.4))
+    check = _Evaluation(trials, CHECK_SAMPLES * samples, CHECK_STREAM, work.part("check ", 0.4, 0.8), dict(runs_of_check))
+    ranking = Contest.of(list(runs_of_check), check).ranking
+    first = Contest.of([*ranking[:_RIVALS], *entrants, *curve_optima, present], race)
+    summit = first.climb(neighbours, _STEPS, race)
+    finalists = [*runs_of_check, summit.best, *first.ranking[:_RIVALS], *curve_optima[:1]]
+    final = Contest.of(finalists, check).climb(neighbours, _STEPS[-1:], check)
+    chosen, duel = final.choice(present), None
+    if chosen != final.best:
+        more = _Evaluation(trials, _DUEL_SAMPLES * samples, _DUEL_STREAM, work.part("duel ", 0.8, 0.9))
+        duel = Contest.of([final.best, present], more)
+        chosen = duel.choice(present)
+    scan = _Evaluation(trials, samples, CHECK_STREAM, work.part("line ", 0.9, 1.0))
+    sides = _lines(trials[chosen.group], chosen, _LINE)
+    line = Contest.of([chosen, *(d for _, designs in sides for d in designs)], scan)
+    against = None if beside is None else final.with_candidates([beside], check)
+    work.report(1.0)
+    return Recommendation(
+        chosen, chosen == present, final, check.outcomes(chosen), tuple(neighbours(final.best, _STEPS[-1])),
+        _cliff(trials[chosen.group], chosen, sides, line), line, against, duel,
+    )  # fmt: skip
+
+
+def _lines(trials: BalancerTrials, design: Design, steps: Sequence[float]) -> list[tuple[int, list[Design]]]:
+    """Return the candidates at steps (shares of the ranges) to either side of one, variable by variable, within the ranges."""
+    lines = list[tuple[int, list[Design]]]()
+    for k, variable in enumerate(trials.variables):
+        share = variable.share(design.numbers[k])
+        for sign in (-1.0, 1.0):
+            shares = np.clip(share + sign * np.array(steps), 0.0, 1.0)
+            values = [float(f"{x:.{_DIGITS}g}") for x in variable.value_at(shares)]
+            values = list(dict.fromkeys(min(max(x, variable.low), variable.high) for x in values))
+            farther = [x for x in values if sign * (x - design.numbers[k]) > 0]
+            lines.append((k, [replace(design, numbers=(*design.numbers[:k], x, *design.numbers[k + 1 :])) for x in farther]))
+    return lines
+
+
+def _cliff(
+    trials: BalancerTrials, chosen: Design, sides: Sequence[tuple[int, list[Design]]], line: Contest[Design]
+) -> Cliff | None:
+    names = [v.name for v in trials.variables]
+    place = line.candidates.index
+    lines = [Line(names[k], [d.numbers[k] for d in designs], [place(d) for d in designs]) for k, designs in sides]
+    return nearest_cliff(line.scores, place(chosen), dict(zip(names, chosen.numbers, strict=True)), lines)
 
 
 def motor_time(machine: Machine, start: Mapping[str, Any]) -> float:

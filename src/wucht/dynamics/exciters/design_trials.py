@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -54,7 +54,9 @@ class LocalOptimum:
 class CheckedCandidate:
     """Candidate that beats in the averaged equations. numbers: values of the variables (k,). slow: its beat. ranges, counts
     (m,): rainflow cycles of the full equations over ``duration``. distances: of these from the target, by each of ``METRICS``
-    (3,). outcome: of the run. beats: True if it is one of those that beat. reason: of an early end of the run."""
+    (3,). outcome: of the run. beats: True if it is one of those that beat. reason: of an early end of the run. beat_time,
+    beat_values (n,): turning points of the signal over one beat, with the largest amplitude at that time in it at which the
+    averaged equations have theirs."""
 
     numbers: np.ndarray
     slow: Beat
@@ -65,6 +67,8 @@ class CheckedCandidate:
     outcome: str
     beats: bool
     reason: str
+    beat_time: np.ndarray = field(default_factory=lambda: np.empty(0))
+    beat_values: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     @property
     def cycles(self) -> LoadCycles:
@@ -142,18 +146,39 @@ class DesignTrials:
         return LocalOptimum(self.values(np.clip(solution.x, 0.0, 1.0)[None])[0], float(solution.fun))
 
 
-def check_candidate(trials: DesignTrials, numbers: np.ndarray, target: LoadCycles, beats: int, work: Work) -> CheckedCandidate:
-    """Run a candidate (k,) with the full equations, over a number of its beats after it repeats itself."""
+def check_candidate(
+    trials: DesignTrials, numbers: np.ndarray, target: LoadCycles, beats: int, work: Work, after: int = 0
+) -> CheckedCandidate:
+    """Run a candidate (k,) with the full equations, over a number of its beats after it repeats itself.
+
+    after: beats that are left out before, which have been counted already.
+    """
     slow, rig = trials.beat(numbers), trials.rig
-    end = slow.begin + beats * slow.period
-    case = RunUpCase.of(trials.candidate_machine(numbers), rig.start, RunSettings(until=end, tolerance=rig.tolerance))
+    begin = slow.begin + after * slow.period
+    case = RunUpCase.of(
+        trials.candidate_machine(numbers), rig.start, RunSettings(until=begin + beats * slow.period, tolerance=rig.tolerance)
+    )
     *_, last = load_histories(case, machine_signal(case.machine, rig.signal, rig.direction), work)
-    cycles = rainflow(last.values[last.time >= slow.begin])
+    is_counted = last.time >= begin
+    cycles = rainflow(last.values[is_counted])
     rows, _ = cycles.group_by_range()
     far = np.array(spectrum_distances(rows, target, trials.slope))
-    duration, outcome = last.end_time - slow.begin, None if last.verdict is None else last.verdict.outcome
-    beats_too = outcome in BEATING
-    return CheckedCandidate(numbers, slow, rows.ranges, rows.counts, far, duration, str(outcome), beats_too, last.failure or "")
+    duration, outcome = last.end_time - begin, None if last.verdict is None else last.verdict.outcome
+    return CheckedCandidate(
+        numbers, slow, rows.ranges, rows.counts, far, duration, str(outcome), outcome in BEATING, last.failure or "",
+        *_one_beat(slow, last.time[is_counted], last.values[is_counted]),
+    )  # fmt: skip
+
+
+def _one_beat(slow: Beat, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the turning points (n,) of one beat, in time with that of the averaged equations."""
+    is_second = (time >= time[0] + slow.period) & (time < time[0] + 2 * slow.period) if len(time) else np.empty(0, bool)
+    if not is_second.any():
+        return np.empty(0), np.empty(0)
+    largest = time[is_second][np.abs(values[is_second]).argmax()]
+    begin = largest - slow.time[slow.amplitude.argmax()]
+    is_shown = (time >= begin) & (time <= begin + slow.period)
+    return time[is_shown] - begin, values[is_shown]
 
 
 def spectrum_distances(cycles: LoadCycles, target: LoadCycles, slope: float) -> tuple[float, float, float]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.analysis.switching import switchable, switching
+from wucht.dynamics.sampling.choice import Line, Scores, nearest_cliff, sides_on_grid
 from wucht.machines.operation import natural_frequencies
 from wucht.results.formatting import ReportLines, formats
 from wucht.results.quantities import Quantity, result_dataset, table
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 
 _RESIDUAL_LIMIT = 1e-6  # a larger energy residual is reported as a warning
+_AXES = ("activation_speed", "orientation")
 Cell = tuple[str, int, int, int]
 Group = dict[str, Any]
 
@@ -103,6 +105,8 @@ def _words(plan: Plan) -> dict[str, tuple[str, str]]:
         "orientations_at_activation": ("angles between the first two as one opens", "rad"),
         "all_open": ("number of runs at whose end all are open", ""),
         "energy_residual": ("energy residual, relative", ""),
+        "neighbours": ("groups beside it", ""),
+        "cliff": ("nearest value at which the largest amplitude is more than twice as large", ""),
         "outcome": ("outcome", ""),
         "outcomes": ("number of runs of each outcome", ""),
     }
@@ -127,12 +131,32 @@ def _group_quantities(plan: Plan, groups: dict[str, list[Group]], bare_run: Acti
     """Numbers over the runs of all phases, of each variant."""
     words = _words(plan)
     run = bare_run and {"peak_amplitude": bare_run.peak, "peak_speed": bare_run.peak_speed, "outcome": bare_run.outcome}
-    best = min(groups[SWITCHABLE], key=lambda g: float(g["peak_amplitude"]), default=None)
+    best = _best_group(groups[SWITCHABLE])
     return [
         *(q for of, rows in groups.items() for q in table(of, rows, f"{of} pendulums by their orientation", words)),
         Quantity("none", run, "machine without pendulums", parts=words),
         Quantity("best", best, "switchable pendulums whose largest amplitude is smallest", parts=words),
     ]
+
+
+def _best_group(groups: list[Group]) -> Group | None:
+    """The group with the smallest peak, those beside it, and the nearest value at which the peak is twice as large."""
+    if not groups:
+        return None
+    peaks = np.array([[float(g["peak_amplitude"])] for g in groups])
+    values = np.array([[g[name] for name in _AXES] for g in groups], float)
+    scores = Scores(peaks, np.zeros(peaks.shape, bool))
+    k = int(scores.order[0])
+    sides = sides_on_grid(values, k)
+    lines = [Line(_AXES[axis], values[beside, axis].tolist(), beside) for axis, beside in sides]
+    cliff = nearest_cliff(scores, k, dict(zip(_AXES, values[k].tolist(), strict=True)), lines)
+    nearest = [groups[beside[0]] for _, beside in sides if beside]
+    return groups[k] | {
+        "neighbours": [{name: g[name] for name in (*_AXES, "peak_amplitude")} for g in nearest],
+        "cliff": None if cliff is None else {
+            "parameter": cliff.parameter, "value": cliff.value, "inside": cliff.inside, "peak_amplitude": cliff.cost
+        },
+    }  # fmt: skip
 
 
 def _groups(plan: Plan, results: dict[Cell, ActivationRun], of: str) -> list[Group]:

@@ -17,11 +17,13 @@ from wucht.dynamics.exciters.design_trials import (
     DesignTrials,
     LocalOptimum,
     check_candidate,
+    spectrum_distances,
 )
 from wucht.dynamics.exciters.slow_beats import Rig
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
+from wucht.dynamics.sampling.choice import Cliff
 from wucht.dynamics.sampling.searches import balancer_names, generations, require_pymoo, variables_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -32,6 +34,8 @@ from wucht.files.tables import read_table
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
 from wucht.schema import Unit, read_quantity, require_table
+from wucht.studies.exciter_design.design_plan import Plan
+from wucht.studies.exciter_design.neighbour_check import compare_designs, end_of_beating
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
 from wucht.studies.spec import Value
 from wucht.studies.subjects import MACHINE, Description
@@ -125,25 +129,6 @@ class MachineInFolderSubject:
 MACHINE_IN_FOLDER = MachineInFolderSubject()
 
 
-@dataclass(frozen=True)
-class Plan:
-    """Plan of a design.
-
-    numbers: nominal values of the variables (k,). target: cycles of the target. signal, unit: of the counted signal.
-    generations: of the search. warnings: doubts about the study.
-    """
-
-    spec: ExciterDesign
-    machine: Machine
-    trials: DesignTrials
-    numbers: np.ndarray
-    target: LoadCycles
-    signal: str
-    unit: str
-    generations: int
-    warnings: tuple[str, ...]
-
-
 def prepare(spec: ExciterDesign, subject: MachineInFolder | Machine) -> Plan:
     """Return the plan. Raises ``InputError`` where the study does not fit the machine."""
     machine, folder = (subject.machine, subject.folder) if isinstance(subject, MachineInFolder) else (subject, None)
@@ -178,7 +163,8 @@ def _check_ends(trials: DesignTrials, numbers: np.ndarray) -> None:
                 raise InputError(f"study.vary.{v.name}", end, error.explanation) from None
 
 
-_REACH, _SEARCH, _POLISH, _FULL, _CORRECTION = 0.2, 0.55, 0.7, 0.75, 0.9  # shares of the work after each
+_REACH, _SEARCH, _POLISH, _FULL, _CORRECTION, _CHECK = 0.15, 0.4, 0.5, 0.55, 0.75, 0.95  # shares of the work after each
+_WHOLE = 2  # corrections with as many evaluations as the local searches before; later ones are near, and have half as many
 _APART = 0.1  # of the ranges: candidates nearer to each other count as one
 
 
@@ -187,7 +173,8 @@ class Findings:
     """Candidates of a design.
 
     reach: random points of the ranges. search: generations. local_optima: of local searches. full_runs: candidates in the full
-    equations, those of corrections last. tolerances: exciters about the design, by their corrected spectra.
+    equations, those of corrections last. checks: the best of these, its neighbours and the nominal exciter, by later beats.
+    cliff: of the design. tolerances: exciters about the design, by their corrected spectra.
     """
 
     reach: tuple[Candidates, ...] = ()
@@ -196,10 +183,13 @@ class Findings:
     full_runs: tuple[CheckedCandidate, ...] = ()
     tolerances: tuple[Candidates, ...] = ()
     complete: bool = False
+    checks: tuple[CheckedCandidate, ...] = ()
+    cliff: Cliff | None = None
 
     def design(self, metric: int) -> CheckedCandidate | None:
-        """Return the run of the full equations whose spectrum is nearest to the target; None where none beats."""
-        beating = [c for c in self.full_runs if c.beats and np.isfinite(c.distances[metric])]
+        """Return the run of the full equations whose spectrum is nearest to the target, one of the checks if there are any;
+        None where none beats."""
+        beating = [c for c in self.checks or self.full_runs if c.beats and np.isfinite(c.distances[metric])]
         return min(beating, key=lambda c: float(c.distances[metric]), default=None)
 
 
@@ -229,12 +219,21 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         findings = replace(findings, full_runs=(*findings.full_runs, full_run))
         yield findings
     design = findings.design(metric)
+    if design is not None:
+        part = work.part("check ", _CORRECTION, _CHECK)
+        checks = compare_designs(plan, findings.full_runs, part)
+        findings = replace(findings, checks=checks, cliff=end_of_beating(plan, design.numbers, part))
+        yield findings
+        design = findings.design(metric)
     if design is not None and spec.samples and spec.spread:
         target = shift_spectrum(plan.target, design.slow.cycles, design.cycles)
         about = design.numbers * (1 + spec.spread * (2 * _points(plan, spec.samples, 1) - 1))
-        part = work.part("tolerances", _CORRECTION, 1.0)
+        # The corrected distance of the design itself is not quite that of its full equations: the target's cycles are not its.
+        deviation = design.distances - np.array(spectrum_distances(design.slow.cycles, target, spec.slope))
+        part = work.part("tolerances", _CHECK, 1.0)
         for batch in _candidate_batches(plan, about, target, "tolerances", part):
-            findings = replace(findings, tolerances=(*findings.tolerances, batch))
+            corrected = replace(batch, distances=np.maximum(batch.distances + deviation, 0.0))
+            findings = replace(findings, tolerances=(*findings.tolerances, corrected))
             yield findings
     work.report(1.0)
     yield replace(findings, complete=True)
@@ -309,13 +308,16 @@ def _best(plan: Plan, findings: Findings) -> list[np.ndarray]:
     return [numbers[k] for k in chosen]
 
 
-def _local_optimum(plan: Plan, numbers: np.ndarray, target: LoadCycles, name: str, work: Work) -> LocalOptimum:
-    if not plan.spec.polish:
+def _local_optimum(
+    plan: Plan, numbers: np.ndarray, target: LoadCycles, name: str, work: Work, evaluations: int | None = None
+) -> LocalOptimum:
+    evaluations = plan.spec.polish if evaluations is None else evaluations
+    if not evaluations:
         [far] = (
             plan.trials.evaluate(numbers[None], target, _progress_report(work, name)).distances[:, plan.trials.metric].tolist()
         )
         return LocalOptimum(numbers, far)
-    search = partial(plan.trials.optimise, numbers, target, plan.spec.polish, _progress_report(work, "local search"))
+    search = partial(plan.trials.optimise, numbers, target, evaluations, _progress_report(work, "local search"))
     return work.unit(name, search)
 
 
@@ -338,7 +340,8 @@ def _corrected_runs(plan: Plan, findings: Findings, work: Work) -> Iterator[Chec
             return
         here = work.part("", k / count, (k + 1) / count)
         target = shift_spectrum(plan.target, best.slow.cycles, best.cycles)
-        optimum = _local_optimum(plan, best.numbers, target, f"{k} polish", here.part("", 0.0, 0.8))
+        part, evaluations = here.part("", 0.0, 0.8), plan.spec.polish if k < _WHOLE else -(-plan.spec.polish // 2)
+        optimum = _local_optimum(plan, best.numbers, target, f"{k} polish", part, evaluations)
         full_run = _full_run(plan, optimum.numbers, f"{k} full", here.part("", 0.8, 1.0))
         findings = replace(findings, full_runs=(*findings.full_runs, full_run))
         yield full_run

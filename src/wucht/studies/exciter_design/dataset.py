@@ -17,7 +17,9 @@ from wucht.dynamics.exciters.slow_beats import MOTIONS
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitudes_at
 from wucht.results.quantities import Quantity, result_dataset
-from wucht.studies.exciter_design.computation import Findings, Plan
+from wucht.studies.exciter_design.computation import Findings
+from wucht.studies.exciter_design.design_plan import Plan
+from wucht.studies.exciter_design.neighbour_check import step_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +55,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_candidate_quantities(plan, candidates, "tried", "candidate"),
         *_candidate_quantities(plan, findings.tolerances, "tolerance", "sample"),
         *_run_quantities(plan, findings),
+        *_comparison_quantities(plan, findings, design),
         Quantity("motion", np.array(MOTIONS, str), "motion in the averaged equations", "", "motion"),
         Quantity("candidates", sum(len(b.motion) for b in candidates), "number of candidates"),
         Quantity("motions", _motions(candidates), "number of candidates by their motion in the averaged equations"),
@@ -173,7 +176,41 @@ def _beat_quantities(plan: Plan, design: CheckedCandidate | None) -> list[Quanti
         Quantity("beat_time", times, "time", time, "place", coordinate=True),
         Quantity("beat_amplitude", amplitudes, "amplitude", plan.unit, "place"),
         Quantity("beat_rate", rates, "cycles per unit of time", f"1/{time}" if time else "", "place"),
+        Quantity("turning_time", empty if design is None else design.beat_time, "time", time, "turn", coordinate=True),
+        Quantity("turning_value", empty if design is None else design.beat_values, plan.signal, plan.unit, "turn"),
     ]
+
+
+def _comparison_quantities(plan: Plan, findings: Findings, design: CheckedCandidate | None) -> list[Quantity]:
+    """Return what the design was compared with over the same later beats, the nearest first, and its cliff."""
+    rows, metric = list[dict[str, Any]](), plan.trials.metric
+    for check in findings.checks:
+        assert design is not None
+        distance = float(check.distances[metric]) if check.beats else np.nan
+        what = "design" if check is design else _relation(plan, check.numbers, design.numbers)
+        parameters = _values_by_name(plan, check.numbers)
+        rows.append({"what": what, "parameters": parameters, "distance": _finite_or_none(distance), "outcome": check.outcome})
+    parts = {
+        "what": ("what it is", ""), "parameters": ("parameters", ""), "outcome": ("outcome in the full equations", ""),
+        "distance": ("distance in the full equations, over beats that the search has not counted", ""),
+    }  # fmt: skip
+    cliff, of_cliff = findings.cliff, None
+    if cliff is not None:
+        of_cliff = {
+            "parameter": cliff.parameter, "value": cliff.value, "distance": cliff.distance, "inside": cliff.inside
+        }  # fmt: skip
+    return [
+        Quantity("compared", rows, "exciters compared over the same beats in the full equations", parts=parts),
+        Quantity("cliff", of_cliff, "nearest value at which it does not beat, in the averaged equations"),
+    ]
+
+
+def _relation(plan: Plan, numbers: np.ndarray, design: np.ndarray) -> str:
+    """Return what an exciter is to the design."""
+    if np.array_equal(numbers, plan.numbers):
+        return "as it is"
+    is_changed = ~np.isclose(numbers, design, rtol=1e-3 * step_of(plan), atol=0.0)
+    return "neighbour" if is_changed.sum() == 1 and np.allclose(numbers, design, rtol=1.01 * step_of(plan)) else "other"
 
 
 def _candidate_quantities(plan: Plan, batches: tuple[Candidates, ...], name: str, along: str) -> list[Quantity]:
@@ -285,7 +322,17 @@ def _sentence(plan: Plan, findings: Findings, design: CheckedCandidate | None) -
     if design is None:
         return "no exciter that beats so far" if not findings.complete else "none of the candidates beats"
     distance = design.distances[plan.trials.metric]
-    return f"the spectrum is met within {100 * distance:.2f} % {_DISTANCE_MEANINGS[plan.spec.metric]}, in the full equations"
+    meaning = _DISTANCE_MEANINGS[plan.spec.metric]
+    sentence = f"the spectrum is met within {100 * distance:.2f} % {meaning}, in the full equations"
+    rows = _comparison_quantities(plan, findings, design)[0].value
+    beside = [r["distance"] for r in rows if r["what"] == "neighbour" and r["distance"] is not None]
+    if beside:
+        ends = " to ".join(dict.fromkeys(f"{100 * x:.2f}" for x in (min(beside), max(beside))))
+        sentence += f"; {100 * step_of(plan):.2g} % away from it within {ends} %"
+    if (cliff := findings.cliff) is not None:
+        change = f"{100 * abs(cliff.distance):.2g} % {'less' if cliff.distance < 0 else 'more'} {cliff.parameter}"
+        sentence += f"; with {change} it does not beat"
+    return sentence
 
 
 def _warnings(plan: Plan, findings: Findings, design: CheckedCandidate | None, tolerances: dict[str, Any] | None) -> list[str]:

@@ -53,13 +53,16 @@ def _spectra(axis: Axes, result: xr.Dataset, by_number: bool) -> None:
 
 
 def _beat(axis: Axes, result: xr.Dataset) -> None:
+    """Draw the vibration of the full equations between its turning points, and the amplitude of the averaged ones."""
     scale, unit = printed_unit(result, "amplitude_wanted")
     time, amplitude = result["beat_time"].values, scale * result["beat_amplitude"].values
-    band: dict[str, Any] = {"alpha": 0.5, "linewidth": 0, "label": "range of the vibration"}
-    axis.fill_between(time, -amplitude, amplitude, color=COLOURS[4], **band)
-    axis.plot(time, amplitude, label="amplitude", **line_style(0))
+    turning_time, values = result["turning_time"].values, scale * result["turning_value"].values
+    axis.plot(turning_time, values, color=COLOURS[4], linewidth=0.8, label="full equations")
+    for sign, name in ((1, "amplitude, averaged equations"), (-1, None)):
+        axis.plot(time, sign * amplitude, label=name, **line_style(0) | {"linestyle": "--"})
+    largest = float(np.abs(np.concatenate([values, amplitude])).max())
     axis.set(title="one beat of the design", xlabel=abscissa_label(result, "beat_time", "time"))
-    axis.set(ylabel=with_unit("amplitude", unit), ylim=(-1.1 * amplitude.max(), 1.1 * amplitude.max()))
+    axis.set(ylabel=with_unit("amplitude", unit), ylim=(-1.1 * largest, 1.1 * largest))
 
 
 def _reach(axis: Axes, result: xr.Dataset) -> None:

@@ -66,6 +66,7 @@ def _design_lines(s: dict[str, Any], size: Callable[[float], str], dimensionless
             "counted from above",
         ),
     ]
+    lines += _comparison_lines(s)
     t = s["tolerances"]
     if t is not None:
         middle, worst = ("none" if t[q] is None else f"{100 * t[q]:.2f} %" for q in ("median", "q95"))
@@ -77,3 +78,17 @@ def _design_lines(s: dict[str, Any], size: Callable[[float], str], dimensionless
             )
         )
     return lines
+
+
+def _comparison_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the line on what the design was compared with over the same beats."""
+    words = {"as it is": "as it is", "neighbour": "neighbours", "other": "others"}
+    texts = list[str]()
+    for what, name in words.items():
+        rows = [r for r in s.get("compared", []) if r["what"] == what]
+        percents = [100 * r["distance"] for r in rows if r["distance"] is not None]
+        if rows:
+            ends = " to ".join(dict.fromkeys(f"{x:.2f}" for x in (min(percents), max(percents)))) if percents else ""
+            texts.append(f"{name} {ends} %" if percents else f"{name} none that beats")
+    first = f"over the same beats, not counted before: design {100 * s['distance']:.2f} %"
+    return [("compared", ", ".join([first, *texts]))] if texts else []

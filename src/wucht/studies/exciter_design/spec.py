@@ -122,7 +122,9 @@ class ExciterDesign(common.Spec):
     )
     beats: common.Whole = Field(default=40, description="number of beats counted with the full equations")
     corrections: common.Whole = Field(
-        default=2, description="number of corrections of the design by the deviation of the full from the averaged equations"
+        default=6,
+        description="number of corrections of the design by the deviation of the full from the averaged equations, "
+        "at most: the last one is that which brings it no nearer to the target",
     )
     spread: SI[float] = si("", "spread of the parameters", default=0.02, ge=0, lt=1, help=(
         "spread of all variables, half the width relative to the value, for `samples` exciters within tolerances"

@@ -31,6 +31,7 @@ from wucht.fatigue.damage import AccumulatedDamage, WoehlerLine
 from wucht.machines.machine import Machine
 from wucht.piecewise import Pieces
 from wucht.schema import Parameter
+from wucht.studies.failure_detection.parameter_points import ParameterPoint, best_index
 from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.shared_keys import woehler_line
 from wucht.studies.spec import Pair
@@ -229,17 +230,6 @@ class MonitoredRun:
     readings: Readings
 
 
-@dataclass(frozen=True)
-class ParameterPoint:
-    """Result at other values. before, after: speeds, signal: None where the specimen did not fail, or too late."""
-
-    values: tuple[float, ...]
-    before: float | None
-    after: float | None
-    signal: float | None
-    outcome: str
-
-
 @dataclass(frozen=True, eq=False)
 class Findings:
     """Findings so far.
@@ -364,9 +354,11 @@ def _midpoints(
     sorted_values: list[tuple[float, ...]], points: dict[tuple[float, ...], ParameterPoint]
 ) -> list[tuple[float, ...]]:
     """Return the values halfway between the one with the largest signal and its neighbours."""
-    best = max(range(len(sorted_values)), key=lambda i: points[sorted_values[i]].signal or 0.0)
+    best = best_index([points[v] for v in sorted_values])
+    if best is None:
+        return []
     neighbours = [sorted_values[i] for i in (best - 1, best + 1) if 0 <= i < len(sorted_values)]
-    return [((sorted_values[best][0] + one[0]) / 2,) for one in neighbours] if points[sorted_values[best]].signal else []
+    return [((sorted_values[best][0] + one[0]) / 2,) for one in neighbours]
 
 
 def _parameter_point(plan: Plan, values: tuple[float, ...], work: Work) -> ParameterPoint:

@@ -10,7 +10,15 @@ import numpy as np
 from wucht.dynamics.exciters.speed_readings import UNSTABLE, Readings
 from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Quantity, StudyResult
-from wucht.studies.failure_detection.computation import Findings, ParameterAxis, ParameterPoint, Plan
+from wucht.studies.failure_detection.computation import Findings, ParameterAxis, Plan
+from wucht.studies.failure_detection.parameter_points import (
+    NEAR,
+    ParameterPoint,
+    best_index,
+    cliff_at,
+    neighbours_of,
+    safe_index,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +28,7 @@ _ENERGY_TOLERANCE = 1e-6  # a larger energy residual is reported as a warning
 _SPEED_TOLERANCE = 0.05  # of the speed: a larger difference of the averaged equations is reported
 _SIGNAL = "change of speed over standard deviation of the readings"
 _ALARM_PROBABILITIES = (0.5, 0.95)
+_POINT_KEYS = ("signal", "change", "outcome", "neighbours", "cliff")
 _FALSE_ALARM_SHARE = 0.5  # of the time between false alarms: a later mean alarm is not distinguishable from a false one
 
 
@@ -47,13 +56,13 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_speed_quantities(plan, findings),
         *_detection_quantities(plan, findings),
         *_point_quantities(plan, findings.points),
-        _largest_signal(plan, findings.points),
+        *_largest_signal(plan, findings.points),
     ]
     draft, run = StudyResult(quantities, ""), findings.nominal_run.run
     s = draft.summary
     return replace(
-        draft, sentence=_sentence(s, plan), warnings=_warnings(plan, findings, s), failure=run.failure,
-        attributes={"outcome": str(run.verdict.outcome), "signal": plan.signal.name},
+        draft, sentence=_sentence(s, plan) + _largest_clause(plan, s), warnings=_warnings(plan, findings, s),
+        failure=run.failure, attributes={"outcome": str(run.verdict.outcome), "signal": plan.signal.name},
     ).to_dataset()  # fmt: skip
 
 
@@ -186,23 +195,70 @@ def _parameter_axes(plan: Plan) -> list[ParameterAxis]:
     return [v for v in (plan.along, plan.second) if v is not None]
 
 
-def _largest_signal(plan: Plan, points: tuple[ParameterPoint, ...]) -> Quantity:
-    """Return the point with the largest signal."""
-    usable_points = [p for p in points if p.signal is not None]
-    best: dict[str, Any] | None = None
-    parts = {
-        **{v.parameter.path: (v.parameter.path, v.parameter.unit) for v in _parameter_axes(plan)},
+def _largest_signal(plan: Plan, points: tuple[ParameterPoint, ...]) -> list[Quantity]:
+    """Return the point with the largest signal, its neighbours and its cliff, and the best point away from cliffs."""
+    axes = {v.parameter.path: (v.parameter.path, v.parameter.unit) for v in _parameter_axes(plan)}
+    of_point = axes | {
         "signal": (_SIGNAL, ""), "change": ("change of speed", plan.machine.units.speed), "outcome": ("outcome", ""),
+        "neighbours": ("neighbours of it", ""), "cliff": ("nearest value at which less than half of the signal is left", ""),
     }  # fmt: skip
-    if usable_points:
-        best_point = max(usable_points, key=lambda p: p.signal or 0.0)
-        best = {v.parameter.path: x for v, x in zip(_parameter_axes(plan), best_point.values, strict=True)}
-        best |= {
-            "signal": best_point.signal,
-            "change": _change(best_point.before, best_point.after),
-            "outcome": best_point.outcome,
-        }
-    return Quantity("largest", best, "other values with the largest signal", parts=parts)
+    best = best_index(points)
+    safe = None if best is None else safe_index(points, list(axes))
+    rows = [None if k is None else _point_row(points, k, list(axes)) for k in (best, safe)]
+    return [
+        Quantity("largest", rows[0], "other values with the largest signal", parts=of_point),
+        Quantity("largest_safe", rows[1], f"the same, at least {100 * NEAR:g} % from a cliff", parts=of_point),
+    ]
+
+
+def _point_row(points: tuple[ParameterPoint, ...], k: int, paths: list[str]) -> dict[str, Any]:
+    """Return a point, the neighbours with which it is compared, and its nearest cliff."""
+    point, cliff = points[k], cliff_at(points, k, paths)
+    beside = [points[indices[0]] for _, indices in neighbours_of(points, k) if indices]
+
+    def values_of(one: ParameterPoint) -> dict[str, Any]:
+        return dict(zip(paths, one.values, strict=True))
+
+    return values_of(point) | {
+        "signal": point.signal, "change": _change(point.before, point.after), "outcome": point.outcome,
+        "neighbours": [values_of(p) | {"signal": p.signal} for p in beside],
+        "cliff": None if cliff is None else {
+            "parameter": cliff.parameter, "value": cliff.value, "distance": cliff.distance, "inside": cliff.inside,
+            "signal": 1 / cliff.cost,
+        },
+    }  # fmt: skip
+
+
+def _largest_clause(plan: Plan, s: dict[str, Any]) -> str:
+    """Return where the signal is largest, and how near its cliff is."""
+    if (largest := s["largest"]) is None:
+        return ""
+    at = ", ".join(f"{v.parameter.path} = {largest[v.parameter.path]:.4g}" for v in _parameter_axes(plan))
+    present = "" if s["signal"] is None else f" ({s['signal']:.3g} as it is)"
+    clause = f"; the signal is largest, {largest['signal']:.3g}{present}, at {at}"
+    if (cliff := largest["cliff"]) is None:
+        return clause
+    side = "below" if cliff["distance"] < 0 else "above"
+    return f"{clause}, and {100 * abs(cliff['distance']):.2g} % {side} that {cliff['signal']:.3g}"
+
+
+def _cliff_warning(plan: Plan, s: dict[str, Any]) -> list[str]:
+    """Return a warning where the largest signal lies at a cliff, with the best value away from it."""
+    largest, safe = s["largest"], s["largest_safe"]
+    if largest is None or largest["cliff"] is None or abs(largest["cliff"]["distance"]) >= NEAR:
+        return []
+    cliff, units = largest["cliff"], {v.parameter.path: v.parameter.unit for v in _parameter_axes(plan)}
+    path, unit = cliff["parameter"], units[cliff["parameter"]]
+    side = "below" if cliff["distance"] < 0 else "above"
+    warning = (
+        f"the largest signal, {largest['signal']:.3g} at {path} = {largest[path]:.5g} {unit}".rstrip()
+        + f", lies at a cliff: {100 * abs(cliff['distance']):.2g} % {side}, at {cliff['value']:.5g} {unit}".rstrip()
+        + f", it is {cliff['signal']:.3g}"
+    )
+    if safe is None:
+        return [warning]
+    at = ", ".join(f"{p} = {safe[p]:.5g} {u}".rstrip() for p, u in units.items())
+    return [f"{warning}; at least {100 * NEAR:g} % away from it {at} is best, {safe['signal']:.3g}"]
 
 
 def _sentence(s: dict[str, Any], plan: Plan) -> str:
@@ -250,6 +306,7 @@ def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
         warnings.append("an alarm comes hardly any sooner than a false one: the chart does not detect this failure")
     if nominal_run.run.verdict.advice and s["change"] is not None:
         warnings.append(f"after the failure {nominal_run.run.verdict.advice}")
+    warnings += _cliff_warning(plan, s)
     for period, averaged_speed in zip(("before", "after"), findings.averaged_speeds or (), strict=False):
         speed = s[period]["speed"]
         if averaged_speed.speed is None:
@@ -290,7 +347,7 @@ def report(result: xr.Dataset) -> list[str]:
     lines.add("stiffness", "{stiffness:.4g} of the intact specimen's at the end, its work {stiffness_work:.4g}")
     lines.add("energy", "closes to {energy_residual:.1e}")
     if s["largest"] is not None:
-        at = (f"{path} = {x:.5g}" for path, x in s["largest"].items() if path not in ("signal", "change", "outcome"))
+        at = [f"{path} = {x:.5g}" for path, x in s["largest"].items() if path not in _POINT_KEYS]
         there = "change {largest.change:.5g}, then {largest.outcome}"
         lines.add("largest", "signal {largest.signal:.4g} at {at}: " + there, at=", ".join(at))
     return lines.report(result.wucht.sentence)

@@ -79,9 +79,22 @@ def _signal(axis: Axes, result: xr.Dataset) -> None:
     for k in range(rows.shape[1]):
         name = "signal" if signal.ndim == 1 else f"{result['second'].attrs['long_name']} = {float(result['second'][k]):.4g}"
         axis.plot(along, rows[:, k], marker="o", markersize=2.5, label=name, **line_style(k))
-    if np.isfinite(signal).any():
-        at = np.unravel_index(int(np.nanargmax(signal)), signal.shape)
-        axis.plot(along[at[0]], signal[at], "*", color="black", markersize=9, label="largest", zorder=5)
+    _mark_largest(axis, result)
     axis.locator_params(axis="x", nbins=5)
     axis.set(xlabel=label(result, "along"), ylabel="change of speed / standard deviation", ylim=(0, None))
     axis.set_title("signal at the failure")
+
+
+def _mark_largest(axis: Axes, result: xr.Dataset) -> None:
+    """Mark the largest signal, the cliff beside it along the abscissa, and the largest one away from cliffs."""
+    s, path = result.wucht.summary, result["along"].attrs["long_name"]
+    largest, safe = s.get("largest"), s.get("largest_safe")
+    if largest is None:
+        return
+    axis.plot(largest[path], largest["signal"], "*", color="black", markersize=9, label="largest", zorder=5)
+    if (cliff := largest.get("cliff")) is not None and cliff["parameter"] == path:
+        side = "below" if cliff["distance"] < 0 else "above"
+        name = f"cliff, {100 * abs(cliff['distance']):.2g} % {side} it"
+        axis.axvline((cliff["value"] + cliff["inside"]) / 2, color=COLOURS[1], linestyle="--", linewidth=1.0, label=name)
+    if safe is not None and safe[path] != largest[path]:
+        axis.plot(safe[path], safe["signal"], "D", color=COLOURS[2], markersize=6, label="largest away from it", zorder=5)

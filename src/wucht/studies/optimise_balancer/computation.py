@@ -1,204 +1,54 @@
-"""Question and machine -> plan -> findings: the variables, the candidates, the front, and the curve over the damping."""
+"""Plan -> findings: the candidates, the front, the curve over the damping, and the recommendation."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from wucht.analysis.averaged_equations import keeps_inertia
 from wucht.dynamics.balancers.candidates import (
     CAPTURE,
+    SETTLING,
     BalancerTrials,
     CandidateResults,
-    TrialSettings,
-    evaluate_batch,
+    SettlingRuns,
     evaluate_candidates,
+    evaluate_runs,
     power_of_two,
     units_of_work,
-    with_bodies,
 )
 from wucht.dynamics.balancers.damping_optimum import DampingCurve, compensated_state, damping_curve, decay_rates
-from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.ensemble_equations import batching_obstacle
-from wucht.dynamics.sampling.ensemble_run import integration_note
-from wucht.dynamics.sampling.ensembles import Report, omission_warnings, subprogress
+from wucht.dynamics.balancers.recommendation import (
+    CHECK_SAMPLES,
+    CHECK_STREAM,
+    BalancerMerit,
+    Design,
+    Recommendation,
+    fresh_trials,
+    recommend,
+)
+from wucht.dynamics.sampling.ensembles import Report, subprogress
 from wucht.dynamics.sampling.searches import (
     Variable,
     balancer_names,
     generations,
     is_pareto_optimal,
-    require_pymoo,
     spread_selection,
-    variables_of,
 )
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.parts.base import Body
 from wucht.results.formatting import bodies_in_words
-from wucht.studies.optimise_balancer.spec import OBJECTIVES, Objective, OptimiseBalancer
-from wucht.system import TIME
+from wucht.studies.optimise_balancer.balancer_plan import AS_IT_IS, CURVE, Plan, prepare
 
-_CURVE = 25  # dampings
-_DECADES = 1.5  # on either side of the machine's damping, where the question does not vary it
-_SLOW_PEAK = (
-    "the peaks of the search are those of averaged equations, in which the vibration follows the speed at once: they are too "
-    "high where a resonance is passed fast; the check has those of the full equations"
-)
+__all__ = ["Baseline", "Findings", "FrontPoint", "FullCheck", "Plan", "prepare", "run"]
 
-
-@dataclass(frozen=True)
-class Plan:
-    """The plan of a search for the best balancer.
-
-    objectives: the requested ones. trials: by the number of bodies; ``as_it_is``: of the machine as given. numbers: its
-    values of the variables (k,). generations: of each number of bodies. curve: trials of the damping alone, and the
-    dampings. way: the integration of the runs, as a phrase; one_by_one: True if each run is integrated separately.
-    """
-
-    spec: OptimiseBalancer
-    machine: Machine
-    objectives: tuple[Objective, ...]
-    trials: dict[int, BalancerTrials]
-    as_it_is: BalancerTrials
-    numbers: np.ndarray
-    generations: int
-    curve: tuple[BalancerTrials, np.ndarray] | None
-    way: str
-    one_by_one: bool
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """Return the variables of the machine as given."""
-        return self.as_it_is.variables
-
-    @property
-    def objective_columns(self) -> list[int]:
-        """Return the columns of the requested objectives."""
-        return [k for k, o in enumerate(OBJECTIVES) if o in self.objectives]
-
-    @property
-    def runs(self) -> int:
-        """Return the largest number of runs: of the machine as it is, the curve, the search, and the points of the front."""
-        curve = 0 if self.curve is None else len(self.curve[1])
-        candidates = len(self.trials) * self.generations * self.spec.population
-        return self.spec.samples * (2 + curve + candidates + min(self.spec.points, candidates))
-
-
-def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
-    """Return the plan. Raises ``InputError`` where the question does not fit the machine."""
-    require_pymoo(spec.kind)
-    if not any(isinstance(p, Body) for p in machine.parts):
-        raise InputError("machine.model", None, "not allowed: bodies, [[machine.bodies]], are needed, whose numbers are varied")
-    balancing_bodies = balancer_names(machine)
-    if not balancing_bodies:
-        raise InputError("machine.bodies", None, f"there are no balancing bodies about {machine.rotor.name!r}")
-    path, factor = _unbalance(machine)
-    unbalance_range = spec.unbalance or (machine.values[path] / factor,) * 2
-    if not unbalance_range[0] > 0:
-        raise InputError(path, machine.values[path], "must be greater than 0, or study.unbalance = [low, high] must be given")
-    inertia = keeps_inertia(machine, True if spec.inertia is None else spec.inertia)
-    _check_start(spec, machine)
-
-    settings = TrialSettings(spec.samples, spec.seed, spec.start, spec.until, spec.order, spec.tolerance)
-
-    def trials(of: Machine) -> BalancerTrials:
-        variables = variables_of(of, spec.vary, spec.bodies is not None)
-        if path in {p for v in variables for p in v.paths}:
-            raise InputError(f"study.vary.{path}", None, "not allowed: the unbalance is given by study.unbalance")
-        if any(p == f"{machine.rotor.name}.mass" for v in variables for p in v.paths) and factor != 1.0:
-            raise InputError(
-                "study.vary", f"{machine.rotor.name}.mass", "allowed only where the rotor's unbalance itself is given"
-            )
-        return BalancerTrials(
-            settings, of, variables, path, (unbalance_range[0] * factor, unbalance_range[1] * factor), inertia
-        )
-
-    as_it_is, objectives = trials(machine), _objectives(spec, machine)
-    _check_ends(as_it_is)
-    question = as_it_is.question(spec.model)
-    warnings = omission_warnings(question, spec.start, (), ())
-    counts = spec.bodies or (len(balancing_bodies),)
-    by_count = {n: trials(with_bodies(machine, n)) for n in counts}
-    for n in counts:
-        initial_state(by_count[n].machine, spec.start)
-    curve = _curve(as_it_is) if spec.damping_curve else None
-    if spec.damping_curve and curve is None:
-        warnings = (*warnings, "there is no damping curve: some balancing body has no damping that could be varied")
-    if spec.model == "slow" and "peak" in objectives:
-        warnings = (*warnings, _SLOW_PEAK)
-    numbers = np.array([machine.values[v.paths[0]] for v in as_it_is.variables])
-    generations, alone = spec.evaluations // (len(counts) * spec.population), batching_obstacle(question) is not None
-    return Plan(
-        spec, machine, objectives, by_count, as_it_is, numbers, generations, curve, integration_note(question), alone, warnings
-    )  # fmt: skip
-
-
-def _objectives(spec: OptimiseBalancer, machine: Machine) -> tuple[Objective, ...]:
-    """Return the objectives. Raises ``InputError`` for the peak of a rotor that does not pass its resonance."""
-    prescribed_motion = machine.rotor.coordinate.prescribed_velocity
-    is_held = prescribed_motion is not None and TIME not in prescribed_motion.free_symbols and not machine.schedules
-    if is_held and "peak" in (spec.objectives or ()):
-        reason = "the drive holds the rotor's speed from the beginning, so that it passes no resonance on the way"
-        raise InputError("study.objectives", "peak", f"not allowed: {reason}")
-    return spec.objectives or tuple(o for o in OBJECTIVES if not (is_held and o == "peak"))
-
-
-def _check_start(spec: OptimiseBalancer, machine: Machine) -> None:
-    """Refuse a start with phases of balancing bodies, which are random. Raises ``InputError``."""
-    for name, value in spec.start.items():
-        speed_alone = isinstance(value, Mapping) and "angle" not in value
-        if name in ("psi", "delta") or (name in balancer_names(machine) and not speed_alone):
-            raise InputError(f"study.start.{name}", value, "not allowed: the phases of balancing bodies are random")
-
-
-def _unbalance(machine: Machine) -> tuple[str, float]:
-    """Return the path of the rotor's unbalance, and its value for 1 kg m. Raises ``InputError``."""
-    name, values = machine.rotor.name, machine.values
-    if f"{name}.unbalance" in values:
-        return f"{name}.unbalance", 1.0
-    if f"{name}.eccentricity" in values:
-        return f"{name}.eccentricity", 1 / values[f"{name}.mass"]
-    raise InputError("machine.bodies", name, "a main rotor with an unbalance or an eccentricity is required")
-
-
-def _check_ends(trials: BalancerTrials) -> None:
-    """Refuse an end of a range that the parts do not allow, all else unchanged. Raises ``InputError``."""
-    for v in trials.variables:
-        for end in (v.low, v.high):
-            alone = replace(trials, variables=(v,))
-            try:
-                alone.candidate_machine([end])
-            except InputError as error:
-                raise InputError(f"study.vary.{v.name}", end, error.explanation) from None
-
-
-def _curve(trials: BalancerTrials) -> tuple[BalancerTrials, np.ndarray] | None:
-    """Return trials with the damping of all bodies as the only variable, and the dampings (N,)."""
-    machine, names = trials.machine, balancer_names(trials.machine)
-    if any(f"{b}.damping" not in machine.values for b in names):
-        return None
-    damping_variable = next((v for v in trials.variables if v.key == "damping" and len(v.paths) == len(names)), None)
-    damping = max(machine.values[f"{b}.damping"] for b in names)
-    if damping_variable is None and not damping > 0:
-        return None
-    low, high = (
-        (damping * 10**-_DECADES, damping * 10**_DECADES)
-        if damping_variable is None
-        else (damping_variable.low, damping_variable.high)
-    )
-    if not low > 0:
-        low = high * 10 ** (-2 * _DECADES)
-    parameter = machine.parameters[f"{names[0]}.damping"]
-    only = Variable("damping", "damping", tuple(f"{b}.damping" for b in names), low, high, parameter.unit, parameter.long_name)
-    return replace(trials, variables=(only,)), np.geomspace(low, high, _CURVE)
-
-
+_ENTRANTS = 3  # of the front, of the search, and of the damping curve, that compete for the recommendation
+_SAME = 1e-9  # relative
 _RUNS = 0.8  # of the progress; the rest are steady states
+_RECOMMENDATION = 0.7  # the share of the work after which candidates are compared for the recommendation
 
 
 def _shares(plan: Plan) -> tuple[float, float, float]:
@@ -212,18 +62,19 @@ def _shares(plan: Plan) -> tuple[float, float, float]:
         curve = units_of_work(len(plan.curve[1]), plan.spec.samples)
     candidates = len(plan.trials) * plan.generations * plan.spec.population
     sizes = np.cumsum([2, curve, search, min(plan.spec.points, candidates)])
-    first, second, third, _ = (sizes / sizes[-1]).tolist()
+    first, second, third, _ = (_RECOMMENDATION * sizes / sizes[-1]).tolist()
     return first, second, third
 
 
 @dataclass(frozen=True)
 class FullCheck:
     """A candidate in the full equations. residual: the least of a stable state, at the worse end of the unbalances,
-    nan: there is none, or it cannot be computed, for the ``reason``."""
+    nan: there is none, or it cannot be computed, for the ``reason``. runs: of the candidate."""
 
     evaluation: CandidateResults
     residual: float
     reason: str = ""
+    runs: SettlingRuns | None = None
 
 
 @dataclass(frozen=True)
@@ -236,7 +87,8 @@ class Baseline:
 
 @dataclass(frozen=True)
 class FrontPoint:
-    """A point of the front: number of bodies, and the candidate as evaluated by the search."""
+    """A point of the front: number of bodies, and the candidate as evaluated by the search. The recommended candidate is one,
+    too, the last one if the search has not evaluated it."""
 
     bodies: int
     evaluation: CandidateResults
@@ -252,7 +104,8 @@ class FrontPoint:
 class Findings:
     """The findings of a search.
 
-    evaluated_generations: with their number of bodies. front: empty until the search is finished.
+    evaluated_generations: with their number of bodies. front: empty until the search is finished. recommendation: None until it
+    is complete.
     """
 
     baseline: Baseline
@@ -260,6 +113,7 @@ class Findings:
     evaluated_generations: tuple[tuple[int, CandidateResults], ...] = ()
     front: tuple[FrontPoint, ...] = ()
     front_size: int = 0
+    recommendation: Recommendation | None = None
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
@@ -277,20 +131,99 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     findings = replace(findings, front=front, front_size=front_size)
     yield findings
     checks = {f"{k}": partial(verify_candidate, plan.trials[p.bodies], p.numbers) for k, p in enumerate(front)}
-    for name, check in work.part("front", search, 1.0).units(checks, "check with the full equations"):
+    for name, check in work.part("front", search, _RECOMMENDATION).units(checks, "check with the full equations"):
         points = list(findings.front)
         points[int(name)] = replace(points[int(name)], check=check)
         findings = replace(findings, front=tuple(points))
         yield findings
+    if front:
+        findings = _recommend(plan, findings, work.part("recommendation ", _RECOMMENDATION, 1.0))
     work.report(1.0)
     yield findings
+
+
+def present_design(plan: Plan) -> Design:
+    """Return the machine as it is as a candidate, one of the search where its bodies are equal."""
+    count, machine = len(balancer_names(plan.machine)), plan.machine
+    if count not in plan.trials or not all(_have_same_values(machine, v) for v in plan.variables):
+        return Design(AS_IT_IS, ())
+    return Design(str(count), tuple(plan.numbers.tolist()))
+
+
+def _have_same_values(machine: Machine, variable: Variable) -> bool:
+    values = np.array([machine.values[path] for path in variable.paths])
+    return bool(np.ptp(values) <= _SAME * np.abs(values).max())
+
+
+def curve_designs(plan: Plan, curve: DampingCurve | None, present: Design) -> tuple[list[Design], Design | None]:
+    """Return the dampings that settle fastest, the machine otherwise as it is, as candidates of the search; where damping is
+    not varied, the fastest one alone, that is not."""
+    if curve is None or not np.isfinite(curve.optimum):
+        return [], None
+    times = np.where(curve.share_through >= curve.share_through.max(), curve.settling_time, np.nan)
+    best = [float(curve.damping[k]) for k in np.argsort(times)[:_ENTRANTS] if np.isfinite(times[k])]
+    assert plan.curve is not None
+    column = next((k for k, v in enumerate(plan.variables) if set(v.paths) == set(plan.curve[0].variables[0].paths)), None)
+    if column is None:
+        return [], Design(CURVE, (best[0],))
+    if present.group == AS_IT_IS:
+        return [], None
+    numbers = [(*plan.numbers[:column].tolist(), b, *plan.numbers[column + 1 :].tolist()) for b in best]
+    return [Design.of(present.group, n) for n in numbers], None
+
+
+def _luckiest(plan: Plan, findings: Findings) -> list[Design]:
+    """Return the best candidates by the search: the fewest failing runs, then the settling time, then the number of bodies."""
+    results = [
+        (count, evaluation.pick(int(k)))
+        for count, evaluation in findings.evaluated_generations
+        for k in np.flatnonzero(eligible_candidates(plan, evaluation, findings.baseline))
+    ]
+
+    def order(one: tuple[int, CandidateResults]) -> tuple[float, float, int]:
+        count, result = one
+        time = float(result.objectives[0, SETTLING])
+        return BalancerMerit.of(count, time, result.outcomes[0]).most_failing, time if np.isfinite(time) else np.inf, count
+
+    return [Design.of(str(count), result.numbers[0].tolist()) for count, result in sorted(results, key=order)[:_ENTRANTS]]
+
+
+def _recommend(plan: Plan, findings: Findings, work: Work) -> Findings:
+    """Choose the recommended candidate, and add it to the points of the front if it is none of them."""
+    present, part = present_design(plan), work.part("", 0.0, 0.9)
+    dampings, beside = curve_designs(plan, findings.curve, present)
+    checks = {present: findings.baseline.check} | {_design(p): p.check for p in findings.front if p.check is not None}
+    runs_of_check = {design: check.runs for design, check in checks.items() if check.runs is not None}
+    entrants = _luckiest(plan, findings)
+    recommendation = recommend(plan.groups, runs_of_check, entrants, dampings, present, beside, plan.spec.samples, part)
+    findings = replace(findings, recommendation=recommendation)
+    if recommendation.is_kept or recommended_point(findings) is not None:
+        return findings
+    bodies, numbers = int(recommendation.chosen.group), np.array(recommendation.chosen.numbers)
+    trials, last = plan.trials[bodies], work.part("point ", 0.9, 1.0)
+    evaluation = evaluate_candidates(trials, plan.spec.model, numbers[None], last.part("", 0.0, 0.5), "the recommended one")
+    tasks = {"check": partial(verify_candidate, trials, numbers)}
+    ((_, check),) = last.part("", 0.5, 1.0).units(tasks, "the recommended one")
+    return replace(findings, front=(*findings.front, FrontPoint(bodies, evaluation, check)))
+
+
+def recommended_point(findings: Findings) -> int | None:
+    """Return the index of the recommended candidate in the front; None where it is none of its points."""
+    if findings.recommendation is None:
+        return None
+    chosen = findings.recommendation.chosen
+    return next((k for k, point in enumerate(findings.front) if _design(point) == chosen), None)
+
+
+def _design(point: FrontPoint) -> Design:
+    return Design.of(str(point.bodies), point.numbers.tolist())
 
 
 def _evaluate_baseline(plan: Plan, work: Work) -> Baseline:
     # Bodies that are not equal stay as they are: nothing is varied.
     as_it_is, no_values, activity = replace(plan.as_it_is, variables=()), np.zeros(0), "the machine as it is"
     if plan.one_by_one:
-        activity = f"{plan.runs} run-ups at most, integrated one by one, which takes long"
+        activity = f"{plan.runs} run-ups at most before the recommendation, integrated one by one, which takes long"
     evaluation = evaluate_candidates(as_it_is, plan.spec.model, no_values[None], work.part("", 0.0, 0.5), activity)
     ((_, check),) = work.part("", 0.5, 1.0).units({"full": partial(verify_candidate, as_it_is, no_values)}, activity)
     return Baseline(evaluation, check)
@@ -303,15 +236,16 @@ def _follow_curve(plan: Plan, trials: BalancerTrials, dampings: np.ndarray, work
 
 def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> FullCheck:
     """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs."""
-    evaluation = evaluate_batch(replace(trials, fresh_phases=True), "full", numbers[None], subprogress(report, 0.0, _RUNS))
+    fresh = fresh_trials(trials, CHECK_SAMPLES * trials.settings.samples, CHECK_STREAM)
+    evaluation, runs = evaluate_runs(fresh, "full", numbers[None], subprogress(report, 0.0, _RUNS))
     residuals, machine = list[float](), trials.candidate_machine(numbers.tolist())
     for end in dict.fromkeys(trials.ends):
         try:
             state = compensated_state(machine.with_values({trials.unbalance: end}), full=True)
         except InputError as error:
-            return FullCheck(evaluation, np.nan, error.explanation)
+            return FullCheck(evaluation, np.nan, error.explanation, runs)
         residuals.append(np.nan if state is None or state.residual is None else state.residual)
-    return FullCheck(evaluation, float(np.max(residuals)))
+    return FullCheck(evaluation, float(np.max(residuals)), runs=runs)
 
 
 def _search_generations(plan: Plan, baseline: Baseline, work: Work) -> Iterator[tuple[tuple[int, CandidateResults], ...]]:

@@ -9,12 +9,19 @@ import numpy as np
 
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
-from wucht.dynamics.balancers.recommendation import BalancerMerit, motor_sets, motor_time, recommended_index
-from wucht.dynamics.sampling.searches import is_pareto_optimal, values_at
+from wucht.dynamics.balancers.recommendation import CHECK_SAMPLES, BalancerMerit
+from wucht.dynamics.sampling.searches import balancer_names, is_pareto_optimal
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
-from wucht.results.formatting import bodies_in_words, percent
+from wucht.results.formatting import percent
 from wucht.results.quantities import Quantity, result_dataset
-from wucht.studies.optimise_balancer.computation import Findings, FrontPoint, FullCheck, Plan
+from wucht.studies.optimise_balancer.balancer_plan import Plan
+from wucht.studies.optimise_balancer.computation import Findings, FullCheck
+from wucht.studies.optimise_balancer.recommendation_rows import (
+    recommendation_quantities,
+    recommendation_sentence,
+    recommendation_warnings,
+    recommended_row,
+)
 from wucht.studies.optimise_balancer.spec import OBJECTIVES
 
 if TYPE_CHECKING:
@@ -34,7 +41,6 @@ _PARTS = {
     "fails": ("share of runs that do not end compensated", ""),
     "balances": ("whether more than half of the runs end compensated", ""),
 }
-_SAME = 1e-9  # relative
 _CHANCE = 2.6  # standard deviations: a hundredth of what chance does
 
 
@@ -43,91 +49,15 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     front = findings.front
     check_objectives = np.array([_check_numbers(p.check) for p in front]).reshape(len(front), len(OBJECTIVES))
     holds = _holds(plan, check_objectives)
-    recommendation = _recommendation(plan, findings, holds)
     quantities = [
-        Quantity("recommended", recommendation, "recommended balancer", parts=_recommendation_parts(plan)),
+        *recommendation_quantities(plan, findings),
         *_front_quantities(plan, findings, check_objectives, holds),
         *_candidate_quantities(plan, findings),
         *_baseline_quantities(plan, findings),
         *_question_quantities(plan),
         *_damping_quantities(plan, findings.curve),
     ]
-    return result_dataset(
-        quantities, _sentence(plan, findings, holds, recommendation), _warnings(plan, findings, check_objectives)
-    )
-
-
-def _merit(bodies: int, evaluation: CandidateResults, check: FullCheck | None, is_confirmed: bool) -> BalancerMerit:
-    """Return the merit of a candidate, by the check where there is one."""
-    results = evaluation if check is None else check.evaluation
-    time, error = float(results.objectives[0, SETTLING]), float(results.error[0])
-    return BalancerMerit.of(bodies, time, results.outcomes[0], is_confirmed, error)
-
-
-def _number_of_bodies(plan: Plan) -> int:
-    return len(plan.machine.group(plan.machine.rotor)) - 1
-
-
-def _recommendation(plan: Plan, findings: Findings, holds: np.ndarray) -> dict[str, Any] | None:
-    """Return the recommended point of the front, or the machine as it is where none is better.
-
-    None as long as no point is checked, and where neither a point nor the machine balances.
-    """
-    checked_points = [(k, p) for k, p in enumerate(findings.front) if p.check is not None]
-    if not checked_points:
-        return None
-    merits = [_merit(p.bodies, p.evaluation, p.check, bool(holds[k])) for k, p in checked_points]
-    best, baseline = recommended_index(merits), findings.baseline
-    present = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
-    if best is None or present.is_better_than(merits[best]) or _is_machine_as_it_is(plan, checked_points[best][1]):
-        return (
-            _recommendation_row(plan, None, None, present) if present.balances and np.isfinite(present.settling_time) else None
-        )
-    return _recommendation_row(plan, *checked_points[best], merits[best])
-
-
-def _is_machine_as_it_is(plan: Plan, point: FrontPoint) -> bool:
-    return point.bodies == _number_of_bodies(plan) and np.allclose(point.numbers, plan.numbers, rtol=_SAME, atol=0.0)
-
-
-def _recommendation_row(plan: Plan, place: int | None, point: FrontPoint | None, merit: BalancerMerit) -> dict[str, Any]:
-    """Return the recommendation of a point of the front, by its index, or of the machine as it is."""
-    if point is None:
-        numbers, machine, changes = plan.numbers, plan.machine, dict[str, str]()
-    else:
-        numbers, trials = point.numbers, plan.trials[point.bodies]
-        machine, values = (
-            trials.candidate_machine(numbers.tolist()),
-            values_at(trials.machine, trials.variables, numbers.tolist()),
-        )
-        changes = {path: f"{x:.4g} {trials.machine.parameters[path].unit}".rstrip() for path, x in values.items()}
-    time = motor_time(machine, plan.spec.start)
-    return {
-        "point": place,
-        "bodies": merit.bodies,
-        "parameters": {v.name: float(x) for v, x in zip(plan.variables, numbers, strict=True)},
-        "changes": changes,
-        "settling_time": merit.settling_time,
-        "fails": merit.most_failing,
-        "fails_for_certain": merit.failing_share,
-        "motor_time": time,
-        "motor_sets_time": motor_sets(time, merit.settling_time),
-    }
-
-
-def _recommendation_parts(plan: Plan) -> dict[str, tuple[str, str]]:
-    time = plan.machine.units.time
-    return {
-        "point": ("its index in the front, none for the machine as it is", ""),
-        "bodies": ("number of bodies", ""),
-        "parameters": ("parameters", ""),
-        "changes": ("values to be set in the machine, by path", ""),
-        "settling_time": ("median settling time", time),
-        "fails": ("share of runs that do not end compensated, those without a verdict among them", ""),
-        "fails_for_certain": ("the same without them", ""),
-        "motor_time": ("time in which the motor reaches its speed without vibration", time),
-        "motor_sets_time": ("whether the motor, not the balancer, sets the settling time", ""),
-    }
+    return result_dataset(quantities, _sentence(plan, findings, holds), _warnings(plan, findings, check_objectives))
 
 
 def _front_quantities(plan: Plan, findings: Findings, check_objectives: np.ndarray, holds: np.ndarray) -> list[Quantity]:
@@ -183,7 +113,7 @@ def _candidate_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
 def _baseline_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Return the machine as it is."""
     baseline, words = findings.baseline, f"machine as it is, by the {{}}: {_objective_units(plan)}"
-    as_it_is = _candidate_entry(plan, _number_of_bodies(plan), plan.numbers, baseline.evaluation, baseline.check)
+    as_it_is = _candidate_entry(plan, len(balancer_names(plan.machine)), plan.numbers, baseline.evaluation, baseline.check)
     return [
         Quantity("as_it_is", as_it_is, "machine as it is", parts=_PARTS),
         Quantity("own_objective", baseline.evaluation.objectives[0], words.format("search"), "", "objective"),
@@ -207,7 +137,7 @@ def _question_quantities(plan: Plan) -> list[Quantity]:
         Quantity("numbers_of_bodies", list(plan.trials), "numbers of bodies in the search"),
         Quantity("unbalance", unbalance, "least and greatest unbalance of the rotor", "kg m"),
         Quantity("samples", plan.spec.samples, "number of runs of a candidate"),
-        Quantity("runs", plan.runs, "number of runs in all"),
+        Quantity("runs", plan.runs, "number of runs before the recommendation, at most"),
         Quantity("integration", plan.way, "way of integration"),
     ]
 
@@ -275,7 +205,8 @@ def _candidate_entry(
     plan: Plan, bodies: int, numbers: np.ndarray, evaluation: CandidateResults, check: FullCheck | None
 ) -> dict[str, Any]:
     """Return a candidate with its objectives by the search and by the check, and the shares of runs without a verdict."""
-    merit = _merit(bodies, evaluation, check, check is not None)
+    results = evaluation if check is None else check.evaluation
+    merit = BalancerMerit.of(bodies, float(results.objectives[0, SETTLING]), results.outcomes[0])
     return {
         "bodies": bodies,
         "parameters": {v.name: float(x) for v, x in zip(plan.variables, numbers, strict=True)},
@@ -297,7 +228,7 @@ def _unbalance(plan: Plan) -> tuple[float, float]:
     return unbalance, unbalance
 
 
-def _sentence(plan: Plan, findings: Findings, holds: np.ndarray, recommendation: dict[str, Any] | None) -> str:
+def _sentence(plan: Plan, findings: Findings, holds: np.ndarray) -> str:
     candidates = sum(len(g.numbers) for _, g in findings.evaluated_generations)
     if not findings.front:
         return "there is no front yet" if not candidates else "no candidate has all objectives"
@@ -305,33 +236,12 @@ def _sentence(plan: Plan, findings: Findings, holds: np.ndarray, recommendation:
     points = "1 point" if findings.front_size == 1 else f"{findings.front_size} points"
     front_text = f"a front of {points} from {candidates} candidates"
     front_sentence = f"{front_text}; {sum(verdicts)} of {len(verdicts)} checked points are confirmed"
-    if recommendation is None:
-        return f"no checked point balances in more than half of its runs; {front_sentence}" if verdicts else front_sentence
-    words, unit = recommendation_in_words(recommendation, plan.machine.units.time), plan.machine.units.time
-    if recommendation["point"] is None:
-        return f"no checked point is better than the machine as it is, keep it: {words}; {front_sentence}"
-    baseline = findings.baseline
-    present = _merit(_number_of_bodies(plan), baseline.evaluation, baseline.check, True)
-    if (
-        present.balances
-        and present.most_failing <= recommendation["fails"]
-        and present.settling_time < recommendation["settling_time"]
-    ):
-        words += f", no faster than the machine as it is ({present.settling_time:.3g} {unit}".rstrip() + ")"
-    return f"{words}; {front_sentence}"
-
-
-def recommendation_in_words(recommendation: dict[str, Any], time_unit: str) -> str:
-    """Return the recommended number of bodies, with its median settling time and the share of the runs that fail."""
-    least, most = percent(recommendation["fails_for_certain"]), percent(recommendation["fails"])
-    share = most if least == most else f"{least} to {most}"
-    at_least = "" if least == most else "at least "
-    time = f"{recommendation['settling_time']:.3g} {time_unit}".rstrip()
-    return f"{bodies_in_words(recommendation['bodies'])}: median settling time {at_least}{time}, {share} fail"
+    return recommendation_sentence(plan, findings, recommended_row(plan, findings), front_sentence)
 
 
 def _warnings(plan: Plan, findings: Findings, check_objectives: np.ndarray) -> list[str]:
-    warnings = [*plan.warnings, *_deviation_warnings(plan, findings, check_objectives)]
+    warnings = [*plan.warnings, *recommendation_warnings(plan, findings)]
+    warnings += _deviation_warnings(plan, findings, check_objectives)
     if reason := next((p.check.reason for p in findings.front if p.check is not None and p.check.reason), ""):
         warnings.append(f"the residual unbalance is not checked with the full equations: {reason}")
     warnings += _undecided_warnings(plan, findings)
@@ -389,11 +299,11 @@ def _deviation_warnings(plan: Plan, findings: Findings, check_objectives: np.nda
 
 
 def _tolerances(plan: Plan, search: CandidateResults, check: CandidateResults) -> np.ndarray:
-    """Return the difference of the objectives (4,) of a candidate that chance explains between two draws of phases."""
+    """Return the difference of the objectives (4,) of a candidate that chance explains between search and check."""
     count, share = plan.spec.samples, (search.objectives[0, CAPTURE] + check.objectives[0, CAPTURE]) / 2
     tolerances = np.empty(len(OBJECTIVES))
     tolerances[SETTLING] = _FAR * search.objectives[0, SETTLING] + _CHANCE * np.hypot(search.error[0], check.error[0])
     tolerances[RESIDUAL] = _RESIDUAL * max(_unbalance(plan))
     tolerances[PEAK] = _PEAK * search.objectives[0, PEAK]
-    tolerances[CAPTURE] = 1 / count + _CHANCE * np.sqrt(2 * share * (1 - share) / count)
+    tolerances[CAPTURE] = 1 / count + _CHANCE * np.sqrt((1 + 1 / CHECK_SAMPLES) * share * (1 - share) / count)
     return tolerances

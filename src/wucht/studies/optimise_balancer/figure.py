@@ -32,6 +32,9 @@ _BASELINE_STYLE: dict[str, Any] = {
     "markersize": 9,
     "zorder": 4,
 }
+_RECOMMENDED_STYLE: dict[str, Any] = {
+    "marker": "*", "linestyle": "", "color": "gold", "markeredgecolor": "black", "markersize": 12, "zorder": 5,
+}  # fmt: skip
 _CAPTURE = "capture-probability"
 _SMALL = 0.01  # below, labels are powers of ten
 _DECAY = math.log(100)  # a deviation has decayed to 1 %
@@ -88,6 +91,7 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
     is_checked = np.isfinite(result.own_checked.values[[i, j]]).all()
     baseline = result.own_checked.values if is_checked else result.own_objective.values
     axis.plot(a * baseline[i], b * baseline[j], label="machine as it is", **_BASELINE_STYLE)
+    _mark_recommended(axis, result, s, (i, a), (j, b))
     baseline_undecided = s["as_it_is"]["checked_undecided" if is_checked else "undecided"]
     undecided_shares = np.r_[result.front_undecided.values, result.front_checked_undecided.values, baseline_undecided]
     points = np.concatenate([front, check_values, baseline[None]])[:, [i, j]] * [a, b]
@@ -96,6 +100,15 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
         axis.plot(*zip(least, most, strict=True), color=COLOURS[1], linewidth=1.5, zorder=2)
     axis.set(xlim=_limits(points[:, 0], less[:, 0]), ylim=_limits(points[:, 1], less[:, 1]))
     axis.set(xlabel=with_unit(_NAMES[x], x_unit), ylabel=with_unit(_NAMES[y], y_unit))
+
+
+def _mark_recommended(axis: Axes, result: xr.Dataset, s: dict[str, Any], x: tuple[int, float], y: tuple[int, float]) -> None:
+    """Mark the recommended point of the front. x, y: columns of the objectives and their scales."""
+    recommendation = s.get("recommended")
+    if recommendation is not None and recommendation["point"] is not None:
+        (i, a), (j, b) = x, y
+        values = result.front_checked.values[recommendation["point"]]
+        axis.plot(a * values[i], b * values[j], label="recommended", **_RECOMMENDED_STYLE)
 
 
 def _limits(*points: np.ndarray) -> tuple[float | None, float | None]:
@@ -120,6 +133,7 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     with np.errstate(divide="ignore"):
         linear = np.where(rate > 0, _DECAY / rate, np.nan)
     axis.plot(damping, linear, "--", color="black", linewidth=0.9, label="linearised, to 1 %")
+    _compared_dampings(axis, s)
     values = np.r_[result.settling_time.values, linear]
     values = values[np.isfinite(values) & (values > 0)]
     axis.set_xscale("log")
@@ -134,6 +148,19 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     axis.set_xlabel(with_unit("damping of the bodies", str(result.damping.attrs["units"])))
     axis.set_ylabel(with_unit("median settling time", str(result.settling_time.attrs["units"])))
     legend_above(axis)
+
+
+def _compared_dampings(axis: Axes, s: dict[str, Any]) -> None:
+    """Draw settling times of the check, of those that differ from the machine as it is in the damping alone."""
+    baseline, points = s["as_it_is"], list[tuple[float, float]]()
+    rest = {name: x for name, x in baseline.get("parameters", {}).items() if name != "damping"}
+    for row in s.get("compared", []):
+        parameters = rest | row["parameters"]
+        is_alone = row["bodies"] == baseline["bodies"] and all(math.isclose(parameters[n], x) for n, x in rest.items())
+        if is_alone and "damping" in parameters and row["settling_time"] is not None:
+            points.append((parameters["damping"], row["settling_time"]))
+    if points:
+        axis.plot(*zip(*points, strict=True), "D", color=COLOURS[1], markersize=4, zorder=3, label="checked")
 
 
 def _one_two_five(ticks: Axis) -> None:

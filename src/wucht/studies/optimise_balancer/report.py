@@ -49,6 +49,12 @@ def _recommendation_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
         return []
     keep = "to keep the machine as it is, " if recommendation["point"] is None else ""
     lines = [("recommended", f"{keep}{_design(recommendation, s)}: of its runs {_failing_runs(recommendation)}")]
+    lines += _comparison_lines(recommendation, s.get("compared", []), unit)
+    if (duel := s.get("duel")) is not None and None not in duel.values():
+        times = f"{duel['settling_time']:.3g} {unit}".rstrip(), f"{duel['as_it_is']:.3g} {unit}".rstrip()
+        error = f"{duel['difference_error']:.2g} {unit}".rstrip()
+        text = f"in {duel['runs']} further runs the best one {times[0]}, the machine as it is {times[1]}"
+        lines.append(("", f"{text}, the difference to {error}"))
     lines += _lines_to_paste(recommendation, s["as_it_is"]["bodies"])
     if recommendation["motor_sets_time"]:
         time, settling_time = (f"{recommendation[key]:.3g} {unit}".rstrip() for key in ("motor_time", "settling_time"))
@@ -56,6 +62,27 @@ def _recommendation_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
             ("motor", f"sets the settling time of {settling_time}, not the balancer: without vibration it needs {time}")
         )
     return lines
+
+
+def _comparison_lines(recommendation: dict[str, Any], rows_of_check: list[dict[str, Any]], unit: str) -> list[tuple[str, str]]:
+    """Return the line on what the recommended one was compared with, from the same starts."""
+    if not rows_of_check:
+        return []
+
+    def times(rows: list[dict[str, Any]]) -> str:
+        numbers = [r["settling_time"] for r in rows if r["settling_time"] is not None]
+        ends = dict.fromkeys(f"{t:.3g}" for t in (min(numbers), max(numbers))) if numbers else {"none": None}
+        return f"{' to '.join(ends)} {unit}".rstrip() if numbers else "none"
+
+    spread = f"{recommendation['settling_time']:.3g} ± {recommendation['error']:.2g} {unit}".rstrip()
+    text = f"settling time {spread} in {recommendation['runs']} runs of its own; from the same starts "
+    groups = {"as it is": "the machine as it is", "damping curve": "the best of the damping curve"}
+    groups |= {"damping alone": "that damping, which is not varied,", "neighbour": "neighbours", "other candidate": "others"}
+    as_reliable = [r for r in rows_of_check if r["fails"] <= recommendation["fails"]]
+    rows = {words: [r for r in as_reliable if r["what"] == what] for what, words in groups.items()}
+    texts = [f"{words} {times(mine)}" for words, mine in rows.items() if mine]
+    texts += [f"{len(rows_of_check) - len(as_reliable)} fail more often"] if len(as_reliable) < len(rows_of_check) else []
+    return [("compared", text + ", ".join(texts))]
 
 
 def _lines_to_paste(recommendation: dict[str, Any], count: int) -> list[tuple[str, str]]:

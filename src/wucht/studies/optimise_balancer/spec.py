@@ -81,7 +81,9 @@ class OptimiseBalancer(EnsembleSpec):
         "unbalance of the rotor, [low, high]: the runs of a candidate are spread evenly over it, both ends included; by "
         "default that of the machine"
     ))  # fmt: skip
-    samples: common.Whole = Field(default=16, description="number of runs of a candidate, from the same random phases for all")
+    samples: common.Whole = Field(default=16, description=(
+        "number of runs of a candidate, from the same random phases for all; a check has four times as many"
+    ))  # fmt: skip
     evaluations: common.Whole = Field(default=192, description="number of candidates in all")
     population: common.Whole = Field(default=16, description="number of candidates of each generation")
     points: common.Whole = Field(default=12, description=(
