@@ -11,7 +11,7 @@ import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 import sympy as sp
@@ -22,13 +22,20 @@ from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
 
 _ENDS = 4
-_LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argument lies on a breakpoint; the second from rest
+LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argument lies on a breakpoint; the second from rest
 END_MARGIN = 2e-15  # of the largest number that occurs: smallest distance of a segment's end beyond its argument
-ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: a nearer argument is on its breakpoint
+ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs, and of the time: a nearer argument is on its breakpoint
 
 Place = Callable[[float, np.ndarray, Numbers], list[float]]
 Result = TypeVar("Result")
-Lookahead = Callable[[float, np.ndarray, Numbers], tuple[list[float], list[float]]]
+
+
+class Lookahead(Protocol):
+    """Values of expressions at a time and state, and a little later; direction -1: a little earlier."""
+
+    def __call__(
+        self, time: float, state: np.ndarray, parameter_values: Numbers, direction: int = 1
+    ) -> tuple[list[float], list[float]]: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -86,9 +93,13 @@ class Segmentation:
         return tuple(map(tuple, np.stack(columns, axis=1).tolist()))
 
     def locate(self, value: float, ahead: float, size: float) -> int:
-        """Return the segment of an argument; on a breakpoint that to which it moves. size: of the numbers in its formula."""
+        """Return the segment of an argument; on a breakpoint that to which it moves. size: of the numbers in its formula.
+
+        It is on a breakpoint within the rounding of these numbers, or of the time at which it comes there.
+        """
         near = float(self.breakpoints[np.abs(self.breakpoints - value).argmin()])
-        if abs(value - near) <= ROUNDING * max(self.scale, size) and ahead != value:
+        rounding = ROUNDING * max(self.scale, size, abs(ahead - value) / LOOKAHEAD[0])
+        if abs(value - near) <= rounding and ahead != value:
             return int(np.searchsorted(self.breakpoints, near, side="right" if ahead > value else "left"))
         return int(np.searchsorted(self.breakpoints, value, side="right"))
 
@@ -280,18 +291,20 @@ def compile_place(smooth: System, expressions: Sequence[sp.Expr]) -> Place:
 
 
 def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr]) -> Lookahead:
-    """Compile a function of time, state and parameters that returns the values of expressions, now and a little later."""
+    """Compile a function of time, state and parameters that returns the values of expressions, now and a little later or earlier."""
     position, rates = lower(smooth, expressions), lower(smooth, smooth.derivatives)
     evaluate, rate = position.function("math"), rates.function("math")
 
-    def lookahead(time: float, state: np.ndarray, parameter_values: Numbers) -> tuple[list[float], list[float]]:
+    def lookahead(
+        time: float, state: np.ndarray, parameter_values: Numbers, direction: int = 1
+    ) -> tuple[list[float], list[float]]:
         position_constants, rate_constants = (
             position.constant_values(parameter_values).tolist(),
             rates.constant_values(parameter_values).tolist(),
         )
         values = list(evaluate(state.tolist(), time, position_constants))
         ahead = list(values)
-        for step in (s * max(1.0, abs(time)) for s in _LOOKAHEAD):
+        for step in (direction * s * max(1.0, abs(time)) for s in LOOKAHEAD):
             half = state + step / 2 * np.array(rate(state.tolist(), time, rate_constants))
             then = state + step * np.array(rate(half.tolist(), time + step / 2, rate_constants))
             later = evaluate(then.tolist(), time + step, position_constants)
