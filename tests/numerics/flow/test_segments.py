@@ -447,11 +447,12 @@ def test_the_ends_of_a_segment_lie_beyond_an_argument_on_them():
 
 
 def test_the_segment_of_an_argument_on_a_breakpoint_is_that_to_which_it_moves():
-    """Within a thousand roundings of the largest number; where it rests that on the right."""
-    near = 1000 * np.finfo(float).eps
+    """Within a thousand roundings of the largest number, or of the time; where it rests that on the right."""
+    near, up, down = 1000 * np.finfo(float).eps, 2.0 + 1e-9, 2.0 - 1e-9
     for value, ahead, size, segment in (
         (0.5, 0.6, 1.0, 0), (1.5, 1.4, 1.0, 1), (9.0, 9.0, 1.0, 3), (2.0, 2.1, 1.0, 2), (2.0, 1.9, 1.0, 1), (2.0, 2.0, 1.0, 2),
-        (2.0 - 2.9 * near, 2.1, 1.0, 2), (2.0 - 3.1 * near, 2.1, 1.0, 1), (2.0 + 2.9 * near, 1.9, 1.0, 1),
-        (2.0 + 3.1 * near, 1.9, 1.0, 2), (2.0 - 9.0 * near, 2.1, 10.0, 2), (2.0 - 2.9 * near, 2.0 - 2.9 * near, 1.0, 1),
+        (2.0 - 2.9 * near, up, 1.0, 2), (2.0 - 3.1 * near, up, 1.0, 1), (2.0 + 2.9 * near, down, 1.0, 1),
+        (2.0 + 3.1 * near, down, 1.0, 2), (2.0 - 9.0 * near, up, 10.0, 2), (2.0 - 2.9 * near, 2.0 - 2.9 * near, 1.0, 1),
+        (2.0 - 9.0 * near, 2.0 + 1e-8, 1.0, 2),
     ):  # fmt: skip
         assert TWO_TABLES.locate(value, ahead, size) == segment

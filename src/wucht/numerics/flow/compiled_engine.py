@@ -100,12 +100,12 @@ class CompiledIntegrator:
         self._engine, self._cool_downs = engine, CoolDowns(engine.rates, engine.event_values, engine.events)
         self._parameters, self._constants, self._event_constants = np.empty(0), np.empty(0), np.empty(0)
         self._state, self._clock, self._counts = np.zeros(width), np.zeros(1), np.zeros(4, np.int64)
-        self._cool_ends, self._cool_signs = np.empty(m), np.empty(m)
+        self._cool_ends, self._cool_signs, self._lowest = np.empty(m), np.empty(m), np.empty(m)
         rows = {"k": ALL_STAGES, "dense": DENSE_ROWS + 3, "point": 1, "next_state": 1, "errors": 1, "zero": 1}
         self._memory: dict[str, np.ndarray] = {name: np.zeros(count * width) for name, count in rows.items()}
         self._memory |= {
             "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(leg_stepper.VALUE_ROWS * m),
-            "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "nodes": NODES,
+            "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "lowest": self._lowest, "nodes": NODES,
             "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "is_angle": engine.is_angle,
             "event_kinds": engine.event_kinds,
         }  # fmt: skip
@@ -154,16 +154,16 @@ class CompiledIntegrator:
             raise LegError(*NOT_FINITE, result)
         if ending is Ending.NO_STEPS_LEFT:
             raise step_limit_error(result, begin, self.time)
-        events, time, state = self._engine.events, self.time, self.state
+        events, time, state, lowest = self._engine.events, self.time, self.state, self._lowest.copy()
         records = zip(hit_events[:hit_count].tolist(), hits[:hit_count], strict=True)
         in_order = sorted((Hit(events[i].name, float(h[0]), h[1:].copy()) for i, h in records), key=lambda hit: hit.time)
         if ending is Ending.END:
-            return LegResult(result, time, state, tuple(in_order), None)
+            return LegResult(result, time, state, tuple(in_order), None, lowest)
         self._cool_downs.add(stopped_by, time, state)
-        return LegResult(result, time, state, (*in_order, Hit(events[stopped_by].name, time, state)), stopped_by)
+        return LegResult(result, time, state, (*in_order, Hit(events[stopped_by].name, time, state)), stopped_by, lowest)
 
     def _advance(self, grid: np.ndarray, samples: np.ndarray, hit_events: np.ndarray, hits: np.ndarray) -> Ending:
-        self._cool_ends[:] = -np.inf
+        self._cool_ends[:], self._lowest[:] = -np.inf, np.inf
         for i, (end, sign) in self._cool_downs.by_event.items():
             self._cool_ends[i], self._cool_signs[i] = end, sign
         arrays = {

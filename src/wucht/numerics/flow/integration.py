@@ -29,6 +29,7 @@ class Integration:
     before: their values (m,) at the beginning of the leg: the engine accumulates only the gains of the leg, so that a large
     work does not loosen its tolerance. times, states: samples, leg by leg, ``done`` in all. decided_until: the time until which
     a passage of zero of each requested event is the one that was decided last. segments: those in use. sample_parameter_values: those at the last sample.
+    lowest_arguments: see ``Trajectory``.
     """
 
     compiled_system: CompiledSystem
@@ -46,6 +47,7 @@ class Integration:
     decided_until: dict[int, float] = field(default_factory=dict)
     segments: np.ndarray = field(default_factory=lambda: np.empty(0))
     sample_parameter_values: np.ndarray = field(default_factory=lambda: np.empty(0))
+    lowest_arguments: np.ndarray | None = None
 
     def start(self) -> None:
         """Place the integrator at the beginning."""
@@ -98,8 +100,12 @@ class Integration:
             self._begin_leg()
         leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
+        if self.compiled_system.locator is not None and leg.lowest is not None:
+            lowest = self.compiled_system.locator.lowest_arguments(leg.lowest[-2 * len(self.compiled_system.locator.segmentations) :], self.segments)
+            self.lowest_arguments = lowest if self.lowest_arguments is None else np.minimum(lowest, self.lowest_arguments)
         self.sample_parameter_values = self.parameter_values
-        self._end_leg(leg)
+        if leg.stopped_by is not None or self.compiled_system.locator or self.compiled_system.coincidences:
+            self._end_leg(leg)
         if len(self.hits) > _MOST_HITS:
             raise LegError(f"more than {_MOST_HITS} events happened", "Look for an event that repeats", leg.states[:, :0])
         return self.done < len(self.grid) and self.stopped_by is None
@@ -237,6 +243,7 @@ class Integration:
             self.stopped_by,
             failure,
             is_interrupted,
+            self.lowest_arguments,
         )
 
 

@@ -245,6 +245,23 @@ class SegmentLocator:
             [int(np.searchsorted(x.breakpoints, h, side="right")) for x, h in zip(self.segmentations, arguments, strict=True)]
         )
 
+    def lowest_arguments(self, lowest: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the lowest value of each argument in a leg; infinite on segments without an upper end.
+
+        lowest: of the functions at the ends of the segments, ``Segmentations.events``. values: of the additional parameters.
+        """
+        highs, has_high = values[self._starts + 1], values[self._starts + 3]
+        return np.where(has_high > 0, lowest[::2] * self._scales + highs, np.inf)
+
+    @cached_property
+    def _starts(self) -> np.ndarray:
+        """The place of the first additional parameter of each segmentation."""
+        return np.cumsum([0, *(len(x.symbols) for x in self.segmentations[:-1])])
+
+    @cached_property
+    def _scales(self) -> np.ndarray:
+        return np.array([x.scale for x in self.segmentations])
+
     def _lookahead(self, time: float, state: np.ndarray, parameter_values: np.ndarray) -> tuple[list[float], list[float]]:
         return self._finite(self.lookahead, time, state, parameter_values)
 
