@@ -292,8 +292,10 @@ def test_as_many_as_fit():
 
 
 INVERTER = {
-    "on": "ring", "kind": "inverter", "set_speed": "1200 rpm", "gain": 3.0, "integral_time": 0.5, "torque_limit": 15.0, "power_limit": 700.0,
+    "on": "ring", "kind": "inverter", "set_speed": "1200 rpm", "gain": 3.0, "integral_time": 0.5, "torque_limit": 15.0,
+    "power_limit": 700.0,
 }  # fmt: skip
+MOTOR = {"on": "ring", "kind": "linear", "slope": 0.1, "no_load_speed": 150.0}
 ON_SPRINGS = {"mass": 2.0, "stiffness": 2e4, "damping": 10.0}
 
 
@@ -301,15 +303,11 @@ ON_SPRINGS = {"mass": 2.0, "stiffness": 2e4, "damping": 10.0}
     ("drives", "schedules", "fastest"),
     [
         ([INVERTER], [("drive.set_speed", [["0 s", "0 rpm"], ["15 s", "1200 rpm"]], "linear")], 40 * math.pi),
-        ([INVERTER], [("drive.set_speed", [["0 s", "0 rpm"], ["3 s", "-1500 rpm"], ["9 s", "600 rpm"]], "smooth")], 50 * math.pi),
+        ([INVERTER], [("drive.set_speed", [[0, 0], ["3 s", "-1500 rpm"], ["9 s", "600 rpm"]], "smooth")], 50 * math.pi),
         ([INVERTER], [("drive.set_speed", [["1 s", "0 rpm"], ["3 s", "2400 rpm"], ["4 s", "0 rpm"]], "steps")], 80 * math.pi),
         ([STILL], [("drive.speed", [[0, 0], [5, 300], [9, 100]], "linear")], 300.0),
-        (
-            [{"on": "ring", "kind": "linear", "slope": 0.1, "no_load_speed": 150.0}, {"on": "other", "kind": "constant-speed", "speed": 0.0}],
-            [("drives.other.speed", [[0, 0], [5, -400]], "linear")],
-            400.0,
-        ),
-        ([{"kind": "linear", "slope": 0.1, "no_load_speed": 150.0}], [], 150.0),
+        ([MOTOR, STILL | {"on": "other"}], [("drives.other.speed", [[0, 0], [5, -400]], "linear")], 400.0),
+        ([MOTOR], [], 150.0),
     ],
     ids=["inverter", "both ways", "steps", "prescribed", "two drives", "none"],
 )  # fmt: skip

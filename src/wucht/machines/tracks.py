@@ -1,8 +1,8 @@
 """Compliant contacts between neighbours on one track, which cannot pass each other.
 
-A contact is a ``stop`` between the angles of two neighbours. Its frequency is twenty times that of the fastest operation which the
-drives and schedules reach, so that it is short against a turn: bodies that meet with a relative speed u then overlap by at most
-u/omega_c.
+A contact is a ``stop`` between the angles of two neighbours. Its frequency omega_c is twenty times that of the fastest
+operation which drives and schedules reach, so that it is short against a turn: two bodies that meet with a relative speed u
+overlap by less than u/omega_c.
 """
 
 from __future__ import annotations

@@ -59,7 +59,8 @@ def counts(number: int):
 
 WAYS = {"rises": 1, "falls": -1, "any": 0}
 RECORDED = {
-    "y": y, "z": z, "time": scale * (TIME - at_time), "place": scale * (x - at_place), "product": scale * (x - at_place) * (2 + x)
+    "y": y, "z": z, "time": scale * (TIME - at_time), "place": scale * (x - at_place),
+    "product": scale * (x - at_place) * (2 + x),
 }  # fmt: skip
 ACTS = (("time", TIME - at_time, 0, 1.0), ("place", scale * (x - at_place), 1, 100.0), ("y", scale * y, -1, 1e4))
 ENDS = (("time", scale * (TIME - end_time), 1), ("place", x - end_place, 0), ("z", z + off, 0))
@@ -123,14 +124,16 @@ POSITIVE = st.floats(0.05, 20.0)
 
 @settings(max_examples=60, deadline=None)
 @given(
-    y_signs=courses(), z_signs=courses(), size_=POSITIVE, pace_=POSITIVE, amplitude=POSITIVE, scale_=st.sampled_from([1.0, 1e6, 1e-3]),
-    at=NODE, ends_at=st.tuples(*[st.none() | NODE] * 2), z_ends=st.booleans(), acts=st.booleans(), ends=st.booleans(),
-    borders=st.sets(NODE), samples=st.sets(NODE), inner=st.integers(0, 30), begin_=st.sampled_from([0.0, 100.0, 1e4]),
+    y_signs=courses(), z_signs=courses(), size_=POSITIVE, pace_=POSITIVE, amplitude=POSITIVE,
+    scale_=st.sampled_from([1.0, 1e6, 1e-3]), at=NODE, ends_at=st.tuples(*[st.none() | NODE] * 2), z_ends=st.booleans(),
+    acts=st.booleans(), ends=st.booleans(), borders=st.sets(NODE), samples=st.sets(NODE), inner=st.integers(0, 30),
+    begin_=st.sampled_from([0.0, 100.0, 1e4]),
 )  # fmt: skip
 @pytest.mark.parametrize("engine", [COMPILED, pytest.param("scipy", marks=pytest.mark.slow)])
 def test_every_passage_counts_once(
     engine: str, y_signs: list[int], z_signs: list[int], size_: float, pace_: float, amplitude: float, scale_: float, at: int,
-    ends_at: tuple[int | None, int | None], z_ends: bool, acts: bool, ends: bool, borders: set[int], samples: set[int], inner: int, begin_: float,
+    ends_at: tuple[int | None, int | None], z_ends: bool, acts: bool, ends: bool, borders: set[int], samples: set[int],
+    inner: int, begin_: float,
 ) -> None:  # fmt: skip
     places = size_ * np.arange(NODES + 2)
     times = begin_ + places / pace_
@@ -141,7 +144,9 @@ def test_every_passage_counts_once(
     values |= {end_time: times[ends_at[0]] if ends_at[0] else FAR, end_place: places[ends_at[1]] if ends_at[1] else FAR}
     flow = compiled(engine, acts, ends)
 
-    grid = np.unique(np.concatenate([np.linspace(begin_, times[-1], inner + 2), times[[0, -1]], times[sorted(samples | borders)]]))
+    grid = np.unique(
+        np.concatenate([np.linspace(begin_, times[-1], inner + 2), times[[0, -1]], times[sorted(samples | borders)]])
+    )
     stops = [*(times[k] for k in sorted(borders)), times[-1]]
     state, parameters, time = np.array([0.0, y_course.values[0], z_course.values[0], 0.0, 0.0]), list(values.values()), begin_
     hits, ended_by = [], []

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.machines.tracks import FREQUENCY_RATIO, gaps
+from wucht.machines.tracks import gaps
 
 _DEEP = math.radians(1.0)  # on the track: with this overlap balls stand elsewhere than rigid ones
 
@@ -31,7 +31,7 @@ class TrackContacts:
             return ""
         return (
             f"bodies of the track {self.track!r} overlap by up to {math.degrees(self.overlap):.2g} degrees "
-            f"({1e3 * self.overlap * self.radius:.2g} mm): with contacts of {self.frequency:.4g} rad/s they are too soft for phases and "
+            f"({1e3 * self.overlap * self.radius:.2g} mm): contacts of {self.frequency:.4g} rad/s are too soft for phases and "
             f"amplitudes as of rigid bodies; a larger contact_frequency in [machine.tracks.{self.track}] makes them stiffer"
         )
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from wucht.numerics.flow.program import Numbers
+from wucht.numerics.flow.program import Numbers, PointValues
 from wucht.numerics.flow.segments import LOOKAHEAD, ROUNDING, Lookahead, compile_lookahead
 from wucht.system import TIME, System
 
@@ -59,11 +59,11 @@ class Coincidences:
     lookahead: Lookahead
 
     @classmethod
-    def of(cls, smooth: System, functions: Sequence[sp.Expr]) -> Coincidences:
-        """Compile it from the smooth System, and the functions without piecewise ones."""
+    def of(cls, smooth: System, functions: Sequence[sp.Expr], rates: PointValues | None = None) -> Coincidences:
+        """Compile it from the smooth System, and the functions without piecewise ones. rates: see ``compile_lookahead``."""
         explicit = [smooth.explicit(f) for f in functions]
         sizes = [sp.Add(*(sp.Abs(sp.diff(f, s) * s) for s in (*smooth.states, TIME) if f.has(s))) for f in explicit]
-        return cls(compile_lookahead(smooth, [*functions, *sizes]))
+        return cls(compile_lookahead(smooth, [*functions, *sizes], rates))
 
     def at(self, time: float, state: np.ndarray, before: Numbers, after: Numbers) -> Coincidence:
         """Return the events at an instant. before, after: the parameters of the equations until then, and from then on."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ctypes
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -31,7 +31,7 @@ from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepp
 from wucht.numerics.flow.compiled.straight_line_code import module_text
 from wucht.numerics.flow.cool_downs import CoolDowns
 from wucht.numerics.flow.events import NOT_FINITE, Event, Hit, LegError, LegResult
-from wucht.numerics.flow.program import Numbers, Program
+from wucht.numerics.flow.program import Numbers, PointValues, Program
 from wucht.numerics.flow.step_sizes import step_limit_error
 from wucht.system import System
 
@@ -48,15 +48,15 @@ class Ending(IntEnum):
     )  # fmt: skip
 
 
-def _python_function(address: int, count: int) -> Callable[[Sequence[float], float, Sequence[float]], list[float]]:
+def _values_at_point(address: int, count: int) -> PointValues:
     """Return machine code as a function of state, time and constants that returns a list."""
-    double = ctypes.POINTER(ctypes.c_double)
-    code = ctypes.CFUNCTYPE(None, ctypes.c_double, double, double, double)(address)
+    code = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(address)
 
-    def function(state: Sequence[float], time: float, constants: Sequence[float]) -> list[float]:
-        values = (ctypes.c_double * count)()
-        code(time, (ctypes.c_double * len(state))(*state), (ctypes.c_double * len(constants))(*constants), values)
-        return list(values)
+    def function(state: np.ndarray, time: float, constants: np.ndarray) -> list[float]:
+        values = np.empty(count)
+        arrays = np.ascontiguousarray(state, float), np.ascontiguousarray(constants, float), values
+        code(time, *(array.__array_interface__["data"][0] for array in arrays))
+        return values.tolist()
 
     return function
 
@@ -71,8 +71,8 @@ class CompiledEngine:
     ) -> None:
         self.program, self.event_program, self.events = program, event_program, tuple(events)
         self.code = MachineCode.of(module_text([(RATES, program), (EVENT_VALUES, event_program)]), (RATES, EVENT_VALUES))
-        self.rates = _python_function(self.code.addresses[RATES], len(program.results))
-        self.event_values = _python_function(self.code.addresses[EVENT_VALUES], len(event_program.results))
+        self.rates = _values_at_point(self.code.addresses[RATES], len(program.results))
+        self.event_values = _values_at_point(self.code.addresses[EVENT_VALUES], len(event_program.results))
         self.is_angle = np.array([float(s in system.angles) for s in system.states])
         self.tolerance = max(tolerance, SMALLEST_TOLERANCE)
         self.event_kinds = np.array([[e.direction for e in events], [e.interrupts for e in events]], np.int64)
@@ -131,7 +131,7 @@ class CompiledIntegrator:
             self._constants = self._engine.program.constant_values(parameter_values)
             self._event_constants = self._engine.event_program.constant_values(parameter_values)
             self._parameters = np.array(parameter_values, float)
-        self._cool_downs.start(time, np.asarray(state), self._constants.tolist(), self._event_constants.tolist())
+        self._cool_downs.start(time, np.asarray(state), self._constants, self._event_constants)
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""

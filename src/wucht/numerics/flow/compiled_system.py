@@ -13,8 +13,8 @@ import sympy as sp
 from wucht.errors import WuchtError
 from wucht.numerics.flow.coincidences import Coincidences
 from wucht.numerics.flow.events import Event, LegResult
-from wucht.numerics.flow.program import Evaluator, Numbers, Program, lower
-from wucht.numerics.flow.segments import Segmentations, SegmentLocator
+from wucht.numerics.flow.program import Evaluator, Numbers, PointValues, Program, lower
+from wucht.numerics.flow.segments import Place, Segmentations, SegmentLocator, compile_place
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 DEFAULT_TOLERANCE = 1e-12
@@ -43,6 +43,8 @@ class Engine(Protocol):
     def name(self) -> str: ...  # noqa: D102
     @property
     def program(self) -> Program: ...  # noqa: D102
+    @property
+    def rates(self) -> PointValues: ...  # noqa: D102
     def acquire(self) -> Integrator: ...  # noqa: D102
     def release(self, integrator: Any) -> None: ...  # noqa: D102
 
@@ -65,8 +67,8 @@ class CompiledSystem:
         Evaluates the System's outputs over arrays.
     locator : SegmentLocator, optional
         Locates the segments of piecewise functions in use; None where there are none.
-    jumps : Evaluator, optional
-        Gains of the quadratures where a piecewise function jumps; None if there are none.
+    jumps : callable, optional
+        Computes the gains of the quadratures where a piecewise function jumps; None if there are none.
     coincidences : Coincidences, optional
         Decides which of the requested events happen together with an interruption; None where none are requested.
 
@@ -82,7 +84,7 @@ class CompiledSystem:
     engine: Engine = field(compare=False)
     outputs: Evaluator = field(compare=False)
     locator: SegmentLocator | None = field(default=None, compare=False)
-    jumps: Evaluator | None = field(default=None, compare=False)
+    jumps: Place | None = field(default=None, compare=False)
     coincidences: Coincidences | None = field(default=None, compare=False)
 
     @property
@@ -171,7 +173,7 @@ def compile_system(
     jumps = None
     if segmentations and any(q.jump != 0 for q in system.quadratures):
         gains = [segmentations.smooth(sp.sympify(q.jump)) for q in system.quadratures]
-        jumps = Evaluator.of(smooth, gains, [q.name for q in system.quadratures])
+        jumps = compile_place(smooth, gains)
     return CompiledSystem(
         system,
         all_events,
@@ -179,9 +181,9 @@ def compile_system(
         chosen,
         code,
         Evaluator.of_outputs(system),
-        SegmentLocator.of(segmentations, smooth) if segmentations else None,
+        SegmentLocator.of(segmentations, smooth, code.rates) if segmentations else None,
         jumps,
-        Coincidences.of(smooth, [segmentations.smooth(e.expression) for e in events]) if events else None,
+        Coincidences.of(smooth, [segmentations.smooth(e.expression) for e in events], code.rates) if events else None,
     )
 
 

@@ -28,8 +28,8 @@ class Integration:
     state: (n + m,) with the quadratures. parameter_values: in the System's order. unit: the size of the quadratures.
     before: their values (m,) at the beginning of the leg: the engine accumulates only the gains of the leg, so that a large
     work does not loosen its tolerance. times, states: samples, leg by leg, ``done`` in all. decided_until: the time until which
-    a passage of zero of each requested event is the one that was decided last. segments: those in use. sample_parameter_values: those at the last sample.
-    lowest_arguments: see ``Trajectory``.
+    a passage of zero of each requested event is the one that was decided last. segments: those in use.
+    sample_parameter_values: those at the last sample. lowest_arguments: see ``Trajectory``.
     """
 
     compiled_system: CompiledSystem
@@ -101,7 +101,7 @@ class Integration:
         leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
         if self.compiled_system.locator is not None and leg.lowest is not None:
-            lowest = self.compiled_system.locator.lowest_arguments(leg.lowest[-2 * len(self.compiled_system.locator.segmentations) :], self.segments)
+            lowest = self.compiled_system.locator.lowest_arguments(leg.lowest, self.segments)
             self.lowest_arguments = lowest if self.lowest_arguments is None else np.minimum(lowest, self.lowest_arguments)
         self.sample_parameter_values = self.parameter_values
         if leg.stopped_by is not None or self.compiled_system.locator or self.compiled_system.coincidences:
@@ -142,14 +142,18 @@ class Integration:
         now = self.compiled_system.coincidences.at(leg.time, leg.state, before, self._all_parameters)
         numbers = {e.name: i for i, e in enumerate(events) if e.switch is None}
         for hit in leg.hits:
-            i = numbers.get(hit.name)
-            if i is not None and hit.time > self.decided_until.get(i, -math.inf) and i != index and not now.includes(i, hit.time):
+            i = numbers.get(hit.name, index)  # that of a breakpoint is none
+            if i is not None and i != index and not self._is_decided(i, hit.time) and not now.includes(i, hit.time):
                 self.hits.append(hit)
         stopping = [] if index is None or events[index].switch is not None or now.is_touched(index) else [index]
         together = [*stopping, *(i for i in now.ends if i not in stopping and now.happens(i, events[i].direction))]
-        new = [i for i in together if leg.time > self.decided_until.get(i, -math.inf)]
+        new = [i for i in together if not self._is_decided(i, leg.time)]
         self.decided_until |= dict.fromkeys(stopping, same_instant_until(leg.time)) | now.ends
         return new
+
+    def _is_decided(self, index: int, time: float) -> bool:
+        """True if a passage of zero at a time is the one of an event that was decided last."""
+        return time <= self.decided_until.get(index, -math.inf)
 
     def _apply_actions(self, time: float, state: np.ndarray, event_indices: list[int]) -> np.ndarray:
         """Record the hits of events, and return the state after their actions."""
@@ -192,12 +196,12 @@ class Integration:
         """Return the state with the gains of the quadratures from the change of segments."""
         if self.compiled_system.jumps is None:
             return state
-        n, at = len(self.compiled_system.system.states), (np.array([time]), state[:, None])
+        n = len(self.compiled_system.system.states)
         old, new = (
-            self.compiled_system.jumps.array(*at, np.concatenate([self._system_parameters, segments]))
+            np.array(self.compiled_system.jumps(time, state, np.concatenate([self._system_parameters, segments])))
             for segments in (before, after)
         )
-        return np.concatenate([state[:n], state[n:] + (new - old)[:, 0] / self.unit])
+        return np.concatenate([state[:n], state[n:] + (new - old) / self.unit])
 
     def record_failure(self, error: LegError) -> str:
         """Record the last samples of a failed leg; returns the sentence."""

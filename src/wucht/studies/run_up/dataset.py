@@ -281,9 +281,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines.add("modulation", f"period {{modulation_period:.5g}}, {turns:.4g} turns{depth}")
     if s["dimensionless"] and not result.wucht.dimensionless:
         lines.add("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in s["dimensionless"].items()))
-    for track, frequency in s.get("contact_frequencies", {}).items():
-        overlap = _overlap_text(s, track, length) if track in s["overlaps"] else ""
-        lines.add("contacts", f"of {frequency:.4g} rad/s{overlap}")
+    _contacts(lines, s)
     lines.add("energy", "balance closed to {energy_residual:.1e}")
     if "slow" in s:
         lines.add("slow", f"{s['slow']['outcome']}, {_end(s['slow'], speed, length)}")
@@ -344,10 +342,14 @@ def _settling_text(s: dict[str, Any], time_unit: str) -> str:
     return f"{speed:.4g}{time_unit}; the amplitude at {amplitude:.4g}{time_unit}"
 
 
-def _overlap_text(s: dict[str, Any], track: str, length: Format) -> str:
-    """Return how far the bodies of a track overlap at most."""
-    angle = math.degrees(s["overlaps"][track])
-    return f"; bodies overlap by {length(s['overlap_lengths'][track])} at most, {angle:.2g}\u00b0" if angle else "; none has closed"
+def _contacts(lines: ReportLines, s: dict[str, Any]) -> None:
+    """Add lines on the contacts of balls, and how far these overlap at most."""
+    for track, frequency in s.get("contact_frequencies", {}).items():
+        angle, overlap = s["overlaps"].get(track), ""
+        if angle is not None:
+            length = lines.format_value(s["overlap_lengths"][track], "m")
+            overlap = f"; bodies overlap by {length} at most, {math.degrees(angle):.2g}\u00b0" if angle else "; none has closed"
+        lines.add("contacts", f"of {frequency:.4g} rad/s{overlap}")
 
 
 def _angles(phases: dict[str, float]) -> str:
