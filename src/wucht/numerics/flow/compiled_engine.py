@@ -1,4 +1,4 @@
-"""The engine compiled: Dormand-Prince 8(5,3) in machine code, where heyoka is absent.
+"""The engine compiled: Dormand-Prince 8(5,3) in machine code, where something interrupts a run, or heyoka is absent.
 
 The stepper is the same for all systems and compiled once (``compiled.leg_stepper``); of a system its rates and event functions
 are compiled, in straight-line code (``compiled.straight_line_code``). Both are kept on disk, and a later process needs no
