@@ -1,10 +1,10 @@
 """A drum with 3 kg of laundry in one place and twelve balls on one track, against an independent program.
 
 The program (C++, Dormand-Prince 5(4) with located events at 1e-9, its equations written by hand) shares nothing with this
-package. Its numbers for balls that start evenly spaced and at rest, contacts as here (spring and damper while two overlap): the
-largest amplitude and the deepest overlap with contacts of 339.3 rad/s are 38.640 mm and 0.0324 rad, of 2513.27 rad/s, twenty times
-the operation, 38.883 mm and 0.00424 rad, both reached in the passage, before 8 s. Tolerances: balls that knock into each other
-carry the last digits to 0.02 mm of the amplitude; the overlap is the deepest at the ends of quarters of steps.
+package. Balls start evenly spaced and at rest; contacts are a spring and damper while two overlap, as here. Its largest
+amplitude and deepest overlap are 38.640 mm and 0.0324 rad with contacts of 339.3 rad/s, 38.883 mm and 0.00424 rad with
+2513.27 rad/s, twenty times the operation; both are reached in the passage, before 8 s. Tolerances: balls that knock into each
+other carry the last digits to 0.02 mm of the amplitude; the overlap is the deepest at the ends of quarters of steps.
 """
 
 from __future__ import annotations

@@ -66,7 +66,16 @@ class Coincidences:
         return cls(compile_lookahead(smooth, [*functions, *sizes], rates))
 
     def at(self, time: float, state: np.ndarray, before: Numbers, after: Numbers) -> Coincidence:
-        """Return the events at an instant. before, after: the parameters of the equations until then, and from then on."""
+        """Return the events at an instant. before, after: the parameters of the equations until then, and from then on.
+
+        None where the equations cannot be evaluated around it: then the engine alone has located what happens.
+        """
+        try:
+            return self._at(time, state, before, after)
+        except (OverflowError, ValueError, ZeroDivisionError):
+            return Coincidence(time, {}, {}, {})
+
+    def _at(self, time: float, state: np.ndarray, before: Numbers, after: Numbers) -> Coincidence:
         values, earlier = (np.array(x) for x in self.lookahead(time, state, before, -1))
         m = len(values) // 2
         changes = np.abs(values - earlier)[:m] / LOOKAHEAD[0]  # in a time of 1, or in as long as it is until now

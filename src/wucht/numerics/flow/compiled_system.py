@@ -108,8 +108,8 @@ def available_engine(is_interrupted: bool = False) -> str:
         ``"heyoka"`` where it is installed and nothing interrupts the run, else ``"compiled"`` where LLVM is, else what is
         installed; ``"scipy"`` needs no further package.
     """
-    preferred = ("compiled", "heyoka") if is_interrupted else ("heyoka", "compiled")
-    return next((engine for engine in preferred if missing_package(engine) is None), "scipy")
+    engines = ("compiled", "heyoka") if is_interrupted else ("heyoka", "compiled")
+    return next((engine for engine in engines if missing_package(engine) is None), "scipy")
 
 
 def missing_package(engine: str) -> str | None:
