@@ -13,6 +13,7 @@ from wucht.machines.tracks import angular_width
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.studies.run_up.computation import prepare
+from wucht.studies.run_up.dataset import report
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -288,3 +289,63 @@ def test_as_many_as_fit():
     bodies = [ball(f"b{i}") for i in range(31)]
     machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *bodies], "drive": STILL})
     assert len(machine.tracks[0].bodies) == 31
+
+
+INVERTER = {
+    "on": "ring", "kind": "inverter", "set_speed": "1200 rpm", "gain": 3.0, "integral_time": 0.5, "torque_limit": 15.0,
+    "power_limit": 700.0,
+}  # fmt: skip
+MOTOR = {"on": "ring", "kind": "linear", "slope": 0.1, "no_load_speed": 150.0}
+ON_SPRINGS = {"mass": 2.0, "stiffness": 2e4, "damping": 10.0}
+
+
+@pytest.mark.parametrize(
+    ("drives", "schedules", "fastest"),
+    [
+        ([INVERTER], [("drive.set_speed", [["0 s", "0 rpm"], ["15 s", "1200 rpm"]], "linear")], 40 * math.pi),
+        ([INVERTER], [("drive.set_speed", [[0, 0], ["3 s", "-1500 rpm"], ["9 s", "600 rpm"]], "smooth")], 50 * math.pi),
+        ([INVERTER], [("drive.set_speed", [["1 s", "0 rpm"], ["3 s", "2400 rpm"], ["4 s", "0 rpm"]], "steps")], 80 * math.pi),
+        ([STILL], [("drive.speed", [[0, 0], [5, 300], [9, 100]], "linear")], 300.0),
+        ([MOTOR, STILL | {"on": "other"}], [("drives.other.speed", [[0, 0], [5, -400]], "linear")], 400.0),
+        ([MOTOR], [], 150.0),
+    ],
+    ids=["inverter", "both ways", "steps", "prescribed", "two drives", "none"],
+)  # fmt: skip
+def test_contacts_are_fast_beside_the_fastest_operation_of_the_schedules(drives, schedules, fastest):
+    """Twenty times it, not twenty times the operation at the start of a schedule, which may be standstill."""
+    other = [{"kind": "rotor", "name": "other", "mass": 1.0, "eccentricity": 0.0, "inertia": 0.01}] if len(drives) > 1 else []
+    machine = machine_from(
+        {
+            "carrier": ON_SPRINGS, "bodies": [RING, *other, ball("a"), ball("b")],
+            **({"drive": drives[0]} if len(drives) == 1 else {"drives": drives}),
+            "schedules": [{"parameter": p, "points": points, "interpolation": kind} for p, points, kind in schedules],
+        }
+    )  # fmt: skip
+    assert machine.values["tracks.t.contact_frequency"] == pytest.approx(20 * fastest, rel=1e-6)
+
+
+def deepest(speed, frequency, restitution):
+    """The overlap of two that meet with a relative speed: a damped half period, by calculus."""
+    zeta = -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
+    return speed / frequency * math.exp(-zeta / math.sqrt(1 - zeta**2) * math.acos(zeta))
+
+
+@pytest.mark.parametrize("degrees", [0.97, 1.03])
+def test_how_far_balls_overlap_is_reported_and_too_far_is_a_warning(degrees):
+    """Two balls that meet once, head on, on a ring that is held: the larger overlap is beyond 1 degree."""
+    frequency = 500.0
+    speed = math.radians(degrees) / deepest(1.0, frequency, 0.5)
+    machine = machine_from(
+        {
+            "carrier": {"directions": "fixed"}, "bodies": [RING, ball("a"), ball("b")], "drive": STILL,
+            "tracks": {"t": {"contact_frequency": frequency}},
+        }
+    )  # fmt: skip
+    start = {"a": {"angle": 0.0, "speed": speed / 2}, "b": {"angle": 0.5, "speed": -speed / 2}}
+    result = run(RunUp(until=0.6 / speed, start=start, engine="compiled"), machine)
+    summary = result.wucht.summary
+    assert summary["contact_frequencies"] == {"t": frequency}
+    assert math.degrees(summary["overlaps"]["t"]) == pytest.approx(degrees, rel=0.02)
+    assert summary["overlap_lengths"]["t"] == pytest.approx(0.1 * summary["overlaps"]["t"])
+    assert any("overlap by up to" in w for w in result.wucht.warnings) == (degrees > 1)
+    assert any(line.startswith("  contacts     of 500 rad/s; bodies overlap by 1.") for line in report(result))

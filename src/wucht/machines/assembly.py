@@ -16,7 +16,7 @@ import sympy as sp
 from wucht.errors import InputError, WuchtError, code_of, nearest
 from wucht.machines.attaching import check_attachments, place_of
 from wucht.machines.models import DimensionlessMachine
-from wucht.machines.operation import operating_speed
+from wucht.machines.operation import fastest_operating_speed
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part, ShaftPart
 from wucht.machines.parts.support import Support
@@ -288,7 +288,7 @@ def with_tracks(machine: MechanismT, tables: Any) -> MechanismT:
     if not isinstance(tables, Mapping):
         raise InputError("tracks", tables, "must be tables: [machine.tracks.NAME]")
     refuse_unknown(tables, names, "tracks")
-    frequency = dict.fromkeys(names, FREQUENCY_RATIO * operating_speed(machine)) if names else {}
+    frequency = dict.fromkeys(names, FREQUENCY_RATIO * fastest_operating_speed(machine)) if names else {}
     for name, table in tables.items():
         if not isinstance(table, Mapping):
             raise InputError(f"tracks.{name}", table, f"must be a table: [machine.tracks.{name}]")

@@ -21,6 +21,7 @@ from wucht.numerics.zeros_and_peaks import first_where
 
 MechanismT = TypeVar("MechanismT", bound=Mechanism)
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
+_MOST_TIMES = 64  # at which the machine is examined for its fastest operation
 _DRIVEN_POINTS = 401  # speeds at which a drive is examined
 MOST_BODIES = 11  # of a machine whose states are searched
 LOWEST = 1e-3  # of the highest speed: lower end of a search
@@ -187,10 +188,27 @@ def natural_frequencies(machine: Mechanism) -> dict[str, float]:
     return {f"mode {i + 1}": math.sqrt(max(float(s), 0.0)) for i, s in enumerate(squares)}
 
 
-def operating_speed(machine: Mechanism) -> float:
-    """Return the largest of the speeds that the drives reach without vibration and of the natural frequencies, in magnitude."""
-    free = [free_speed(machine, rotor) for rotor in machine.rotors]
+def operating_speed(machine: Mechanism, time: float = 0.0) -> float:
+    """Return the largest of the speeds that the drives reach without vibration and of the natural frequencies, in magnitude.
+
+    Where schedules change the machine, give it ``at`` that time.
+    """
+    free = [free_speed(machine, rotor, time) for rotor in machine.rotors]
     return max([*(abs(w) for w in free if w is not None), *natural_frequencies(machine).values(), 1.0])
+
+
+def fastest_operating_speed(machine: Mechanism) -> float:
+    """Return the largest operating speed that the schedules reach: at their points and halfway between them.
+
+    Of long tables at their largest and smallest values, and at some points evenly.
+    """
+    points = np.array(machine.breakpoints)
+    times = np.sort(np.concatenate([points, 0.5 * (points[1:] + points[:-1])]))
+    if len(times) > _MOST_TIMES:
+        courses = [s.pieces(times) for s in machine.schedules]
+        extremes = [k for values in courses for k in (values.argmin(), values.argmax())]
+        times = times[np.unique([*extremes, *np.linspace(0, len(times) - 1, _MOST_TIMES, dtype=int)])]
+    return max(operating_speed(machine.at(t), t) for t in times.tolist())
 
 
 def machine_at_speed(machine: MechanismT, speed: float | None) -> MechanismT:

@@ -1,7 +1,8 @@
 """Compliant contacts between neighbours on one track, which cannot pass each other.
 
-A contact is a ``stop`` between the angles of two neighbours. Its frequency is twenty times that of the operation, so that it is
-short against a turn.
+A contact is a ``stop`` between the angles of two neighbours. Its frequency omega_c is twenty times that of the fastest
+operation which drives and schedules reach, so that it is short against a turn: two bodies that meet with a relative speed u
+overlap by less than u/omega_c.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.schema import Parameter
 
-FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
+FREQUENCY_RATIO = 20.0  # of the contact to the fastest operating speed
 
 
 _PLAY = 1e-9  # rad: clearance of bodies that just touch at the start
@@ -64,6 +65,17 @@ def angular_width(a: TrackBody, b: TrackBody) -> float:
     return 2 * math.asin(min(half, 1.0))
 
 
+def _gap(track: Track, k: int, a: Coordinate, b: Coordinate) -> sp.Expr:
+    """Return the angle between two neighbours, negative while they touch. k: the number of the first, counter-clockwise."""
+    return b.position - a.position + track.symbol(f"offset_{k + 1}")
+
+
+def gaps(machine: Mechanism, track: Track) -> tuple[sp.Expr, ...]:
+    """Return the angles between neighbours on a track of a machine, negative while they touch, in rad."""
+    along = [machine.body(name).coordinate for name in track.order]
+    return tuple(_gap(track, k, a, b) for k, (a, b) in enumerate(zip(along, [*along[1:], along[0]], strict=True)))
+
+
 def _contacts(
     track: Track, order: Sequence[TrackBody], offsets: Sequence[float], angles: Mapping[str, Coordinate]
 ) -> tuple[Energies, tuple[Parameter, ...]]:
@@ -72,7 +84,7 @@ def _contacts(
     parameters = [Parameter(frequency.name, track.frequency, "rad/s", "omega_c", "frequency of the contacts")]
     for k, (a, b) in enumerate(_neighbours(order)):
         offset = track.symbol(f"offset_{k + 1}")
-        gap = angles[b.name].position - angles[a.name].position + offset
+        gap = _gap(track, k, angles[a.name], angles[b.name])
         rate = angles[b.name].velocity - angles[a.name].velocity
         inertia = a.axis_inertia() * b.axis_inertia() / (a.axis_inertia() + b.axis_inertia())
         bounce = sum(sp.log(body.symbol("restitution")) for body in (a, b)) / 2

@@ -206,7 +206,7 @@ Tolerance = Annotated[
 Engine = Annotated[
     Literal["heyoka", "compiled", "scipy", "scipy-radau"],
     AfterValidator(_check_installed),
-    Field(description="engine of the integration, by default the best installed"),
+    Field(description="engine of the integration, by default the best installed for the machine"),
 ]
 
 __all__ = [

@@ -34,7 +34,7 @@ def leg(grid: np.ndarray, most_steps: int = MAX_STEPS, tolerance: float = 1e-9) 
         np.array([-1, 0, 0, 1]), np.full(m, -np.inf), np.zeros(m), grid, np.zeros(1), np.array([1.0, 0.0, 0.0, 0.0]),
         np.zeros(len(grid) * n), np.zeros(room, int), np.zeros(room * (n + 1)), np.zeros(ALL_STAGES * width),
         np.zeros((DENSE_ROWS + 3) * width), np.zeros(width), np.zeros(width), np.zeros(width), np.zeros(width),
-        np.zeros(leg_stepper.VALUE_ROWS * m), np.zeros(4, int),
+        np.zeros(leg_stepper.VALUE_ROWS * m), np.full(m, np.inf), np.zeros(4, int),
     )  # fmt: skip
 
 

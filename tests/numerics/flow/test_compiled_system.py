@@ -14,6 +14,7 @@ from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import available_engine, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
+from wucht.piecewise import ABSOLUTE, PiecewiseCubic
 from wucht.system import System
 
 x, v = sp.symbols("x v", real=True)
@@ -67,6 +68,23 @@ def test_one_flow_many_values(any_engine):
 def test_without_a_choice_the_best_engine_is_taken():
     assert compile_system(SPRING).engine.name == available_engine()
     assert available_engine() == ("heyoka" if find_spec("heyoka") else "compiled" if find_spec("llvmlite") else "scipy")
+
+
+@pytest.mark.skipif(not (find_spec("heyoka") and find_spec("llvmlite")), reason="needs both engines")
+@pytest.mark.parametrize(
+    ("system", "events", "engine"),
+    [
+        (SPRING, (), "heyoka"),
+        (SPRING, (Event("passes", x),), "heyoka"),
+        (SPRING, (Event("ends", x, terminal=True),), "compiled"),
+        (SPRING, (Event("acts", x, action=lambda time, state, parameters: (state, parameters)),), "compiled"),
+        (System((x, v), (v, -k * PiecewiseCubic(x, ABSOLUTE)), (k,)), (), "compiled"),
+    ],
+    ids=["nothing", "recorded", "terminal", "action", "breakpoint"],
+)
+def test_what_is_interrupted_is_integrated_by_the_compiled_engine(system, events, engine):
+    assert compile_system(system, events=events).engine.name == engine
+    assert compile_system(system, events=events, engine="heyoka").engine.name == "heyoka"
 
 
 def test_an_unknown_engine_is_refused():

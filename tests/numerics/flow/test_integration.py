@@ -13,6 +13,7 @@ from tests.refusals import failed
 
 from wucht.errors import RunError
 from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import Integration, integrate
 from wucht.system import TIME, Output, System
 
@@ -267,7 +268,7 @@ def test_legs_end_at_the_same_samples_whatever_stops_one_within(stops, expected)
             return SimpleNamespace(states=np.zeros((1, taken)), hits=(), stopped_by=None)
 
     system = SimpleNamespace(states=("x",))
-    compiled = SimpleNamespace(system=system, events=(), locator=None, interrupting=())
+    compiled = SimpleNamespace(system=system, events=(), locator=None, coincidences=None)
     run = Integration(compiled, Stub(), np.zeros(1), np.zeros(0), np.arange(2500.0))
     while run.advance():
         pass
@@ -275,20 +276,13 @@ def test_legs_end_at_the_same_samples_whatever_stops_one_within(stops, expected)
     assert np.concatenate(run.times).tolist() == list(range(2500))
 
 
-def _counted(hits, name, time, events, begin=0.0):
-    """Whether a hit was counted before, after these hits of a run that begins at a time."""
-    compiled = SimpleNamespace(events=[SimpleNamespace(name=n, terminal=t) for n, t in events])
-    run = SimpleNamespace(
-        grid=np.array([begin]), hits=[SimpleNamespace(name=n, time=t) for n, t in hits], compiled_system=compiled
-    )
-    return Integration._is_duplicate(run, SimpleNamespace(name=name, time=time))
-
-
-def test_an_event_at_the_border_of_two_legs_is_counted_before():
-    """Of the same name and time but for rounding, among the last hits; a terminal one also where the run begins."""
-    events = [("stop", True), ("pass", False)]
-    assert _counted([], "stop", 0.0, events) and not _counted([], "pass", 0.0, events) and not _counted([], "stop", 1.0, events)
-    assert _counted([], "stop", 1e6 + 0.5e-6, events, 1e6) and not _counted([], "stop", 1e6 + 2e-6, events, 1e6)
-    assert _counted([("pass", 5.0)], "pass", 5.0 + 4e-12, events) and not _counted([("pass", 5.0)], "pass", 5.0 + 6e-12, events)
-    assert not _counted([("pass", 5.0)], "stop", 5.0, events) and _counted([("pass", 5.0), ("stop", 5.0)], "pass", 5.0, events)
-    assert not _counted([("pass", 5.0), ("stop", 6.0), ("stop", 7.0)], "pass", 5.0, events)
+def test_a_run_begins_beyond_the_events_at_its_start(engine):
+    """Those at the end of a run are its own, and not those of one that continues it: each event once, also exactly there."""
+    rising = Event("one", x - 1, +1)
+    flow = compile_system(System((x,), (sp.S.One,)), events=(rising, Event("two", x - 2)), engine=engine)
+    state, hits = np.array([0.25]), []
+    for begin, end in ((0.25, 1.0), (1.0, 2.0), (2.0, 3.0)):
+        run = integrate(flow, state, [], np.array([begin, end]))
+        hits.append([(h.name, h.time) for h in run.hits])
+        state = run.end_state
+    assert hits == [[("one", 1.0)], [("two", 2.0)], []]

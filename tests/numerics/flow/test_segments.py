@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.flow.segments import _LOOKAHEAD, Segmentation, compile_lookahead
+from wucht.numerics.flow.segments import LOOKAHEAD, Segmentation, compile_lookahead
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces, step
 from wucht.system import TIME, Output, System
 
@@ -400,7 +400,7 @@ def test_a_segment_costs_the_same_however_many_there_are() -> None:
 
 def test_a_look_ahead_is_of_second_order():
     """x' = x t/10^8 from x = 3 at t = 10^8, where the first step is 0.1, by its midpoint; at t = 0 it is 1e-9 long."""
-    system, h = System((x,), (x * TIME / 100_000_000,)), _LOOKAHEAD[0]
+    system, h = System((x,), (x * TIME / 100_000_000,)), LOOKAHEAD[0]
     now, ahead = compile_lookahead(system, [x, TIME, x**2])(1e8, np.array([3.0]), [])
     then = 3.0 + 0.1 * 3.0 * 1.05 * (1 + 0.05e-8)
     assert now == [3.0, 1e8, 9.0] and ahead == pytest.approx([then, 1e8 + 0.1, then**2], rel=1e-12)
@@ -409,7 +409,7 @@ def test_a_look_ahead_is_of_second_order():
 
 def test_a_look_ahead_goes_on_where_a_value_has_not_changed_yet():
     """A whole number that changes after three of the first steps, and one that does so within it."""
-    system, h = System((x,), (sp.S.One,)), _LOOKAHEAD[0]
+    system, h = System((x,), (sp.S.One,)), LOOKAHEAD[0]
     now, ahead = compile_lookahead(system, [sp.floor(x - 3 * h), sp.floor(x - h / 2), sp.floor(x)])(0.0, np.array([0.0]), [])
     assert now == [-1, -1, 0] and ahead == [0, 0, 0]
 
@@ -447,11 +447,12 @@ def test_the_ends_of_a_segment_lie_beyond_an_argument_on_them():
 
 
 def test_the_segment_of_an_argument_on_a_breakpoint_is_that_to_which_it_moves():
-    """Within a thousand roundings of the largest number; where it rests that on the right."""
-    near = 1000 * np.finfo(float).eps
+    """Within a thousand roundings of the largest number, or of the time; where it rests that on the right."""
+    near, up, down = 1000 * np.finfo(float).eps, 2.0 + 1e-9, 2.0 - 1e-9
     for value, ahead, size, segment in (
         (0.5, 0.6, 1.0, 0), (1.5, 1.4, 1.0, 1), (9.0, 9.0, 1.0, 3), (2.0, 2.1, 1.0, 2), (2.0, 1.9, 1.0, 1), (2.0, 2.0, 1.0, 2),
-        (2.0 - 2.9 * near, 2.1, 1.0, 2), (2.0 - 3.1 * near, 2.1, 1.0, 1), (2.0 + 2.9 * near, 1.9, 1.0, 1),
-        (2.0 + 3.1 * near, 1.9, 1.0, 2), (2.0 - 9.0 * near, 2.1, 10.0, 2), (2.0 - 2.9 * near, 2.0 - 2.9 * near, 1.0, 1),
+        (2.0 - 2.9 * near, up, 1.0, 2), (2.0 - 3.1 * near, up, 1.0, 1), (2.0 + 2.9 * near, down, 1.0, 1),
+        (2.0 + 3.1 * near, down, 1.0, 2), (2.0 - 9.0 * near, up, 10.0, 2), (2.0 - 2.9 * near, 2.0 - 2.9 * near, 1.0, 1),
+        (2.0 - 9.0 * near, 2.0 + 1e-8, 1.0, 2),
     ):  # fmt: skip
         assert TWO_TABLES.locate(value, ahead, size) == segment

@@ -1,4 +1,4 @@
-"""The engine compiled: Dormand-Prince 8(5,3) in machine code, where heyoka is absent.
+"""The engine compiled: Dormand-Prince 8(5,3) in machine code, where something interrupts a run, or heyoka is absent.
 
 The stepper is the same for all systems and compiled once (``compiled.leg_stepper``); of a system its rates and event functions
 are compiled, in straight-line code (``compiled.straight_line_code``). Both are kept on disk, and a later process needs no
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ctypes
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -31,7 +31,7 @@ from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepp
 from wucht.numerics.flow.compiled.straight_line_code import module_text
 from wucht.numerics.flow.cool_downs import CoolDowns
 from wucht.numerics.flow.events import NOT_FINITE, Event, Hit, LegError, LegResult
-from wucht.numerics.flow.program import Numbers, Program
+from wucht.numerics.flow.program import Numbers, PointValues, Program
 from wucht.numerics.flow.step_sizes import step_limit_error
 from wucht.system import System
 
@@ -48,15 +48,15 @@ class Ending(IntEnum):
     )  # fmt: skip
 
 
-def _python_function(address: int, count: int) -> Callable[[Sequence[float], float, Sequence[float]], list[float]]:
+def _values_at_point(address: int, count: int) -> PointValues:
     """Return machine code as a function of state, time and constants that returns a list."""
-    double = ctypes.POINTER(ctypes.c_double)
-    code = ctypes.CFUNCTYPE(None, ctypes.c_double, double, double, double)(address)
+    code = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(address)
 
-    def function(state: Sequence[float], time: float, constants: Sequence[float]) -> list[float]:
-        values = (ctypes.c_double * count)()
-        code(time, (ctypes.c_double * len(state))(*state), (ctypes.c_double * len(constants))(*constants), values)
-        return list(values)
+    def function(state: np.ndarray, time: float, constants: np.ndarray) -> list[float]:
+        values = np.empty(count)
+        arrays = np.ascontiguousarray(state, float), np.ascontiguousarray(constants, float), values
+        code(time, *(array.__array_interface__["data"][0] for array in arrays))
+        return values.tolist()
 
     return function
 
@@ -71,8 +71,8 @@ class CompiledEngine:
     ) -> None:
         self.program, self.event_program, self.events = program, event_program, tuple(events)
         self.code = MachineCode.of(module_text([(RATES, program), (EVENT_VALUES, event_program)]), (RATES, EVENT_VALUES))
-        self.rates = _python_function(self.code.addresses[RATES], len(program.results))
-        self.event_values = _python_function(self.code.addresses[EVENT_VALUES], len(event_program.results))
+        self.rates = _values_at_point(self.code.addresses[RATES], len(program.results))
+        self.event_values = _values_at_point(self.code.addresses[EVENT_VALUES], len(event_program.results))
         self.is_angle = np.array([float(s in system.angles) for s in system.states])
         self.tolerance = max(tolerance, SMALLEST_TOLERANCE)
         self.event_kinds = np.array([[e.direction for e in events], [e.interrupts for e in events]], np.int64)
@@ -100,12 +100,12 @@ class CompiledIntegrator:
         self._engine, self._cool_downs = engine, CoolDowns(engine.rates, engine.event_values, engine.events)
         self._parameters, self._constants, self._event_constants = np.empty(0), np.empty(0), np.empty(0)
         self._state, self._clock, self._counts = np.zeros(width), np.zeros(1), np.zeros(4, np.int64)
-        self._cool_ends, self._cool_signs = np.empty(m), np.empty(m)
+        self._cool_ends, self._cool_signs, self._lowest = np.empty(m), np.empty(m), np.empty(m)
         rows = {"k": ALL_STAGES, "dense": DENSE_ROWS + 3, "point": 1, "next_state": 1, "errors": 1, "zero": 1}
         self._memory: dict[str, np.ndarray] = {name: np.zeros(count * width) for name, count in rows.items()}
         self._memory |= {
             "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(leg_stepper.VALUE_ROWS * m),
-            "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "nodes": NODES,
+            "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "lowest": self._lowest, "nodes": NODES,
             "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "is_angle": engine.is_angle,
             "event_kinds": engine.event_kinds,
         }  # fmt: skip
@@ -131,7 +131,7 @@ class CompiledIntegrator:
             self._constants = self._engine.program.constant_values(parameter_values)
             self._event_constants = self._engine.event_program.constant_values(parameter_values)
             self._parameters = np.array(parameter_values, float)
-        self._cool_downs.start(time, np.asarray(state), self._constants.tolist(), self._event_constants.tolist())
+        self._cool_downs.start(time, np.asarray(state), self._constants, self._event_constants)
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""
@@ -154,16 +154,16 @@ class CompiledIntegrator:
             raise LegError(*NOT_FINITE, result)
         if ending is Ending.NO_STEPS_LEFT:
             raise step_limit_error(result, begin, self.time)
-        events, time, state = self._engine.events, self.time, self.state
+        events, time, state, lowest = self._engine.events, self.time, self.state, self._lowest.copy()
         records = zip(hit_events[:hit_count].tolist(), hits[:hit_count], strict=True)
         in_order = sorted((Hit(events[i].name, float(h[0]), h[1:].copy()) for i, h in records), key=lambda hit: hit.time)
         if ending is Ending.END:
-            return LegResult(result, time, state, tuple(in_order), None)
+            return LegResult(result, time, state, tuple(in_order), None, lowest)
         self._cool_downs.add(stopped_by, time, state)
-        return LegResult(result, time, state, (*in_order, Hit(events[stopped_by].name, time, state)), stopped_by)
+        return LegResult(result, time, state, (*in_order, Hit(events[stopped_by].name, time, state)), stopped_by, lowest)
 
     def _advance(self, grid: np.ndarray, samples: np.ndarray, hit_events: np.ndarray, hits: np.ndarray) -> Ending:
-        self._cool_ends[:] = -np.inf
+        self._cool_ends[:], self._lowest[:] = -np.inf, np.inf
         for i, (end, sign) in self._cool_downs.by_event.items():
             self._cool_ends[i], self._cool_signs[i] = end, sign
         arrays = {

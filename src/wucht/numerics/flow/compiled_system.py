@@ -11,14 +11,15 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.numerics.flow.coincidences import Coincidences
 from wucht.numerics.flow.events import Event, LegResult
-from wucht.numerics.flow.program import Evaluator, Numbers, Program, lower
-from wucht.numerics.flow.segments import Lookahead, Segmentations, SegmentLocator, compile_lookahead
+from wucht.numerics.flow.program import Evaluator, Numbers, PointValues, Program, lower
+from wucht.numerics.flow.segments import Place, Segmentations, SegmentLocator, compile_place
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 DEFAULT_TOLERANCE = 1e-12
 ENGINES = ("heyoka", "compiled", "scipy", "scipy-radau")
-_PACKAGES = (("heyoka", "heyoka"), ("compiled", "llvmlite"))  # needed by engines, the fastest first
+_PACKAGES = {"heyoka": "heyoka", "compiled": "llvmlite"}  # needed by engines
 # heyoka's steps are accurate relative to the largest state: a work of microjoules is accumulated in a unit of that size.
 _PER_UNIT = sp.Symbol("_per_unit", real=True)
 
@@ -42,6 +43,8 @@ class Engine(Protocol):
     def name(self) -> str: ...  # noqa: D102
     @property
     def program(self) -> Program: ...  # noqa: D102
+    @property
+    def rates(self) -> PointValues: ...  # noqa: D102
     def acquire(self) -> Integrator: ...  # noqa: D102
     def release(self, integrator: Any) -> None: ...  # noqa: D102
 
@@ -64,12 +67,10 @@ class CompiledSystem:
         Evaluates the System's outputs over arrays.
     locator : SegmentLocator, optional
         Locates the segments of piecewise functions in use; None where there are none.
-    jumps : Evaluator, optional
-        Gains of the quadratures where a piecewise function jumps; None if there are none.
-    interrupting : tuple of int
-        The indices of the requested events that stop the integrator.
-    lookahead : callable, optional
-        The values of their functions now and a little later, because two may happen together.
+    jumps : callable, optional
+        Computes the gains of the quadratures where a piecewise function jumps; None if there are none.
+    coincidences : Coincidences, optional
+        Decides which of the requested events happen together with an interruption; None where none are requested.
 
     Notes
     -----
@@ -83,9 +84,8 @@ class CompiledSystem:
     engine: Engine = field(compare=False)
     outputs: Evaluator = field(compare=False)
     locator: SegmentLocator | None = field(default=None, compare=False)
-    jumps: Evaluator | None = field(default=None, compare=False)
-    interrupting: tuple[int, ...] = field(default=(), compare=False)
-    lookahead: Lookahead | None = field(default=None, compare=False)
+    jumps: Place | None = field(default=None, compare=False)
+    coincidences: Coincidences | None = field(default=None, compare=False)
 
     @property
     def is_error_by_largest_state(self) -> bool:
@@ -93,20 +93,28 @@ class CompiledSystem:
         return self.engine_name == "heyoka"
 
 
-def available_engine() -> str:
+def available_engine(is_interrupted: bool = False) -> str:
     """Choose the engine that a System is compiled for by default.
+
+    Parameters
+    ----------
+    is_interrupted : bool
+        True if breakpoints, contacts, releases or terminal events interrupt the run. heyoka loses events that coincide with
+        an interruption, or with each other.
 
     Returns
     -------
     str
-        ``"heyoka"`` where it is installed, else ``"compiled"`` where LLVM is, else ``"scipy"``.
+        ``"heyoka"`` where it is installed and nothing interrupts the run, else ``"compiled"`` where LLVM is, else what is
+        installed; ``"scipy"`` needs no further package.
     """
-    return next((engine for engine, package in _PACKAGES if find_spec(package)), "scipy")
+    engines = ("compiled", "heyoka") if is_interrupted else ("heyoka", "compiled")
+    return next((engine for engine in engines if missing_package(engine) is None), "scipy")
 
 
 def missing_package(engine: str) -> str | None:
     """Return the name of the package that an engine needs, if it is not installed."""
-    package = dict(_PACKAGES).get(engine)
+    package = _PACKAGES.get(engine)
     return package if package is not None and find_spec(package) is None else None
 
 
@@ -124,8 +132,8 @@ def compile_system(
         Relative and absolute error allowed per step (heyoka: compiled in).
     events : tuple of Event
     engine : {"heyoka", "compiled", "scipy", "scipy-radau"}, optional
-        Taylor's method, Dormand-Prince 8(5,3) in machine code or interpreted, or Radau (stiff); None for the best one
-        installed.
+        Taylor's method, Dormand-Prince 8(5,3) in machine code or interpreted, or Radau (stiff); None for
+        ``available_engine``, by whether breakpoints or events interrupt the run.
 
     Returns
     -------
@@ -136,14 +144,14 @@ def compile_system(
     WuchtError
         For an unknown engine, or one whose package is not installed.
     """
-    chosen = engine or available_engine()
-    if chosen not in ENGINES:
-        raise WuchtError(f"unknown engine {chosen!r}; known: {', '.join(ENGINES)}", code="unknown-engine")
-    if (package := missing_package(chosen)) is not None:
-        raise WuchtError(f"the engine {chosen!r} needs the package {package}, which is not installed", code="unknown-engine")
+    if engine is not None and engine not in ENGINES:
+        raise WuchtError(f"unknown engine {engine!r}; known: {', '.join(ENGINES)}", code="unknown-engine")
+    if engine is not None and (package := missing_package(engine)) is not None:
+        raise WuchtError(f"the engine {engine!r} needs the package {package}, which is not installed", code="unknown-engine")
     expressions = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
     expressions += [e for q in system.quadratures for e in (q.expression, q.jump)]
     segmentations = Segmentations.of([sp.sympify(e) for e in expressions])
+    chosen = engine or available_engine(bool(segmentations) or any(e.interrupts for e in events))
     smooth = _smooth(system, segmentations)
     program = lower(smooth, smooth.derivatives)
     all_events = (*events, *segmentations.events())
@@ -162,10 +170,10 @@ def compile_system(
 
         method = "Radau" if chosen == "scipy-radau" else "DOP853"
         code = ScipyEngine(program, all_events, event_program, tolerance, method)
-    interrupting, jumps = tuple(i for i, e in enumerate(events) if e.interrupts), None
+    jumps = None
     if segmentations and any(q.jump != 0 for q in system.quadratures):
         gains = [segmentations.smooth(sp.sympify(q.jump)) for q in system.quadratures]
-        jumps = Evaluator.of(smooth, gains, [q.name for q in system.quadratures])
+        jumps = compile_place(smooth, gains)
     return CompiledSystem(
         system,
         all_events,
@@ -173,10 +181,9 @@ def compile_system(
         chosen,
         code,
         Evaluator.of_outputs(system),
-        SegmentLocator.of(segmentations, smooth) if segmentations else None,
+        SegmentLocator.of(segmentations, smooth, code.rates) if segmentations else None,
         jumps,
-        interrupting,
-        compile_lookahead(smooth, [segmentations.smooth(events[i].expression) for i in interrupting]) if interrupting else None,
+        Coincidences.of(smooth, [segmentations.smooth(e.expression) for e in events], code.rates) if events else None,
     )
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from wucht.numerics.flow.events import Event
-
-Function = Callable[[Sequence[float], float, Sequence[float]], Sequence[float]]  # of state, time and constants
+from wucht.numerics.flow.program import PointValues
 
 _COOL_DOWN = 1e-9  # relative to the time
 _AT_BREAKPOINT = 1e-12  # for arguments, and relative to the time
@@ -20,17 +19,16 @@ class CoolDowns:
     by_event: (end, sign) by the index of the event.
     """
 
-    def __init__(self, rates: Function, event_values: Function, events: Sequence[Event]) -> None:
+    def __init__(self, rates: PointValues, event_values: PointValues, events: Sequence[Event]) -> None:
         self._rates, self._event_values, self._events = rates, event_values, events
-        self._constants: Sequence[float] = ()
-        self._event_constants: Sequence[float] = ()
+        self._constants, self._event_constants = np.empty(0), np.empty(0)
         self.by_event: dict[int, tuple[float, float]] = {}
 
     def clear(self) -> None:
         """Forget all: another part of the run begins."""
         self.by_event.clear()
 
-    def start(self, time: float, state: np.ndarray, constants: Sequence[float], event_constants: Sequence[float]) -> None:
+    def start(self, time: float, state: np.ndarray, constants: np.ndarray, event_constants: np.ndarray) -> None:
         """Begin a leg at a place (n,). constants: of the programs.
 
         Only those that have just happened: an earlier one may be about to happen again at this place. But the end of a segment
@@ -39,7 +37,7 @@ class CoolDowns:
         """
         self._constants, self._event_constants = constants, event_constants
         if self.by_event:
-            values = self._event_values(state.tolist(), time, self._event_constants)
+            values = self._event_values(state, time, self._event_constants)
             recent = [i for i, (end, _) in self.by_event.items() if end >= time and self._events[i].switch is None]
             near = [i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT]
             self.by_event = {i: self._cool_down(i, time, state) for i in recent}
@@ -51,8 +49,8 @@ class CoolDowns:
 
     def _cool_down(self, index: int, time: float, state: np.ndarray) -> tuple[float, float]:
         end = _end(time)
-        later = state + (end - time) * np.asarray(self._rates(state.tolist(), time, self._constants))
-        value = float(self._event_values(later.tolist(), end, self._event_constants)[index])
+        later = state + (end - time) * np.asarray(self._rates(state, time, self._constants))
+        value = float(self._event_values(later, end, self._event_constants)[index])
         return end, float(np.sign(value))
 
 

@@ -69,13 +69,17 @@ class Hit:
 
 @dataclass(frozen=True)
 class LegResult:
-    """Result of one leg: samples up to the end or the interrupting event, whichever came first."""
+    """Result of one leg: samples up to the end or the interrupting event, whichever came first.
+
+    lowest: the lowest values of the event functions (m,) in it; None from engines that do not observe them.
+    """
 
     states: np.ndarray
     time: float
     state: np.ndarray
     hits: tuple[Hit, ...]
     stopped_by: int | None
+    lowest: np.ndarray | None = None
 
 
 class LegError(RunError):

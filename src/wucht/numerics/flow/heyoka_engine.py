@@ -208,6 +208,7 @@ class HeyokaEngine:
         extra |= {"nt_events": passing} if passing else {}
         self.program, self.event_program, self.units, self.events = program, event_program, units, tuple(events)
         self.interrupting, self.event_values = tuple(interrupting), event_program.function("math")
+        self.rates = program.at_point()
         self._idle: deque[HeyokaIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive(
             system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > COMPACT_ABOVE, **extra

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wucht.errors import RunError
+from wucht.numerics.flow.coincidences import same_instant_until
 from wucht.numerics.flow.compiled_system import CompiledSystem, Integrator
 from wucht.numerics.flow.events import Hit, LegError, LegResult
 from wucht.numerics.flow.program import Numbers
-from wucht.numerics.flow.segments import ROUNDING
 from wucht.numerics.flow.step_sizes import UNKNOWN, advice
 from wucht.numerics.flow.trajectory import Trajectory
 
@@ -27,8 +27,9 @@ class Integration:
 
     state: (n + m,) with the quadratures. parameter_values: in the System's order. unit: the size of the quadratures.
     before: their values (m,) at the beginning of the leg: the engine accumulates only the gains of the leg, so that a large
-    work does not loosen its tolerance. times, states: samples, leg by leg, ``done`` in all. fired_at: the time at which each
-    event last fired. segments: those in use. sample_parameter_values: those at the last sample.
+    work does not loosen its tolerance. times, states: samples, leg by leg, ``done`` in all. decided_until: the time until which
+    a passage of zero of each requested event is the one that was decided last. segments: those in use.
+    sample_parameter_values: those at the last sample. lowest_arguments: see ``Trajectory``.
     """
 
     compiled_system: CompiledSystem
@@ -43,9 +44,10 @@ class Integration:
     hits: list[Hit] = field(default_factory=list)
     done: int = 0
     stopped_by: str | None = None
-    fired_at: dict[int, float] = field(default_factory=dict)
+    decided_until: dict[int, float] = field(default_factory=dict)
     segments: np.ndarray = field(default_factory=lambda: np.empty(0))
     sample_parameter_values: np.ndarray = field(default_factory=lambda: np.empty(0))
+    lowest_arguments: np.ndarray | None = None
 
     def start(self) -> None:
         """Place the integrator at the beginning."""
@@ -53,8 +55,9 @@ class Integration:
         self.sample_parameter_values, self.before = self.parameter_values, self.state[len(self.compiled_system.system.states) :]
         if locator is not None:
             self.segments = locator.start(time, self.state, self._system_parameters)
-        # A run may continue one that has stopped at a terminal event: it starts beyond it.
-        self.fired_at = {i: time for i, e in enumerate(self.compiled_system.events) if e.terminal}
+        if self.compiled_system.coincidences is not None:  # the run may continue another: it starts beyond the events there
+            state, parameters = self._convert_units(self.state), self._all_parameters
+            self.decided_until = self.compiled_system.coincidences.at(time, state, parameters, parameters).ends
         self.integrator.forget_events()
         self._place(time, self._convert_units(self.state))
 
@@ -65,7 +68,7 @@ class Integration:
         self._place(self.time, self._convert_units(state))
 
     def _place(self, time: float, state: np.ndarray) -> None:
-        self.integrator.start(time, state, np.concatenate([self._system_parameters, self.segments]))
+        self.integrator.start(time, state, self._all_parameters)
 
     @property
     def time(self) -> float:
@@ -76,6 +79,10 @@ class Integration:
     def _system_parameters(self) -> np.ndarray:
         """Parameters without those of the segments."""
         return np.append(self.parameter_values, 1 / self.unit)
+
+    @property
+    def _all_parameters(self) -> np.ndarray:
+        return np.concatenate([self._system_parameters, self.segments])
 
     def _convert_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
         """Convert states (n + m) or (n + m, N) to those with the leg's gains of the quadratures in their unit, or back."""
@@ -93,24 +100,15 @@ class Integration:
             self._begin_leg()
         leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
+        if self.compiled_system.locator is not None and leg.lowest is not None:
+            lowest = self.compiled_system.locator.lowest_arguments(leg.lowest, self.segments)
+            self.lowest_arguments = lowest if self.lowest_arguments is None else np.minimum(lowest, self.lowest_arguments)
         self.sample_parameter_values = self.parameter_values
-        switches = {e.name for e in self.compiled_system.events if e.switch is not None}
-        self.hits.extend(h for h in leg.hits if h.name not in switches and not self._is_duplicate(h))
+        if leg.stopped_by is not None or self.compiled_system.locator or self.compiled_system.coincidences:
+            self._end_leg(leg)
         if len(self.hits) > _MOST_HITS:
             raise LegError(f"more than {_MOST_HITS} events happened", "Look for an event that repeats", leg.states[:, :0])
-        if leg.stopped_by is not None or self.compiled_system.locator is not None or self.compiled_system.interrupting:
-            self._handle_events(leg)
         return self.done < len(self.grid) and self.stopped_by is None
-
-    def _is_duplicate(self, hit: Hit) -> bool:
-        """True if a hit at the border of two legs was counted by the previous leg, or by the run that this one continues."""
-        close = 1e-12 * max(1.0, abs(hit.time))
-        if abs(hit.time - self.grid[0]) <= close and any(
-            e.terminal and e.name == hit.name for e in self.compiled_system.events
-        ):
-            return True
-        recent = self.hits[-len(self.compiled_system.events) :]
-        return any(old.name == hit.name and abs(old.time - hit.time) <= close for old in recent)
 
     def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
         count = samples.shape[1]
@@ -118,53 +116,56 @@ class Integration:
         self.states.append(self._convert_units(samples, back=True))
         self.done += count
 
-    def _handle_events(self, leg: LegResult) -> None:
-        """Apply the event at which the leg stopped, and those that happen at the same time.
+    def _end_leg(self, leg: LegResult) -> None:
+        """Change the segments at the end of a leg, and apply the event at which it stopped and those at the same time.
 
         Breakpoints and events exactly at the end of a leg are handled now: a run continued from there begins beyond them.
         """
-        index, before = leg.stopped_by, self.segments
+        index, parameters, segments = leg.stopped_by, self._all_parameters, self.segments
         switch = None if index is None else self.compiled_system.events[index].switch
-        event_indices = [index] if index is not None and switch is None and not self._has_just_fired(index, leg.time) else []
-        state = next_state = self._apply_actions(leg.time, leg.state, event_indices)
-        has_changed = switch is not None or state is not leg.state
-        if has_changed or index is None:
-            next_state = self._change_segments(leg.time, state, switch)
-        if has_changed or not np.array_equal(before, self.segments):
+        state = self._change_segments(leg.time, leg.state, switch)
+        next_state = self._apply_actions(leg.time, state, self._events_at_end(leg, parameters))
+        has_changed = next_state is not state
+        if has_changed:
+            next_state = self._change_segments(leg.time, next_state, None)
+        if has_changed or switch is not None or not np.array_equal(segments, self.segments):
             self._place(leg.time, next_state)
 
+    def _events_at_end(self, leg: LegResult, before: np.ndarray) -> list[int]:
+        """Record the hits within a leg; return the requested events that happen at its end, that at which it stopped first.
+
+        before: the parameters of its equations.
+        """
+        if self.compiled_system.coincidences is None:
+            return []
+        events, index = self.compiled_system.events, leg.stopped_by
+        now = self.compiled_system.coincidences.at(leg.time, leg.state, before, self._all_parameters)
+        numbers = {e.name: i for i, e in enumerate(events) if e.switch is None}
+        for hit in leg.hits:
+            i = numbers.get(hit.name, index)  # that of a breakpoint is none
+            if i is not None and i != index and not self._is_decided(i, hit.time) and not now.includes(i, hit.time):
+                self.hits.append(hit)
+        stopping = [] if index is None or events[index].switch is not None or now.is_touched(index) else [index]
+        together = [*stopping, *(i for i in now.ends if i not in stopping and now.happens(i, events[i].direction))]
+        new = [i for i in together if not self._is_decided(i, leg.time)]
+        self.decided_until |= dict.fromkeys(stopping, same_instant_until(leg.time)) | now.ends
+        return new
+
+    def _is_decided(self, index: int, time: float) -> bool:
+        """True if a passage of zero at a time is the one of an event that was decided last."""
+        return time <= self.decided_until.get(index, -math.inf)
+
     def _apply_actions(self, time: float, state: np.ndarray, event_indices: list[int]) -> np.ndarray:
-        """Apply the actions of these events and of events at the same time, of which an engine may report only one."""
-        n, together = (
-            len(self.compiled_system.system.states),
-            [*event_indices, *self._simultaneous_events(time, state, event_indices)],
-        )
-        for i in together:
-            event, self.fired_at[i] = self.compiled_system.events[i], time
+        """Record the hits of events, and return the state after their actions."""
+        n, before = len(self.compiled_system.system.states), state
+        for event in (self.compiled_system.events[i] for i in event_indices):
+            self.hits.append(Hit(event.name, time, before[:n].copy()))
             if event.action is not None:
                 new_state, self.parameter_values = event.action(time, state[:n].copy(), self.parameter_values.copy())
                 state = np.concatenate([new_state, state[n:]])
             if event.terminal:
                 self.stopped_by = self.stopped_by or event.name
-            if i not in event_indices:
-                self.hits.append(Hit(event.name, time, state[:n].copy()))
         return state
-
-    def _simultaneous_events(self, time: float, state: np.ndarray, event_indices: list[int]) -> list[int]:
-        if self.compiled_system.lookahead is None or len(self.compiled_system.interrupting) <= len(event_indices):
-            return []
-        values, ahead = self.compiled_system.lookahead(time, state, np.concatenate([self._system_parameters, self.segments]))
-        simultaneous = []
-        for i, h, a in zip(self.compiled_system.interrupting, values, ahead, strict=True):
-            direction = self.compiled_system.events[i].direction
-            crosses = (a > h and direction >= 0) or (a < h and direction <= 0)
-            if i not in event_indices and abs(h) <= ROUNDING and crosses and not self._has_just_fired(i, time):
-                simultaneous.append(i)
-        return simultaneous
-
-    def _has_just_fired(self, index: int, time: float) -> bool:
-        """True if an event has just been handled together with another."""
-        return index in self.fired_at and abs(time - self.fired_at[index]) <= 1e-12 * max(1.0, abs(time))
 
     def _change_segments(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
         """Change the segments after an event; returns the state with the gains of the quadratures."""
@@ -195,12 +196,12 @@ class Integration:
         """Return the state with the gains of the quadratures from the change of segments."""
         if self.compiled_system.jumps is None:
             return state
-        n, at = len(self.compiled_system.system.states), (np.array([time]), state[:, None])
+        n = len(self.compiled_system.system.states)
         old, new = (
-            self.compiled_system.jumps.array(*at, np.concatenate([self._system_parameters, segments]))
+            np.array(self.compiled_system.jumps(time, state, np.concatenate([self._system_parameters, segments])))
             for segments in (before, after)
         )
-        return np.concatenate([state[:n], state[n:] + (new - old)[:, 0] / self.unit])
+        return np.concatenate([state[:n], state[n:] + (new - old) / self.unit])
 
     def record_failure(self, error: LegError) -> str:
         """Record the last samples of a failed leg; returns the sentence."""
@@ -246,6 +247,7 @@ class Integration:
             self.stopped_by,
             failure,
             is_interrupted,
+            self.lowest_arguments,
         )
 
 

@@ -27,6 +27,8 @@ Numbers = Sequence[float] | np.ndarray
 # Given only a library's name, SymPy would load all of it: "from numpy import *" takes as long as ten functions.
 _AUXILIARY_PREFIX = "_"  # begins the names of parameters that no user gave
 _LIBRARIES = {"numpy": np, "math": math, "cmath": cmath}
+PointValues = Callable[[np.ndarray, float, np.ndarray], Sequence[float]]  # of a state, a time and constants
+_MOST_RECENT = 128
 Assignments = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
@@ -48,8 +50,37 @@ class Program:
         """Return the function (states, time, constants) -> list of results; see ``python_function``."""
         return python_function((self.states, TIME, tuple(s for s, _ in self.constants)), self.lines, self.results, modules)
 
+    def at_point(self) -> PointValues:
+        """Return the results as a function of a state (n,), a time and constants (k,)."""
+        function = self.function("math")
+        return lambda state, time, constants: function(state.tolist(), time, constants.tolist())
+
+    @cached_property
+    def _parameter_places(self) -> np.ndarray:
+        """The places of the parameters that the constants depend on."""
+        needed = set[sp.Basic]().union(*(sp.sympify(e).free_symbols for _, e in self.constants))
+        return np.array([i for i, s in enumerate(self.parameter_symbols) if s in needed], int)
+
+    @cached_property
+    def _recent_constants(self) -> dict[bytes, np.ndarray]:
+        return {}
+
     def constant_values(self, parameter_values: Numbers) -> np.ndarray:
-        """Evaluate the constants (k,) at given parameter values. Raises ``RunError`` where they are not finite."""
+        """Evaluate the constants (k,) at given parameter values. Raises ``RunError`` where they are not finite.
+
+        They cannot be written to: those of recent values are kept, as contacts close and open again with the same ones.
+        """
+        key = np.asarray(parameter_values, float)[self._parameter_places].tobytes()
+        values = self._recent_constants.get(key)
+        if values is None:
+            values = self._evaluate_constants(parameter_values)
+            values.flags.writeable = False
+            if len(self._recent_constants) >= _MOST_RECENT:
+                self._recent_constants.clear()
+            self._recent_constants[key] = values
+        return values
+
+    def _evaluate_constants(self, parameter_values: Numbers) -> np.ndarray:
         try:
             values = np.array(self._constant_function(list(map(float, parameter_values))), dtype=float)
         except (ZeroDivisionError, OverflowError, ValueError):

@@ -29,8 +29,8 @@ class ScipyEngine:
     ) -> None:
         self.program, self.event_program, self.events = program, event_program, tuple(events)
         self.tolerance, self.method = max(tolerance, _SMALLEST_TOLERANCE), method
-        self.rhs = program.function("math")
-        self.event_values = event_program.function("math")
+        self.rates, self.event_values = program.at_point(), event_program.at_point()
+        self.rhs, self.event_functions = program.function("math"), event_program.function("math")
 
     def acquire(self) -> ScipyIntegrator:
         """Return a new integrator, which costs nothing."""
@@ -44,16 +44,17 @@ class ScipyIntegrator:
     """An integrator of one run. time, state (n,): the values reached."""
 
     def __init__(self, engine: ScipyEngine) -> None:
-        self._engine, self._rhs, self._event_values, self._events = engine, engine.rhs, engine.event_values, engine.events
+        self._engine, self._rhs, self._event_values, self._events = engine, engine.rhs, engine.event_functions, engine.events
         self.time, self.state = 0.0, np.zeros(len(engine.program.states))
-        self._cool_downs = CoolDowns(engine.rhs, engine.event_values, engine.events)
+        self._cool_downs = CoolDowns(engine.rates, engine.event_values, engine.events)
 
     def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None:
         """Place the integrator."""
         self.time, self.state = time, np.array(state, dtype=float)
-        self._constants = self._engine.program.constant_values(parameter_values).tolist()
-        self._event_constants = self._engine.event_program.constant_values(parameter_values).tolist()
-        self._cool_downs.start(time, self.state, self._constants, self._event_constants)
+        programs = self._engine.program, self._engine.event_program
+        constants = [program.constant_values(parameter_values) for program in programs]
+        self._constants, self._event_constants = (values.tolist() for values in constants)
+        self._cool_downs.start(time, self.state, *constants)
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""

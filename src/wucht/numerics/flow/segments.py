@@ -8,27 +8,37 @@ smooth functions only, and no step crosses a breakpoint.
 from __future__ import annotations
 
 import itertools
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 import sympy as sp
 
-from wucht.numerics.flow.events import Event, LegError
-from wucht.numerics.flow.program import Numbers, lower
+from wucht.numerics.flow.events import NOT_FINITE, Event, LegError
+from wucht.numerics.flow.program import Numbers, PointValues, lower
 from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
 
 _ENDS = 4
-_LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argument lies on a breakpoint; the second from rest
+LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argument lies on a breakpoint; the second from rest
 END_MARGIN = 2e-15  # of the largest number that occurs: smallest distance of a segment's end beyond its argument
-ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: a nearer argument is on its breakpoint
+ROUNDING = (
+    1000 * np.finfo(float).eps
+)  # of the largest number that occurs, and of the time: a nearer argument is on its breakpoint
 
 Place = Callable[[float, np.ndarray, Numbers], list[float]]
-Result = TypeVar("Result")
-Lookahead = Callable[[float, np.ndarray, Numbers], tuple[list[float], list[float]]]
+Result = TypeVar("Result", list[float], tuple[list[float], list[float]])
+
+
+class Lookahead(Protocol):
+    """Values of expressions at a time and state, and a little later; direction -1: a little earlier."""
+
+    def __call__(  # noqa: D102
+        self, time: float, state: np.ndarray, parameter_values: Numbers, direction: int = 1
+    ) -> tuple[list[float], list[float]]: ...
 
 
 @dataclass(frozen=True)
@@ -86,11 +96,29 @@ class Segmentation:
         return tuple(map(tuple, np.stack(columns, axis=1).tolist()))
 
     def locate(self, value: float, ahead: float, size: float) -> int:
-        """Return the segment of an argument; on a breakpoint that to which it moves. size: of the numbers in its formula."""
-        near = float(self.breakpoints[np.abs(self.breakpoints - value).argmin()])
-        if abs(value - near) <= ROUNDING * max(self.scale, size) and ahead != value:
-            return int(np.searchsorted(self.breakpoints, near, side="right" if ahead > value else "left"))
-        return int(np.searchsorted(self.breakpoints, value, side="right"))
+        """Return the segment of an argument; on a breakpoint that to which it moves. size: of the numbers in its formula.
+
+        It is on a breakpoint within the rounding of these numbers, or of the time at which it comes there.
+        """
+        nearest = self.nearest(value)
+        near = self._places[nearest]
+        rounding = ROUNDING * max(self.scale, size, abs(ahead - value) / LOOKAHEAD[0])
+        if abs(value - near) <= rounding and ahead != value:
+            return nearest + 1 if ahead > value else nearest
+        return bisect_right(self._places, value)
+
+    def nearest(self, value: float) -> int:
+        """Return the number of the breakpoint nearest to an argument."""
+        above = bisect_right(self._places, value)
+        if above in (0, len(self._places)):
+            return max(above - 1, 0)
+        return above if self._places[above] - value < value - self._places[above - 1] else above - 1
+
+    @cached_property
+    def _places(self) -> list[float]:
+        """The breakpoints as numbers, which are searched faster than a short array."""
+        places: list[float] = self.breakpoints.tolist()
+        return places
 
     def end_functions(self) -> tuple[sp.Expr, sp.Expr]:
         """Return functions that rise through zero at the upper end of the segment, and fall through zero at the lower one.
@@ -188,13 +216,13 @@ class SegmentLocator:
     state_indices: tuple[tuple[int, ...], ...]
 
     @classmethod
-    def of(cls, segmentations: Segmentations, smooth: System) -> SegmentLocator:
-        """Compile the locator from the smooth System."""
+    def of(cls, segmentations: Segmentations, smooth: System, rates: PointValues | None = None) -> SegmentLocator:
+        """Compile the locator from the smooth System. rates: see ``compile_lookahead``."""
         arguments = [s.argument for s in segmentations.segmentations]
         return cls(
             segmentations.segmentations,
             compile_place(smooth, arguments),
-            compile_lookahead(smooth, arguments),
+            compile_lookahead(smooth, arguments, rates),
             indices_in(arguments, smooth),
         )
 
@@ -234,16 +262,37 @@ class SegmentLocator:
             [int(np.searchsorted(x.breakpoints, h, side="right")) for x, h in zip(self.segmentations, arguments, strict=True)]
         )
 
+    def lowest_arguments(self, lowest: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the lowest value of each argument in a leg; infinite on segments without an upper end.
+
+        lowest: of the event functions, of which those at the ends of the segments are the last. values: of the additional
+        parameters.
+        """
+        upper = lowest[-2 * len(self.segmentations) :: 2]
+        highs, has_high = values[self._starts + 1], values[self._starts + 3]
+        return np.where(has_high > 0, upper * self._scales + highs, np.inf)
+
+    @cached_property
+    def _starts(self) -> np.ndarray:
+        """The place of the first additional parameter of each segmentation."""
+        return np.cumsum([0, *(len(x.symbols) for x in self.segmentations[:-1])])
+
+    @cached_property
+    def _scales(self) -> np.ndarray:
+        return np.array([x.scale for x in self.segmentations])
+
     def _lookahead(self, time: float, state: np.ndarray, parameter_values: np.ndarray) -> tuple[list[float], list[float]]:
         return self._finite(self.lookahead, time, state, parameter_values)
 
     @staticmethod
     def _finite(function: Callable[..., Result], time: float, state: np.ndarray, parameter_values: np.ndarray) -> Result:
         try:
-            return function(time, state, parameter_values)
+            result = function(time, state, parameter_values)
         except (OverflowError, ValueError, ZeroDivisionError):
-            remedy = "Look for a parameter that is off by a factor of thousands"
-            raise LegError("the state ceases to be finite", remedy, np.empty((len(state), 0))) from None
+            raise LegError(*NOT_FINITE, np.empty((len(state), 0))) from None
+        if not np.isfinite(result).all():
+            raise LegError(*NOT_FINITE, np.empty((len(state), 0)))
+        return result
 
     def _sizes(self, time: float, state: np.ndarray) -> list[float]:
         """Return the largest number from which each argument is computed: its rounding is a few units of that."""
@@ -258,10 +307,10 @@ class SegmentLocator:
         return np.array([v for segment in blocks for v in segment])
 
     def _segments(self, values: np.ndarray) -> list[int]:
-        segments, at = [], 0
+        segments, at, numbers = [], 0, values.tolist()
         for segmentation in self.segmentations:
-            low, _, has_low, _ = values[at : at + _ENDS]
-            segments.append(int(np.abs(segmentation.breakpoints - low).argmin()) + 1 if has_low else 0)
+            low, has_low = numbers[at], numbers[at + 2]
+            segments.append(segmentation.nearest(low) + 1 if has_low else 0)
             at += len(segmentation.symbols)
         return segments
 
@@ -275,26 +324,28 @@ def indices_in(expressions: Sequence[sp.Expr], system: System) -> tuple[tuple[in
 def compile_place(smooth: System, expressions: Sequence[sp.Expr]) -> Place:
     """Compile a function of time, state and parameters that returns the values of expressions."""
     position = lower(smooth, expressions)
-    evaluate = position.function("math")
-    return lambda time, state, parameters: list(evaluate(state.tolist(), time, position.constant_values(parameters).tolist()))
+    evaluate = position.at_point()
+    return lambda time, state, parameters: list(evaluate(state, time, position.constant_values(parameters)))
 
 
-def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr]) -> Lookahead:
-    """Compile a function of time, state and parameters that returns the values of expressions, now and a little later."""
-    position, rates = lower(smooth, expressions), lower(smooth, smooth.derivatives)
-    evaluate, rate = position.function("math"), rates.function("math")
+def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr], rates: PointValues | None = None) -> Lookahead:
+    """Compile a function of time, state and parameters that returns the values of expressions, now and a little later.
 
-    def lookahead(time: float, state: np.ndarray, parameter_values: Numbers) -> tuple[list[float], list[float]]:
-        position_constants, rate_constants = (
-            position.constant_values(parameter_values).tolist(),
-            rates.constant_values(parameter_values).tolist(),
-        )
-        values = list(evaluate(state.tolist(), time, position_constants))
+    rates: those of the System, if an engine has compiled them.
+    """
+    position, program = lower(smooth, expressions), lower(smooth, smooth.derivatives)
+    evaluate, rate = position.at_point(), rates or program.at_point()
+
+    def lookahead(
+        time: float, state: np.ndarray, parameter_values: Numbers, direction: int = 1
+    ) -> tuple[list[float], list[float]]:
+        position_constants, rate_constants = (p.constant_values(parameter_values) for p in (position, program))
+        values = list(evaluate(state, time, position_constants))
         ahead = list(values)
-        for step in (s * max(1.0, abs(time)) for s in _LOOKAHEAD):
-            half = state + step / 2 * np.array(rate(state.tolist(), time, rate_constants))
-            then = state + step * np.array(rate(half.tolist(), time + step / 2, rate_constants))
-            later = evaluate(then.tolist(), time + step, position_constants)
+        for step in (direction * s * max(1.0, abs(time)) for s in LOOKAHEAD):
+            half = state + step / 2 * np.array(rate(state, time, rate_constants))
+            then = state + step * np.array(rate(half, time + step / 2, rate_constants))
+            later = evaluate(then, time + step, position_constants)
             ahead = [f if a == h else a for a, h, f in zip(ahead, values, later, strict=True)]
         return values, ahead
 

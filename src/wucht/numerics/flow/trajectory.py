@@ -36,6 +36,9 @@ class Trajectory:
         Why it failed; the samples are those before.
     is_interrupted : bool
         True if the user stopped it.
+    lowest_arguments : ndarray, (k,), optional
+        The lowest value below its last breakpoint of each argument of piecewise functions, in the order of the segmentations:
+        how far a contact was compressed, for one. None where the engine does not observe it.
     """
 
     time: np.ndarray
@@ -48,6 +51,7 @@ class Trajectory:
     stopped_by: str | None = None
     failure: str | None = None
     is_interrupted: bool = False
+    lowest_arguments: np.ndarray | None = None
 
     @property
     def has_ended(self) -> bool:
@@ -84,6 +88,7 @@ class Trajectory:
         if len(parts) == 1:
             return parts[0]
         skips = [int(len(a.time) > 0 and len(b.time) > 0 and b.time[0] <= a.time[-1]) for a, b in itertools.pairwise(parts)]
+        lows = [p.lowest_arguments for p in parts if p.lowest_arguments is not None]
         new = [parts[0], *(p.tail(len(p.time) - k) if k else p for p, k in zip(parts[1:], skips, strict=True))]
         return replace(
             parts[-1],
@@ -91,4 +96,5 @@ class Trajectory:
             states=np.concatenate([p.states for p in new], axis=1),
             quadratures={name: np.concatenate([p.quadratures[name] for p in new]) for name in parts[-1].quadratures},
             hits=tuple(h for p in parts for h in p.hits),
+            lowest_arguments=np.min(lows, axis=0) if lows else None,
         )

@@ -11,6 +11,7 @@ import numpy as np
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, heavy_load_warnings, lives_at_end, loads_at_end
+from wucht.dynamics.run_ups.contacts import track_contacts
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import motion_of
@@ -93,6 +94,7 @@ def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
         loads = loads_at_end(machine, motion.machine_motion, verdict.window)
         summary += _vibration_at_the_end(motion, result, noise, deck)
         summary += load_quantities({name: load.beyond(noise) for name, load in loads.items()}) + life_quantities(lives)
+        summary += _contact_quantities(motion)
     quantities = [replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in quantities]
     flow = {
         "engine": motion.compiled_system.engine.name,
@@ -118,6 +120,7 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
             "captured states, close to its end"
         )
     warnings += [verdict.advice] if verdict.advice else []
+    warnings += [warning for contacts in track_contacts(motion).values() if (warning := contacts.warning())]
     if not residual <= _BALANCE_LIMIT:  # NaN does not close either
         warnings.append(
             f"the energy balance closes only to {residual:.1e}: the run is not accurate; look for a parameter or a start that "
@@ -226,6 +229,19 @@ def _summary(motion: Motion, result: xr.Dataset, limits: _MotionLimits | None, n
     return quantities
 
 
+def _contact_quantities(motion: Motion) -> list[Quantity]:
+    """Return how stiff the contacts of balls are, and how far balls overlap in the run; nothing without tracks."""
+    contacts = track_contacts(motion)
+    overlaps = {name: c.overlap for name, c in contacts.items() if c.overlap is not None}
+    lengths = {name: overlap * contacts[name].radius for name, overlap in overlaps.items()}
+    frequencies = {name: c.frequency for name, c in contacts.items()}
+    return [
+        Quantity("contact_frequencies", frequencies, "frequencies of the contacts, by track", "rad/s"),
+        Quantity("overlaps", overlaps, "largest overlaps of bodies in the run, as angles, by track", "rad"),
+        Quantity("overlap_lengths", lengths, "largest overlaps of bodies in the run, by track", motion.case.machine.orbit_unit),
+    ] if contacts else []  # fmt: skip
+
+
 def _mismatch(result: xr.Dataset) -> float | None:
     return float(result[MISMATCH][-1]) if MISMATCH in result else None
 
@@ -265,6 +281,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines.add("modulation", f"period {{modulation_period:.5g}}, {turns:.4g} turns{depth}")
     if s["dimensionless"] and not result.wucht.dimensionless:
         lines.add("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in s["dimensionless"].items()))
+    _contacts(lines, s)
     lines.add("energy", "balance closed to {energy_residual:.1e}")
     if "slow" in s:
         lines.add("slow", f"{s['slow']['outcome']}, {_end(s['slow'], speed, length)}")
@@ -323,6 +340,16 @@ def _settling_text(s: dict[str, Any], time_unit: str) -> str:
     if amplitude <= speed:
         return f"{speed:.4g}{time_unit}"
     return f"{speed:.4g}{time_unit}; the amplitude at {amplitude:.4g}{time_unit}"
+
+
+def _contacts(lines: ReportLines, s: dict[str, Any]) -> None:
+    """Add lines on the contacts of balls, and how far these overlap at most."""
+    for track, frequency in s.get("contact_frequencies", {}).items():
+        angle, overlap = s["overlaps"].get(track), ""
+        if angle is not None:
+            length = lines.format_value(s["overlap_lengths"][track], "m")
+            overlap = f"; bodies overlap by {length} at most, {math.degrees(angle):.2g}\u00b0" if angle else "; none has closed"
+        lines.add("contacts", f"of {frequency:.4g} rad/s{overlap}")
 
 
 def _angles(phases: dict[str, float]) -> str:

@@ -52,7 +52,7 @@ class LegMemory(NamedTuple):
     hit_events (room,), hits (room, 1 + n): events, times, states. k (16, width): rates of the stages. dense (7, width):
     coefficients of the dense output. point, next_state, errors, zero (width,): a state within the step, that at its end, and
     memory.
-    values (6, m): of the event functions. counts (4,).
+    values (6, m): of the event functions. lowest (m,): of their values at the ends of the parts of steps. counts (4,).
     """
 
     rates: Function
@@ -87,6 +87,7 @@ class LegMemory(NamedTuple):
     errors: Reals
     zero: Reals
     values: Reals
+    lowest: Reals
     counts: Integers
 
 
@@ -353,6 +354,9 @@ def _locate_events(leg: LegMemory, time: float, step: float, next_time: float) -
         if stop < _NEVER:
             break
     for i in range(leg.m):
+        for part in range(_PARTS + 1):
+            if part / _PARTS <= stop:
+                leg.lowest[i] = min(leg.lowest[i], leg.values[part * leg.m + i])
         leg.values[i] = leg.values[_PARTS * leg.m + i]
     return stop
 
