@@ -31,8 +31,10 @@ _LONGEST = 1e3  # times sqrt(J/M), that the first swing may take: a slower rotor
 
 def gravity_of(machine: Machine) -> float:
     """The acceleration of gravity, along -y; 0 where it moves no body."""
-    is_tilting = machine.dimensionless or machine.frame.tilt != 0  # a couple unbalance has no weight in the plane
-    return 0.0 if is_tilting else float(machine.evaluate(sp.sympify(machine.frame.gravity))[0])
+    if machine.frame.tilt != 0:  # a couple unbalance has no weight in the plane
+        return 0.0
+    gravity = sp.sympify(machine.frame.gravity)
+    return machine.values[gravity.name] if gravity.is_Symbol else float(gravity)
 
 
 def turning_with(machine: Machine, body: RotatingBody) -> list[RotatingBody]:

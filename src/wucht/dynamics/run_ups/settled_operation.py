@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.working_points import creep_speed, is_held_at_rest
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
@@ -153,7 +154,7 @@ def operation_of(
             return operation
     place = state_at_working_point(steady, start, lambda: work.report(0.5, "working points"))
     if place is None:
-        return operation or SettledOperation.at_rest(steady, initial_state(steady, start))
+        return operation or SettledOperation.at_rest(steady, initial_state(steady, with_default_start(steady, start)))
     state, speed = place
     return SettledOperation.of(
         last_motion(case_from_state(steady, state, settings), work.part("working point/", 0.5, 1.0)), turns, speed
