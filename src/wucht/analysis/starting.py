@@ -21,6 +21,7 @@ from wucht.analysis.vibration import unbalances
 from wucht.analysis.working_points import creep_speed
 from wucht.machines.machine import Machine
 from wucht.machines.operation import shaft_torques
+from wucht.machines.parts.table_load import TableLoad
 from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 
@@ -35,6 +36,11 @@ def gravity_of(machine: Machine) -> float:
         return 0.0
     gravity = sp.sympify(machine.frame.gravity)
     return machine.values[gravity.name] if gravity.is_Symbol else float(gravity)
+
+
+def has_weight_or_load(machine: Machine) -> bool:
+    """True if a rotor may have to lift something at standstill: gravity acts, or a load has a torque there."""
+    return bool(gravity_of(machine)) or creep_speed(machine) > 0 or any(isinstance(p, TableLoad) for p in machine.parts)
 
 
 def turning_with(machine: Machine, body: RotatingBody) -> list[RotatingBody]:
@@ -121,19 +127,14 @@ class StartFromRest:
         return _turns_over(self.net_torque, self.weight, inertia, creep_speed(self.machine))
 
     @property
-    def numbers(self) -> dict[str, float | bool]:
-        """What decides: torque, weight, load, and whether it starts."""
-        return {"torque": self.torque, "weight": self.weight, "load": self.load, "starts": self.starts}
-
-    @property
     def reason(self) -> str:
         """The torques in words: what the drive gives, and what weight and load need."""
         unit = f" {self.machine.units.torque}".rstrip()
-        needs = [f"its load takes {self.load:.4g}{unit}"] if self.load > 0 else []
+        needs = [f"the load takes {self.load:.4g}{unit}"] if self.load > 0 else []
         if self.weight > 0:
-            weight = f"its weight takes up to {self.weight:.4g}{unit}"
+            weight = f"the weight takes up to {self.weight:.4g}{unit}"
             needs.append(f"{weight} ({SUDDEN * self.weight:.4g}{unit} of a constant torque that comes suddenly)")
-        return f"its drive gives {self.torque:.4g}{unit} at standstill, {' and '.join(needs) or 'without a load'}"
+        return f"the drive gives {self.torque:.4g}{unit} at standstill, {' and '.join(needs) or 'without a load'}"
 
 
 def starts_from_rest(machine: Machine) -> dict[str, StartFromRest]:

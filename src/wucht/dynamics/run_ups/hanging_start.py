@@ -8,12 +8,16 @@ from collections.abc import Mapping, Sequence
 from itertools import accumulate, pairwise
 from typing import Any
 
+import numpy as np
+
 from wucht.analysis.starting import gravity_of, is_locked, static_moment
 from wucht.machines.machine import Machine
 from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import angular_width
+from wucht.numerics.angles import wrap_to_pi
 
 HANGING = "at rest, hanging"
+_LOW = 1e-6  # rad: a rotor nearer to its lowest place hangs
 
 
 def with_default_start(machine: Machine, start: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -56,6 +60,15 @@ def hanging_start(machine: Machine) -> dict[str, float]:
         if all(b.name in start for b in track.bodies):
             start |= {n: start[n] + offset for n, offset in _side_by_side(machine, track.bodies).items()}
     return start
+
+
+def is_at_rest(machine: Machine, state: np.ndarray) -> bool:
+    """True if the free rotors neither turn nor are lifted in a state (n,)."""
+    hanging = hanging_start(machine)
+    free = [r for r in machine.rotors if r.coordinate.prescribed_velocity is None]
+    lifts = [wrap_to_pi(state[machine.row(r.coordinate.position)] - hanging[r.name]) for r in free if r.name in hanging]
+    speeds = [state[machine.row(r.coordinate.velocity)] for r in free]
+    return not np.any(speeds) and bool((np.abs(lifts) < _LOW).all())
 
 
 def _turning_rotors(machine: Machine) -> set[str]:
