@@ -74,8 +74,11 @@ class Swing:
     run_factor: float
 
 
-def swing_of(machine: Machine, observation: Observation) -> Swing | None:
-    """Return the swing of the main rotor; None if it still turns, but too little to average over turns."""
+def swing_of(machine: Machine, observation: Observation, is_held: bool = False) -> Swing | None:
+    """Return the swing of the main rotor; None if it still turns, but too little to average over turns.
+
+    is_held: it never turned, and weight or load hold it against its drive: once at rest it stays so.
+    """
     whole, half = observation.main.last(1.0), observation.main.last(0.5)
     speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
     windows = windows_of(speeds)
@@ -88,7 +91,8 @@ def swing_of(machine: Machine, observation: Observation) -> Swing | None:
     place = project(windows_of(whole.angle).mean(axis=1), AHEAD, _IN_PLACE)
     in_place = place.width < _ELSEWHERE and not turning
     is_braked = to_and_fro and in_place and is_only_braked(machine, float(windows.max()))
-    bounds = (0.0, 0.0) if is_braked and _dies_out(sizes) else _bounds(sizes, to_and_fro)
+    ends = (is_braked and _dies_out(sizes)) or (is_held and bool(sizes[-1] <= AT_REST))
+    bounds = (0.0, 0.0) if ends else _bounds(sizes, to_and_fro)
     return Swing(bounds, _run_factor(sizes, _SMALL * _FALLS if is_braked else AT_REST))
 
 

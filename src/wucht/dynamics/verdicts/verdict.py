@@ -368,7 +368,7 @@ def _advice(machine: Machine, end: float, assessment: RotorAssessment) -> tuple[
 
 
 def _swinging_verdict(machine: Machine, observation: Observation, free: float | None, is_held: bool) -> Verdict:
-    end, swing, quarter = observation.end_time, swing_of(machine, observation), observation.main.last(0.25)
+    end, swing, quarter = observation.end_time, swing_of(machine, observation, is_held), observation.main.last(0.25)
     if swing is not None:
         evidence = Evidence(turning=False, swing=swing.bounds, is_held=is_held)
     else:

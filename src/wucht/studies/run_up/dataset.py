@@ -126,8 +126,9 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
             f"{evidence.resonance:.4g}, although the drive could hold a higher speed too: this is the branch of the "
             "captured states, close to its end"
         )
-    turning = {r.name for r in motion.case.machine.rotors} - set(verdict.not_started)
-    warnings += start_warnings(motion.case.machine, motion.case.models[0].initial, turning)
+    if motion.model.name == "full":  # averaged equations have no weight
+        turning = {r.name for r in motion.case.machine.rotors} - set(verdict.not_started)
+        warnings += start_warnings(motion.case.machine, motion.machine_motion.states[:, 0], turning)
     warnings += [verdict.advice] if verdict.advice else []
     if not residual <= _BALANCE_LIMIT:  # NaN does not close either
         warnings.append(
