@@ -28,7 +28,7 @@ EXPECTED = {
     "practice/grinder-4-balls": ("compensated", 1130.183, 1.3150e-4),
     "practice/grinder-6-balls": ("compensated", 1130.183, 1.3135e-4),
     "practice/laundry-drum": ("compensated", 126.14, 0.01067),
-    "practice/laundry-drum-friction": ("passed", 125.6647, 0.011891),
+    "practice/laundry-drum-friction": ("passed", 125.6647, 0.011654),
     "practice/laundry-drum-tumbling": ("compensated", 126.166, 0.00892),
     "practice/screen": ("synchronised", 155.1556, 0.00601),
     "practice/screen-loaded": ("synchronised", 154.7105, 0.004035),
@@ -211,15 +211,15 @@ def test_free_travel_saves_power_at_full_speed(ran) -> None:
         return result.wucht.summary["peak_amplitude"], power, float(np.abs(result.displacement.sel(direction="x")).max())
 
     usual = ran("practice/laundry-drum-friction")
-    assert usual.wucht.summary["final_amplitude"] == pytest.approx(2.362e-3, rel=1e-3)
+    assert usual.wucht.summary["final_amplitude"] == pytest.approx(2.355e-3, rel=1e-3)
     assert float(usual.speed.max()) < 1.006 * 125.664
     assert float(usual.motor_power.max()) == pytest.approx(500.0, rel=1e-9)
     power = float(usual.motor_power.isel(time=usual.time > 19).mean())
     peak, tight, _ = changed(free_travel=0.0)
-    assert peak == pytest.approx(3.736e-3, rel=1e-2)
+    assert peak == pytest.approx(3.707e-3, rel=1e-2)
     assert tight - power == pytest.approx(2 * 4 * 60.0 * (2.42e-3 - 2e-4) * 20.0, rel=2e-2)
     peak, free, aside = changed(force=0.0)
-    assert peak == pytest.approx(20.03e-3, rel=1e-2)
+    assert peak == pytest.approx(19.37e-3, rel=1e-2)
     assert free == pytest.approx(power, rel=1e-4)
     assert aside > 12e-3
 

@@ -15,8 +15,8 @@ import pytest
 from page_blocks import PAGES, blocks, missing
 
 PAGE = PAGES["docs/journeys.md"]
-# Commands that warn: a search as short as this one, and a load beyond what the bodies can balance.
-WARNED = ("study.damping_curve=false", "overloaded")
+# Commands that warn: a search as short as this one, a load beyond what the bodies can balance, a motor that does not start.
+WARNED = ("study.damping_curve=false", "overloaded", "short.toml", "long.toml", "dips")
 VOLTAGE, PAIRS, MAINS = 230.0, 2, 100 * math.pi  # of the motors in both files
 
 

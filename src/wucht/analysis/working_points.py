@@ -115,7 +115,7 @@ def swing_frequency(machine: Machine) -> float:
     if not gravity:
         return 0.0
     kinetic = machine.function(machine.structure.kinetic_in_operation, of=SPEED, modules="math")
-    square = gravity * float(np.abs(unbalances(machine)).sum()) / (2 * float(kinetic(1.0)[0]))
+    square = abs(gravity) * float(np.abs(unbalances(machine)).sum()) / (2 * float(kinetic(1.0)[0]))
     return math.sqrt(square) if math.isfinite(square) else 0.0
 
 

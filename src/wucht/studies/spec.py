@@ -176,7 +176,7 @@ _inertia = _validator(_is_bool, "must be true or false: true keeps the inertia i
 
 Value = Annotated[float | str, _quantity]  # in the unit of a parameter of the subject
 Start = Annotated[dict[str, Any], _start, Field(title="initial state", description=(
-    'angles and speeds at the start by the names of the bodies, `{ p1 = "0.3 rad" }`'
+    'angles and speeds at the start by the names of the bodies, `{ p1 = "0.3 rad" }`; by default at rest, hanging under gravity'
 ))]  # fmt: skip
 Starts = Annotated[tuple[dict[str, Any], ...], _starts, Field(title="initial states")]
 Path = Annotated[str, _path, Field(title="path of a parameter")]

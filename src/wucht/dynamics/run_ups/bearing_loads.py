@@ -123,6 +123,16 @@ def loads_at_end(machine: Machine, motion: Trajectory, window: tuple[float, floa
     }
 
 
+def bearing_warnings(lives: Mapping[str, BearingLife]) -> list[str]:
+    """Return a warning of the bearings that make no turn, and for each whose load is beyond what ISO 281 covers."""
+    still = [repr(name) for name, life in lives.items() if life.load is None]
+    no_life = f"no bearing life of {', '.join(still)}: {'it makes' if len(still) == 1 else 'they make'} no full turn"
+    return [
+        *([no_life] if still else []),
+        *heavy_load_warnings(lives),
+    ]
+
+
 def heavy_load_warnings(lives: Mapping[str, BearingLife]) -> list[str]:
     """Return a warning for each bearing whose load is beyond what ISO 281 covers."""
     return [

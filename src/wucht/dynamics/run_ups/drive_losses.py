@@ -23,7 +23,8 @@ from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.observers.records import smooth_weights
 
 _FEWEST_SAMPLES = 8
-_AT_REST = (Outcome.STOPPED, Outcome.OSCILLATING)  # verdicts on the main rotor, which may be the one without supply
+# Verdicts on the main rotor, which may be the one without supply.
+_AT_REST = {Outcome.NOT_STARTED: "does not start", Outcome.STOPPED: "stops", Outcome.OSCILLATING: "oscillates"}
 
 
 def check_drives(machine: Machine) -> None:
@@ -118,10 +119,9 @@ def _outcome(
     turns = {name: abs(speed) * float(time[-1] - time[0]) / (2 * math.pi) for name, speed in speeds.items()}
     turning = [name for name, count in turns.items() if count >= 1 and name != machine.rotor.name]
     if outcome in _AT_REST and turning:
-        end = "stops" if outcome is Outcome.STOPPED else "oscillates"
         return (
             Outcome.NOT_SYNCHRONISED,
-            f"{machine.rotor.name} {end}, {', '.join(turning)} {'turns' if len(turning) == 1 else 'turn'}",
+            f"{machine.rotor.name} {_AT_REST[outcome]}, {', '.join(turning)} {'turns' if len(turning) == 1 else 'turn'}",
         )
     return outcome, sentence
 

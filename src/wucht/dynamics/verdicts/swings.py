@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.analysis.starting import StartFromRest, starts_from_rest
 from wucht.analysis.vibration import Vibration
-from wucht.analysis.working_points import is_only_braked
+from wucht.analysis.working_points import creep_speed, is_only_braked
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import AT_REST, FEWEST_TURNS, Evidence
 from wucht.machines.machine import Machine
@@ -39,6 +40,20 @@ def windows_to_rest(whole: Blocks, means: np.ndarray) -> float:
     return last * float(means[-1] / changes[-1]) * (min(exponential, 1 / (1 - power)) if power < 1 else exponential)
 
 
+def rotors_not_started(machine: Machine, observation: Observation) -> dict[str, StartFromRest]:
+    """Return the rotors that never turned, and which weight or load holds against their drives, by name.
+
+    Never turned: they made no turn, or did no more than creep under dry friction.
+    """
+    creep = creep_speed(machine)
+    standing = {
+        name for name, record in observation.rotors.items() if not record.turns or float(record.whole.highest.max()) <= creep
+    }
+    if not standing:
+        return {}
+    return {name: start for name, start in starts_from_rest(machine).items() if name in standing and start.is_held}
+
+
 _NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
 _SMALL, _FALLS = 0.5, 0.9  # of the largest speed, and from window to window but three: a swing that will die out
 _UNEVEN = 0.2  # of the mean speed: a rotor whose mean speeds over tenths of the run vary by more does not turn evenly
@@ -59,8 +74,11 @@ class Swing:
     run_factor: float
 
 
-def swing_of(machine: Machine, observation: Observation) -> Swing | None:
-    """Return the swing of the main rotor; None if it still turns, but too little to average over turns."""
+def swing_of(machine: Machine, observation: Observation, is_held: bool = False) -> Swing | None:
+    """Return the swing of the main rotor; None if it still turns, but too little to average over turns.
+
+    is_held: it never turned, and weight or load hold it against its drive: once at rest it stays so.
+    """
     whole, half = observation.main.last(1.0), observation.main.last(0.5)
     speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
     windows = windows_of(speeds)
@@ -73,7 +91,8 @@ def swing_of(machine: Machine, observation: Observation) -> Swing | None:
     place = project(windows_of(whole.angle).mean(axis=1), AHEAD, _IN_PLACE)
     in_place = place.width < _ELSEWHERE and not turning
     is_braked = to_and_fro and in_place and is_only_braked(machine, float(windows.max()))
-    bounds = (0.0, 0.0) if is_braked and _dies_out(sizes) else _bounds(sizes, to_and_fro)
+    ends = (is_braked and _dies_out(sizes)) or (is_held and bool(sizes[-1] <= AT_REST))
+    bounds = (0.0, 0.0) if ends else _bounds(sizes, to_and_fro)
     return Swing(bounds, _run_factor(sizes, _SMALL * _FALLS if is_braked else AT_REST))
 
 

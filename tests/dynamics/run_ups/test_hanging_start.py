@@ -1,0 +1,148 @@
+"""The start of a machine for which none is given: under gravity it hangs at rest, as statics say."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.dynamics.run_ups.hanging_start import hanging_start
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.run_ups.run_variations import varied_quantity
+from wucht.dynamics.sampling.ensembles import initial_states
+from wucht.files.building import machine_from
+from wucht.machines.machine import Machine
+from wucht.numerics.flow.program import Evaluator
+from wucht.studies.basin.spec import Basin
+from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+from wucht.studies.spec import Spec
+from wucht.studies.start_stop.spec import StartStop
+from wucht.studies.sweep.spec import Sweep
+from wucht.web.shared_study import shared_page
+
+MOUNTED = {"mass": 10.0, "stiffness": [2e4, 3e4], "damping": 50.0, "gravity": 9.81}
+MOTOR = {"kind": "linear", "slope": 0.05, "no_load_speed": 100.0}
+DRUM = {"kind": "rotor", "name": "drum", "mass": 5.0, "unbalance": 0.02, "inertia": 0.1, "bearing_damping": 1e-3}
+HANGS = "start: at rest, hanging"
+
+
+def ball(name: str, **changed: Any) -> dict[str, Any]:
+    table = {"kind": "pendulum", "name": name, "about": "drum", "mass": 0.1, "length": 0.1, "damping": 1e-3}
+    return table | changed
+
+
+def on_track(count: int, **changed: Any) -> dict[str, Any]:
+    return ball("b", count=count, track="ring", diameter=0.02, **changed)
+
+
+def machine(*bodies: dict[str, Any], **changed: Any) -> Machine:
+    return machine_from({"carrier": MOUNTED, "bodies": [DRUM, *bodies], "drive": MOTOR} | changed)
+
+
+def without_drive(*bodies: dict[str, Any]) -> Machine:
+    return machine_from({"carrier": MOUNTED, "bodies": [DRUM, *bodies]})
+
+
+def state_of(of: Machine, start: dict[str, Any] | None = None) -> dict[str, float]:
+    """The state of a run-up at t = 0, by name."""
+    case = RunUpCase.of(of, start or {}, RunSettings(until=1.0))
+    return dict(zip(of.state_names, case.models[0].initial.tolist(), strict=True))
+
+
+def angles(of: Machine, start: dict[str, Any] | None = None) -> dict[str, float]:
+    """The absolute angles in degrees, from -180 to 180."""
+    state = state_of(of, start)
+    return {b.name: (math.degrees(state[f"{b.name}.angle"]) + 180) % 360 - 180 for b in of.bodies}
+
+
+def near(**degrees: float) -> dict[str, Any]:
+    return {name: pytest.approx(angle, abs=1e-6) for name, angle in degrees.items()}
+
+
+def test_without_a_drive_nothing_moves() -> None:
+    """In equilibrium: rotors, also with a pivot off the axis that weighs on them, pendulums, and the carrier in x and y."""
+    bodies = ball("p1"), ball("p2", suspension=[0.03, 0.07], mass=0.5)
+    state, undriven = state_of(machine(*bodies)), without_drive(*bodies)
+    values = np.array([state[name] for name in undriven.state_names])
+    rates = Evaluator.of_rates(undriven.system).array(np.zeros(1), values[:, None], undriven.system.values(undriven.values))
+    assert np.abs(rates).max() < 1e-9
+    assert abs(math.degrees(state["drum.angle"]) + 90.0) > 30.0  # the pivot turns it away from its own lowest place
+
+
+@pytest.mark.parametrize("masses", [(0.1, 0.1, 0.1), (0.1, 0.25, 0.05), (0.1, 0.2)])
+def test_balls_of_a_track_lie_side_by_side(masses: tuple[float, ...]) -> None:
+    """Neighbours touch, and their common centre of mass is below the axis."""
+    balls = [ball(f"b{k}", mass=m, track="ring", diameter=0.02) for k, m in enumerate(masses)]
+    at = np.radians([a for n, a in angles(machine(*balls)).items() if n != "drum"])
+    assert np.diff(at) == pytest.approx(2 * math.asin(0.02 / (2 * 0.1)), abs=1e-8)
+    assert np.dot(masses, np.cos(at)) == pytest.approx(0.0, abs=1e-12) and (np.sin(at) < 0).all()
+
+
+def test_what_names_a_place_keeps_it() -> None:
+    """A start that names anything, angles that the machine states, a lock, and a balanced rotor."""
+    free = machine(ball("p"))
+    assert angles(free) == near(drum=-90.0, p=-90.0)
+    for start in ({"p": 0.5}, {"carrier": {"x": 1e-3}}, {"drum": {"speed": 0.0}}):
+        assert angles(free, start)["drum"] == 0.0
+    assert angles(machine(on_track(3)))["b2"] == pytest.approx(-90.0)
+    assert angles(machine(on_track(3, start="even"))) == near(drum=-90.0, b1=-90.0, b2=30.0, b3=150.0)
+    assert angles(machine(on_track(3), carrier=MOUNTED | {"gravity": 0.0})) == near(drum=0.0, b1=0.0, b2=120.0, b3=-120.0)
+    assert angles(machine(ball("p", release={"speed": 10.0}))) == near(drum=-90.0, p=-90.0)
+    balanced = machine_from({"carrier": MOUNTED, "bodies": [DRUM | {"unbalance": 0.0}, ball("p")], "drive": MOTOR})
+    assert angles(balanced) == near(drum=0.0, p=-90.0)
+    assert angles(machine(carrier=MOUNTED | {"gravity": -9.81})) == near(drum=90.0)
+
+
+def test_about_a_rotor_that_turns_nothing_hangs() -> None:
+    """Its bodies begin with its speed; where the speed rises from zero they hang."""
+    given = {"kind": "constant-speed", "speed": 50.0}
+    turning = machine(ball("p"), drive=given)
+    assert hanging_start(turning) == {} and state_of(turning)["p.speed"] == 50.0
+    ramp = [{"parameter": "drive.speed", "points": [[0.0, 0.0], [5.0, 50.0]]}]
+    assert angles(machine(ball("p"), drive=given, schedules=ramp)) == near(drum=0.0, p=-90.0)
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        RunUp(until=0.5),
+        StartStop(until=0.5),
+        LoadSpectrum.from_table({"signal": "displacement", "direction": "x", "until": 0.5}),
+        Sweep.from_table({"along": "drive.no_load_speed", "range": [20.0, 20.5], "rate": "2 rad/s^2"}),
+    ],
+    ids=lambda study: study.kind,
+)
+def test_studies_that_start_from_rest_say_so(study: Spec) -> None:
+    assert HANGS in run(study, machine(ball("p1"), ball("p2"))).wucht.assumed
+
+
+@pytest.mark.parametrize(
+    ("axes", "hangs"),
+    [({"drum.unbalance": [0.01, 0.02, 2], "p1.mass": [0.1, 0.2, 2]}, True), ({"psi": [0, 1, 2], "delta": [0, 1, 2]}, False)],
+)
+def test_members_hang_unless_an_axis_is_a_start(axes: dict[str, Any], hangs: bool) -> None:
+    of = machine(ball("p1"), ball("p2"))
+    result = run(Basin.from_table({"axes": axes, "until": 0.5}), of)
+    assert (HANGS in result.wucht.assumed) is hangs
+    quantities = [varied_quantity(of, name, "axes") for name in axes]
+    starts, _ = initial_states(of, {}, quantities, np.array([[0.01], [0.1]]), "axes")
+    assert starts[of.state_names.index("drum.angle"), 0] == pytest.approx(-math.pi / 2 if hangs else 0.0)
+
+
+def test_the_live_page_starts_where_the_run_up_does(tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    file.write_text(
+        '[machine.carrier]\nmass = "10 kg"\nstiffness = "2e4 N/m"\ngravity = "9.81 m/s^2"\n'
+        '[[machine.bodies]]\nkind = "rotor"\nname = "drum"\nmass = "5 kg"\nunbalance = "0.02 kg m"\ninertia = "0.1 kg m^2"\n'
+        '[machine.drive]\nkind = "linear"\nslope = "0.05 N m s"\nno_load_speed = "100 rad/s"\n'
+    )
+    page = shared_page(str(file), verdict=False)
+    assert re.search(r'"drum.angle"[^{}]*"start": ?-1.5707963', page)  # of the state
+    assert re.search(r"\[study.start\]\\ndrum = -1.5707963", page)  # of the study file to copy
