@@ -10,13 +10,9 @@ import numpy as np
 
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.throw import NUMBERS, Throw, largest_of
-<<<<<<< HEAD
-from wucht.dynamics.run_ups.bearing_loads import BearingLife, heavy_load_warnings, lives_at_end, loads_at_end
-from wucht.dynamics.run_ups.contacts import track_contacts
-=======
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
+from wucht.dynamics.run_ups.contacts import track_contacts
 from wucht.dynamics.run_ups.hanging_start import HANGING, is_hanging_start
->>>>>>> line-d
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import motion_of
