@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,7 @@ _RESTS = -5  # a member at rest, before its equilibrium is known
 _SURVEY = 6  # starts that are followed alone first
 _SAMPLES = 64  # in a chunk
 _PERIODS, _BLOCKS = 1.5, 40  # in a chunk: of an orbit; chunks in the time over which the exponent of a chaotic set is a mean
+_EXPONENT_ACCURACY = 0.1  # relative
 _PATIENCE = 10  # chunks in succession in which a member is near to a set that is known by samples only
 _CHUNKS = 40  # of a pass, at least
 _TIMES_OF_SURVEY = 2.0
@@ -130,7 +131,8 @@ class _Search:
         """Follow a member alone. Returns true if it settles on a set with a basin."""
         self.open_members = self.open_members[self.open_members != member]
         try:
-            run = long_run(self.subject, self.states[:, member], self.settings, lambda _time: self._tell())
+            settings = replace(self.settings, exponent_accuracy=_EXPONENT_ACCURACY)
+            run = long_run(self.subject, self.states[:, member], settings, lambda _time: self._tell())
         except WuchtError as error:
             self.labels[member], self.reasons[member] = FAILED, str(error)
             return False

@@ -47,11 +47,14 @@ class LongRunSettings:
     tolerance : float
     engine : str, optional
         As in ``compile_system``.
+    exponent_accuracy : float
+        Half the width of the interval of a positive Lyapunov exponent, relative to it.
     """
 
     until: float | None = None
     tolerance: float = DEFAULT_TOLERANCE
     engine: str | None = None
+    exponent_accuracy: float = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +133,8 @@ def long_run(
         if record.is_beyond(record.state):
             return record.run(MotionKind.DIVERGES)
         # The verdict of a shorter record stands where a longer one has none.
-        irregular = limit_set is None or number + 1 == count
-        limit_set = settled_motion(bare, record.compiled_system, record.segment(), irregular) or limit_set
+        accuracy = settings.exponent_accuracy if limit_set is None or number + 1 == count else None
+        limit_set = settled_motion(bare, record.compiled_system, record.segment(), accuracy) or limit_set
         if limit_set is not None and settings.until is None:
             break
     return record.run(MotionKind.NOT_SETTLED if limit_set is None else limit_set.kind, limit_set)

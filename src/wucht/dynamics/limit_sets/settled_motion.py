@@ -25,9 +25,8 @@ _OFF = 0.05  # of its size: so near to the orbit the run is
 _FEWEST_CYCLES, _CYCLES_OF_TORUS = 100, 500  # oscillations in a leg before its exponent is computed, or is believed to be zero
 _GROWTH = 12.0  # e-folds of a change over the duration: more than a change that grows with a power of time
 _BOUNDED = 4.0  # e-folds: by less the means of the growth over blocks differ on a torus
-_HALF_WIDTH = 0.02  # of a positive exponent: longer records follow until its interval is as narrow
 _LONGER, _MOST_LONGER, _ROUNDS = 1.3, 40.0, 3  # times the duration that the scatter demands; times that before; records
-_SPLITS, _THINNED = 99, 4  # of a record into two parts at random, to which its halves are compared; of its samples every fourth
+_SPLITS, _THINNED = 99, 8  # of a record into two parts at random, to which its halves are compared; of its samples every eighth
 _COVERAGE = 0.95  # share of samples
 
 
@@ -52,10 +51,12 @@ class RunSegment:
         return int(((deviation[:, :-1] < 0) & (deviation[:, 1:] >= 0)).sum(axis=1).max())
 
 
-def settled_motion(subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, irregular: bool) -> LimitSet | None:
+def settled_motion(
+    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, exponent_accuracy: float | None
+) -> LimitSet | None:
     """Return what a leg tends to, None where that cannot be told from it.
 
-    irregular: whether chaotic sets and tori are tried too.
+    exponent_accuracy: as in ``LongRunSettings``; None: chaotic sets and tori are not tried.
     """
     metric = StateMetric.of(subject, leg.extents)
     late = np.ptp(leg.states[:, leg.states.shape[1] // 2 :], axis=1)
@@ -64,9 +65,9 @@ def settled_motion(subject: UserSystem, compiled_system: CompiledSystem, leg: Ru
     repetition = recurrence(leg.time, leg.states, metric.turning)
     if repetition is not None and (orbit := _orbit(subject, compiled_system, leg, repetition, metric)) is not None:
         return orbit
-    if not irregular or equations_jump(subject.system) or leg.oscillations < _FEWEST_CYCLES:
+    if exponent_accuracy is None or equations_jump(subject.system) or leg.oscillations < _FEWEST_CYCLES:
         return None
-    return _irregular_motion(subject, compiled_system, leg, metric)
+    return _irregular_motion(subject, compiled_system, leg, metric, exponent_accuracy)
 
 
 def _equilibrium(subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric) -> LimitSet | None:
@@ -164,7 +165,7 @@ def _period_of(subject: UserSystem, period: float) -> float | None:
 
 
 def _irregular_motion(
-    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric
+    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric, accuracy: float
 ) -> LimitSet | None:
     """Return the chaotic set or the torus on which a leg is, None where its exponent does not tell.
 
@@ -183,12 +184,12 @@ def _irregular_motion(
         kind = _kind_of(exponent, leg.oscillations)
         if verdict is not None and kind is not MotionKind.CHAOTIC:
             record = RunSegment(times, states, leg.ranges, leg.extents)
-            return None if settled_motion(subject, compiled_system, record, irregular=False) is not None else verdict
+            return None if settled_motion(subject, compiled_system, record, None) is not None else verdict
         points = metric.points(times, states)
         if kind is None or not _covers_one_set(points):
             return verdict
         verdict = LimitSet(kind, times, states, metric, None, exponent=exponent, gap=_gap(*np.array_split(points, 2)))
-        width = (exponent.high - exponent.low) / (2 * _HALF_WIDTH * exponent.value)
+        width = (exponent.high - exponent.low) / (2 * accuracy * exponent.value)
         if kind is not MotionKind.CHAOTIC or width <= 1:
             break
         duration *= min(_LONGER * width**2, _MOST_LONGER)
