@@ -143,7 +143,7 @@ def test_random_gradient_systems_end_where_an_integration_ends(seed: int) -> Non
         return np.concatenate([-0.1 * x - (pull * dx).sum(axis=0), -0.1 * y - (pull * dy).sum(axis=0)])
 
     ends = solve_ivp(rates, (0.0, 300.0), starts.ravel(), "DOP853", rtol=1e-10, atol=1e-10).y[:, -1].reshape(2, -1)
-    assert ends_of(outcomes).T == pytest.approx(ends, abs=1e-6)
+    assert ends_of(outcomes) == pytest.approx(ends.T, abs=1e-6)
 
 
 def test_a_start_without_a_result_has_a_reason_and_ends_nothing() -> None:

@@ -17,6 +17,7 @@ from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.sliding import SlidingError, SlidingGuard
 from wucht.numerics.flow.trajectory import Trajectory
 
 INTERVALS = 20_000  # of samples in a leg, and in the stored run
@@ -26,7 +27,6 @@ _MOST_HALVINGS = 30  # of the given length of a run, until its first leg is as s
 _ROUNDING = 1e-9  # of a state: as near to an equilibrium it lies on it, but for rounding; changes as slow do not tell the pace
 _FEWEST_LEGS = 2  # before anything is judged: the first one has the transients
 _BEYOND = 1e6  # times the largest state at the start, at least 1: a motion that comes so far diverges
-_STILL, _MOST_SWITCHES = 1e-9, 200  # of a leg: a shorter advance; as many in succession
 _BEFORE = 1e-4  # of a leg: as much before a run slides its samples end
 _ZOOMS = 4  # into the interval in which a run fails
 _LONGER = 4.0  # times a run that was too short is advised
@@ -48,7 +48,7 @@ class LongRunSettings:
     engine : str, optional
         As in ``compile_system``.
     exponent_accuracy : float
-        Half the width of the interval of a positive Lyapunov exponent, relative to it.
+        Half the width of the interval of a positive Lyapunov exponent, relative to it, that is aimed at.
     """
 
     until: float | None = None
@@ -154,8 +154,8 @@ class _Record:
         """Add a leg. Returns the whole run where it fails, or slides along a jump of the equations."""
         grid = self.time + np.linspace(0.0, length, INTERVALS + 1)
         try:
-            leg = self._integrate(grid, _SlidingGuard(length, self._report))
-        except _SlidingError as error:
+            leg = self._integrate(grid, SlidingGuard(length, self._report))
+        except SlidingError as error:
             self._legs.append(self._integrate(grid[grid < error.time - _BEFORE * length]))
             return self.run(MotionKind.FAILED, failure=str(error))
         self._legs.append(leg)
@@ -206,32 +206,6 @@ class _Record:
         if self.is_beyond(state):
             return self.run(MotionKind.DIVERGES)
         return self.run(MotionKind.FAILED, failure=last.failure)
-
-
-class _SlidingError(RunError):
-    """The motion slides along a jump of the equations from a time on."""
-
-    def __init__(self, time: float) -> None:
-        super().__init__(
-            f"at t = {time:.6g} the motion slides along a jump of the equations, which have no solution beyond; replace "
-            "sign(v) by a steep tanh(v/0.001)"
-        )
-        self.time = time
-
-
-class _SlidingGuard:
-    """Report of the time reached that ends a run in which time stands still: one that switches to and fro at a jump."""
-
-    def __init__(self, length: float, report: Heartbeat | None) -> None:
-        self._least, self._report, self._count, self._last = _STILL * length, report, 0, -np.inf
-
-    def __call__(self, time: float) -> None:
-        self._count = self._count + 1 if time - self._last < self._least else 0
-        self._last = time
-        if self._count > _MOST_SWITCHES:
-            raise _SlidingError(time)
-        if self._report is not None:
-            self._report(time)
 
 
 def _first_span(bare: UserSystem, start: np.ndarray, tolerance: float) -> tuple[Equilibrium | None, float]:

@@ -44,11 +44,12 @@ class RunSegment:
         """Its length."""
         return float(self.time[-1] - self.time[0])
 
-    @property
-    def oscillations(self) -> int:
-        """Number of its oscillations: upward passages of a state through its mean, of the state with most of them."""
+    def oscillations(self, turning: np.ndarray) -> int:
+        """Number of its oscillations: upward passages of a state through its mean, or turns of an angle, whichever are more."""
         deviation = self.states - self.states.mean(axis=1, keepdims=True)
-        return int(((deviation[:, :-1] < 0) & (deviation[:, 1:] >= 0)).sum(axis=1).max())
+        passages = ((deviation[:, :-1] < 0) & (deviation[:, 1:] >= 0)).sum(axis=1)
+        turns = np.where(turning, np.abs(self.states[:, -1] - self.states[:, 0]) / (2 * np.pi), 0.0)
+        return int(max(passages.max(), turns.max()))
 
 
 def settled_motion(
@@ -65,7 +66,7 @@ def settled_motion(
     repetition = recurrence(leg.time, leg.states, metric.turning)
     if repetition is not None and (orbit := _orbit(subject, compiled_system, leg, repetition, metric)) is not None:
         return orbit
-    if exponent_accuracy is None or equations_jump(subject.system) or leg.oscillations < _FEWEST_CYCLES:
+    if exponent_accuracy is None or equations_jump(subject.system) or leg.oscillations(metric.turning) < _FEWEST_CYCLES:
         return None
     return _irregular_motion(subject, compiled_system, leg, metric, exponent_accuracy)
 
@@ -181,7 +182,7 @@ def _irregular_motion(
             )  # fmt: skip
         except RunError:
             return verdict
-        kind = _kind_of(exponent, leg.oscillations)
+        kind = _kind_of(exponent, leg.oscillations(metric.turning))
         if verdict is not None and kind is not MotionKind.CHAOTIC:
             record = RunSegment(times, states, leg.ranges, leg.extents)
             return None if settled_motion(subject, compiled_system, record, None) is not None else verdict
