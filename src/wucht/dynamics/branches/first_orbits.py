@@ -11,7 +11,7 @@ import numpy as np
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.branches.steady_states import Heartbeat
-from wucht.dynamics.limit_sets.equilibria import decays, sign_of_growth
+from wucht.dynamics.limit_sets.resting_states import decays, sign_of_growth
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Steps

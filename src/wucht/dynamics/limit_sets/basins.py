@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volume
-from wucht.dynamics.limit_sets.equilibria import RestPoints, equilibrium_near, rests, state_extents
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, whole_periods
 from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
+from wucht.dynamics.limit_sets.resting_states import RestPoints, equilibrium_near, rests, state_extents
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble
@@ -193,7 +193,7 @@ class _Search:
                 members, ranges = members[1:], ranges[:, 1:]
                 continue
             limit_set = LimitSet.at(equilibrium, np.zeros(1), metric)
-            ends = self.rest_points.predicted(self.states[:, members])
+            ends = self.rest_points.newton_points(self.states[:, members])
             together = limit_set.distances(np.zeros(len(members)), ends) <= _SAME_REST
             together[0] = True
             self._label_with(members[together], limit_set)
@@ -277,7 +277,7 @@ class _SetObserver:
             return np.ones(ends.shape[1], bool)
         times = np.zeros(ends.shape[1])
         now, after = (
-            limit_set.distances(times, x) for x in (ends, np.nan_to_num(self.rest_points.predicted(ends), nan=np.inf))
+            limit_set.distances(times, x) for x in (ends, np.nan_to_num(self.rest_points.newton_points(ends), nan=np.inf))
         )
         return np.asarray(after <= np.maximum(_LEADS * now, _SAME_REST))
 

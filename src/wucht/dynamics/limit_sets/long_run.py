@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.equilibria import Equilibrium, equilibrium_near, state_extents
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind
+from wucht.dynamics.limit_sets.resting_states import RestingState, equilibrium_near, state_extents
 from wucht.dynamics.limit_sets.settled_motion import RunSegment, settled_motion
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
@@ -73,7 +73,7 @@ class LongRun:
     engine : str
     failure : str, optional
         Why the integration failed.
-    start_equilibrium : Equilibrium, optional
+    start_equilibrium : RestingState, optional
         On which the start lies, but for rounding.
     """
 
@@ -83,7 +83,7 @@ class LongRun:
     limit_set: LimitSet | None = None
     engine: str = ""
     failure: str | None = None
-    start_equilibrium: Equilibrium | None = None
+    start_equilibrium: RestingState | None = None
 
     @property
     def end_time(self) -> float:
@@ -208,7 +208,7 @@ class _Record:
         return self.run(MotionKind.FAILED, failure=last.failure)
 
 
-def _first_span(bare: UserSystem, start: np.ndarray, tolerance: float) -> tuple[Equilibrium | None, float]:
+def _first_span(bare: UserSystem, start: np.ndarray, tolerance: float) -> tuple[RestingState | None, float]:
     """Return a multiple of the time in which states change as much as they are large, or disturbances of a start at rest.
 
     With the equilibrium on which the start lies, but for rounding.

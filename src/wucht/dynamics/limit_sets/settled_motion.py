@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.equilibria import equilibrium_near, rests, sign_of_growth, time_of_rest
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, forcing_period
+from wucht.dynamics.limit_sets.resting_states import equilibrium_near, rests, sign_of_growth, time_of_rest
 from wucht.errors import RunError, WuchtError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import CompiledSystem
@@ -24,9 +24,9 @@ _PERIODS_AGREE = 0.02  # relative: of recurrence and orbit
 _OFF = 0.05  # of its size: so near to the orbit the run is
 _FEWEST_CYCLES, _CYCLES_OF_TORUS = 100, 500  # oscillations in a leg before its exponent is computed, or is believed to be zero
 _GROWTH = 12.0  # e-folds of a change over the duration: more than a change that grows with a power of time
-_BOUNDED = 4.0  # e-folds: by less the means of the growth over blocks differ on a torus
+_TORUS_SWING = 4.0  # e-folds: by less the means of the growth over blocks differ on a torus
 _LONGER, _MOST_LONGER, _ROUNDS = 1.3, 40.0, 3  # times the duration that the scatter demands; times that before; records
-_SPLITS, _THINNED = 99, 8  # of a record into two parts at random, to which its halves are compared; of its samples every eighth
+_SPLITS, _STRIDE = 99, 8  # of a record into two parts at random, to which its halves are compared; of its samples every eighth
 _COVERAGE = 0.95  # share of samples
 
 
@@ -201,7 +201,7 @@ def _kind_of(exponent: LyapunovExponent, oscillations: int) -> MotionKind | None
     """Return CHAOTIC where the exponent is positive beyond doubt, QUASI_PERIODIC where changes do not grow, else None."""
     if exponent.low > 0 and exponent.low * exponent.duration > _GROWTH:
         return MotionKind.CHAOTIC
-    return MotionKind.QUASI_PERIODIC if oscillations >= _CYCLES_OF_TORUS and exponent.swing < _BOUNDED else None
+    return MotionKind.QUASI_PERIODIC if oscillations >= _CYCLES_OF_TORUS and exponent.swing < _TORUS_SWING else None
 
 
 def _covers_one_set(points: np.ndarray) -> bool:
@@ -213,7 +213,7 @@ def _covers_one_set(points: np.ndarray) -> bool:
     """
     from scipy.spatial import KDTree
 
-    blocks = np.array_split(points[::_THINNED], BLOCKS)
+    blocks = np.array_split(points[::_STRIDE], BLOCKS)
     whole, owner = np.concatenate(blocks), np.repeat(np.arange(BLOCKS), [len(block) for block in blocks])
     distances = np.column_stack([KDTree(block).query(whole)[0] for block in blocks])  # of each sample from each block
 

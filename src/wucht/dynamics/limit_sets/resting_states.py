@@ -28,7 +28,7 @@ _GROWTH_OF_ROUNDING = math.log(1e16)  # e-folds until a disturbance of the size 
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium:
+class RestingState:
     """State (n,) at which the rates are zero. eigenvalues (n,): the one that grows fastest first."""
 
     state: np.ndarray
@@ -85,7 +85,7 @@ class RestPoints:
         """Build it of equations that are integrated with a tolerance."""
         return cls(Jacobian.of(subject.system), subject.system.values(subject.values), tolerance)
 
-    def predicted(self, states: np.ndarray) -> np.ndarray:
+    def newton_points(self, states: np.ndarray) -> np.ndarray:
         """Return where one step of Newton's method leads from states (n, L); not a number where there is no such step."""
         f, matrices, _ = self.jacobian(states, self.values)
         return np.asarray(states + _newton_steps(f, matrices))
@@ -106,11 +106,11 @@ def _newton_steps(f: np.ndarray, matrices: np.ndarray) -> np.ndarray:
     """Return the steps (n, L) of Newton's method, of rates f (n, L) and their derivatives (n, n, L)."""
     steps = np.full(f.shape, np.nan)
     is_finite = np.isfinite(f).all(axis=0) & np.isfinite(matrices).all(axis=(0, 1))
-    stacked, rates = np.moveaxis(matrices[:, :, is_finite], -1, 0), f[:, is_finite].T[..., None]
+    matrix_stack, rates = np.moveaxis(matrices[:, :, is_finite], -1, 0), f[:, is_finite].T[..., None]
     try:
-        steps[:, is_finite] = -np.linalg.solve(stacked, rates)[..., 0].T
+        steps[:, is_finite] = -np.linalg.solve(matrix_stack, rates)[..., 0].T
     except np.linalg.LinAlgError:  # one of them is singular
-        steps[:, is_finite] = -(np.linalg.pinv(stacked) @ rates)[..., 0].T
+        steps[:, is_finite] = -(np.linalg.pinv(matrix_stack) @ rates)[..., 0].T
     return steps
 
 
@@ -123,7 +123,7 @@ def time_of_rest(eigenvalues: np.ndarray) -> float:
     return 0.0 if decays(eigenvalues) is not False else _GROWTH_OF_ROUNDING / float(eigenvalues.real.max())
 
 
-def equilibrium_near(subject: UserSystem, state: np.ndarray, sizes: np.ndarray, tolerance: float) -> Equilibrium | None:
+def equilibrium_near(subject: UserSystem, state: np.ndarray, sizes: np.ndarray, tolerance: float) -> RestingState | None:
     """Return the equilibrium to which Newton's method leads from a state (n,), where it lies as near as a motion at rest is.
 
     sizes (n,): of the states. The equations must not depend on time.
@@ -140,7 +140,7 @@ def equilibrium_near(subject: UserSystem, state: np.ndarray, sizes: np.ndarray, 
     if (np.abs(x - state) > _nearby(tolerance) * sizes).any():
         return None
     eigenvalues = np.linalg.eigvals(evaluate(x)[1])
-    return Equilibrium(x, eigenvalues[np.lexsort((-eigenvalues.imag, -eigenvalues.real))])
+    return RestingState(x, eigenvalues[np.lexsort((-eigenvalues.imag, -eigenvalues.real))])
 
 
 def _newton_step(f: np.ndarray, matrix: np.ndarray, sizes: np.ndarray) -> np.ndarray:
