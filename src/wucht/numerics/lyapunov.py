@@ -29,6 +29,7 @@ from wucht.system import Output, System
 CONFIDENCE = 0.95
 BLOCKS = 20  # into which a record is split
 _SAMPLES_A_BLOCK = 1000
+_ORDERS, _SAME_RATE = 99, 0.01  # of the blocks at random; of the largest rate
 _GROWTH = "growth"  # the logarithm of the growth of a change since the beginning
 _ALIGNMENT = 0.1  # of the duration: a change turns into the direction that grows fastest before its growth counts
 
@@ -48,6 +49,8 @@ class LyapunovExponent:
     swing : float
         By how much the growth (e-folds) varies, of its means over blocks of that time: bounded however long that is where
         changes do not grow exponentially; nan where it is not known.
+    is_steady : bool
+        False where the rate of growth changes during that time beyond its scatter, as of a chaotic motion that ends at rest.
     """
 
     value: float
@@ -55,6 +58,7 @@ class LyapunovExponent:
     high: float
     duration: float
     swing: float = math.nan
+    is_steady: bool = True
 
 
 def largest_lyapunov_exponent(
@@ -128,7 +132,8 @@ def largest_lyapunov_exponent(
     if run.failure is not None:
         raise RunError(run.failure)
     growth = run.quadratures[_GROWTH]
-    exponent = exponent_from_blocks(np.diff(growth[::_SAMPLES_A_BLOCK]) / (duration / BLOCKS), duration)
+    rates = np.diff(growth[::_SAMPLES_A_BLOCK]) / (duration / BLOCKS)
+    exponent = replace(exponent_from_blocks(rates, duration), is_steady=_is_steady(rates))
     swing = float(np.ptp(growth[1:].reshape(BLOCKS, _SAMPLES_A_BLOCK).mean(axis=1)))
     return replace(exponent, swing=swing), run.time, run.states[:n]
 
@@ -140,6 +145,19 @@ def exponent_from_blocks(rates: np.ndarray, duration: float) -> LyapunovExponent
     mean, scatter = float(rates.mean()), float(rates.std(ddof=1)) / len(rates) ** 0.5
     half = float(stdtrit(len(rates) - 1, (1 + CONFIDENCE) / 2)) * scatter
     return LyapunovExponent(mean, mean - half, mean + half, duration)
+
+
+def _is_steady(rates: np.ndarray) -> bool:
+    """True if rates (B,) of successive blocks do not change beyond their scatter.
+
+    The cumulative sum of their deviations from the mean comes as far as in another order, at the level of one in a hundred
+    (W. A. Taylor, "Change-Point Analysis", 2000). Differences of less than a hundredth are none.
+    """
+    deviations, random = rates - rates.mean(), np.random.default_rng(0)
+    if (np.abs(deviations) <= _SAME_RATE * np.abs(rates).max()).all():
+        return True
+    farthest = np.abs(np.cumsum(deviations)).max()
+    return any(np.abs(np.cumsum(random.permutation(deviations))).max() >= farthest for _ in range(_ORDERS))
 
 
 def equations_jump(system: System) -> bool:

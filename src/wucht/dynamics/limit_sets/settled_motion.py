@@ -198,9 +198,9 @@ def _irregular_motion(
 
 
 def _kind_of(exponent: LyapunovExponent, oscillations: int) -> MotionKind | None:
-    """Return CHAOTIC where the exponent is positive beyond doubt, QUASI_PERIODIC where changes do not grow, else None."""
+    """Return CHAOTIC where the exponent is positive beyond doubt all the time, QUASI_PERIODIC where changes do not grow."""
     if exponent.low > 0 and exponent.low * exponent.duration > _GROWTH:
-        return MotionKind.CHAOTIC
+        return MotionKind.CHAOTIC if exponent.is_steady else None
     return MotionKind.QUASI_PERIODIC if oscillations >= _CYCLES_OF_TORUS and exponent.swing < _TORUS_SWING else None
 
 
