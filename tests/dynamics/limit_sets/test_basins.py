@@ -165,3 +165,12 @@ def test_a_part_without_attractors_leaves_the_basins_of_the_rest() -> None:
     assert (outcomes.labels == NEUTRAL).tolist() == (r < 1).tolist()
     assert [str(outcomes.attractors[k].kind) for k in outcomes.labels[r > 1]] == ["periodic"] * 4
     assert all("family" in reason for _, reason in outcomes.reasons)
+
+
+def test_rest_of_equations_that_depend_on_time_has_a_basin() -> None:
+    """x' = -x (1 + sin(t)/2), y' = y - y^3: all start at rest or come to it."""
+    y = np.array([-1.5, -0.2, 0.3, 1.7])
+    states = {"x": "-x*(1 + sin(t)/2)", "y": "y - y^3"}
+    assert ends_of(start_outcomes(equations(states), np.array([y, y]), SETTINGS)) == pytest.approx(
+        np.array([0 * y, np.sign(y)]).T, abs=1e-5
+    )

@@ -131,7 +131,8 @@ class LimitSet:
     @property
     def has_basin(self) -> bool:
         """True if motions from a volume of starts come near to it and stay, or nothing contradicts that."""
-        return bool(self.attracts) or self.exponent is not None
+        rest_of_forced_equations = self.kind is MotionKind.EQUILIBRIUM and not self.has_eigenvalues
+        return bool(self.attracts) or self.exponent is not None or rest_of_forced_equations
 
     @property
     def low(self) -> np.ndarray:
