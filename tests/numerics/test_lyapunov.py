@@ -43,6 +43,26 @@ def test_of_roessler_equations_its_interval_holds_the_published_value() -> None:
     assert exponent.high - exponent.low < 0.004
 
 
+def test_the_growth_swings_with_the_exponent_over_the_time_and_not_beyond_on_a_torus() -> None:
+    """exp(a t): its logarithm's means over 20 blocks differ by 19/20 a T; of an angle beside a limit cycle by less than 1."""
+    growing, _, _ = largest_lyapunov_exponent(System((x,), (a * x,), (a,)), (0.02,), np.array([0.0]), 1000.0)
+    assert growing.swing == pytest.approx(0.02 * 1000 * 19 / 20, rel=1e-6)
+    cycle = System(
+        (x, y, z), (x - 2 * y - x * (x**2 + y**2), 2 * x + y - y * (x**2 + y**2), sp.Integer(1)), (), angles=frozenset({z})
+    )
+    turning, _, _ = largest_lyapunov_exponent(cycle, (), np.array([1.0, 0.0, 0.0]), 1000.0)
+    assert turning.swing < 1
+
+
+def test_the_rate_of_growth_of_a_chaotic_motion_that_ends_is_not_steady() -> None:
+    """Lorenz' equations with r from 28: where it falls to 10 in the time of the record, the motion ends at rest in between."""
+    r = sp.Symbol("r", real=True)
+    system = System((x, y, z, r), (10 * (y - x), x * (r - z) - y, x * y - sp.Rational(8, 3) * z, -a), (a,))
+    start = np.array([1.0, 1.0, 20.0, 28.0])
+    ends, goes_on = (largest_lyapunov_exponent(system, (fall,), start, 500.0)[0] for fall in (18 / 550, 0.0))
+    assert (ends.is_steady, goes_on.is_steady) == (False, True)
+
+
 def test_its_interval_is_that_of_student() -> None:
     exponent = exponent_from_blocks(np.array([1.0, 2.0, 3.0]), 3.0)
     assert (exponent.value, exponent.high - exponent.value) == (2.0, pytest.approx(4.302653 / np.sqrt(3), rel=1e-6))

@@ -11,6 +11,7 @@ Modeling and Analysis", McGraw-Hill 2015, section 9.5.3).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -26,7 +27,9 @@ from wucht.piecewise import PiecewiseCubic
 from wucht.system import Output, System
 
 CONFIDENCE = 0.95
-_BLOCKS, _SAMPLES_A_BLOCK = 20, 1000
+BLOCKS = 20  # into which a record is split
+_SAMPLES_A_BLOCK = 1000
+_ORDERS, _SAME_RATE = 99, 0.01  # of the blocks at random; of the largest rate
 _GROWTH = "growth"  # the logarithm of the growth of a change since the beginning
 _ALIGNMENT = 0.1  # of the duration: a change turns into the direction that grows fastest before its growth counts
 
@@ -43,12 +46,19 @@ class LyapunovExponent:
         Its 95 % interval.
     duration : float
         The time over which it is the mean.
+    swing : float
+        By how much the growth (e-folds) varies, of its means over blocks of that time: bounded however long that is where
+        changes do not grow exponentially; nan where it is not known.
+    is_steady : bool
+        False where the rate of growth changes during that time beyond its scatter, as of a chaotic motion that ends at rest.
     """
 
     value: float
     low: float
     high: float
     duration: float
+    swing: float = math.nan
+    is_steady: bool = True
 
 
 def largest_lyapunov_exponent(
@@ -117,12 +127,15 @@ def largest_lyapunov_exponent(
     alignment = integrate(compiled_system, start, parameters, np.array([time, begin])).reraise_interrupt()
     if alignment.failure is not None:
         raise RunError(alignment.failure)
-    grid = np.linspace(begin, begin + duration, _BLOCKS * _SAMPLES_A_BLOCK + 1)
+    grid = np.linspace(begin, begin + duration, BLOCKS * _SAMPLES_A_BLOCK + 1)
     run = integrate(compiled_system, alignment.states[:, -1], parameters, grid, unit=1.0).reraise_interrupt()
     if run.failure is not None:
         raise RunError(run.failure)
-    growth = run.quadratures[_GROWTH][::_SAMPLES_A_BLOCK]
-    return exponent_from_blocks(np.diff(growth) / (duration / _BLOCKS), duration), run.time, run.states[:n]
+    growth = run.quadratures[_GROWTH]
+    rates = np.diff(growth[::_SAMPLES_A_BLOCK]) / (duration / BLOCKS)
+    exponent = replace(exponent_from_blocks(rates, duration), is_steady=_is_steady(rates))
+    swing = float(np.ptp(growth[1:].reshape(BLOCKS, _SAMPLES_A_BLOCK).mean(axis=1)))
+    return replace(exponent, swing=swing), run.time, run.states[:n]
 
 
 def exponent_from_blocks(rates: np.ndarray, duration: float) -> LyapunovExponent:
@@ -132,6 +145,19 @@ def exponent_from_blocks(rates: np.ndarray, duration: float) -> LyapunovExponent
     mean, scatter = float(rates.mean()), float(rates.std(ddof=1)) / len(rates) ** 0.5
     half = float(stdtrit(len(rates) - 1, (1 + CONFIDENCE) / 2)) * scatter
     return LyapunovExponent(mean, mean - half, mean + half, duration)
+
+
+def _is_steady(rates: np.ndarray) -> bool:
+    """True if rates (B,) of successive blocks do not change beyond their scatter.
+
+    The cumulative sum of their deviations from the mean comes as far as in another order, at the level of one in a hundred
+    (W. A. Taylor, "Change-Point Analysis", 2000). Differences of less than a hundredth are none.
+    """
+    deviations, random = rates - rates.mean(), np.random.default_rng(0)
+    if (np.abs(deviations) <= _SAME_RATE * np.abs(rates).max()).all():
+        return True
+    farthest = np.abs(np.cumsum(deviations)).max()
+    return any(np.abs(np.cumsum(random.permutation(deviations))).max() >= farthest for _ in range(_ORDERS))
 
 
 def equations_jump(system: System) -> bool:

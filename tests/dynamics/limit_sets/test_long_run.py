@@ -166,3 +166,76 @@ def test_the_period_of_the_forcing_is_that_of_all_frequencies_together() -> None
     assert forcing_period(equations({"x": "exp(-t)"}).system, {}) is None
     with pytest.raises(WuchtError, match="no common period"):
         forcing_period(equations({"x": "cos(t) + cos(sqrt(2)*t)"}).system, {})
+
+
+def test_a_state_that_starts_at_its_equilibrium_does_not_keep_a_motion_from_rest() -> None:
+    """x moves by rounding alone, y from 5/3 to 1."""
+    run = run_of({"x": "x - x^3", "y": "y - y^3"}, [-1.0, 5 / 3])
+    assert (run.kind, limit_of(run).attracts) == (MotionKind.EQUILIBRIUM, True)
+    assert limit_of(run).mean == pytest.approx([-1, 1], abs=1e-9)
+    assert run.end_time < 1000
+
+
+def test_a_motion_ends_in_a_saddle_if_it_rests_there_for_longer_than_rounding_can() -> None:
+    """x' = (x - x^3)/100: from 1e-15 it rests at 0 for 3450 units, but for rounding; from 0 it never leaves."""
+    states = {"x": "0.01*(x - x^3)", "y": "-y"}
+    stays, leaves = (limit_of(run_of(states, [x, 1.0])) for x in (0.0, 1e-15))
+    assert (stays.attracts, stays.mean[0]) == (False, 0.0)
+    assert (leaves.attracts, leaves.mean[0]) == (True, pytest.approx(1.0))
+
+
+def test_a_start_on_an_unstable_equilibrium_is_known_though_rounding_moves_it() -> None:
+    """A damped pendulum upside down, where sin(pi) is 1e-16."""
+    states = {"x": "v", "v": "-sin(x) - 0.1*v"}
+    for x, lies in ((np.pi, True), (np.pi - 1e-3, False)):
+        run = run_of(states, [x, 0.0], ("x",))
+        assert (run.start_equilibrium is not None) is lies
+        assert run.start_equilibrium is None or run.start_equilibrium.attracts is False
+        assert np.cos(limit_of(run).mean[0]) == pytest.approx(1.0)
+
+
+DUFFING = {"x": "v", "v": "-d*v + x - x^3 + 0.3*cos(th)", "th": "1"}
+
+
+@pytest.mark.parametrize(
+    ("engine", "damping", "until"),
+    [
+        ("compiled", 0.15, None), ("compiled", 0.25, None), ("heyoka", 0.15, None), ("heyoka", 0.25, None),
+        ("compiled", 0.25, 10_000.0), pytest.param("scipy", 0.15, None, marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
+def test_a_driven_oscillator_with_two_wells_is_chaotic(engine: str, damping: float, until: float | None) -> None:
+    """0.184 +- 0.004 and 0.117 +- 0.005: G. Benettin's method with classical Runge-Kutta steps, over 20,000 units."""
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    run = long_run(equations(DUFFING, ("th",), d=damping), np.array([1.0, 0.0, 0.0]), LongRunSettings(until, engine=engine))
+    known, error = {0.15: (0.184, 0.004), 0.25: (0.117, 0.005)}[damping]
+    exponent = limit_of(run).exponent
+    assert (run.kind, limit_of(run).attracts) == (MotionKind.CHAOTIC, None)
+    assert exponent is not None and exponent.value == pytest.approx(known, abs=error)
+    assert (exponent.high - exponent.low) / 2 <= 0.03 * exponent.value  # 0.02 is aimed at
+
+
+def test_what_a_shorter_record_shows_stands_until_a_longer_one_shows_something_else() -> None:
+    """Lorenz' equations at r = 23.6, below 24.06: a chaotic motion ends at rest, which is proved (eigenvalues)."""
+    lorenz = {"x": "10*(y - x)", "y": "x*(23.6 - z) - y", "z": "x*y - 8/3*z"}
+    short, long = (run_of(lorenz, [1.0, 1.0, 1.0], until=until) for until in (60.0, 2000.0))
+    assert short.kind in (MotionKind.CHAOTIC, MotionKind.NOT_SETTLED)
+    assert (long.kind, limit_of(long).attracts) == (MotionKind.EQUILIBRIUM, True)
+    assert np.abs(limit_of(long).mean) == pytest.approx([np.sqrt(8 / 3 * 22.6)] * 2 + [22.6])
+
+
+@pytest.mark.parametrize(("growth", "kind"), [(2.0, MotionKind.QUASI_PERIODIC), (40.0, MotionKind.CHAOTIC)])
+def test_changes_do_not_grow_on_a_torus(growth: float, kind: MotionKind) -> None:
+    """Two angles turn at 1 and the golden section; beside them y' = a y: changes grow by e^2 and e^40 over half the run."""
+    states = {"p": "1", "q": "1.6180339887", "y": f"{growth / 4000}*y"}
+    run = run_of(states, [0.0, 0.0, 0.0], ("p", "q"), until=8000.0)
+    assert run.kind is kind
+    assert limit_of(run).exponent is not None
+
+
+@pytest.mark.slow
+def test_a_torus_with_fast_parts_settles() -> None:
+    """FitzHugh and Nagumo's equations beside an angle that turns freely."""
+    states = {"v": "v - v^3/3 - w + 0.5", "w": "0.08*(v + 0.7 - 0.8*w)", "th": "0.3"}
+    assert run_of(states, [1.0, 0.0, 0.0], ("th",)).kind is MotionKind.QUASI_PERIODIC

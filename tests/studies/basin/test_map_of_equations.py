@@ -87,3 +87,31 @@ def test_a_hamiltonian_system_is_refused() -> None:
     henon_heiles = {"x": "u", "y": "v", "u": "-x - 2*x*y", "v": "-y - x^2 + y^2"}
     with pytest.raises(InputError, match="preserve volume"):
         wucht.run(wucht.Basin(axes={"x": [-1.0, 1.0, 4], "y": [-1.0, 1.0, 4]}), subject(henon_heiles))
+
+
+def test_four_basins_of_equal_shape_have_equal_shares() -> None:
+    """Of 6 x 6 cells some centres lie on the equilibria; of 5 x 5 those in the middle lie between the basins."""
+    wells = subject({"x": "x - x^3", "y": "y - y^3"})
+    even, odd = (wucht.run(wucht.Basin(axes={"x": [-2, 2, n], "y": [-2, 2, n]}), wells) for n in (6, 5))
+    assert sorted(even.wucht.summary["fractions"].values()) == [0.25] * 4
+    assert (even.wucht.summary["failures"], even.wucht.warnings) == (0, [])
+    s = odd.wucht.summary
+    stable = [a for a in s["attractors"] if a["stable"]]
+    assert [a["share"] for a in stable] == pytest.approx([4 / 25] * 4)
+    for a in stable:  # of the area it is a quarter
+        assert a["share"] + s["uncertainty"][a["label"]] >= 0.25
+    unstable = [a for a in s["attractors"] if not a["stable"]]
+    assert sum(a["share"] for a in unstable) == pytest.approx(9 / 25)
+    assert all(s["uncertainty"][a["label"]] == pytest.approx(a["share"]) for a in unstable)  # of the area it is nothing
+    lines = [line for line in study_of("basin").report(odd) if "unstable: reached from a set without area" in line]
+    assert len(lines) == 5
+
+
+def test_runs_without_a_result_have_a_warning_with_the_reason() -> None:
+    """For y > 0 x slides along a jump of its rate."""
+    slides = subject({"x": "-sign(x)*(1 + sign(y)) - (1 - sign(y))*(x - 3)", "y": "y - y^3"})
+    result = wucht.run(wucht.Basin(axes={"x": [1, 2, 2], "y": [-1, 1, 4]}), slides)
+    s = result.wucht.summary
+    assert (s["fractions"], s["failures"]) == ({"equilibrium": 0.5, "failed": 0.5}, 4)
+    assert "slides along a jump" in result.wucht.warnings[0]
+    assert result.wucht.warnings[-1] == "1 more runs have no result"

@@ -270,3 +270,22 @@ def test_what_is_not_located_is_listed_with_its_interval(monkeypatch: pytest.Mon
     assert point["between"][0] < 0.0 < point["between"][1]
     assert any("a branch-point that was not located" in line for line in report(r))
     figure(r)
+
+
+@pytest.mark.parametrize(
+    ("states", "start", "reached", "is_family"),
+    [
+        ({"x": "v", "v": "-k*x"}, {"x": 1.0}, "it is periodic with period 6.28319, one of a family", True),
+        ({"x": "v", "v": "-k*x"}, {}, "rests at an equilibrium about which disturbances neither grow nor decay", True),
+        ({"x": "v", "v": "-k*x - 0.2*v"}, {"x": 1.0}, "it settles in a steady state", False),
+        ({"x": "v", "v": "k*x - x^3 - 0.3*v"}, {}, "it rests at an unstable equilibrium", False),
+    ],
+)
+def test_families_and_unstable_rest_are_no_steady_states(
+    states: dict[str, str], start: dict[str, float], reached: str, is_family: bool
+) -> None:
+    """An oscillator without damping, with it, and one that starts between its wells; at k = 1."""
+    question = OrbitBranch(along="k", range=(0.5, 2.0), at=1.0, start=start)
+    sentence = run(question, own({"parameters": {"k": 1.0}, "states": states})).attrs["sentence"]
+    assert reached in sentence
+    assert sentence.startswith("the motions are families" if is_family else "no modulated motion was found")

@@ -104,3 +104,39 @@ def test_runs_of_different_ends_are_counted() -> None:
         wucht.run(wucht.RunUp(starts=[{}, {"y": 2.0}]), subject({"x": "x^3 - x"}))
     with pytest.raises(InputError, match="unknown parameter"):
         wucht.run(wucht.RunUp(along="q", values=[1.0]), subject())
+
+
+def test_a_chaotic_motion_is_so_for_a_time_and_tends_to_nothing() -> None:
+    lorenz = subject({"x": "10*(y - x)", "y": "x*(28 - z) - y", "z": "x*y - 8/3*z"})
+    s = wucht.run(wucht.RunUp(start={"x": 1.0, "y": 1.0, "z": 1.0}), lorenz).wucht.summary
+    assert (s["outcome"], s["stable"], s["settling_time"]) == ("chaotic", None, None)
+    assert s["sentence"].startswith("the motion is chaotic for at least ") and "tends to" not in s["sentence"]
+
+
+def test_a_conservative_motion_is_one_of_a_family() -> None:
+    """The oscillator without damping preserves volume; the equations of Lotka and Volterra have a family of orbits as well."""
+    volume, family = "preserve volume", "one of a family: disturbances neither grow nor decay"
+    for states, start, preserves in (
+        ({"x": "v", "v": "-x"}, {"x": 1.0}, True),
+        ({"x": "v", "v": "-x"}, {}, True),
+        ({"x": "x*(1 - y)", "y": "y*(x - 1)"}, {"x": 1.5, "y": 1.0}, False),
+    ):
+        s = wucht.run(wucht.RunUp(start=start), subject(states)).wucht.summary
+        assert family in s["sentence"] and (volume in s["sentence"]) is preserves and s["stable"] is None
+    damped = wucht.run(wucht.RunUp(start={"x": 1.0}), subject({"x": "v", "v": "-x - 0.1*v"})).wucht.summary
+    assert family not in damped["sentence"] and damped["stable"]
+
+
+def test_a_start_on_an_unstable_equilibrium_is_said() -> None:
+    """Upside down the pendulum falls by rounding; x' = x - x^3 stays at 0; at 1 it is stable."""
+    pendulum = subject({"x": "v", "v": "-sin(x) - 0.1*v"}, ("x",))
+    (warning,) = wucht.run(wucht.RunUp(start={"x": np.pi}), pendulum).wucht.warnings
+    assert "leaves it by rounding alone" in warning
+    assert not wucht.run(wucht.RunUp(start={"x": 3.0}), pendulum).wucht.warnings
+    pitchfork = subject({"x": "x - x^3"})
+    (warning,) = wucht.run(wucht.RunUp(start={"x": 0.0}), pitchfork).wucht.warnings
+    assert warning.startswith("the start lies on an unstable equilibrium: any disturbance")
+    assert not wucht.run(wucht.RunUp(start={"x": 1.0}), pitchfork).wucht.warnings
+    switch = subject({"x": "3/(1 + y^2) - x", "y": "3/(1 + x^2) - y"})
+    (warning,) = wucht.run(wucht.RunUp(start={"x": 0.5, "y": 0.5}), switch).wucht.warnings
+    assert warning.startswith("the motion ends in an unstable equilibrium")

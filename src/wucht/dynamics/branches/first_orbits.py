@@ -4,25 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.branches.steady_states import Heartbeat
+from wucht.dynamics.limit_sets.resting_states import decays, sign_of_growth
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equilibria import HOPF
-from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.hopf_ends import equilibria_of
-from wucht.numerics.recurrence import is_at_rest, recurrence
+from wucht.numerics.recurrence import Recurrence, is_at_rest, recurrence
 from wucht.system import System
 
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
@@ -36,6 +40,13 @@ _SCALES = 5.0  # in how many parts of the range the parameter changes much
 _LONGEST = 20.0  # times the first period
 _STEPS = Steps(most=0.3, turn=0.3, corrections=4, tolerance=1e-8, points=1500)
 _TOLERANCE = 1e-10
+_NEUTRAL = 1e-6  # a disturbance that changes less in a period neither grows nor decays
+_FAMILY = "one of a family: disturbances neither grow nor decay"
+_REST_SENTENCES = {
+    True: "it settles in a steady state",
+    False: "it rests at an unstable equilibrium: any disturbance leads away from it, as does another start",
+    None: "it rests at an equilibrium about which disturbances neither grow nor decay",
+}
 
 
 @dataclass(frozen=True)
@@ -70,12 +81,16 @@ class SeedOrbit:
 
 @dataclass(frozen=True)
 class SettlingRun:
-    """Result of a run at a value. orbit: None if it reaches none. sentence: what it reaches. is_steady: a steady state."""
+    """Result of a run at a value. orbit: None if it reaches none. sentence: what it reaches. is_steady: a steady state.
+
+    is_family: a motion that is one of a family, or at rest among them, as of a conservative system.
+    """
 
     value: float
     orbit: SeedOrbit | None
     sentence: str
     is_steady: bool = False
+    is_family: bool = False
 
 
 def cycles_of(subject: OrbitProblem, winding: np.ndarray, scale: np.ndarray, longest: float) -> Cycles:
@@ -141,7 +156,9 @@ def orbit_near(
         if run.failure is not None:
             return SettlingRun(value, None, f"{at} the run fails: {run.failure}")
         if is_at_rest(run.states[:, _SAMPLES // 2 :]):
-            return SettlingRun(value, None, f"{at} it settles in a steady state", is_steady=True)
+            attracts = _rest_attracts(subject.system, parameters, run.states[:, -1])
+            sentence = f"{at} {_REST_SENTENCES[attracts]}"
+            return SettlingRun(value, None, sentence, is_steady=True, is_family=attracts is None)
         done, state = done + last, run.states[:, -1]
         state = state - np.where(subject.turning, 2 * np.pi * np.round(state / (2 * np.pi)), 0.0)
         repetition = recurrence(run.time, run.states, subject.turning)
@@ -157,12 +174,44 @@ def orbit_near(
         cycles = _first_cycles(subject, repetition.turns, scale, repetition.period, longest)
         try:
             cycle = cycle_near(cycles, period.time, period.states, value)
-        except WuchtError:  # the run has not settled yet
+        except WuchtError:  # the run has not settled yet, or it never will
+            if _is_of_a_family(compiled_system, parameters, state, repetition, subject.turning):
+                sentence = f"{at} it is periodic with period {repetition.period:.6g}, {_FAMILY}"
+                return SettlingRun(value, None, sentence, is_family=True)
             continue
         if abs(cycle.period / repetition.period - 1) < _PERIODS_AGREE:
             orbit = SeedOrbit.from_cycle(cycles, cycle, f"a run {at}", both_ways=True)
             return SettlingRun(value, orbit, f"{at} it settles on an orbit of period {cycle.period:.6g}")
     return SettlingRun(value, None, f"{at} it has settled neither in a steady state nor on an orbit after {done:.4g}")
+
+
+@lru_cache(maxsize=8)
+def _jacobian(system: System) -> Jacobian:
+    return Jacobian.of(system)
+
+
+def _rest_attracts(system: System, parameters: Sequence[float], state: np.ndarray) -> bool | None:
+    """Return whether a state at rest attracts; None where motions oscillate about it that neither grow nor decay."""
+    matrix = _jacobian(system).values_at(state, parameters)[1]
+    eigenvalues = np.linalg.eigvals(matrix) if np.isfinite(matrix).all() else np.empty(0)
+    attracts = decays(eigenvalues)
+    return True if attracts is None and not eigenvalues[eigenvalues.real.argmax()].imag else attracts
+
+
+def _is_of_a_family(
+    compiled_system: CompiledSystem, parameters: Sequence[float], state: np.ndarray, repetition: Recurrence,
+    turning: np.ndarray,
+) -> bool:  # fmt: skip
+    """True if the motion from a state is periodic, and disturbances of it neither grow nor decay."""
+    rates = _jacobian(compiled_system.system).values_at(state, parameters)[0]
+    phase_state = None if repetition.turns.any() else int(np.abs(np.where(turning, 0.0, rates)).argmax())
+    try:
+        orbit = periodic_orbit(
+            compiled_system, parameters, state, repetition.period, 2 * np.pi * repetition.turns, phase_state=phase_state
+        )
+    except WuchtError:
+        return False
+    return sign_of_growth(np.abs(orbit.nontrivial(1)) - 1, _NEUTRAL) is None
 
 
 def _first_cycles(

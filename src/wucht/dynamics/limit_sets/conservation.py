@@ -23,7 +23,8 @@ def preserves_volume(subject: UserSystem) -> bool:
     return is_identically_zero(divergence.xreplace(numbers), SAME)
 
 
-CONSERVATIVE = (
+CONSERVATIVE_MOTION = (
     "these equations preserve volume in the space of their states (the divergence of the rates is zero, as for a Hamiltonian "
-    "system): no motion attracts others, so there are no attractors and no basins; a run-up shows single motions"
+    "system): no motion attracts others"
 )
+CONSERVATIVE = f"{CONSERVATIVE_MOTION}, so there are no attractors and no basins; a run-up shows single motions"

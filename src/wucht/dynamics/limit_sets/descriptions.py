@@ -9,30 +9,33 @@ import numpy as np
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind
 from wucht.numerics.angles import wrap_to_pi
 
-_NEGLIGIBLE = 1e-9  # of the largest component of an equilibrium: rounding errors of zero
+_NEGLIGIBLE = 1e-9  # of the largest size of a state: rounding errors of zero
 
 
 def sentence_of(kind: MotionKind, limit_set: LimitSet | None, names: tuple[str, ...]) -> str:
-    """Return what a motion tends to, in words with its main number."""
+    """Return what a motion tends to, in words with its main number; of a chaotic one, which may end, for how long it is so."""
     if limit_set is None:
         return kind.sentence
     if limit_set.kind is MotionKind.EQUILIBRIUM:
         state = _mean_in_turn(limit_set)
-        state = np.where(np.abs(state) < _NEGLIGIBLE * np.abs(state).max(initial=0.0), 0.0, state)
+        state = np.where(np.abs(state) < _NEGLIGIBLE * limit_set.metric.sizes.max(), 0.0, state)
         places = ", ".join(f"{n} = {x:.5g}" for n, x in zip(names, state, strict=True))
-        return f"{kind.sentence}{_stability_clause(limit_set)} at {places}"
+        return f"{kind.sentence} at {places}{_stability_clause(limit_set)}"
     if limit_set.kind is MotionKind.PERIODIC:
-        return f"{kind.sentence} of period {limit_set.period:.7g}{_stability_clause(limit_set)}"
+        motion = "the motion is periodic, with the" if limit_set.attracts is None else f"{kind.sentence} of"
+        return f"{motion} period {limit_set.period:.7g}{_stability_clause(limit_set)}"
     if limit_set.kind is MotionKind.CHAOTIC and limit_set.exponent is not None:
         e = limit_set.exponent
-        return f"{kind.sentence}: largest Lyapunov exponent {e.value:.3g} ({e.low:.3g} to {e.high:.3g})"
+        exponent = f"largest Lyapunov exponent {e.value:.3g} ({e.low:.3g} to {e.high:.3g})"
+        return f"the motion is chaotic for at least {limit_set.times[-1]:.4g}: {kind.sentence}, {exponent}"
     return kind.sentence
 
 
 def _stability_clause(limit_set: LimitSet) -> str:
     if limit_set.attracts is None:
-        return "" if limit_set.eigenvalues is not None and not len(limit_set.eigenvalues) else " that does not attract"
-    return "" if limit_set.attracts else " that is unstable"
+        is_known = limit_set.eigenvalues is None or len(limit_set.eigenvalues) > 0
+        return ", one of a family: disturbances neither grow nor decay" if is_known else ""
+    return "" if limit_set.attracts else ", which is unstable"
 
 
 def _mean_in_turn(limit_set: LimitSet) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 import sympy as sp
 
+from wucht.dynamics.limit_sets.resting_states import RestingState
 from wucht.dynamics.verdicts.outcomes import LabelWithSentence
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 _WHOLE_MULTIPLES = 1e-9  # relative: frequencies that are multiples of one to this accuracy
 _LARGEST_MULTIPLE = 64
 _TIGHT = 1e-3  # of the states' sizes: an equilibrium or an orbit that is known to rounding is met as near as this
+_SAME_POINT = 1e-6  # likewise: two equilibria that are nearer are one
 _LOOSE = 2.0  # times the gap
 _NEIGHBOURS = 0.95  # share of samples, of a set that is known by samples only
 
@@ -86,7 +88,8 @@ class LimitSet:
     states : ndarray, (n, P)
         Samples of the motion on it; angles are not wrapped.
     attracts : bool or None
-        Whether nearby motions tend to it, None where a disturbance neither grows nor decays, or where it is not known.
+        Whether nearby motions tend to it, None where a disturbance neither grows nor decays, or where it is not known, as of
+        chaotic sets and tori.
     period : float
         Of a periodic orbit, else 0.
     turns : ndarray of int, (n,)
@@ -113,6 +116,23 @@ class LimitSet:
     eigenvalues: np.ndarray | None = None
     exponent: LyapunovExponent | None = None
     gap: float = 0.0
+
+    @classmethod
+    def at(cls, equilibrium: RestingState, times: np.ndarray, metric: StateMetric) -> Self:
+        """Build the limit set of an equilibrium. times: (1,)."""
+        state, eigenvalues = equilibrium.state[:, None], equilibrium.eigenvalues
+        return cls(MotionKind.EQUILIBRIUM, times, state, metric, equilibrium.attracts, eigenvalues=eigenvalues)
+
+    @property
+    def has_eigenvalues(self) -> bool:
+        """True of an equilibrium of equations that do not depend on time: its state is exact."""
+        return self.eigenvalues is not None and len(self.eigenvalues) > 0
+
+    @property
+    def has_basin(self) -> bool:
+        """True if motions from a volume of starts come near to it and stay, or nothing contradicts that."""
+        rest_of_forced_equations = self.kind is MotionKind.EQUILIBRIUM and not self.has_eigenvalues
+        return bool(self.attracts) or self.exponent is not None or rest_of_forced_equations
 
     @property
     def low(self) -> np.ndarray:
@@ -171,6 +191,8 @@ class LimitSet:
         """True if another limit set is this one."""
         if self.kind != second.kind:
             return False
+        if self.has_eigenvalues and second.has_eigenvalues:
+            return bool(self.distances(second.times, second.states).max() <= _SAME_POINT)
         reach = max(self.reach, second.reach)
         pairs = ((self, second), (second, self))
         return all((a.distances(b.times, b.states) <= reach).mean() >= _NEIGHBOURS for a, b in pairs)

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind
+from wucht.dynamics.limit_sets.resting_states import RestingState, equilibrium_near, state_extents
 from wucht.dynamics.limit_sets.settled_motion import RunSegment, settled_motion
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.sliding import SlidingError, SlidingGuard
 from wucht.numerics.flow.trajectory import Trajectory
 
 INTERVALS = 20_000  # of samples in a leg, and in the stored run
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
 _DOUBLINGS = 13  # of the run, at most
+_MOST_HALVINGS = 30  # of the given length of a run, until its first leg is as short as without one
+_ROUNDING = 1e-9  # of a state: as near to an equilibrium it lies on it, but for rounding; changes as slow do not tell the pace
 _FEWEST_LEGS = 2  # before anything is judged: the first one has the transients
 _BEYOND = 1e6  # times the largest state at the start, at least 1: a motion that comes so far diverges
-_STILL, _MOST_SWITCHES = 1e-9, 200  # of a leg: a shorter advance; as many in succession
 _BEFORE = 1e-4  # of a leg: as much before a run slides its samples end
 _ZOOMS = 4  # into the interval in which a run fails
 _LONGER = 4.0  # times a run that was too short is advised
@@ -43,11 +47,14 @@ class LongRunSettings:
     tolerance : float
     engine : str, optional
         As in ``compile_system``.
+    exponent_accuracy : float
+        Half the width of the interval of a positive Lyapunov exponent, relative to it, that is aimed at.
     """
 
     until: float | None = None
     tolerance: float = DEFAULT_TOLERANCE
     engine: str | None = None
+    exponent_accuracy: float = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +73,8 @@ class LongRun:
     engine : str
     failure : str, optional
         Why the integration failed.
+    start_equilibrium : RestingState, optional
+        On which the start lies, but for rounding.
     """
 
     time: np.ndarray
@@ -73,7 +82,8 @@ class LongRun:
     kind: MotionKind
     limit_set: LimitSet | None = None
     engine: str = ""
-    failure: str | None = field(default=None)
+    failure: str | None = None
+    start_equilibrium: RestingState | None = None
 
     @property
     def end_time(self) -> float:
@@ -105,88 +115,115 @@ def long_run(
 ) -> LongRun:
     """Run from a state (n,) at time zero.
 
-    Without a given end the run is doubled until it is known what the motion tends to, thirteen times at most.
+    The run is doubled until it is known what the motion tends to, thirteen times at most; with a given end, until that. What a
+    shorter record has shown stands until a longer one shows something else.
     """
-    compiled_system = compile_system(_bare(subject).system, settings.tolerance, (), settings.engine)
-    span = settings.until / 2 if settings.until is not None else _first_span(subject, start)
-    legs, begin, state = list[Trajectory](), 0.0, np.asarray(start, float)
-    limit_set, kind, values = None, MotionKind.NOT_SETTLED, subject.system.values(subject.values)
-    for number in range(2 if settings.until is not None else _DOUBLINGS):
-        length = span if number < _FEWEST_LEGS else begin
-        grid = begin + np.linspace(0.0, length, INTERVALS + 1)
-        try:
-            leg = integrate(compiled_system, state, values, grid, _SlidingGuard(length, report)).reraise_interrupt()
-        except _SlidingError as error:
-            before = integrate(compiled_system, state, values, grid[grid < error.time - _BEFORE * length]).reraise_interrupt()
-            time, states = _even([*legs, before])
-            return LongRun(time, states, MotionKind.FAILED, None, compiled_system.engine.name, str(error))
-        legs.append(leg)
-        if leg.failure is not None:
-            return _failed_run(compiled_system, values, legs, start)
-        begin, state = float(grid[-1]), leg.states[:, -1]
-        if number + 1 < _FEWEST_LEGS:
+    bare, start = replace(subject, system=replace(subject.system, outputs=(), quadratures=())), np.asarray(start, float)
+    record = _Record(bare, compile_system(bare.system, settings.tolerance, (), settings.engine), start, report)
+    length, count = record.first_span, _DOUBLINGS
+    if settings.until is not None:
+        halvings = min(max(1, math.ceil(math.log2(settings.until / length))), _MOST_HALVINGS)
+        length, count = settings.until / 2**halvings, halvings + 1
+    limit_set: LimitSet | None = None
+    for number in range(count):
+        if failure := record.advance(length if number < _FEWEST_LEGS else record.time):
+            return failure
+        if number + 1 < _FEWEST_LEGS or (limit_set is not None and limit_set.attracts):
             continue
-        if _size(compiled_system, leg.states[:, -1]) > _BEYOND * max(1.0, _size(compiled_system, start)):
-            kind = MotionKind.DIVERGES
+        if record.is_beyond(record.state):
+            return record.run(MotionKind.DIVERGES)
+        # The verdict of a shorter record stands where a longer one has none.
+        accuracy = settings.exponent_accuracy if limit_set is None or number + 1 == count else None
+        limit_set = settled_motion(bare, record.compiled_system, record.segment(), accuracy) or limit_set
+        if limit_set is not None and settings.until is None:
             break
-        extents = np.ptp(np.concatenate([one.states for one in legs], axis=1), axis=1)
-        limit_set = settled_motion(_bare(subject), compiled_system, RunSegment(leg.time, leg.states, _extents(extents, state)))
-        if limit_set is not None:
-            kind = limit_set.kind
-            break
-    time, states = _even(legs)
-    return LongRun(time, states, kind, limit_set, compiled_system.engine.name)
+    return record.run(MotionKind.NOT_SETTLED if limit_set is None else limit_set.kind, limit_set)
 
 
-class _SlidingError(RunError):
-    """The motion slides along a jump of the equations from a time on."""
+class _Record:
+    """The legs of a run so far."""
 
-    def __init__(self, time: float) -> None:
-        super().__init__(
-            f"at t = {time:.6g} the motion slides along a jump of the equations, which have no solution beyond; replace "
-            "sign(v) by a steep tanh(v/0.001)"
-        )
-        self.time = time
+    def __init__(self, bare: UserSystem, compiled_system: CompiledSystem, start: np.ndarray, report: Heartbeat | None) -> None:
+        self.compiled_system, self._values, self._report = compiled_system, bare.system.values(bare.values), report
+        self._start, self._legs, self._low, self._high = start, list[Trajectory](), start, start
+        self._turning = np.array([s in bare.system.angles for s in bare.system.states])
+        self.time, self.state, self._engine = 0.0, start, compiled_system.engine.name
+        self.start_equilibrium, self.first_span = _first_span(bare, start, compiled_system.tolerance)
+
+    def advance(self, length: float) -> LongRun | None:
+        """Add a leg. Returns the whole run where it fails, or slides along a jump of the equations."""
+        grid = self.time + np.linspace(0.0, length, INTERVALS + 1)
+        try:
+            leg = self._integrate(grid, SlidingGuard(length, self._report))
+        except SlidingError as error:
+            self._legs.append(self._integrate(grid[grid < error.time - _BEFORE * length]))
+            return self.run(MotionKind.FAILED, failure=str(error))
+        self._legs.append(leg)
+        if leg.failure is not None:
+            return self._failed_run()
+        self.time, self.state = float(grid[-1]), leg.states[:, -1]
+        self._low, self._high = np.minimum(self._low, leg.states.min(axis=1)), np.maximum(self._high, leg.states.max(axis=1))
+        return None
+
+    def _integrate(self, grid: np.ndarray, progress: Heartbeat | None = None) -> Trajectory:
+        return integrate(self.compiled_system, self.state, self._values, grid, progress).reraise_interrupt()
+
+    def segment(self) -> RunSegment:
+        """Return the last leg."""
+        leg, ranges = self._legs[-1], self._high - self._low
+        extents = state_extents(ranges, self.state, self._turning, self.compiled_system.tolerance)
+        return RunSegment(leg.time, leg.states, ranges, extents)
+
+    def run(self, kind: MotionKind, limit_set: LimitSet | None = None, failure: str | None = None) -> LongRun:
+        """Return the whole run."""
+        time, states = _even([leg for leg in self._legs if len(leg.time) > 1] or self._legs)
+        return LongRun(time, states, kind, limit_set, self._engine, failure, self.start_equilibrium)
+
+    def is_beyond(self, state: np.ndarray) -> bool:
+        """True if a state is so far from the start that the motion diverges."""
+        return self._size(state) > _BEYOND * max(1.0, self._size(self._start))
+
+    def _size(self, state: np.ndarray) -> float:
+        """Return the largest state that is no angle."""
+        return float(np.abs(state[~self._turning]).max(initial=0.0))
+
+    def _failed_run(self) -> LongRun:
+        """Return a run that failed: it diverges where its states grow beyond all bounds before, in ever shorter intervals."""
+        last = self._legs[-1]
+        step = (last.time[1] - last.time[0]) if len(last.time) > 1 else 1.0
+        time, state = float(last.time[-1]), last.states[:, -1]
+        for _ in range(_ZOOMS):
+            if self.is_beyond(state):
+                break
+            grid = time + np.linspace(0.0, step, INTERVALS + 1)
+            if grid[1] <= grid[0]:
+                break
+            try:
+                near = integrate(self.compiled_system, state, self._values, grid).reraise_interrupt()
+            except RunError:
+                break
+            time, state, step = float(near.time[-1]), near.states[:, -1], step / INTERVALS
+        if self.is_beyond(state):
+            return self.run(MotionKind.DIVERGES)
+        return self.run(MotionKind.FAILED, failure=last.failure)
 
 
-class _SlidingGuard:
-    """Report of the time reached that ends a run in which time stands still: one that switches to and fro at a jump."""
+def _first_span(bare: UserSystem, start: np.ndarray, tolerance: float) -> tuple[RestingState | None, float]:
+    """Return a multiple of the time in which states change as much as they are large, or disturbances of a start at rest.
 
-    def __init__(self, length: float, report: Heartbeat | None) -> None:
-        self._least, self._report, self._count, self._last = _STILL * length, report, 0, -np.inf
-
-    def __call__(self, time: float) -> None:
-        self._count = self._count + 1 if time - self._last < self._least else 0
-        self._last = time
-        if self._count > _MOST_SWITCHES:
-            raise _SlidingError(time)
-        if self._report is not None:
-            self._report(time)
-
-
-def _bare(subject: UserSystem) -> UserSystem:
-    """Return the equations without outputs and quadratures."""
-    return replace(subject, system=replace(subject.system, outputs=(), quadratures=()))
-
-
-def _extents(extents: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """Return the extents (n,) of the run's states, of those that do not change their size."""
-    return np.where(extents > 0, extents, np.abs(state))
-
-
-def _first_span(subject: UserSystem, start: np.ndarray) -> float:
-    """Return a multiple of the time in which states change as much as they are large."""
-    system, x = subject.system, np.asarray(start, float)
-    rates = Evaluator.of_rates(system).array(np.zeros(1), x[:, None], system.values(subject.values))[:, 0]
+    With the equilibrium on which the start lies, but for rounding.
+    """
+    system, sizes = bare.system, np.maximum(np.abs(start), 1.0)
+    rates = Evaluator.of_rates(system).array(np.zeros(1), start[:, None], system.values(bare.values))[:, 0]
     with np.errstate(all="ignore"):
-        fastest = float(np.nan_to_num(np.abs(rates) / np.maximum(np.abs(x), 1.0), posinf=0.0).max())
-    return _FIRST_SPAN / fastest if fastest > 0 else _FIRST_SPAN
-
-
-def _size(compiled_system: CompiledSystem, state: np.ndarray) -> float:
-    """Return the largest state that is no angle."""
-    system = compiled_system.system
-    return max((abs(float(x)) for x, s in zip(state, system.states, strict=True) if s not in system.angles), default=0.0)
+        fastest = float(np.nan_to_num(np.abs(rates) / sizes, posinf=0.0).max())
+    nearest = None
+    if fastest <= _ROUNDING and not system.depends_on_time:
+        nearest = equilibrium_near(bare, start, sizes, tolerance)
+        if nearest is not None and (np.abs(nearest.state - start) > _ROUNDING * sizes).any():
+            nearest = None
+        fastest = max(fastest, 0.0 if nearest is None else float(np.abs(nearest.eigenvalues).max()))
+    return nearest, _FIRST_SPAN / fastest if fastest > 0 else _FIRST_SPAN
 
 
 def _even(legs: list[Trajectory]) -> tuple[np.ndarray, np.ndarray]:
@@ -198,27 +235,3 @@ def _even(legs: list[Trajectory]) -> tuple[np.ndarray, np.ndarray]:
         times.append(leg.time[stride::stride])
         states.append(leg.states[:, stride::stride])
     return np.concatenate(times), np.concatenate(states, axis=1)
-
-
-def _failed_run(
-    compiled_system: CompiledSystem, values: tuple[float, ...], legs: list[Trajectory], start: np.ndarray
-) -> LongRun:
-    """Return a run that failed: it diverges where its states grow beyond all bounds before, in ever shorter intervals."""
-    last, farthest = legs[-1], _BEYOND * max(1.0, _size(compiled_system, start))
-    step = (last.time[1] - last.time[0]) if len(last.time) > 1 else 1.0
-    time, state = float(last.time[-1]), last.states[:, -1]
-    for _ in range(_ZOOMS):
-        if _size(compiled_system, state) > farthest:
-            break
-        grid = time + np.linspace(0.0, step, INTERVALS + 1)
-        if grid[1] <= grid[0]:
-            break
-        try:
-            near = integrate(compiled_system, state, values, grid).reraise_interrupt()
-        except RunError:
-            break
-        time, state, step = float(near.time[-1]), near.states[:, -1], step / INTERVALS
-    diverges = _size(compiled_system, state) > farthest
-    kind = MotionKind.DIVERGES if diverges else MotionKind.FAILED
-    times, states = _even([one for one in legs if len(one.time) > 1] or legs)
-    return LongRun(times, states, kind, None, compiled_system.engine.name, None if diverges else last.failure)

@@ -7,40 +7,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.conservation import preserves_volume
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, forcing_period
+from wucht.dynamics.limit_sets.resting_states import equilibrium_near, rests, sign_of_growth, time_of_rest
 from wucht.errors import RunError, WuchtError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.jacobian import Jacobian
-from wucht.numerics.lyapunov import LyapunovExponent, equations_jump, largest_lyapunov_exponent
+from wucht.numerics.lyapunov import BLOCKS, LyapunovExponent, equations_jump, largest_lyapunov_exponent
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 from wucht.numerics.recurrence import Recurrence, recurrence
 
-_AT_REST = 1e-6  # of the extent of the whole run: a smaller change in half a leg is none
-# Times the tolerance: as small a change is the noise of an integration, whose steps grow at an equilibrium until they are
-# barely stable. Measured with Lorenz' equations: 26 (compiled, SciPy).
-_NOISE = 100.0
-_NEWTON, _LAST_STEP = 30, 1e-10  # steps; relative to the states' sizes
-_NEUTRAL = 1e-6  # a disturbance that changes less in a period, or in the time of the fastest one, neither grows nor decays
+_NEUTRAL = 1e-6  # a disturbance that changes less in a period neither grows nor decays
 _ORBIT_SAMPLES, _SPACINGS = 4096, 3  # rounds in which the samples are spaced
 _MOST_PARTS, _SAME = 8, 1e-6  # of an orbit; relative to the states' sizes, a smaller difference is none
 _PERIODS_AGREE = 0.02  # relative: of recurrence and orbit
 _OFF = 0.05  # of its size: so near to the orbit the run is
 _FEWEST_CYCLES, _CYCLES_OF_TORUS = 100, 500  # oscillations in a leg before its exponent is computed, or is believed to be zero
 _GROWTH = 12.0  # e-folds of a change over the duration: more than a change that grows with a power of time
-_EXTENSIONS, _EXTENSION, _HALF_WIDTH = 3, 4, 0.1  # rounds, each longer, until the interval of a positive exponent is so narrow
-_SPREAD = 0.05  # of the sizes: greatest distance between halves of a set that is covered
+_TORUS_SWING = 4.0  # e-folds: by less the means of the growth over blocks differ on a torus
+_LONGER, _MOST_LONGER, _ROUNDS = 1.3, 40.0, 3  # times the duration that the scatter demands; times that before; records
+_SPLITS, _STRIDE = 99, 8  # of a record into two parts at random, to which its halves are compared; of its samples every eighth
 _COVERAGE = 0.95  # share of samples
 
 
 @dataclass(frozen=True, eq=False)
 class RunSegment:
-    """A segment of a run. extents (n,): range of each state over the whole run so far, of its size where there is none."""
+    """A segment of a run. ranges (n,): of each state over the whole run so far. extents: see ``state_extents``."""
 
     time: np.ndarray
     states: np.ndarray
+    ranges: np.ndarray
     extents: np.ndarray
 
     @property
@@ -48,59 +44,45 @@ class RunSegment:
         """Its length."""
         return float(self.time[-1] - self.time[0])
 
-    @property
-    def oscillations(self) -> int:
-        """Number of its oscillations: upward passages of a state through its mean, of the state with most of them."""
+    def oscillations(self, turning: np.ndarray) -> int:
+        """Number of its oscillations: upward passages of a state through its mean, or turns of an angle, whichever are more."""
         deviation = self.states - self.states.mean(axis=1, keepdims=True)
-        return int(((deviation[:, :-1] < 0) & (deviation[:, 1:] >= 0)).sum(axis=1).max())
+        passages = ((deviation[:, :-1] < 0) & (deviation[:, 1:] >= 0)).sum(axis=1)
+        turns = np.where(turning, np.abs(self.states[:, -1] - self.states[:, 0]) / (2 * np.pi), 0.0)
+        return int(max(passages.max(), turns.max()))
 
 
-def settled_motion(subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment) -> LimitSet | None:
-    """Return what a leg tends to, None where that cannot be told from it."""
+def settled_motion(
+    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, exponent_accuracy: float | None
+) -> LimitSet | None:
+    """Return what a leg tends to, None where that cannot be told from it.
+
+    exponent_accuracy: as in ``LongRunSettings``; None: chaotic sets and tori are not tried.
+    """
     metric = StateMetric.of(subject, leg.extents)
-    late = leg.states[:, leg.states.shape[1] // 2 :]
-    if (np.ptp(late, axis=1) <= max(_AT_REST, _NOISE * compiled_system.tolerance) * leg.extents).all():
-        return _equilibrium(subject, leg, metric)
+    late = np.ptp(leg.states[:, leg.states.shape[1] // 2 :], axis=1)
+    if rests(late, leg.ranges, leg.states[:, -1], metric.turning, compiled_system.tolerance):
+        return _equilibrium(subject, compiled_system, leg, metric)
     repetition = recurrence(leg.time, leg.states, metric.turning)
     if repetition is not None and (orbit := _orbit(subject, compiled_system, leg, repetition, metric)) is not None:
         return orbit
-    if equations_jump(subject.system) or leg.oscillations < _FEWEST_CYCLES:
+    if exponent_accuracy is None or equations_jump(subject.system) or leg.oscillations(metric.turning) < _FEWEST_CYCLES:
         return None
-    return _irregular_motion(subject, compiled_system, leg, metric)
+    return _irregular_motion(subject, compiled_system, leg, metric, exponent_accuracy)
 
 
-def _equilibrium(subject: UserSystem, leg: RunSegment, metric: StateMetric) -> LimitSet | None:
-    """Return the equilibrium at the end of a leg, by Newton's method; None where this leads elsewhere."""
-    system, values, x = subject.system, subject.system.values(subject.values), leg.states[:, -1].copy()
-    if system.depends_on_time:
-        return LimitSet(MotionKind.EQUILIBRIUM, leg.time[-1:], leg.states[:, -1:], metric, None, eigenvalues=np.empty(0))
-    jacobian = Jacobian.of(system).with_parameters(values)
-    for _ in range(_NEWTON):
-        f, derivative = jacobian(x)
-        if not (np.isfinite(f).all() and np.isfinite(derivative).all()):
-            return None
-        step = -np.linalg.lstsq(derivative * metric.sizes, f, rcond=None)[0] * metric.sizes
-        x = x + step
-        if (np.abs(step) <= _LAST_STEP * np.maximum(metric.sizes, np.abs(x))).all():
-            break
-    if (np.abs(x - leg.states[:, -1]) > _OFF * metric.sizes).any():
+def _equilibrium(subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric) -> LimitSet | None:
+    """Return the equilibrium at which a leg rests; None where none is nearby, or a saddle at which it may not stay."""
+    end, times = leg.states[:, -1], leg.time[-1:]
+    if subject.system.depends_on_time:
+        return LimitSet(MotionKind.EQUILIBRIUM, times, end[:, None], metric, None, eigenvalues=np.empty(0))
+    nearest = equilibrium_near(subject, end, metric.sizes, compiled_system.tolerance)
+    if nearest is None:
         return None
-    eigenvalues = np.linalg.eigvals(jacobian(x)[1])
-    eigenvalues = eigenvalues[np.lexsort((-eigenvalues.imag, -eigenvalues.real))]
-    attracts = decays(eigenvalues)
-    return LimitSet(MotionKind.EQUILIBRIUM, leg.time[-1:], x[:, None], metric, attracts, eigenvalues=eigenvalues)
-
-
-def decays(eigenvalues: np.ndarray) -> bool | None:
-    """Return whether all disturbances of an equilibrium with these eigenvalues decay; None if the slowest neither grows nor
-    decays."""
-    return _sign_of_growth(eigenvalues.real, _NEUTRAL * float(np.abs(eigenvalues).max(initial=0.0)))
-
-
-def _sign_of_growth(growth: np.ndarray, neutral: float) -> bool | None:
-    """True if all disturbances decay, False if one grows, None if the slowest does neither."""
-    largest = float(growth.max(initial=-np.inf))
-    return True if largest < -neutral else False if largest > neutral else None
+    has_moved = (leg.states != leg.states[:, :1]).any()
+    if has_moved and leg.duration / 2 < time_of_rest(nearest.eigenvalues):
+        return None
+    return LimitSet.at(nearest, times, metric)
 
 
 def _orbit(
@@ -134,7 +116,7 @@ def _orbit(
     except WuchtError:  # the run has not settled yet
         return None
     multipliers = orbit.nontrivial(0 if has_forcing else 1)
-    attracts = _sign_of_growth(np.abs(multipliers) - 1, _NEUTRAL)
+    attracts = sign_of_growth(np.abs(multipliers) - 1, _NEUTRAL)
     turns = np.round(orbit.advance / (2 * np.pi)).astype(int)
     gap = float(np.linalg.norm(np.diff(metric.points(times, states), axis=0), axis=1).max()) / 2
     limit_set = LimitSet(MotionKind.PERIODIC, times, states, metric, attracts, orbit.period, turns, multipliers, gap=gap)
@@ -184,40 +166,68 @@ def _period_of(subject: UserSystem, period: float) -> float | None:
 
 
 def _irregular_motion(
-    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric
+    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric, accuracy: float
 ) -> LimitSet | None:
-    """Return the chaotic set or the torus on which a leg is, None where its exponent does not tell."""
-    duration = leg.duration
-    for _ in range(_EXTENSIONS):
-        exponent, times, states = largest_lyapunov_exponent(
-            subject.system, subject.system.values(subject.values), leg.states[:, -1], duration,
-            time=float(leg.time[-1]), tolerance=compiled_system.tolerance, engine=compiled_system.engine_name,
-        )  # fmt: skip
-        kind = _kind_of(exponent, leg.oscillations)
-        if kind is not MotionKind.CHAOTIC or exponent.high - exponent.low <= 2 * _HALF_WIDTH * exponent.value:
+    """Return the chaotic set or the torus on which a leg is, None where its exponent does not tell.
+
+    The record of a chaotic motion is made longer until the interval of its exponent is narrow. Where it ends in an equilibrium
+    or on an orbit the motion was a transient; otherwise the verdict of a shorter record stands.
+    """
+    duration, verdict = leg.duration, None
+    for _ in range(_ROUNDS):
+        try:
+            exponent, times, states = largest_lyapunov_exponent(
+                subject.system, subject.system.values(subject.values), leg.states[:, -1], duration,
+                time=float(leg.time[-1]), tolerance=compiled_system.tolerance, engine=compiled_system.engine_name,
+            )  # fmt: skip
+        except RunError:
+            return verdict
+        kind = _kind_of(exponent, leg.oscillations(metric.turning))
+        if verdict is not None and kind is not MotionKind.CHAOTIC:
+            record = RunSegment(times, states, leg.ranges, leg.extents)
+            return None if settled_motion(subject, compiled_system, record, None) is not None else verdict
+        points = metric.points(times, states)
+        if kind is None or not _covers_one_set(points):
+            return verdict
+        verdict = LimitSet(kind, times, states, metric, None, exponent=exponent, gap=_gap(*np.array_split(points, 2)))
+        width = (exponent.high - exponent.low) / (2 * accuracy * exponent.value)
+        if kind is not MotionKind.CHAOTIC or width <= 1:
             break
-        duration *= _EXTENSION
-    if kind is None:
-        return None
-    gap = _gap(metric.points(times, states))
-    if gap > _SPREAD:
-        return None
-    attracts = None if kind is MotionKind.QUASI_PERIODIC or preserves_volume(subject) else True
-    return LimitSet(kind, times, states, metric, attracts, exponent=exponent, gap=gap)
+        duration *= min(_LONGER * width**2, _MOST_LONGER)
+    return verdict
 
 
 def _kind_of(exponent: LyapunovExponent, oscillations: int) -> MotionKind | None:
-    """Return CHAOTIC where the exponent is positive beyond doubt, QUASI_PERIODIC where it is zero, None where neither holds."""
+    """Return CHAOTIC where the exponent is positive beyond doubt all the time, QUASI_PERIODIC where changes do not grow."""
     if exponent.low > 0 and exponent.low * exponent.duration > _GROWTH:
-        return MotionKind.CHAOTIC
-    is_zero = exponent.low <= 0 <= exponent.high and (exponent.high - exponent.low) * exponent.duration < _GROWTH
-    return MotionKind.QUASI_PERIODIC if oscillations >= _CYCLES_OF_TORUS and is_zero else None
+        return MotionKind.CHAOTIC if exponent.is_steady else None
+    return MotionKind.QUASI_PERIODIC if oscillations >= _CYCLES_OF_TORUS and exponent.swing < _TORUS_SWING else None
 
 
-def _gap(points: np.ndarray) -> float:
-    """Return by how much the halves of points (P, d) are apart: nearly all of each are as near to the other."""
+def _covers_one_set(points: np.ndarray) -> bool:
+    """True if the halves of a record, points (P, d), are no farther apart than parts of as many blocks of it at random.
+
+    Where a motion drifts, its halves are. The limit follows from the scatter of the record itself and falls with its length: a
+    permutation test at the level of one in a hundred (P. Good, "Permutation, Parametric and Bootstrap Tests of Hypotheses",
+    Springer 2005, chapter 3).
+    """
     from scipy.spatial import KDTree
 
-    first, second = np.array_split(points, 2)
-    pairs = ((first, second), (second, first))
-    return max(float(np.quantile(KDTree(a).query(b)[0], _COVERAGE)) for a, b in pairs)
+    blocks = np.array_split(points[::_STRIDE], BLOCKS)
+    whole, owner = np.concatenate(blocks), np.repeat(np.arange(BLOCKS), [len(block) for block in blocks])
+    distances = np.column_stack([KDTree(block).query(whole)[0] for block in blocks])  # of each sample from each block
+
+    def gap(part: np.ndarray) -> float:
+        inside = part[owner]
+        sides = (distances[inside][:, ~part], distances[~inside][:, part])
+        return max(float(np.quantile(side.min(axis=1), _COVERAGE)) for side in sides)
+
+    halves, random = np.arange(BLOCKS) < BLOCKS // 2, np.random.default_rng(0)
+    return any(gap(random.permutation(halves)) >= gap(halves) for _ in range(_SPLITS))
+
+
+def _gap(first: np.ndarray, second: np.ndarray) -> float:
+    """Return by how much points (P, d) and (Q, d) are apart: nearly all of each are as near to the others."""
+    from scipy.spatial import KDTree
+
+    return max(float(np.quantile(KDTree(a).query(b)[0], _COVERAGE)) for a, b in ((first, second), (second, first)))

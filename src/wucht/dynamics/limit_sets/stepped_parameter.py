@@ -14,7 +14,7 @@ import numpy as np
 
 from wucht.dynamics.limit_sets.limit_set import whole_periods
 from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
-from wucht.dynamics.limit_sets.settled_motion import decays
+from wucht.dynamics.limit_sets.resting_states import decays
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import compile_system

@@ -80,7 +80,7 @@ class SystemBasinPlan:
 class SystemBasinFindings:
     """A map after some halvings of its cells. labels: (y, x) numbers in ``attractors``, as those of ``StartOutcomes``.
 
-    coarsest: the map before any halving. runs: of all maps together.
+    coarsest: the map before any halving. runs: of all maps together. failures: starts (n,) without a result, with the reason.
     """
 
     plan: SystemBasinPlan
@@ -89,6 +89,7 @@ class SystemBasinFindings:
     coarsest: np.ndarray
     runs: int
     halvings: int = 0
+    failures: tuple[tuple[np.ndarray, str], ...] = ()
 
 
 def system_basin_plan(spec: Basin, subject: UserSystem) -> SystemBasinPlan:
@@ -122,7 +123,7 @@ def _axis(subject: UserSystem, name: str, definition: tuple[object, object, int]
 def compute_system_basin(plan: SystemBasinPlan, work: Work) -> Iterator[SystemBasinFindings]:
     """Yield the map after each halving of the cells at the borders."""
     labels = np.empty(plan.shape(), int)
-    attractors, runs, coarsest = tuple[LimitSet, ...](), 0, labels
+    attractors, runs, coarsest, failures = tuple[LimitSet, ...](), 0, labels, list[tuple[np.ndarray, str]]()
     for halvings in range(plan.spec.refine + 1):
         part = work.part(f"level {halvings}", halvings / (plan.spec.refine + 1), (halvings + 1) / (plan.spec.refine + 1))
         cells, rounds = np.arange(labels.size), 0
@@ -137,9 +138,10 @@ def compute_system_basin(plan: SystemBasinPlan, work: Work) -> Iterator[SystemBa
             outcomes = part.unit(f"round {rounds}", unit)
             labels.flat[cells], is_run.flat[cells] = outcomes.labels, True
             attractors, runs, rounds = outcomes.attractors, runs + len(cells), rounds + 1
+            failures += [(starts[:, member], reason) for member, reason in outcomes.reasons]
             cells = np.flatnonzero(border_cells_not_run(labels, is_run, plan.periodic)) if halvings else cells[:0]
         coarsest = coarsest if halvings else labels.copy()
-        yield SystemBasinFindings(plan, labels, attractors, coarsest, runs, halvings)
+        yield SystemBasinFindings(plan, labels, attractors, coarsest, runs, halvings, tuple(failures))
 
 
 def _report_share(work: Work, activity: str, share: float) -> None:

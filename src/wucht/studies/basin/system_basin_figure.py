@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TONES = ("#5FAEDF", "#F5C04A", "#D9EFC9", "#E8A0BF", "#B9A7DA", "#F0E3B0", "#9CCFC0", "#C7C7C7")
-_WITHOUT = {"unsettled": "#FFFFFF", "diverges": "#404040", "failed": "#000000"}
+_WITHOUT = {"unsettled": "#FFFFFF", "diverges": "#404040", "failed": "#000000", "neutral": "#8C8C8C"}
 
 
 def system_basin_figure(result: xr.Dataset) -> Figure:

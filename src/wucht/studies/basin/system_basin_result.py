@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.basins import DIVERGES, FAILED, NOT_SETTLED
+from wucht.dynamics.limit_sets.basins import DIVERGES, FAILED, NEUTRAL, NOT_SETTLED
 from wucht.dynamics.limit_sets.descriptions import numbers_of, sentence_of
 from wucht.dynamics.limit_sets.limit_set import LimitSet
 from wucht.dynamics.sampling.label_maps import share, uncertainty
@@ -18,7 +18,9 @@ from wucht.studies.basin.system_basin import SystemBasinFindings, SystemBasinPla
 if TYPE_CHECKING:
     import xarray as xr
 
-_WITHOUT_ATTRACTOR = {NOT_SETTLED: "unsettled", DIVERGES: "diverges", FAILED: "failed"}
+_WITHOUT_ATTRACTOR = {NOT_SETTLED: "unsettled", DIVERGES: "diverges", FAILED: "failed", NEUTRAL: "neutral"}
+_MOST_FAILURES = 3  # that are named
+_NO_AREA = "reached from a set without area"
 _MOST_PLACES = 20_001
 _TWO_SIGMA = 2.0
 _PARTS = {
@@ -39,7 +41,7 @@ def system_basin_dataset(findings: SystemBasinFindings) -> xr.Dataset:
     names, labels = plan.subject.system.state_names, _labels(findings)
     inside = {labels[k]: cells == k for k in np.unique(cells).tolist()}
     fractions = {name: share(mask) for name, mask in inside.items()}
-    errors = {name: _standard_error(plan, mask) for name, mask in inside.items()}
+    errors = {labels[k]: _standard_error(findings, k, mask) for k, mask in zip(np.unique(cells), inside.values(), strict=True)}
     entries = [
         {"label": labels[k], "kind": str(one.kind), "share": fractions.get(labels[k], 0.0),
          "standard_error": errors.get(labels[k], 0.0), **numbers_of(one, names)}
@@ -56,6 +58,7 @@ def system_basin_dataset(findings: SystemBasinFindings) -> xr.Dataset:
         Quantity("uncertainty", {n: _TWO_SIGMA * e for n, e in errors.items()}, "uncertainty of the shares, in 19 of 20 cases"),
         *table("attractors", [entries[k] for k in order], "attractors, that of most starts first", _PARTS),
         Quantity("runs", findings.runs, "number of runs"),
+        Quantity("failures", len(findings.failures), "number of runs without a result"),
         *_map_quantities(plan, findings.coarsest, 0, attributes),
         *(_map_quantities(plan, cells, findings.halvings, attributes) if findings.halvings else []),
         Quantity("state", list(names), "state", "", "state"),
@@ -68,7 +71,10 @@ def system_basin_dataset(findings: SystemBasinFindings) -> xr.Dataset:
         for k, a in zip("xy", plan.axes, strict=True)
         for word, value in {"axis": a.name, "low": a.low, "high": a.high, "is_angle": int(a.is_angle)}.items()
     }
-    sentences = [f"{labels[k]}: {sentence_of(one.kind, one, names)}" for k, one in enumerate(attractors)]
+    sentences = [
+        f"{labels[k]}: {sentence_of(one.kind, one, names)}" + (f": {_NO_AREA}" if one.attracts is False else "")
+        for k, one in enumerate(attractors)
+    ]
     more["attractor_sentences"] = "\n".join(sentences)
     return result_dataset(quantities, sentence, _warnings(findings, fractions), **more)
 
@@ -95,12 +101,19 @@ def _labels(findings: SystemBasinFindings) -> dict[int, str]:
     return labels
 
 
-def _standard_error(plan: SystemBasinPlan, inside: np.ndarray) -> float:
-    """Return the standard error of a share: of a grid by its border, of random starts that of a binomial distribution."""
+def _standard_error(findings: SystemBasinFindings, number: int, inside: np.ndarray) -> float:
+    """Return the standard error of a share: of a grid by its border, of random starts that of a binomial distribution.
+
+    Cells that are labelled with an unstable equilibrium belong by their area to other basins: by as much all shares may be off.
+    """
+    plan, unstable = findings.plan, [k for k, one in enumerate(findings.attractors) if one.attracts is False]
+    without_area = share(np.isin(findings.labels, unstable)) if number >= 0 else 0.0
+    if number in unstable:
+        return share(inside) / _TWO_SIGMA
     if plan.spec.ranges:
         p = share(inside)
-        return math.sqrt(p * (1 - p) / inside.size)
-    return uncertainty(inside, plan.periodic) / _TWO_SIGMA
+        return math.sqrt(p * (1 - p) / inside.size) + without_area / _TWO_SIGMA
+    return (uncertainty(inside, plan.periodic) + without_area) / _TWO_SIGMA
 
 
 def _samples(attractors: tuple[LimitSet, ...], labels: list[str], count: int) -> list[Quantity]:
@@ -121,6 +134,14 @@ def _warnings(findings: SystemBasinFindings, fractions: dict[str, float]) -> lis
     if NOT_SETTLED in findings.labels:
         left = f"{100 * fractions['unsettled']:.3g} % of the starts lead to no motion that could be identified"
         warnings.append(f"{left}; a run-up from one of them shows it")
+    if NEUTRAL in findings.labels:
+        warnings.append(f"{100 * fractions['neutral']:.3g} % of the starts lead to families of motions, which have no basins")
+    names = findings.plan.subject.system.state_names
+    for start, reason in findings.failures[:_MOST_FAILURES]:
+        place = ", ".join(f"{name} = {x:.6g}" for name, x in zip(names, start.tolist(), strict=True))
+        warnings.append(f"the run from {place} has no result: {reason}")
+    if len(findings.failures) > _MOST_FAILURES:
+        warnings.append(f"{len(findings.failures) - _MOST_FAILURES} more runs have no result")
     return warnings
 
 

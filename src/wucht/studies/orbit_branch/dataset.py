@@ -204,6 +204,8 @@ def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchE
         if not findings.complete:
             return "the study was interrupted before the first orbit"
         results = "; ".join(t.sentence for t in findings.runs)
+        if any(t.is_family for t in findings.runs):
+            return f"the motions are families, of which none attracts: there is no single orbit to follow: {results}"
         return f"no modulated motion was found: {results}" + (
             f"; {plan.case.no_steady_reason}" if plan.case.no_steady_reason else ""
         )

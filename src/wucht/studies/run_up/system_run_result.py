@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.limit_sets.conservation import CONSERVATIVE_MOTION, preserves_volume
 from wucht.dynamics.limit_sets.descriptions import numbers_of, sentence_of
-from wucht.dynamics.limit_sets.limit_set import LimitSet
+from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind
 from wucht.dynamics.limit_sets.long_run import LongRun
+from wucht.files.user_system import UserSystem
 from wucht.results.formatting import report_lines
 from wucht.results.quantities import Quantity, StudyResult, group, table
 from wucht.studies.run_up.system_run import SystemRunFindings, SystemRunPlan
@@ -42,19 +44,21 @@ def system_run_dataset(findings: SystemRunFindings) -> xr.Dataset:
     """Return the Dataset of one run of equations, or of many, with the dimension ``case``."""
     plan = findings.plan
     most = (plan.spec.stored_samples or _MOST_SAMPLES) // len(plan.cases)
-    results = [_run_result(plan, run, max(most, 2)) for run in findings.runs]
+    results = [_run_result(plan, case.subject, run, max(most, 2)) for case, run in zip(plan.cases, findings.runs, strict=False)]
     return _gathered_dataset(plan, results) if plan.several else results[0].to_dataset()
 
 
-def _run_result(plan: SystemRunPlan, run: LongRun, most: int) -> StudyResult:
+def _run_result(plan: SystemRunPlan, subject: UserSystem, run: LongRun, most: int) -> StudyResult:
     """Return the result of one run. most: samples."""
-    system, names = plan.subject.system, plan.subject.system.state_names
+    system, names = subject.system, subject.system.state_names
     turning = [int(s in system.angles) for s in system.states]
     thin = max(1, -(-(len(run.time) - 1) // (most - 1)))
     quantities = [
         Quantity("outcome", str(run.kind), "outcome of the run"),
         Quantity("end_time", run.end_time, "time until which the motion was integrated"),
-        Quantity("settling_time", run.settling_time, "time after which the motion is near to what it tends to", headline=True),
+        Quantity(
+            "settling_time", _settling_time(run), "time after which the motion is near to what it tends to", headline=True
+        ),
         Quantity("advised_time", run.advised_time, "duration of a run that may tell"),
         *_limit_quantities(run.limit_set, names),
         Quantity("time", run.time[::thin], "time", "", "time"),
@@ -67,10 +71,32 @@ def _run_result(plan: SystemRunPlan, run: LongRun, most: int) -> StudyResult:
         f"the run until {run.end_time:.5g} is too short to tell what the motion tends to; study.until = {run.advised_time:.4g} "
         "may tell"
     ] if run.advised_time is not None else []  # fmt: skip
-    if run.limit_set is not None and run.limit_set.attracts is False:
-        warnings.append("the start lies on an unstable equilibrium: any disturbance leads away from it")
+    warnings += _unstable_warnings(run)
     attributes = {"outcome": str(run.kind), "engine": run.engine, "tolerance": plan.spec.tolerance, "subject": "system"}
-    return StudyResult(quantities, sentence_of(run.kind, run.limit_set, names), warnings, (), run.failure, attributes)
+    sentence = sentence_of(run.kind, run.limit_set, names)
+    if run.limit_set is not None and run.limit_set.attracts is None and preserves_volume(subject):
+        sentence += f"; {CONSERVATIVE_MOTION}"
+    return StudyResult(quantities, sentence, warnings, (), run.failure, attributes)
+
+
+def _settling_time(run: LongRun) -> float | None:
+    """Return the time after which a motion is near to what it tends to; a chaotic one may end, and tends to nothing known."""
+    return None if run.kind is MotionKind.CHAOTIC else run.settling_time
+
+
+def _unstable_warnings(run: LongRun) -> list[str]:
+    """Return warnings of a start on an unstable equilibrium, or of a motion that ends in one."""
+    at = run.start_equilibrium
+    if run.limit_set is not None and run.limit_set.attracts is False:
+        if at is not None:
+            return ["the start lies on an unstable equilibrium: any disturbance leads away from it"]
+        return ["the motion ends in an unstable equilibrium, which is reached from few starts only: any disturbance leads away"]
+    if at is not None and at.attracts is False:
+        return [
+            "the start lies on an unstable equilibrium: the motion leaves it by rounding alone, so that where it leads is not "
+            "determined; start beside it"
+        ]
+    return []
 
 
 def _gathered_dataset(plan: SystemRunPlan, results: Sequence[StudyResult]) -> xr.Dataset:
