@@ -22,7 +22,8 @@ from wucht.numerics.continuation.equations import CurvePoint
 from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
 from wucht.numerics.continuation.special_points import locate_zero
 
-_INTERVALS, _MOST_REFINEMENTS = 40, 6
+_INTERVALS = 40
+_ENOUGH_REFINEMENTS, _MOST_REFINEMENTS = 6, 12  # then an accurate solution is enough, on whichever mesh; then any
 _FINE = 20_001
 _EXACT = 1e-10  # Newton's tolerance, where points are located
 _LEAST = 2.0**-8  # share of a step
@@ -92,7 +93,8 @@ def solve_near(curve: Curve, unknowns: np.ndarray, towards: np.ndarray | None = 
         curve = replace(curve, problem=replace(problem, reference=problem.reference_from(unknowns)))
         point = curve.start(unknowns, towards)
         better = problem.adapt_mesh(point.unknowns)
-        if better.mesh is problem.mesh or refinement == _MOST_REFINEMENTS:
+        is_enough = refinement >= _ENOUGH_REFINEMENTS and problem.is_accurate(point.unknowns)
+        if better.mesh is problem.mesh or is_enough or refinement == _MOST_REFINEMENTS:
             break
         unknowns, towards = problem.to_mesh(np.stack([point.unknowns, towards], axis=1), better.mesh).T
         curve = replace(curve, problem=better)
