@@ -61,7 +61,9 @@ class CollocationSolution:
         return self.problem.mesh.interpolate(self.states.T, np.asarray(tau, float)).T
 
 
-def mesh_from_samples(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
+def mesh_from_samples(
+    times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int, intervals: int = _INTERVALS
+) -> tuple[Mesh, np.ndarray]:
     """Return a mesh that is finer where the states change faster, and their values at its nodes (K', n), by a cubic spline.
 
     times (K,), increasing, states (n, K), sizes (n,): a typical large change of each.
@@ -73,7 +75,7 @@ def mesh_from_samples(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, 
     speed = np.linalg.norm(np.diff(samples(fine), axis=0) / sizes, axis=1)
     # States that do not change at all need an even mesh.
     cumulative_density = np.insert(np.cumsum(speed + (0.5 * speed.mean() or 1.0)), 0, 0.0)
-    mesh = Mesh(np.interp(np.linspace(0.0, cumulative_density[-1], _INTERVALS + 1), cumulative_density, fine), degree)
+    mesh = Mesh(np.interp(np.linspace(0.0, cumulative_density[-1], intervals + 1), cumulative_density, fine), degree)
     return mesh, samples(mesh.nodes)
 
 
