@@ -198,7 +198,7 @@ def _numbers(subject: OrbitProblem, cycles: Cycles, cycle: Cycle) -> list[float]
     their product, the number outside the unit circle, and the error between mesh points where it is too large."""
     orbit = _accurate(cycles, cycle)
     mean = orbit.integral(subject.observables(orbit.states, cycle.parameter)[0]) / orbit.period
-    low, high, least, largest = extremes(subject, orbit.problem.mesh, orbit.states.T, cycle.parameter)
+    low, high, least, largest = orbit_extremes(subject, orbit.problem.mesh, orbit.states.T, cycle.parameter)
     multiplier_numbers = float(cycle.is_trusted), abs(cycle.product_error), float(cycle.unstable)
     excess_error = 0.0 if orbit.is_accurate else orbit.error
     return [cycle.parameter, cycle.period, mean, low, high, least, largest, *multiplier_numbers, excess_error]
@@ -213,7 +213,7 @@ def _accurate(cycles: Cycles, cycle: Cycle) -> Cycle:
     return cycle
 
 
-def extremes(subject: OrbitProblem, mesh: Mesh, states: np.ndarray, value: float) -> tuple[float, float, float, float]:
+def orbit_extremes(subject: OrbitProblem, mesh: Mesh, states: np.ndarray, value: float) -> tuple[float, float, float, float]:
     """Return the least and largest ordinate, and the same of the amplitude, along an orbit.
 
     They are reached where the derivative of their polynomials is zero: between samples of a relaxation oscillation there would

@@ -15,7 +15,14 @@ import numpy as np
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.first_orbits import SeedOrbit, SettlingRun, cycles_of, orbit_of_run, orbits_of_hopf_points
-from wucht.dynamics.branches.orbit_branches import HalfBranch, PeriodicBranch, StoredOrbit, extremes, half_branch, stored_orbit
+from wucht.dynamics.branches.orbit_branches import (
+    HalfBranch,
+    PeriodicBranch,
+    StoredOrbit,
+    half_branch,
+    orbit_extremes,
+    stored_orbit,
+)
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work, result_or_reason, with_result
@@ -314,7 +321,7 @@ def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[Stor
     tau = mesh.spread(_PLACES)
     states = mesh.interpolate(orbit.states, tau).T
     ordinate, amplitude = subject.observables(states, value)
-    low, high, least, largest = extremes(subject, mesh, orbit.states, value)
+    low, high, least, largest = orbit_extremes(subject, mesh, orbit.states, value)
     speed = np.abs(ordinate) if subject.shows_rotor_speed else np.full(_PLACES, np.nan)
     # Multiplied by the first speed, the first angle is 0, too, or nan.
     rotor_angle = np.cumsum([0.0 * speed[0], *((speed[1:] + speed[:-1]) / 2 * np.diff(tau))]) * orbit.period

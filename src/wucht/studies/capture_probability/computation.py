@@ -312,8 +312,8 @@ def _compute_point(plan: Plan, value: float, work: Work) -> ProbabilityPoint:
 
     Where runs are made one by one, and those of the first sample of each replicate have no verdict, no more are made.
     """
-    size, counted = plan.replicate_size, _counted_outcomes(plan)
-    point_of = partial(ProbabilityPoint, value, counted_outcomes=counted, confidence=plan.spec.confidence)
+    size = plan.replicate_size
+    point_of = partial(ProbabilityPoint, value, counted_outcomes=_counted_outcomes(plan), confidence=plan.spec.confidence)
     if batching_obstacle(plan.question(value)) is None or size == 1:
         point = point_of(_compute_members(plan, value, plan.samples, work), size)
     else:

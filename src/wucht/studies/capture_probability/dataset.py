@@ -172,11 +172,11 @@ def _sentence(plan: Plan, findings: Findings, complete: bool) -> str:
         return f"there is no probability: none of {count} runs at {values} has a verdict"
     if plan.spec.probability is not None and complete:
         return _target_sentence(plan, findings, plan.spec.probability)
-    known = [p for p in findings.points if not p.is_undecided]
-    first, last = known[0], known[-1]
+    known_points = [p for p in findings.points if not p.is_undecided]
+    first, last = known_points[0], known_points[-1]
     last_clause = "" if last is first else f", {_share(last)} at {_value_in_words(plan, last.value)}"
-    undecided = len(findings.points) - len(known)
-    unknown = f"; no probability at {undecided} of {len(findings.points)} values" if undecided else ""
+    missing = len(findings.points) - len(known_points)
+    unknown = f"; no probability at {missing} of {len(findings.points)} values" if missing else ""
     return f"{_level(plan)} {_share(first)} {_ends(plan)} at {_value_in_words(plan, first.value)}{last_clause}{unknown}"
 
 
@@ -210,8 +210,8 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
     warnings, points = list(plan.warnings), findings.points
     if (missing := len(plan.grid) - sum(not p.is_from_search for p in points)) > 0:
         warnings.append(f"{missing} of the {len(plan.grid)} values of {plan.along.sentence_name} are not computed yet")
-    if (undecided := [p for p in points if p.is_undecided]) != []:
-        warnings.append(_undecided_in_words(plan, undecided, _advice(findings)))
+    if (undecided_points := [p for p in points if p.is_undecided]) != []:
+        warnings.append(_undecided_in_words(plan, undecided_points, _advice(findings)))
     if plan.cross is not None and points and findings.is_undecided:
         warnings.append("the sensitivity is not computed: no run at any value has a verdict")
     if (unknown := [p for p in points if p.open.any() and not p.is_undecided]) != []:
@@ -235,12 +235,12 @@ def _undecided_in_words(plan: Plan, points: Sequence[ProbabilityPoint], advice: 
     """Name the values at which no run has a verdict, and what to change: the advice of a run that needs the longest time."""
     values = ", ".join(f"{p.value:.5g}" for p in points[:_MOST_NAMED])
     more = f" and {len(points) - _MOST_NAMED} more values" if len(points) > _MOST_NAMED else ""
-    where = f"{plan.along.sentence_name} = {values}{more}" + f" {plan.along.unit}".rstrip()
+    places = f"{plan.along.sentence_name} = {values}{more}" + f" {plan.along.unit}".rstrip()
     reason = f" ({advice.sentence})" if advice is not None and advice.sentence else ""
     remedy = "give study.until" if plan.spec.until is None else f"give a longer study.until than {plan.spec.until:g}"
     unit = f" {plan.machine.units.time}".rstrip()
     longer = remedy if advice is None or advice.needed_time is None else f"{remedy}, as {advice.needed_time:g}{unit}"
-    return f"there is no probability at {where}: no run there has a verdict{reason}, and any share is possible; {longer}"
+    return f"there is no probability at {places}: no run there has a verdict{reason}, and any share is possible; {longer}"
 
 
 def _failure_sentences(plan: Plan, findings: Findings) -> list[str]:
@@ -274,8 +274,8 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def _runs_in_words(s: dict[str, Any], search_clause: str) -> str:
-    values, undecided = len(s["probability"]), sum(p["estimate"] is None for p in s["probability"])
-    fewer = f"; fewer at {undecided} of them, where none has a verdict" if s["runs"] < s["samples"] * values else ""
+    values, missing = len(s["probability"]), sum(p["estimate"] is None for p in s["probability"])
+    fewer = f"; fewer at {missing} of them, where none has a verdict" if s["runs"] < s["samples"] * values else ""
     return f"{s['runs']}: {s['samples']} at each of {values} values{search_clause}{fewer}"
 
 
