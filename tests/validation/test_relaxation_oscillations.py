@@ -119,6 +119,6 @@ def test_the_end_at_the_longest_period_names_its_key() -> None:
     assert ends.keys() == {"period-limit", "hopf"} and "not identified" not in result.attrs["sentence"]
     assert ends["period-limit"]["period"] == pytest.approx(20 * 4.546649, rel=1e-6)
     (line,) = [line for line in report(result) if "longest" in line and "end  " in line]
-    assert "the period reaches 90.933, up to which orbits are followed (study.longest, by default 20 times the first" in line
-    assert line.endswith("study.longest = 900 follows the branch farther")
+    assert "the period reaches 90.933, up to which orbits are followed; study.longest = 900 follows the branch farther" in line
+    assert line.endswith("(by default it is 20 times the first period)")
     assert {e["kind"] for e in orbits(BRUSSELATOR, **keys, longest=900.0).wucht.summary["ends"]} == {"range", "hopf"}

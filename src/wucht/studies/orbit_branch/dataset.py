@@ -86,9 +86,9 @@ def _advice(plan: Plan, longest: float, end: BranchEnd) -> str:
     """Return how to follow a branch farther that was left at the longest period; else nothing."""
     if end.kind not in (PERIOD_LIMIT, NOT_IDENTIFIED) or end.period < (1 - _AT_A_LIMIT) * longest:
         return ""
-    default = "" if plan.case.settings.longest is not None else f", by default {LONGEST:.0f} times the first period"
+    default = "" if plan.case.settings.longest is not None else f" (by default it is {LONGEST:.0f} times the first period)"
     farther = float(f"{_FARTHER * longest:.1g}")
-    return f" (study.longest{default}): study.longest = {farther:g} follows the branch farther"
+    return f"; study.longest = {farther:g} follows the branch farther{default}"
 
 
 def _end_entry(plan: Plan, branch: int, end: BranchEnd, advice: str = "") -> dict[str, Any]:
